@@ -1,0 +1,1 @@
+//! Vocabulary of room acoustics: bands, levels, air, materials, directivity, statistical formulas.

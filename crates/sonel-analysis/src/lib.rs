@@ -1,0 +1,1 @@
+//! Decay curves, ISO 3382 parameters with intervals, differences.

@@ -1,0 +1,1 @@
+//! Echograms with batch statistics, discrete arrivals: types and files.

@@ -1,0 +1,1 @@
+//! Meshes, planar surfaces, watertight ray casting, edges.

@@ -1,0 +1,1 @@
+//! The sonel map: paths on disk, sonels by sweeping them.

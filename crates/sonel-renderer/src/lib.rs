@@ -1,0 +1,1 @@
+//! From sonel map to echograms: receivers and one module per path class.

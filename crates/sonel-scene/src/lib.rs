@@ -1,0 +1,1 @@
+//! The scene file and its mesh: loading, validation, the compiled scene.

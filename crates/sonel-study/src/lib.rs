@@ -1,0 +1,1 @@
+//! Drivers above the stages: which effects a scene calls for.

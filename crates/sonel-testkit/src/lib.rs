@@ -1,0 +1,1 @@
+//! For tests only: chi-square, z-test, analytic rooms.

@@ -1,0 +1,1 @@
+//! Emission, interaction, propagation, fates and the energy ledger.

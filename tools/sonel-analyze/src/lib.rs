@@ -1,0 +1,1 @@
+//! Inspects maps and responses, reads room-acoustic parameters.

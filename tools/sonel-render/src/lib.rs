@@ -1,0 +1,1 @@
+//! Renders echograms at any receivers from a sonel map.

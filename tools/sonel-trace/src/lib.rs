@@ -1,0 +1,1 @@
+//! Traces sonels through a scene and saves the sonel map.
