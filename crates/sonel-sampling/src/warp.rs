@@ -1,0 +1,134 @@
+//! Warps from the unit square to directions: each as sample, density and inverse.
+//!
+//! Trigonometry is that of the `libm` crate, whose bits do not depend on the platform.
+//!
+//! Reference: [PharrJakobHumphreys2023], ch. A.5 (docs/references.md).
+
+use core::f32::consts::{PI, TAU};
+use glam::Vec3;
+
+/// A direction uniform over the sphere.
+#[must_use]
+pub fn uniform_sphere([u, v]: [f32; 2]) -> Vec3 {
+    let z = 1.0 - 2.0 * u;
+    let radius = (1.0 - z * z).max(0.0).sqrt();
+    let (sine, cosine) = libm::sincosf(TAU * v);
+    Vec3::new(radius * cosine, radius * sine, z)
+}
+
+/// Density of [`uniform_sphere`] [1/sr].
+#[must_use]
+pub fn uniform_sphere_density() -> f32 {
+    1.0 / (4.0 * PI)
+}
+
+/// The point of the unit square that [`uniform_sphere`] takes to `direction`.
+#[must_use]
+pub fn uniform_sphere_inverse(direction: Vec3) -> [f32; 2] {
+    [0.5 * (1.0 - direction.z), turn(direction)]
+}
+
+/// A direction over the hemisphere about +z with density cos θ / π (Lambert); cos θ is never zero.
+#[inline]
+#[must_use]
+pub fn cosine_hemisphere([u, v]: [f32; 2]) -> Vec3 {
+    let (sine, cosine) = libm::sincosf(TAU * v);
+    let radius = u.sqrt();
+    Vec3::new(radius * cosine, radius * sine, (1.0 - u).sqrt())
+}
+
+/// Density of [`cosine_hemisphere`] [1/sr]; zero below the horizon.
+#[must_use]
+pub fn cosine_hemisphere_density(direction: Vec3) -> f32 {
+    direction.z.max(0.0) / PI
+}
+
+/// The point of the unit square that [`cosine_hemisphere`] takes to `direction`.
+#[must_use]
+pub fn cosine_hemisphere_inverse(direction: Vec3) -> [f32; 2] {
+    [direction.x * direction.x + direction.y * direction.y, turn(direction)]
+}
+
+/// Azimuth as a fraction of a full turn, in [0, 1).
+fn turn(direction: Vec3) -> f32 {
+    let fraction = libm::atan2f(direction.y, direction.x) / TAU;
+    if fraction < 0.0 { (fraction + 1.0).min(1.0 - f32::EPSILON / 2.0) } else { fraction }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Purpose, Stream, StreamFamily};
+
+    fn stream() -> Stream {
+        StreamFamily::new(11, Purpose::Packet, [0; 4]).stream(0)
+    }
+
+    /// Chi-square of `samples` directions in equal-probability cells of (inverse u, inverse v); the 99.99 % point for
+    /// 255 degrees of freedom is 345.
+    fn chi_square(sample: impl Fn([f32; 2]) -> Vec3, inverse: impl Fn(Vec3) -> [f32; 2]) -> f64 {
+        let (mut stream, samples) = (stream(), 100_000);
+        let mut counts = [0_u32; 256];
+        for _ in 0..samples {
+            let [u, v] = inverse(sample(stream.uniform_pair()));
+            counts[((u * 16.0) as usize).min(15) * 16 + ((v * 16.0) as usize).min(15)] += 1;
+        }
+        let expected = f64::from(samples) / 256.0;
+        counts.iter().map(|&count| (f64::from(count) - expected).powi(2) / expected).sum()
+    }
+
+    #[test]
+    fn samplers_follow_their_density() {
+        assert!(chi_square(uniform_sphere, uniform_sphere_inverse) < 345.0);
+        assert!(chi_square(cosine_hemisphere, cosine_hemisphere_inverse) < 345.0);
+    }
+
+    #[test]
+    fn a_uniform_hemisphere_is_not_lambert() {
+        let uniform_hemisphere = |u| uniform_sphere(u) * Vec3::new(1.0, 1.0, uniform_sphere(u).z.signum());
+        assert!(chi_square(uniform_hemisphere, cosine_hemisphere_inverse) > 345.0);
+    }
+
+    /// The density integrates to one and its mean of cos θ is that of the samples (2/3 for Lambert).
+    #[test]
+    fn densities_integrate_to_one() {
+        let (mut hemisphere, mut mean_cosine, cells) = (0.0_f64, 0.0_f64, 1000);
+        for i in 0..cells {
+            let z = (i as f32 + 0.5) / cells as f32;
+            let density = cosine_hemisphere_density(Vec3::new((1.0 - z * z).sqrt(), 0.0, z));
+            hemisphere += f64::from(density) * f64::from(TAU) / f64::from(cells);
+            mean_cosine += f64::from(density * z) * f64::from(TAU) / f64::from(cells);
+        }
+        assert!((hemisphere - 1.0).abs() < 1e-5);
+        assert!((mean_cosine - 2.0 / 3.0).abs() < 1e-5);
+        assert!((uniform_sphere_density() * 4.0 * PI - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn inverses_return_to_the_square() {
+        let mut stream = stream();
+        for _ in 0..10_000 {
+            let point = stream.uniform_pair();
+            for back in [
+                uniform_sphere_inverse(uniform_sphere(point)),
+                cosine_hemisphere_inverse(cosine_hemisphere(point)),
+            ] {
+                assert!((back[0] - point[0]).abs() < 1e-6);
+                let azimuth_error = (back[1] - point[1]).abs();
+                // The azimuth is ill-conditioned only where the direction is (nearly) the pole.
+                let radius = point[0].min(1.0 - point[0]).sqrt().max(1e-6);
+                assert!(azimuth_error.min(1.0 - azimuth_error) < 1e-6 / radius);
+            }
+        }
+    }
+
+    #[test]
+    fn lambert_never_leaves_along_the_surface() {
+        let grazing = cosine_hemisphere([unit_below_one(), 0.25]);
+        assert!(grazing.z > 0.0);
+    }
+
+    fn unit_below_one() -> f32 {
+        crate::stream::unit_f32(u32::MAX)
+    }
+}
