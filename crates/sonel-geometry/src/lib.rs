@@ -1,1 +1,34 @@
-//! Meshes, planar surfaces, watertight ray casting, edges.
+//! Meshes, planar surfaces, watertight ray casting.
+//!
+//! A [`Mesh`] in metres becomes a [`Geometry`]: vertices welded, orientation made consistent, coplanar triangles
+//! gathered into [`Surface`]s, and everything moved so that the scene's centre is the origin before positions are
+//! rounded to `f32`. Every tolerance in this crate is a multiple of one length, [`Geometry::resolution`], which is
+//! derived from the size of the scene.
+//!
+//! Rays start from a [`Departure`]. [`Geometry::leave`] is the only way to make one on a surface: it lifts the origin
+//! off the wall and remembers the wall's plane, which a straight ray cannot meet again.
+//!
+//! Valid for scenes whose smallest detail is well above the resolution (about 5 µm in a room of 20 m).
+//!
+//! Reference: [WoopBenthinWald2013] (docs/references.md).
+
+mod enclosure;
+mod error;
+mod geometry;
+mod mesh;
+mod orient;
+mod ray;
+mod scale;
+mod scan;
+mod shoebox;
+mod surfaces;
+mod topology;
+mod weld;
+
+pub use error::GeometryError;
+pub use geometry::Geometry;
+pub use mesh::{Mesh, MeshTriangle};
+pub use ray::{Departure, Hit};
+pub use shoebox::Shoebox;
+pub use surfaces::{PlaneId, Side, Surface, SurfaceId};
+pub use weld::Welded;

@@ -1,0 +1,58 @@
+//! What a closed shell encloses: volume by the divergence theorem, inside by the winding number.
+//!
+//! The winding number is the sum of the solid angles of the triangles over 4π, each by the formula of
+//! [VanOosterom1983], in `f64`: it needs no ray and so has no unlucky direction.
+
+use crate::Mesh;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Signed volume enclosed by some triangles [m³], positive where the normals point outward.
+pub(crate) fn signed_volume(mesh: &Mesh, triangles: &[u32]) -> f64 {
+    // Relative to one of the corners, so that a scene far from the origin loses no digits.
+    let Some(&first) = triangles.first() else { return 0.0 };
+    let origin = mesh.corners(first)[0];
+    let sixfold: f64 = triangles
+        .iter()
+        .map(|&triangle| {
+            let [a, b, c] = mesh.corners(triangle).map(|v| v - origin);
+            a.dot(b.cross(c))
+        })
+        .sum();
+    sixfold / 6.0
+}
+
+/// How often some triangles wind around a point: ±1 inside a closed shell, 0 outside, about ±½ on a face.
+pub(crate) fn winding_number(mesh: &Mesh, triangles: &[u32], point: DVec3) -> f64 {
+    let total: f64 = triangles.iter().map(|&triangle| solid_angle(mesh.corners(triangle), point)).sum();
+    total / (4.0 * PI)
+}
+
+/// Signed solid angle of a triangle seen from a point [sr].
+fn solid_angle(corners: [DVec3; 3], point: DVec3) -> f64 {
+    let [a, b, c] = corners.map(|v| v - point);
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let volume = a.dot(b.cross(c));
+    let rest = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    2.0 * libm::atan2(volume, rest)
+}
+
+/// Distance from a point to a triangle [m].
+pub(crate) fn distance_to_triangle(corners: [DVec3; 3], point: DVec3) -> f64 {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    let inside = |p: DVec3, q: DVec3| normal.dot((q - p).cross(point - p)) >= 0.0;
+    if inside(a, b) && inside(b, c) && inside(c, a) {
+        return (normal.dot(point - a) / normal.length()).abs();
+    }
+    [(a, b), (b, c), (c, a)]
+        .into_iter()
+        .map(|(p, q)| distance_to_segment(p, q, point))
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn distance_to_segment(from: DVec3, to: DVec3, point: DVec3) -> f64 {
+    let along = to - from;
+    let share = ((point - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    point.distance(from + share * along)
+}

@@ -1,0 +1,338 @@
+//! The geometry of a scene: everything that rays and receivers ask about the walls.
+
+use crate::enclosure::{distance_to_triangle, winding_number};
+use crate::orient::{Oriented, Shell, orient};
+use crate::scale::Scale;
+use crate::scan::{Block, LANES, LocalPlane, ShearedRay};
+use crate::shoebox::{Shoebox, recognise};
+use crate::surfaces::{Partition, partition};
+use crate::topology::shared_edges;
+use crate::{Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
+use glam::{DVec3, Vec3};
+
+/// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
+pub struct Geometry {
+    mesh: Mesh,
+    scale: Scale,
+    bounds: (DVec3, DVec3),
+    surfaces: Vec<Surface>,
+    of_triangle: Vec<SurfaceId>,
+    planes: Vec<LocalPlane>,
+    local: Vec<Vec3>,
+    blocks: Vec<Block>,
+    shells: Vec<Shell>,
+    room: Option<usize>,
+    dropped: usize,
+}
+
+impl Geometry {
+    /// Welds and orients a mesh, finds its planar surfaces and builds the index.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when the mesh has no triangle with an area, coordinates that are not finite or corners that
+    /// do not exist.
+    pub fn build(mesh: Mesh) -> Result<Self, GeometryError> {
+        validate(&mesh)?;
+        let welded = mesh.welded();
+        if welded.mesh.triangles.is_empty() {
+            return Err(GeometryError::Empty { dropped: welded.dropped });
+        }
+        let mut mesh = welded.mesh;
+        let bounds = mesh.bounds();
+        let scale = Scale::of_bounds(bounds.0, bounds.1);
+        let tolerance = f64::from(scale.resolution());
+        let edges = shared_edges(&mesh);
+        let Oriented { shells, closed } = orient(&mut mesh, &edges, tolerance);
+        let Partition { surfaces, of_triangle, planes } = partition(&mesh, &edges, &closed, tolerance);
+        let planes = planes
+            .into_iter()
+            .map(|(normal, offset)| LocalPlane { normal, offset: offset - normal.dot(scale.center) })
+            .collect();
+        let local: Vec<Vec3> = mesh.vertices.iter().map(|&v| scale.to_local(v)).collect();
+        let lanes: Vec<([Vec3; 3], u32, PlaneId)> = (0..mesh.triangles.len())
+            .map(|t| {
+                let corners = mesh.triangles[t].corners.map(|corner| local[corner as usize]);
+                (corners, t as u32, surfaces[of_triangle[t].0 as usize].plane)
+            })
+            .collect();
+        let blocks = lanes.chunks(LANES).map(Block::new).collect();
+        let room = room(&mesh, &shells, bounds, tolerance);
+        Ok(Self {
+            mesh,
+            scale,
+            bounds,
+            surfaces,
+            of_triangle,
+            planes,
+            local,
+            blocks,
+            shells,
+            room,
+            dropped: welded.dropped,
+        })
+    }
+
+    /// The welded and oriented mesh, in world coordinates.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// Triangles of the original mesh that were dropped because they have no area.
+    pub fn dropped_triangles(&self) -> usize {
+        self.dropped
+    }
+
+    /// World position of the origin of local coordinates [m].
+    pub fn center(&self) -> DVec3 {
+        self.scale.center
+    }
+
+    /// World to local coordinates [m].
+    pub fn to_local(&self, world: DVec3) -> Vec3 {
+        self.scale.to_local(world)
+    }
+
+    /// Local to world coordinates [m].
+    pub fn to_world(&self, local: Vec3) -> DVec3 {
+        self.scale.to_world(local)
+    }
+
+    /// Largest local coordinate of any vertex [m].
+    pub fn extent(&self) -> f32 {
+        self.scale.extent
+    }
+
+    /// Distance [m] below which two positions cannot be told apart; every tolerance is a multiple of it.
+    pub fn resolution(&self) -> f32 {
+        self.scale.resolution()
+    }
+
+    /// Lower and upper corner of the box around the scene, in world coordinates [m].
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.bounds
+    }
+
+    /// The planar surfaces.
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// One planar surface.
+    pub fn surface(&self, surface: SurfaceId) -> &Surface {
+        &self.surfaces[surface.0 as usize]
+    }
+
+    /// The surface a triangle of [`Geometry::mesh`] belongs to.
+    pub fn triangle_surface(&self, triangle: u32) -> SurfaceId {
+        self.of_triangle[triangle as usize]
+    }
+
+    /// Leaves a surface: the start of a ray from a position on it, towards one of its sides.
+    ///
+    /// The origin is put one lift off the surface's plane, so far that rounding cannot bring it back, and the plane
+    /// is remembered as one not to test. This is the only function that leaves a surface.
+    pub fn leave(&self, position: Vec3, surface: SurfaceId, side: Side) -> Departure {
+        let Surface { normal, offset, plane, .. } = *self.surface(surface);
+        let outward = side.sign() * normal;
+        let offset = side.sign() * (offset - normal.dot(self.scale.center));
+        let position = position.as_dvec3();
+        let height = f64::from(self.scale.lift()) - (outward.dot(position) - offset);
+        Departure { origin: (position + height * outward).as_vec3(), plane: Some(plane) }
+    }
+
+    /// The first surface that a ray along a unit direction meets. Of surfaces at equal distance it is the one with the
+    /// lowest triangle.
+    pub fn closest_hit(&self, from: Departure, direction: Vec3) -> Option<Hit> {
+        let ray = ShearedRay::new(from.origin, direction, [from.plane, None]);
+        let (origin, along) = (from.origin.as_dvec3(), direction.as_dvec3());
+        let mut best = (f64::INFINITY, u32::MAX);
+        for block in &self.blocks {
+            ray.pierce(block, |triangle, plane| {
+                let distance = self.planes[plane as usize].distance(origin, along);
+                if distance > 0.0 && (distance, triangle) < best {
+                    best = (distance, triangle);
+                }
+            });
+        }
+        (best.1 != u32::MAX).then(|| self.hit(origin, along, best.0, best.1))
+    }
+
+    /// Whether anything lies strictly between the start and a local position [m], which is reached when less than
+    /// [`Geometry::resolution`] remains.
+    pub fn is_blocked(&self, from: Departure, to: Vec3) -> bool {
+        let length = from.origin.as_dvec3().distance(to.as_dvec3());
+        self.blocked(from, to, [from.plane, None], 1.0 - f64::from(self.resolution()) / length)
+    }
+
+    /// Whether anything lies between two positions on surfaces, ignoring the planes of both.
+    pub fn is_blocked_between_surfaces(&self, from: Departure, to: Departure) -> bool {
+        self.blocked(from, to.origin, [from.plane, to.plane], 1.0)
+    }
+
+    fn blocked(&self, from: Departure, to: Vec3, ignored: [Option<PlaneId>; 2], end: f64) -> bool {
+        let direction = to - from.origin;
+        if direction == Vec3::ZERO {
+            return false;
+        }
+        let ray = ShearedRay::new(from.origin, direction, ignored);
+        let (origin, along) = (from.origin.as_dvec3(), direction.as_dvec3());
+        let mut blocked = false;
+        for block in &self.blocks {
+            ray.pierce(block, |_, plane| {
+                let share = self.planes[plane as usize].distance(origin, along);
+                blocked |= share > 0.0 && share < end;
+            });
+            if blocked {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn hit(&self, origin: DVec3, direction: DVec3, distance: f64, triangle: u32) -> Hit {
+        let surface = self.of_triangle[triangle as usize];
+        let side = if direction.dot(self.surface(surface).normal) < 0.0 { Side::Front } else { Side::Back };
+        let corners =
+            self.mesh.triangles[triangle as usize].corners.map(|c| self.local[c as usize].as_dvec3());
+        let position = keep_inside(corners, origin + distance * direction, f64::from(self.scale.margin()));
+        Hit { position: position.as_vec3(), distance: distance as f32, triangle, surface, side }
+    }
+
+    /// Whether the scene is a closed room: a closed shell whose bounds contain everything else.
+    pub fn is_closed_room(&self) -> bool {
+        self.room.is_some()
+    }
+
+    /// Whether a world position [m] is in the air of the closed room: within its hull and in no closed object.
+    pub fn contains(&self, point: DVec3) -> bool {
+        let inside = |shell: &Shell| winding_number(&self.mesh, &shell.triangles, point).abs() > 0.5;
+        self.room.is_some_and(|room| inside(&self.shells[room]))
+            && !self.shells.iter().any(|shell| shell.depth == 1 && inside(shell))
+    }
+
+    /// Volume of the air in the closed room [m³]: its hull's less that of the closed objects in it, which must not
+    /// overlap. `None` when the scene is no closed room.
+    pub fn volume(&self) -> Option<f64> {
+        let hull = self.shells[self.room?].volume;
+        let objects = self.shells.iter().filter(|shell| shell.depth == 1);
+        Some(hull - objects.map(|shell| shell.volume).sum::<f64>())
+    }
+
+    /// Area exposed to the air [m²]: surfaces of closed shells count once, free panels with both sides.
+    pub fn area(&self) -> f64 {
+        self.surfaces.iter().map(exposed).sum()
+    }
+
+    /// Area of one material exposed to the air [m²]: closed shells count once, free panels with both sides.
+    pub fn exposed_area(&self, material: u32) -> f64 {
+        self.surfaces.iter().filter(|surface| surface.material == material).map(exposed).sum()
+    }
+
+    /// Distance from a world position to the nearest point of any surface [m].
+    pub fn distance_to_nearest_surface(&self, point: DVec3) -> f64 {
+        (0..self.mesh.triangles.len() as u32)
+            .map(|triangle| distance_to_triangle(self.mesh.corners(triangle), point))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The scene as a rectangular room, if it is exactly one empty axis-aligned box with one surface for each wall,
+    /// however tessellated.
+    pub fn as_shoebox(&self) -> Option<Shoebox> {
+        self.room?;
+        recognise(&self.surfaces, self.bounds.0, self.bounds.1, f64::from(self.resolution()))
+    }
+}
+
+fn exposed(surface: &Surface) -> f64 {
+    if surface.closed { surface.area } else { 2.0 * surface.area }
+}
+
+fn validate(mesh: &Mesh) -> Result<(), GeometryError> {
+    let count = mesh.vertices.len().max(mesh.triangles.len());
+    if count > i32::MAX as usize {
+        return Err(GeometryError::TooLarge { count });
+    }
+    let mut lost = (0..mesh.vertices.len()).filter(|&v| !mesh.vertices[v].is_finite());
+    if let Some(first) = lost.next() {
+        return Err(GeometryError::NotFinite { first, count: 1 + lost.count() });
+    }
+    let exists = |corner: &u32| (*corner as usize) < mesh.vertices.len();
+    let mut wrong = (0..mesh.triangles.len()).filter(|&t| !mesh.triangles[t].corners.iter().all(exists));
+    if let Some(first) = wrong.next() {
+        return Err(GeometryError::NoSuchVertex { first, count: 1 + wrong.count() });
+    }
+    Ok(())
+}
+
+/// The outermost shell whose bounds contain everything else.
+fn room(mesh: &Mesh, shells: &[Shell], bounds: (DVec3, DVec3), tolerance: f64) -> Option<usize> {
+    shells.iter().position(|shell| {
+        let (low, high) = shell
+            .triangles
+            .iter()
+            .flat_map(|&triangle| mesh.corners(triangle))
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        shell.depth == 0
+            && (low - bounds.0).max_element() <= tolerance
+            && (bounds.1 - high).max_element() <= tolerance
+    })
+}
+
+/// Moves a point that is in a triangle up to rounding to where it keeps a margin from all three sides, or to the
+/// centre of the inscribed circle where there is no such place.
+fn keep_inside(corners: [DVec3; 3], point: DVec3, margin: f64) -> DVec3 {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    let double_area = normal.length();
+    let sides = [c - b, a - c, b - a].map(DVec3::length);
+    // Barycentric coordinate of the point opposite each side, and the share of the margin in that height.
+    let weight = |p: DVec3, q: DVec3| normal.dot((q - p).cross(point - p)) / (double_area * double_area);
+    let weights = [weight(b, c), weight(c, a), weight(a, b)];
+    let inner = sides.map(|side| margin * side / double_area);
+    let room = 1.0 - inner.iter().sum::<f64>();
+    if room <= 0.0 {
+        let around = sides.iter().sum::<f64>();
+        return (a * sides[0] + b * sides[1] + c * sides[2]) / around;
+    }
+    let spare: [f64; 3] = std::array::from_fn(|i| (weights[i] - inner[i]).max(0.0));
+    let sum = spare.iter().sum::<f64>();
+    let share: [f64; 3] = std::array::from_fn(|i| inner[i] + room * spare[i] / sum);
+    a * share[0] + b * share[1] + c * share[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{dvec3, vec3};
+
+    #[test]
+    fn a_shoebox_knows_itself() {
+        let geometry = Geometry::build(Mesh::shoebox([10.0, 7.0, 3.0], [0, 1, 2, 3, 4, 5])).unwrap();
+        let shoebox = geometry.as_shoebox().unwrap();
+        assert_eq!((shoebox.min, shoebox.max), (DVec3::ZERO, dvec3(10.0, 7.0, 3.0)));
+        for (wall, surface) in shoebox.walls.iter().enumerate() {
+            assert_eq!(geometry.surface(*surface).material, wall as u32);
+        }
+        assert!((geometry.volume().unwrap() - 210.0).abs() < 1e-9);
+        assert!((geometry.area() - 242.0).abs() < 1e-9);
+        assert!((geometry.exposed_area(4) - 70.0).abs() < 1e-9);
+        assert!(geometry.contains(dvec3(0.1, 0.1, 0.1)));
+        assert!(!geometry.contains(dvec3(-0.1, 0.1, 0.1)));
+        assert!((geometry.distance_to_nearest_surface(dvec3(5.0, 3.0, 1.0)) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_ray_meets_the_wall_ahead_and_leaves_it_again() {
+        let geometry = Geometry::build(Mesh::shoebox([10.0, 7.0, 3.0], [0, 1, 2, 3, 4, 5])).unwrap();
+        let start = geometry.to_local(dvec3(1.0, 2.0, 1.0));
+        let hit = geometry.closest_hit(Departure::free(start), vec3(1.0, 0.0, 0.0)).unwrap();
+        assert!((hit.distance - 9.0).abs() < 1e-5);
+        assert_eq!(hit.side, Side::Front);
+        assert_eq!(geometry.surface(hit.surface).material, 1);
+        let again = geometry.leave(hit.position, hit.surface, hit.side);
+        let back = geometry.closest_hit(again, vec3(-1.0, 0.0, 0.0)).unwrap();
+        assert!((back.distance - 10.0).abs() < 1e-4);
+        assert!(!geometry.is_blocked(again, start));
+        assert!(geometry.is_blocked(Departure::free(start), geometry.to_local(dvec3(12.0, 2.0, 1.0))));
+    }
+}

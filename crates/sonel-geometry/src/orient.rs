@@ -1,0 +1,209 @@
+//! Consistent orientation: across every edge that joins two triangles, and towards the air.
+//!
+//! Triangles are joined across an edge when it has two faces, or when among more faces exactly two continue one
+//! another in the same plane (a screen welded onto a floor does not cut the floor). Components whose every edge is
+//! joined are closed shells. A shell within an even number of others is a room and faces inward, one within an odd
+//! number is an object and faces outward, so that the normals always point to the air between them.
+
+use crate::Mesh;
+use crate::enclosure::{signed_volume, winding_number};
+use crate::topology::{Connected, SharedEdge};
+
+/// What orientation found: shells and which triangles belong to one.
+pub(crate) struct Oriented {
+    /// Closed shells, in the order of their lowest triangle.
+    pub shells: Vec<Shell>,
+    /// For each triangle whether it is part of a closed shell.
+    pub closed: Vec<bool>,
+}
+
+/// A closed, consistently oriented component.
+#[derive(Debug, Clone)]
+pub(crate) struct Shell {
+    /// Its triangles in ascending order.
+    pub triangles: Vec<u32>,
+    /// How many other shells it lies in.
+    pub depth: u32,
+    /// Volume it encloses [m³].
+    pub volume: f64,
+}
+
+/// Orients the mesh in place.
+pub(crate) fn orient(mesh: &mut Mesh, edges: &[SharedEdge], tolerance: f64) -> Oriented {
+    let joints: Vec<Vec<Joint>> = edges.iter().map(|edge| joints(mesh, edge, tolerance)).collect();
+    let orientable = unify(mesh, &joints);
+    let components = components(mesh, edges, &joints, &orientable);
+    let mut shells: Vec<Shell> = components
+        .into_iter()
+        .map(|triangles| Shell { volume: signed_volume(mesh, &triangles), triangles, depth: 0 })
+        .collect();
+    for index in 0..shells.len() {
+        shells[index].depth = depth(mesh, &shells, index);
+    }
+    let mut closed = vec![false; mesh.triangles.len()];
+    for shell in &mut shells {
+        // A positive signed volume means that the normals point out of the shell.
+        let outward = shell.depth % 2 == 1;
+        for &triangle in &shell.triangles {
+            closed[triangle as usize] = true;
+            if (shell.volume > 0.0) != outward {
+                mesh.triangles[triangle as usize].corners.swap(1, 2);
+            }
+        }
+        shell.volume = shell.volume.abs();
+    }
+    Oriented { shells, closed }
+}
+
+/// Two triangles joined across an edge, and whether they agree in orientation as they are.
+#[derive(Clone, Copy)]
+struct Joint {
+    a: u32,
+    b: u32,
+    agree: bool,
+}
+
+/// The pairs of triangles that continue one another across an edge.
+fn joints(mesh: &Mesh, edge: &SharedEdge, tolerance: f64) -> Vec<Joint> {
+    let pair = |a: (u32, bool), b: (u32, bool)| Joint { a: a.0, b: b.0, agree: a.1 != b.1 };
+    let mut rest = edge.faces.clone();
+    let mut joints = Vec::new();
+    if rest.len() > 2 {
+        while let Some((i, j)) = continuing_pair(mesh, edge, &rest, tolerance) {
+            joints.push(pair(rest[i], rest[j]));
+            rest.remove(j);
+            rest.remove(i);
+        }
+    }
+    if let [a, b] = rest[..] {
+        joints.push(pair(a, b));
+    }
+    joints
+}
+
+/// The first two faces that lie in one plane on opposite sides of the edge.
+fn continuing_pair(
+    mesh: &Mesh,
+    edge: &SharedEdge,
+    faces: &[(u32, bool)],
+    tolerance: f64,
+) -> Option<(usize, usize)> {
+    let start = mesh.vertices[edge.ends[0] as usize];
+    let along = (mesh.vertices[edge.ends[1] as usize] - start).normalize();
+    let reach: Vec<_> = faces
+        .iter()
+        .map(|&(face, _)| {
+            let apex = mesh.triangles[face as usize]
+                .corners
+                .into_iter()
+                .find(|corner| !edge.ends.contains(corner))
+                .map_or(start, |corner| mesh.vertices[corner as usize]);
+            (apex - start).reject_from_normalized(along)
+        })
+        .collect();
+    for i in 0..faces.len() {
+        for j in i + 1..faces.len() {
+            let height = reach[i].length().min(reach[j].length());
+            let flat = reach[i].normalize_or_zero().cross(reach[j].normalize_or_zero()).length() * height;
+            if reach[i].dot(reach[j]) < 0.0 && flat <= tolerance {
+                return Some((i, j));
+            }
+        }
+    }
+    None
+}
+
+/// Turns triangles over until joined ones agree; tells for each triangle whether its component could be unified.
+fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) -> Vec<bool> {
+    let mut across: Vec<Vec<(u32, bool)>> = vec![Vec::new(); mesh.triangles.len()];
+    for joint in joints.iter().flatten() {
+        across[joint.a as usize].push((joint.b, joint.agree));
+        across[joint.b as usize].push((joint.a, joint.agree));
+    }
+    let mut flipped: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
+    let mut orientable = vec![true; mesh.triangles.len()];
+    for seed in 0..mesh.triangles.len() {
+        if flipped[seed].is_some() {
+            continue;
+        }
+        flipped[seed] = Some(false);
+        let mut component = vec![seed];
+        let mut consistent = true;
+        let mut next = 0;
+        while next < component.len() {
+            let here = component[next];
+            let turned = flipped[here] == Some(true);
+            for &(other, agree) in &across[here] {
+                let wanted = turned == agree;
+                match flipped[other as usize] {
+                    None => {
+                        flipped[other as usize] = Some(wanted);
+                        component.push(other as usize);
+                    }
+                    Some(is) => consistent &= is == wanted,
+                }
+            }
+            next += 1;
+        }
+        for &triangle in &component {
+            orientable[triangle] = consistent;
+            if flipped[triangle] == Some(true) {
+                mesh.triangles[triangle].corners.swap(1, 2);
+            }
+        }
+    }
+    orientable
+}
+
+/// The closed components: every edge joined, orientation consistent.
+fn components(
+    mesh: &Mesh,
+    edges: &[SharedEdge],
+    joints: &[Vec<Joint>],
+    orientable: &[bool],
+) -> Vec<Vec<u32>> {
+    let mut connected = Connected::new(mesh.triangles.len());
+    for joint in joints.iter().flatten() {
+        connected.join(joint.a, joint.b);
+    }
+    let mut open = vec![false; mesh.triangles.len()];
+    for (edge, joints) in edges.iter().zip(joints) {
+        for &(face, _) in &edge.faces {
+            if !joints.iter().any(|joint| joint.a == face || joint.b == face) {
+                open[connected.root(face) as usize] = true;
+            }
+        }
+    }
+    let mut members: Vec<Vec<u32>> = vec![Vec::new(); mesh.triangles.len()];
+    for triangle in 0..mesh.triangles.len() as u32 {
+        members[connected.root(triangle) as usize].push(triangle);
+    }
+    let closed =
+        |(root, members): &(usize, Vec<u32>)| !members.is_empty() && !open[*root] && orientable[*root];
+    members.into_iter().enumerate().filter(closed).map(|(_, members)| members).collect()
+}
+
+/// At most this many triangles vote on where a shell lies; one would do unless shells touch.
+const VOTES: usize = 64;
+
+/// How many other shells a shell lies in.
+fn depth(mesh: &Mesh, shells: &[Shell], index: usize) -> u32 {
+    let own = &shells[index];
+    let stride = own.triangles.len().div_ceil(VOTES);
+    let votes: Vec<_> = own
+        .triangles
+        .iter()
+        .step_by(stride)
+        .map(|&triangle| {
+            let [a, b, c] = mesh.corners(triangle);
+            (a + b + c) / 3.0
+        })
+        .collect();
+    let within = |other: &Shell| {
+        // Where shells touch, the winding number is a half: the mean over the votes decides.
+        let turns: f64 = votes.iter().map(|&p| winding_number(mesh, &other.triangles, p).abs()).sum();
+        other.volume.abs() > own.volume.abs() && turns > 0.5 * votes.len() as f64
+    };
+    let others = shells.iter().enumerate().filter(|&(other, _)| other != index);
+    others.filter(|(_, other)| within(other)).count() as u32
+}

@@ -1,0 +1,235 @@
+//! Planar surfaces: maximal coplanar, edge-connected regions of one material.
+//!
+//! A region is judged over all its vertices against the plane of its largest triangle, so a finely tessellated curved
+//! wall is never chained into one plane, however small the angle from facet to facet.
+
+use crate::Mesh;
+use crate::topology::SharedEdge;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Index of a [`Surface`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SurfaceId(pub u32);
+
+/// A plane of the scene: equal for all coplanar surfaces, whatever their material, position or orientation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PlaneId(pub u32);
+
+/// A side of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// The side the normal points to.
+    Front,
+    /// The other side.
+    Back,
+}
+
+impl Side {
+    /// The other side.
+    pub fn opposite(self) -> Self {
+        match self {
+            Side::Front => Side::Back,
+            Side::Back => Side::Front,
+        }
+    }
+
+    /// +1 for the front, −1 for the back: what the surface's normal is multiplied by to point to this side.
+    pub fn sign(self) -> f64 {
+        match self {
+            Side::Front => 1.0,
+            Side::Back => -1.0,
+        }
+    }
+}
+
+/// A maximal coplanar, edge-connected region of one material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// Unit normal, pointing to the [`Side::Front`].
+    pub normal: DVec3,
+    /// The surface is at normal · x = offset [m], in world coordinates.
+    pub offset: f64,
+    /// The plane it shares with all surfaces coplanar to it.
+    pub plane: PlaneId,
+    /// Index of its material.
+    pub material: u32,
+    /// Area of one side [m²].
+    pub area: f64,
+    /// Centre of the area, in world coordinates [m].
+    pub centroid: DVec3,
+    /// Its triangles in ascending order.
+    pub triangles: Vec<u32>,
+    /// Whether it is part of a closed shell, so that only its front faces the air of a closed room.
+    pub closed: bool,
+}
+
+/// The surfaces of a mesh and how triangles and planes map to them.
+pub(crate) struct Partition {
+    pub surfaces: Vec<Surface>,
+    /// The surface of each triangle.
+    pub of_triangle: Vec<SurfaceId>,
+    /// For each plane the unit normal and offset (world) of the largest surface on it.
+    pub planes: Vec<(DVec3, f64)>,
+}
+
+/// Gathers triangles into surfaces and surfaces into planes, within `tolerance` [m].
+pub(crate) fn partition(mesh: &Mesh, edges: &[SharedEdge], closed: &[bool], tolerance: f64) -> Partition {
+    let regions = grow_regions(mesh, &neighbours(mesh, edges), tolerance);
+    let mut of_triangle = vec![SurfaceId(0); mesh.triangles.len()];
+    let mut surfaces = Vec::with_capacity(regions.len());
+    for region in regions {
+        for &triangle in &region {
+            of_triangle[triangle as usize] = SurfaceId(surfaces.len() as u32);
+        }
+        surfaces.push(surface(mesh, region, closed));
+    }
+    let planes = share_planes(mesh, &mut surfaces, tolerance);
+    Partition { surfaces, of_triangle, planes }
+}
+
+/// For each triangle those of its material with which it shares an edge.
+fn neighbours(mesh: &Mesh, edges: &[SharedEdge]) -> Vec<Vec<u32>> {
+    let mut neighbours = vec![Vec::new(); mesh.triangles.len()];
+    for edge in edges {
+        for &(a, _) in &edge.faces {
+            for &(b, _) in &edge.faces {
+                if a != b && mesh.triangles[a as usize].material == mesh.triangles[b as usize].material {
+                    neighbours[a as usize].push(b);
+                }
+            }
+        }
+    }
+    neighbours
+}
+
+/// Floods regions from their largest triangle; regions are listed by their lowest triangle.
+fn grow_regions(mesh: &Mesh, neighbours: &[Vec<u32>], tolerance: f64) -> Vec<Vec<u32>> {
+    let count = mesh.triangles.len() as u32;
+    let areas: Vec<f64> = (0..count).map(|i| mesh.vector_area(i).length()).collect();
+    let mut seeds: Vec<u32> = (0..count).collect();
+    seeds.sort_by(|&a, &b| areas[b as usize].total_cmp(&areas[a as usize]).then(a.cmp(&b)));
+    let mut taken = vec![false; count as usize];
+    let mut regions = Vec::new();
+    for seed in seeds {
+        if std::mem::replace(&mut taken[seed as usize], true) {
+            continue;
+        }
+        let normal = mesh.vector_area(seed).normalize();
+        let offset = plane_offset(mesh, normal, &[seed]);
+        let mut region = vec![seed];
+        let mut next = 0;
+        while next < region.len() {
+            for &candidate in &neighbours[region[next] as usize] {
+                let flat = || {
+                    mesh.corners(candidate).iter().all(|v| (normal.dot(*v) - offset).abs() <= tolerance)
+                        && mesh.vector_area(candidate).dot(normal) > 0.0
+                };
+                if !taken[candidate as usize] && flat() {
+                    taken[candidate as usize] = true;
+                    region.push(candidate);
+                }
+            }
+            next += 1;
+        }
+        region.sort_unstable();
+        regions.push(region);
+    }
+    regions.sort_by_key(|region| region[0]);
+    regions
+}
+
+/// Mean of normal · x over the corners of some triangles.
+fn plane_offset(mesh: &Mesh, normal: DVec3, triangles: &[u32]) -> f64 {
+    let sum: f64 = triangles.iter().flat_map(|&t| mesh.corners(t)).map(|v| normal.dot(v)).sum();
+    sum / (3 * triangles.len()) as f64
+}
+
+fn surface(mesh: &Mesh, triangles: Vec<u32>, closed: &[bool]) -> Surface {
+    let mut vector_area = DVec3::ZERO;
+    let mut area = 0.0;
+    let mut moment = DVec3::ZERO;
+    for &triangle in &triangles {
+        let part = mesh.vector_area(triangle);
+        vector_area += part;
+        area += part.length();
+        let [a, b, c] = mesh.corners(triangle);
+        moment += part.length() * (a + b + c) / 3.0;
+    }
+    let normal = vector_area.normalize();
+    Surface {
+        normal,
+        offset: plane_offset(mesh, normal, &triangles),
+        plane: PlaneId(0),
+        material: mesh.triangles[triangles[0] as usize].material,
+        area,
+        centroid: moment / area,
+        closed: closed[triangles[0] as usize],
+        triangles,
+    }
+}
+
+/// Gives coplanar surfaces a common plane, judged over all their vertices; the largest surface of each plane names it.
+fn share_planes(mesh: &Mesh, surfaces: &mut [Surface], tolerance: f64) -> Vec<(DVec3, f64)> {
+    let mut order: Vec<usize> = (0..surfaces.len()).collect();
+    order.sort_by(|&a, &b| surfaces[b].area.total_cmp(&surfaces[a].area).then(a.cmp(&b)));
+    let mut lattice = PlaneLattice::default();
+    for index in order {
+        let surface = &surfaces[index];
+        let on = |&(normal, offset): &(DVec3, f64)| {
+            surface
+                .triangles
+                .iter()
+                .flat_map(|&t| mesh.corners(t))
+                .all(|v| (normal.dot(v) - offset).abs() <= tolerance)
+        };
+        surfaces[index].plane = lattice.find_or_add(surface.normal, surface.offset, on);
+    }
+    lattice.planes
+}
+
+/// Planes hashed by the rounded direction of their normal, up to sign.
+#[derive(Default)]
+struct PlaneLattice {
+    planes: Vec<(DVec3, f64)>,
+    cells: HashMap<[i32; 3], Vec<u32>>,
+}
+
+/// Normals are hashed on a lattice of this step; a small surface's normal is uncertain by tolerance over its size, so
+/// surfaces smaller than 10⁴ tolerances may keep a plane of their own, which costs nothing but a plane.
+const NORMAL_STEP: f64 = 1e-4;
+
+impl PlaneLattice {
+    /// The first plane that `on` accepts, or a new one.
+    fn find_or_add(&mut self, normal: DVec3, offset: f64, on: impl Fn(&(DVec3, f64)) -> bool) -> PlaneId {
+        let mut found = u32::MAX;
+        for key in keys(normal).into_iter().chain(keys(-normal)) {
+            for &candidate in self.cells.get(&key).into_iter().flatten() {
+                if candidate < found && on(&self.planes[candidate as usize]) {
+                    found = candidate;
+                }
+            }
+        }
+        if found == u32::MAX {
+            found = self.planes.len() as u32;
+            self.planes.push((normal, offset));
+            let home = (normal / NORMAL_STEP).round().as_ivec3().to_array();
+            self.cells.entry(home).or_default().push(found);
+        }
+        PlaneId(found)
+    }
+}
+
+/// The lattice points within a step of a normal.
+fn keys(normal: DVec3) -> Vec<[i32; 3]> {
+    let home = (normal / NORMAL_STEP).round().as_ivec3().to_array();
+    let mut keys = Vec::with_capacity(27);
+    for x in -1..=1 {
+        for y in -1..=1 {
+            for z in -1..=1 {
+                keys.push([home[0] + x, home[1] + y, home[2] + z]);
+            }
+        }
+    }
+    keys
+}

@@ -1,0 +1,55 @@
+//! Which triangles meet at which edges.
+
+use crate::Mesh;
+use std::collections::HashMap;
+
+/// The triangles around one edge of a welded mesh.
+#[derive(Debug, Clone)]
+pub(crate) struct SharedEdge {
+    /// Its two vertices, the lower index first.
+    pub ends: [u32; 2],
+    /// Triangles with this edge in ascending order, and whether they run along it from the first end to the second.
+    pub faces: Vec<(u32, bool)>,
+}
+
+/// Edges in the order in which triangles first name them.
+pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
+    let mut known: HashMap<[u32; 2], usize> = HashMap::new();
+    let mut edges: Vec<SharedEdge> = Vec::new();
+    for (index, triangle) in mesh.triangles.iter().enumerate() {
+        for side in 0..3 {
+            let (from, to) = (triangle.corners[side], triangle.corners[(side + 1) % 3]);
+            let ends = [from.min(to), from.max(to)];
+            let slot = *known.entry(ends).or_insert_with(|| {
+                edges.push(SharedEdge { ends, faces: Vec::new() });
+                edges.len() - 1
+            });
+            edges[slot].faces.push((index as u32, from < to));
+        }
+    }
+    edges
+}
+
+/// Disjoint sets with path halving: which things are connected.
+pub(crate) struct Connected(Vec<u32>);
+
+impl Connected {
+    pub fn new(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    /// The representative of a set: its lowest member.
+    pub fn root(&mut self, mut member: u32) -> u32 {
+        while self.0[member as usize] != member {
+            let parent = self.0[member as usize];
+            self.0[member as usize] = self.0[parent as usize];
+            member = self.0[member as usize];
+        }
+        member
+    }
+
+    pub fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}

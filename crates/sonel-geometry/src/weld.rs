@@ -1,0 +1,104 @@
+//! Joining vertices that are the same point, and dropping triangles without area.
+
+use crate::Mesh;
+use crate::scale::Scale;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// A welded mesh and what welding did to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Welded {
+    /// The mesh: every vertex is used, no two are closer than the tolerance unless a chain of such pairs kept them
+    /// apart, every triangle has an area.
+    pub mesh: Mesh,
+    /// For each triangle of `mesh`, its index in the mesh that was welded.
+    pub kept: Vec<u32>,
+    /// Vertices that were joined to an earlier one.
+    pub joined: usize,
+    /// Triangles that were dropped because they have no area.
+    pub dropped: usize,
+}
+
+impl Mesh {
+    /// Joins vertices closer than the scene's resolution and drops triangles of zero area.
+    ///
+    /// The first vertex of each group keeps its position, and unused vertices are left out. Corners must be valid
+    /// indices and coordinates finite.
+    pub fn welded(&self) -> Welded {
+        let (low, high) = self.bounds();
+        let tolerance = f64::from(Scale::of_bounds(low, high).resolution());
+        let mut grid = WeldGrid::new(tolerance);
+        let mut renamed = vec![u32::MAX; self.vertices.len()];
+        let mut joined = 0;
+        let mut welded = Welded { mesh: Mesh::default(), kept: Vec::new(), joined: 0, dropped: 0 };
+        for (index, triangle) in self.triangles.iter().enumerate() {
+            let corners = triangle.corners.map(|corner| {
+                let name = &mut renamed[corner as usize];
+                if *name == u32::MAX {
+                    let before = grid.points.len();
+                    *name = grid.join(self.vertices[corner as usize]);
+                    joined += usize::from(grid.points.len() == before);
+                }
+                *name
+            });
+            if has_area(corners.map(|corner| grid.points[corner as usize]), tolerance) {
+                welded.mesh.triangles.push(crate::MeshTriangle { corners, ..*triangle });
+                welded.kept.push(index as u32);
+            } else {
+                welded.dropped += 1;
+            }
+        }
+        welded.joined = joined;
+        welded.mesh.vertices = grid.points;
+        welded
+    }
+}
+
+/// Whether the corners span a triangle higher than the tolerance could hide.
+fn has_area([a, b, c]: [DVec3; 3], tolerance: f64) -> bool {
+    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+    // Height over the longest side; flatter than this its rounded corners may be collinear or turned over.
+    (b - a).cross(c - a).length() > longest * tolerance
+}
+
+/// Points in cells twice the tolerance wide, so that a neighbourhood of 2 × 2 × 2 cells holds every candidate.
+struct WeldGrid {
+    tolerance: f64,
+    cells: HashMap<[i64; 3], Vec<u32>>,
+    points: Vec<DVec3>,
+}
+
+impl WeldGrid {
+    fn new(tolerance: f64) -> Self {
+        Self { tolerance, cells: HashMap::new(), points: Vec::new() }
+    }
+
+    fn cell(&self, point: DVec3) -> [i64; 3] {
+        let scaled = point / (2.0 * self.tolerance);
+        [scaled.x.floor() as i64, scaled.y.floor() as i64, scaled.z.floor() as i64]
+    }
+
+    /// The earliest point within the tolerance, or this one as a new point.
+    fn join(&mut self, point: DVec3) -> u32 {
+        let low = self.cell(point - self.tolerance);
+        let high = self.cell(point + self.tolerance);
+        let mut found = u32::MAX;
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                for z in low[2]..=high[2] {
+                    for &candidate in self.cells.get(&[x, y, z]).into_iter().flatten() {
+                        if self.points[candidate as usize].distance(point) <= self.tolerance {
+                            found = found.min(candidate);
+                        }
+                    }
+                }
+            }
+        }
+        if found == u32::MAX {
+            found = self.points.len() as u32;
+            self.cells.entry(self.cell(point)).or_default().push(found);
+            self.points.push(point);
+        }
+        found
+    }
+}
