@@ -1,1 +1,27 @@
 //! Vocabulary of room acoustics: bands, levels, air, materials, directivity, statistical formulas.
+//!
+//! A leaf: knows no geometry and no file. Units are coherent SI unless a name says otherwise; every transcendental
+//! function is `libm`'s, so that the same inputs give the same bits on every platform.
+//!
+//! References: docs/physics.md §1, docs/references.md.
+
+mod air;
+mod bands;
+mod directivity;
+pub mod just_noticeable;
+mod levels;
+mod material;
+mod statistics;
+
+pub use air::{Air, AirError};
+pub use bands::{BandError, BandWidth, Bands};
+pub use directivity::{Directivity, UnknownDirectivity};
+pub use levels::{
+    REFERENCE_IMPEDANCE, energy_from_level_db, energy_to_level_db, level_db, strength_db,
+    strength_to_level_db,
+};
+pub use material::{Coefficient, Material, MaterialProblem};
+pub use statistics::{
+    equivalent_absorption_area, eyring_time, kuttruff_time, mean_absorption, mean_free_path, sabine_time,
+    schroeder_frequency,
+};
