@@ -1,0 +1,107 @@
+//! The hall's welded quads: measures, checks, and the OBJ text.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use super::{grid::Face, shape};
+
+/// Quads over shared vertices.
+pub struct QuadMesh {
+    /// Positions [m].
+    pub vertices: Vec<[f64; 3]>,
+    /// Corner indices, counter-clockwise seen from the air, with the material's name.
+    pub quads: Vec<([usize; 4], &'static str)>,
+}
+
+impl QuadMesh {
+    /// Welds equal grid vertices and moves them into the hall's shape; quads are sorted by material.
+    pub fn weld(mut faces: Vec<Face>) -> Self {
+        faces.sort_by_key(|f| (f.material, f.corners));
+        let mut seen = BTreeMap::new();
+        let mut vertices = Vec::new();
+        let quads = faces
+            .iter()
+            .map(|face| {
+                let corners = face.corners.map(|corner| {
+                    *seen.entry(corner).or_insert_with(|| {
+                        vertices.push(shape::place(corner));
+                        vertices.len() - 1
+                    })
+                });
+                (corners, face.material)
+            })
+            .collect();
+        Self { vertices, quads }
+    }
+
+    /// The quad's corners [m].
+    pub fn corners(&self, quad: &[usize; 4]) -> [[f64; 3]; 4] {
+        quad.map(|i| self.vertices[i])
+    }
+
+    /// Enclosed air [m³], by the divergence theorem; positive if the normals point into it.
+    pub fn volume(&self) -> f64 {
+        -self.triangles().map(|([a, b, c], _)| dot(a, cross(b, c)) / 6.0).sum::<f64>()
+    }
+
+    /// Area [m²] by material.
+    pub fn areas(&self) -> BTreeMap<&'static str, f64> {
+        let mut areas = BTreeMap::new();
+        for ([a, b, c], material) in self.triangles() {
+            *areas.entry(material).or_insert(0.0) += 0.5 * length(cross(sub(b, a), sub(c, a)));
+        }
+        areas
+    }
+
+    /// Both triangles of each quad.
+    pub fn triangles(&self) -> impl Iterator<Item = ([[f64; 3]; 3], &'static str)> {
+        self.quads.iter().flat_map(|(quad, material)| {
+            let [a, b, c, d] = self.corners(quad);
+            [([a, b, c], *material), ([a, c, d], *material)]
+        })
+    }
+
+    /// Wavefront OBJ text.
+    pub fn to_obj(&self) -> String {
+        let mut obj = String::from(
+            "# Concert hall, z up, metres. Written by `cargo xtask hall`; change the plan there, not this file.\n",
+        );
+        for [x, y, z] in &self.vertices {
+            writeln!(obj, "v {} {} {}", decimal(*x), decimal(*y), decimal(*z))
+                .expect("writing to a string cannot fail");
+        }
+        let mut current = "";
+        for (quad, material) in &self.quads {
+            if *material != current {
+                current = material;
+                writeln!(obj, "o {material}\nusemtl {material}").expect("writing to a string cannot fail");
+            }
+            let [a, b, c, d] = quad.map(|i| i + 1);
+            writeln!(obj, "f {a} {b} {c} {d}").expect("writing to a string cannot fail");
+        }
+        obj
+    }
+}
+
+/// Five decimals without trailing zeros; never "-0".
+fn decimal(value: f64) -> String {
+    let text = format!("{value:.5}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".into() } else { short.into() }
+}
+
+pub fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub fn length(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
