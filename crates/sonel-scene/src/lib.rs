@@ -1,1 +1,16 @@
 //! The scene file and its mesh: loading, validation, the compiled scene.
+//!
+//! [`load`] reads `scene.toml` and the OBJ mesh it names and returns a [`Scene`] in SI, or *every* problem of both files,
+//! each with its line and a remedy. Tests make scenes in code: [`Scene::shoebox`].
+//!
+//! References: docs/interface.md, docs/formats/scene.md.
+
+mod load;
+mod problem;
+mod scene;
+
+pub use load::{Loaded, load};
+pub use problem::{Place, Problem, SceneErrors};
+pub use scene::{
+    DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, Receiver, Scene, Source,
+};

@@ -1,0 +1,54 @@
+//! What is wrong with a scene: every problem at once, each with its place and its remedy.
+
+use std::fmt;
+
+use thiserror::Error;
+
+/// A place in a file, lines and columns counted from 1; the column counts characters.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// Label of the file, as given by the caller.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column, from 1.
+    pub column: usize,
+}
+
+/// One problem.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Where.
+    pub place: Place,
+    /// What is wrong and what to do, with the key's full name first.
+    pub message: String,
+}
+
+/// Everything wrong with a scene, in the order of the files' lines; never empty.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub struct SceneErrors {
+    /// The problems.
+    pub problems: Vec<Problem>,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}", self.file, self.line, self.column)
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.message)
+    }
+}
+
+impl fmt::Display for SceneErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, problem) in self.problems.iter().enumerate() {
+            let separator = if i == 0 { "" } else { "\n" };
+            write!(f, "{separator}{problem}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,212 @@
+//! The compiled scene: everything a trace or a rendering needs, checked and in SI.
+//!
+//! Coordinates are those of the scene file, in metres, whatever axis is up ([`Scene::up`]).
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use sonel_acoustics::{Air, Bands, Directivity, Material, equivalent_absorption_area, sabine_time};
+use sonel_geometry::{Geometry, GeometryError, Mesh};
+
+/// Power level of a source that states none [dB re 1 pW].
+pub const DEFAULT_POWER_LEVEL_DB: f64 = 90.0;
+/// Scattering coefficient of a material that states neither scattering nor diffuse.
+pub const DEFAULT_SCATTERING: f64 = 0.1;
+/// A scene that states no duration lasts this many times its largest Sabine time.
+pub const DURATION_PER_SABINE_TIME: f64 = 1.2;
+
+/// A scene after loading: no path, no unit but SI, every list as long as there are bands.
+///
+/// The mesh is not part of the serialised form: it is written by whoever carries the scene, in a form of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// Name for people.
+    pub name: String,
+    /// Frequency bands; every per-band list below has their count.
+    pub bands: Bands,
+    /// State of the air.
+    pub air: Air,
+    /// Speed of sound [m/s].
+    pub speed_of_sound: f64,
+    /// Energy attenuation m of the air per band [1/m]; all 0 when switched off.
+    pub air_attenuation: Vec<f64>,
+    /// How long echograms are simulated [s].
+    pub duration: f64,
+    /// Materials; [`sonel_geometry::MeshTriangle::material`] indexes this list.
+    pub materials: Vec<Material>,
+    /// Walls [m].
+    #[serde(skip)]
+    pub mesh: Mesh,
+    /// Sources, at least one in a loaded scene.
+    pub sources: Vec<Source>,
+    /// Receivers, possibly none: a map serves any.
+    pub receivers: Vec<Receiver>,
+    /// Unit vector that points up in the axes of the scene file.
+    pub up: DVec3,
+    /// BLAKE3 digest of the scene file's bytes; zero for a scene made in code.
+    pub digest: [u8; 32],
+    /// BLAKE3 digest of the mesh file's bytes; of nothing for a shoebox; zero for a scene made in code.
+    pub mesh_digest: [u8; 32],
+}
+
+/// A point source.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Source {
+    /// Name, unique among the sources.
+    pub name: String,
+    /// Position [m].
+    pub position: DVec3,
+    /// Power level per band [dB re 1 pW].
+    pub power_level_db: Vec<f64>,
+    /// Pattern about [`Source::aim`].
+    pub directivity: Directivity,
+    /// Unit vector.
+    pub aim: DVec3,
+}
+
+/// A point receiver.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Receiver {
+    /// Name, unique among the receivers.
+    pub name: String,
+    /// Position [m].
+    pub position: DVec3,
+    /// Unit vector, for directional figures; towards the first source unless stated.
+    pub aim: DVec3,
+}
+
+impl Source {
+    /// An omnidirectional source of 90 dB in each of `band_count` bands.
+    pub fn omni(name: &str, position: DVec3, band_count: usize) -> Self {
+        Self {
+            name: name.to_owned(),
+            position,
+            power_level_db: vec![DEFAULT_POWER_LEVEL_DB; band_count],
+            directivity: Directivity::Omni,
+            aim: DVec3::X,
+        }
+    }
+}
+
+impl Receiver {
+    /// A receiver at `position` [m] that looks at `target` [m]; along x when it stands there.
+    pub fn towards(name: &str, position: DVec3, target: DVec3) -> Self {
+        let aim = (target - position).normalize_or(DVec3::X);
+        Self { name: name.to_owned(), position, aim }
+    }
+}
+
+impl Scene {
+    /// A closed shoebox with one corner at the origin and one material, no source, no receiver, default air.
+    ///
+    /// `dimensions` [m], positive; `material` must have a coefficient per band. It lasts 1.2 times its largest Sabine
+    /// time, or 1 s when nothing absorbs.
+    pub fn shoebox(dimensions: [f64; 3], material: Material, bands: Bands) -> Self {
+        let mut scene = Self::from_parts(Mesh::shoebox(dimensions, [0; 6]), vec![material], bands, 1.0);
+        let time = scene.geometry().ok().and_then(|geometry| scene.largest_sabine_time(&geometry));
+        if let Some(time) = time {
+            scene.duration = DURATION_PER_SABINE_TIME * time;
+        }
+        scene
+    }
+
+    /// A scene of any mesh [m] whose triangles index `materials`, lasting `duration` [s]: no source, no receiver,
+    /// default air, z up.
+    pub fn from_parts(mesh: Mesh, materials: Vec<Material>, bands: Bands, duration: f64) -> Self {
+        let air = Air::default();
+        Self {
+            name: String::new(),
+            speed_of_sound: air.speed_of_sound(),
+            air_attenuation: attenuation_per_band(&air, &bands),
+            air,
+            bands,
+            duration,
+            materials,
+            mesh,
+            sources: Vec::new(),
+            receivers: Vec::new(),
+            up: DVec3::Z,
+            digest: [0; 32],
+            mesh_digest: [0; 32],
+        }
+    }
+
+    /// Adds an omnidirectional source of 90 dB at `position` [m].
+    #[must_use]
+    pub fn with_source(mut self, name: &str, position: [f64; 3]) -> Self {
+        self.sources.push(Source::omni(name, position.into(), self.bands.count()));
+        self
+    }
+
+    /// Adds a receiver at `position` [m], aimed at the first source if there is one.
+    #[must_use]
+    pub fn with_receiver(mut self, name: &str, position: [f64; 3]) -> Self {
+        let position = DVec3::from(position);
+        let target = self.sources.first().map_or(position, |source| source.position);
+        self.receivers.push(Receiver::towards(name, position, target));
+        self
+    }
+
+    /// Replaces the air, its speed of sound and its attenuation.
+    #[must_use]
+    pub fn with_air(mut self, air: Air) -> Self {
+        self.speed_of_sound = air.speed_of_sound();
+        self.air_attenuation = attenuation_per_band(&air, &self.bands);
+        self.air = air;
+        self
+    }
+
+    /// Switches the attenuation of the air off.
+    #[must_use]
+    pub fn without_air_attenuation(mut self) -> Self {
+        self.air_attenuation.fill(0.0);
+        self
+    }
+
+    /// Replaces the duration [s].
+    #[must_use]
+    pub fn with_duration(mut self, duration: f64) -> Self {
+        self.duration = duration;
+        self
+    }
+
+    /// ρc of the air at the scene's speed of sound [Pa·s/m].
+    pub fn impedance(&self) -> f64 {
+        self.air.density() * self.speed_of_sound
+    }
+
+    /// The ray-casting index of the mesh.
+    ///
+    /// # Errors
+    /// When the mesh has no usable triangle, see [`GeometryError`].
+    pub fn geometry(&self) -> Result<Geometry, GeometryError> {
+        Geometry::build(self.mesh.clone())
+    }
+
+    /// Sabine's time of the band that rings longest [s], or `None` when a band has no absorption at all.
+    ///
+    /// `geometry` is [`Scene::geometry`]. A mesh that is no closed room is given the volume of its bounding box.
+    pub fn largest_sabine_time(&self, geometry: &Geometry) -> Option<f64> {
+        let volume = geometry.volume().unwrap_or_else(|| {
+            let (lowest, highest) = geometry.bounds();
+            (highest - lowest).element_product()
+        });
+        let areas: Vec<f64> = (0u32..).take(self.materials.len()).map(|m| geometry.exposed_area(m)).collect();
+        let time = |band: usize| {
+            let walls =
+                areas.iter().zip(&self.materials).map(|(area, material)| (*area, material.absorption[band]));
+            sabine_time(
+                volume,
+                equivalent_absorption_area(walls),
+                self.air_attenuation[band],
+                self.speed_of_sound,
+            )
+        };
+        let largest = (0..self.bands.count()).map(time).fold(0.0, f64::max);
+        (largest.is_finite() && largest > 0.0).then_some(largest)
+    }
+}
+
+/// m per band at the exact midbands [1/m].
+pub(crate) fn attenuation_per_band(air: &Air, bands: &Bands) -> Vec<f64> {
+    (0..bands.count()).map(|band| air.energy_attenuation(bands.exact_midband(band))).collect()
+}
