@@ -1,1 +1,42 @@
 //! The sonel map: paths on disk, sonels by sweeping them.
+//!
+//! A map stores *paths, not energies* (docs/physics.md §2): for every emission the points where the packet met a
+//! surface and what it did there. Energies in any band follow from the points and the coefficient table in one running
+//! product, so one map serves any air, source level, directivity and, within limits, other materials.
+//!
+//! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
+//! - [`vertex`]: the 16-byte record of one arrival;
+//! - [`coefficients`] and [`weight`]: the balance heuristic over leading bands, shared by tracer and readers;
+//! - [`sweep`]: a path as a sequence of segments with energy, length and history;
+//! - [`ledger`]: where the energy went, per band, and the fates of the packets;
+//! - [`header`]: provenance: settings, scene, effects, shard; [`writer`] and [`reader`]: the file itself.
+//!
+//! The layout of the file, byte by byte, stands in docs/formats/sonelmap.md.
+
+#[cfg(target_endian = "big")]
+compile_error!("sonel maps are mapped into memory as little-endian arrays; a big-endian reader needs its own codec");
+
+mod codec;
+pub mod coefficients;
+pub mod emission;
+pub mod error;
+mod format;
+pub mod header;
+pub mod ledger;
+pub mod reader;
+mod record;
+pub mod sweep;
+pub mod vertex;
+pub mod weight;
+pub mod writer;
+
+pub use coefficients::{CoefficientTable, Lanes, lanes_of};
+pub use emission::{CHUNK_EMISSIONS, BatchStart, EmissionDirections, EmissionLayout, PacketStart, Spectral};
+pub use error::MapError;
+pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
+pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
+pub use reader::{PathView, SonelMap};
+pub use sweep::{Arrival, Segment, SegmentHistory, sweep};
+pub use vertex::{Event, Vertex};
+pub use weight::PathWeight;
+pub use writer::{ChunkPaths, MapWriter};

@@ -1,1 +1,28 @@
-//! From sonel map to echograms: receivers and one module per path class.
+//! Pass two: from a sonel map to echograms at any number of receivers.
+//!
+//! Every path class of docs/physics.md §4 is owned by exactly one module (L source, S specular, D diffuse, R receiver):
+//!
+//! | class | module |
+//! |---|---|
+//! | L R | [`direct`] |
+//! | L S^k R, k ≤ K | [`mirror`] (image sources over completely enumerated mirror chains) |
+//! | … D R | [`connection`] (a shadow ray from every sonel) |
+//! | L S^k R, k > K, and … D S⁺ R | [`crossing`] (traced segments through a receiver sphere) |
+//!
+//! [`render`](mod@render) drives them batch by batch; [`deposit`] holds the echograms under construction.
+
+pub mod air;
+mod batch;
+pub mod connection;
+pub mod crossing;
+pub mod deposit;
+mod deterministic;
+pub mod direct;
+pub mod mirror;
+pub mod receiver;
+pub mod render;
+pub mod rendering;
+
+pub use receiver::ReceiverPoint;
+pub use render::{Air, PathClass, RenderError, RenderSettings, Renderer};
+pub use rendering::{CoarseEchogram, DiscreteArrival, Rendering};

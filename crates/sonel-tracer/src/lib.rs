@@ -1,1 +1,13 @@
-//! Emission, interaction, propagation, fates and the energy ledger.
+//! Pass one: emission, interaction, propagation, fates and the energy ledger.
+//!
+//! - [`interaction`]: what a surface does with an arriving packet, from uniform numbers;
+//! - [`packet`]: one sonel's life, from the source to its fate;
+//! - [`run`]: all packets of a run in chunks, on all cores, the same bytes for any number of threads.
+//!
+//! What is computed stands in docs/physics.md §2, §3 and §6.
+
+pub mod interaction;
+pub mod packet;
+pub mod run;
+
+pub use run::{TraceError, Tracer, TracedChunk};

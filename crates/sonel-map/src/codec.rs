@@ -1,0 +1,113 @@
+//! The header's wire format: the only place that knows bincode.
+//!
+//! Fixed-width little-endian integers, lengths as u64, structs as their fields in order: no variable-length integers, no
+//! enums, options or maps, so that the bytes can be described in half a page (docs/formats/sonelmap.md) and another
+//! codec can take over.
+
+use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+use bincode::{Decode, Encode};
+
+/// Largest header accepted [bytes].
+const LIMIT: usize = 16 << 20;
+
+fn configuration() -> Configuration<LittleEndian, Fixint, Limit<LIMIT>> {
+    bincode::config::standard().with_fixed_int_encoding().with_little_endian().with_limit::<LIMIT>()
+}
+
+/// The header as it stands in the file.
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct HeaderRecord {
+    pub tool_version: String,
+    pub settings: SettingsRecord,
+    pub effects: Vec<EffectRecord>,
+    pub scene: SceneRecord,
+    pub chunk_count: u64,
+    pub sections: Vec<SectionRecord>,
+}
+
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct SettingsRecord {
+    pub emissions: u64,
+    pub seed: u64,
+    pub batches: u32,
+    pub spectral: u32,
+    pub mode: u32,
+    pub shard_index: u32,
+    pub shard_count: u32,
+    pub chunk_emissions: u64,
+    pub survival: f64,
+    pub extinction_threshold: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct EffectRecord {
+    pub name: String,
+    pub on: Vec<u8>,
+    pub reason: String,
+}
+
+/// A named run of bytes outside the header.
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct SectionRecord {
+    pub name: String,
+    pub offset: u64,
+    pub length: u64,
+    pub digest: [u8; 32],
+}
+
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct SceneRecord {
+    pub name: String,
+    pub up: [f64; 3],
+    pub third_octaves: u8,
+    pub nominal_frequencies: Vec<f64>,
+    pub temperature_celsius: f64,
+    pub relative_humidity_percent: f64,
+    pub pressure_kpa: f64,
+    pub speed_of_sound: f64,
+    pub air_attenuation: Vec<f64>,
+    pub duration: f64,
+    pub scene_digest: [u8; 32],
+    pub mesh_digest: [u8; 32],
+    pub materials: Vec<MaterialRecord>,
+    pub sources: Vec<SourceRecord>,
+    pub receivers: Vec<ReceiverRecord>,
+}
+
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct MaterialRecord {
+    pub name: String,
+    pub absorption: Vec<f64>,
+    pub scattering: Vec<f64>,
+    pub transmission: Vec<f64>,
+    /// Empty where the scene names no source.
+    pub source: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct SourceRecord {
+    pub name: String,
+    pub position: [f64; 3],
+    pub power_level_db: Vec<f64>,
+    pub directivity: String,
+    pub aim: [f64; 3],
+}
+
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct ReceiverRecord {
+    pub name: String,
+    pub position: [f64; 3],
+    pub aim: [f64; 3],
+}
+
+/// Bytes of a header.
+pub fn encode(record: &HeaderRecord) -> Result<Vec<u8>, String> {
+    bincode::encode_to_vec(record, configuration()).map_err(|error| format!("the header cannot be encoded: {error}"))
+}
+
+/// A header from its bytes, all of which must be used.
+pub fn decode(bytes: &[u8]) -> Result<HeaderRecord, String> {
+    let (record, used) = bincode::decode_from_slice(bytes, configuration())
+        .map_err(|error| format!("the header cannot be decoded: {error}"))?;
+    if used == bytes.len() { Ok(record) } else { Err(format!("the header has {} bytes too many", bytes.len() - used)) }
+}

@@ -1,0 +1,157 @@
+//! What a surface does to energy (f) and to packets (p), per material, event and band.
+//!
+//! f_j is what band j's energy is multiplied by: specular (1−α)(1−s), diffuse (1−α)s, transmitted τ. p_k is the
+//! probability that a packet led by band k takes the event: with a = 1 − α + τ it survives with a^β and then takes the
+//! event with f/a, so p_k = a^(β−1) f_k (docs/physics.md §2, §3). Bands stand in lanes of four so that the compiler
+//! vectorises over them; lanes beyond the last band are zero.
+
+use sonel_acoustics::Material;
+
+/// Four bands side by side.
+pub type Lanes = [f64; 4];
+
+/// How many lanes hold `bands` bands.
+#[must_use]
+pub const fn lanes_of(bands: usize) -> usize {
+    bands.div_ceil(4)
+}
+
+/// Spreads per-band values over lanes, zeros behind.
+#[must_use]
+pub fn to_lanes(values: impl IntoIterator<Item = f64>) -> Vec<Lanes> {
+    let mut lanes: Vec<Lanes> = Vec::new();
+    for (band, value) in values.into_iter().enumerate() {
+        if band % 4 == 0 {
+            lanes.push([0.0; 4]);
+        }
+        lanes[band / 4][band % 4] = value;
+    }
+    lanes
+}
+
+/// Energy factors and probabilities of one event at one material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EventRow {
+    /// f_j per band.
+    pub energy: Vec<Lanes>,
+    /// p_k per leading band.
+    pub probability: Vec<Lanes>,
+}
+
+/// One material in the form the packets need.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaterialRow {
+    /// Mirror reflection.
+    pub specular: EventRow,
+    /// Lambert reflection.
+    pub diffuse: EventRow,
+    /// Straight transmission.
+    pub transmitted: EventRow,
+    /// α − τ: the part of the incident energy that turns to heat here.
+    pub dissipated: Vec<Lanes>,
+    /// a = 1 − α + τ: the part that goes on.
+    pub passed_on: Vec<Lanes>,
+    /// Whether no band reflects diffusely here.
+    pub is_mirror: bool,
+    /// Per leading band: upper ends, in [0, 1], of the intervals of one uniform number for specular, diffuse and
+    /// transmitted; beyond the last the packet ends.
+    pub thresholds: Vec<[f64; 3]>,
+}
+
+/// All materials of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoefficientTable {
+    bands: usize,
+    rows: Vec<MaterialRow>,
+}
+
+impl CoefficientTable {
+    /// The table for `materials` over `bands` bands and the survival exponent β in [0, 1].
+    #[must_use]
+    pub fn new(materials: &[Material], bands: usize, survival: f64) -> Self {
+        Self { bands, rows: materials.iter().map(|material| material_row(material, bands, survival)).collect() }
+    }
+
+    /// Number of bands.
+    #[must_use]
+    pub fn bands(&self) -> usize {
+        self.bands
+    }
+
+    /// The row of material number `material`.
+    #[inline]
+    #[must_use]
+    pub fn material(&self, material: u32) -> &MaterialRow {
+        &self.rows[material as usize]
+    }
+}
+
+fn material_row(material: &Material, bands: usize, survival: f64) -> MaterialRow {
+    let specular: Vec<f64> = (0..bands).map(|b| material.specular(b)).collect();
+    let diffuse: Vec<f64> = (0..bands).map(|b| material.diffuse(b)).collect();
+    let transmitted: Vec<f64> = (0..bands).map(|b| material.transmission[b]).collect();
+    // The three events add up to what is passed on, by the same sums that decide events: nothing is lost to rounding.
+    let passed_on: Vec<f64> = (0..bands).map(|b| specular[b] + diffuse[b] + transmitted[b]).collect();
+    let roulette: Vec<f64> = passed_on.iter().map(|&a| roulette_factor(a, survival)).collect();
+    let row = |factors: &[f64]| EventRow {
+        energy: to_lanes(factors.iter().copied()),
+        probability: to_lanes(factors.iter().zip(&roulette).map(|(f, r)| f * r)),
+    };
+    let thresholds = (0..bands)
+        .map(|b| {
+            let p = [specular[b] * roulette[b], diffuse[b] * roulette[b], transmitted[b] * roulette[b]];
+            [p[0], p[0] + p[1], p[0] + p[1] + p[2]]
+        })
+        .collect();
+    MaterialRow {
+        is_mirror: diffuse.iter().all(|&factor| factor <= 0.0),
+        specular: row(&specular),
+        diffuse: row(&diffuse),
+        transmitted: row(&transmitted),
+        dissipated: to_lanes((0..bands).map(|b| material.absorption[b] - material.transmission[b])),
+        passed_on: to_lanes(passed_on.iter().copied()),
+        thresholds,
+    }
+}
+
+/// a^β / a: turns an energy factor into the probability of its event; zero where nothing is passed on.
+fn roulette_factor(passed_on: f64, survival: f64) -> f64 {
+    if passed_on <= 0.0 { 0.0 } else { libm::pow(passed_on, survival - 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wall(absorption: f64, scattering: f64, transmission: f64) -> Material {
+        Material {
+            name: "wall".into(),
+            absorption: vec![absorption],
+            scattering: vec![scattering],
+            transmission: vec![transmission],
+            source: None,
+        }
+    }
+
+    #[test]
+    fn paper_roulette_draws_events_with_their_energy_factors() {
+        let table = CoefficientTable::new(&[wall(0.15, 0.5, 0.0)], 1, 1.0);
+        let row = table.material(0);
+        assert_eq!(row.thresholds[0], [0.425, 0.85, 0.85]);
+        assert_eq!(row.diffuse.energy, row.diffuse.probability);
+    }
+
+    #[test]
+    fn without_roulette_a_packet_always_goes_on() {
+        for (absorption, scattering, transmission) in [(0.2, 0.3, 0.0), (0.9, 1.0, 0.25), (1e-12, 0.0, 0.0)] {
+            let table = CoefficientTable::new(&[wall(absorption, scattering, transmission)], 1, 0.0);
+            assert!((table.material(0).thresholds[0][2] - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_perfect_absorber_ends_every_packet() {
+        let table = CoefficientTable::new(&[wall(1.0, 0.5, 0.0)], 1, 0.15);
+        assert_eq!(table.material(0).thresholds[0], [0.0; 3]);
+    }
+}

@@ -1,0 +1,191 @@
+//! Emission i: which band leads it, which batch it belongs to, where it stands in that batch's sequence.
+//!
+//! All three are functions of the index alone (docs/physics.md §6), so a run can be cut into shards or extended:
+//! with n_b bands and G batches, block = ⌊i / n_b⌋, hero = i mod n_b, batch = block mod G.
+
+use glam::Vec3;
+use sonel_sampling::{ScrambledSobol, warp};
+
+use crate::coefficients::{Lanes, lanes_of, to_lanes};
+
+/// Emissions whose paths are traced, written and checked as one unit.
+///
+/// A constant, because chunk borders decide the bytes of a map; about a quarter of a megabyte of paths, small enough to
+/// spread fifty thousand emissions over many cores.
+pub const CHUNK_EMISSIONS: u64 = 512;
+
+/// Whether bands share their paths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spectral {
+    /// Every path carries all bands, weighted by the balance heuristic over the leading band.
+    Shared,
+    /// Every path carries its leading band alone.
+    PerBand,
+}
+
+/// How the emissions of one source are numbered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EmissionLayout {
+    /// Emissions of one source, over all bands.
+    pub total: u64,
+    /// Number of bands, n_b.
+    pub bands: u32,
+    /// Number of batches, G.
+    pub batches: u32,
+}
+
+impl EmissionLayout {
+    /// The band whose probabilities decide the life of emission `index`.
+    #[must_use]
+    pub fn hero(&self, index: u64) -> u32 {
+        (index % u64::from(self.bands)) as u32
+    }
+
+    /// The batch of emission `index`.
+    #[must_use]
+    pub fn batch(&self, index: u64) -> u32 {
+        (index / u64::from(self.bands) % u64::from(self.batches)) as u32
+    }
+
+    /// Position of emission `index` within the emission sequence of its batch.
+    #[must_use]
+    pub fn sequence_index(&self, index: u64) -> u32 {
+        let rounds = index / (u64::from(self.bands) * u64::from(self.batches));
+        (rounds * u64::from(self.bands)) as u32 + self.hero(index)
+    }
+
+    /// How many emissions of `batch` were led by `hero`.
+    #[must_use]
+    pub fn hero_count(&self, batch: u32, hero: u32) -> u64 {
+        let (bands, batches) = (u64::from(self.bands), u64::from(self.batches));
+        let (blocks, rest) = (self.total / bands, self.total % bands);
+        let complete = (blocks + batches - 1 - u64::from(batch)) / batches;
+        let in_broken_block = blocks % batches == u64::from(batch) && u64::from(hero) < rest;
+        complete + u64::from(in_broken_block)
+    }
+
+    /// Emissions of `batch`, N_g.
+    #[must_use]
+    pub fn batch_count(&self, batch: u32) -> u64 {
+        (0..self.bands).map(|hero| self.hero_count(batch, hero)).sum()
+    }
+
+    /// Share of `batch` in all emissions, N_g / N; zero for an empty run.
+    #[must_use]
+    pub fn batch_weight(&self, batch: u32) -> f64 {
+        if self.total == 0 { 0.0 } else { self.batch_count(batch) as f64 / self.total as f64 }
+    }
+
+    /// Indices of `batch` in ascending order.
+    pub fn batch_indices(&self, batch: u32) -> impl Iterator<Item = u64> + use<> {
+        let (bands, stride) = (u64::from(self.bands), u64::from(self.bands) * u64::from(self.batches));
+        let total = self.total;
+        (u64::from(batch) * bands..total)
+            .step_by(stride as usize)
+            .flat_map(move |first| first..(first + bands).min(total))
+    }
+}
+
+/// First directions of the packets of one source: regenerated from the seed, never stored.
+#[derive(Debug, Clone)]
+pub struct EmissionDirections {
+    layout: EmissionLayout,
+    sequences: Vec<ScrambledSobol>,
+}
+
+impl EmissionDirections {
+    /// Directions of `source` under `seed`.
+    #[must_use]
+    pub fn new(seed: u64, source: u32, layout: EmissionLayout) -> Self {
+        let sequences = (0..layout.batches).map(|batch| ScrambledSobol::for_batch(seed, source, batch)).collect();
+        Self { layout, sequences }
+    }
+
+    /// Unit direction in which emission `index` leaves.
+    #[must_use]
+    pub fn direction(&self, index: u64) -> Vec3 {
+        let sequence = &self.sequences[self.layout.batch(index) as usize];
+        warp::uniform_sphere(sequence.point(self.layout.sequence_index(index)))
+    }
+}
+
+/// How the packets of one batch start: packets led by each band, and which bands a packet carries.
+#[derive(Debug, Clone)]
+pub struct BatchStart {
+    starts: Vec<PacketStart>,
+    /// Share of the batch in the run, N_g / N.
+    pub weight: f64,
+}
+
+/// The start of a packet, see [`crate::PathWeight::emit`].
+#[derive(Debug, Clone)]
+pub struct PacketStart {
+    /// n_k: packets of the batch led by each band, zero for bands whose packets this one stands apart from.
+    pub counts: Vec<Lanes>,
+    /// 1 for the bands carried.
+    pub carried: Vec<Lanes>,
+    /// Energy expected to leave the source with this packet, per unit emitted energy of the batch.
+    pub expected: Vec<Lanes>,
+}
+
+impl BatchStart {
+    /// The start of the packets of `batch`.
+    #[must_use]
+    pub fn new(layout: &EmissionLayout, batch: u32, spectral: Spectral) -> Self {
+        let bands = 0..layout.bands;
+        let starts = match spectral {
+            Spectral::Shared => vec![PacketStart::new(layout, batch, |_| true)],
+            Spectral::PerBand => bands.map(|hero| PacketStart::new(layout, batch, |k| k == hero)).collect(),
+        };
+        Self { starts, weight: layout.batch_weight(batch) }
+    }
+
+    /// The start of a packet led by `hero`.
+    #[must_use]
+    pub fn packet(&self, hero: u32) -> &PacketStart {
+        if self.starts.len() == 1 { &self.starts[0] } else { &self.starts[hero as usize] }
+    }
+}
+
+impl PacketStart {
+    fn new(layout: &EmissionLayout, batch: u32, carries: impl Fn(u32) -> bool) -> Self {
+        let count = |k| if carries(k) { layout.hero_count(batch, k) as f64 } else { 0.0 };
+        let packets: f64 = (0..layout.bands).map(count).sum();
+        let carried = to_lanes((0..layout.bands).map(|k| f64::from(u8::from(carries(k)))));
+        let expected = to_lanes((0..layout.bands).map(|k| if carries(k) { 1.0 / packets } else { 0.0 }));
+        debug_assert_eq!(carried.len(), lanes_of(layout.bands as usize));
+        Self { counts: to_lanes((0..layout.bands).map(count)), carried, expected }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_agree_with_enumeration_for_ragged_totals() {
+        for total in [0, 1, 5, 6, 7, 191, 192, 193, 1000] {
+            let layout = EmissionLayout { total, bands: 6, batches: 32 };
+            let mut seen = 0;
+            for batch in 0..32 {
+                let indices: Vec<u64> = layout.batch_indices(batch).collect();
+                seen += indices.len() as u64;
+                assert!(indices.iter().all(|&i| layout.batch(i) == batch));
+                for hero in 0..6 {
+                    let led = indices.iter().filter(|&&i| layout.hero(i) == hero).count() as u64;
+                    assert_eq!(led, layout.hero_count(batch, hero), "total {total} batch {batch} hero {hero}");
+                }
+            }
+            assert_eq!(seen, total);
+        }
+    }
+
+    #[test]
+    fn sequence_indices_of_a_batch_are_consecutive() {
+        let layout = EmissionLayout { total: 3000, bands: 8, batches: 32 };
+        for batch in [0, 7, 31] {
+            let sequence: Vec<u32> = layout.batch_indices(batch).map(|i| layout.sequence_index(i)).collect();
+            assert!(sequence.iter().enumerate().all(|(expected, &index)| index as usize == expected));
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! The layout of the file (docs/formats/sonelmap.md): preamble, chunks, sections, header.
+//!
+//! Chunks are appended as they are traced; everything that is known only at the end (directory, books, header) follows
+//! them, and the preamble is filled in last. A run that was stopped leaves a preamble of zeros behind its magic.
+
+use bytemuck::{Pod, Zeroable};
+
+/// First eight bytes of every map.
+pub const MAGIC: [u8; 8] = *b"SONELMAP";
+/// Major version: readers refuse others.
+pub const MAJOR: u16 = 1;
+/// Minor version: later ones only add.
+pub const MINOR: u16 = 0;
+/// Chunks and sections begin at multiples of this.
+pub const ALIGNMENT: u64 = 64;
+
+/// The first 64 bytes.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct Preamble {
+    /// [`MAGIC`].
+    pub magic: [u8; 8],
+    /// [`MAJOR`].
+    pub major: u16,
+    /// [`MINOR`].
+    pub minor: u16,
+    /// Zero.
+    pub reserved: u32,
+    /// Where the header begins; zero while the map is being written.
+    pub header_offset: u64,
+    /// Length of the header [bytes]; the file ends with it.
+    pub header_length: u64,
+    /// BLAKE3 of the header.
+    pub header_digest: [u8; 32],
+}
+
+/// One row of the chunk directory: 64 bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ChunkEntry {
+    /// Index of the source.
+    pub source: u32,
+    /// Paths in the chunk.
+    pub path_count: u32,
+    /// Emission index of its first path.
+    pub first_emission: u64,
+    /// Vertices of all its paths.
+    pub vertex_count: u64,
+    /// Where it begins in the file.
+    pub offset: u64,
+    /// BLAKE3 of its bytes.
+    pub digest: [u8; 32],
+}
+
+impl ChunkEntry {
+    /// Where its vertices begin, from the beginning of the chunk [bytes].
+    #[must_use]
+    pub fn vertices_at(&self) -> u64 {
+        aligned(u64::from(self.path_count) * 4)
+    }
+
+    /// Its length [bytes]; [`None`] where the counts overflow.
+    #[must_use]
+    pub fn length(&self) -> Option<u64> {
+        self.vertex_count.checked_mul(16)?.checked_add(self.vertices_at())
+    }
+}
+
+/// Fates and segments of one chunk: 64 bytes.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct ChunkFates {
+    /// Packets per fate.
+    pub fates: [u64; 6],
+    /// Segments traced.
+    pub segments: u64,
+    /// Zero.
+    pub reserved: u64,
+}
+
+/// The next multiple of [`ALIGNMENT`].
+#[must_use]
+pub fn aligned(offset: u64) -> u64 {
+    offset.next_multiple_of(ALIGNMENT)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_have_the_documented_sizes() {
+        assert_eq!(size_of::<Preamble>(), 64);
+        assert_eq!(size_of::<ChunkEntry>(), 64);
+        assert_eq!(size_of::<ChunkFates>(), 64);
+    }
+}

@@ -1,0 +1,126 @@
+//! Provenance: everything that decided the paths, and everything needed to read them.
+
+use sonel_scene::Scene;
+
+use crate::emission::{EmissionLayout, Spectral};
+
+/// Which method the paths were traced for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// The best estimators known.
+    Accurate,
+    /// What the founding paper writes: one band a packet, roulette on absorption alone.
+    Paper,
+}
+
+/// What decided the paths besides the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Emissions per source; with [`Spectral::PerBand`] per source and band.
+    pub emissions: u64,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// Number of batches, G.
+    pub batches: u32,
+    /// Survival exponent β: a packet survives an arrival with probability a^β.
+    pub survival: f64,
+    /// Whether bands share paths.
+    pub spectral: Spectral,
+    /// The method.
+    pub mode: Mode,
+    /// A packet ends when N times the largest of its bands' energies is below this.
+    pub extinction_threshold: f64,
+}
+
+impl Default for Settings {
+    /// Fifty thousand emissions, seed 1, 32 batches, β = 0.15, shared bands, threshold 1e-9 (−90 dB of a packet; its
+    /// truncated energy is bounded by the same share of what was emitted).
+    fn default() -> Self {
+        Self {
+            emissions: 50_000,
+            seed: 1,
+            batches: 32,
+            survival: 0.15,
+            spectral: Spectral::Shared,
+            mode: Mode::Accurate,
+            extinction_threshold: 1e-9,
+        }
+    }
+}
+
+impl Settings {
+    /// The numbering of one source's emissions for a scene of `bands` bands.
+    #[must_use]
+    pub fn layout(&self, bands: usize) -> EmissionLayout {
+        let packets = match self.spectral {
+            Spectral::Shared => 1,
+            Spectral::PerBand => bands as u64,
+        };
+        EmissionLayout { total: self.emissions.saturating_mul(packets), bands: bands as u32, batches: self.batches }
+    }
+}
+
+/// Which part of a run a map holds, I of N from 1; 1 of 1 is all of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ShardRange {
+    /// I.
+    pub index: u32,
+    /// N.
+    pub count: u32,
+}
+
+impl ShardRange {
+    /// The whole run.
+    pub const WHOLE: Self = Self { index: 1, count: 1 };
+
+    /// The chunks of this shard out of `chunks`: contiguous, complete over all shards, as even as they can be.
+    #[must_use]
+    pub fn chunks(&self, chunks: u64) -> std::ops::Range<u64> {
+        let border = |i: u32| (u128::from(chunks) * u128::from(i) / u128::from(self.count)) as u64;
+        border(self.index - 1)..border(self.index)
+    }
+}
+
+/// Whether an effect was simulated, per band, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EffectState {
+    /// Its name in `--effects`.
+    pub name: String,
+    /// On or off, per band.
+    pub on: Vec<bool>,
+    /// The reason in words.
+    pub reason: String,
+}
+
+/// All provenance of a map.
+#[derive(Debug, Clone)]
+pub struct MapHeader {
+    /// Version of the program that traced it.
+    pub tool_version: String,
+    /// What decided the paths.
+    pub settings: Settings,
+    /// Part of the run.
+    pub shard: ShardRange,
+    /// Effects, on or off.
+    pub effects: Vec<EffectState>,
+    /// The compiled scene.
+    pub scene: Scene,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_cover_all_chunks_once() {
+        for (chunks, count) in [(0, 1), (1, 8), (97, 8), (98, 3)] {
+            let mut next = 0;
+            for index in 1..=count {
+                let range = ShardRange { index, count }.chunks(chunks);
+                assert_eq!(range.start, next);
+                next = range.end;
+            }
+            assert_eq!(next, chunks);
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! Where the energy went, per band, and what became of the packets.
+//!
+//! Per band: emitted = absorbed + transmitted + escaped + truncated + sampling (docs/physics.md §3). Every term is booked
+//! on its own at the place where it arises; the sampling term is expected minus actual energy passed on, so that the
+//! balance can fail where an event, a probability or a coefficient is wrong. Sums are kept per chunk, as in the file, and
+//! added in chunk order: shards joined equal the run made in one piece.
+
+use crate::coefficients::Lanes;
+use crate::vertex::Event;
+
+/// Why a packet ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fate {
+    /// Roulette on absorption.
+    Absorbed,
+    /// Left the scene through a partition.
+    Transmitted,
+    /// Left an open scene.
+    Escaped,
+    /// Reached the end of the run.
+    Expired,
+    /// Too little energy left in every band.
+    Extinguished,
+    /// Met no surface in a closed room: a defect.
+    Lost,
+}
+
+/// Number of packets per [`Fate`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Fates {
+    counts: [u64; 6],
+}
+
+impl Fates {
+    /// The counts in the order of [`Fate`].
+    #[must_use]
+    pub fn from_counts(counts: [u64; 6]) -> Self {
+        Self { counts }
+    }
+
+    /// The counts in the order of [`Fate`].
+    #[must_use]
+    pub fn counts(&self) -> [u64; 6] {
+        self.counts
+    }
+
+    /// Packets that ended so.
+    #[must_use]
+    pub fn count(&self, fate: Fate) -> u64 {
+        self.counts[fate as usize]
+    }
+
+    /// All packets.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    /// Books the end of one packet; an event that ends nothing is none.
+    pub fn record(&mut self, last: Event) {
+        let fate = match last {
+            Event::Absorbed => Fate::Absorbed,
+            Event::Escaped => Fate::Escaped,
+            Event::Expired => Fate::Expired,
+            Event::Extinguished => Fate::Extinguished,
+            Event::Lost => Fate::Lost,
+            _ => unreachable!("a path ends in a final event"),
+        };
+        self.counts[fate as usize] += 1;
+    }
+
+    /// Adds the counts of another part of the run.
+    pub fn add(&mut self, other: &Self) {
+        for (mine, theirs) in self.counts.iter_mut().zip(other.counts) {
+            *mine += theirs;
+        }
+    }
+}
+
+/// The balance of one band, in units of the energy emitted by one source over the whole run [1].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BandLedger {
+    /// Sent out.
+    pub emitted: f64,
+    /// Turned to heat at surfaces, Σ e (α − τ).
+    pub absorbed: f64,
+    /// Left through partitions.
+    pub transmitted: f64,
+    /// Left an open scene.
+    pub escaped: f64,
+    /// Still under way when packets were ended by time, threshold or loss.
+    pub truncated: f64,
+    /// Expected minus actual energy passed on by roulette and band weights, signed; zero on average.
+    pub sampling: f64,
+    /// Σ over packets of (sampling term)²: the variance of `sampling` if packets were independent.
+    pub sampling_variance: f64,
+}
+
+/// Number of sums that a [`BandLedger`] holds, in the order of its fields, as in the file.
+pub const LEDGER_TERMS: usize = 7;
+
+impl BandLedger {
+    /// The sums in field order.
+    #[must_use]
+    pub fn terms(&self) -> [f64; LEDGER_TERMS] {
+        [
+            self.emitted,
+            self.absorbed,
+            self.transmitted,
+            self.escaped,
+            self.truncated,
+            self.sampling,
+            self.sampling_variance,
+        ]
+    }
+
+    /// From sums in field order.
+    #[must_use]
+    pub fn from_terms(terms: [f64; LEDGER_TERMS]) -> Self {
+        let [emitted, absorbed, transmitted, escaped, truncated, sampling, sampling_variance] = terms;
+        Self { emitted, absorbed, transmitted, escaped, truncated, sampling, sampling_variance }
+    }
+
+    /// |emitted − everything booked| / emitted: rounding only, if the code is right. Zero where nothing was emitted.
+    #[must_use]
+    pub fn relative_residual(&self) -> f64 {
+        let booked = self.absorbed + self.transmitted + self.escaped + self.truncated + self.sampling;
+        if self.emitted > 0.0 { ((self.emitted - booked) / self.emitted).abs() } else { 0.0 }
+    }
+
+    /// Standard deviation expected of `sampling` for independent packets; strata make the true one smaller.
+    #[must_use]
+    pub fn sampling_sigma(&self) -> f64 {
+        self.sampling_variance.sqrt()
+    }
+
+    fn add(&mut self, other: &Self) {
+        let mut terms = self.terms();
+        for (mine, theirs) in terms.iter_mut().zip(other.terms()) {
+            *mine += theirs;
+        }
+        *self = Self::from_terms(terms);
+    }
+}
+
+/// The books of a run or of a part of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Ledger {
+    /// One balance per band. With S sources every band emits S units.
+    pub bands: Vec<BandLedger>,
+    /// What became of the packets.
+    pub fates: Fates,
+    /// Straight pieces of path traced, the last of each packet included.
+    pub segments: u64,
+}
+
+impl Ledger {
+    /// Empty books for `bands` bands.
+    #[must_use]
+    pub fn new(bands: usize) -> Self {
+        Self { bands: vec![BandLedger::default(); bands], fates: Fates::default(), segments: 0 }
+    }
+
+    /// Adds the books of the part of the run that follows.
+    pub fn add(&mut self, other: &Self) {
+        for (mine, theirs) in self.bands.iter_mut().zip(&other.bands) {
+            mine.add(theirs);
+        }
+        self.fates.add(&other.fates);
+        self.segments += other.segments;
+    }
+
+    /// The largest [`BandLedger::relative_residual`].
+    #[must_use]
+    pub fn worst_residual(&self) -> f64 {
+        self.bands.iter().map(BandLedger::relative_residual).fold(0.0, f64::max)
+    }
+}
+
+/// Books of a chunk while it is traced: sums per packet first, so that long runs do not drift.
+#[derive(Debug, Clone)]
+pub struct ChunkLedger {
+    books: Vec<LaneLedger>,
+    packet_sampling: Vec<Lanes>,
+    bands: usize,
+    /// What became of the packets.
+    pub fates: Fates,
+    /// Straight pieces of path traced.
+    pub segments: u64,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct LaneLedger {
+    emitted: Lanes,
+    absorbed: Lanes,
+    transmitted: Lanes,
+    escaped: Lanes,
+    truncated: Lanes,
+    sampling: Lanes,
+    sampling_variance: Lanes,
+}
+
+#[inline]
+fn accumulate(sum: &mut Lanes, weight: f64, energy: &Lanes) {
+    for lane in 0..4 {
+        sum[lane] += weight * energy[lane];
+    }
+}
+
+impl ChunkLedger {
+    /// Empty books for `bands` bands.
+    #[must_use]
+    pub fn new(bands: usize) -> Self {
+        let lanes = crate::coefficients::lanes_of(bands);
+        Self {
+            books: vec![LaneLedger::default(); lanes],
+            packet_sampling: vec![[0.0; 4]; lanes],
+            bands,
+            fates: Fates::default(),
+            segments: 0,
+        }
+    }
+
+    /// Opens the books of one packet: `expected` left the source on average (per band), `actual` did in this direction.
+    /// `weight` is the share of the packet's batch in the run, N_g / N, here and below.
+    #[inline]
+    pub fn emitted(&mut self, weight: f64, expected: &[Lanes], actual: &[Lanes]) {
+        for (((book, packet), expected), actual) in
+            self.books.iter_mut().zip(&mut self.packet_sampling).zip(expected).zip(actual)
+        {
+            accumulate(&mut book.emitted, weight, expected);
+            for lane in 0..4 {
+                packet[lane] = weight * (expected[lane] - actual[lane]);
+            }
+        }
+    }
+
+    /// Books an arrival: `incident` energy, of which `dissipated` turns to heat and `passed_on` is expected to go on
+    /// (both as fractions per band).
+    #[inline]
+    pub fn arrived(&mut self, weight: f64, incident: &[Lanes], dissipated: &[Lanes], passed_on: &[Lanes]) {
+        for ((((book, packet), incident), dissipated), passed_on) in
+            self.books.iter_mut().zip(&mut self.packet_sampling).zip(incident).zip(dissipated).zip(passed_on)
+        {
+            for lane in 0..4 {
+                let energy = weight * incident[lane];
+                book.absorbed[lane] += energy * dissipated[lane];
+                packet[lane] += energy * passed_on[lane];
+            }
+        }
+    }
+
+    /// Books what really went on from the last arrival.
+    #[inline]
+    pub fn departed(&mut self, weight: f64, energy: &[Lanes]) {
+        for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
+            for lane in 0..4 {
+                packet[lane] -= weight * energy[lane];
+            }
+        }
+    }
+
+    /// Closes the books of one packet that ended in `last` with `remaining` energy still on its way.
+    pub fn ended(&mut self, weight: f64, last: Event, remaining: &[Lanes]) {
+        for ((book, packet), remaining) in self.books.iter_mut().zip(&self.packet_sampling).zip(remaining) {
+            match last {
+                Event::Escaped => accumulate(&mut book.escaped, weight, remaining),
+                Event::Absorbed => {}
+                _ => accumulate(&mut book.truncated, weight, remaining),
+            }
+            for lane in 0..4 {
+                book.sampling[lane] += packet[lane];
+                book.sampling_variance[lane] += packet[lane] * packet[lane];
+            }
+        }
+        self.fates.record(last);
+    }
+
+    /// The finished books.
+    #[must_use]
+    pub fn finish(self) -> Ledger {
+        let band = |b: usize| {
+            let (book, lane) = (&self.books[b / 4], b % 4);
+            BandLedger {
+                emitted: book.emitted[lane],
+                absorbed: book.absorbed[lane],
+                transmitted: book.transmitted[lane],
+                escaped: book.escaped[lane],
+                truncated: book.truncated[lane],
+                sampling: book.sampling[lane],
+                sampling_variance: book.sampling_variance[lane],
+            }
+        };
+        Ledger { bands: (0..self.bands).map(band).collect(), fates: self.fates, segments: self.segments }
+    }
+}

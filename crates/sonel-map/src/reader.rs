@@ -1,0 +1,325 @@
+//! Reading a map in place: opening costs the header and the directory, however large the map.
+//!
+//! The reader fears its input: every offset and count is checked against the file's length before it is used, nothing is
+//! allocated that the file does not hold, and [`SonelMap::check_paths`] compares every checksum and every rule of the
+//! layout before a program believes the paths.
+
+use std::fs::File;
+
+use memmap2::Mmap;
+use rayon::prelude::*;
+
+use crate::codec::{self, HeaderRecord};
+use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
+use crate::error::MapError;
+use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, MAGIC, MAJOR, Preamble};
+use crate::header::{MapHeader, ShardRange};
+use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
+use crate::record;
+use crate::vertex::Vertex;
+
+/// An open map.
+#[derive(Debug)]
+pub struct SonelMap {
+    bytes: Storage,
+    header: MapHeader,
+    digest: [u8; 32],
+    chunks: Vec<ChunkEntry>,
+    books: Vec<Ledger>,
+}
+
+/// Where the bytes of a map are. Both begin at an address that suits every record.
+#[derive(Debug)]
+enum Storage {
+    Mapped(Mmap),
+    Memory { words: Vec<u64>, length: usize },
+}
+
+impl Storage {
+    fn as_slice(&self) -> &[u8] {
+        match self {
+            Self::Mapped(map) => map,
+            Self::Memory { words, length } => &bytemuck::cast_slice(words)[..*length],
+        }
+    }
+}
+
+/// One path of the map.
+#[derive(Debug, Clone, Copy)]
+pub struct PathView<'a> {
+    /// Emission index within its source.
+    pub emission: u64,
+    /// Its vertices, the last one final.
+    pub vertices: &'a [Vertex],
+}
+
+impl SonelMap {
+    /// Opens the map in `file`.
+    ///
+    /// # Errors
+    /// When the file is no map, of another version, incomplete, cut off or damaged in its header or directory. Paths are
+    /// not read; see [`Self::check_paths`].
+    pub fn open(file: &File) -> Result<Self, MapError> {
+        if !file.metadata()?.is_file() {
+            return Err(MapError::NotAMap);
+        }
+        // SAFETY: the mapping is read-only and dropped with the map. Another process that truncates the file while it
+        // is open would end this one (SIGBUS) as with every mapped file; maps are replaced by rename, never rewritten.
+        #[allow(unsafe_code)]
+        let map = unsafe { Mmap::map(file)? };
+        Self::from_storage(Storage::Mapped(map))
+    }
+
+    /// Opens a map held in memory.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, MapError> {
+        let mut words = vec![0_u64; bytes.len().div_ceil(8)];
+        bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
+        Self::from_storage(Storage::Memory { words, length: bytes.len() })
+    }
+
+    fn from_storage(bytes: Storage) -> Result<Self, MapError> {
+        let preamble = read_preamble(bytes.as_slice())?;
+        let sections = Sections::read(bytes.as_slice(), &preamble)?;
+        let vertices: &[[f64; 3]] = sections.rows("mesh.vertices")?;
+        let triangles: &[[u32; 4]] = sections.rows("mesh.triangles")?;
+        let chunks = sections.rows::<ChunkEntry>("chunks")?.to_vec();
+        let fates = sections.rows::<ChunkFates>("chunk.fates")?;
+        let terms = sections.rows::<[f64; LEDGER_TERMS]>("chunk.ledger")?;
+        let books = read_books(&chunks, fates, terms, sections.header.scene.nominal_frequencies.len())
+            .map_err(|reason| MapError::Damaged { offset: preamble.header_offset, reason })?;
+        let mesh = record::mesh(vertices, triangles);
+        let header = record::header(sections.header, mesh)
+            .map_err(|reason| MapError::Damaged { offset: preamble.header_offset, reason })?;
+        check_directory(&chunks, &header, bytes.as_slice().len() as u64)?;
+        Ok(Self { bytes, header, digest: preamble.header_digest, chunks, books })
+    }
+
+    /// Provenance.
+    #[must_use]
+    pub fn header(&self) -> &MapHeader {
+        &self.header
+    }
+
+    /// BLAKE3 of the header, which holds the digests of everything else: the identity of the map.
+    #[must_use]
+    pub fn digest(&self) -> [u8; 32] {
+        self.digest
+    }
+
+    /// Length of the file [bytes].
+    #[must_use]
+    pub fn byte_length(&self) -> u64 {
+        self.bytes.as_slice().len() as u64
+    }
+
+    /// Vertices stored, final ones included.
+    #[must_use]
+    pub fn vertex_count(&self) -> u64 {
+        self.chunks.iter().map(|chunk| chunk.vertex_count).sum()
+    }
+
+    /// Paths stored.
+    #[must_use]
+    pub fn path_count(&self) -> u64 {
+        self.chunks.iter().map(|chunk| u64::from(chunk.path_count)).sum()
+    }
+
+    /// The books of everything stored, added in chunk order.
+    #[must_use]
+    pub fn ledger(&self) -> Ledger {
+        let mut total = Ledger::new(self.header.scene.bands.count());
+        for books in &self.books {
+            total.add(books);
+        }
+        total
+    }
+
+    /// The numbering of the emissions of each source.
+    #[must_use]
+    pub fn layout(&self) -> EmissionLayout {
+        self.header.settings.layout(self.header.scene.bands.count())
+    }
+
+    /// Refuses a map that holds only a part of its run.
+    ///
+    /// # Errors
+    /// [`MapError::Shard`].
+    pub fn require_whole(&self) -> Result<(), MapError> {
+        let ShardRange { index, count } = self.header.shard;
+        if count == 1 { Ok(()) } else { Err(MapError::Shard { index, count }) }
+    }
+
+    /// Compares every chunk with its checksum and with the rules of the layout, on all cores.
+    ///
+    /// # Errors
+    /// The first damage in file order.
+    pub fn check_paths(&self, surfaces: u32) -> Result<(), MapError> {
+        let found: Vec<Result<(), MapError>> =
+            self.chunks.par_iter().map(|chunk| self.check_chunk(chunk, surfaces)).collect();
+        found.into_iter().collect()
+    }
+
+    fn check_chunk(&self, chunk: &ChunkEntry, surfaces: u32) -> Result<(), MapError> {
+        let damaged = |reason: &str| MapError::Damaged { offset: chunk.offset, reason: reason.to_owned() };
+        let (ends, vertices) = self.chunk_columns(chunk);
+        if <[u8; 32]>::from(blake3::hash(self.chunk_bytes(chunk))) != chunk.digest {
+            return Err(damaged("a chunk of paths does not match its checksum"));
+        }
+        let mut start = 0;
+        for &end in ends {
+            let path = vertices.get(start..end as usize).ok_or_else(|| damaged("paths overlap"))?;
+            if !is_sound_path(path, surfaces) {
+                return Err(damaged("a path breaks the rules of the format"));
+            }
+            start = end as usize;
+        }
+        if start == vertices.len() { Ok(()) } else { Err(damaged("vertices without a path")) }
+    }
+
+    fn chunk_bytes(&self, chunk: &ChunkEntry) -> &[u8] {
+        let length = chunk.length().expect("checked when the map was opened");
+        &self.bytes.as_slice()[chunk.offset as usize..(chunk.offset + length) as usize]
+    }
+
+    fn chunk_columns(&self, chunk: &ChunkEntry) -> (&[u32], &[Vertex]) {
+        let (head, vertices) = self.chunk_bytes(chunk).split_at(chunk.vertices_at() as usize);
+        (bytemuck::cast_slice(&head[..chunk.path_count as usize * 4]), bytemuck::cast_slice(vertices))
+    }
+
+    /// The path of emission `emission` of `source`; [`None`] where this map does not hold it.
+    #[must_use]
+    pub fn path(&self, source: u32, emission: u64) -> Option<PathView<'_>> {
+        let key = (source, emission - emission % CHUNK_EMISSIONS);
+        let index = self.chunks.binary_search_by_key(&key, |chunk| (chunk.source, chunk.first_emission)).ok()?;
+        let (ends, vertices) = self.chunk_columns(&self.chunks[index]);
+        let slot = (emission % CHUNK_EMISSIONS) as usize;
+        let end = *ends.get(slot)? as usize;
+        let start = if slot == 0 { 0 } else { ends[slot - 1] as usize };
+        Some(PathView { emission, vertices: vertices.get(start..end)? })
+    }
+
+    /// The paths of `batch` of `source` that this map holds, in emission order.
+    pub fn batch_paths(&self, source: u32, batch: u32) -> impl Iterator<Item = PathView<'_>> {
+        self.layout().batch_indices(batch).filter_map(move |emission| self.path(source, emission))
+    }
+}
+
+fn is_sound_path(path: &[Vertex], surfaces: u32) -> bool {
+    let Some((last, before)) = path.split_last() else { return false };
+    let sound = |vertex: &Vertex, is_final: bool| {
+        vertex.event().is_some_and(|event| {
+            event.is_final() == is_final && (!event.leaves_sonel() || vertex.surface().0 < surfaces)
+        }) && vertex.position.is_finite()
+    };
+    sound(last, true) && before.iter().all(|vertex| sound(vertex, false))
+}
+
+fn read_preamble(bytes: &[u8]) -> Result<Preamble, MapError> {
+    if !bytes.starts_with(&MAGIC) {
+        return Err(MapError::NotAMap);
+    }
+    let length = bytes.len() as u64;
+    let preamble = bytes
+        .get(..size_of::<Preamble>())
+        .map(bytemuck::pod_read_unaligned::<Preamble>)
+        .ok_or_else(|| MapError::Truncated { part: "the preamble".to_owned(), end: 64, length })?;
+    if preamble.major != MAJOR {
+        let (major, minor) = (preamble.major, preamble.minor);
+        return Err(MapError::UnsupportedVersion { major, minor, supported: MAJOR });
+    }
+    if preamble.header_offset == 0 {
+        return Err(MapError::Incomplete);
+    }
+    Ok(preamble)
+}
+
+/// The bytes of the range, which must lie in the file.
+fn part<'a>(bytes: &'a [u8], offset: u64, length: u64, name: &str) -> Result<&'a [u8], MapError> {
+    let end = offset.saturating_add(length);
+    if end > bytes.len() as u64 {
+        return Err(MapError::Truncated { part: name.to_owned(), end, length: bytes.len() as u64 });
+    }
+    Ok(&bytes[offset as usize..end as usize])
+}
+
+struct Sections<'a> {
+    bytes: &'a [u8],
+    header: HeaderRecord,
+}
+
+impl<'a> Sections<'a> {
+    fn read(bytes: &'a [u8], preamble: &Preamble) -> Result<Self, MapError> {
+        let damaged = |reason: String| MapError::Damaged { offset: preamble.header_offset, reason };
+        let header = part(bytes, preamble.header_offset, preamble.header_length, "the header")?;
+        if <[u8; 32]>::from(blake3::hash(header)) != preamble.header_digest {
+            return Err(damaged("the header does not match its checksum".to_owned()));
+        }
+        if preamble.header_offset + preamble.header_length != bytes.len() as u64 {
+            return Err(damaged("the file goes on behind its header".to_owned()));
+        }
+        Ok(Self { bytes, header: codec::decode(header).map_err(damaged)? })
+    }
+
+    /// The rows of section `name`.
+    fn rows<T: bytemuck::AnyBitPattern>(&self, name: &str) -> Result<&'a [T], MapError> {
+        let section = self.header.sections.iter().find(|section| section.name == name).ok_or_else(|| {
+            MapError::Damaged { offset: 0, reason: format!("the header names no section {name}") }
+        })?;
+        let damaged = |reason: String| MapError::Damaged { offset: section.offset, reason };
+        let bytes = part(self.bytes, section.offset, section.length, name)?;
+        if <[u8; 32]>::from(blake3::hash(bytes)) != section.digest {
+            return Err(damaged(format!("section {name} does not match its checksum")));
+        }
+        bytemuck::try_cast_slice(bytes).map_err(|error| damaged(format!("section {name}: {error}")))
+    }
+}
+
+fn read_books(
+    chunks: &[ChunkEntry],
+    fates: &[ChunkFates],
+    terms: &[[f64; LEDGER_TERMS]],
+    bands: usize,
+) -> Result<Vec<Ledger>, String> {
+    if bands == 0 || fates.len() != chunks.len() || terms.len() != chunks.len() * bands {
+        return Err("directory and books differ in length".to_owned());
+    }
+    Ok(fates
+        .iter()
+        .zip(terms.chunks_exact(bands))
+        .map(|(fates, terms)| Ledger {
+            bands: terms.iter().map(|&terms| BandLedger::from_terms(terms)).collect(),
+            fates: Fates::from_counts(fates.fates),
+            segments: fates.segments,
+        })
+        .collect())
+}
+
+/// Every chunk lies in the file, aligned, in ascending order, and the shard holds exactly the chunks it should.
+fn check_directory(chunks: &[ChunkEntry], header: &MapHeader, length: u64) -> Result<(), MapError> {
+    let layout = header.settings.layout(header.scene.bands.count());
+    let per_source = layout.total.div_ceil(CHUNK_EMISSIONS);
+    let held = header.shard.chunks(per_source);
+    let expected = (0..header.scene.sources.len() as u32)
+        .flat_map(|source| held.clone().map(move |chunk| (source, chunk * CHUNK_EMISSIONS)));
+    let held_count = (held.end - held.start) * header.scene.sources.len() as u64;
+    let damaged = |offset, reason: &str| MapError::Damaged { offset, reason: reason.to_owned() };
+    if held_count != chunks.len() as u64 {
+        return Err(damaged(0, "the directory does not name the chunks of this run"));
+    }
+    for (chunk, (source, first)) in chunks.iter().zip(expected) {
+        let count = (layout.total - first).min(CHUNK_EMISSIONS);
+        if (chunk.source, chunk.first_emission, u64::from(chunk.path_count)) != (source, first, count)
+            || chunk.offset % ALIGNMENT != 0
+        {
+            return Err(damaged(chunk.offset, "the directory contradicts itself"));
+        }
+        let end = chunk.length().and_then(|bytes| bytes.checked_add(chunk.offset)).unwrap_or(u64::MAX);
+        if end > length {
+            return Err(MapError::Truncated { part: "a chunk of paths".to_owned(), end, length });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,236 @@
+//! Scene and settings as plain records, and back.
+
+use glam::DVec3;
+use sonel_acoustics::{Air, BandWidth, Bands, Material};
+use sonel_geometry::{Mesh, MeshTriangle};
+use sonel_scene::{Receiver, Scene, Source};
+
+use crate::codec::{
+    EffectRecord, HeaderRecord, MaterialRecord, ReceiverRecord, SceneRecord, SectionRecord, SettingsRecord,
+    SourceRecord,
+};
+use crate::emission::{CHUNK_EMISSIONS, Spectral};
+use crate::header::{EffectState, MapHeader, Mode, Settings, ShardRange};
+
+/// Vertices as f64 triples and triangles as (corner, corner, corner, material).
+pub fn mesh_columns(mesh: &Mesh) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
+    let vertices = mesh.vertices.iter().map(DVec3::to_array).collect();
+    let triangles = mesh
+        .triangles
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.corners;
+            [a, b, c, triangle.material]
+        })
+        .collect();
+    (vertices, triangles)
+}
+
+/// The mesh of columns written by [`mesh_columns`].
+pub fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 4]]) -> Mesh {
+    Mesh {
+        vertices: vertices.iter().copied().map(DVec3::from_array).collect(),
+        triangles: triangles
+            .iter()
+            .map(|&[a, b, c, material]| MeshTriangle { corners: [a, b, c], material })
+            .collect(),
+    }
+}
+
+pub fn header_record(header: &MapHeader, sections: Vec<SectionRecord>) -> HeaderRecord {
+    let chunk_bytes = sections.iter().find(|section| section.name == "chunks").map_or(0, |section| section.length);
+    let settings = &header.settings;
+    HeaderRecord {
+        tool_version: header.tool_version.clone(),
+        settings: SettingsRecord {
+            emissions: settings.emissions,
+            seed: settings.seed,
+            batches: settings.batches,
+            spectral: u32::from(settings.spectral == Spectral::PerBand),
+            mode: u32::from(settings.mode == Mode::Paper),
+            shard_index: header.shard.index,
+            shard_count: header.shard.count,
+            chunk_emissions: CHUNK_EMISSIONS,
+            survival: settings.survival,
+            extinction_threshold: settings.extinction_threshold,
+        },
+        effects: header.effects.iter().map(effect_record).collect(),
+        scene: scene_record(&header.scene),
+        chunk_count: chunk_bytes / size_of::<crate::format::ChunkEntry>() as u64,
+        sections,
+    }
+}
+
+fn effect_record(effect: &EffectState) -> EffectRecord {
+    EffectRecord {
+        name: effect.name.clone(),
+        on: effect.on.iter().copied().map(u8::from).collect(),
+        reason: effect.reason.clone(),
+    }
+}
+
+fn scene_record(scene: &Scene) -> SceneRecord {
+    SceneRecord {
+        name: scene.name.clone(),
+        up: scene.up.to_array(),
+        third_octaves: u8::from(scene.bands.width == BandWidth::Third),
+        nominal_frequencies: scene.bands.nominal().to_vec(),
+        temperature_celsius: scene.air.temperature_celsius,
+        relative_humidity_percent: scene.air.relative_humidity_percent,
+        pressure_kpa: scene.air.pressure_kpa,
+        speed_of_sound: scene.speed_of_sound,
+        air_attenuation: scene.air_attenuation.clone(),
+        duration: scene.duration,
+        scene_digest: scene.digest,
+        mesh_digest: scene.mesh_digest,
+        materials: scene.materials.iter().map(material_record).collect(),
+        sources: scene.sources.iter().map(source_record).collect(),
+        receivers: scene.receivers.iter().map(receiver_record).collect(),
+    }
+}
+
+fn material_record(material: &Material) -> MaterialRecord {
+    MaterialRecord {
+        name: material.name.clone(),
+        absorption: material.absorption.clone(),
+        scattering: material.scattering.clone(),
+        transmission: material.transmission.clone(),
+        source: material.source.clone().unwrap_or_default(),
+    }
+}
+
+fn source_record(source: &Source) -> SourceRecord {
+    SourceRecord {
+        name: source.name.clone(),
+        position: source.position.to_array(),
+        power_level_db: source.power_level_db.clone(),
+        directivity: source.directivity.to_string(),
+        aim: source.aim.to_array(),
+    }
+}
+
+fn receiver_record(receiver: &Receiver) -> ReceiverRecord {
+    ReceiverRecord {
+        name: receiver.name.clone(),
+        position: receiver.position.to_array(),
+        aim: receiver.aim.to_array(),
+    }
+}
+
+/// The header of `record` with the scene's `mesh`; the reason where the record contradicts itself.
+pub fn header(record: HeaderRecord, mesh: Mesh) -> Result<MapHeader, String> {
+    let settings = settings(&record.settings)?;
+    let shard = ShardRange { index: record.settings.shard_index, count: record.settings.shard_count };
+    if shard.index == 0 || shard.index > shard.count {
+        return Err(format!("shard {} of {} does not exist", shard.index, shard.count));
+    }
+    let effects = record
+        .effects
+        .into_iter()
+        .map(|effect| EffectState {
+            name: effect.name,
+            on: effect.on.iter().map(|&on| on != 0).collect(),
+            reason: effect.reason,
+        })
+        .collect();
+    let scene = scene(record.scene, mesh)?;
+    Ok(MapHeader { tool_version: record.tool_version, settings, shard, effects, scene })
+}
+
+fn settings(record: &SettingsRecord) -> Result<Settings, String> {
+    if record.chunk_emissions != CHUNK_EMISSIONS {
+        return Err(format!("chunks of {} emissions are unknown to this version", record.chunk_emissions));
+    }
+    if record.batches == 0 || record.spectral > 1 || record.mode > 1 {
+        return Err("the settings hold a code that this version does not know".to_owned());
+    }
+    if !(0.0..=1.0).contains(&record.survival) || !record.extinction_threshold.is_finite() {
+        return Err("survival exponent or extinction threshold out of range".to_owned());
+    }
+    Ok(Settings {
+        emissions: record.emissions,
+        seed: record.seed,
+        batches: record.batches,
+        survival: record.survival,
+        spectral: if record.spectral == 1 { Spectral::PerBand } else { Spectral::Shared },
+        mode: if record.mode == 1 { Mode::Paper } else { Mode::Accurate },
+        extinction_threshold: record.extinction_threshold,
+    })
+}
+
+fn scene(record: SceneRecord, mesh: Mesh) -> Result<Scene, String> {
+    let width = if record.third_octaves == 1 { BandWidth::Third } else { BandWidth::Octave };
+    let bands = Bands::new(record.nominal_frequencies, width).map_err(|problem| problem.to_string())?;
+    let expected = bands.count();
+    let materials: Vec<Material> = record.materials.into_iter().map(material).collect();
+    for material in &materials {
+        if let Some(problem) = material.problems(expected).first() {
+            return Err(format!("material {}: {problem}", material.name));
+        }
+    }
+    if record.air_attenuation.len() != expected || !(record.duration > 0.0 && record.speed_of_sound > 0.0) {
+        return Err("air attenuation, duration or speed of sound out of range".to_owned());
+    }
+    let corner_count = mesh.vertices.len() as u32;
+    let sound = |triangle: &MeshTriangle| {
+        triangle.corners.iter().all(|&corner| corner < corner_count)
+            && (triangle.material as usize) < materials.len()
+    };
+    if !mesh.triangles.iter().all(sound) || !mesh.vertices.iter().all(|vertex| vertex.is_finite()) {
+        return Err("the mesh names corners or materials that do not exist".to_owned());
+    }
+    Ok(Scene {
+        name: record.name,
+        up: DVec3::from_array(record.up),
+        bands,
+        air: Air {
+            temperature_celsius: record.temperature_celsius,
+            relative_humidity_percent: record.relative_humidity_percent,
+            pressure_kpa: record.pressure_kpa,
+        },
+        speed_of_sound: record.speed_of_sound,
+        air_attenuation: record.air_attenuation,
+        duration: record.duration,
+        materials,
+        mesh,
+        sources: record.sources.into_iter().map(|s| source(s, expected)).collect::<Result<_, _>>()?,
+        receivers: record.receivers.into_iter().map(receiver).collect(),
+        digest: record.scene_digest,
+        mesh_digest: record.mesh_digest,
+    })
+}
+
+fn material(record: MaterialRecord) -> Material {
+    Material {
+        name: record.name,
+        absorption: record.absorption,
+        scattering: record.scattering,
+        transmission: record.transmission,
+        source: Some(record.source).filter(|source| !source.is_empty()),
+    }
+}
+
+fn source(record: SourceRecord, bands: usize) -> Result<Source, String> {
+    let position = DVec3::from_array(record.position);
+    if record.power_level_db.len() != bands || !position.is_finite() {
+        return Err(format!("source {} has no position or not one level per band", record.name));
+    }
+    Ok(Source {
+        directivity: record
+            .directivity
+            .parse()
+            .map_err(|_| format!("source {} has the unknown directivity {}", record.name, record.directivity))?,
+        name: record.name,
+        position,
+        power_level_db: record.power_level_db,
+        aim: DVec3::from_array(record.aim),
+    })
+}
+
+fn receiver(record: ReceiverRecord) -> Receiver {
+    Receiver {
+        name: record.name,
+        position: DVec3::from_array(record.position),
+        aim: DVec3::from_array(record.aim),
+    }
+}

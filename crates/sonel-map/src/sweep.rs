@@ -1,0 +1,99 @@
+//! Sweeping a path: its segments in order, each with energy in every band, length and history.
+
+use glam::{DVec3, Vec3};
+use sonel_geometry::{Side, SurfaceId};
+
+use crate::coefficients::{CoefficientTable, Lanes};
+use crate::vertex::{Event, Vertex};
+use crate::weight::PathWeight;
+
+/// What happened to a packet before a segment. Transmissions leave no trace in it (docs/physics.md §4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SegmentHistory {
+    /// Reflections so far.
+    pub order: u32,
+    /// Mirror reflections since the last diffuse one, or since the source.
+    pub specular_run: u32,
+    /// Whether there was a diffuse reflection at all.
+    pub diffused: bool,
+}
+
+impl SegmentHistory {
+    fn after(self, event: Event) -> Self {
+        match event {
+            Event::Specular => Self { order: self.order + 1, specular_run: self.specular_run + 1, ..self },
+            Event::Diffuse => Self { order: self.order + 1, specular_run: 0, diffused: true },
+            _ => self,
+        }
+    }
+}
+
+/// A sonel: where a segment met a surface within the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arrival {
+    /// The surface met.
+    pub surface: SurfaceId,
+    /// The side arrived on.
+    pub side: Side,
+    /// What the packet did here.
+    pub event: Event,
+}
+
+/// One straight piece of a path.
+#[derive(Debug, Clone, Copy)]
+pub struct Segment<'a> {
+    /// Where it begins, about the scene's centre [m].
+    pub start: Vec3,
+    /// Where it ends [m].
+    pub end: Vec3,
+    /// Path length from the source to its beginning [m].
+    pub start_length: f64,
+    /// Path length from the source to its end [m].
+    pub end_length: f64,
+    /// Energy in flight per unit emitted energy of the batch, per band, without air [1]: the incident energy at the end.
+    pub energy: &'a [Lanes],
+    /// What happened before.
+    pub history: SegmentHistory,
+    /// The sonel at its end; none where the packet escaped or arrived after the end of the run.
+    pub arrival: Option<Arrival>,
+}
+
+/// Visits the segments of a path from `source` (about the scene's centre [m]). `weight` must have been started for this
+/// path by [`PathWeight::emit`]; `material_of` names the material of every surface.
+pub fn sweep(
+    source: DVec3,
+    vertices: &[Vertex],
+    table: &CoefficientTable,
+    material_of: &[u32],
+    weight: &mut PathWeight,
+    mut visit: impl FnMut(&Segment<'_>),
+) {
+    let (mut start, mut start_length) = (source, 0.0);
+    let mut history = SegmentHistory::default();
+    for vertex in vertices {
+        let end = vertex.position.as_dvec3();
+        let end_length = start_length + start.distance(end);
+        let Some(event) = vertex.event() else { return };
+        let arrival =
+            event.leaves_sonel().then(|| Arrival { surface: vertex.surface(), side: vertex.side(), event });
+        visit(&Segment {
+            start: start.as_vec3(),
+            end: vertex.position,
+            start_length,
+            end_length,
+            energy: weight.energy(),
+            history,
+            arrival,
+        });
+        if event.is_final() {
+            return;
+        }
+        let row = table.material(material_of[vertex.surface().0 as usize]);
+        weight.pass(match event {
+            Event::Diffuse => &row.diffuse,
+            Event::Transmitted => &row.transmitted,
+            _ => &row.specular,
+        });
+        (start, start_length, history) = (end, end_length, history.after(event));
+    }
+}

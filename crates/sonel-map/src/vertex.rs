@@ -1,0 +1,142 @@
+//! The record of one arrival: 16 bytes, the unit of the map.
+//!
+//! Position in f32 about the scene's centre, and one tag word holding surface, side and event. Direction, length,
+//! order, history and energy follow from the sequence of vertices (docs/physics.md §2).
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use sonel_geometry::{Side, SurfaceId};
+
+/// What a packet did where it arrived. The codes are part of the file format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Event {
+    /// Mirror reflection.
+    Specular = 0,
+    /// Lambert reflection.
+    Diffuse = 1,
+    /// Straight on through a partition.
+    Transmitted = 2,
+    /// Reserved: bent by a gradient of the medium.
+    Refracted = 3,
+    /// Reserved: deflected in passing an edge.
+    Bent = 4,
+    /// Ended here by roulette on the surface's absorption.
+    Absorbed = 8,
+    /// Met no surface; the position is where it would be at the end of the run.
+    Escaped = 9,
+    /// Arrived here after the end of the run.
+    Expired = 10,
+    /// Ended here because too little energy was left in every band.
+    Extinguished = 11,
+    /// Met no surface in a closed room: a defect, counted.
+    Lost = 12,
+}
+
+impl Event {
+    /// All events with their codes.
+    pub const ALL: [Self; 10] = [
+        Self::Specular,
+        Self::Diffuse,
+        Self::Transmitted,
+        Self::Refracted,
+        Self::Bent,
+        Self::Absorbed,
+        Self::Escaped,
+        Self::Expired,
+        Self::Extinguished,
+        Self::Lost,
+    ];
+
+    fn from_code(code: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|&event| event as u32 == code)
+    }
+
+    /// Whether the packet ends with this event.
+    #[must_use]
+    pub fn is_final(self) -> bool {
+        self as u32 >= Self::Absorbed as u32
+    }
+
+    /// Whether the packet arrived at a surface within the run, so that a sonel was left there.
+    #[must_use]
+    pub fn leaves_sonel(self) -> bool {
+        !matches!(self, Self::Escaped | Self::Expired | Self::Lost)
+    }
+}
+
+const EVENT_BITS: u32 = 4;
+const SIDE_BITS: u32 = 1;
+/// Surfaces that a tag can name.
+pub const SURFACE_LIMIT: u32 = 1 << (32 - EVENT_BITS - SIDE_BITS);
+
+/// One arrival: 12 bytes of position and a tag. Laid out exactly as in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Vertex {
+    /// Position about the scene's centre [m].
+    pub position: Vec3,
+    tag: u32,
+}
+
+impl Vertex {
+    /// An arrival at `surface` on `side`, ending in `event`.
+    #[inline]
+    #[must_use]
+    pub fn new(position: Vec3, surface: SurfaceId, side: Side, event: Event) -> Self {
+        debug_assert!(surface.0 < SURFACE_LIMIT && position.is_finite());
+        let side_bit = u32::from(side == Side::Back);
+        Self { position, tag: surface.0 << (EVENT_BITS + SIDE_BITS) | side_bit << EVENT_BITS | event as u32 }
+    }
+
+    /// The end of a packet that met no surface.
+    #[must_use]
+    pub fn nowhere(position: Vec3, event: Event) -> Self {
+        debug_assert!(matches!(event, Event::Escaped | Event::Lost));
+        Self::new(position, SurfaceId(SURFACE_LIMIT - 1), Side::Front, event)
+    }
+
+    /// What happened here; [`None`] for a code that no version of the format knows.
+    #[inline]
+    #[must_use]
+    pub fn event(&self) -> Option<Event> {
+        Event::from_code(self.tag & ((1 << EVENT_BITS) - 1))
+    }
+
+    /// The surface that was met (meaningless where none was: escaped and lost packets).
+    #[inline]
+    #[must_use]
+    pub fn surface(&self) -> SurfaceId {
+        SurfaceId(self.tag >> (EVENT_BITS + SIDE_BITS))
+    }
+
+    /// The side on which the packet arrived.
+    #[inline]
+    #[must_use]
+    pub fn side(&self) -> Side {
+        if self.tag >> EVENT_BITS & 1 == 1 { Side::Back } else { Side::Front }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_vertex_returns_what_it_was_given_in_sixteen_bytes() {
+        assert_eq!(size_of::<Vertex>(), 16);
+        for event in Event::ALL {
+            for side in [Side::Front, Side::Back] {
+                let surface = SurfaceId(SURFACE_LIMIT - 2);
+                let vertex = Vertex::new(Vec3::new(1.0, -2.0, 3.5), surface, side, event);
+                assert_eq!((vertex.surface(), vertex.side(), vertex.event()), (surface, side, Some(event)));
+            }
+        }
+    }
+
+    #[test]
+    fn unknown_event_codes_are_not_guessed() {
+        let vertex: Vertex = bytemuck::cast([0_u32, 0, 0, 7]);
+        assert_eq!(vertex.event(), None);
+    }
+}

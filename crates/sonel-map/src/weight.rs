@@ -1,0 +1,192 @@
+//! The energy a path carries, in every band: the balance heuristic over which band led it.
+//!
+//! e_j = D · ∏ f_j / Σ_k n_k ∏ p_k, with n_k the packets led by band k (docs/physics.md §2; [Veach1995],
+//! [Wilkie2014]). Numerators and denominators are kept as products relative to a common power of two, which is divided
+//! out exactly whenever they become small, so that nothing underflows however long the path.
+
+use crate::coefficients::{EventRow, Lanes, lanes_of};
+
+/// Products below this are scaled up by its inverse: far from both underflow and any effect on the sum.
+const RESCALE_BELOW: f64 = f64::from_bits((1023 - 256) << 52);
+const RESCALE_BY: f64 = f64::from_bits((1023 + 256) << 52);
+
+/// Running products of one path. One value serves many paths in turn; [`PathWeight::emit`] starts the next.
+#[derive(Debug, Clone)]
+pub struct PathWeight {
+    /// ∏ f_j.
+    feeding: Vec<Lanes>,
+    /// ∏ p_k.
+    drawing: Vec<Lanes>,
+    /// n_k.
+    counts: Vec<Lanes>,
+    energy: Vec<Lanes>,
+    source_factor: f64,
+    carried_bands: f64,
+    peak: f64,
+}
+
+impl PathWeight {
+    /// Room for `bands` bands.
+    #[must_use]
+    pub fn new(bands: usize) -> Self {
+        let zeros = vec![[0.0; 4]; lanes_of(bands)];
+        Self {
+            feeding: zeros.clone(),
+            drawing: zeros.clone(),
+            counts: zeros.clone(),
+            energy: zeros,
+            source_factor: 0.0,
+            carried_bands: 0.0,
+            peak: 0.0,
+        }
+    }
+
+    /// Starts a path: `source_factor` is the directivity factor of its first direction, `counts` the packets n_k led by
+    /// each band in its batch, and `carried` is 1 for the bands that the path carries and 0 for the others.
+    pub fn emit(&mut self, source_factor: f64, counts: &[Lanes], carried: &[Lanes]) {
+        self.source_factor = source_factor;
+        self.feeding.copy_from_slice(carried);
+        self.drawing.copy_from_slice(carried);
+        self.counts.copy_from_slice(counts);
+        self.carried_bands = carried.iter().flatten().sum();
+        self.refresh();
+    }
+
+    /// Energy per unit emitted energy of the batch, in every band [1].
+    #[inline]
+    #[must_use]
+    pub fn energy(&self) -> &[Lanes] {
+        &self.energy
+    }
+
+    /// N times the largest of the bands' energies, if every carried band had led equally many packets: a function of the
+    /// path alone, which decides when a packet is not worth following [1].
+    #[inline]
+    #[must_use]
+    pub fn peak(&self) -> f64 {
+        self.peak
+    }
+
+    /// Passes through `event`.
+    #[inline]
+    pub fn pass(&mut self, event: &EventRow) {
+        multiply(&mut self.feeding, &event.energy);
+        multiply(&mut self.drawing, &event.probability);
+        self.refresh();
+    }
+
+    #[inline]
+    fn refresh(&mut self) {
+        let (mut drawn, mut weighted) = ([0.0; 4], [0.0; 4]);
+        for (drawing, counts) in self.drawing.iter().zip(&self.counts) {
+            for lane in 0..4 {
+                drawn[lane] += drawing[lane];
+                weighted[lane] += drawing[lane] * counts[lane];
+            }
+        }
+        let mut drawn = (drawn[0] + drawn[1]) + (drawn[2] + drawn[3]);
+        let mut weighted = (weighted[0] + weighted[1]) + (weighted[2] + weighted[3]);
+        if drawn < RESCALE_BELOW && drawn > 0.0 {
+            scale(&mut self.feeding, RESCALE_BY);
+            scale(&mut self.drawing, RESCALE_BY);
+            drawn *= RESCALE_BY;
+            weighted *= RESCALE_BY;
+        }
+        let factor = if weighted > 0.0 { self.source_factor / weighted } else { 0.0 };
+        let mut most = [0.0_f64; 4];
+        for (energy, feeding) in self.energy.iter_mut().zip(&self.feeding) {
+            for lane in 0..4 {
+                energy[lane] = feeding[lane] * factor;
+                most[lane] = most[lane].max(feeding[lane]);
+            }
+        }
+        let most = most[0].max(most[1]).max(most[2].max(most[3]));
+        self.peak = if drawn > 0.0 { self.source_factor * self.carried_bands * most / drawn } else { 0.0 };
+    }
+}
+
+#[inline]
+fn multiply(product: &mut [Lanes], factors: &[Lanes]) {
+    for (product, factor) in product.iter_mut().zip(factors) {
+        for lane in 0..4 {
+            product[lane] *= factor[lane];
+        }
+    }
+}
+
+fn scale(product: &mut [Lanes], factor: f64) {
+    for value in product.iter_mut().flatten() {
+        *value *= factor;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coefficients::{CoefficientTable, to_lanes};
+    use sonel_acoustics::Material;
+
+    fn material(absorption: [f64; 3], scattering: [f64; 3]) -> Material {
+        Material {
+            name: "wall".into(),
+            absorption: absorption.to_vec(),
+            scattering: scattering.to_vec(),
+            transmission: vec![0.0; 3],
+            source: None,
+        }
+    }
+
+    #[test]
+    fn equal_bands_carry_weight_one_without_roulette() {
+        let table = CoefficientTable::new(&[material([0.0; 3], [0.5; 3])], 3, 0.15);
+        let mut weight = PathWeight::new(3);
+        weight.emit(1.0, &to_lanes([1.0; 3]), &to_lanes([1.0; 3]));
+        for bounce in 0..100_000 {
+            let row = table.material(0);
+            weight.pass(if bounce % 2 == 0 { &row.specular } else { &row.diffuse });
+        }
+        assert_eq!(weight.energy()[0], [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0]);
+    }
+
+    /// Expected energy after each bounce, by enumerating hero and event, is the true one: α .2/.9/.01 and s .5/.05/.95.
+    #[test]
+    fn balance_is_unbiased_over_all_histories() {
+        let (absorption, scattering) = ([0.2, 0.9, 0.01], [0.5, 0.05, 0.95]);
+        let table = CoefficientTable::new(&[material(absorption, scattering)], 3, 0.15);
+        let row = table.material(0);
+        let depth = 6;
+        let mut expected = [0.0; 3];
+        for hero in 0..3 {
+            for history in 0..1 << depth {
+                let mut weight = PathWeight::new(3);
+                weight.emit(1.0, &to_lanes([1.0; 3]), &to_lanes([1.0; 3]));
+                let mut probability = 1.0;
+                for step in 0..depth {
+                    let event = if history >> step & 1 == 0 { &row.specular } else { &row.diffuse };
+                    probability *= event.probability[0][hero];
+                    weight.pass(event);
+                }
+                for (band, sum) in expected.iter_mut().enumerate() {
+                    let energy = weight.energy()[0][band];
+                    assert!(energy <= 3.0, "weight bounded by the number of bands");
+                    *sum += probability * energy;
+                }
+            }
+        }
+        for band in 0..3 {
+            let truth = (1.0_f64 - absorption[band]).powi(depth);
+            assert!((expected[band] / truth - 1.0).abs() < 1e-12, "band {band}");
+        }
+    }
+
+    #[test]
+    fn a_million_bounces_neither_underflow_nor_lose_the_dominant_band() {
+        let table = CoefficientTable::new(&[material([0.5; 3], [0.5; 3])], 3, 1.0);
+        let mut weight = PathWeight::new(3);
+        weight.emit(1.0, &to_lanes([1.0; 3]), &to_lanes([1.0; 3]));
+        for _ in 0..1_000_000 {
+            weight.pass(&table.material(0).diffuse);
+        }
+        assert!((weight.energy()[0][0] - 1.0 / 3.0).abs() < 1e-9);
+    }
+}

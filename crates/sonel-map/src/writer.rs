@@ -1,0 +1,142 @@
+//! Writing a map as it is traced: chunks first, then everything known only at the end.
+
+use std::io::{Seek, SeekFrom, Write};
+
+use bytemuck::Zeroable;
+
+use crate::codec::{self, SectionRecord};
+use crate::error::MapError;
+use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, MAGIC, MAJOR, MINOR, Preamble, aligned};
+use crate::header::MapHeader;
+use crate::ledger::Ledger;
+use crate::record;
+use crate::vertex::Vertex;
+
+/// The paths of one chunk: where each ends among the vertices, and the vertices of all.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ChunkPaths {
+    /// For each path the index behind its last vertex.
+    pub ends: Vec<u32>,
+    /// Vertices of all paths in order.
+    pub vertices: Vec<Vertex>,
+}
+
+/// A map being written. Memory grows by a few hundred bytes a chunk, not with the sonels.
+#[derive(Debug)]
+pub struct MapWriter<W> {
+    out: W,
+    position: u64,
+    entries: Vec<ChunkEntry>,
+    fates: Vec<ChunkFates>,
+    terms: Vec<f64>,
+}
+
+impl<W: Write + Seek> MapWriter<W> {
+    /// Begins a map at the beginning of `out`.
+    ///
+    /// # Errors
+    /// When `out` cannot be written.
+    pub fn begin(mut out: W) -> Result<Self, MapError> {
+        let unfinished = Preamble { magic: MAGIC, major: MAJOR, minor: MINOR, ..Preamble::zeroed() };
+        out.write_all(bytemuck::bytes_of(&unfinished))?;
+        Ok(Self {
+            out,
+            position: ALIGNMENT,
+            entries: Vec::new(),
+            fates: Vec::new(),
+            terms: Vec::new(),
+        })
+    }
+
+    /// Appends the chunk of `source` that begins with emission `first_emission`.
+    ///
+    /// # Errors
+    /// When `out` cannot be written.
+    pub fn push_chunk(
+        &mut self,
+        source: u32,
+        first_emission: u64,
+        paths: &ChunkPaths,
+        books: &Ledger,
+    ) -> Result<(), MapError> {
+        let offset = self.pad()?;
+        let mut entry = ChunkEntry {
+            source,
+            path_count: paths.ends.len() as u32,
+            first_emission,
+            vertex_count: paths.vertices.len() as u64,
+            offset,
+            digest: [0; 32],
+        };
+        let mut ends = bytemuck::cast_slice::<u32, u8>(&paths.ends).to_vec();
+        ends.resize(entry.vertices_at() as usize, 0);
+        let vertices = bytemuck::cast_slice::<Vertex, u8>(&paths.vertices);
+        entry.digest = blake3::Hasher::new().update(&ends).update(vertices).finalize().into();
+        self.put(&ends)?;
+        self.put(vertices)?;
+        self.entries.push(entry);
+        self.fates.push(ChunkFates { fates: books.fates.counts(), segments: books.segments, reserved: 0 });
+        self.terms.extend(books.bands.iter().flat_map(|band| band.terms()));
+        Ok(())
+    }
+
+    /// Completes the map and returns what it was written to.
+    ///
+    /// # Errors
+    /// When `out` cannot be written or the header is too large.
+    pub fn finish(mut self, header: &MapHeader) -> Result<W, MapError> {
+        let (corners, triangles) = record::mesh_columns(&header.scene.mesh);
+        let sections = vec![
+            self.section("mesh.vertices", bytemuck::cast_slice(&corners))?,
+            self.section("mesh.triangles", bytemuck::cast_slice(&triangles))?,
+            self.take_section("chunks", |writer| std::mem::take(&mut writer.entries))?,
+            self.take_section("chunk.fates", |writer| std::mem::take(&mut writer.fates))?,
+            self.take_section("chunk.ledger", |writer| std::mem::take(&mut writer.terms))?,
+        ];
+        let bytes = codec::encode(&record::header_record(header, sections)).map_err(MapError::Limit)?;
+        let header_offset = self.pad()?;
+        self.put(&bytes)?;
+        let preamble = Preamble {
+            magic: MAGIC,
+            major: MAJOR,
+            minor: MINOR,
+            reserved: 0,
+            header_offset,
+            header_length: bytes.len() as u64,
+            header_digest: blake3::hash(&bytes).into(),
+        };
+        self.out.seek(SeekFrom::Start(0))?;
+        self.out.write_all(bytemuck::bytes_of(&preamble))?;
+        self.out.flush()?;
+        Ok(self.out)
+    }
+
+    fn take_section<T: bytemuck::NoUninit>(
+        &mut self,
+        name: &str,
+        take: impl Fn(&mut Self) -> Vec<T>,
+    ) -> Result<SectionRecord, MapError> {
+        let rows = take(self);
+        self.section(name, bytemuck::cast_slice(&rows))
+    }
+
+    fn section(&mut self, name: &str, bytes: &[u8]) -> Result<SectionRecord, MapError> {
+        let offset = self.pad()?;
+        self.put(bytes)?;
+        let digest = blake3::hash(bytes).into();
+        Ok(SectionRecord { name: name.to_owned(), offset, length: bytes.len() as u64, digest })
+    }
+
+    /// Zeros up to the next aligned position, which is returned.
+    fn pad(&mut self) -> Result<u64, MapError> {
+        let gap = aligned(self.position) - self.position;
+        self.put(&[0; ALIGNMENT as usize][..gap as usize])?;
+        Ok(self.position)
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> Result<(), MapError> {
+        self.out.write_all(bytes)?;
+        self.position += bytes.len() as u64;
+        Ok(())
+    }
+}

@@ -1,0 +1,76 @@
+//! Attenuation by air along a path, e^(−m·length), for all bands at once.
+//!
+//! A table over length with a third-order correction to its nearest node: relative error below 1e-8, a few
+//! multiplications a band instead of an exponential.
+
+use sonel_map::{Lanes, coefficients::to_lanes};
+
+/// Largest m·(distance to a node): the fourth-order remainder x⁴/24 is then below 1e-9.
+const LARGEST_STEP: f64 = 0.012;
+/// Widest spacing of the nodes [m].
+const WIDEST_SPACING: f64 = 0.25;
+
+/// e^(−m·length) for lengths up to a limit.
+#[derive(Debug, Clone)]
+pub struct AirTable {
+    attenuation: Vec<Lanes>,
+    spacing: f64,
+    nodes: Vec<Lanes>,
+}
+
+impl AirTable {
+    /// A table for `attenuation` m per band [1/m] up to `reach` [m]. [`None`] where no band is attenuated.
+    #[must_use]
+    pub fn new(attenuation: &[f64], reach: f64) -> Option<Self> {
+        let strongest = attenuation.iter().copied().fold(0.0, f64::max);
+        if strongest <= 0.0 {
+            return None;
+        }
+        let spacing = (2.0 * LARGEST_STEP / strongest).min(WIDEST_SPACING);
+        let count = (reach / spacing) as usize + 2;
+        let nodes = (0..count)
+            .flat_map(|node| to_lanes(attenuation.iter().map(|m| libm::exp(-m * node as f64 * spacing))))
+            .collect();
+        Some(Self { attenuation: to_lanes(attenuation.iter().copied()), spacing, nodes })
+    }
+
+    /// Multiplies `energy` by the attenuation over `length`, at most the reach [m].
+    #[inline]
+    pub fn attenuate(&self, length: f64, energy: &mut [Lanes]) {
+        let node = (length / self.spacing + 0.5) as usize;
+        let rest = length - node as f64 * self.spacing;
+        let lanes = self.attenuation.len();
+        let row = &self.nodes[node * lanes..(node + 1) * lanes];
+        for ((energy, at_node), attenuation) in energy.iter_mut().zip(row).zip(&self.attenuation) {
+            for lane in 0..4 {
+                let x = attenuation[lane] * rest;
+                energy[lane] *= at_node[lane] * (1.0 - x * (1.0 - x * (0.5 - x * (1.0 / 6.0))));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_the_exponential() {
+        let attenuation = [1e-5, 0.001, 0.03, 0.3, 0.1];
+        let table = AirTable::new(&attenuation, 500.0).unwrap();
+        for step in 0..5000 {
+            let length = f64::from(step) * 0.1;
+            let mut energy = vec![[1.0; 4]; 2];
+            table.attenuate(length, &mut energy);
+            for (band, m) in attenuation.iter().enumerate() {
+                let exact = (-m * length).exp();
+                assert!((energy[band / 4][band % 4] / exact - 1.0).abs() < 1e-8, "{length} m, m = {m}");
+            }
+        }
+    }
+
+    #[test]
+    fn still_air_needs_no_table() {
+        assert!(AirTable::new(&[0.0, 0.0], 100.0).is_none());
+    }
+}

@@ -1,0 +1,84 @@
+//! … D R: from every sonel, whatever became of its packet, a shadow ray to the receiver.
+//!
+//! F += e · δ · cos θ / (π d²) · e^(−m·length) (docs/physics.md §4): Lambert radiance of the surface times the solid angle of
+//! a unit receiver. δ = (1 − α) s is applied here and nowhere else.
+
+use glam::Vec3;
+use sonel_geometry::{Departure, Geometry, Side};
+use sonel_map::{Lanes, coefficients::EventRow};
+
+use crate::air::AirTable;
+use crate::deposit::{Deposits, TimeBins};
+use crate::receiver::PreparedReceiver;
+
+/// One sonel, ready to be connected.
+#[derive(Debug)]
+pub struct DiffuseSonel<'a> {
+    /// Where it arrived [m].
+    pub position: Vec3,
+    /// Normal of the surface on the side of arrival.
+    pub normal: Vec3,
+    /// How a ray leaves the surface there.
+    pub departure: Departure,
+    /// Path length so far [m].
+    pub length: f64,
+    /// e · δ / π per band.
+    pub radiosity: &'a [Lanes],
+}
+
+/// Unit normal of a surface on `side`.
+#[inline]
+#[must_use]
+pub fn normal_on(side: Side, front: Vec3) -> Vec3 {
+    match side {
+        Side::Front => front,
+        Side::Back => -front,
+    }
+}
+
+/// e · δ / π in every band, written to `radiosity`.
+#[inline]
+pub fn radiosity(incident: &[Lanes], diffuse: &EventRow, radiosity: &mut [Lanes]) {
+    for ((radiosity, incident), diffuse) in radiosity.iter_mut().zip(incident).zip(&diffuse.energy) {
+        for lane in 0..4 {
+            radiosity[lane] = incident[lane] * diffuse[lane] * core::f64::consts::FRAC_1_PI;
+        }
+    }
+}
+
+/// Connects one sonel to every receiver.
+#[inline]
+pub fn connect(
+    sonel: &DiffuseSonel<'_>,
+    receivers: &[PreparedReceiver],
+    geometry: &Geometry,
+    surroundings: (&TimeBins, Option<&AirTable>),
+    scratch: &mut [Lanes],
+    deposits: &mut Deposits,
+) {
+    let (bins, air) = surroundings;
+    for (index, receiver) in receivers.iter().enumerate() {
+        let offset = receiver.position - sonel.position;
+        let projected = offset.dot(sonel.normal);
+        if projected <= 0.0 {
+            continue;
+        }
+        let squared = f64::from(offset.length_squared());
+        let distance = squared.sqrt();
+        let length = sonel.length + distance;
+        let Some(bin) = bins.bin(length) else { continue };
+        if geometry.is_blocked(sonel.departure, receiver.position) {
+            continue;
+        }
+        let solid_angle = f64::from(projected) / (distance * squared);
+        for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
+            for lane in 0..4 {
+                scratch[lane] = radiosity[lane] * solid_angle;
+            }
+        }
+        if let Some(air) = air {
+            air.attenuate(length, scratch);
+        }
+        deposits.add(index, bin, scratch);
+    }
+}

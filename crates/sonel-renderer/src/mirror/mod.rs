@@ -1,0 +1,112 @@
+//! L S^k R, k ≤ K: image sources over completely enumerated mirror chains.
+//!
+//! Complete means: every chain of up to K planar surfaces that can carry energy is tried at every receiver and validated
+//! exactly there, so the class has neither bias nor noise. In an empty box the images form a lattice and need no
+//! validation; elsewhere they form a tree, whose depth K is the last that fits a fixed budget of nodes. K depends on the
+//! scene and the source alone, never on the receivers (docs/physics.md §4).
+//!
+//! Reference: [AllenBerkley1979] (docs/references.md).
+
+pub mod lattice;
+pub mod tree;
+
+use glam::DVec3;
+use sonel_acoustics::Directivity;
+use sonel_geometry::Geometry;
+use sonel_map::{CoefficientTable, Lanes};
+use sonel_scene::Source;
+
+use lattice::ImageLattice;
+use tree::ImageTree;
+
+/// Sound of one mirror chain at a receiver.
+#[derive(Debug)]
+pub struct MirrorArrival<'a> {
+    /// Path length [m].
+    pub length: f64,
+    /// Unit direction from the receiver to the image.
+    pub towards: DVec3,
+    /// Number of reflections, at least one.
+    pub order: u32,
+    /// ∏ (1−α)(1−s) times the source's directivity factor, per band; without spreading and air.
+    pub factor: &'a [Lanes],
+}
+
+/// All mirror chains of one source.
+#[derive(Debug)]
+pub enum MirrorChains {
+    /// Of an empty box.
+    Lattice(ImageLattice),
+    /// Of any geometry.
+    Tree(ImageTree),
+}
+
+/// Where and how a source radiates.
+#[derive(Debug, Clone, Copy)]
+pub struct Radiator {
+    /// Position about the scene's centre [m].
+    pub position: DVec3,
+    /// Its directivity.
+    pub directivity: Directivity,
+    /// Unit direction of its axis.
+    pub aim: DVec3,
+}
+
+impl Radiator {
+    /// `source` in a scene centred at `center`.
+    #[must_use]
+    pub fn new(source: &Source, center: DVec3) -> Self {
+        Self { position: source.position - center, directivity: source.directivity, aim: source.aim }
+    }
+
+    /// Directivity factor in the direction of `offset` [m].
+    #[must_use]
+    pub fn factor(&self, offset: DVec3) -> f64 {
+        self.directivity.factor(self.aim.dot(offset.normalize()).clamp(-1.0, 1.0))
+    }
+}
+
+impl MirrorChains {
+    /// Enumerates the chains of `radiator` up to paths of `reach` [m]; `most` limits K below what is affordable.
+    #[must_use]
+    pub fn enumerate(
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        radiator: Radiator,
+        reach: f64,
+        most: Option<u32>,
+    ) -> Self {
+        match geometry.as_shoebox() {
+            Some(room) => Self::Lattice(ImageLattice::new(geometry, &room, table, radiator, reach, most)),
+            None => Self::Tree(ImageTree::new(geometry, table, radiator, most)),
+        }
+    }
+
+    /// K: chains of at most so many reflections are complete.
+    #[must_use]
+    pub fn order(&self) -> u32 {
+        match self {
+            Self::Lattice(lattice) => lattice.order(),
+            Self::Tree(tree) => tree.order(),
+        }
+    }
+
+    /// Visits the chains that reach `receiver` (about the scene's centre [m]) within the simulated path length.
+    pub fn visit(
+        &self,
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        receiver: DVec3,
+        reach: f64,
+        mut found: impl FnMut(&MirrorArrival<'_>),
+    ) {
+        match self {
+            Self::Lattice(lattice) => lattice.visit(receiver, reach, found),
+            Self::Tree(tree) => tree.visit(geometry, table, receiver, |arrival| {
+                if arrival.length <= reach {
+                    found(arrival);
+                }
+            }),
+        }
+    }
+}

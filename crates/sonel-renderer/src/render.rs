@@ -1,0 +1,237 @@
+//! Rendering a map: deterministic classes once, the others batch by batch.
+//!
+//! Each batch of emissions is an estimate of its own; the echogram is their mean weighted by N_g / N plus the
+//! deterministic arrivals, and the spread between batches is the interval (docs/physics.md §7). Batches are rendered on
+//! all cores and added in order, so neither the number of threads nor the receivers that share a call change a bit.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use sonel_acoustics::mean_free_path;
+use sonel_geometry::Geometry;
+use sonel_map::{BatchStart, CoefficientTable, MapError, SonelMap};
+use thiserror::Error;
+
+use crate::air::AirTable;
+use crate::deposit::TimeBins;
+use crate::mirror::{MirrorChains, Radiator};
+use crate::receiver::{PreparedReceiver, ReceiverPoint};
+use crate::rendering::Rendering;
+
+/// Receivers rendered in one sweep: bounds the memory.
+const RECEIVERS_IN_FLIGHT: usize = 64;
+
+/// How a map is rendered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderSettings {
+    /// Width of a time bin [s].
+    pub bin: f64,
+    /// Order K of the mirror chains; chosen where none is given.
+    pub mirror_order: Option<u32>,
+    /// Attenuation by air per band [1/m].
+    pub air: Air,
+}
+
+/// Which air sound travels through.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Air {
+    /// That of the scene.
+    OfScene,
+    /// Another attenuation m per band [1/m]; zeros for none.
+    Attenuation(Vec<f64>),
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self { bin: 0.001, mirror_order: None, air: Air::OfScene }
+    }
+}
+
+/// Who brought the energy (docs/physics.md §4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathClass {
+    /// L R.
+    Direct,
+    /// L S^k R, k ≤ K.
+    MirrorChain,
+    /// … D R.
+    Connection,
+    /// … D S⁺ R and L S^k R, k > K.
+    Crossing,
+}
+
+impl PathClass {
+    /// All classes.
+    pub const ALL: [Self; 4] = [Self::Direct, Self::MirrorChain, Self::Connection, Self::Crossing];
+
+    /// The class as a string over L, S, D, R.
+    #[must_use]
+    pub fn notation(self) -> &'static str {
+        match self {
+            Self::Direct => "L R",
+            Self::MirrorChain => "L S^k R, k <= K",
+            Self::Connection => "... D R",
+            Self::Crossing => "... D S+ R and L S^k R, k > K",
+        }
+    }
+
+    /// The estimator that owns it.
+    #[must_use]
+    pub fn estimator(self) -> &'static str {
+        match self {
+            Self::Direct => "shadow ray",
+            Self::MirrorChain => "image sources",
+            Self::Connection => "connection",
+            Self::Crossing => "receiver sphere",
+        }
+    }
+}
+
+/// Why a map could not be rendered.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// The map cannot be believed.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// The scene's walls cannot be rebuilt.
+    #[error("the map's scene cannot be rebuilt: {0}")]
+    Scene(String),
+    /// A receiver no echogram exists for.
+    #[error("{}", .0.join("\n"))]
+    Receivers(Vec<String>),
+    /// A setting out of range.
+    #[error("{0}")]
+    Settings(String),
+}
+
+/// A map made ready for rendering.
+#[derive(Debug)]
+pub struct Renderer<'a> {
+    pub(crate) map: &'a SonelMap,
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) settings: RenderSettings,
+    pub(crate) bins: TimeBins,
+    pub(crate) air: Option<AirTable>,
+    pub(crate) attenuation: Vec<f64>,
+    pub(crate) table: CoefficientTable,
+    pub(crate) material_of: Vec<u32>,
+    pub(crate) normals: Vec<Vec3>,
+    pub(crate) batches: Vec<BatchStart>,
+}
+
+impl<'a> Renderer<'a> {
+    /// Prepares `map`, whose walls are `geometry`, and checks every path of it.
+    ///
+    /// # Errors
+    /// When the map is a shard or damaged, or a setting is out of range.
+    pub fn new(map: &'a SonelMap, geometry: &'a Geometry, settings: RenderSettings) -> Result<Self, RenderError> {
+        map.require_whole()?;
+        map.check_paths(geometry.surfaces().len() as u32)?;
+        let scene = &map.header().scene;
+        let bands = scene.bands.count();
+        if !(settings.bin.is_finite() && settings.bin > 0.0) {
+            return Err(RenderError::Settings(format!("a bin of {} s is no bin: give a width above 0", settings.bin)));
+        }
+        let bins = TimeBins::new(settings.bin, scene.duration, scene.speed_of_sound);
+        let attenuation = match &settings.air {
+            Air::OfScene => scene.air_attenuation.clone(),
+            Air::Attenuation(attenuation) => attenuation.clone(),
+        };
+        let traced = &map.header().settings;
+        let layout = map.layout();
+        Ok(Self {
+            air: AirTable::new(&attenuation, bins.reach),
+            attenuation,
+            table: CoefficientTable::new(&scene.materials, bands, traced.survival),
+            material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
+            normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
+            batches: (0..layout.batches).map(|batch| BatchStart::new(&layout, batch, traced.spectral)).collect(),
+            map,
+            geometry,
+            settings,
+            bins,
+        })
+    }
+
+    /// The time bins.
+    #[must_use]
+    pub fn bins(&self) -> &TimeBins {
+        &self.bins
+    }
+
+    /// Problems of `receivers`, one sentence each: coincident with a source, outside the room, without coordinates.
+    #[must_use]
+    pub fn problems(&self, receivers: &[ReceiverPoint]) -> Vec<String> {
+        let scene = &self.map.header().scene;
+        let mut problems = Vec::new();
+        for receiver in receivers {
+            let (name, position) = (&receiver.name, receiver.position);
+            if !position.is_finite() {
+                problems.push(format!("receiver \"{name}\": its position is not finite"));
+                continue;
+            }
+            for source in &scene.sources {
+                if source.position.distance(position) <= f64::from(self.geometry.resolution()) {
+                    problems.push(format!(
+                        "receiver \"{name}\" stands at source \"{}\", where the direct sound is infinite: move it",
+                        source.name
+                    ));
+                }
+            }
+            if self.geometry.is_closed_room() && !self.geometry.contains(position) {
+                problems.push(format!("receiver \"{name}\" at {position} m is outside the closed room: move it"));
+            }
+        }
+        problems
+    }
+
+    /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches; `progress` hears
+    /// the share of the work done so far.
+    ///
+    /// # Errors
+    /// [`RenderError::Receivers`] with all problems of all receivers.
+    pub fn render(
+        &self,
+        source: usize,
+        receivers: &[ReceiverPoint],
+        borders: &[Vec<f64>],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Rendering, RenderError> {
+        let problems = self.problems(receivers);
+        if !problems.is_empty() {
+            return Err(RenderError::Receivers(problems));
+        }
+        let prepared = self.prepare(receivers);
+        let emitter = &self.map.header().scene.sources[source];
+        let radiator = Radiator::new(emitter, self.geometry.center());
+        let chains = MirrorChains::enumerate(
+            self.geometry,
+            &self.table,
+            radiator,
+            self.bins.reach,
+            self.settings.mirror_order,
+        );
+        let mut rendering = Rendering::new(prepared.len(), &self.bins, self.table.bands(), self.batches.len());
+        rendering.mirror_order = chains.order();
+        rendering.sphere_radius = prepared.iter().map(|receiver| receiver.radius).collect();
+        self.add_deterministic(&mut rendering, radiator, &chains, &prepared, borders);
+        let tiles = prepared.len().div_ceil(RECEIVERS_IN_FLIGHT);
+        for tile in 0..tiles {
+            let range = tile * RECEIVERS_IN_FLIGHT..((tile + 1) * RECEIVERS_IN_FLIGHT).min(prepared.len());
+            let done = tile as f64 / tiles as f64;
+            self.add_batches(&mut rendering, source, &prepared, &borders[range.clone()], range, &mut |share| {
+                progress(done + share / tiles as f64);
+            });
+        }
+        Ok(rendering)
+    }
+
+    fn prepare(&self, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
+        let free_path = match self.geometry.volume() {
+            Some(volume) => mean_free_path(volume, self.geometry.area()),
+            None => f64::from(self.geometry.extent()),
+        };
+        let emissions = self.map.header().settings.emissions;
+        receivers.par_iter().map(|r| PreparedReceiver::new(r, self.geometry, free_path, emissions)).collect()
+    }
+}

@@ -1,0 +1,136 @@
+//! One sonel's life: emitted, carried from surface to surface, ended by one of its fates.
+
+use glam::{DVec3, Vec3};
+use sonel_geometry::{Departure, Geometry, Hit};
+use sonel_map::{BatchStart, ChunkLedger, ChunkPaths, CoefficientTable, Event, Lanes, PathWeight, Vertex};
+use sonel_sampling::{Frame, Stream};
+
+use crate::interaction::{draw_event, mirrored, scattered};
+
+/// The surroundings of a packet: what all packets of a run share.
+#[derive(Debug)]
+pub struct Surroundings<'a> {
+    /// Walls.
+    pub geometry: &'a Geometry,
+    /// Coefficients per material.
+    pub table: CoefficientTable,
+    /// Material and frame about the front normal, per surface.
+    pub surfaces: Vec<(u32, Frame)>,
+    /// Path length at which a packet expires [m].
+    pub reach: f64,
+    /// See [`sonel_map::Settings::extinction_threshold`].
+    pub extinction_threshold: f64,
+    /// Whether a packet that meets no surface is lost rather than gone.
+    pub closed: bool,
+}
+
+/// Where a packet stands: its last vertex, and how it goes on.
+struct Flight {
+    position: DVec3,
+    departure: Departure,
+    direction: Vec3,
+    length: f64,
+}
+
+/// How one packet begins.
+pub struct Emission<'a> {
+    /// Place of the source about the scene's centre [m].
+    pub position: DVec3,
+    /// Unit direction.
+    pub direction: Vec3,
+    /// Directivity factor of that direction.
+    pub source_factor: f64,
+    /// Band whose probabilities decide.
+    pub hero: u32,
+    /// Counts and weight of its batch.
+    pub batch: &'a BatchStart,
+}
+
+/// What packets leave behind.
+pub struct Records {
+    /// Their paths.
+    pub paths: ChunkPaths,
+    /// Their energy.
+    pub books: ChunkLedger,
+    weight: PathWeight,
+    nothing: Vec<Lanes>,
+}
+
+impl Records {
+    /// Empty records for `bands` bands.
+    #[must_use]
+    pub fn new(bands: usize) -> Self {
+        Self {
+            paths: ChunkPaths::default(),
+            books: ChunkLedger::new(bands),
+            weight: PathWeight::new(bands),
+            nothing: vec![[0.0; 4]; sonel_map::lanes_of(bands)],
+        }
+    }
+}
+
+impl Surroundings<'_> {
+    /// Lives one packet to its end, leaving its path and its books in `records`.
+    pub fn live(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
+        let Records { paths, books, weight, nothing } = records;
+        let share = emission.batch.weight;
+        let start = emission.batch.packet(emission.hero);
+        weight.emit(emission.source_factor, &start.counts, &start.carried);
+        books.emitted(share, &start.expected, weight.energy());
+
+        let mut flight = Flight {
+            position: emission.position,
+            departure: Departure::free(emission.position.as_vec3()),
+            direction: emission.direction,
+            length: 0.0,
+        };
+        let last = loop {
+            books.segments += 1;
+            let Some(hit) = self.geometry.closest_hit(flight.departure, flight.direction) else {
+                break self.vanish(&flight);
+            };
+            flight.length += flight.position.distance(hit.position.as_dvec3());
+            if flight.length > self.reach {
+                break vertex(&hit, Event::Expired);
+            }
+            let (material, frame) = &self.surfaces[hit.surface.0 as usize];
+            let row = self.table.material(*material);
+            books.arrived(share, weight.energy(), &row.dissipated, &row.passed_on);
+            let event = draw_event(&row.thresholds[emission.hero as usize], stream.uniform_fine());
+            flight.direction = match event {
+                Event::Specular => mirrored(flight.direction, frame.normal),
+                Event::Diffuse => scattered(frame, hit.side, stream.uniform_pair()),
+                Event::Transmitted => flight.direction,
+                _ => break vertex(&hit, Event::Absorbed),
+            };
+            weight.pass(match event {
+                Event::Specular => &row.specular,
+                Event::Diffuse => &row.diffuse,
+                _ => &row.transmitted,
+            });
+            books.departed(share, weight.energy());
+            if weight.peak() < self.extinction_threshold {
+                break vertex(&hit, Event::Extinguished);
+            }
+            let side = if event == Event::Transmitted { hit.side.opposite() } else { hit.side };
+            flight.position = hit.position.as_dvec3();
+            flight.departure = self.geometry.leave(hit.position, hit.surface, side);
+            paths.vertices.push(vertex(&hit, event));
+        };
+        let event = last.event().expect("made from an event");
+        books.ended(share, event, if event == Event::Absorbed { nothing } else { weight.energy() });
+        paths.vertices.push(last);
+        paths.ends.push(paths.vertices.len() as u32);
+    }
+
+    /// The last vertex of a packet that met no surface: where it would be at the end of the run.
+    fn vanish(&self, flight: &Flight) -> Vertex {
+        let event = if self.closed { Event::Lost } else { Event::Escaped };
+        let remaining = (self.reach - flight.length) as f32;
+        Vertex::nowhere(flight.departure.origin + flight.direction * remaining, event)
+    }
+}
+
+fn vertex(hit: &Hit, event: Event) -> Vertex {
+    Vertex::new(hit.position, hit.surface, hit.side, event)
+}

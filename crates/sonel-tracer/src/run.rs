@@ -1,0 +1,180 @@
+//! All packets of a run, in chunks of constant size, handed over in order.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use sonel_geometry::Geometry;
+use sonel_map::{
+    BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EmissionDirections, EmissionLayout, Fate, Ledger,
+    Settings, ShardRange,
+};
+use sonel_sampling::{Frame, Purpose, StreamFamily};
+use sonel_scene::{Scene, Source};
+use thiserror::Error;
+
+use crate::packet::{Emission, Records, Surroundings};
+
+/// Chunks traced before they are handed over together: bounds the memory, whatever the number of threads.
+const CHUNKS_IN_FLIGHT: u64 = 64;
+
+/// Lost packets per segment beyond which a run is aborted: watertight casting measured none in 10⁸.
+const LOSS_BUDGET_PER_SEGMENT: f64 = 1e-7;
+
+/// Why a run was aborted.
+#[derive(Debug, Error)]
+pub enum TraceError<E> {
+    /// Packets slipped out of a closed room.
+    #[error(
+        "{lost} of {packets} packets were lost through the walls of a closed room: the mesh may have cracks wider \
+         than its welding tolerance; please report the scene if it has none"
+    )]
+    Leaking {
+        /// Packets lost.
+        lost: u64,
+        /// Packets traced.
+        packets: u64,
+    },
+    /// Whoever took the chunks failed.
+    #[error(transparent)]
+    Sink(E),
+}
+
+/// One chunk of traced packets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TracedChunk {
+    /// Index of the source.
+    pub source: u32,
+    /// Emission index of the first path.
+    pub first_emission: u64,
+    /// The paths.
+    pub paths: ChunkPaths,
+    /// Their books.
+    pub books: Ledger,
+}
+
+/// A scene made ready for tracing.
+#[derive(Debug)]
+pub struct Tracer<'a> {
+    scene: &'a Scene,
+    settings: Settings,
+    layout: EmissionLayout,
+    surroundings: Surroundings<'a>,
+    batches: Vec<BatchStart>,
+}
+
+/// One source made ready.
+struct Emitter<'a> {
+    index: u32,
+    source: &'a Source,
+    position: DVec3,
+    aim: Vec3,
+    directions: EmissionDirections,
+    streams: StreamFamily,
+}
+
+impl<'a> Tracer<'a> {
+    /// Prepares `scene`, whose walls are `geometry`.
+    #[must_use]
+    pub fn new(scene: &'a Scene, geometry: &'a Geometry, settings: Settings) -> Self {
+        let bands = scene.bands.count();
+        let layout = settings.layout(bands);
+        let surfaces = geometry
+            .surfaces()
+            .iter()
+            .map(|surface| (surface.material, Frame::about(surface.normal.as_vec3().normalize())))
+            .collect();
+        let surroundings = Surroundings {
+            geometry,
+            table: CoefficientTable::new(&scene.materials, bands, settings.survival),
+            surfaces,
+            reach: scene.duration * scene.speed_of_sound,
+            extinction_threshold: settings.extinction_threshold,
+            closed: geometry.is_closed_room(),
+        };
+        let batches =
+            (0..layout.batches).map(|batch| BatchStart::new(&layout, batch, settings.spectral)).collect();
+        Self { scene, settings, layout, surroundings, batches }
+    }
+
+    /// Packets of one source in `shard`.
+    #[must_use]
+    pub fn packets(&self, shard: ShardRange) -> u64 {
+        self.chunks(shard).map(|chunk| self.emissions(chunk).count() as u64).sum()
+    }
+
+    /// Traces `shard` of the run. `sink` receives the chunks in the order of sources and emissions; its return value
+    /// stops the run when it fails. Returns the books of all chunks.
+    ///
+    /// # Errors
+    /// [`TraceError::Leaking`] when a closed room loses packets, [`TraceError::Sink`] when `sink` fails.
+    pub fn run<E>(
+        &self,
+        shard: ShardRange,
+        mut sink: impl FnMut(TracedChunk) -> Result<(), E>,
+    ) -> Result<Ledger, TraceError<E>> {
+        let mut total = Ledger::new(self.scene.bands.count());
+        for (index, source) in self.scene.sources.iter().enumerate() {
+            let emitter = self.emitter(index as u32, source);
+            let mut chunks = self.chunks(shard);
+            while !chunks.is_empty() {
+                let until = chunks.end.min(chunks.start + CHUNKS_IN_FLIGHT);
+                let group: Vec<TracedChunk> =
+                    (chunks.start..until).into_par_iter().map(|chunk| self.trace_chunk(&emitter, chunk)).collect();
+                chunks.start = until;
+                for chunk in group {
+                    total.add(&chunk.books);
+                    sink(chunk).map_err(TraceError::Sink)?;
+                }
+                check_losses(&total)?;
+            }
+        }
+        Ok(total)
+    }
+
+    fn chunks(&self, shard: ShardRange) -> std::ops::Range<u64> {
+        shard.chunks(self.layout.total.div_ceil(CHUNK_EMISSIONS))
+    }
+
+    fn emissions(&self, chunk: u64) -> std::ops::Range<u64> {
+        chunk * CHUNK_EMISSIONS..((chunk + 1) * CHUNK_EMISSIONS).min(self.layout.total)
+    }
+
+    fn emitter(&self, index: u32, source: &'a Source) -> Emitter<'a> {
+        Emitter {
+            index,
+            source,
+            position: source.position - self.surroundings.geometry.center(),
+            aim: source.aim.as_vec3(),
+            directions: EmissionDirections::new(self.settings.seed, index, self.layout),
+            streams: StreamFamily::new(self.settings.seed, Purpose::Packet, [index, 0, 0, 0]),
+        }
+    }
+
+    fn trace_chunk(&self, emitter: &Emitter<'_>, chunk: u64) -> TracedChunk {
+        let mut records = Records::new(self.scene.bands.count());
+        for index in self.emissions(chunk) {
+            let direction = emitter.directions.direction(index);
+            let emission = Emission {
+                position: emitter.position,
+                direction,
+                source_factor: emitter.source.directivity.factor(f64::from(direction.dot(emitter.aim))),
+                hero: self.layout.hero(index),
+                batch: &self.batches[self.layout.batch(index) as usize],
+            };
+            self.surroundings.live(&emission, &mut emitter.streams.stream(index), &mut records);
+        }
+        TracedChunk {
+            source: emitter.index,
+            first_emission: chunk * CHUNK_EMISSIONS,
+            paths: records.paths,
+            books: records.books.finish(),
+        }
+    }
+}
+
+fn check_losses<E>(books: &Ledger) -> Result<(), TraceError<E>> {
+    let lost = books.fates.count(Fate::Lost);
+    if lost as f64 > 1.0 + LOSS_BUDGET_PER_SEGMENT * books.segments as f64 {
+        return Err(TraceError::Leaking { lost, packets: books.fates.total() });
+    }
+    Ok(())
+}
