@@ -1,22 +1,42 @@
 //! Chores of the workspace. `cargo xtask --help` lists them.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a chore reports to the person who runs it")]
 
+mod ci;
+mod demo;
 mod hall;
+mod tidy;
 mod workspace;
 
-use anyhow::Result;
+use std::process::ExitCode;
+
 use clap::Parser;
 
 /// Chores of the workspace.
 #[derive(Parser)]
 #[command(name = "cargo xtask")]
 enum Chore {
+    /// Check everything a change has to pass: format, tidy, lints, tests, documentation
+    Ci,
+    /// Trace and render the seed room into target/demo and print its levels and reverberation times
+    Demo,
     /// Write scenes/hall/hall.obj and the figures in its README from the plan
     Hall,
+    /// Check the house rules that a program can check
+    Tidy,
 }
 
-fn main() -> Result<()> {
-    match Chore::parse() {
+fn main() -> ExitCode {
+    let outcome = match Chore::parse() {
+        Chore::Ci => ci::run(),
+        Chore::Demo => demo::run(),
         Chore::Hall => hall::run(),
+        Chore::Tidy => tidy::run(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
     }
 }

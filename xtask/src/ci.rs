@@ -1,0 +1,58 @@
+//! Everything a change has to pass, one step after the other, with its time.
+//!
+//! A failed step does not stop the later ones: whoever reads the log learns everything that is wrong.
+
+use std::process::Command;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::{tidy, workspace};
+
+/// Runs all steps; an error names those that failed.
+pub fn run() -> Result<()> {
+    let start = Instant::now();
+    let mut failed = Vec::new();
+    for (name, check) in steps() {
+        println!("── {name}");
+        let begun = Instant::now();
+        let outcome = check();
+        if let Err(error) = &outcome {
+            eprintln!("{error:#}");
+            failed.push(name);
+        }
+        let verdict = if outcome.is_ok() { "ok" } else { "FAILED" };
+        println!("── {name}: {verdict} in {:.1} s\n", begun.elapsed().as_secs_f64());
+    }
+    println!("── all steps: {:.1} s", start.elapsed().as_secs_f64());
+    if !failed.is_empty() {
+        bail!("failed: {}", failed.join(", "));
+    }
+    Ok(())
+}
+
+type Step = (&'static str, fn() -> Result<()>);
+
+/// Cheapest first.
+fn steps() -> [Step; 5] {
+    [
+        ("format", || succeed(workspace::cargo(&["fmt", "--all", "--check"]))),
+        ("tidy", tidy::run),
+        ("lints", || {
+            let arguments = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
+            succeed(workspace::cargo(&arguments))
+        }),
+        ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--no-fail-fast"]))),
+        ("documentation", || {
+            let mut doc = workspace::cargo(&["doc", "--workspace", "--no-deps"]);
+            doc.env("RUSTDOCFLAGS", "-D warnings");
+            succeed(doc)
+        }),
+    ]
+}
+
+fn succeed(mut command: Command) -> Result<()> {
+    let status = command.status().with_context(|| format!("cannot run {command:?}"))?;
+    ensure!(status.success(), "{command:?}: {status}");
+    Ok(())
+}

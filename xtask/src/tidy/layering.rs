@@ -1,0 +1,142 @@
+//! Which of our crates may know which, and where foreign packages live: both read from the manifests.
+//!
+//! Only `[dependencies]` count. Tests may look wherever they need to.
+
+use super::tree::{Finding, SourceFile, Tree};
+
+/// Our crates by layer, lowest first; a crate may depend on lower layers only.
+const LAYERS: [&[&str]; 6] = [
+    &["sonel-acoustics", "sonel-sampling", "sonel-geometry", "sonel-testkit"],
+    &["sonel-scene"],
+    &["sonel-map", "sonel-echogram"],
+    &["sonel-tracer", "sonel-renderer", "sonel-analysis"],
+    &["sonel-study"],
+    &["sonel-console"],
+];
+
+/// Foreign packages that any crate may use.
+const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
+
+/// Every other foreign package and the folders it may be used in.
+const HOMES: [(&str, &[&str]); 19] = [
+    ("anyhow", &["tools/", "xtask"]),
+    ("bincode", &["crates/sonel-map"]),
+    ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
+    ("clap", &["tools/", "xtask"]),
+    ("comfy-table", &["crates/sonel-analysis"]),
+    ("cpu-time", &["tools/"]),
+    ("csv", &["crates/sonel-analysis", "tools/"]),
+    ("earcutr", &["crates/sonel-scene"]),
+    ("exr", &["crates/sonel-echogram"]),
+    ("indicatif", &["tools/"]),
+    ("memmap2", &["crates/sonel-map"]),
+    ("npyz", &["crates/sonel-echogram"]),
+    ("obvhs", &["crates/sonel-geometry"]),
+    ("rand", &["crates/sonel-sampling"]),
+    ("serde_json", &["crates/sonel-echogram", "crates/sonel-analysis", "tools/", "xtask"]),
+    ("statrs", &["crates/sonel-testkit"]),
+    ("tempfile", &["tools/"]),
+    ("tobj", &["crates/sonel-scene"]),
+    ("toml", &["crates/sonel-scene", "xtask"]),
+];
+
+/// Arrows that point up or sideways, and shipped code that depends on the test kit.
+pub fn arrows(tree: &Tree) -> Vec<Finding> {
+    each_dependency(tree, |manifest, package| {
+        let own = manifest.path.strip_prefix("crates/")?.split('/').next()?;
+        let (from, to) = (layer(own), layer(package)?);
+        let Some(from) = from else {
+            return Some(format!("{own} is in no layer; give it one in xtask/src/tidy/layering.rs"));
+        };
+        (to >= from || package == "sonel-testkit").then(|| format!("{own} must not depend on {package}"))
+    })
+}
+
+/// Foreign packages away from home.
+pub fn homes(tree: &Tree) -> Vec<Finding> {
+    each_dependency(tree, |manifest, package| {
+        if package.starts_with("sonel-") || EVERYWHERE.contains(&package) {
+            return None;
+        }
+        let Some((_, homes)) = HOMES.iter().find(|(name, _)| *name == package) else {
+            return Some(format!(
+                "{package} has no home; give it one in xtask/src/tidy/layering.rs and ARCHITECTURE.md"
+            ));
+        };
+        let at_home = homes.iter().any(|home| manifest.path.starts_with(home));
+        (!at_home).then(|| format!("{package} lives in {}", homes.join(", ")))
+    })
+}
+
+fn layer(package: &str) -> Option<usize> {
+    LAYERS.iter().position(|crates| crates.contains(&package))
+}
+
+/// What `complain` says about each dependency of each member of the workspace.
+fn each_dependency(tree: &Tree, complain: impl Fn(&SourceFile, &str) -> Option<String>) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for manifest in tree.files.iter().filter(|f| f.path.ends_with("/Cargo.toml")) {
+        let table: toml::Table = match manifest.text.parse() {
+            Ok(table) => table,
+            Err(error) => {
+                findings.push(manifest.finding(1, format!("does not parse: {error}")));
+                continue;
+            }
+        };
+        let packages = table.get("dependencies").and_then(toml::Value::as_table);
+        for package in packages.into_iter().flat_map(toml::Table::keys) {
+            if let Some(message) = complain(manifest, package) {
+                findings.push(manifest.finding(line_of(&manifest.text, package), message));
+            }
+        }
+    }
+    findings
+}
+
+fn line_of(manifest: &str, package: &str) -> usize {
+    manifest.lines().position(|line| line.starts_with(package)).map_or(1, |n| n + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn manifest(path: &str, dependencies: &str) -> Tree {
+        Tree::of(&[(path, &format!("[package]\nname = \"x\"\n[dependencies]\n{dependencies}\n"))])
+    }
+
+    #[test]
+    fn downward_arrows_pass() {
+        let tree = manifest("crates/sonel-map/Cargo.toml", "sonel-scene.workspace = true");
+        assert!(arrows(&tree).is_empty());
+    }
+
+    #[test]
+    fn sideways_and_upward_arrows_and_the_test_kit_are_rejected() {
+        for (own, other) in [
+            ("sonel-tracer", "sonel-renderer"),
+            ("sonel-scene", "sonel-map"),
+            ("sonel-geometry", "sonel-acoustics"),
+            ("sonel-map", "sonel-testkit"),
+        ] {
+            let tree = manifest(&format!("crates/{own}/Cargo.toml"), &format!("{other}.workspace = true"));
+            assert_eq!(arrows(&tree).len(), 1, "{own} on {other}");
+            assert_eq!(arrows(&tree)[0].line, 4);
+        }
+    }
+
+    #[test]
+    fn a_crate_without_a_layer_is_rejected() {
+        let tree = manifest("crates/sonel-novel/Cargo.toml", "sonel-scene.workspace = true");
+        assert_eq!(arrows(&tree).len(), 1);
+    }
+
+    #[test]
+    fn packages_away_from_home_or_without_one_are_rejected() {
+        for package in ["rand", "clap", "left-pad"] {
+            let tree = manifest("crates/sonel-map/Cargo.toml", &format!("{package} = \"1\""));
+            assert_eq!(homes(&tree).len(), 1, "{package}");
+        }
+        assert!(homes(&manifest("crates/sonel-map/Cargo.toml", "memmap2 = \"1\"\nglam = \"1\"")).is_empty());
+    }
+}

@@ -1,0 +1,47 @@
+//! Checks what a program can check of the house rules (ARCHITECTURE.md, STYLE.md).
+//!
+//! A rule is a function from the tree of files to findings. Each has a test with a violating sample it must reject.
+
+mod layering;
+mod links;
+mod modules;
+mod paths;
+mod purity;
+mod references;
+mod rust_source;
+mod tree;
+
+use anyhow::{Result, bail};
+
+use tree::{Finding, Tree};
+
+type Rule = fn(&Tree) -> Vec<Finding>;
+
+const RULES: [(&str, Rule); 9] = [
+    ("arrows between our crates point down", layering::arrows),
+    ("a foreign package has one home", layering::homes),
+    ("libraries touch no outside world", purity::outside_world),
+    ("libraries take elementary functions from libm", purity::elementary_functions),
+    ("a file holds one idea and says which", modules::shape),
+    ("names say something", modules::names),
+    ("citations are resolved", references::citations),
+    ("no paths of one machine", paths::absolute),
+    ("links lead somewhere", links::targets),
+];
+
+/// Prints every finding; an error if there is any.
+pub fn run() -> Result<()> {
+    let tree = Tree::read()?;
+    let mut count = 0;
+    for (title, rule) in RULES {
+        for finding in rule(&tree) {
+            println!("{finding}  [{title}]");
+            count += 1;
+        }
+    }
+    if count > 0 {
+        bail!("tidy: {count} findings in {} files", tree.files.len());
+    }
+    println!("tidy: {} files, {} rules, no findings", tree.files.len(), RULES.len());
+    Ok(())
+}

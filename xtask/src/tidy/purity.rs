@@ -1,0 +1,159 @@
+//! What libraries leave to the programs, and to `libm`.
+//!
+//! Clippy has lints for single macros and methods, but not for "in these crates, outside tests". The names are looked for in
+//! the text without comments, literals and tests ([`super::rust_source`]).
+
+use super::rust_source::shipped;
+use super::tree::{Finding, Tree};
+
+/// Printing, exiting, clocks, the environment, thread counts, opening paths (ARCHITECTURE.md, rule 5).
+const OUTSIDE_WORLD: [&str; 16] = [
+    "println!",
+    "eprintln!",
+    "print!",
+    "eprint!",
+    "dbg!",
+    "std::process",
+    "process::exit",
+    "std::env",
+    "Instant::now",
+    "SystemTime",
+    "File::open",
+    "File::create",
+    "OpenOptions",
+    "fs::read",
+    "fs::write",
+    "current_num_threads",
+];
+
+/// Functions whose last bits depend on platform or compiler: methods of floats, and glam's that call them. `sqrt` is exact.
+const ELEMENTARY: [&str; 31] = [
+    ".sin()",
+    ".cos()",
+    ".tan()",
+    ".sin_cos()",
+    ".asin()",
+    ".acos()",
+    ".atan()",
+    ".atan2(",
+    ".sinh()",
+    ".cosh()",
+    ".tanh()",
+    ".exp()",
+    ".exp2()",
+    ".exp_m1()",
+    ".ln()",
+    ".ln_1p()",
+    ".log(",
+    ".log2()",
+    ".log10()",
+    ".powf(",
+    ".powi(",
+    ".cbrt()",
+    ".hypot(",
+    "f64::sin",
+    "f64::cos",
+    "f64::exp",
+    "f64::ln",
+    "f64::powi",
+    "f64::powf",
+    "from_axis_angle(",
+    "angle_between(",
+];
+
+/// Uses that stand, with the reason: path, name.
+const ALLOWED: [(&str, &str); 1] = [
+    // Scene and mesh are found next to each other on disk: loading them is this module's purpose.
+    ("crates/sonel-scene/src/load.rs", "fs::read"),
+];
+
+/// Libraries that reach out of their arguments.
+pub fn outside_world(tree: &Tree) -> Vec<Finding> {
+    search(
+        tree,
+        &OUTSIDE_WORLD,
+        "is left to the programs: libraries take streams, files and clocks as arguments",
+    )
+}
+
+/// Elementary functions that are not `libm`'s.
+pub fn elementary_functions(tree: &Tree) -> Vec<Finding> {
+    search(tree, &ELEMENTARY, "may differ between platforms: use the function of the same name in `libm`")
+}
+
+fn search(tree: &Tree, names: &[&str], remedy: &str) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for file in tree.files.iter().filter(|f| f.is_library() && !only_for_tests(tree, &f.path)) {
+        for (number, line) in shipped(&file.text).lines().enumerate() {
+            for name in names.iter().filter(|name| calls(line, name)) {
+                if !ALLOWED.contains(&(file.path.as_str(), *name)) {
+                    findings.push(file.finding(number + 1, format!("`{name}` {remedy}")));
+                }
+            }
+        }
+    }
+    findings
+}
+
+/// Whether `name` occurs in `line` as a word of its own: `eprint!` is no `print!`.
+fn calls(line: &str, name: &str) -> bool {
+    let word = |c: char| c.is_alphanumeric() || c == '_';
+    line.match_indices(name).any(|(at, _)| !name.starts_with(word) || !line[..at].ends_with(word))
+}
+
+/// Whether the file is a module that its parent declares under `#[cfg(test)]`, or lies below one.
+fn only_for_tests(tree: &Tree, path: &str) -> bool {
+    let stem = path.trim_end_matches(".rs").trim_end_matches("/mod");
+    let Some((folder, name)) = stem.rsplit_once('/') else { return false };
+    if folder.ends_with("/src") && matches!(name, "lib" | "main") || !folder.contains("/src") {
+        return false;
+    }
+    let declared = format!("mod {name};");
+    let parents = [format!("{folder}/mod.rs"), format!("{folder}/lib.rs"), format!("{folder}.rs")];
+    let parents: Vec<_> = tree.files.iter().filter(|f| parents.contains(&f.path)).collect();
+    parents.iter().any(|f| f.text.contains(&declared) && !shipped(&f.text).contains(&declared))
+        || parents.iter().any(|f| !f.path.ends_with("/lib.rs") && only_for_tests(tree, &f.path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn library(text: &str) -> Tree {
+        Tree::of(&[("crates/sonel-map/src/reader.rs", text)])
+    }
+
+    #[test]
+    fn every_name_is_rejected() {
+        for name in OUTSIDE_WORLD {
+            let tree = library(&format!("fn f() {{\n    {name}(1);\n}}"));
+            let findings = outside_world(&tree);
+            assert!(!findings.is_empty() && findings[0].line == 2, "{name}");
+        }
+        for name in ELEMENTARY {
+            let tree = library(&format!("fn f() {{\n    x{name};\n    {name}(1.0);\n}}"));
+            assert!(!elementary_functions(&tree).is_empty(), "{name}");
+        }
+    }
+
+    #[test]
+    fn comments_strings_tests_and_programs_are_free() {
+        let text = "// println!\nfn f() { g(\"x.sin()\"); libm::sin(1.0); y.sqrt(); }\n#[cfg(test)]\nmod tests {\n    fn h() { println!(); z.sin(); }\n}";
+        assert!(outside_world(&library(text)).is_empty());
+        assert!(elementary_functions(&library(text)).is_empty());
+        assert!(outside_world(&Tree::of(&[("tools/a/src/main.rs", "fn f() { println!(); }")])).is_empty());
+    }
+
+    #[test]
+    fn modules_declared_for_tests_are_free_and_others_are_not() {
+        let tree = |declaration: &str| {
+            Tree::of(&[
+                ("crates/a/src/lib.rs", declaration),
+                ("crates/a/src/oracle.rs", "mod deeper;\nfn f() { x.sin(); }"),
+                ("crates/a/src/oracle/deeper.rs", "fn f() { x.sin(); }"),
+            ])
+        };
+        assert!(elementary_functions(&tree("#[cfg(test)]\nmod oracle;")).is_empty());
+        assert_eq!(elementary_functions(&tree("mod oracle;")).len(), 2);
+    }
+}
