@@ -1,1 +1,80 @@
-//! Tests that cross crates: pipeline, physics, stability.
+//! What the tests across crates share: a scene traced into a map in memory, and the map rendered.
+
+use std::io::Cursor;
+
+use sonel_geometry::Geometry;
+use sonel_map::{Ledger, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
+use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_scene::Scene;
+use sonel_tracer::Tracer;
+
+/// A traced scene.
+pub struct Traced {
+    /// Its walls.
+    pub geometry: Geometry,
+    /// Its map.
+    pub map: SonelMap,
+    /// The books as the tracer kept them.
+    pub books: Ledger,
+}
+
+impl Traced {
+    /// Traces `scene` into a map in memory.
+    #[must_use]
+    pub fn new(scene: Scene, settings: Settings) -> Self {
+        let geometry = scene.geometry().expect("a sound mesh");
+        let mut writer = MapWriter::begin(Cursor::new(Vec::new())).expect("memory");
+        let books = Tracer::new(&scene, &geometry, settings)
+            .run(ShardRange::WHOLE, |chunk| {
+                writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
+            })
+            .expect("a tight room");
+        let header = MapHeader {
+            tool_version: "test".to_owned(),
+            settings,
+            shard: ShardRange::WHOLE,
+            effects: Vec::new(),
+            scene,
+        };
+        let bytes = writer.finish(&header).expect("memory").into_inner();
+        Self { geometry, map: SonelMap::from_bytes(&bytes).expect("just written"), books }
+    }
+
+    /// Renders source 0 at the scene's receivers. The coarse borders are those of the fine bins.
+    #[must_use]
+    pub fn render(&self, settings: RenderSettings) -> Rendering {
+        let scene = &self.map.header().scene;
+        let receivers: Vec<ReceiverPoint> = scene
+            .receivers
+            .iter()
+            .map(|receiver| ReceiverPoint { name: receiver.name.clone(), position: receiver.position })
+            .collect();
+        let renderer = Renderer::new(&self.map, &self.geometry, settings).expect("a sound map");
+        let borders = vec![renderer.bins().edges(); receivers.len()];
+        renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers")
+    }
+}
+
+/// Fluence at `receiver` in `band`, summed over time [1/m²].
+#[must_use]
+pub fn fluence(rendering: &Rendering, bins: usize, receiver: usize, band: usize) -> f64 {
+    (0..bins).map(|bin| rendering.total.get(receiver, bin, band)).sum()
+}
+
+/// Mean and standard error over batches of equal weight of each batch's fluence at `receiver` in `band`.
+#[must_use]
+pub fn batch_fluence(rendering: &Rendering, bands: usize, receiver: usize, band: usize) -> (f64, f64) {
+    let sums: Vec<f64> = rendering
+        .batches
+        .iter()
+        .map(|batch| {
+            let energy = batch[receiver].energy();
+            let bins = energy.len() / bands;
+            energy[band * bins..(band + 1) * bins].iter().sum()
+        })
+        .collect();
+    let count = sums.len() as f64;
+    let mean = sums.iter().sum::<f64>() / count;
+    let variance = sums.iter().map(|sum| (sum - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (mean, (variance / count).sqrt())
+}

@@ -102,12 +102,17 @@ pub struct ReceiverRecord {
 
 /// Bytes of a header.
 pub fn encode(record: &HeaderRecord) -> Result<Vec<u8>, String> {
-    bincode::encode_to_vec(record, configuration()).map_err(|error| format!("the header cannot be encoded: {error}"))
+    bincode::encode_to_vec(record, configuration())
+        .map_err(|error| format!("the header cannot be encoded: {error}"))
 }
 
 /// A header from its bytes, all of which must be used.
 pub fn decode(bytes: &[u8]) -> Result<HeaderRecord, String> {
     let (record, used) = bincode::decode_from_slice(bytes, configuration())
         .map_err(|error| format!("the header cannot be decoded: {error}"))?;
-    if used == bytes.len() { Ok(record) } else { Err(format!("the header has {} bytes too many", bytes.len() - used)) }
+    if used == bytes.len() {
+        Ok(record)
+    } else {
+        Err(format!("the header has {} bytes too many", bytes.len() - used))
+    }
 }

@@ -69,7 +69,10 @@ impl CoefficientTable {
     /// The table for `materials` over `bands` bands and the survival exponent β in [0, 1].
     #[must_use]
     pub fn new(materials: &[Material], bands: usize, survival: f64) -> Self {
-        Self { bands, rows: materials.iter().map(|material| material_row(material, bands, survival)).collect() }
+        Self {
+            bands,
+            rows: materials.iter().map(|material| material_row(material, bands, survival)).collect(),
+        }
     }
 
     /// Number of bands.

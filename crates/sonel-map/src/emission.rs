@@ -97,7 +97,8 @@ impl EmissionDirections {
     /// Directions of `source` under `seed`.
     #[must_use]
     pub fn new(seed: u64, source: u32, layout: EmissionLayout) -> Self {
-        let sequences = (0..layout.batches).map(|batch| ScrambledSobol::for_batch(seed, source, batch)).collect();
+        let sequences =
+            (0..layout.batches).map(|batch| ScrambledSobol::for_batch(seed, source, batch)).collect();
         Self { layout, sequences }
     }
 
@@ -173,7 +174,11 @@ mod tests {
                 assert!(indices.iter().all(|&i| layout.batch(i) == batch));
                 for hero in 0..6 {
                     let led = indices.iter().filter(|&&i| layout.hero(i) == hero).count() as u64;
-                    assert_eq!(led, layout.hero_count(batch, hero), "total {total} batch {batch} hero {hero}");
+                    assert_eq!(
+                        led,
+                        layout.hero_count(batch, hero),
+                        "total {total} batch {batch} hero {hero}"
+                    );
                 }
             }
             assert_eq!(seen, total);

@@ -10,7 +10,9 @@ pub enum MapError {
     #[error("{0}")]
     Io(#[from] std::io::Error),
     /// The file does not begin like a map.
-    #[error("this is not a sonel map (it does not begin with \"SONELMAP\"); pass a file written by sonel-trace")]
+    #[error(
+        "this is not a sonel map (it does not begin with \"SONELMAP\"); pass a file written by sonel-trace"
+    )]
     NotAMap,
     /// Written by a later format.
     #[error(
@@ -28,7 +30,9 @@ pub enum MapError {
     #[error("the map was never completed: the run that wrote it was stopped; trace it again")]
     Incomplete,
     /// A part lies outside the file.
-    #[error("the map is cut off: {part} should end at byte {end}, the file has {length}; copy or trace it again")]
+    #[error(
+        "the map is cut off: {part} should end at byte {end}, the file has {length}; copy or trace it again"
+    )]
     Truncated {
         /// Which part.
         part: String,

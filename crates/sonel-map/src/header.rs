@@ -56,7 +56,11 @@ impl Settings {
             Spectral::Shared => 1,
             Spectral::PerBand => bands as u64,
         };
-        EmissionLayout { total: self.emissions.saturating_mul(packets), bands: bands as u32, batches: self.batches }
+        EmissionLayout {
+            total: self.emissions.saturating_mul(packets),
+            bands: bands as u32,
+            batches: self.batches,
+        }
     }
 }
 

@@ -14,7 +14,9 @@
 //! The layout of the file, byte by byte, stands in docs/formats/sonelmap.md.
 
 #[cfg(target_endian = "big")]
-compile_error!("sonel maps are mapped into memory as little-endian arrays; a big-endian reader needs its own codec");
+compile_error!(
+    "sonel maps are mapped into memory as little-endian arrays; a big-endian reader needs its own codec"
+);
 
 mod codec;
 pub mod coefficients;
@@ -31,7 +33,7 @@ pub mod weight;
 pub mod writer;
 
 pub use coefficients::{CoefficientTable, Lanes, lanes_of};
-pub use emission::{CHUNK_EMISSIONS, BatchStart, EmissionDirections, EmissionLayout, PacketStart, Spectral};
+pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart, Spectral};
 pub use error::MapError;
 pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};

@@ -193,7 +193,8 @@ impl SonelMap {
     #[must_use]
     pub fn path(&self, source: u32, emission: u64) -> Option<PathView<'_>> {
         let key = (source, emission - emission % CHUNK_EMISSIONS);
-        let index = self.chunks.binary_search_by_key(&key, |chunk| (chunk.source, chunk.first_emission)).ok()?;
+        let index =
+            self.chunks.binary_search_by_key(&key, |chunk| (chunk.source, chunk.first_emission)).ok()?;
         let (ends, vertices) = self.chunk_columns(&self.chunks[index]);
         let slot = (emission % CHUNK_EMISSIONS) as usize;
         let end = *ends.get(slot)? as usize;

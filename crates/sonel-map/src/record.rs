@@ -38,7 +38,8 @@ pub fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 4]]) -> Mesh {
 }
 
 pub fn header_record(header: &MapHeader, sections: Vec<SectionRecord>) -> HeaderRecord {
-    let chunk_bytes = sections.iter().find(|section| section.name == "chunks").map_or(0, |section| section.length);
+    let chunk_bytes =
+        sections.iter().find(|section| section.name == "chunks").map_or(0, |section| section.length);
     let settings = &header.settings;
     HeaderRecord {
         tool_version: header.tool_version.clone(),
@@ -73,7 +74,7 @@ fn scene_record(scene: &Scene) -> SceneRecord {
     SceneRecord {
         name: scene.name.clone(),
         up: scene.up.to_array(),
-        third_octaves: u8::from(scene.bands.width == BandWidth::Third),
+        third_octaves: u8::from(scene.bands.width() == BandWidth::Third),
         nominal_frequencies: scene.bands.nominal().to_vec(),
         temperature_celsius: scene.air.temperature_celsius,
         relative_humidity_percent: scene.air.relative_humidity_percent,
@@ -216,10 +217,9 @@ fn source(record: SourceRecord, bands: usize) -> Result<Source, String> {
         return Err(format!("source {} has no position or not one level per band", record.name));
     }
     Ok(Source {
-        directivity: record
-            .directivity
-            .parse()
-            .map_err(|_| format!("source {} has the unknown directivity {}", record.name, record.directivity))?,
+        directivity: record.directivity.parse().map_err(|_| {
+            format!("source {} has the unknown directivity {}", record.name, record.directivity)
+        })?,
         name: record.name,
         position,
         power_level_db: record.power_level_db,

@@ -39,13 +39,7 @@ impl<W: Write + Seek> MapWriter<W> {
     pub fn begin(mut out: W) -> Result<Self, MapError> {
         let unfinished = Preamble { magic: MAGIC, major: MAJOR, minor: MINOR, ..Preamble::zeroed() };
         out.write_all(bytemuck::bytes_of(&unfinished))?;
-        Ok(Self {
-            out,
-            position: ALIGNMENT,
-            entries: Vec::new(),
-            fates: Vec::new(),
-            terms: Vec::new(),
-        })
+        Ok(Self { out, position: ALIGNMENT, entries: Vec::new(), fates: Vec::new(), terms: Vec::new() })
     }
 
     /// Appends the chunk of `source` that begins with emission `first_emission`.
@@ -78,6 +72,12 @@ impl<W: Write + Seek> MapWriter<W> {
         self.fates.push(ChunkFates { fates: books.fates.counts(), segments: books.segments, reserved: 0 });
         self.terms.extend(books.bands.iter().flat_map(|band| band.terms()));
         Ok(())
+    }
+
+    /// Vertices written so far.
+    #[must_use]
+    pub fn vertex_count(&self) -> u64 {
+        self.entries.iter().map(|entry| entry.vertex_count).sum()
     }
 
     /// Completes the map and returns what it was written to.

@@ -4,12 +4,14 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 use sonel_map::{EmissionDirections, Lanes, PathWeight, Segment, lanes_of, sweep};
+use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use crate::connection::{DiffuseSonel, connect, normal_on, radiosity};
-use crate::crossing::{cross, owns};
+use crate::crossing::{MirrorOrders, cross};
 use crate::deposit::Deposits;
+use crate::mirror_connection::ReceiverImages;
 use crate::receiver::PreparedReceiver;
-use crate::render::{PathClass, Renderer};
+use crate::render::{Medium, PathClass, Renderer};
 use crate::rendering::{CoarseEchogram, Rendering};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
@@ -18,11 +20,20 @@ const BATCHES_IN_FLIGHT: u32 = 8;
 /// One batch's estimate.
 struct BatchEstimate {
     connected: Deposits,
+    mirrored: Deposits,
     crossed: Deposits,
 }
 
-/// Buffers of one batch.
+/// Receivers that share a sweep, with their images.
+struct Audience<'a> {
+    receivers: &'a [PreparedReceiver],
+    images: Vec<Option<ReceiverImages>>,
+    orders: Vec<MirrorOrders>,
+}
+
+/// Buffers and random numbers of one batch.
 struct Scratch {
+    choices: Vec<Stream>,
     radiosity: Vec<Lanes>,
     energy: Vec<Lanes>,
 }
@@ -42,15 +53,20 @@ impl Renderer<'_> {
         let seed = self.map.header().settings.seed;
         let directions = EmissionDirections::new(seed, source as u32, self.map.layout());
         let count = self.batches.len() as u32;
-        let mirror_order = rendering.mirror_order;
+        let audience = self.audience(&receivers[tile.clone()], rendering.mirror_order);
+        rendering.image_order.extend(audience.orders.iter().map(|orders| orders.of_receiver));
         for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
             let group: Vec<BatchEstimate> = (first..count.min(first + BATCHES_IN_FLIGHT))
                 .into_par_iter()
-                .map(|batch| self.estimate(batch, source, &directions, &receivers[tile.clone()], mirror_order))
+                .map(|batch| self.estimate(batch, source, &directions, &audience))
                 .collect();
             for (batch, estimate) in (first as usize..).zip(group) {
                 let weight = self.batches[batch].weight;
-                let classes = [(PathClass::Connection, &estimate.connected), (PathClass::Crossing, &estimate.crossed)];
+                let classes = [
+                    (PathClass::Connection, &estimate.connected),
+                    (PathClass::MirrorConnection, &estimate.mirrored),
+                    (PathClass::Crossing, &estimate.crossed),
+                ];
                 for (class, deposits) in classes {
                     rendering.book(class, weight, &deposits.totals(self.table.bands()));
                     for (local, index) in tile.clone().enumerate() {
@@ -66,21 +82,39 @@ impl Renderer<'_> {
         }
     }
 
+    /// Prepares the images of `receivers`. K′ is a matter of each receiver: it depends on nobody who shares the call.
+    fn audience<'b>(&self, receivers: &'b [PreparedReceiver], mirror_order: u32) -> Audience<'b> {
+        let images: Vec<Option<ReceiverImages>> = receivers
+            .par_iter()
+            .map(|receiver| ReceiverImages::new(self.geometry, &self.table, receiver, self.image_order))
+            .collect();
+        let orders = images
+            .iter()
+            .map(|images| MirrorOrders {
+                of_source: mirror_order,
+                of_receiver: images.as_ref().map_or(0, ReceiverImages::order),
+            })
+            .collect();
+        Audience { receivers, images, orders }
+    }
+
     fn estimate(
         &self,
         batch: u32,
         source: usize,
         directions: &EmissionDirections,
-        receivers: &[PreparedReceiver],
-        mirror_order: u32,
+        audience: &Audience<'_>,
     ) -> BatchEstimate {
         let emitter = &self.map.header().scene.sources[source];
         let (position, aim) = (emitter.position - self.geometry.center(), emitter.aim.as_vec3());
         let bands = self.table.bands();
-        let empty = Deposits::new(receivers.len(), self.bins.count, bands);
-        let mut estimate = BatchEstimate { connected: empty.clone(), crossed: empty };
+        let empty = Deposits::new(audience.receivers.len(), self.bins.count, bands);
+        let mut estimate =
+            BatchEstimate { connected: empty.clone(), mirrored: empty.clone(), crossed: empty };
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
-        let mut scratch = Scratch { radiosity: zeros.clone(), energy: zeros };
+        let seed = self.map.header().settings.seed;
+        let choices = audience.receivers.iter().map(|r| choice_stream(seed, r, source, batch)).collect();
+        let mut scratch = Scratch { choices, radiosity: zeros.clone(), energy: zeros };
         let mut weight = PathWeight::new(bands);
         let layout = self.map.layout();
         for path in self.map.batch_paths(source as u32, batch) {
@@ -88,7 +122,7 @@ impl Renderer<'_> {
             let cosine = directions.direction(path.emission).dot(aim);
             weight.emit(emitter.directivity.factor(f64::from(cosine)), &start.counts, &start.carried);
             sweep(position, path.vertices, &self.table, &self.material_of, &mut weight, |segment| {
-                self.hear_segment(segment, receivers, mirror_order, &mut scratch, &mut estimate);
+                self.hear_segment(segment, audience, &mut scratch, &mut estimate);
             });
         }
         estimate
@@ -98,14 +132,14 @@ impl Renderer<'_> {
     fn hear_segment(
         &self,
         segment: &Segment<'_>,
-        receivers: &[PreparedReceiver],
-        mirror_order: u32,
+        audience: &Audience<'_>,
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate,
     ) {
-        let surroundings = (&self.bins, self.air.as_ref());
-        if owns(segment.history, mirror_order) {
-            cross(segment, receivers, surroundings, &mut scratch.energy, &mut estimate.crossed);
+        let medium = Medium { geometry: self.geometry, bins: &self.bins, air: self.air.as_ref() };
+        if segment.history.specular_run > 0 {
+            let receivers = audience.receivers.iter().zip(&audience.orders);
+            cross(segment, receivers, &medium, &mut scratch.energy, &mut estimate.crossed);
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
@@ -120,6 +154,21 @@ impl Renderer<'_> {
             length: segment.end_length,
             radiosity: &scratch.radiosity,
         };
-        connect(&sonel, receivers, self.geometry, surroundings, &mut scratch.energy, &mut estimate.connected);
+        connect(&sonel, audience.receivers, &medium, &mut scratch.energy, &mut estimate.connected);
+        for (index, images) in audience.images.iter().enumerate() {
+            if let Some(images) = images {
+                let stream = &mut scratch.choices[index];
+                images.connect(&sonel, index, &medium, stream, &mut scratch.energy, &mut estimate.mirrored);
+            }
+        }
     }
+}
+
+/// The random choices of one receiver in one batch: a function of its place, not of who shares the call.
+fn choice_stream(seed: u64, receiver: &PreparedReceiver, source: usize, batch: u32) -> Stream {
+    let [x, y, z] = receiver.exact.to_array().map(|coordinate| {
+        let bits = coordinate.to_bits();
+        (bits >> 32) as u32 ^ bits as u32
+    });
+    StreamFamily::new(seed, Purpose::MirrorChoice, [x, y, z, source as u32]).stream(u64::from(batch))
 }

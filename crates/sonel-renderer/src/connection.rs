@@ -4,12 +4,12 @@
 //! a unit receiver. δ = (1 − α) s is applied here and nowhere else.
 
 use glam::Vec3;
-use sonel_geometry::{Departure, Geometry, Side};
+use sonel_geometry::{Departure, Side};
 use sonel_map::{Lanes, coefficients::EventRow};
 
-use crate::air::AirTable;
-use crate::deposit::{Deposits, TimeBins};
+use crate::deposit::Deposits;
 use crate::receiver::PreparedReceiver;
+use crate::render::Medium;
 
 /// One sonel, ready to be connected.
 #[derive(Debug)]
@@ -46,17 +46,31 @@ pub fn radiosity(incident: &[Lanes], diffuse: &EventRow, radiosity: &mut [Lanes]
     }
 }
 
+/// Adds `energy`, spread but not yet attenuated by air, to the echogram of `receiver`.
+#[inline]
+pub fn radiate(
+    energy: &mut [Lanes],
+    length: f64,
+    bin: usize,
+    receiver: usize,
+    medium: &Medium<'_>,
+    deposits: &mut Deposits,
+) {
+    if let Some(air) = medium.air {
+        air.attenuate(length, energy);
+    }
+    deposits.add(receiver, bin, energy);
+}
+
 /// Connects one sonel to every receiver.
 #[inline]
 pub fn connect(
     sonel: &DiffuseSonel<'_>,
     receivers: &[PreparedReceiver],
-    geometry: &Geometry,
-    surroundings: (&TimeBins, Option<&AirTable>),
+    medium: &Medium<'_>,
     scratch: &mut [Lanes],
     deposits: &mut Deposits,
 ) {
-    let (bins, air) = surroundings;
     for (index, receiver) in receivers.iter().enumerate() {
         let offset = receiver.position - sonel.position;
         let projected = offset.dot(sonel.normal);
@@ -66,8 +80,8 @@ pub fn connect(
         let squared = f64::from(offset.length_squared());
         let distance = squared.sqrt();
         let length = sonel.length + distance;
-        let Some(bin) = bins.bin(length) else { continue };
-        if geometry.is_blocked(sonel.departure, receiver.position) {
+        let Some(bin) = medium.bins.bin(length) else { continue };
+        if medium.geometry.is_blocked(sonel.departure, receiver.position) {
             continue;
         }
         let solid_angle = f64::from(projected) / (distance * squared);
@@ -76,9 +90,6 @@ pub fn connect(
                 scratch[lane] = radiosity[lane] * solid_angle;
             }
         }
-        if let Some(air) = air {
-            air.attenuate(length, scratch);
-        }
-        deposits.add(index, bin, scratch);
+        radiate(scratch, length, bin, index, medium, deposits);
     }
 }

@@ -78,7 +78,8 @@ impl Deposits {
     pub fn add_receiver(&mut self, mine: usize, other: &Self, theirs: usize, weight: f64) {
         let length = self.bins * self.lanes;
         let (to, from) = (mine * length, theirs * length);
-        for (slot, energy) in self.energy[to..to + length].iter_mut().zip(&other.energy[from..from + length]) {
+        for (slot, energy) in self.energy[to..to + length].iter_mut().zip(&other.energy[from..from + length])
+        {
             for lane in 0..4 {
                 slot[lane] += weight * energy[lane];
             }

@@ -76,7 +76,13 @@ impl Renderer<'_> {
                 part.arrivals.push(DiscreteArrival { energy, ..arrival });
             }
         };
-        let bare = |length, towards, order| DiscreteArrival { receiver: index, length, energy: vec![], towards, order };
+        let bare = |length, towards, order| DiscreteArrival {
+            receiver: index,
+            length,
+            energy: vec![],
+            towards,
+            order,
+        };
         if let Some((length, direction)) = direct_path(self.geometry, radiator.position, receiver.exact) {
             let factor = radiator.factor(direction) * spread(length);
             for (band, attenuation) in self.attenuation.iter().enumerate() {

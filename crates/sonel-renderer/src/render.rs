@@ -14,6 +14,7 @@ use thiserror::Error;
 use crate::air::AirTable;
 use crate::deposit::TimeBins;
 use crate::mirror::{MirrorChains, Radiator};
+use crate::mirror_connection::image_order;
 use crate::receiver::{PreparedReceiver, ReceiverPoint};
 use crate::rendering::Rendering;
 
@@ -55,13 +56,16 @@ pub enum PathClass {
     MirrorChain,
     /// … D R.
     Connection,
-    /// … D S⁺ R and L S^k R, k > K.
+    /// … D S^k R, k ≤ K′.
+    MirrorConnection,
+    /// … D S^k R, k > K′, and L S^k R, k > K.
     Crossing,
 }
 
 impl PathClass {
     /// All classes.
-    pub const ALL: [Self; 4] = [Self::Direct, Self::MirrorChain, Self::Connection, Self::Crossing];
+    pub const ALL: [Self; 5] =
+        [Self::Direct, Self::MirrorChain, Self::Connection, Self::MirrorConnection, Self::Crossing];
 
     /// The class as a string over L, S, D, R.
     #[must_use]
@@ -70,7 +74,8 @@ impl PathClass {
             Self::Direct => "L R",
             Self::MirrorChain => "L S^k R, k <= K",
             Self::Connection => "... D R",
-            Self::Crossing => "... D S+ R and L S^k R, k > K",
+            Self::MirrorConnection => "... D S^k R, k <= K'",
+            Self::Crossing => "... D S^k R, k > K', and L S^k R, k > K",
         }
     }
 
@@ -81,6 +86,7 @@ impl PathClass {
             Self::Direct => "shadow ray",
             Self::MirrorChain => "image sources",
             Self::Connection => "connection",
+            Self::MirrorConnection => "connection to images of the receiver",
             Self::Crossing => "receiver sphere",
         }
     }
@@ -104,8 +110,18 @@ pub enum RenderError {
     Settings(String),
 }
 
+/// What lies between a sonel and a receiver.
+#[derive(Clone, Copy)]
+pub struct Medium<'a> {
+    /// Walls.
+    pub geometry: &'a Geometry,
+    /// Time bins.
+    pub bins: &'a TimeBins,
+    /// Air, where it attenuates.
+    pub air: Option<&'a AirTable>,
+}
+
 /// A map made ready for rendering.
-#[derive(Debug)]
 pub struct Renderer<'a> {
     pub(crate) map: &'a SonelMap,
     pub(crate) geometry: &'a Geometry,
@@ -117,6 +133,8 @@ pub struct Renderer<'a> {
     pub(crate) material_of: Vec<u32>,
     pub(crate) normals: Vec<Vec3>,
     pub(crate) batches: Vec<BatchStart>,
+    /// Largest K′.
+    pub(crate) image_order: u32,
 }
 
 impl<'a> Renderer<'a> {
@@ -124,13 +142,20 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     /// When the map is a shard or damaged, or a setting is out of range.
-    pub fn new(map: &'a SonelMap, geometry: &'a Geometry, settings: RenderSettings) -> Result<Self, RenderError> {
+    pub fn new(
+        map: &'a SonelMap,
+        geometry: &'a Geometry,
+        settings: RenderSettings,
+    ) -> Result<Self, RenderError> {
         map.require_whole()?;
         map.check_paths(geometry.surfaces().len() as u32)?;
         let scene = &map.header().scene;
         let bands = scene.bands.count();
         if !(settings.bin.is_finite() && settings.bin > 0.0) {
-            return Err(RenderError::Settings(format!("a bin of {} s is no bin: give a width above 0", settings.bin)));
+            return Err(RenderError::Settings(format!(
+                "a bin of {} s is no bin: give a width above 0",
+                settings.bin
+            )));
         }
         let bins = TimeBins::new(settings.bin, scene.duration, scene.speed_of_sound);
         let attenuation = match &settings.air {
@@ -139,13 +164,17 @@ impl<'a> Renderer<'a> {
         };
         let traced = &map.header().settings;
         let layout = map.layout();
+        let table = CoefficientTable::new(&scene.materials, bands, traced.survival);
         Ok(Self {
+            image_order: image_order(geometry, &table),
             air: AirTable::new(&attenuation, bins.reach),
             attenuation,
-            table: CoefficientTable::new(&scene.materials, bands, traced.survival),
+            table,
             material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
             normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
-            batches: (0..layout.batches).map(|batch| BatchStart::new(&layout, batch, traced.spectral)).collect(),
+            batches: (0..layout.batches)
+                .map(|batch| BatchStart::new(&layout, batch, traced.spectral))
+                .collect(),
             map,
             geometry,
             settings,
@@ -179,7 +208,8 @@ impl<'a> Renderer<'a> {
                 }
             }
             if self.geometry.is_closed_room() && !self.geometry.contains(position) {
-                problems.push(format!("receiver \"{name}\" at {position} m is outside the closed room: move it"));
+                problems
+                    .push(format!("receiver \"{name}\" at {position} m is outside the closed room: move it"));
             }
         }
         problems
@@ -211,7 +241,8 @@ impl<'a> Renderer<'a> {
             self.bins.reach,
             self.settings.mirror_order,
         );
-        let mut rendering = Rendering::new(prepared.len(), &self.bins, self.table.bands(), self.batches.len());
+        let mut rendering =
+            Rendering::new(prepared.len(), &self.bins, self.table.bands(), self.batches.len());
         rendering.mirror_order = chains.order();
         rendering.sphere_radius = prepared.iter().map(|receiver| receiver.radius).collect();
         self.add_deterministic(&mut rendering, radiator, &chains, &prepared, borders);
@@ -219,9 +250,16 @@ impl<'a> Renderer<'a> {
         for tile in 0..tiles {
             let range = tile * RECEIVERS_IN_FLIGHT..((tile + 1) * RECEIVERS_IN_FLIGHT).min(prepared.len());
             let done = tile as f64 / tiles as f64;
-            self.add_batches(&mut rendering, source, &prepared, &borders[range.clone()], range, &mut |share| {
-                progress(done + share / tiles as f64);
-            });
+            self.add_batches(
+                &mut rendering,
+                source,
+                &prepared,
+                &borders[range.clone()],
+                range,
+                &mut |share| {
+                    progress(done + share / tiles as f64);
+                },
+            );
         }
         Ok(rendering)
     }

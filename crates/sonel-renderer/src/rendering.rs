@@ -29,9 +29,11 @@ pub struct Rendering {
     /// Discrete arrivals that are listed, by receiver and length.
     pub arrivals: Vec<DiscreteArrival>,
     /// Energy per class, summed over receivers and time, per band [1/m²].
-    pub classes: [(PathClass, Vec<f64>); 4],
+    pub classes: [(PathClass, Vec<f64>); 5],
     /// K.
     pub mirror_order: u32,
+    /// K′ of every receiver.
+    pub image_order: Vec<u32>,
     /// Radius of every receiver's sphere [m].
     pub sphere_radius: Vec<f64>,
 }
@@ -46,6 +48,7 @@ impl Rendering {
             arrivals: Vec::new(),
             classes: PathClass::ALL.map(|class| (class, vec![0.0; bands])),
             mirror_order: 0,
+            image_order: Vec::new(),
             sphere_radius: Vec::new(),
         }
     }
@@ -102,7 +105,13 @@ impl CoarseEchogram {
             let (start, end) = ((bin as f64 * bins.width).max(first_arrival), (bin + 1) as f64 * bins.width);
             if end <= first_arrival {
                 // Rounding may leave a deposit just before the first arrival; it belongs to it.
-                self.add_share(fine, receiver, bin, borders.partition_point(|&b| b <= first_arrival).max(1) - 1, 1.0);
+                self.add_share(
+                    fine,
+                    receiver,
+                    bin,
+                    borders.partition_point(|&b| b <= first_arrival).max(1) - 1,
+                    1.0,
+                );
                 continue;
             }
             while coarse + 1 < self.bins && borders[coarse + 1] <= start {

@@ -19,6 +19,8 @@ pub enum Purpose {
     EmissionScramble = 2,
     /// Visibility rays of one receiver.
     VisibilityRay = 3,
+    /// Choices among the mirror images of one receiver.
+    MirrorChoice = 4,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

@@ -1,1 +1,3 @@
 //! Drivers above the stages: which effects a scene calls for.
+
+pub mod effects;

@@ -10,4 +10,4 @@ pub mod interaction;
 pub mod packet;
 pub mod run;
 
-pub use run::{TraceError, Tracer, TracedChunk};
+pub use run::{TraceError, TracedChunk, Tracer};

@@ -8,7 +8,6 @@ use sonel_sampling::{Frame, Stream};
 use crate::interaction::{draw_event, mirrored, scattered};
 
 /// The surroundings of a packet: what all packets of a run share.
-#[derive(Debug)]
 pub struct Surroundings<'a> {
     /// Walls.
     pub geometry: &'a Geometry,

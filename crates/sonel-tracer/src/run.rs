@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
 use sonel_map::{
-    BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EmissionDirections, EmissionLayout, Fate, Ledger,
-    Settings, ShardRange,
+    BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EmissionDirections, EmissionLayout, Fate,
+    Ledger, Settings, ShardRange,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Scene, Source};
@@ -52,7 +52,6 @@ pub struct TracedChunk {
 }
 
 /// A scene made ready for tracing.
-#[derive(Debug)]
 pub struct Tracer<'a> {
     scene: &'a Scene,
     settings: Settings,
@@ -117,8 +116,10 @@ impl<'a> Tracer<'a> {
             let mut chunks = self.chunks(shard);
             while !chunks.is_empty() {
                 let until = chunks.end.min(chunks.start + CHUNKS_IN_FLIGHT);
-                let group: Vec<TracedChunk> =
-                    (chunks.start..until).into_par_iter().map(|chunk| self.trace_chunk(&emitter, chunk)).collect();
+                let group: Vec<TracedChunk> = (chunks.start..until)
+                    .into_par_iter()
+                    .map(|chunk| self.trace_chunk(&emitter, chunk))
+                    .collect();
                 chunks.start = until;
                 for chunk in group {
                     total.add(&chunk.books);

@@ -1,1 +1,91 @@
-//! Traces sonels through a scene and saves the sonel map.
+//! The library half of `sonel-trace`: from arguments to a sonel map and its report.
+
+mod arguments;
+mod report;
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use sonel_console::output::Output;
+use sonel_console::progress::Progress;
+use sonel_console::{Outcome, Stopwatch, use_threads};
+use sonel_map::{Ledger, MapError, MapHeader, MapWriter};
+use sonel_scene::Loaded;
+use sonel_study::effects;
+use sonel_tracer::{TraceError, Tracer};
+
+pub use arguments::Arguments;
+
+/// Runs the program: data to `out`, everything else to `log`.
+///
+/// # Errors
+/// When the scene, the options or the output are unusable, or the room leaks.
+pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let watch = Stopwatch::start();
+    use_threads(arguments.threads)?;
+    let settings = arguments.settings()?;
+    let shard = arguments.shard_range();
+    let Loaded { mut scene, notes } = load_scene(&arguments.scene)?;
+    for note in notes {
+        writeln!(log, "note: {note}")?;
+    }
+    if let Some(duration) = arguments.duration {
+        scene.duration = duration;
+    }
+    let effects = effects::apply(&arguments.effects, &mut scene);
+    let geometry = scene.geometry().context("the scene's walls cannot be used")?;
+
+    let mut output = Output::create(&arguments.output)?;
+    let tracer = Tracer::new(&scene, &geometry, settings);
+    let total = tracer.packets(shard) * scene.sources.len() as u64;
+    let progress = Progress::begin("tracing", total, arguments.quiet);
+    let mut writer = MapWriter::begin(output.writer())?;
+    let mut done = 0;
+    let books = tracer.run(shard, |chunk| {
+        done += chunk.paths.ends.len() as u64;
+        progress.reach(done);
+        writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
+    });
+    progress.end();
+    let books = books.map_err(|error| describe(error, &arguments.output))?;
+    let vertices = writer.vertex_count();
+    let header =
+        MapHeader { tool_version: env!("CARGO_PKG_VERSION").to_owned(), settings, shard, effects, scene };
+    writer.finish(&header).map_err(|error| describe(TraceError::Sink(error), &arguments.output))?;
+    output.publish()?;
+
+    let run = report::Run { header: &header, books: &books, stored: vertices, seconds: watch.seconds() };
+    writeln!(log, "{}", report::summary(&run, &arguments.output))?;
+    if arguments.json {
+        writeln!(out, "{}", report::json(&run))?;
+    }
+    check(&books)?;
+    Ok(Outcome::Done)
+}
+
+fn load_scene(path: &Path) -> anyhow::Result<Loaded> {
+    let text =
+        fs::read_to_string(path).with_context(|| format!("cannot read the scene {}", path.display()))?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let label = path.display().to_string();
+    Ok(sonel_scene::load(&text, &label, &mut |mesh| fs::read(folder.join(mesh)))?)
+}
+
+fn describe(error: TraceError<MapError>, output: &Path) -> anyhow::Error {
+    match error {
+        TraceError::Sink(error) => anyhow::Error::new(error)
+            .context(format!("cannot write {}; an older file there is untouched", output.display())),
+        leaking @ TraceError::Leaking { .. } => leaking.into(),
+    }
+}
+
+/// The books of a run must close; anything else is a defect of the program, and its map is not to be trusted.
+fn check(books: &Ledger) -> anyhow::Result<()> {
+    let residual = books.worst_residual();
+    if residual > 1e-9 {
+        bail!("the energy ledger does not close (relative residual {residual:e}): please report this scene");
+    }
+    Ok(())
+}

@@ -4,7 +4,7 @@ use glam::DVec3;
 use sonel_geometry::{Geometry, Shoebox};
 use sonel_map::{CoefficientTable, Lanes, lanes_of};
 
-use super::{MirrorArrival, Radiator};
+use super::{Image, MirrorArrival, Radiator};
 
 /// Largest K: about a third of a million images.
 const ORDER_LIMIT: u32 = 64;
@@ -45,13 +45,17 @@ impl ImageLattice {
         reach: f64,
         most: Option<u32>,
     ) -> Self {
-        let walls = room.walls.map(|wall| {
-            table.material(geometry.surface(wall).material).specular.energy.as_slice()
-        });
+        let walls =
+            room.walls.map(|wall| table.material(geometry.surface(wall).material).specular.energy.as_slice());
         let (low, high) = (room.min - geometry.center(), room.max - geometry.center());
         let order = most.unwrap_or_else(|| affordable_order(&walls, high - low, reach));
         let axis = |axis: usize| {
-            axis_images(order, radiator.position[axis], [low[axis], high[axis]], [walls[2 * axis], walls[2 * axis + 1]])
+            axis_images(
+                order,
+                radiator.position[axis],
+                [low[axis], high[axis]],
+                [walls[2 * axis], walls[2 * axis + 1]],
+            )
         };
         let axes = [axis(0), axis(1), axis(2)];
         Self { order, axes, radiator, lanes: lanes_of(table.bands()) }
@@ -61,6 +65,31 @@ impl ImageLattice {
     #[must_use]
     pub fn order(&self) -> u32 {
         self.order
+    }
+
+    /// All images with their orders and ∏ (1−α)(1−s).
+    #[must_use]
+    pub fn images(&self) -> Vec<Image> {
+        let [xs, ys, zs] = &self.axes;
+        let mut images = Vec::new();
+        for (x, y) in xs.iter().flat_map(|x| ys.iter().map(move |y| (x, y))) {
+            for z in zs {
+                let order = x.order + y.order + z.order;
+                if order == 0 || order > self.order {
+                    continue;
+                }
+                let mut factor = vec![[0.0; 4]; self.lanes];
+                product(&x.factor, &y.factor, 1.0, &mut factor);
+                let plane = factor.clone();
+                product(&plane, &z.factor, 1.0, &mut factor);
+                images.push(Image {
+                    position: DVec3::new(x.coordinate, y.coordinate, z.coordinate),
+                    order,
+                    factor,
+                });
+            }
+        }
+        images
     }
 
     /// Visits all images within `reach` [m] of `receiver`.
@@ -120,7 +149,8 @@ fn axis_images(order: u32, source: f64, ends: [f64; 2], walls: [&[Lanes]; 2]) ->
     (-limit..=limit)
         .map(|n| {
             let inverted = n.rem_euclid(2) == 1;
-            let from_low = if inverted { (n + 1) as f64 * length - inside } else { n as f64 * length + inside };
+            let from_low =
+                if inverted { (n + 1) as f64 * length - inside } else { n as f64 * length + inside };
             let hits = n.unsigned_abs() as u32;
             // Going up, the upper wall is met first and then every other time; going down, the lower one.
             let (first, second) = (hits.div_ceil(2), hits / 2);

@@ -32,6 +32,17 @@ pub struct MirrorArrival<'a> {
     pub factor: &'a [Lanes],
 }
 
+/// One image of the origin of a set of chains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// Where it is, about the scene's centre [m].
+    pub position: DVec3,
+    /// Number of reflections, at least one.
+    pub order: u32,
+    /// ∏ (1−α)(1−s), per band.
+    pub factor: Vec<Lanes>,
+}
+
 /// All mirror chains of one source.
 #[derive(Debug)]
 pub enum MirrorChains {

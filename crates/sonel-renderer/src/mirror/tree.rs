@@ -3,11 +3,13 @@
 //! A node is an image reached over a chain of surfaces. A chain is left out only where it can carry nothing: no band
 //! reflects there as a mirror, the surface shows its solid side to the image, or it lies wholly behind the last mirror.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 use sonel_geometry::{Departure, Geometry, Side, SurfaceId};
-use sonel_map::{CoefficientTable, lanes_of};
+use sonel_map::{CoefficientTable, Lanes, lanes_of};
 
-use super::{MirrorArrival, Radiator};
+use super::{Image, MirrorArrival, Radiator};
 
 /// Nodes of one source: what a receiver can afford to validate in about a millisecond.
 const NODE_LIMIT: usize = 20_000;
@@ -21,6 +23,8 @@ const ORDER_LIMIT: u32 = 24;
 pub struct ImageTree {
     order: u32,
     nodes: Vec<Node>,
+    /// The node that follows another over a mirror.
+    children: HashMap<(Option<u32>, Mirror), u32>,
     radiator: Radiator,
     lanes: usize,
 }
@@ -35,7 +39,7 @@ struct Node {
 }
 
 /// A surface seen from one side.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Mirror {
     surface: SurfaceId,
     side: Side,
@@ -65,7 +69,12 @@ impl ImageTree {
             last_order = nodes.len()..nodes.len() + next.len();
             nodes.extend(next);
         }
-        Self { order, nodes, radiator, lanes: lanes_of(table.bands()) }
+        let children = nodes
+            .iter()
+            .enumerate()
+            .map(|(index, node)| ((node.parent, node.mirror), index as u32))
+            .collect();
+        Self { order, nodes, children, radiator, lanes: lanes_of(table.bands()) }
     }
 
     /// K.
@@ -84,17 +93,12 @@ impl ImageTree {
     ) {
         let mut factor = vec![[0.0; 4]; self.lanes];
         for node in &self.nodes {
-            let Some(leaving) = self.validate(geometry, node, receiver) else { continue };
-            factor.fill([self.radiator.factor(leaving); 4]);
-            let mut link = Some(node);
-            while let Some(node) = link {
-                let material = geometry.surface(node.mirror.surface).material;
-                for (factor, specular) in factor.iter_mut().zip(&table.material(material).specular.energy) {
-                    for lane in 0..4 {
-                        factor[lane] *= specular[lane];
-                    }
-                }
-                link = node.parent.map(|parent| &self.nodes[parent as usize]);
+            let departure = Departure::free(receiver.as_vec3());
+            let Some(leaving) = self.validate(geometry, node, receiver, departure) else { continue };
+            self.specular_factor(geometry, table, node, &mut factor);
+            let directivity = self.radiator.factor(leaving);
+            for value in factor.iter_mut().flatten() {
+                *value *= directivity;
             }
             let offset = node.image - receiver;
             let length = offset.length();
@@ -102,10 +106,68 @@ impl ImageTree {
         }
     }
 
-    /// Follows the chain backwards from `receiver`. Returns the offset from the source to the first reflection where the
-    /// whole path is clear.
-    fn validate(&self, geometry: &Geometry, leaf: &Node, receiver: DVec3) -> Option<DVec3> {
-        let (mut point, mut departure) = (receiver, Departure::free(receiver.as_vec3()));
+    /// ∏ (1−α)(1−s) along the chain of `leaf`, per band.
+    fn specular_factor(
+        &self,
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        leaf: &Node,
+        factor: &mut [Lanes],
+    ) {
+        factor.fill([1.0; 4]);
+        let mut link = Some(leaf);
+        while let Some(node) = link {
+            let material = geometry.surface(node.mirror.surface).material;
+            for (factor, specular) in factor.iter_mut().zip(&table.material(material).specular.energy) {
+                for lane in 0..4 {
+                    factor[lane] *= specular[lane];
+                }
+            }
+            link = node.parent.map(|parent| &self.nodes[parent as usize]);
+        }
+    }
+
+    /// All images with their orders and ∏ (1−α)(1−s).
+    #[must_use]
+    pub fn images(&self, geometry: &Geometry, table: &CoefficientTable) -> Vec<Image> {
+        self.nodes
+            .iter()
+            .map(|node| {
+                let mut factor = vec![[0.0; 4]; self.lanes];
+                self.specular_factor(geometry, table, node, &mut factor);
+                Image { position: node.image, order: node.order, factor }
+            })
+            .collect()
+    }
+
+    /// Whether the chain of image number `image` leads from `point`, left by `departure`, to the origin of the tree.
+    #[must_use]
+    pub fn connects(&self, geometry: &Geometry, image: usize, point: DVec3, departure: Departure) -> bool {
+        self.validate(geometry, &self.nodes[image], point, departure).is_some()
+    }
+
+    /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
+    /// numbers in ascending order of reflections.
+    pub fn follow(&self, geometry: &Geometry, direction: DVec3, mut found: impl FnMut(usize)) {
+        let (mut departure, mut direction) =
+            (Departure::free(self.radiator.position.as_vec3()), direction.as_vec3());
+        let mut parent = None;
+        for _ in 0..self.order {
+            let Some(hit) = geometry.closest_hit(departure, direction) else { return };
+            let mirror = Mirror { surface: hit.surface, side: hit.side };
+            let Some(&index) = self.children.get(&(parent, mirror)) else { return };
+            found(index as usize);
+            parent = Some(index);
+            let normal = geometry.surface(hit.surface).normal.as_vec3();
+            direction = (direction - 2.0 * direction.dot(normal) * normal).normalize();
+            departure = geometry.leave(hit.position, hit.surface, hit.side);
+        }
+    }
+
+    /// Follows the chain backwards from `from`, which is left by `departure`. Returns the offset from the origin of the
+    /// tree to the first reflection where the whole path is clear.
+    fn validate(&self, geometry: &Geometry, leaf: &Node, from: DVec3, departure: Departure) -> Option<DVec3> {
+        let (mut point, mut departure) = (from, departure);
         let mut node = leaf;
         loop {
             let Mirror { surface, side } = node.mirror;

@@ -1,0 +1,245 @@
+//! … D S^k R, k ≤ K′: from every sonel a connection to one of the receiver's mirror images, chosen at random.
+//!
+//! F += e · δ · cos θ / (π d²) · ∏ (1−α)(1−s) · e^(−m·length) / P(image), with d to the image (docs/physics.md §4). Choosing one
+//! image a sonel costs one connection more, however many images there are; a map holds so many sonels that the choice
+//! hardly adds to the noise. Images are chosen in proportion to what they can be expected to bring: their mirrors' energy
+//! times the solid angle in which they are seen, which in an empty box falls with the square of the distance and
+//! elsewhere is found by following rays from the receiver. A share of the choices ignores these rays, so that an image
+//! they missed is chosen too: the estimate stays unbiased.
+
+use glam::DVec3;
+use sonel_acoustics::Directivity;
+use sonel_geometry::Geometry;
+use sonel_map::{CoefficientTable, Lanes};
+use sonel_sampling::{ScrambledSobol, Stream, warp};
+
+use crate::connection::{DiffuseSonel, radiate};
+use crate::deposit::Deposits;
+use crate::mirror::lattice::ImageLattice;
+use crate::mirror::tree::ImageTree;
+use crate::mirror::{Image, Radiator};
+use crate::receiver::PreparedReceiver;
+use crate::render::Medium;
+
+/// Largest K′ in an empty box: about six thousand images.
+const LATTICE_ORDER_LIMIT: u32 = 16;
+/// K′ ends where no band keeps more than this of a chain's energy.
+const NEGLIGIBLE_FACTOR: f64 = 1e-4;
+/// Geometries of more surfaces are left to the sphere: most images would be hidden from most sonels.
+const SURFACE_LIMIT: usize = 64;
+/// Rays that measure in which solid angle a receiver sees its images.
+const PILOT_RAYS: u32 = 4096;
+/// Share of the choices that do not rely on those rays.
+const BLIND_SHARE: f64 = 0.1;
+
+/// The images of one receiver and how they are chosen.
+#[derive(Debug)]
+pub struct ReceiverImages {
+    images: Vec<Image>,
+    /// 1 / P(image).
+    inverse_probability: Vec<f64>,
+    choice: AliasTable,
+    /// Mirrors to be checked; none in an empty box, where every image in front of a surface is seen from it.
+    tree: Option<ImageTree>,
+}
+
+/// K′ of the scene: the same for all receivers.
+#[must_use]
+pub fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
+    let mirroring = (0..geometry.surfaces().len())
+        .flat_map(|surface| {
+            let material = geometry.surfaces()[surface].material;
+            table.material(material).specular.energy.iter().flatten().copied()
+        })
+        .fold(0.0, f64::max);
+    if mirroring <= 0.0 || (geometry.as_shoebox().is_none() && geometry.surfaces().len() > SURFACE_LIMIT) {
+        return 0;
+    }
+    let by_energy = if mirroring < 1.0 {
+        libm::ceil(libm::log(NEGLIGIBLE_FACTOR) / libm::log(mirroring)) as u32
+    } else {
+        LATTICE_ORDER_LIMIT
+    };
+    by_energy.clamp(1, LATTICE_ORDER_LIMIT)
+}
+
+impl ReceiverImages {
+    /// The images of `receiver` up to order `most`, which a general geometry may not reach. [`None`] without any.
+    #[must_use]
+    pub fn new(
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        receiver: &PreparedReceiver,
+        most: u32,
+    ) -> Option<Self> {
+        if most == 0 {
+            return None;
+        }
+        let origin = Radiator { position: receiver.exact, directivity: Directivity::Omni, aim: DVec3::X };
+        let (images, weights, tree) = match geometry.as_shoebox() {
+            Some(room) => {
+                let lattice = ImageLattice::new(geometry, &room, table, origin, f64::INFINITY, Some(most));
+                let images = lattice.images();
+                let weights = blind_weights(&images, receiver.exact);
+                (images, weights, None)
+            }
+            None => {
+                let tree = ImageTree::new(geometry, table, origin, None);
+                let images = tree.images(geometry, table);
+                let weights = pilot_weights(geometry, &tree, &images, receiver.exact);
+                (images, weights, Some(tree))
+            }
+        };
+        let total: f64 = weights.iter().sum();
+        (total > 0.0).then(|| Self {
+            inverse_probability: weights.iter().map(|weight| total / weight).collect(),
+            choice: AliasTable::new(&weights),
+            images,
+            tree,
+        })
+    }
+
+    /// K′ at this receiver.
+    #[must_use]
+    pub fn order(&self) -> u32 {
+        match &self.tree {
+            Some(tree) => tree.order(),
+            None => self.images.iter().map(|image| image.order).max().unwrap_or(0),
+        }
+    }
+
+    /// Connects `sonel` to one image. `receiver` is the number of the receiver in `deposits`.
+    #[inline]
+    pub fn connect(
+        &self,
+        sonel: &DiffuseSonel<'_>,
+        receiver: usize,
+        medium: &Medium<'_>,
+        stream: &mut Stream,
+        scratch: &mut [Lanes],
+        deposits: &mut Deposits,
+    ) {
+        let index = self.choice.choose(stream.uniform_fine());
+        let image = &self.images[index];
+        let from = sonel.position.as_dvec3();
+        let offset = image.position - from;
+        let projected = offset.dot(sonel.normal.as_dvec3());
+        if projected <= 0.0 {
+            return;
+        }
+        let squared = offset.length_squared();
+        let distance = squared.sqrt();
+        let length = sonel.length + distance;
+        let Some(bin) = medium.bins.bin(length) else { return };
+        if let Some(tree) = &self.tree
+            && !tree.connects(medium.geometry, index, from, sonel.departure)
+        {
+            return;
+        }
+        let weight = projected / (distance * squared) * self.inverse_probability[index];
+        for ((scratch, radiosity), factor) in scratch.iter_mut().zip(sonel.radiosity).zip(&image.factor) {
+            for lane in 0..4 {
+                scratch[lane] = radiosity[lane] * factor[lane] * weight;
+            }
+        }
+        radiate(scratch, length, bin, receiver, medium, deposits);
+    }
+}
+
+/// What an image brings if nothing hides it: its mirrors' energy, averaged over bands, over the squared distance.
+fn blind_weights(images: &[Image], receiver: DVec3) -> Vec<f64> {
+    images.iter().map(|image| mirrored_energy(image) / image.position.distance_squared(receiver)).collect()
+}
+
+fn mirrored_energy(image: &Image) -> f64 {
+    image.factor.iter().flatten().sum()
+}
+
+/// What an image brings as seen by rays from the receiver, with a share of [`blind_weights`].
+fn pilot_weights(geometry: &Geometry, tree: &ImageTree, images: &[Image], receiver: DVec3) -> Vec<f64> {
+    let mut seen = vec![0.0; images.len()];
+    let directions = ScrambledSobol::for_batch(0, 0, 0);
+    for ray in 0..PILOT_RAYS {
+        let direction = warp::uniform_sphere(directions.point(ray)).as_dvec3();
+        tree.follow(geometry, direction, |image| seen[image] += mirrored_energy(&images[image]));
+    }
+    let blind = blind_weights(images, receiver);
+    let (seen_total, blind_total) = (seen.iter().sum::<f64>(), blind.iter().sum::<f64>());
+    if seen_total <= 0.0 || blind_total <= 0.0 {
+        return blind;
+    }
+    seen.iter()
+        .zip(&blind)
+        .map(|(seen, blind)| (1.0 - BLIND_SHARE) * seen / seen_total + BLIND_SHARE * blind / blind_total)
+        .collect()
+}
+
+/// Constant-time choice among weighted items from one uniform number.
+///
+/// Reference: [Vose1991] (docs/references.md).
+#[derive(Debug)]
+struct AliasTable {
+    threshold: Vec<f64>,
+    alias: Vec<u32>,
+}
+
+impl AliasTable {
+    fn new(weights: &[f64]) -> Self {
+        let scale = weights.len() as f64 / weights.iter().sum::<f64>();
+        let mut threshold: Vec<f64> = weights.iter().map(|weight| weight * scale).collect();
+        let mut alias: Vec<u32> = (0..weights.len() as u32).collect();
+        let (mut small, mut large): (Vec<usize>, Vec<usize>) =
+            (0..weights.len()).partition(|&item| threshold[item] < 1.0);
+        while let (Some(&poor), Some(&rich)) = (small.last(), large.last()) {
+            small.pop();
+            alias[poor] = rich as u32;
+            threshold[rich] -= 1.0 - threshold[poor];
+            if threshold[rich] < 1.0 {
+                large.pop();
+                small.push(rich);
+            }
+        }
+        // What remains is full but for rounding.
+        for item in small.into_iter().chain(large) {
+            threshold[item] = 1.0;
+        }
+        Self { threshold, alias }
+    }
+
+    /// The item for the uniform number `u` in [0, 1).
+    #[inline]
+    fn choose(&self, u: f64) -> usize {
+        let scaled = u * self.threshold.len() as f64;
+        let item = (scaled as usize).min(self.threshold.len() - 1);
+        if scaled - (item as f64) < self.threshold[item] { item } else { self.alias[item] as usize }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The exact probability of every item, by measuring the intervals of `u` that choose it.
+    fn probabilities(weights: &[f64]) -> Vec<f64> {
+        let table = AliasTable::new(weights);
+        let steps = 1_000_000;
+        let mut counts = vec![0.0; weights.len()];
+        for step in 0..steps {
+            counts[table.choose((f64::from(step) + 0.5) / f64::from(steps))] += 1.0 / f64::from(steps);
+        }
+        counts
+    }
+
+    #[test]
+    fn items_are_chosen_in_proportion_to_their_weights() {
+        let weights = [5.0, 0.0, 1.0, 0.25, 3.75];
+        for (found, weight) in probabilities(&weights).iter().zip(weights) {
+            assert!((found - weight / 10.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn one_item_is_always_chosen() {
+        assert_eq!(probabilities(&[0.3]).len(), 1);
+    }
+}

@@ -1,0 +1,150 @@
+//! The command line of `sonel-trace`.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::{Parser, ValueEnum};
+use sonel_console::count::parse_count;
+use sonel_map::{Mode, Settings, ShardRange, Spectral};
+use sonel_study::effects::EffectSpec;
+
+/// Traces sonels through a scene and saves the sonel map.
+#[derive(Debug, Clone, Parser)]
+#[command(
+    version,
+    after_help = "Example:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --sonels 200k --seed 7"
+)]
+pub struct Arguments {
+    /// The scene file.
+    #[arg(value_name = "SCENE.toml")]
+    pub scene: PathBuf,
+    /// Where the map goes; replaced only when the new one is complete.
+    #[arg(short, long, value_name = "MAP.sonelmap")]
+    pub output: PathBuf,
+    /// Emissions per source (per source and band with --spectral per-band); with --shard those of all shards.
+    #[arg(long, value_name = "N", default_value = "50k", value_parser = parse_count)]
+    pub sonels: u64,
+    /// Seed of every random number.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Batches whose spread gives the intervals.
+    #[arg(long, value_name = "G", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub batches: u32,
+    /// The method: the best known, or what the founding paper writes.
+    #[arg(long, value_enum, default_value_t = ModeArgument::Accurate)]
+    pub mode: ModeArgument,
+    /// Survival exponent β from 0 (no roulette) to 1 (the paper's); 0.15 where none is given.
+    #[arg(long, value_name = "BETA")]
+    pub survival: Option<f64>,
+    /// Whether bands share paths; shared where nothing is given.
+    #[arg(long, value_enum)]
+    pub spectral: Option<SpectralArgument>,
+    /// How long echograms are simulated [s], instead of the scene's duration.
+    #[arg(long, value_name = "SECONDS")]
+    pub duration: Option<f64>,
+    /// Trace part I of N only, I from 1.
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<(u32, u32)>,
+    /// Effects: auto, all or none, then changes: auto,-air.
+    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true)]
+    pub effects: EffectSpec,
+    /// Print counts, fates and the energy ledger as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Say nothing on stderr but errors.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Threads; all cores where none is given. The result does not depend on it.
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+}
+
+/// `--mode`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModeArgument {
+    /// The best estimators known.
+    Accurate,
+    /// One band a packet, roulette on absorption alone.
+    Paper,
+}
+
+/// `--spectral`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SpectralArgument {
+    /// Every path carries all bands.
+    Shared,
+    /// Every path carries one band.
+    PerBand,
+}
+
+impl Arguments {
+    /// The settings of the run.
+    ///
+    /// # Errors
+    /// One sentence per option that is out of range or contradicts the mode.
+    pub fn settings(&self) -> anyhow::Result<Settings> {
+        let problems = self.problems();
+        if !problems.is_empty() {
+            bail!("{}", problems.join("\nerror: "));
+        }
+        let paper = self.mode == ModeArgument::Paper;
+        let per_band = paper || self.spectral == Some(SpectralArgument::PerBand);
+        let defaults = Settings::default();
+        Ok(Settings {
+            emissions: self.sonels,
+            seed: self.seed,
+            batches: self.batches,
+            survival: self.survival.unwrap_or(if paper { 1.0 } else { defaults.survival }),
+            spectral: if per_band { Spectral::PerBand } else { Spectral::Shared },
+            mode: if paper { Mode::Paper } else { Mode::Accurate },
+            extinction_threshold: defaults.extinction_threshold,
+        })
+    }
+
+    fn problems(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        if let Some(survival) = self.survival
+            && !(0.0..=1.0).contains(&survival)
+        {
+            problems.push(format!("--survival {survival} is outside 0 … 1"));
+        }
+        if self.mode == ModeArgument::Paper {
+            if self.survival.is_some_and(|survival| survival < 1.0) {
+                problems.push(
+                    "--mode paper means --survival 1: leave --survival out or use --mode accurate".into(),
+                );
+            }
+            if self.spectral == Some(SpectralArgument::Shared) {
+                problems.push(
+                    "--mode paper traces every band on its own: leave --spectral out or use --mode accurate"
+                        .into(),
+                );
+            }
+        }
+        if let Some(duration) = self.duration
+            && !(duration.is_finite() && duration > 0.0)
+        {
+            problems.push(format!("--duration {duration} is no duration: give seconds above 0"));
+        }
+        if self.sonels == 0 {
+            problems.push("--sonels 0 traces nothing: give at least 1".into());
+        }
+        if self.threads == Some(0) {
+            problems.push("--threads 0 cannot work: give at least 1, or leave it out".into());
+        }
+        problems
+    }
+
+    /// The part of the run.
+    #[must_use]
+    pub fn shard_range(&self) -> ShardRange {
+        self.shard.map_or(ShardRange::WHOLE, |(index, count)| ShardRange { index, count })
+    }
+}
+
+fn parse_shard(text: &str) -> Result<(u32, u32), String> {
+    let wrong = || format!("\"{text}\" is no shard: write I/N with I from 1 to N, such as 2/8");
+    let (index, count) = text.split_once('/').ok_or_else(wrong)?;
+    let (index, count) = (index.parse().map_err(|_| wrong())?, count.parse().map_err(|_| wrong())?);
+    if index >= 1 && index <= count { Ok((index, count)) } else { Err(wrong()) }
+}

@@ -1,0 +1,111 @@
+//! What a run says of itself: a summary for people, JSON for programs.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+use sonel_map::{EffectState, Fate, Ledger, MapHeader};
+
+/// A finished run.
+pub struct Run<'a> {
+    /// Provenance.
+    pub header: &'a MapHeader,
+    /// Its books.
+    pub books: &'a Ledger,
+    /// Vertices stored.
+    pub stored: u64,
+    /// (wall, CPU) seconds.
+    pub seconds: (f64, f64),
+}
+
+const FATES: [(&str, Fate); 6] = [
+    ("absorbed", Fate::Absorbed),
+    ("transmitted", Fate::Transmitted),
+    ("escaped", Fate::Escaped),
+    ("expired", Fate::Expired),
+    ("extinguished", Fate::Extinguished),
+    ("lost", Fate::Lost),
+];
+
+/// A few lines for the log.
+pub fn summary(run: &Run<'_>, output: &Path) -> String {
+    let fates: Vec<String> = FATES
+        .iter()
+        .filter(|(_, fate)| run.books.fates.count(*fate) > 0)
+        .map(|(name, fate)| format!("{} {name}", run.books.fates.count(*fate)))
+        .collect();
+    let effects: Vec<String> = run
+        .header
+        .effects
+        .iter()
+        .map(|effect| {
+            let state = match effect.on.iter().filter(|on| **on).count() {
+                0 => "off".to_owned(),
+                all if all == effect.on.len() => "on".to_owned(),
+                some => format!("on in {some} of {} bands", effect.on.len()),
+            };
+            format!("  {:12} {state}: {}", effect.name, effect.reason)
+        })
+        .collect();
+    format!(
+        "{}: {} packets in {} segments, {} vertices stored; {}\n\
+         energy ledger: largest relative residual {:.1e}\neffects:\n{}\n\
+         {:.2} s ({:.2} CPU seconds); written to {}",
+        run.header.scene.name,
+        run.books.fates.total(),
+        run.books.segments,
+        run.stored,
+        fates.join(", "),
+        run.books.worst_residual(),
+        effects.join("\n"),
+        run.seconds.0,
+        run.seconds.1,
+        output.display()
+    )
+}
+
+/// The report of docs/interface.md. Energies are per source: with S sources every band emits 1 on average over them.
+pub fn json(run: &Run<'_>) -> Value {
+    let sources = run.header.scene.sources.len() as f64;
+    let ledger: Vec<Value> = run
+        .header
+        .scene
+        .bands
+        .nominal()
+        .iter()
+        .zip(&run.books.bands)
+        .map(|(frequency, band)| {
+            json!({
+                "center_frequency_hz": frequency,
+                "emitted": band.emitted / sources,
+                "absorbed": band.absorbed / sources,
+                "transmitted": band.transmitted / sources,
+                "escaped": band.escaped / sources,
+                "truncated": band.truncated / sources,
+                "sampling": band.sampling / sources,
+                "sampling_sigma": band.sampling_sigma() / sources,
+                "relative_residual": band.relative_residual(),
+            })
+        })
+        .collect();
+    let fates: serde_json::Map<String, Value> =
+        FATES.iter().map(|(name, fate)| ((*name).to_owned(), json!(run.books.fates.count(*fate)))).collect();
+    json!({
+        "emitted": run.books.fates.total(),
+        "stored": run.stored,
+        "segments": run.books.segments,
+        "wall_s": run.seconds.0,
+        "cpu_s": run.seconds.1,
+        "fates": fates,
+        "ledger": ledger,
+        "effects": run.header.effects.iter().map(effect).collect::<Vec<_>>(),
+    })
+}
+
+fn effect(effect: &EffectState) -> Value {
+    let uniform = effect.on.windows(2).all(|pair| pair[0] == pair[1]);
+    let on = match effect.on.first() {
+        Some(&first) if uniform => json!(first),
+        _ => json!(effect.on),
+    };
+    json!({ "name": effect.name, "on": on, "reason": effect.reason })
+}
