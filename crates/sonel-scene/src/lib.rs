@@ -5,9 +5,16 @@
 //!
 //! References: docs/interface.md, docs/formats/scene.md.
 
+mod document;
+mod inspection;
 mod load;
+mod mesh_file;
+mod obj;
 mod problem;
+mod report;
 mod scene;
+mod sections;
+mod suggest;
 
 pub use load::{Loaded, load};
 pub use problem::{Place, Problem, SceneErrors};

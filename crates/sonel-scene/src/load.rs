@@ -2,7 +2,32 @@
 
 use std::io;
 
-use crate::{Place, Problem, Scene, SceneErrors};
+use sonel_acoustics::Material;
+use sonel_geometry::{Geometry, Mesh};
+use toml::de::DeTable;
+
+use crate::document::Table;
+use crate::inspection::inspect;
+use crate::report::Report;
+use crate::sections::points::{Placed, read_receivers, read_sources};
+use crate::sections::walls::{self, Walls};
+use crate::sections::{air, bands, materials};
+use crate::{DURATION_PER_SABINE_TIME, Scene, SceneErrors};
+
+/// Keys of the document itself.
+const KEYS: [&str; 11] = [
+    "name",
+    "mesh",
+    "mesh_unit",
+    "mesh_up",
+    "duration_s",
+    "shoebox",
+    "bands",
+    "air",
+    "materials",
+    "sources",
+    "receivers",
+];
 
 /// A scene and what is to be said about how it was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,15 +44,132 @@ pub struct Loaded {
 /// `mesh`, a path relative to the scene file, and returns the mesh file's bytes; it is not called for a shoebox.
 ///
 /// # Errors
-/// Every problem of the scene file and of its mesh.
+/// Every problem of the scene file and of its mesh. Only a file that is no TOML is not looked at any further.
 pub fn load(
     toml_text: &str,
     file_label: &str,
     open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, SceneErrors> {
-    let _ = (toml_text, open_mesh);
-    let place = Place { file: file_label.to_owned(), line: 1, column: 1 };
-    Err(SceneErrors {
-        problems: vec![Problem { place, message: "scene files cannot be read yet".to_owned() }],
-    })
+    let mut report = Report::new(file_label, toml_text);
+    let (document, errors) = DeTable::parse_recoverable(toml_text);
+    // A key given twice leaves a sound document; after any other error the rest is guesswork.
+    let is_readable = errors.iter().all(|error| error.message() == "duplicate key");
+    for error in &errors {
+        let at = error.span().map_or(0, |span| span.start);
+        report.problem(at, error.message());
+    }
+    if !is_readable {
+        return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
+    }
+    let scene = compile(&Table::document(document.get_ref()), toml_text, open_mesh, &mut report);
+    let notes = report.finish()?;
+    Ok(Loaded { scene, notes })
+}
+
+/// Reads every section. With problems in the report the scene is a makeshift and must not be used.
+fn compile(
+    document: &Table<'_>,
+    toml_text: &str,
+    open_mesh: walls::OpenMesh<'_>,
+    report: &mut Report<'_>,
+) -> Scene {
+    document.allow_only(&KEYS, report);
+    let name = read_name(document, report);
+    let bands = bands::read(document, report);
+    let air = air::read(document, report);
+    let materials = materials::read(document, &bands, report);
+    let sources = read_sources(document, &bands, report);
+    let first_source = sources.first().map(|source| source.point.position);
+    let receivers = read_receivers(document, first_source, report);
+    let up = walls::read_up(document, report);
+    let walls = walls::read(document, &materials, open_mesh, report);
+    let geometry = walls.as_ref().and_then(|walls| build(walls, report));
+    inspect(geometry.as_ref(), &sources, &receivers, report);
+
+    let (mesh, mesh_digest) = walls.map_or((Mesh::default(), [0; 32]), |walls| (walls.mesh, walls.digest));
+    note_unused(&materials, &mesh, report);
+    let mut scene = Scene {
+        name,
+        speed_of_sound: air.speed_of_sound(),
+        air_attenuation: air.attenuation(&bands.bands),
+        bands: bands.bands,
+        air: air.air,
+        duration: 0.0,
+        materials,
+        mesh,
+        sources: sources.into_iter().map(|Placed { point, .. }| point).collect(),
+        receivers: receivers.into_iter().map(|Placed { point, .. }| point).collect(),
+        up,
+        digest: *blake3::hash(toml_text.as_bytes()).as_bytes(),
+        mesh_digest,
+    };
+    scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
+    scene
+}
+
+fn read_name(document: &Table<'_>, report: &mut Report<'_>) -> String {
+    let name = match document.get("name") {
+        Some(entry) => entry.filled_text(report),
+        None => {
+            report.note("name: \"untitled\" (default)");
+            None
+        }
+    };
+    name.unwrap_or("untitled").to_owned()
+}
+
+/// Builds the geometry of the walls and tells what that changed.
+fn build(walls: &Walls, report: &mut Report<'_>) -> Option<Geometry> {
+    let path = walls.path;
+    let geometry = match Geometry::build(walls.mesh.clone()) {
+        Ok(geometry) => geometry,
+        Err(error) => {
+            report.problem(walls.at, format!("{path}: {error}"));
+            return None;
+        }
+    };
+    let joined = walls.mesh.vertices.len().saturating_sub(geometry.mesh().vertices.len());
+    if joined > 0 {
+        report.note(format!("{path}: {joined} vertices were joined to neighbours at the same place"));
+    }
+    let dropped = geometry.dropped_triangles();
+    if dropped > 0 {
+        report.note(format!("{path}: {dropped} triangles without area were dropped"));
+    }
+    if !geometry.is_closed_room() {
+        report.note(format!("{path}: the walls are no closed room; energy can escape"));
+    }
+    Some(geometry)
+}
+
+fn note_unused(materials: &[Material], mesh: &Mesh, report: &mut Report<'_>) {
+    let mut is_used = vec![false; materials.len()];
+    for triangle in &mesh.triangles {
+        is_used[triangle.material as usize] = true;
+    }
+    for (material, _) in materials.iter().zip(is_used).filter(|(_, is_used)| !is_used) {
+        report.note(format!("materials.{}: no wall is made of it", material.name));
+    }
+}
+
+/// The duration stated, or 1.2 times the largest Sabine time, rounded up to hundredths of a second.
+fn read_duration(
+    document: &Table<'_>,
+    scene: &Scene,
+    geometry: Option<&Geometry>,
+    report: &mut Report<'_>,
+) -> f64 {
+    if let Some(entry) = document.get("duration_s") {
+        return entry.positive(report).unwrap_or(0.0);
+    }
+    let Some(geometry) = geometry.filter(|_| report.is_clean()) else { return 0.0 };
+    let Some(sabine) = scene.largest_sabine_time(geometry) else {
+        report.problem(0, "duration_s: missing, and nothing absorbs in some band; give it");
+        return 0.0;
+    };
+    let duration = libm::ceil(100.0 * DURATION_PER_SABINE_TIME * sabine) / 100.0;
+    report.note(format!(
+        "duration_s: {duration:.2} (default: 1.2 times the largest Sabine time, {sabine:.3} s)"
+    ));
+    duration
 }

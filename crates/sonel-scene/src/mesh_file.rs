@@ -1,0 +1,132 @@
+//! From the bytes of an OBJ file to a mesh in metres over the scene's materials.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use sonel_acoustics::Material;
+use sonel_geometry::{Mesh, MeshTriangle};
+
+use crate::obj::{self, Face, LineProblem, Polygons, Triangulation};
+use crate::report::Report;
+use crate::sections::walls::FARTHEST;
+use crate::suggest::suggest;
+
+/// Problems of a mesh file reported one by one; the others are counted.
+const MOST_PROBLEMS: usize = 50;
+
+/// Reads a mesh; `None` when it has problems. `file` is its name in messages, `unit` the length of its unit [m].
+pub(crate) fn read(
+    bytes: &[u8],
+    file: &str,
+    unit: f64,
+    materials: &[Material],
+    report: &mut Report<'_>,
+) -> Option<Mesh> {
+    let polygons = match obj::read(bytes) {
+        Ok(polygons) => polygons,
+        Err(problems) => {
+            report_problems(problems, file, report);
+            return None;
+        }
+    };
+    let mut problems = Vec::new();
+    let material_of_name = match_materials(&polygons, materials, &mut problems);
+    let vertices: Vec<DVec3> = polygons.vertices.iter().map(|vertex| *vertex * unit).collect();
+    let mut oddities = Oddities { file, bent: Vec::new(), flat: Vec::new() };
+    let mut triangles = Vec::new();
+    for face in &polygons.faces {
+        let corners = &polygons.corners[face.corners.clone()];
+        let positions: Vec<DVec3> = corners.iter().map(|corner| vertices[*corner as usize]).collect();
+        if let Some(far) = positions.iter().find(|position| position.abs().max_element() > FARTHEST) {
+            let message = format!("f: the corner {far} m lies farther than {FARTHEST:e} m; check mesh_unit");
+            problems.push(LineProblem { line: face.line, message });
+            continue;
+        }
+        match obj::triangulate(&positions) {
+            Ok(triangulation) => {
+                oddities.see(face, &triangulation);
+                let material = material_of_name[face.name];
+                triangles.extend(triangulation.triangles.iter().map(|triangle| MeshTriangle {
+                    corners: triangle.map(|corner| corners[corner]),
+                    material,
+                }));
+            }
+            Err(error) => problems.push(LineProblem { line: face.line, message: error.to_string() }),
+        }
+    }
+    if !problems.is_empty() {
+        report_problems(problems, file, report);
+        return None;
+    }
+    oddities.tell(report);
+    for note in &polygons.notes {
+        report.note(format!("{file}: {note}"));
+    }
+    Some(Mesh { vertices, triangles })
+}
+
+fn report_problems(mut problems: Vec<LineProblem>, file: &str, report: &mut Report<'_>) {
+    problems.sort_by_key(|problem| problem.line);
+    let more = problems.len().saturating_sub(MOST_PROBLEMS);
+    let last_line = problems.last().map_or(1, |problem| problem.line);
+    for problem in problems.into_iter().take(MOST_PROBLEMS) {
+        report.problem_in_mesh(file, problem.line, problem.message);
+    }
+    if more > 0 {
+        report.problem_in_mesh(file, last_line, format!("and {more} more problems up to this line"));
+    }
+}
+
+/// For each `usemtl` name its index among the scene's materials; a name not there is a problem.
+fn match_materials(polygons: &Polygons, materials: &[Material], problems: &mut Vec<LineProblem>) -> Vec<u32> {
+    let indices: HashMap<&str, u32> =
+        materials.iter().map(|material| material.name.as_str()).zip(0u32..).collect();
+    let mut is_used = vec![false; polygons.names.len()];
+    for face in &polygons.faces {
+        is_used[face.name] = true;
+    }
+    let mut matched = Vec::new();
+    for (name, is_used) in polygons.names.iter().zip(is_used) {
+        let index = indices.get(name.name.as_str()).copied();
+        if index.is_none() && is_used {
+            let advice = suggest(&name.name, materials.iter().map(|material| material.name.as_str()));
+            let message =
+                format!("usemtl {0}: no table [materials.{0}] in the scene file; {advice}", name.name);
+            problems.push(LineProblem { line: name.line, message });
+        }
+        matched.push(index.unwrap_or(0));
+    }
+    matched
+}
+
+/// Faces that were kept but deserve a word: lines of the first and how many.
+struct Oddities<'f> {
+    file: &'f str,
+    bent: Vec<usize>,
+    flat: Vec<usize>,
+}
+
+impl Oddities<'_> {
+    fn see(&mut self, face: &Face, triangulation: &Triangulation) {
+        if triangulation.is_bent {
+            self.bent.push(face.line);
+        }
+        if triangulation.triangles.is_empty() {
+            self.flat.push(face.line);
+        }
+    }
+
+    fn tell(&self, report: &mut Report<'_>) {
+        let file = self.file;
+        if let Some(first) = self.bent.first() {
+            let count = self.bent.len();
+            report.note(format!(
+                "{file}:{first}: {count} faces are not quite plane and were folded along diagonals"
+            ));
+        }
+        if let Some(first) = self.flat.first() {
+            let count = self.flat.len();
+            report.note(format!("{file}:{first}: {count} faces without area were dropped"));
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! OBJ files: polygons over vertices, each under a `usemtl` name.
+//!
+//! A scan of our own finds every problem with its line and passes on only what matters; `tobj` reads that. Without an
+//! `.mtl` file `tobj` forgets the names of `usemtl`, so it is given one in which every name of the file occurs.
+//!
+//! Reference: [Wavefront1995] (docs/references.md).
+
+mod polygons;
+mod scan;
+mod triangulate;
+
+pub(crate) use polygons::{Face, Polygons, read};
+pub(crate) use scan::LineProblem;
+pub(crate) use triangulate::{Triangulation, triangulate};

@@ -1,0 +1,211 @@
+//! Line by line through an OBJ file: what is wrong where, and a cleaned text for the parser.
+
+use std::collections::HashMap;
+
+/// Something wrong in a line of an OBJ file, counted from 1.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct LineProblem {
+    pub(crate) line: usize,
+    pub(crate) message: String,
+}
+
+/// A name used by `usemtl` and the line where it occurs first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct MaterialName {
+    pub(crate) name: String,
+    pub(crate) line: usize,
+}
+
+/// What the scan of a file found.
+#[derive(Default)]
+pub(crate) struct Scan {
+    /// Vertices, then faces with absolute position indices under `usemtl i`, where i indexes `names`.
+    pub(crate) cleaned: String,
+    pub(crate) names: Vec<MaterialName>,
+    /// The line of every face, in the order of the file.
+    pub(crate) face_lines: Vec<usize>,
+    pub(crate) problems: Vec<LineProblem>,
+    pub(crate) notes: Vec<String>,
+}
+
+/// Statements without meaning for walls.
+const IGNORED: [&str; 11] =
+    ["vt", "vn", "o", "g", "s", "mtllib", "usemap", "maplib", "lod", "shadow_obj", "trace_obj"];
+/// Statements of curves and curved surfaces.
+const FREE_FORM: [&str; 9] = ["vp", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm"];
+/// The rest of them, and display attributes of curves.
+const FREE_FORM_BODY: [&str; 9] = ["trim", "hole", "scrv", "sp", "end", "con", "mg", "bevel", "stech"];
+
+/// Scans a whole file; bytes that are no UTF-8 are replaced, they can only stand in names and comments.
+pub(crate) fn scan(bytes: &[u8]) -> Scan {
+    let text = String::from_utf8_lossy(bytes);
+    let mut scanner = Scanner::default();
+    let mut lines = text.lines().enumerate();
+    while let Some((index, line)) = lines.next() {
+        let mut statement = without_comment(line).to_owned();
+        // A backslash at the end continues the statement in the next line.
+        while let Some(continued) = statement.trim_end().strip_suffix('\\').map(str::to_owned) {
+            statement = continued + " " + lines.next().map_or("", |(_, next)| without_comment(next));
+        }
+        scanner.statement(index + 1, &statement);
+    }
+    scanner.finish()
+}
+
+fn without_comment(line: &str) -> &str {
+    line.trim_start_matches('\u{feff}').split('#').next().unwrap_or("")
+}
+
+#[derive(Default)]
+struct Scanner {
+    scan: Scan,
+    vertices: String,
+    vertex_count: u64,
+    faces: String,
+    indices_of_names: HashMap<String, usize>,
+    has_material: bool,
+    /// First line and count of faces before any `usemtl`.
+    bare_faces: Option<(usize, usize)>,
+    /// First line and count of points and lines.
+    wires: Option<(usize, usize)>,
+    /// Line, as written, and value of positive indices beyond the vertices read so far.
+    forward: Vec<(usize, u64)>,
+}
+
+/// Counts one more, remembering the first line.
+fn count(seen: &mut Option<(usize, usize)>, line: usize) {
+    let (first, before) = seen.unwrap_or((line, 0));
+    *seen = Some((first, before + 1));
+}
+
+impl Scanner {
+    fn problem(&mut self, line: usize, message: impl Into<String>) {
+        self.scan.problems.push(LineProblem { line, message: message.into() });
+    }
+
+    fn statement(&mut self, line: usize, statement: &str) {
+        let mut words = statement.split_whitespace();
+        let Some(keyword) = words.next() else { return };
+        match keyword {
+            "v" => self.vertex(line, words),
+            "f" => self.face(line, words),
+            "usemtl" => self.material(line, statement),
+            "l" | "p" => count(&mut self.wires, line),
+            _ if IGNORED.contains(&keyword) => {}
+            _ if FREE_FORM.contains(&keyword) || FREE_FORM_BODY.contains(&keyword) => {
+                self.problem(line, format!("{keyword}: curved surfaces are not read; export polygons"));
+            }
+            _ => self.problem(line, format!("`{}` is no OBJ statement", shortened(keyword))),
+        }
+    }
+
+    fn vertex<'w>(&mut self, line: usize, words: impl Iterator<Item = &'w str>) {
+        self.vertex_count += 1;
+        // What may follow are a weight of free-form curves or a colour.
+        let coordinates: Vec<&str> = words.take(3).collect();
+        if coordinates.len() < 3 {
+            self.problem(line, format!("v: {} coordinates; a vertex has three", coordinates.len()));
+            return;
+        }
+        for word in &coordinates {
+            match word.parse::<f64>() {
+                Ok(number) if number.is_finite() => {}
+                Ok(_) => self.problem(line, format!("v: {} is not a finite number", shortened(word))),
+                Err(_) => self.problem(line, format!("v: `{}` is no number", shortened(word))),
+            }
+        }
+        self.vertices.push_str("v ");
+        self.vertices.push_str(&coordinates.join(" "));
+        self.vertices.push('\n');
+    }
+
+    fn material(&mut self, line: usize, statement: &str) {
+        let name = statement.trim().trim_start_matches("usemtl").trim();
+        if name.is_empty() {
+            self.problem(line, "usemtl: no name; write the name of a material");
+            return;
+        }
+        self.has_material = true;
+        let next = self.scan.names.len();
+        let index = *self.indices_of_names.entry(name.to_owned()).or_insert(next);
+        if index == next {
+            self.scan.names.push(MaterialName { name: name.to_owned(), line });
+        }
+        self.faces.push_str(&format!("usemtl {index}\n"));
+    }
+
+    fn face<'w>(&mut self, line: usize, words: impl Iterator<Item = &'w str>) {
+        if !self.has_material {
+            count(&mut self.bare_faces, line);
+        }
+        let words: Vec<&str> = words.collect();
+        let corners: Vec<u64> = words.iter().filter_map(|word| self.corner(line, word)).collect();
+        if words.len() < 3 {
+            self.problem(line, format!("f: {} corners; a face has at least three", words.len()));
+        }
+        let mut sorted = corners.clone();
+        sorted.sort_unstable();
+        if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+            self.problem(line, format!("f: vertex {} occurs twice; split the face", pair[0]));
+        }
+        self.scan.face_lines.push(line);
+        self.faces.push('f');
+        for corner in corners {
+            self.faces.push_str(&format!(" {corner}"));
+        }
+        self.faces.push('\n');
+    }
+
+    /// The absolute index, from 1, of the vertex of a word such as `7`, `7/1/2`, `7//2` or `-1`.
+    fn corner(&mut self, line: usize, word: &str) -> Option<u64> {
+        let index = word.split('/').next().unwrap_or("");
+        let Ok(number) = index.parse::<i64>() else {
+            self.problem(line, format!("f: `{}` is no vertex index", shortened(word)));
+            return None;
+        };
+        let absolute = match number {
+            1.. => Some(number.unsigned_abs()),
+            0 => None,
+            _ => (self.vertex_count + 1).checked_sub(number.unsigned_abs()).filter(|index| *index > 0),
+        };
+        let Some(absolute) = absolute else {
+            let count = self.vertex_count;
+            self.problem(line, format!("f: no vertex {number}: {count} are defined so far, counted from 1"));
+            return None;
+        };
+        if absolute > self.vertex_count {
+            self.forward.push((line, absolute));
+        }
+        Some(absolute)
+    }
+
+    fn finish(mut self) -> Scan {
+        for (line, index) in std::mem::take(&mut self.forward) {
+            if index > self.vertex_count {
+                let count = self.vertex_count;
+                self.problem(line, format!("f: no vertex {index}: the file has {count}"));
+            }
+        }
+        if let Some((line, count)) = self.bare_faces {
+            self.problem(line, format!("f: {count} faces before any usemtl; name their material by usemtl"));
+        }
+        if self.scan.face_lines.is_empty() {
+            self.problem(1, "the mesh has no face; export polygons");
+        }
+        if let Some((line, count)) = self.wires {
+            self.scan.notes.push(format!("{count} points or lines were ignored, the first in line {line}"));
+        }
+        let mut scan = self.scan;
+        scan.cleaned = "mtllib names\n".to_owned() + &self.vertices + &self.faces;
+        scan
+    }
+}
+
+/// A word of a damaged file, short enough for a message.
+fn shortened(word: &str) -> String {
+    const LONGEST: usize = 20;
+    if word.chars().count() <= LONGEST {
+        return word.to_owned();
+    }
+    word.chars().take(LONGEST).chain(['…']).collect()
+}

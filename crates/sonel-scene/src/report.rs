@@ -1,0 +1,81 @@
+//! Collects problems and notes while a scene is read.
+
+use crate::{Place, Problem, SceneErrors};
+
+/// Problems of one scene and the notes for its log, with the text that turns offsets into lines.
+pub(crate) struct Report<'t> {
+    file: &'t str,
+    text: &'t str,
+    problems: Vec<Problem>,
+    notes: Vec<String>,
+}
+
+impl<'t> Report<'t> {
+    /// Nothing found yet in `text`, the scene file that messages call `file`.
+    pub(crate) fn new(file: &'t str, text: &'t str) -> Self {
+        Self { file, text, problems: Vec::new(), notes: Vec::new() }
+    }
+
+    /// A problem of the scene file at a byte offset.
+    pub(crate) fn problem(&mut self, offset: usize, message: impl Into<String>) {
+        let place = place(self.file, self.text, offset);
+        self.problems.push(Problem { place, message: message.into() });
+    }
+
+    /// A problem at the beginning of a line of another file.
+    pub(crate) fn problem_in_mesh(&mut self, file: &str, line: usize, message: impl Into<String>) {
+        let place = Place { file: file.to_owned(), line, column: 1 };
+        self.problems.push(Problem { place, message: message.into() });
+    }
+
+    /// Something to say in the log.
+    pub(crate) fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
+    }
+
+    /// Whether the scene is sound so far.
+    pub(crate) fn is_clean(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    /// The notes of a sound scene, or everything wrong with it: the scene file's problems first, each file's by line.
+    pub(crate) fn finish(mut self) -> Result<Vec<String>, SceneErrors> {
+        if self.problems.is_empty() {
+            return Ok(self.notes);
+        }
+        let scene_file = self.file;
+        self.problems.sort_by_key(|problem| {
+            (problem.place.file != scene_file, problem.place.line, problem.place.column)
+        });
+        Err(SceneErrors { problems: self.problems })
+    }
+}
+
+/// Line and column of a byte offset.
+fn place(file: &str, text: &str, offset: usize) -> Place {
+    let bytes = text.as_bytes();
+    let before = &bytes[..offset.min(bytes.len())];
+    let line_start = before.iter().rposition(|byte| *byte == b'\n').map_or(0, |newline| newline + 1);
+    let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+    // Continuation bytes of UTF-8 begin with the bits 10 and are no characters of their own.
+    let characters = before[line_start..].iter().filter(|byte| **byte & 0xC0 != 0x80).count();
+    Place { file: file.to_owned(), line, column: 1 + characters }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_count_lines_and_characters_from_one() {
+        let text = "a = 1\nα = 2\n";
+        let at = |offset| {
+            let place = place("s", text, offset);
+            (place.line, place.column)
+        };
+        assert_eq!(at(0), (1, 1));
+        assert_eq!(at(4), (1, 5));
+        assert_eq!(at(text.find('2').unwrap()), (2, 5));
+        assert_eq!(at(1000), (3, 1));
+    }
+}

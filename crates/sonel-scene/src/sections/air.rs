@@ -1,0 +1,63 @@
+//! `[air]`
+
+use sonel_acoustics::{Air, Bands};
+
+use crate::document::Table;
+use crate::report::Report;
+use crate::scene::attenuation_per_band;
+
+const KEYS: [&str; 5] =
+    ["temperature_celsius", "relative_humidity_percent", "pressure_kpa", "speed_of_sound", "attenuation"];
+
+/// The air and what the scene file overrides of it.
+pub(crate) struct AirChoice {
+    pub(crate) air: Air,
+    speed_of_sound: Option<f64>,
+    attenuates: bool,
+}
+
+impl AirChoice {
+    /// c [m/s].
+    pub(crate) fn speed_of_sound(&self) -> f64 {
+        self.speed_of_sound.unwrap_or_else(|| self.air.speed_of_sound())
+    }
+
+    /// m per band [1/m].
+    pub(crate) fn attenuation(&self, bands: &Bands) -> Vec<f64> {
+        if self.attenuates { attenuation_per_band(&self.air, bands) } else { vec![0.0; bands.count()] }
+    }
+}
+
+/// Reads the section; what it does not say is as in [`Air::default`].
+pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
+    let mut choice = AirChoice { air: Air::default(), speed_of_sound: None, attenuates: true };
+    let Some(section) = document.get("air") else {
+        report.note("air: 20 °C, 50 %, 101.325 kPa (default)");
+        return choice;
+    };
+    let Some(table) = section.table(report) else { return choice };
+    table.allow_only(&KEYS, report);
+
+    let air = &mut choice.air;
+    let quantities = [
+        ("temperature_celsius", &mut air.temperature_celsius),
+        ("relative_humidity_percent", &mut air.relative_humidity_percent),
+        ("pressure_kpa", &mut air.pressure_kpa),
+    ];
+    for (key, quantity) in quantities {
+        if let Some(number) = table.get(key).and_then(|entry| entry.number(report)) {
+            *quantity = number.value;
+        }
+    }
+    for problem in air.problems() {
+        if let Some(entry) = table.get(problem.quantity) {
+            let (given, lowest, highest) = (problem.given, problem.lowest, problem.highest);
+            entry.problem(report, &format!("{given} is outside {lowest} … {highest}"));
+        }
+    }
+    choice.speed_of_sound = table.get("speed_of_sound").and_then(|entry| entry.positive(report));
+    if let Some(attenuates) = table.get("attenuation").and_then(|entry| entry.flag(report)) {
+        choice.attenuates = attenuates;
+    }
+    choice
+}

@@ -1,0 +1,99 @@
+//! `[bands]`
+
+use sonel_acoustics::{BandError, BandWidth, Bands};
+
+use crate::document::{Entry, Number, Table};
+use crate::report::Report;
+use crate::suggest::suggest;
+
+/// The bands of a scene. When they could not be read they are the default ones, and lists are not held against them.
+pub(crate) struct BandChoice {
+    pub(crate) bands: Bands,
+    is_certain: bool,
+}
+
+/// Reads the section, or takes the default when there is none.
+pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> BandChoice {
+    let Some(section) = document.get("bands") else {
+        report.note("bands: octaves 63 … 8000 Hz (default)");
+        return BandChoice { bands: Bands::octaves(), is_certain: true };
+    };
+    let bands = section.table(report).and_then(|table| read_table(&table, report));
+    let is_certain = bands.is_some();
+    BandChoice { bands: bands.unwrap_or_else(Bands::octaves), is_certain }
+}
+
+fn read_table(table: &Table<'_>, report: &mut Report<'_>) -> Option<Bands> {
+    table.allow_only(&["center_frequencies_hz", "width"], report);
+    let width = match table.get("width") {
+        Some(entry) => read_width(&entry, report),
+        None => Some(BandWidth::Octave),
+    };
+    let Some(entry) = table.get("center_frequencies_hz") else {
+        return default_of(width?, report);
+    };
+    let centers = entry.numbers(report)?;
+    let nominal: Vec<f64> = centers.iter().map(|center| center.value).collect();
+    let width = width?;
+    let problems = Bands::problems(&nominal, width);
+    for problem in &problems {
+        report.problem(place(problem, &entry, &centers), format!("{}: {problem}", entry.path));
+    }
+    Bands::new(nominal, width).ok()
+}
+
+fn read_width(entry: &Entry<'_>, report: &mut Report<'_>) -> Option<BandWidth> {
+    match entry.text(report)? {
+        "octave" => Some(BandWidth::Octave),
+        "third" => Some(BandWidth::Third),
+        unknown => {
+            let advice = suggest(unknown, ["octave", "third"]);
+            entry.problem(report, &format!("unknown width `{unknown}`; {advice}"));
+            None
+        }
+    }
+}
+
+/// The octaves 63 … 8000 Hz, or the third octaves they consist of.
+fn default_of(width: BandWidth, report: &mut Report<'_>) -> Option<Bands> {
+    report.note(match width {
+        BandWidth::Octave => "bands.center_frequencies_hz: octaves 63 … 8000 Hz (default)",
+        BandWidth::Third => "bands.center_frequencies_hz: third octaves 50 … 10000 Hz (default)",
+    });
+    match width {
+        BandWidth::Octave => Some(Bands::octaves()),
+        BandWidth::Third => {
+            let thirds = width.nominal_series().filter(|center| (50.0..=10_000.0).contains(center));
+            Bands::new(thirds.collect(), width).ok()
+        }
+    }
+}
+
+fn place(problem: &BandError, entry: &Entry<'_>, centers: &[Number]) -> usize {
+    match problem {
+        BandError::Empty => entry.at,
+        BandError::NotNominal { index, .. } | BandError::NotAscending { index, .. } => centers[*index].at,
+    }
+}
+
+impl BandChoice {
+    /// One number for each band from one number for all or a list of them; always as many as there are bands.
+    pub(crate) fn per_band(
+        &self,
+        entry: &Entry<'_>,
+        numbers: &[Number],
+        report: &mut Report<'_>,
+    ) -> Vec<f64> {
+        let count = self.bands.count();
+        if !entry.is_list() {
+            return vec![numbers.first().map_or(0.0, |number| number.value); count];
+        }
+        if self.is_certain && numbers.len() != count {
+            let found = numbers.len();
+            entry.problem(report, &format!("{found} numbers for {count} bands: give one, or one per band"));
+        }
+        let mut values: Vec<f64> = numbers.iter().map(|number| number.value).collect();
+        values.resize(count, values.last().copied().unwrap_or(0.0));
+        values
+    }
+}

@@ -1,0 +1,125 @@
+//! `[materials.NAME]`
+
+use sonel_acoustics::Material;
+
+use crate::DEFAULT_SCATTERING;
+use crate::document::{Entry, Number, Table};
+use crate::report::Report;
+use crate::sections::bands::BandChoice;
+
+const KEYS: [&str; 5] = ["absorption", "scattering", "diffuse", "transmission", "source"];
+
+/// α + δ may exceed 1 by this much: the decimal fractions of a scene file are rounded to binary ones.
+const ROUNDING: f64 = 1e-12;
+
+/// Reads every material, in the order of the file. A material with problems is there too, so that its name is known.
+pub(crate) fn read(document: &Table<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Vec<Material> {
+    let Some(section) = document.get("materials") else { return Vec::new() };
+    let Some(table) = section.table(report) else { return Vec::new() };
+    let mut materials = Vec::new();
+    for (name, entry) in table.in_file_order() {
+        if let Some(table) = entry.table(report) {
+            materials.push(read_one(name, &table, bands, report));
+        }
+    }
+    materials
+}
+
+fn read_one(name: &str, table: &Table<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Material {
+    table.allow_only(&KEYS, report);
+    let count = bands.bands.count();
+    let coefficient = |key: &str, report: &mut Report<'_>| {
+        let entry = table.get(key)?;
+        let values = read_coefficient(&entry, bands, report)?;
+        Some((entry, values))
+    };
+
+    let absorption = coefficient("absorption", report);
+    if table.get("absorption").is_none() {
+        let key = table.path_of("absorption");
+        report.problem(table.at, format!("{key}: missing; give one number, or one per band"));
+    }
+    let absorption = absorption.map_or_else(|| vec![0.0; count], |(_, values)| values);
+    let scattering = coefficient("scattering", report);
+    let diffuse = coefficient("diffuse", report);
+    if let (Some(_), Some(entry)) = (table.get("scattering"), table.get("diffuse")) {
+        entry.problem(report, "given together with scattering; keep one of the two");
+    }
+    let transmission = coefficient("transmission", report);
+    if let Some((entry, values)) = &transmission {
+        check_transmission(entry, values, &absorption, bands, report);
+    }
+    let scattering = match (scattering, diffuse) {
+        (Some((_, values)), _) => values,
+        (None, Some((entry, values))) => scattering_of(&entry, &values, &absorption, bands, report),
+        (None, None) => {
+            report.note(format!("{}: {DEFAULT_SCATTERING} (default)", table.path_of("scattering")));
+            vec![DEFAULT_SCATTERING; count]
+        }
+    };
+    Material {
+        name: name.to_owned(),
+        absorption,
+        scattering,
+        transmission: transmission.map_or_else(|| vec![0.0; count], |(_, values)| values),
+        source: table.get("source").and_then(|entry| entry.text(report)).map(str::to_owned),
+    }
+}
+
+/// Numbers 0 … 1, one per band.
+fn read_coefficient(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Option<Vec<f64>> {
+    let numbers = entry.number_or_list(report)?;
+    let outside = |number: &&Number| !(0.0..=1.0).contains(&number.value);
+    let mut all_inside = true;
+    for number in numbers.iter().filter(outside) {
+        all_inside = false;
+        report.problem(number.at, format!("{}: {} is outside 0 … 1", entry.path, number.value));
+    }
+    let values = bands.per_band(entry, &numbers, report);
+    all_inside.then_some(values)
+}
+
+/// s from the paper's δ: s = δ / (1−α), 0 where nothing is reflected.
+fn scattering_of(
+    entry: &Entry<'_>,
+    diffuse: &[f64],
+    absorption: &[f64],
+    bands: &BandChoice,
+    report: &mut Report<'_>,
+) -> Vec<f64> {
+    let excess = |(diffuse, absorption): (&f64, &f64)| diffuse + absorption > 1.0 + ROUNDING;
+    if let Some(band) = diffuse.iter().zip(absorption).position(excess) {
+        let (diffuse, absorption, center) = (diffuse[band], absorption[band], bands.bands.nominal()[band]);
+        let most = 1.0 - absorption;
+        let message = format!(
+            "{diffuse} and absorption {absorption} exceed 1 together at {center} Hz; give at most {most:.6}"
+        );
+        entry.problem(report, &message);
+    }
+    let share = |(diffuse, absorption): (&f64, &f64)| {
+        let reflected = 1.0 - absorption;
+        if reflected > 0.0 { (diffuse / reflected).clamp(0.0, 1.0) } else { 0.0 }
+    };
+    diffuse.iter().zip(absorption).map(share).collect()
+}
+
+fn check_transmission(
+    entry: &Entry<'_>,
+    transmission: &[f64],
+    absorption: &[f64],
+    bands: &BandChoice,
+    report: &mut Report<'_>,
+) {
+    let excess = |(transmission, absorption): (&f64, &f64)| transmission > absorption;
+    if let Some(band) = transmission.iter().zip(absorption).position(excess) {
+        let (transmission, absorption) = (transmission[band], absorption[band]);
+        let center = bands.bands.nominal()[band];
+        let message = format!(
+            "{transmission} exceeds absorption {absorption} at {center} Hz; what passes is part of what is absorbed"
+        );
+        entry.problem(report, &message);
+    }
+    if transmission.iter().any(|transmission| *transmission > 0.0) {
+        entry.problem(report, "transmission is not built yet: set it to 0");
+    }
+}

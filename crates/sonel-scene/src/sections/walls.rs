@@ -1,0 +1,133 @@
+//! `mesh`, `mesh_unit`, `mesh_up` or `shoebox`: the walls.
+
+use std::io;
+
+use glam::DVec3;
+use sonel_acoustics::Material;
+use sonel_geometry::Mesh;
+
+use crate::document::{Entry, Table};
+use crate::mesh_file;
+use crate::report::Report;
+use crate::suggest::suggest;
+
+/// Opens a mesh by the path in the scene file, relative to it.
+pub(crate) type OpenMesh<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
+
+/// No coordinate lies further from the origin [m]; generous for national grids, far below where squares overflow.
+pub(crate) const FARTHEST: f64 = 1e8;
+
+/// Names of a shoebox's walls; a material of that name covers that wall.
+const SHOEBOX_WALLS: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
+/// The material of a shoebox's other walls.
+const SHOEBOX_MATERIAL: &str = "walls";
+
+/// Units of a mesh file and their length [m].
+const UNITS: [(&str, f64); 5] = [("m", 1.0), ("mm", 0.001), ("cm", 0.01), ("in", 0.0254), ("ft", 0.3048)];
+
+/// The walls, the digest of what they were read from and where the file names them.
+pub(crate) struct Walls {
+    pub(crate) mesh: Mesh,
+    pub(crate) digest: [u8; 32],
+    pub(crate) at: usize,
+    pub(crate) path: &'static str,
+}
+
+/// Which way is up in the axes of the scene.
+pub(crate) fn read_up(document: &Table<'_>, report: &mut Report<'_>) -> DVec3 {
+    let Some(entry) = document.get("mesh_up") else { return DVec3::Z };
+    match entry.text(report) {
+        Some("y") => DVec3::Y,
+        Some("z") | None => DVec3::Z,
+        Some(unknown) => {
+            entry.problem(report, &format!("unknown axis `{unknown}`; known: z, y"));
+            DVec3::Z
+        }
+    }
+}
+
+/// Reads the walls; `None` when they have problems.
+pub(crate) fn read(
+    document: &Table<'_>,
+    materials: &[Material],
+    open_mesh: OpenMesh<'_>,
+    report: &mut Report<'_>,
+) -> Option<Walls> {
+    let unit = read_unit(document, report);
+    match (document.get("mesh"), document.get("shoebox")) {
+        (None, None) => {
+            report.problem(0, "mesh: missing; name an OBJ file, or give shoebox = [x, y, z]");
+            None
+        }
+        (Some(_), Some(shoebox)) => {
+            shoebox.problem(report, "given together with mesh; keep one of the two");
+            None
+        }
+        (Some(mesh), None) => read_mesh(&mesh, unit?, materials, open_mesh, report),
+        (None, Some(shoebox)) => {
+            if let Some(entry) = document.get("mesh_unit") {
+                entry.problem(report, "a shoebox is in metres; remove this key");
+            }
+            read_shoebox(&shoebox, materials, report)
+        }
+    }
+}
+
+fn read_unit(document: &Table<'_>, report: &mut Report<'_>) -> Option<f64> {
+    let Some(entry) = document.get("mesh_unit") else { return Some(1.0) };
+    let name = entry.text(report)?;
+    let found = UNITS.iter().find(|(unit, _)| *unit == name).map(|(_, length)| *length);
+    if found.is_none() {
+        let advice = suggest(name, UNITS.iter().map(|(unit, _)| *unit));
+        entry.problem(report, &format!("unknown unit `{name}`; {advice}"));
+    }
+    found
+}
+
+fn read_mesh(
+    entry: &Entry<'_>,
+    unit: f64,
+    materials: &[Material],
+    open_mesh: OpenMesh<'_>,
+    report: &mut Report<'_>,
+) -> Option<Walls> {
+    let path = entry.filled_text(report)?;
+    let bytes = match open_mesh(path) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            let message = format!("cannot read `{path}`: {error}; the path is relative to the scene file");
+            entry.problem(report, &message);
+            return None;
+        }
+    };
+    let mesh = mesh_file::read(&bytes, path, unit, materials, report)?;
+    Some(Walls { mesh, digest: *blake3::hash(&bytes).as_bytes(), at: entry.at, path: "mesh" })
+}
+
+fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'_>) -> Option<Walls> {
+    let size = entry.vector(report)?;
+    let is_size = |length: f64| length > 0.0 && length <= FARTHEST;
+    if !size.to_array().into_iter().all(is_size) {
+        entry.problem(
+            report,
+            &format!("{size} is no size; give three lengths above 0 m, at most {FARTHEST:e} m"),
+        );
+        return None;
+    }
+    let walls = shoebox_materials(entry, materials, report)?;
+    let mesh = Mesh::shoebox(size.to_array(), walls);
+    Some(Walls { mesh, digest: *blake3::hash(&[]).as_bytes(), at: entry.at, path: "shoebox" })
+}
+
+/// The material of each wall: that of its own name, else that of all walls.
+fn shoebox_materials(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'_>) -> Option<[u32; 6]> {
+    let named = |name: &str| (0u32..).zip(materials).find(|(_, material)| material.name == name);
+    let of_wall = |wall: &str| named(wall).or_else(|| named(SHOEBOX_MATERIAL)).map(|(index, _)| index);
+    let found = SHOEBOX_WALLS.map(of_wall);
+    if found.contains(&None) {
+        let message = "its walls need a [materials.walls] table, or one for each of x0, x1, y0, y1, z0, z1";
+        entry.problem(report, message);
+        return None;
+    }
+    Some(found.map(Option::unwrap_or_default))
+}
