@@ -11,7 +11,7 @@ const LAYERS: [&[&str]; 6] = [
     &["sonel-map", "sonel-echogram"],
     &["sonel-tracer", "sonel-renderer", "sonel-analysis"],
     &["sonel-study"],
-    &["sonel-console"],
+    &["sonel-console", "sonel-trace", "sonel-render", "sonel-analyze"],
 ];
 
 /// Foreign packages that any crate may use.
