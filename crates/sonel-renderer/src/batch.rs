@@ -7,7 +7,7 @@ use sonel_map::{EmissionDirections, Lanes, PathWeight, Segment, lanes_of, sweep}
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use crate::connection::{DiffuseSonel, connect, normal_on, radiosity};
-use crate::crossing::{MirrorOrders, cross};
+use crate::crossing::{OthersOwn, cross};
 use crate::deposit::Deposits;
 use crate::mirror_connection::ReceiverImages;
 use crate::receiver::PreparedReceiver;
@@ -28,7 +28,7 @@ struct BatchEstimate {
 struct Audience<'a> {
     receivers: &'a [PreparedReceiver],
     images: Vec<Option<ReceiverImages>>,
-    orders: Vec<MirrorOrders>,
+    others: Vec<OthersOwn>,
 }
 
 /// Buffers and random numbers of one batch.
@@ -54,7 +54,7 @@ impl Renderer<'_> {
         let directions = EmissionDirections::new(seed, source as u32, self.map.layout());
         let count = self.batches.len() as u32;
         let audience = self.audience(&receivers[tile.clone()], rendering.mirror_order);
-        rendering.image_order.extend(audience.orders.iter().map(|orders| orders.of_receiver));
+        rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));
         for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
             let group: Vec<BatchEstimate> = (first..count.min(first + BATCHES_IN_FLIGHT))
                 .into_par_iter()
@@ -88,14 +88,15 @@ impl Renderer<'_> {
             .par_iter()
             .map(|receiver| ReceiverImages::new(self.geometry, &self.table, receiver, self.image_order))
             .collect();
-        let orders = images
+        let others = images
             .iter()
-            .map(|images| MirrorOrders {
-                of_source: mirror_order,
-                of_receiver: images.as_ref().map_or(0, ReceiverImages::order),
+            .map(|images| OthersOwn {
+                mirror_order,
+                image_order: images.as_ref().map_or(0, ReceiverImages::order),
+                diffuse: self.connects_diffuse(),
             })
             .collect();
-        Audience { receivers, images, orders }
+        Audience { receivers, images, others }
     }
 
     fn estimate(
@@ -137,13 +138,13 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate,
     ) {
         let medium = Medium { geometry: self.geometry, bins: &self.bins, air: self.air.as_ref() };
-        if segment.history.specular_run > 0 {
-            let receivers = audience.receivers.iter().zip(&audience.orders);
+        if segment.history.specular_run > 0 || !self.connects_diffuse() {
+            let receivers = audience.receivers.iter().zip(&audience.others);
             cross(segment, receivers, &medium, &mut scratch.energy, &mut estimate.crossed);
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
-        if row.is_mirror {
+        if row.is_mirror || !self.connects_diffuse() {
             return;
         }
         radiosity(segment.energy, &row.diffuse, &mut scratch.radiosity);

@@ -10,27 +10,33 @@ use crate::deposit::Deposits;
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
 
-/// Orders up to which other estimators own the specular classes.
+/// What other estimators own of the reflected sound at one receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct MirrorOrders {
+pub struct OthersOwn {
     /// K: mirror chains from the source.
-    pub of_source: u32,
+    pub mirror_order: u32,
     /// K′: mirror images of the receiver.
-    pub of_receiver: u32,
+    pub image_order: u32,
+    /// Whether connections own … D R.
+    pub diffuse: bool,
 }
 
-/// Whether a segment with `history` is owned by the sphere.
+/// Whether a segment with `history` is left to the sphere. Direct sound never is.
 #[inline]
 #[must_use]
-pub fn owns(history: SegmentHistory, orders: MirrorOrders) -> bool {
-    history.specular_run > if history.diffused { orders.of_receiver } else { orders.of_source }
+pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
+    match (history.diffused, history.specular_run) {
+        (false, run) => run > others.mirror_order,
+        (true, 0) => !others.diffuse,
+        (true, run) => run > others.image_order,
+    }
 }
 
 /// Adds what `segment` brings to the sphere of every receiver that leaves its class to spheres.
 #[inline]
 pub fn cross<'a>(
     segment: &Segment<'_>,
-    receivers: impl Iterator<Item = (&'a PreparedReceiver, &'a MirrorOrders)>,
+    receivers: impl Iterator<Item = (&'a PreparedReceiver, &'a OthersOwn)>,
     medium: &Medium<'_>,
     scratch: &mut [Lanes],
     deposits: &mut Deposits,
@@ -41,8 +47,8 @@ pub fn cross<'a>(
         return;
     }
     let direction = along / extent;
-    for (index, (receiver, &orders)) in receivers.enumerate() {
-        if !owns(segment.history, orders) {
+    for (index, (receiver, &others)) in receivers.enumerate() {
+        if !owns(segment.history, others) {
             continue;
         }
         let offset = receiver.exact - segment.start.as_dvec3();
@@ -74,12 +80,17 @@ mod tests {
     #[test]
     fn each_history_has_one_owner() {
         let history = |specular_run, diffused| SegmentHistory { order: 9, specular_run, diffused };
-        let orders = MirrorOrders { of_source: 2, of_receiver: 1 };
-        assert!(!owns(history(0, false), orders), "direct sound");
-        assert!(!owns(history(2, false), orders), "mirror chain");
-        assert!(owns(history(3, false), orders));
-        assert!(!owns(history(0, true), orders), "connection");
-        assert!(!owns(history(1, true), orders), "mirror connection");
-        assert!(owns(history(2, true), orders));
+        let others = OthersOwn { mirror_order: 2, image_order: 1, diffuse: true };
+        assert!(!owns(history(0, false), others), "direct sound");
+        assert!(!owns(history(2, false), others), "mirror chain");
+        assert!(owns(history(3, false), others));
+        assert!(!owns(history(0, true), others), "connection");
+        assert!(!owns(history(1, true), others), "mirror connection");
+        assert!(owns(history(2, true), others));
+        let alone = OthersOwn { mirror_order: 0, image_order: 0, diffuse: false };
+        assert!(!owns(history(0, false), alone), "direct sound");
+        assert!(
+            owns(history(1, false), alone) && owns(history(0, true), alone) && owns(history(1, true), alone)
+        );
     }
 }

@@ -26,5 +26,5 @@ pub mod render;
 pub mod rendering;
 
 pub use receiver::ReceiverPoint;
-pub use render::{Air, PathClass, RenderError, RenderSettings, Renderer};
+pub use render::{Air, Estimator, PathClass, RenderError, RenderSettings, Renderer};
 pub use rendering::{CoarseEchogram, DiscreteArrival, Rendering};

@@ -26,10 +26,23 @@ const RECEIVERS_IN_FLIGHT: usize = 64;
 pub struct RenderSettings {
     /// Width of a time bin [s].
     pub bin: f64,
+    /// Who owns which path class.
+    pub estimator: Estimator,
     /// Order K of the mirror chains; chosen where none is given.
     pub mirror_order: Option<u32>,
     /// Attenuation by air per band [1/m].
     pub air: Air,
+}
+
+/// Who owns which path class: the same energy by different means, so that any two can be compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimator {
+    /// Each class by its best estimator.
+    Auto,
+    /// Connections for … D R; spheres for everything specular behind a diffuse reflection.
+    Connection,
+    /// Spheres for everything but the direct sound.
+    Sphere,
 }
 
 /// Which air sound travels through.
@@ -43,7 +56,7 @@ pub enum Air {
 
 impl Default for RenderSettings {
     fn default() -> Self {
-        Self { bin: 0.001, mirror_order: None, air: Air::OfScene }
+        Self { bin: 0.001, estimator: Estimator::Auto, mirror_order: None, air: Air::OfScene }
     }
 }
 
@@ -166,7 +179,11 @@ impl<'a> Renderer<'a> {
         let layout = map.layout();
         let table = CoefficientTable::new(&scene.materials, bands, traced.survival);
         Ok(Self {
-            image_order: image_order(geometry, &table),
+            image_order: if settings.estimator == Estimator::Auto {
+                image_order(geometry, &table)
+            } else {
+                0
+            },
             air: AirTable::new(&attenuation, bins.reach),
             attenuation,
             table,
@@ -239,7 +256,7 @@ impl<'a> Renderer<'a> {
             &self.table,
             radiator,
             self.bins.reach,
-            self.settings.mirror_order,
+            if self.settings.estimator == Estimator::Sphere { Some(0) } else { self.settings.mirror_order },
         );
         let mut rendering =
             Rendering::new(prepared.len(), &self.bins, self.table.bands(), self.batches.len());
@@ -262,6 +279,11 @@ impl<'a> Renderer<'a> {
             );
         }
         Ok(rendering)
+    }
+
+    /// Whether connections own … D R.
+    pub(crate) fn connects_diffuse(&self) -> bool {
+        self.settings.estimator != Estimator::Sphere
     }
 
     fn prepare(&self, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
