@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::{tidy, workspace};
+use crate::{documentation, tidy, workspace};
 
 /// Runs all steps; an error names those that failed.
 pub fn run() -> Result<()> {
@@ -43,11 +43,7 @@ fn steps() -> [Step; 5] {
             succeed(workspace::cargo(&arguments))
         }),
         ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--no-fail-fast"]))),
-        ("documentation", || {
-            let mut doc = workspace::cargo(&["doc", "--workspace", "--no-deps"]);
-            doc.env("RUSTDOCFLAGS", "-D warnings");
-            succeed(doc)
-        }),
+        ("documentation", documentation::check),
     ]
 }
 

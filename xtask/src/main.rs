@@ -3,6 +3,7 @@
 
 mod ci;
 mod demo;
+mod documentation;
 mod hall;
 mod tidy;
 mod workspace;

@@ -2,7 +2,7 @@
 
 use super::tree::{Finding, Tree};
 
-/// Longest source file [lines].
+/// Longest source file, in lines.
 const LONGEST: usize = 600;
 
 /// Names that say nothing about what is inside.

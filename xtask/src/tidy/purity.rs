@@ -61,12 +61,6 @@ const ELEMENTARY: [&str; 31] = [
     "angle_between(",
 ];
 
-/// Uses that stand, with the reason: path, name.
-const ALLOWED: [(&str, &str); 1] = [
-    // Scene and mesh are found next to each other on disk: loading them is this module's purpose.
-    ("crates/sonel-scene/src/load.rs", "fs::read"),
-];
-
 /// Libraries that reach out of their arguments.
 pub fn outside_world(tree: &Tree) -> Vec<Finding> {
     search(
@@ -86,9 +80,7 @@ fn search(tree: &Tree, names: &[&str], remedy: &str) -> Vec<Finding> {
     for file in tree.files.iter().filter(|f| f.is_library() && !only_for_tests(tree, &f.path)) {
         for (number, line) in shipped(&file.text).lines().enumerate() {
             for name in names.iter().filter(|name| calls(line, name)) {
-                if !ALLOWED.contains(&(file.path.as_str(), *name)) {
-                    findings.push(file.finding(number + 1, format!("`{name}` {remedy}")));
-                }
+                findings.push(file.finding(number + 1, format!("`{name}` {remedy}")));
             }
         }
     }
