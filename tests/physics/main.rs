@@ -2,3 +2,5 @@
 
 /// Small shoebox with known energies at a receiver, for purely diffuse, mixed and purely specular walls.
 mod box_energies;
+/// Energy is neither made nor lost, in any band, for any roulette.
+mod conservation;

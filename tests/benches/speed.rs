@@ -1,0 +1,145 @@
+//! Counts first, seconds second: segments traced against bare rays, connections against bare shadow rays.
+//!
+//! All figures are for one thread and CPU seconds, measured in one run, so that their ratios mean something on a busy
+//! machine. The bare rays are those of the traced paths themselves, cast again without anything else.
+
+use std::hint::black_box;
+use std::path::Path;
+use std::time::Duration;
+
+use cpu_time::ProcessTime;
+use glam::Vec3;
+use sonel_geometry::{Departure, Geometry};
+use sonel_map::{Settings, SonelMap};
+use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer};
+use sonel_scene::{Loaded, Scene};
+use sonel_tests::Traced;
+
+fn main() {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first pool");
+    for name in ["seed-room", "hall"] {
+        let scene = load(name);
+        println!("{name}: {} triangles, {} bands", scene.mesh.triangles.len(), scene.bands.count());
+        measure(scene);
+    }
+}
+
+fn load(name: &str) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
+    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a shipped scene");
+    let Loaded { scene, .. } =
+        sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).expect("a sound scene");
+    scene
+}
+
+fn measure(scene: Scene) {
+    let settings = Settings { emissions: 20_000, ..Settings::default() };
+    let geometry = scene.geometry().expect("a sound mesh");
+    let (trace_time, segments) = best(3, || {
+        sonel_tracer::Tracer::new(&scene, &geometry, settings)
+            .run(sonel_map::ShardRange::WHOLE, |chunk| {
+                black_box(&chunk);
+                Ok::<(), std::convert::Infallible>(())
+            })
+            .expect("a tight room")
+            .segments
+    });
+    let traced = Traced::new(scene, settings);
+    let rays = bare_rays(&traced.map, &traced.geometry);
+    let (closest_time, _) = best(3, || {
+        rays.iter()
+            .filter(|(from, direction)| traced.geometry.closest_hit(*from, *direction).is_some())
+            .count()
+    });
+    let rate = |count: u64, time: Duration| count as f64 / time.as_secs_f64() / 1e6;
+    let bare = rate(rays.len() as u64, closest_time);
+    let tracing = rate(segments, trace_time);
+    println!(
+        "  {segments} segments, {} vertices, {:.1} bytes per vertex",
+        traced.map.vertex_count(),
+        traced.map.byte_length() as f64 / traced.map.vertex_count() as f64
+    );
+    println!(
+        "  tracing      {tracing:7.2} M segments/s   {:.2} of bare closest-hit rays ({bare:.2} M/s)",
+        tracing / bare
+    );
+    for count in [1, 16] {
+        measure_connections(&traced, count);
+    }
+}
+
+fn measure_connections(traced: &Traced, count: usize) {
+    let scene = &traced.map.header().scene;
+    let receivers: Vec<ReceiverPoint> = (0..count)
+        .map(|index| ReceiverPoint {
+            name: index.to_string(),
+            position: scene.receivers[0].position + glam::DVec3::new(0.1, 0.0, 0.05) * index as f64,
+        })
+        .collect();
+    let settings = RenderSettings {
+        estimator: sonel_renderer::Estimator::Connection,
+        mirror_order: Some(0),
+        ..Default::default()
+    };
+    let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+    let borders = vec![vec![0.0, scene.duration]; count];
+    let (render_time, _) =
+        best(3, || renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers"));
+    let shadows = shadow_rays(traced, &receivers);
+    let (shadow_time, _) =
+        best(3, || shadows.iter().filter(|(from, to)| traced.geometry.is_blocked(*from, *to)).count());
+    let rate = |count: usize, time: Duration| count as f64 / time.as_secs_f64() / 1e6;
+    let (connecting, bare) = (rate(shadows.len(), render_time), rate(shadows.len(), shadow_time));
+    println!(
+        "  {count:3} receivers {connecting:6.2} M connections/s {:.2} of bare any-hit rays ({bare:.2} M/s), {} connections",
+        connecting / bare,
+        shadows.len()
+    );
+}
+
+/// The shortest CPU time of `repeats` runs, and what the last returned.
+fn best<T>(repeats: u32, mut run: impl FnMut() -> T) -> (Duration, T) {
+    let mut shortest = Duration::MAX;
+    let mut last = None;
+    for _ in 0..repeats {
+        let start = ProcessTime::now();
+        last = Some(black_box(run()));
+        shortest = shortest.min(start.elapsed());
+    }
+    (shortest, last.expect("at least one repeat"))
+}
+
+fn bare_rays(map: &SonelMap, geometry: &Geometry) -> Vec<(Departure, Vec3)> {
+    let source = geometry.to_local(map.header().scene.sources[0].position);
+    let mut rays = Vec::new();
+    for emission in 0..map.layout().total {
+        let (mut from, mut at) = (Departure::free(source), source);
+        for vertex in map.path(0, emission).expect("a whole map").vertices {
+            rays.push((from, (vertex.position - at).normalize_or(Vec3::X)));
+            from = geometry.leave(vertex.position, vertex.surface(), vertex.side());
+            at = vertex.position;
+        }
+    }
+    rays
+}
+
+fn shadow_rays(traced: &Traced, receivers: &[ReceiverPoint]) -> Vec<(Departure, Vec3)> {
+    let geometry = &traced.geometry;
+    let mut rays = Vec::new();
+    for emission in 0..traced.map.layout().total {
+        for vertex in traced.map.path(0, emission).expect("a whole map").vertices {
+            let normal = geometry.surface(vertex.surface()).normal.as_vec3() * geometry_sign(vertex.side());
+            for receiver in receivers {
+                let to = geometry.to_local(receiver.position);
+                if normal.dot(to - vertex.position) > 0.0 {
+                    rays.push((geometry.leave(vertex.position, vertex.surface(), vertex.side()), to));
+                }
+            }
+        }
+    }
+    rays
+}
+
+fn geometry_sign(side: sonel_geometry::Side) -> f32 {
+    side.sign() as f32
+}

@@ -1,0 +1,189 @@
+//! Energy is neither made nor lost: ledger, lossless and black boxes, Σ incident / emitted, mean free path.
+
+use sonel_acoustics::{Bands, Material};
+use sonel_map::{BatchStart, CoefficientTable, Fate, PathWeight, Segment, Settings, Spectral, sweep};
+use sonel_scene::Scene;
+use sonel_tests::Traced;
+
+const SIZE: [f64; 3] = [6.0, 5.0, 4.0];
+
+fn room(material: Material, duration: f64) -> Scene {
+    let bands = Bands::octaves();
+    Scene::shoebox(SIZE, material, bands)
+        .with_source("source", [1.5, 1.2, 1.3])
+        .with_duration(duration)
+        .without_air_attenuation()
+}
+
+/// Absorption and scattering that differ wildly between bands.
+fn colourful() -> Material {
+    Material {
+        absorption: vec![0.2, 0.9, 0.01, 0.99, 0.5, 0.05, 0.3, 0.6],
+        scattering: vec![0.5, 0.05, 0.95, 0.5, 0.1, 0.9, 0.3, 0.7],
+        ..Material::uniform("walls", 0.0, 0.0, 8)
+    }
+}
+
+/// Visits every segment of every path of the only source.
+fn for_each_segment(traced: &Traced, mut visit: impl FnMut(u64, f64, &Segment<'_>)) {
+    let header = traced.map.header();
+    let (scene, layout) = (&header.scene, traced.map.layout());
+    let bands = scene.bands.count();
+    let table = CoefficientTable::new(&scene.materials, bands, header.settings.survival);
+    let material_of: Vec<u32> = traced.geometry.surfaces().iter().map(|surface| surface.material).collect();
+    let source = scene.sources[0].position - traced.geometry.center();
+    let mut weight = PathWeight::new(bands);
+    for batch in 0..layout.batches {
+        let start = BatchStart::new(&layout, batch, header.settings.spectral);
+        for path in traced.map.batch_paths(0, batch) {
+            let packet = start.packet(layout.hero(path.emission));
+            weight.emit(1.0, &packet.counts, &packet.carried);
+            sweep(source, path.vertices, &table, &material_of, &mut weight, |segment| {
+                visit(path.emission, start.weight, segment);
+            });
+        }
+    }
+}
+
+/// Closed to 1e-9, with a sampling term within 4σ of zero whose σ is small, for ragged counts as well.
+#[test]
+fn the_ledger_closes_in_every_band() {
+    for (emissions, spectral, survival) in [
+        (20_000, Spectral::Shared, 0.15),
+        (20_011, Spectral::Shared, 1.0),
+        (5_003, Spectral::PerBand, 1.0),
+        (5_000, Spectral::PerBand, 0.0),
+    ] {
+        let settings = Settings { emissions, spectral, survival, ..Settings::default() };
+        let traced = Traced::new(room(colourful(), 2.0), settings);
+        assert_eq!(traced.map.ledger(), traced.books, "the map carries the tracer's books");
+        assert_eq!(traced.books.fates.count(Fate::Lost), 0);
+        for (band, books) in traced.books.bands.iter().enumerate() {
+            assert!((books.emitted - 1.0).abs() < 1e-9, "{settings:?} band {band}: {books:?}");
+            assert!(books.relative_residual() < 1e-9, "{settings:?} band {band}: {books:?}");
+            assert!(books.sampling_sigma() < 0.05, "{settings:?} band {band}: {books:?}");
+            assert!(
+                books.sampling.abs() <= 4.0 * books.sampling_sigma() + 1e-12,
+                "{settings:?} band {band}: {books:?}"
+            );
+        }
+    }
+}
+
+/// With equal scattering and no roulette every packet passes on exactly what is expected.
+#[test]
+fn nothing_is_sampled_where_nothing_is_random() {
+    let material = Material { scattering: vec![0.4; 8], ..colourful() };
+    let settings = Settings { emissions: 2_000, survival: 0.0, ..Settings::default() };
+    let traced = Traced::new(room(material, 1.0), settings);
+    for books in &traced.books.bands {
+        assert!(books.sampling.abs() < 1e-12, "{books:?}");
+    }
+}
+
+/// A ledger that is told the wrong coefficients does not balance: the residual is a test that can fail.
+#[test]
+fn a_wrong_absorption_leaves_a_residual() {
+    use sonel_map::{ChunkLedger, Event};
+    let table = CoefficientTable::new(&[Material::uniform("walls", 0.2, 0.5, 1)], 1, 0.0);
+    let wrong = CoefficientTable::new(&[Material::uniform("walls", 0.25, 0.5, 1)], 1, 0.0);
+    let residual = |absorbing: &CoefficientTable| {
+        let (mut weight, mut books) = (PathWeight::new(1), ChunkLedger::new(1));
+        let one = vec![[1.0, 0.0, 0.0, 0.0]];
+        weight.emit(1.0, &one, &one);
+        books.emitted(1.0, &one, weight.energy());
+        for _ in 0..10 {
+            let row = table.material(0);
+            books.arrived(1.0, weight.energy(), &absorbing.material(0).dissipated, &row.passed_on);
+            weight.pass(&row.diffuse);
+            books.departed(1.0, weight.energy());
+        }
+        books.ended(1.0, Event::Expired, weight.energy());
+        books.finish().worst_residual()
+    };
+    assert!(residual(&table) < 1e-12);
+    assert!(residual(&wrong) > 1e-3);
+}
+
+/// α = 0: after any number of bounces a packet carries what it started with, whatever β.
+#[test]
+fn a_lossless_box_keeps_its_energy() {
+    for survival in [0.0, 0.15, 1.0] {
+        let settings = Settings { emissions: 64, survival, ..Settings::default() };
+        let traced = Traced::new(room(Material::uniform("walls", 0.0, 0.5, 8), 5.0), settings);
+        let mut arrivals = 0;
+        for_each_segment(&traced, |_, weight, segment| {
+            arrivals += 1;
+            for band in 0..8 {
+                let energy = weight * segment.energy[band / 4][band % 4] * 64.0;
+                assert!((energy - 1.0).abs() < 1e-9, "after {} reflections: {energy}", segment.history.order);
+            }
+        });
+        assert!(arrivals > 64 * 400);
+        assert_eq!(traced.books.fates.count(Fate::Expired), 64);
+        assert!(traced.books.bands.iter().all(|books| (books.truncated - 1.0).abs() < 1e-9));
+    }
+}
+
+/// α = 1: every packet ends where it first arrives.
+#[test]
+fn black_walls_swallow_everything_at_once() {
+    let settings = Settings { emissions: 1_000, ..Settings::default() };
+    let traced = Traced::new(room(Material::uniform("walls", 1.0, 0.5, 8), 1.0), settings);
+    assert_eq!(traced.map.vertex_count(), 1_000);
+    for books in &traced.books.bands {
+        assert!((books.absorbed - 1.0).abs() < 1e-12 && books.sampling.abs() < 1e-12, "{books:?}");
+    }
+}
+
+/// Σ incident energy / emitted energy = 1/α for walls of one α: a geometric series.
+#[test]
+fn incident_energy_is_the_geometric_series() {
+    let absorption = 0.2;
+    let emissions = 20_000;
+    let settings = Settings { emissions, ..Settings::default() };
+    let traced = Traced::new(room(Material::uniform("walls", absorption, 0.5, 8), 3.0), settings);
+    let mut per_packet = vec![0.0; emissions as usize];
+    for_each_segment(&traced, |emission, weight, segment| {
+        if segment.arrival.is_some() {
+            per_packet[emission as usize] += weight * segment.energy[0][0];
+        }
+    });
+    let sum: f64 = per_packet.iter().sum();
+    let mean = sum / emissions as f64;
+    let sigma = per_packet.iter().map(|incident| (incident - mean).powi(2)).sum::<f64>().sqrt();
+    assert!(sigma < 0.02, "too noisy to mean anything: {sigma}");
+    assert!((sum - 1.0 / absorption).abs() < 4.0 * sigma, "{sum} ± {sigma}");
+}
+
+/// Mean free path of diffuse walls: 4V/S within 4σ, σ below half a percent; a plain average of the axes is rejected.
+#[test]
+fn the_mean_free_path_is_four_volumes_per_surface() {
+    let settings =
+        Settings { emissions: 2_000, survival: 0.0, extinction_threshold: 0.0, ..Settings::default() };
+    let traced = Traced::new(room(Material::uniform("walls", 0.0, 1.0, 8), 1.0), settings);
+    let [x, y, z] = SIZE;
+    let expected = 4.0 * x * y * z / (2.0 * (x * y + y * z + z * x));
+    let (mut lengths, mut bounces) = (vec![0.0; 2_000], vec![0.0; 2_000]);
+    for_each_segment(&traced, |emission, _, segment| {
+        // The first piece starts inside the room and the last is cut by the clock: both are no wall-to-wall chords.
+        if segment.history.order > 0 && segment.arrival.is_some() {
+            lengths[emission as usize] += segment.end_length - segment.start_length;
+            bounces[emission as usize] += 1.0;
+        }
+    });
+    let (length, count): (f64, f64) = (lengths.iter().sum(), bounces.iter().sum());
+    let mean = length / count;
+    let spread: f64 = lengths
+        .iter()
+        .zip(&bounces)
+        .map(|(length, count)| (length - mean * count).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    let sigma = spread / count;
+    assert!(sigma < 0.005 * expected, "too noisy to mean anything: {sigma}");
+    // Cutting at a fixed time prefers short chords: a relative bias of the order of one over the number of bounces.
+    let cut = expected * 2_000.0 / count;
+    assert!((mean - expected).abs() < 4.0 * sigma + cut, "{mean} instead of {expected} ± {sigma}");
+    assert!(((x + y + z) / 3.0 - mean).abs() > 8.0 * sigma + cut);
+}
