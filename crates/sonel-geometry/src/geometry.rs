@@ -1,9 +1,11 @@
 //! The geometry of a scene: everything that rays and receivers ask about the walls.
 
+use crate::block::Facet;
 use crate::enclosure::{distance_to_triangle, winding_number};
+use crate::index::Index;
 use crate::orient::{Oriented, Shell, orient};
+use crate::probe::{LocalPlane, Probe};
 use crate::scale::Scale;
-use crate::scan::{Block, LANES, LocalPlane, ShearedRay};
 use crate::shoebox::{Shoebox, recognise};
 use crate::surfaces::{Partition, partition};
 use crate::topology::shared_edges;
@@ -17,9 +19,8 @@ pub struct Geometry {
     bounds: (DVec3, DVec3),
     surfaces: Vec<Surface>,
     of_triangle: Vec<SurfaceId>,
-    planes: Vec<LocalPlane>,
     local: Vec<Vec3>,
-    blocks: Vec<Block>,
+    index: Index,
     shells: Vec<Shell>,
     room: Option<usize>,
     dropped: usize,
@@ -49,13 +50,14 @@ impl Geometry {
             .map(|(normal, offset)| LocalPlane { normal, offset: offset - normal.dot(scale.center) })
             .collect();
         let local: Vec<Vec3> = mesh.vertices.iter().map(|&v| scale.to_local(v)).collect();
-        let lanes: Vec<([Vec3; 3], u32, PlaneId)> = (0..mesh.triangles.len())
-            .map(|t| {
-                let corners = mesh.triangles[t].corners.map(|corner| local[corner as usize]);
-                (corners, t as u32, surfaces[of_triangle[t].0 as usize].plane)
+        let facets: Vec<Facet> = (0..mesh.triangles.len())
+            .map(|t| Facet {
+                corners: mesh.triangles[t].corners.map(|corner| local[corner as usize]),
+                triangle: t as u32,
+                plane: surfaces[of_triangle[t].0 as usize].plane,
             })
             .collect();
-        let blocks = lanes.chunks(LANES).map(Block::new).collect();
+        let index = Index::build(&facets, planes, closed, scale.lift(), scale.resolution());
         let room = room(&mesh, &shells, bounds, tolerance);
         Ok(Self {
             mesh,
@@ -63,9 +65,8 @@ impl Geometry {
             bounds,
             surfaces,
             of_triangle,
-            planes,
             local,
-            blocks,
+            index,
             shells,
             room,
             dropped: welded.dropped,
@@ -143,18 +144,9 @@ impl Geometry {
     /// The first surface that a ray along a unit direction meets. Of surfaces at equal distance it is the one with the
     /// lowest triangle.
     pub fn closest_hit(&self, from: Departure, direction: Vec3) -> Option<Hit> {
-        let ray = ShearedRay::new(from.origin, direction, [from.plane, None]);
-        let (origin, along) = (from.origin.as_dvec3(), direction.as_dvec3());
-        let mut best = (f64::INFINITY, u32::MAX);
-        for block in &self.blocks {
-            ray.pierce(block, |triangle, plane| {
-                let distance = self.planes[plane as usize].distance(origin, along);
-                if distance > 0.0 && (distance, triangle) < best {
-                    best = (distance, triangle);
-                }
-            });
-        }
-        (best.1 != u32::MAX).then(|| self.hit(origin, along, best.0, best.1))
+        let ray = Probe::new(from.origin, direction, [from.plane, None]);
+        let nearest = self.index.nearest(&ray)?;
+        Some(self.hit(ray.at(nearest.distance), direction, nearest.distance, nearest.triangle))
     }
 
     /// Whether anything lies strictly between the start and a local position [m], which is reached when less than
@@ -174,27 +166,19 @@ impl Geometry {
         if direction == Vec3::ZERO {
             return false;
         }
-        let ray = ShearedRay::new(from.origin, direction, ignored);
-        let (origin, along) = (from.origin.as_dvec3(), direction.as_dvec3());
-        let mut blocked = false;
-        for block in &self.blocks {
-            ray.pierce(block, |_, plane| {
-                let share = self.planes[plane as usize].distance(origin, along);
-                blocked |= share > 0.0 && share < end;
-            });
-            if blocked {
-                return true;
-            }
-        }
-        false
+        self.index.any_before(&Probe::new(from.origin, direction, ignored), end)
     }
 
-    fn hit(&self, origin: DVec3, direction: DVec3, distance: f64, triangle: u32) -> Hit {
+    fn hit(&self, point: DVec3, direction: Vec3, distance: f64, triangle: u32) -> Hit {
         let surface = self.of_triangle[triangle as usize];
-        let side = if direction.dot(self.surface(surface).normal) < 0.0 { Side::Front } else { Side::Back };
+        let side = if direction.as_dvec3().dot(self.surface(surface).normal) < 0.0 {
+            Side::Front
+        } else {
+            Side::Back
+        };
         let corners =
             self.mesh.triangles[triangle as usize].corners.map(|c| self.local[c as usize].as_dvec3());
-        let position = keep_inside(corners, origin + distance * direction, f64::from(self.scale.margin()));
+        let position = keep_inside(corners, point, f64::from(self.scale.margin()));
         Hit { position: position.as_vec3(), distance: distance as f32, triangle, surface, side }
     }
 
@@ -267,11 +251,7 @@ fn validate(mesh: &Mesh) -> Result<(), GeometryError> {
 /// The outermost shell whose bounds contain everything else.
 fn room(mesh: &Mesh, shells: &[Shell], bounds: (DVec3, DVec3), tolerance: f64) -> Option<usize> {
     shells.iter().position(|shell| {
-        let (low, high) = shell
-            .triangles
-            .iter()
-            .flat_map(|&triangle| mesh.corners(triangle))
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = mesh.bounds_of(&shell.triangles);
         shell.depth == 0
             && (low - bounds.0).max_element() <= tolerance
             && (bounds.1 - high).max_element() <= tolerance

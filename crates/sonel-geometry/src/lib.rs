@@ -12,17 +12,21 @@
 //!
 //! Reference: [WoopBenthinWald2013] (docs/references.md).
 
+mod block;
 mod enclosure;
 mod error;
 mod geometry;
+mod index;
 mod mesh;
+mod nesting;
 mod orient;
+mod probe;
 mod ray;
 mod scale;
-mod scan;
 mod shoebox;
 mod surfaces;
 mod topology;
+mod tree;
 mod weld;
 
 pub use error::GeometryError;

@@ -54,14 +54,19 @@ impl Mesh {
         0.5 * (b - a).cross(c - a)
     }
 
-    /// Lower and upper corner of the box around the vertices that triangles use [m]; empty meshes give an inverted box.
+    /// Lower and upper corner of the box around all triangles [m]; inverted when there are none.
     pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
-        self.triangles
-            .iter()
-            .flat_map(|triangle| triangle.corners)
-            .map(|corner| self.vertices[corner as usize])
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+        bounds_of_points(self.triangles.iter().flat_map(|t| t.corners).map(|c| self.vertices[c as usize]))
     }
+
+    /// Lower and upper corner of the box around some triangles [m].
+    pub(crate) fn bounds_of(&self, triangles: &[u32]) -> (DVec3, DVec3) {
+        bounds_of_points(triangles.iter().flat_map(|&triangle| self.corners(triangle)))
+    }
+}
+
+fn bounds_of_points(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 #[cfg(test)]

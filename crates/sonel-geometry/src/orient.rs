@@ -6,7 +6,8 @@
 //! number is an object and faces outward, so that the normals always point to the air between them.
 
 use crate::Mesh;
-use crate::enclosure::{signed_volume, winding_number};
+use crate::enclosure::signed_volume;
+use crate::nesting::nesting_depths;
 use crate::topology::{Connected, SharedEdge};
 
 /// What orientation found: shells and which triangles belong to one.
@@ -37,22 +38,30 @@ pub(crate) fn orient(mesh: &mut Mesh, edges: &[SharedEdge], tolerance: f64) -> O
         .into_iter()
         .map(|triangles| Shell { volume: signed_volume(mesh, &triangles), triangles, depth: 0 })
         .collect();
-    for index in 0..shells.len() {
-        shells[index].depth = depth(mesh, &shells, index);
+    for (shell, depth) in nesting_depths(mesh, &shells).into_iter().enumerate() {
+        shells[shell].depth = depth;
     }
     let mut closed = vec![false; mesh.triangles.len()];
     for shell in &mut shells {
-        // A positive signed volume means that the normals point out of the shell.
-        let outward = shell.depth % 2 == 1;
         for &triangle in &shell.triangles {
             closed[triangle as usize] = true;
-            if (shell.volume > 0.0) != outward {
+        }
+        // A positive signed volume means that the normals point out of the shell.
+        let inside_out = (shell.volume > 0.0) != (shell.depth % 2 == 1);
+        if inside_out && !is_flat(mesh, shell, tolerance) {
+            for &triangle in &shell.triangles {
                 mesh.triangles[triangle as usize].corners.swap(1, 2);
             }
         }
         shell.volume = shell.volume.abs();
     }
     Oriented { shells, closed }
+}
+
+/// Whether a shell is but two sheets back to back: it has no inside, and its sheets face where they were made to.
+fn is_flat(mesh: &Mesh, shell: &Shell, tolerance: f64) -> bool {
+    let area: f64 = shell.triangles.iter().map(|&triangle| mesh.vector_area(triangle).length()).sum();
+    shell.volume.abs() <= tolerance * area
 }
 
 /// Two triangles joined across an edge, and whether they agree in orientation as they are.
@@ -145,9 +154,17 @@ fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) -> Vec<bool> {
             }
             next += 1;
         }
+        // The majority, by area, stays as it was made.
+        let turned: f64 = component
+            .iter()
+            .map(|&triangle| {
+                let area = mesh.vector_area(triangle as u32).length();
+                if flipped[triangle] == Some(true) { area } else { -area }
+            })
+            .sum();
         for &triangle in &component {
             orientable[triangle] = consistent;
-            if flipped[triangle] == Some(true) {
+            if flipped[triangle] == Some(turned <= 0.0) {
                 mesh.triangles[triangle].corners.swap(1, 2);
             }
         }
@@ -181,29 +198,4 @@ fn components(
     let closed =
         |(root, members): &(usize, Vec<u32>)| !members.is_empty() && !open[*root] && orientable[*root];
     members.into_iter().enumerate().filter(closed).map(|(_, members)| members).collect()
-}
-
-/// At most this many triangles vote on where a shell lies; one would do unless shells touch.
-const VOTES: usize = 64;
-
-/// How many other shells a shell lies in.
-fn depth(mesh: &Mesh, shells: &[Shell], index: usize) -> u32 {
-    let own = &shells[index];
-    let stride = own.triangles.len().div_ceil(VOTES);
-    let votes: Vec<_> = own
-        .triangles
-        .iter()
-        .step_by(stride)
-        .map(|&triangle| {
-            let [a, b, c] = mesh.corners(triangle);
-            (a + b + c) / 3.0
-        })
-        .collect();
-    let within = |other: &Shell| {
-        // Where shells touch, the winding number is a half: the mean over the votes decides.
-        let turns: f64 = votes.iter().map(|&p| winding_number(mesh, &other.triangles, p).abs()).sum();
-        other.volume.abs() > own.volume.abs() && turns > 0.5 * votes.len() as f64
-    };
-    let others = shells.iter().enumerate().filter(|&(other, _)| other != index);
-    others.filter(|(_, other)| within(other)).count() as u32
 }

@@ -173,7 +173,9 @@ fn surface(mesh: &Mesh, triangles: Vec<u32>, closed: &[bool]) -> Surface {
 fn share_planes(mesh: &Mesh, surfaces: &mut [Surface], tolerance: f64) -> Vec<(DVec3, f64)> {
     let mut order: Vec<usize> = (0..surfaces.len()).collect();
     order.sort_by(|&a, &b| surfaces[b].area.total_cmp(&surfaces[a].area).then(a.cmp(&b)));
-    let mut lattice = PlaneLattice::default();
+    let (low, high) = mesh.bounds();
+    let center = 0.5 * (low + high);
+    let mut lattice = PlaneLattice::new(center, (high - center).length());
     for index in order {
         let surface = &surfaces[index];
         let on = |&(normal, offset): &(DVec3, f64)| {
@@ -188,48 +190,62 @@ fn share_planes(mesh: &Mesh, surfaces: &mut [Surface], tolerance: f64) -> Vec<(D
     lattice.planes
 }
 
-/// Planes hashed by the rounded direction of their normal, up to sign.
-#[derive(Default)]
+/// Planes hashed by normal and distance from the scene's centre. Each is filed under both of its normals.
 struct PlaneLattice {
     planes: Vec<(DVec3, f64)>,
-    cells: HashMap<[i32; 3], Vec<u32>>,
+    cells: HashMap<[i32; 4], Vec<u32>>,
+    center: DVec3,
+    radius: f64,
 }
 
-/// Normals are hashed on a lattice of this step; a small surface's normal is uncertain by tolerance over its size, so
-/// surfaces smaller than 10⁴ tolerances may keep a plane of their own, which costs nothing but a plane.
-const NORMAL_STEP: f64 = 1e-4;
+/// Two descriptions of one plane differ by less than this in their unit normals. A small surface's normal is uncertain
+/// by the tolerance over its size, so surfaces smaller than 10⁴ tolerances may keep a plane of their own; that costs
+/// nothing but a plane.
+const NORMAL_SPREAD: f64 = 1e-4;
+/// Cells are this many spreads wide, so that a plane rarely has neighbours to ask.
+const SPREADS_PER_CELL: f64 = 8.0;
 
 impl PlaneLattice {
+    fn new(center: DVec3, radius: f64) -> Self {
+        Self { planes: Vec::new(), cells: HashMap::new(), center, radius }
+    }
+
     /// The first plane that `on` accepts, or a new one.
     fn find_or_add(&mut self, normal: DVec3, offset: f64, on: impl Fn(&(DVec3, f64)) -> bool) -> PlaneId {
+        let place = self.place(normal, offset);
         let mut found = u32::MAX;
-        for key in keys(normal).into_iter().chain(keys(-normal)) {
-            for &candidate in self.cells.get(&key).into_iter().flatten() {
-                if candidate < found && on(&self.planes[candidate as usize]) {
-                    found = candidate;
+        let span = place.map(|x| cell(x - 1.0)..=cell(x + 1.0));
+        for x in span[0].clone() {
+            for y in span[1].clone() {
+                for z in span[2].clone() {
+                    for w in span[3].clone() {
+                        for &candidate in self.cells.get(&[x, y, z, w]).into_iter().flatten() {
+                            if candidate < found && on(&self.planes[candidate as usize]) {
+                                found = candidate;
+                            }
+                        }
+                    }
                 }
             }
         }
         if found == u32::MAX {
             found = self.planes.len() as u32;
             self.planes.push((normal, offset));
-            let home = (normal / NORMAL_STEP).round().as_ivec3().to_array();
-            self.cells.entry(home).or_default().push(found);
+            for place in [place, place.map(|x| -x)] {
+                self.cells.entry(place.map(cell)).or_default().push(found);
+            }
         }
         PlaneId(found)
     }
+
+    /// Normal and distance from the centre, in spreads: a normal that is off by one spread moves the plane by no more
+    /// than one at the far end of the scene.
+    fn place(&self, normal: DVec3, offset: f64) -> [f64; 4] {
+        let distance = (offset - normal.dot(self.center)) / self.radius;
+        [normal.x, normal.y, normal.z, distance].map(|x| x / NORMAL_SPREAD)
+    }
 }
 
-/// The lattice points within a step of a normal.
-fn keys(normal: DVec3) -> Vec<[i32; 3]> {
-    let home = (normal / NORMAL_STEP).round().as_ivec3().to_array();
-    let mut keys = Vec::with_capacity(27);
-    for x in -1..=1 {
-        for y in -1..=1 {
-            for z in -1..=1 {
-                keys.push([home[0] + x, home[1] + y, home[2] + z]);
-            }
-        }
-    }
-    keys
+fn cell(spreads: f64) -> i32 {
+    (spreads / SPREADS_PER_CELL).floor() as i32
 }

@@ -1,0 +1,137 @@
+//! Finding the triangles on a ray: a scan of wide blocks while that is faster, a tree beyond.
+
+use crate::block::{Block, Facet, Pierced};
+use crate::probe::{LocalPlane, Probe};
+use crate::tree::Tree;
+
+/// Lanes of the scan's blocks.
+const SCAN_LANES: usize = 16;
+/// Up to this many triangles are scanned; the tree wins beyond.
+const SCAN_LIMIT: usize = 32;
+
+/// Triangles arranged for rays, and the planes they lie in.
+pub(crate) struct Index {
+    arrangement: Arrangement,
+    planes: Vec<LocalPlane>,
+    /// Whether each triangle is part of a closed shell.
+    closed: Vec<bool>,
+    /// Height over a plane [m] that rounding may hide.
+    resolution: f64,
+}
+
+enum Arrangement {
+    Scan(Vec<Block<SCAN_LANES>>),
+    Tree(Tree),
+}
+
+/// A triangle that the ray meets. The order is by distance; where two coincide the one that faces the ray comes first
+/// (a panel modelled as two sheets shows each its own material), then the lower index.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+pub(crate) struct Met {
+    /// In multiples of the ray's direction.
+    pub distance: f64,
+    pub from_behind: bool,
+    pub triangle: u32,
+    plane: u32,
+}
+
+impl Met {
+    const NOTHING: Self =
+        Self { distance: f64::INFINITY, from_behind: true, triangle: u32::MAX, plane: u32::MAX };
+}
+
+/// The nearest triangles so far: of all, and of those that face the ray.
+#[derive(Clone, Copy)]
+struct Nearest {
+    any: Met,
+    facing: Met,
+}
+
+impl Index {
+    /// Arranges triangles, of which those `closed` are part of a closed shell; `padding` [m] is what a ray may pass
+    /// beside a box by rounding, `resolution` [m] the error of a vertex.
+    pub fn build(
+        facets: &[Facet],
+        planes: Vec<LocalPlane>,
+        closed: Vec<bool>,
+        padding: f32,
+        resolution: f32,
+    ) -> Self {
+        let arrangement = if facets.len() <= SCAN_LIMIT {
+            Arrangement::Scan(facets.chunks(SCAN_LANES).map(Block::new).collect())
+        } else {
+            Arrangement::Tree(Tree::build(facets, padding))
+        };
+        Self { arrangement, planes, closed, resolution: f64::from(resolution) }
+    }
+
+    /// The first triangle in front of the ray's origin.
+    pub fn nearest(&self, ray: &Probe) -> Option<Met> {
+        let mut nearest = Nearest { any: Met::NOTHING, facing: Met::NOTHING };
+        match &self.arrangement {
+            Arrangement::Scan(blocks) => {
+                for block in blocks {
+                    self.nearest_in(block, ray, &mut nearest);
+                }
+            }
+            Arrangement::Tree(tree) => {
+                tree.nearest(ray, |block| {
+                    self.nearest_in(block, ray, &mut nearest);
+                    if self.is_doubtful(nearest.any) { nearest.facing.distance } else { nearest.any.distance }
+                });
+            }
+        }
+        if nearest.any.triangle == u32::MAX {
+            return None;
+        }
+        let graze = self.is_doubtful(nearest.any) && self.is_same_place(ray, &nearest);
+        Some(if graze { nearest.facing } else { nearest.any })
+    }
+
+    /// Whether a ray in the air could not have met this first: a closed shell from behind.
+    fn is_doubtful(&self, met: Met) -> bool {
+        met.from_behind && self.closed.get(met.triangle as usize).is_some_and(|&closed| closed)
+    }
+
+    /// Whether the nearest triangle and the nearest one facing the ray are met at one place, as far as rounding tells.
+    /// So it is on the silhouette of a protruding edge, where the ray passes through both faces within an error of
+    /// their distances: there the ray grazes the face it sees.
+    fn is_same_place(&self, ray: &Probe, nearest: &Nearest) -> bool {
+        let gap = nearest.facing.distance - nearest.any.distance;
+        let near_plane = |met: &Met| gap * ray.steepness(&self.planes[met.plane as usize]) <= self.resolution;
+        gap.is_finite() && (near_plane(&nearest.facing) || near_plane(&nearest.any))
+    }
+
+    /// Whether any triangle lies in front of the origin and before `end`, in multiples of the ray's direction.
+    pub fn any_before(&self, ray: &Probe, end: f64) -> bool {
+        match &self.arrangement {
+            Arrangement::Scan(blocks) => blocks.iter().any(|block| self.any_in(block, ray, end)),
+            Arrangement::Tree(tree) => tree.any(ray, end, |block| self.any_in(block, ray, end)),
+        }
+    }
+
+    #[inline(always)]
+    fn nearest_in<const N: usize>(&self, block: &Block<N>, ray: &Probe, nearest: &mut Nearest) {
+        block.pierce(ray, |pierced| {
+            let distance = ray.distance_to(&self.planes[pierced.plane as usize]);
+            let Pierced { triangle, plane, from_behind } = pierced;
+            let met = Met { distance, from_behind, triangle, plane };
+            if distance > 0.0 && met < nearest.any {
+                nearest.any = met;
+            }
+            if distance > 0.0 && !from_behind && met < nearest.facing {
+                nearest.facing = met;
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn any_in<const N: usize>(&self, block: &Block<N>, ray: &Probe, end: f64) -> bool {
+        let mut any = false;
+        block.pierce(ray, |pierced| {
+            let distance = ray.distance_to(&self.planes[pierced.plane as usize]);
+            any |= distance > 0.0 && distance < end;
+        });
+        any
+    }
+}

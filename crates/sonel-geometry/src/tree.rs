@@ -1,0 +1,284 @@
+//! A wide bounding volume hierarchy over blocks of triangles.
+//!
+//! obvhs builds the binary tree; here it is collapsed so that one node holds the boxes of several children, tested
+//! together like the lanes of a block. Its own traversal is not used: neither its triangle test nor its box test is
+//! conservative. Here boxes are padded by more than any rounding in the triangle test, and the slab test allows for
+//! its own relative rounding [Ize2013], so that no box hides a triangle the block would accept.
+
+use crate::block::{Block, Facet, greater, lesser};
+use crate::probe::Probe;
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+use obvhs::{Boundable, BvhBuildParams};
+use std::time::Duration;
+
+/// Children of a node.
+const WIDTH: usize = 4;
+/// Triangles of a leaf.
+const LEAF_LANES: usize = 4;
+/// Marks a child that is a leaf.
+const LEAF: u32 = 1 << 31;
+/// Bounds of (b − o) · i with three roundings, taken at both ends of the slab [Ize2013].
+const SLAB_SLACK: f32 = 1.0 + 6.0 * f32::EPSILON;
+
+/// The hierarchy; node 0 is the root.
+pub(crate) struct Tree {
+    nodes: Vec<Node>,
+    leaves: Vec<Block<LEAF_LANES>>,
+}
+
+struct Node {
+    /// By axis, lower or upper bound, and child; absent children have inverted bounds.
+    bounds: [[[f32; WIDTH]; 2]; 3],
+    children: [u32; WIDTH],
+}
+
+impl Boundable for Facet {
+    fn aabb(&self) -> Aabb {
+        let [a, b, c] = self.corners.map(Vec3A::from);
+        Aabb { min: a.min(b).min(c), max: a.max(b).max(c) }
+    }
+}
+
+impl Tree {
+    /// Builds the hierarchy over at least two triangles, with boxes padded by `padding` [m].
+    pub fn build(facets: &[Facet], padding: f32) -> Self {
+        // Boxes of single triangles: spatial splits would have to pad each part, and blocks are filled below.
+        let parameters = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
+        let binary = build_bvh2(facets, parameters, &mut Duration::default());
+        let mut counts = vec![0; binary.nodes.len()];
+        count(&binary, 0, &mut counts);
+        let mut tree = Self { nodes: Vec::new(), leaves: Vec::new() };
+        let mut collapse = Collapse { binary: &binary, counts: &counts, facets, padding, tree: &mut tree };
+        collapse.node(0);
+        tree
+    }
+
+    /// Visits leaves on the ray from near to far; `visit` returns the distance beyond which nothing is wanted.
+    #[inline(always)]
+    pub fn nearest(&self, ray: &Probe, mut visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
+        let mut limit = f32::INFINITY;
+        let mut stack = Stack::default();
+        stack.push(Entry { child: 0, distance: 0.0 });
+        while let Some(entry) = stack.pop() {
+            if entry.distance > limit {
+                continue;
+            }
+            if entry.child & LEAF != 0 {
+                limit = round_up(visit(&self.leaves[(entry.child & !LEAF) as usize]));
+                continue;
+            }
+            let node = &self.nodes[entry.child as usize];
+            let mut entries = [Entry::default(); WIDTH];
+            let mut found = 0;
+            let near = node.enter(ray, limit);
+            for (&distance, &child) in near.iter().zip(&node.children) {
+                if distance < f32::INFINITY {
+                    // Far to near, so that the nearest is popped first.
+                    let mut place = found;
+                    while place > 0 && entries[place - 1].distance < distance {
+                        entries[place] = entries[place - 1];
+                        place -= 1;
+                    }
+                    entries[place] = Entry { child, distance };
+                    found += 1;
+                }
+            }
+            for &entry in &entries[..found] {
+                stack.push(entry);
+            }
+        }
+    }
+
+    /// Whether `visit` is true for any leaf on the ray before `end`.
+    #[inline(always)]
+    pub fn any(&self, ray: &Probe, end: f64, mut visit: impl FnMut(&Block<LEAF_LANES>) -> bool) -> bool {
+        let limit = round_up(end);
+        let mut stack = Stack::default();
+        stack.push(Entry { child: 0, distance: 0.0 });
+        while let Some(entry) = stack.pop() {
+            if entry.child & LEAF != 0 {
+                if visit(&self.leaves[(entry.child & !LEAF) as usize]) {
+                    return true;
+                }
+                continue;
+            }
+            let node = &self.nodes[entry.child as usize];
+            let near = node.enter(ray, limit);
+            for (&distance, &child) in near.iter().zip(&node.children) {
+                if distance < f32::INFINITY {
+                    stack.push(Entry { child, distance });
+                }
+            }
+        }
+        false
+    }
+}
+
+/// A distance as `f32`, not below what it was.
+fn round_up(distance: f64) -> f32 {
+    (distance as f32) * SLAB_SLACK
+}
+
+impl Node {
+    /// Distance at which the ray enters each child's box, infinite where it does not or not before `limit`.
+    #[inline(always)]
+    fn enter(&self, ray: &Probe, limit: f32) -> [f32; WIDTH] {
+        let planes = |axis: usize| {
+            let near = ray.near[axis];
+            (&self.bounds[axis][near], &self.bounds[axis][1 - near], ray.origin[axis], ray.inverse[axis])
+        };
+        let ((xn, xf, ox, ix), (yn, yf, oy, iy), (zn, zf, oz, iz)) = (planes(0), planes(1), planes(2));
+        let mut entry = [0.0; WIDTH];
+        for lane in 0..WIDTH {
+            let near = greater(
+                greater((xn[lane] - ox) * ix, (yn[lane] - oy) * iy),
+                greater((zn[lane] - oz) * iz, 0.0),
+            );
+            let far = lesser(
+                lesser((xf[lane] - ox) * ix, (yf[lane] - oy) * iy),
+                lesser((zf[lane] - oz) * iz, limit),
+            );
+            entry[lane] = if near <= far * SLAB_SLACK { near } else { f32::INFINITY };
+        }
+        entry
+    }
+}
+
+/// A subtree still to be visited.
+#[derive(Clone, Copy, Default)]
+struct Entry {
+    child: u32,
+    distance: f32,
+}
+
+/// Entries that fit the usual tree without allocation, and room for any tree beyond.
+struct Stack {
+    first: [Entry; Self::USUAL],
+    used: usize,
+    rest: Vec<Entry>,
+}
+
+impl Default for Stack {
+    fn default() -> Self {
+        Self { first: [Entry::default(); Self::USUAL], used: 0, rest: Vec::new() }
+    }
+}
+
+impl Stack {
+    const USUAL: usize = 64;
+
+    #[inline(always)]
+    fn push(&mut self, entry: Entry) {
+        if self.used < Self::USUAL {
+            self.first[self.used] = entry;
+            self.used += 1;
+        } else {
+            self.rest.push(entry);
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Entry> {
+        if self.used == Self::USUAL
+            && let Some(entry) = self.rest.pop()
+        {
+            return Some(entry);
+        }
+        self.used = self.used.checked_sub(1)?;
+        Some(self.first[self.used])
+    }
+}
+
+/// Triangles below each node of the binary tree.
+fn count(binary: &Bvh2, root: usize, counts: &mut [u32]) {
+    // Children first: the order of a depth-first walk, reversed.
+    let mut order = vec![root];
+    let mut next = 0;
+    while next < order.len() {
+        let node = &binary.nodes[order[next]];
+        if !node.is_leaf() {
+            order.extend([node.first_index as usize, node.first_index as usize + 1]);
+        }
+        next += 1;
+    }
+    for &index in order.iter().rev() {
+        let node = &binary.nodes[index];
+        counts[index] = if node.is_leaf() {
+            node.prim_count
+        } else {
+            counts[node.first_index as usize] + counts[node.first_index as usize + 1]
+        };
+    }
+}
+
+/// The binary tree on its way to the wide one.
+struct Collapse<'a> {
+    binary: &'a Bvh2,
+    counts: &'a [u32],
+    facets: &'a [Facet],
+    padding: f32,
+    tree: &'a mut Tree,
+}
+
+impl Collapse<'_> {
+    /// Appends the wide node for a binary one and everything below; returns its index.
+    fn node(&mut self, root: usize) -> u32 {
+        let index = self.tree.nodes.len();
+        let mut bounds = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
+        self.tree.nodes.push(Node { bounds, children: [LEAF; WIDTH] });
+        let mut children = [LEAF; WIDTH];
+        for (lane, below) in self.children(root).into_iter().enumerate() {
+            let aabb = self.binary.nodes[below].aabb();
+            let (low, high) = (Vec3::from(aabb.min) - self.padding, Vec3::from(aabb.max) + self.padding);
+            for axis in 0..3 {
+                bounds[axis][0][lane] = low[axis];
+                bounds[axis][1][lane] = high[axis];
+            }
+            children[lane] = if self.is_leaf(below) { self.leaf(below) } else { self.node(below) };
+        }
+        self.tree.nodes[index] = Node { bounds, children };
+        index as u32
+    }
+
+    /// Up to [`WIDTH`] binary nodes that together hold what `root` holds: the largest boxes are opened first.
+    fn children(&self, root: usize) -> Vec<usize> {
+        let mut children = vec![root];
+        while children.len() < WIDTH {
+            let open = |&place: &usize| !self.is_leaf(children[place]);
+            let area = |&place: &usize| self.binary.nodes[children[place]].aabb().half_area();
+            let Some(largest) = (0..children.len()).filter(open).max_by(|a, b| area(a).total_cmp(&area(b)))
+            else {
+                break;
+            };
+            let first = self.binary.nodes[children[largest]].first_index as usize;
+            children[largest] = first;
+            children.push(first + 1);
+        }
+        children
+    }
+
+    fn is_leaf(&self, node: usize) -> bool {
+        self.counts[node] as usize <= LEAF_LANES
+    }
+
+    /// Appends the block of all triangles below a binary node.
+    fn leaf(&mut self, root: usize) -> u32 {
+        let mut facets = Vec::with_capacity(LEAF_LANES);
+        let mut open = vec![root];
+        while let Some(index) = open.pop() {
+            let node = &self.binary.nodes[index];
+            if node.is_leaf() {
+                let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+                let triangles = &self.binary.primitive_indices[range];
+                facets.extend(triangles.iter().map(|&primitive| self.facets[primitive as usize]));
+            } else {
+                open.extend([node.first_index as usize, node.first_index as usize + 1]);
+            }
+        }
+        self.tree.leaves.push(Block::new(&facets));
+        LEAF | (self.tree.leaves.len() - 1) as u32
+    }
+}
