@@ -32,6 +32,13 @@ pub(crate) struct Number {
     pub(crate) at: usize,
 }
 
+/// The items of a list that are finite numbers; the others are in the report.
+pub(crate) struct Numbers {
+    pub(crate) readable: Vec<Number>,
+    /// Whether every item was readable, so that their count and order mean something.
+    pub(crate) is_complete: bool,
+}
+
 impl<'t> Table<'t> {
     /// The whole document.
     pub(crate) fn document(entries: &'t DeTable<'t>) -> Self {
@@ -40,7 +47,8 @@ impl<'t> Table<'t> {
 
     /// Full key of an entry of this table.
     pub(crate) fn path_of(&self, key: &str) -> String {
-        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
+        let key = quoted_key(key);
+        if self.path.is_empty() { key } else { format!("{}.{key}", self.path) }
     }
 
     /// The value of a key, if it is there.
@@ -149,7 +157,7 @@ impl<'t> Entry<'t> {
     }
 
     /// A list of finite numbers.
-    pub(crate) fn numbers(&self, report: &mut Report<'_>) -> Option<Vec<Number>> {
+    pub(crate) fn numbers(&self, report: &mut Report<'_>) -> Option<Numbers> {
         let DeValue::Array(items) = self.value else {
             self.expected("a list of numbers such as [1.0, 2.0]", report);
             return None;
@@ -158,16 +166,15 @@ impl<'t> Entry<'t> {
             let path = format!("{}[{}]", self.path, i + 1);
             Entry { path, at: item.span().start, value: item.get_ref() }.number(report)
         };
-        // Every item is looked at before the first bad one makes the list unusable.
-        let numbers: Vec<Option<Number>> = items.iter().enumerate().map(item).collect();
-        numbers.into_iter().collect()
+        let readable: Vec<Number> = items.iter().enumerate().filter_map(item).collect();
+        Some(Numbers { is_complete: readable.len() == items.len(), readable })
     }
 
     /// One finite number, or a list of them.
-    pub(crate) fn number_or_list(&self, report: &mut Report<'_>) -> Option<Vec<Number>> {
+    pub(crate) fn number_or_list(&self, report: &mut Report<'_>) -> Option<Numbers> {
         match self.value {
             DeValue::Array(_) => self.numbers(report),
-            _ => self.number(report).map(|number| vec![number]),
+            _ => self.number(report).map(|number| Numbers { readable: vec![number], is_complete: true }),
         }
     }
 
@@ -183,9 +190,9 @@ impl<'t> Entry<'t> {
 
     /// Three finite numbers.
     pub(crate) fn vector(&self, report: &mut Report<'_>) -> Option<DVec3> {
-        let numbers = self.numbers(report)?;
-        let [x, y, z] = numbers[..] else {
-            self.problem(report, &format!("expected three numbers [x, y, z], found {}", numbers.len()));
+        let Numbers { readable, is_complete: true } = self.numbers(report)? else { return None };
+        let [x, y, z] = readable[..] else {
+            self.problem(report, &format!("expected three numbers [x, y, z], found {}", readable.len()));
             return None;
         };
         Some(DVec3::new(x.value, y.value, z.value))
@@ -214,6 +221,12 @@ impl<'t> Entry<'t> {
         };
         items.iter().enumerate().filter_map(entry).collect()
     }
+}
+
+/// A key as a TOML file writes it: in quotes unless it is made of letters, digits, `_` and `-`.
+pub(crate) fn quoted_key(key: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !key.is_empty() && key.chars().all(is_bare) { key.to_owned() } else { format!("\"{key}\"") }
 }
 
 /// The number a value stands for, if it is one; it may be infinite or no number.

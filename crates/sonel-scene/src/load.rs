@@ -130,11 +130,11 @@ fn build(walls: &Walls, report: &mut Report<'_>) -> Option<Geometry> {
     };
     let joined = walls.mesh.vertices.len().saturating_sub(geometry.mesh().vertices.len());
     if joined > 0 {
-        report.note(format!("{path}: {joined} vertices were joined to neighbours at the same place"));
+        report.note(format!("{path}: vertices joined to others at the same place: {joined}"));
     }
     let dropped = geometry.dropped_triangles();
     if dropped > 0 {
-        report.note(format!("{path}: {dropped} triangles without area were dropped"));
+        report.note(format!("{path}: triangles without area dropped: {dropped}"));
     }
     if !geometry.is_closed_room() {
         report.note(format!("{path}: the walls are no closed room; energy can escape"));
@@ -164,7 +164,7 @@ fn read_duration(
     }
     let Some(geometry) = geometry.filter(|_| report.is_clean()) else { return 0.0 };
     let Some(sabine) = scene.largest_sabine_time(geometry) else {
-        report.problem(0, "duration_s: missing, and nothing absorbs in some band; give it");
+        report.problem(0, "duration_s: missing, and some band has no absorption to choose it by; give it");
         return 0.0;
     };
     let duration = libm::ceil(100.0 * DURATION_PER_SABINE_TIME * sabine) / 100.0;

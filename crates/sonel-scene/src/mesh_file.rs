@@ -6,6 +6,7 @@ use glam::DVec3;
 use sonel_acoustics::Material;
 use sonel_geometry::{Mesh, MeshTriangle};
 
+use crate::document::quoted_key;
 use crate::obj::{self, Face, LineProblem, Polygons, Triangulation};
 use crate::report::Report;
 use crate::sections::walls::FARTHEST;
@@ -37,8 +38,10 @@ pub(crate) fn read(
     for face in &polygons.faces {
         let corners = &polygons.corners[face.corners.clone()];
         let positions: Vec<DVec3> = corners.iter().map(|corner| vertices[*corner as usize]).collect();
-        if let Some(far) = positions.iter().find(|position| position.abs().max_element() > FARTHEST) {
-            let message = format!("f: the corner {far} m lies farther than {FARTHEST:e} m; check mesh_unit");
+        let farthest = positions.iter().map(|position| position.abs().max_element()).fold(0.0, f64::max);
+        if farthest > FARTHEST {
+            let message =
+                format!("f: a coordinate of {farthest:e} m is beyond {FARTHEST:e} m; check mesh_unit");
             problems.push(LineProblem { line: face.line, message });
             continue;
         }
@@ -59,8 +62,8 @@ pub(crate) fn read(
         return None;
     }
     oddities.tell(report);
-    for note in &polygons.notes {
-        report.note(format!("{file}: {note}"));
+    for (line, note) in &polygons.notes {
+        report.note(format!("{file}:{line}: {note}"));
     }
     Some(Mesh { vertices, triangles })
 }
@@ -90,8 +93,11 @@ fn match_materials(polygons: &Polygons, materials: &[Material], problems: &mut V
         let index = indices.get(name.name.as_str()).copied();
         if index.is_none() && is_used {
             let advice = suggest(&name.name, materials.iter().map(|material| material.name.as_str()));
-            let message =
-                format!("usemtl {0}: no table [materials.{0}] in the scene file; {advice}", name.name);
+            let message = format!(
+                "usemtl {}: no table [materials.{}] in the scene file; {advice}",
+                name.name,
+                quoted_key(&name.name)
+            );
             problems.push(LineProblem { line: name.line, message });
         }
         matched.push(index.unwrap_or(0));
@@ -99,7 +105,7 @@ fn match_materials(polygons: &Polygons, materials: &[Material], problems: &mut V
     matched
 }
 
-/// Faces that were kept but deserve a word: lines of the first and how many.
+/// Lines of faces that are no problem but deserve a word.
 struct Oddities<'f> {
     file: &'f str,
     bent: Vec<usize>,
@@ -117,16 +123,14 @@ impl Oddities<'_> {
     }
 
     fn tell(&self, report: &mut Report<'_>) {
-        let file = self.file;
-        if let Some(first) = self.bent.first() {
-            let count = self.bent.len();
-            report.note(format!(
-                "{file}:{first}: {count} faces are not quite plane and were folded along diagonals"
-            ));
-        }
-        if let Some(first) = self.flat.first() {
-            let count = self.flat.len();
-            report.note(format!("{file}:{first}: {count} faces without area were dropped"));
+        let kinds = [
+            (&self.bent, "the face is not quite plane and was folded along diagonals"),
+            (&self.flat, "the face has no area and was dropped"),
+        ];
+        for (lines, what) in kinds {
+            if let Some(first) = lines.first() {
+                report.note(format!("{}:{first}: {what}{}", self.file, obj::and_more(lines.len())));
+            }
         }
     }
 }

@@ -47,6 +47,7 @@ impl<'t> Report<'t> {
         self.problems.sort_by_key(|problem| {
             (problem.place.file != scene_file, problem.place.line, problem.place.column)
         });
+        self.problems.dedup();
         Err(SceneErrors { problems: self.problems })
     }
 }

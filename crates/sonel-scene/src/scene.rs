@@ -210,3 +210,51 @@ impl Scene {
 pub(crate) fn attenuation_per_band(air: &Air, bands: &Bands) -> Vec<f64> {
     (0..bands.count()).map(|band| air.energy_attenuation(bands.exact_midband(band))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+
+    fn shoebox() -> Scene {
+        let bands = Bands::octaves();
+        Scene::shoebox([10.0, 7.0, 3.0], Material::uniform("walls", 0.2, 0.5, bands.count()), bands)
+            .with_source("source", [2.0, 2.0, 1.5])
+            .with_receiver("receiver", [7.0, 2.0, 1.5])
+    }
+
+    #[test]
+    fn builders_fill_every_band() {
+        let scene = shoebox();
+        assert_eq!((scene.air_attenuation.len(), scene.sources[0].power_level_db.len()), (8, 8));
+        assert!(scene.geometry().unwrap().is_closed_room());
+        assert_eq!(scene.receivers[0].aim, dvec3(-1.0, 0.0, 0.0));
+        let still = scene.without_air_attenuation().with_duration(3.0);
+        assert!(
+            still.air_attenuation.iter().all(|m| m.abs() < 1e-300) && (still.duration - 3.0).abs() < 1e-12
+        );
+    }
+
+    #[test]
+    fn shoebox_lasts_longer_than_it_rings() {
+        let scene = shoebox();
+        let time = sabine_time(210.0, 0.2 * 242.0, scene.air_attenuation[0], scene.speed_of_sound);
+        assert!((scene.duration - 1.2 * time).abs() < 1e-9);
+    }
+
+    #[test]
+    fn silent_walls_have_no_sabine_time() {
+        let mut scene = shoebox().without_air_attenuation();
+        scene.materials[0].absorption[3] = 0.0;
+        assert_eq!(scene.largest_sabine_time(&scene.geometry().unwrap()), None);
+    }
+
+    #[test]
+    fn serialised_form_carries_all_but_the_mesh() {
+        let scene = shoebox();
+        let mut read: Scene = toml::from_str(&toml::to_string(&scene).unwrap()).unwrap();
+        assert_eq!(read.mesh, Mesh::default());
+        read.mesh = scene.mesh.clone();
+        assert_eq!(read, scene);
+    }
+}

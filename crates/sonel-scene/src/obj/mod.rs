@@ -10,5 +10,5 @@ mod scan;
 mod triangulate;
 
 pub(crate) use polygons::{Face, Polygons, read};
-pub(crate) use scan::LineProblem;
+pub(crate) use scan::{LineProblem, and_more};
 pub(crate) use triangulate::{Triangulation, triangulate};

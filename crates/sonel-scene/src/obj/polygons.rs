@@ -16,7 +16,8 @@ pub(crate) struct Polygons {
     pub(crate) corners: Vec<u32>,
     pub(crate) faces: Vec<Face>,
     pub(crate) names: Vec<MaterialName>,
-    pub(crate) notes: Vec<String>,
+    /// Lines and what was done about them.
+    pub(crate) notes: Vec<(usize, String)>,
 }
 
 /// One polygon.

@@ -25,7 +25,8 @@ pub(crate) struct Scan {
     /// The line of every face, in the order of the file.
     pub(crate) face_lines: Vec<usize>,
     pub(crate) problems: Vec<LineProblem>,
-    pub(crate) notes: Vec<String>,
+    /// Lines and what was done about them.
+    pub(crate) notes: Vec<(usize, String)>,
 }
 
 /// Statements without meaning for walls.
@@ -68,7 +69,7 @@ struct Scanner {
     bare_faces: Option<(usize, usize)>,
     /// First line and count of points and lines.
     wires: Option<(usize, usize)>,
-    /// Line, as written, and value of positive indices beyond the vertices read so far.
+    /// Lines and indices that lie beyond the vertices read so far; the vertices may follow.
     forward: Vec<(usize, u64)>,
 }
 
@@ -187,18 +188,23 @@ impl Scanner {
             }
         }
         if let Some((line, count)) = self.bare_faces {
-            self.problem(line, format!("f: {count} faces before any usemtl; name their material by usemtl"));
+            self.problem(line, format!("f: no usemtl names the material of this face{}", and_more(count)));
         }
         if self.scan.face_lines.is_empty() {
             self.problem(1, "the mesh has no face; export polygons");
         }
         if let Some((line, count)) = self.wires {
-            self.scan.notes.push(format!("{count} points or lines were ignored, the first in line {line}"));
+            self.scan.notes.push((line, format!("the point or line was ignored{}", and_more(count))));
         }
         let mut scan = self.scan;
         scan.cleaned = "mtllib names\n".to_owned() + &self.vertices + &self.faces;
         scan
     }
+}
+
+/// Ends a message about the first of `count` faces.
+pub(crate) fn and_more(count: usize) -> String {
+    if count > 1 { format!(" (and {} more)", count - 1) } else { String::new() }
 }
 
 /// A word of a damaged file, short enough for a message.

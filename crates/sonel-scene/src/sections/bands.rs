@@ -2,7 +2,7 @@
 
 use sonel_acoustics::{BandError, BandWidth, Bands};
 
-use crate::document::{Entry, Number, Table};
+use crate::document::{Entry, Number, Numbers, Table};
 use crate::report::Report;
 use crate::suggest::suggest;
 
@@ -33,13 +33,13 @@ fn read_table(table: &Table<'_>, report: &mut Report<'_>) -> Option<Bands> {
         return default_of(width?, report);
     };
     let centers = entry.numbers(report)?;
-    let nominal: Vec<f64> = centers.iter().map(|center| center.value).collect();
+    let nominal: Vec<f64> = centers.readable.iter().map(|center| center.value).collect();
     let width = width?;
     let problems = Bands::problems(&nominal, width);
     for problem in &problems {
-        report.problem(place(problem, &entry, &centers), format!("{}: {problem}", entry.path));
+        report.problem(place(problem, &entry, &centers.readable), format!("{}: {problem}", entry.path));
     }
-    Bands::new(nominal, width).ok()
+    Bands::new(nominal, width).ok().filter(|_| centers.is_complete)
 }
 
 fn read_width(entry: &Entry<'_>, report: &mut Report<'_>) -> Option<BandWidth> {
@@ -78,21 +78,13 @@ fn place(problem: &BandError, entry: &Entry<'_>, centers: &[Number]) -> usize {
 
 impl BandChoice {
     /// One number for each band from one number for all or a list of them; always as many as there are bands.
-    pub(crate) fn per_band(
-        &self,
-        entry: &Entry<'_>,
-        numbers: &[Number],
-        report: &mut Report<'_>,
-    ) -> Vec<f64> {
+    pub(crate) fn per_band(&self, entry: &Entry<'_>, numbers: &Numbers, report: &mut Report<'_>) -> Vec<f64> {
         let count = self.bands.count();
-        if !entry.is_list() {
-            return vec![numbers.first().map_or(0.0, |number| number.value); count];
-        }
-        if self.is_certain && numbers.len() != count {
-            let found = numbers.len();
+        let found = numbers.readable.len();
+        if entry.is_list() && numbers.is_complete && self.is_certain && found != count {
             entry.problem(report, &format!("{found} numbers for {count} bands: give one, or one per band"));
         }
-        let mut values: Vec<f64> = numbers.iter().map(|number| number.value).collect();
+        let mut values: Vec<f64> = numbers.readable.iter().map(|number| number.value).collect();
         values.resize(count, values.last().copied().unwrap_or(0.0));
         values
     }

@@ -71,12 +71,12 @@ fn read_coefficient(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'
     let numbers = entry.number_or_list(report)?;
     let outside = |number: &&Number| !(0.0..=1.0).contains(&number.value);
     let mut all_inside = true;
-    for number in numbers.iter().filter(outside) {
+    for number in numbers.readable.iter().filter(outside) {
         all_inside = false;
         report.problem(number.at, format!("{}: {} is outside 0 … 1", entry.path, number.value));
     }
     let values = bands.per_band(entry, &numbers, report);
-    all_inside.then_some(values)
+    (all_inside && numbers.is_complete).then_some(values)
 }
 
 /// s from the paper's δ: s = δ / (1−α), 0 where nothing is reflected.
@@ -90,9 +90,9 @@ fn scattering_of(
     let excess = |(diffuse, absorption): (&f64, &f64)| diffuse + absorption > 1.0 + ROUNDING;
     if let Some(band) = diffuse.iter().zip(absorption).position(excess) {
         let (diffuse, absorption, center) = (diffuse[band], absorption[band], bands.bands.nominal()[band]);
-        let most = 1.0 - absorption;
+
         let message = format!(
-            "{diffuse} and absorption {absorption} exceed 1 together at {center} Hz; give at most {most:.6}"
+            "{diffuse} and absorption {absorption} exceed 1 together at {center} Hz; give at most 1 - absorption"
         );
         entry.problem(report, &message);
     }

@@ -63,7 +63,7 @@ pub(crate) fn read(
             shoebox.problem(report, "given together with mesh; keep one of the two");
             None
         }
-        (Some(mesh), None) => read_mesh(&mesh, unit?, materials, open_mesh, report),
+        (Some(mesh), None) => read_mesh(&mesh, unit, materials, open_mesh, report),
         (None, Some(shoebox)) => {
             if let Some(entry) = document.get("mesh_unit") {
                 entry.problem(report, "a shoebox is in metres; remove this key");
@@ -86,7 +86,7 @@ fn read_unit(document: &Table<'_>, report: &mut Report<'_>) -> Option<f64> {
 
 fn read_mesh(
     entry: &Entry<'_>,
-    unit: f64,
+    unit: Option<f64>,
     materials: &[Material],
     open_mesh: OpenMesh<'_>,
     report: &mut Report<'_>,
@@ -100,7 +100,9 @@ fn read_mesh(
             return None;
         }
     };
-    let mesh = mesh_file::read(&bytes, path, unit, materials, report)?;
+    let mesh = mesh_file::read(&bytes, path, unit.unwrap_or(1.0), materials, report)?;
+    // Read for its own problems; in an unknown unit nothing can be said about positions in it.
+    unit?;
     Some(Walls { mesh, digest: *blake3::hash(&bytes).as_bytes(), at: entry.at, path: "mesh" })
 }
 
@@ -125,8 +127,12 @@ fn shoebox_materials(entry: &Entry<'_>, materials: &[Material], report: &mut Rep
     let of_wall = |wall: &str| named(wall).or_else(|| named(SHOEBOX_MATERIAL)).map(|(index, _)| index);
     let found = SHOEBOX_WALLS.map(of_wall);
     if found.contains(&None) {
-        let message = "its walls need a [materials.walls] table, or one for each of x0, x1, y0, y1, z0, z1";
-        entry.problem(report, message);
+        let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
+        let message = format!(
+            "its walls need a table [materials.walls], or one for each of x0, x1, y0, y1, z0, z1; found: {}",
+            names.join(", ")
+        );
+        entry.problem(report, &message);
         return None;
     }
     Some(found.map(Option::unwrap_or_default))

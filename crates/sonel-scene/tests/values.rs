@@ -1,0 +1,154 @@
+//! Every key of the scene file reaches its value in the compiled scene.
+
+use std::fs;
+use std::path::Path;
+
+use glam::{DVec3, dvec3};
+use sonel_acoustics::{Air, BandWidth, Directivity, sabine_time};
+use sonel_scene::{Loaded, Scene, load};
+
+fn load_good(name: &str) -> Loaded {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/good").join(name);
+    load(&fs::read_to_string(&path).unwrap(), name, &mut |mesh| fs::read(path.with_file_name(mesh))).unwrap()
+}
+
+fn load_shoebox(rest: &str) -> Scene {
+    let text = format!("shoebox = [10, 7, 3]\nsources = [{{ position = [2, 2, 1.5] }}]\n{rest}");
+    load(&text, "scene.toml", &mut |_| panic!("a shoebox opens no mesh")).unwrap().scene
+}
+
+#[track_caller]
+fn assert_near(found: &[f64], expected: &[f64]) {
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{found} is not {expected}");
+    }
+}
+
+#[test]
+fn room_keys() {
+    let scene = load_good("every-key.toml").scene;
+    assert_eq!(scene.name, "Every key of the interface");
+    assert_near(&[scene.duration, scene.speed_of_sound], &[2.5, 340.0]);
+    assert_eq!(scene.up, DVec3::Y);
+    assert_eq!(scene.bands.width(), BandWidth::Octave);
+    assert_near(scene.bands.nominal(), &[125.0, 500.0, 2000.0]);
+    let air = Air { temperature_celsius: 15.0, relative_humidity_percent: 40.0, pressure_kpa: 100.0 };
+    assert_eq!(scene.air, air);
+    let midbands = [0, 1, 2].map(|band| scene.bands.exact_midband(band));
+    assert_near(&scene.air_attenuation, &midbands.map(|frequency| air.energy_attenuation(frequency)));
+}
+
+#[test]
+fn mesh_is_in_metres_and_closed() {
+    let scene = load_good("every-key.toml").scene;
+    let geometry = scene.geometry().unwrap();
+    assert!(geometry.is_closed_room());
+    assert_near(&[geometry.volume().unwrap()], &[60.0]);
+    assert!(geometry.bounds().1.distance(dvec3(4.0, 3.0, 5.0)) < 1e-12);
+    // The curtain covers the walls x = 0 and x = 4 m.
+    assert!((geometry.exposed_area(1) - 30.0).abs() < 1e-9);
+    assert!((geometry.exposed_area(0) - 64.0).abs() < 1e-9);
+}
+
+#[test]
+fn material_keys() {
+    let scene = load_good("every-key.toml").scene;
+    let [concrete, curtain] = &scene.materials[..] else { panic!("two materials") };
+    assert_eq!((concrete.name.as_str(), curtain.name.as_str()), ("concrete", "velvet curtain"));
+    assert_eq!((concrete.source.as_deref(), curtain.source.as_deref()), (Some("a table"), None));
+    assert_near(&concrete.absorption, &[0.1, 0.2, 0.3]);
+    assert_near(&concrete.scattering, &[0.5, 0.5, 1.0]);
+    assert_near(&[0, 1, 2].map(|band| concrete.diffuse(band)), &[0.45, 0.4, 0.7]);
+    assert_near(&concrete.transmission, &[0.0; 3]);
+    assert_near(&curtain.absorption, &[0.5; 3]);
+    assert_near(&curtain.scattering, &[0.1, 0.2, 0.3]);
+}
+
+#[test]
+fn source_and_receiver_keys() {
+    let scene = load_good("every-key.toml").scene;
+    let [stage, pit] = &scene.sources[..] else { panic!("two sources") };
+    assert_eq!((stage.name.as_str(), stage.position), ("stage", dvec3(2.0, 1.5, 2.0)));
+    assert_near(&stage.power_level_db, &[80.0, 85.5, 90.0]);
+    assert_eq!((stage.directivity, stage.aim), (Directivity::FigureEight, -DVec3::Z));
+    assert_near(&pit.power_level_db, &[70.0; 3]);
+    assert_eq!(pit.directivity, Directivity::Omni);
+
+    let [towards_source, aimed] = &scene.receivers[..] else { panic!("two receivers") };
+    assert_eq!((towards_source.name.as_str(), towards_source.position), ("seat 12", dvec3(3.0, 1.0, 4.0)));
+    assert!(towards_source.aim.distance(dvec3(-1.0, 0.5, -2.0).normalize()) < 1e-12);
+    assert!(aimed.aim.distance(dvec3(0.6, 0.0, 0.8)) < 1e-12);
+}
+
+#[test]
+fn digests_are_those_of_the_files() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/good");
+    let digest = |name: &str| *blake3::hash(&fs::read(folder.join(name)).unwrap()).as_bytes();
+    let scene = load_good("every-key.toml").scene;
+    assert_eq!((scene.digest, scene.mesh_digest), (digest("every-key.toml"), digest("every-key.obj")));
+}
+
+#[test]
+fn units_scale_the_mesh() {
+    for (unit, length) in [("m", 1.0), ("mm", 0.001), ("cm", 0.01), ("in", 0.0254), ("ft", 0.3048)] {
+        let text = format!(
+            "mesh = \"m.obj\"\nmesh_unit = \"{unit}\"\nduration_s = 1\nmaterials.w.absorption = 0.1\n\
+             sources = [{{ position = [0, 0, 100] }}]"
+        );
+        let obj = b"v 0 0 0\nv 2 0 0\nv 0 3 0\nusemtl w\nf 1 2 3\n";
+        let scene = load(&text, "scene.toml", &mut |_| Ok(obj.to_vec())).unwrap().scene;
+        assert_near(&scene.mesh.vertices[2].to_array(), &[0.0, 3.0 * length, 0.0]);
+    }
+}
+
+#[test]
+fn coordinates_far_from_the_origin_keep_double_precision() {
+    let text = "mesh = \"m.obj\"\nduration_s = 1\nmaterials.w.absorption = 0.1\n\
+                sources = [{ position = [5000000, 0, 100] }]";
+    let obj = b"v 5000000.123456 0 0\nv 5000002 0 0\nv 5000000 3 0\nusemtl w\nf 1 2 3\n";
+    let scene = load(text, "scene.toml", &mut |_| Ok(obj.to_vec())).unwrap().scene;
+    assert_near(&[scene.mesh.vertices[0].x], &[5_000_000.123_456]);
+}
+
+#[test]
+fn walls_of_a_shoebox_take_their_own_material() {
+    let scene = load_good("shoebox-walls.toml").scene;
+    let geometry = scene.geometry().unwrap();
+    let area = |name: &str| {
+        let index = scene.materials.iter().position(|material| material.name == name).unwrap();
+        geometry.exposed_area(index as u32)
+    };
+    assert_near(&["walls", "z0", "y1", "spare"].map(area), &[142.0, 70.0, 30.0, 0.0]);
+    assert_eq!(scene.bands.count(), 24);
+    assert_near(&scene.air_attenuation, &[0.0; 24]);
+    // δ = 0.3 beside α = 0.7 is all that is reflected; nothing is where α = 1.
+    let scattering = |name: &str| scene.materials.iter().find(|m| m.name == name).unwrap().scattering[0];
+    assert_near(&[scattering("z0"), scattering("y1")], &[1.0, 0.0]);
+}
+
+#[test]
+fn duration_follows_the_longest_sabine_time() {
+    let scene = load_shoebox(
+        "air.attenuation = false\nmaterials.walls.absorption = [0.4, 0.1, 0.4, 0.4, 0.4, 0.4, 0.4, 0.4]",
+    );
+    let longest = sabine_time(210.0, 24.2, 0.0, scene.speed_of_sound);
+    assert!(scene.duration >= 1.2 * longest && scene.duration < 1.2 * longest + 0.01);
+}
+
+#[test]
+fn defaults() {
+    let scene = load_shoebox("materials.walls.absorption = 0.2");
+    assert_eq!(scene.air, Air::default());
+    assert_near(&[scene.speed_of_sound], &[Air::default().speed_of_sound()]);
+    assert_eq!(scene.bands.count(), 8);
+    assert_near(&scene.materials[0].scattering, &[0.1; 8]);
+    assert_near(&scene.sources[0].power_level_db, &[90.0; 8]);
+    assert_eq!((scene.up, scene.receivers.len()), (DVec3::Z, 0));
+}
+
+#[test]
+fn temperature_sets_the_speed_of_sound() {
+    let scene = load_shoebox("air.temperature_celsius = 0\nmaterials.walls.absorption = 0.2");
+    assert_near(&[scene.speed_of_sound], &[343.2 * (273.15f64 / 293.15).sqrt()]);
+}
