@@ -1,1 +1,23 @@
-//! For tests only: chi-square, z-test, analytic rooms.
+//! What tests measure against: statistical tests that can fail, and rooms whose answer is known.
+//!
+//! A dev-dependency only. It depends on no other crate of the workspace, so that every one of them may use it and
+//! so that nothing it states is derived from the code under test: rooms are written down from formulas, in `f64`,
+//! with points and directions as plain `[f64; 3]`.
+//!
+//! - [`chi_square`] and [`z_test`] judge samplers and estimators, [`significance`] splits a level over many tests;
+//! - [`uniform`] drives them: a tiny generator, constant for ever;
+//! - [`analytic`] holds the rooms with exact answers, [`bruteforce`] the one with a slow but obvious answer;
+//! - [`exponential`] and [`decay`] serve the parameter code: ideal decays with closed forms, and a plain regression.
+//!
+//! None of it is fit for production: speed, portability of the last bit and forgiving errors are not aims here.
+
+pub mod analytic;
+pub mod bruteforce;
+pub mod chi_square;
+pub mod decay;
+pub mod exponential;
+mod quadrature;
+pub mod significance;
+pub mod uniform;
+mod vector;
+pub mod z_test;

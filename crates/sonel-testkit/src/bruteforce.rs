@@ -1,0 +1,220 @@
+//! A slow and obvious simulator of a box room, to judge the fast and intricate one.
+//!
+//! One band, analytic walls, `f64`, one ray after another: a ray loses α of its weight at each wall and goes on as a
+//! mirror or, with probability s, after the cosine law. Every crossing of a sphere about the receiver counts
+//! weight/(π r²), at the time of the closest approach. No roulette, no connection, no density estimate, no index.
+//!
+//! The only bias is that of the sphere, of order (r/d)² per path of length d: the mean of 1/(4πd²) over the disc.
+//!
+//! Errors come from batches of rays with streams of their own; functions of the whole echogram are jackknifed.
+
+use crate::uniform::Uniform;
+use crate::vector::{difference, dot};
+use crate::z_test::Estimate;
+
+use std::f64::consts::{PI, TAU};
+
+/// A box of walls x0 x1 y0 y1 z0 z1 with its corner in the origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoxRoom {
+    /// Extent along x, y, z [m].
+    pub size: [f64; 3],
+    /// Absorption coefficient of each wall, 0…1.
+    pub absorption: [f64; 6],
+    /// Scattering coefficient of each wall, 0…1.
+    pub scattering: [f64; 6],
+    /// Speed of sound [m/s].
+    pub speed_of_sound: f64,
+    /// Energy attenuation of air [1/m].
+    pub air_attenuation: f64,
+}
+
+/// Where, how finely and how long to count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Count {
+    /// Position of the source [m], outside of the sphere.
+    pub source: [f64; 3],
+    /// Centre of the sphere [m], which lies wholly in the room.
+    pub receiver: [f64; 3],
+    /// Radius of the sphere [m].
+    pub radius: f64,
+    /// Width of a bin [s].
+    pub bin_width: f64,
+    /// Number of bins; rays end with the last.
+    pub bins: usize,
+    /// Batches, at least two: 32 give a good error.
+    pub batches: usize,
+    /// Rays of one batch.
+    pub rays_per_batch: usize,
+    /// Seed of the first batch; the others follow.
+    pub seed: u64,
+}
+
+/// What a ray has met since it left the source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum History {
+    /// Nothing: L R.
+    Direct,
+    /// Mirrors only: L S⁺ R.
+    Specular,
+    /// A scattering wall just now: … D R.
+    Diffuse,
+    /// Mirrors since the last scattering wall: … D S⁺ R.
+    DiffuseThenSpecular,
+}
+
+/// Fluences counted, per batch and class of path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Counted {
+    bin_width: f64,
+    /// By batch, history and bin [1/m²].
+    batches: Vec<[Vec<f64>; 4]>,
+}
+
+impl Counted {
+    /// Width of a bin [s].
+    pub fn bin_width(&self) -> f64 {
+        self.bin_width
+    }
+
+    /// Fluence per bin with its standard error [1/m²], all classes together.
+    pub fn echogram(&self) -> Vec<Estimate> {
+        let batches = self.batch_echograms();
+        let bin = |i: usize| Estimate::of(&batches.iter().map(|batch| batch[i]).collect::<Vec<_>>());
+        (0..batches[0].len()).map(bin).collect()
+    }
+
+    /// Fluence of all bins and classes [1/m²].
+    pub fn total(&self) -> Estimate {
+        self.sum(|_| true)
+    }
+
+    /// Fluence of all bins of one class [1/m²].
+    pub fn class(&self, history: History) -> Estimate {
+        self.sum(|class| class == history as usize)
+    }
+
+    /// Any function of the mean echogram, with its jackknifed standard error.
+    pub fn jackknife(&self, f: impl Fn(&[f64]) -> f64) -> Estimate {
+        let batches = self.batch_echograms();
+        let count = batches.len() as f64;
+        let bins = batches[0].len();
+        let sum = (0..bins).map(|i| batches.iter().map(|batch| batch[i]).sum::<f64>()).collect::<Vec<_>>();
+        let mean = |values: &[f64], n: f64| values.iter().map(|x| x / n).collect::<Vec<_>>();
+        let without =
+            |batch: &Vec<f64>| sum.iter().zip(batch).map(|(s, b)| (s - b).max(0.0)).collect::<Vec<_>>();
+        let parts = batches.iter().map(|batch| f(&mean(&without(batch), count - 1.0))).collect::<Vec<_>>();
+        let sigma = Estimate::of(&parts).sigma * (count - 1.0);
+        Estimate { value: f(&mean(&sum, count)), sigma }
+    }
+
+    fn sum(&self, keep: impl Fn(usize) -> bool) -> Estimate {
+        let batch = |classes: &[Vec<f64>; 4]| {
+            (0..4).filter(|&class| keep(class)).map(|class| classes[class].iter().sum::<f64>()).sum::<f64>()
+        };
+        Estimate::of(&self.batches.iter().map(batch).collect::<Vec<_>>())
+    }
+
+    fn batch_echograms(&self) -> Vec<Vec<f64>> {
+        let add = |classes: &[Vec<f64>; 4]| {
+            (0..classes[0].len()).map(|bin| classes.iter().map(|class| class[bin]).sum()).collect()
+        };
+        self.batches.iter().map(add).collect()
+    }
+}
+
+impl BoxRoom {
+    /// Counts the rays of an omnidirectional source that cross the sphere.
+    pub fn count(&self, count: &Count) -> Counted {
+        assert!(count.batches > 1, "no error from a single batch");
+        let gap = difference(count.source, count.receiver);
+        assert!(dot(gap, gap) > count.radius * count.radius, "the source lies in the receiver");
+        let inside = (0..3)
+            .all(|k| count.receiver[k] > count.radius && count.receiver[k] < self.size[k] - count.radius);
+        assert!(inside, "the sphere reaches out of the room");
+        let batches =
+            (0..count.batches).map(|batch| self.batch(count, count.seed.wrapping_add(batch as u64)));
+        Counted { bin_width: count.bin_width, batches: batches.collect() }
+    }
+
+    fn batch(&self, count: &Count, seed: u64) -> [Vec<f64>; 4] {
+        let mut numbers = Uniform::new(seed);
+        let mut classes = [(); 4].map(|()| vec![0.0; count.bins]);
+        let share = 1.0 / (PI * count.radius * count.radius * count.rays_per_batch as f64);
+        for _ in 0..count.rays_per_batch {
+            self.follow(count, &mut numbers, |history, length, weight| {
+                let bin = (length / self.speed_of_sound / count.bin_width) as usize;
+                if let Some(bin) = classes[history as usize].get_mut(bin) {
+                    *bin += share * weight * (-self.air_attenuation * length).exp();
+                }
+            });
+        }
+        classes
+    }
+
+    /// Follows one ray until the last bin; `crossing` gets history, path length [m] and weight.
+    fn follow(&self, count: &Count, numbers: &mut Uniform, mut crossing: impl FnMut(History, f64, f64)) {
+        let reach = self.speed_of_sound * count.bin_width * count.bins as f64;
+        let (mut at, mut towards) = (count.source, numbers.unit_vector());
+        let (mut length, mut weight, mut history) = (0.0, 1.0, History::Direct);
+        while length < reach && weight > 0.0 {
+            let to_receiver = difference(count.receiver, at);
+            let along = dot(to_receiver, towards);
+            // The sphere lies within the room, so a line that meets it does so before the wall.
+            if along > 0.0 && dot(to_receiver, to_receiver) - along * along < count.radius * count.radius {
+                crossing(history, length + along, weight);
+            }
+            let (wall, step) = self.next_wall(at, towards);
+            at = [0, 1, 2].map(|k| at[k] + step * towards[k]);
+            at[wall / 2] = if wall % 2 == 0 { 0.0 } else { self.size[wall / 2] };
+            length += step;
+            weight *= 1.0 - self.absorption[wall];
+            if numbers.next_f64() < self.scattering[wall] {
+                towards = lambert(wall, numbers);
+                history = History::Diffuse;
+            } else {
+                towards[wall / 2] = -towards[wall / 2];
+                history = history.mirrored();
+            }
+        }
+    }
+
+    /// The wall a ray meets next, and how far it is [m].
+    fn next_wall(&self, at: [f64; 3], towards: [f64; 3]) -> (usize, f64) {
+        let distance = |axis: usize| {
+            let plane = if towards[axis] > 0.0 { self.size[axis] } else { 0.0 };
+            (plane - at[axis]) / towards[axis]
+        };
+        let mut nearest = (0, f64::INFINITY);
+        for axis in (0..3).filter(|&axis| towards[axis].abs() > 0.0) {
+            let step = distance(axis);
+            if step < nearest.1 {
+                nearest = (2 * axis + usize::from(towards[axis] > 0.0), step);
+            }
+        }
+        nearest
+    }
+}
+
+impl History {
+    fn mirrored(self) -> Self {
+        match self {
+            Self::Direct | Self::Specular => Self::Specular,
+            Self::Diffuse | Self::DiffuseThenSpecular => Self::DiffuseThenSpecular,
+        }
+    }
+}
+
+/// A direction into the room after the cosine law about the normal of a wall.
+fn lambert(wall: usize, numbers: &mut Uniform) -> [f64; 3] {
+    let axis = wall / 2;
+    let radius_squared = numbers.next_f64();
+    let (sin, cos) = (TAU * numbers.next_f64()).sin_cos();
+    let radius = radius_squared.sqrt();
+    let height = (1.0 - radius_squared).sqrt();
+    let mut direction = [0.0; 3];
+    direction[axis] = if wall % 2 == 0 { height } else { -height };
+    direction[(axis + 1) % 3] = radius * cos;
+    direction[(axis + 2) % 3] = radius * sin;
+    direction
+}
