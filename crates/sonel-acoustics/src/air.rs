@@ -3,7 +3,7 @@
 //! Valid for −20 … 50 °C, 10 … 100 % relative humidity, pressure below 200 kPa, 50 Hz … 10 kHz with an accuracy of 10 %
 //! (ISO 9613-1:1993, 6.1–6.3 states it for part of that range).
 //!
-//! Reference: ISO 9613-1:1993 (docs/references.md).
+//! Reference: [ISO9613-1] (docs/references.md).
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

@@ -4,7 +4,7 @@
 //! Air attenuation uses the exact midband, diffraction integrates over f/√2 … f√2 of the nominal centre
 //! (docs/physics.md §1). The two series of edges differ by 0.1 %.
 //!
-//! References: IEC 61260-1:2014, ISO 266:1997 (docs/references.md).
+//! References: [IEC61260-1] (docs/references.md), ISO 266:1997.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

@@ -1,6 +1,6 @@
 //! Just-noticeable differences: how much of a change a listener hears.
 //!
-//! References: ISO 3382-1:2009 table A.1; for the speech transmission index [Bradley1999] (docs/references.md).
+//! References: [ISO3382-1] table A.1; for the speech transmission index [Bradley1999] (docs/references.md).
 
 /// Reverberation time, relative (ISO 3382-1 gives it for the early decay time, usage extends it to T20 and T30).
 pub const REVERBERATION_TIME: f64 = 0.05;

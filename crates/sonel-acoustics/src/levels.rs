@@ -3,7 +3,7 @@
 //! ΣF is an energy echogram summed over time: fluence at the receiver per unit emitted energy [1/m²]
 //! (docs/physics.md §1). With a steady source of power level L_W it gives the steady sound pressure level.
 //!
-//! References: ISO 3382-1:2009 annex A (strength G), [Kuttruff2009] (docs/references.md).
+//! References: [ISO3382-1] annex A (strength G), [Kuttruff2009] (docs/references.md).
 
 use std::f64::consts::PI;
 

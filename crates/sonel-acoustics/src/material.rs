@@ -3,7 +3,7 @@
 //! Of the incident energy α is not reflected; the reflected part is split by the scattering coefficient s into Lambert
 //! and mirror; τ ≤ α passes straight on and α − τ is dissipated (docs/physics.md §1, §3).
 //!
-//! References: ISO 354:2003 (α), ISO 17497-1:2004 (s) (docs/references.md).
+//! References: ISO 354:2003 (α), [ISO17497-1] (s) (docs/references.md).
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

@@ -1,4 +1,5 @@
 //! Damaged files are refused with problems, never with a panic.
+#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
 
 use std::fs;
 use std::path::Path;

@@ -1,0 +1,36 @@
+//! The examples of docs/formats/scene.md are scenes.
+
+#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
+
+use std::fs;
+use std::path::Path;
+
+use sonel_scene::load;
+
+/// Blocks of a page fenced as TOML.
+fn toml_blocks(page: &str) -> Vec<&str> {
+    page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
+}
+
+#[test]
+fn examples_of_the_page_are_read() {
+    let crate_folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(crate_folder.join("../../docs/formats/scene.md")).unwrap();
+    let blocks = toml_blocks(&page);
+    assert_eq!(blocks.len(), 2, "the page has a smallest scene and one with every key");
+    for block in blocks {
+        let mesh = crate_folder.join("tests/corpus/good/every-key.obj");
+        let loaded = load(block, "scene.md", &mut |_| fs::read(&mesh));
+        assert!(loaded.is_ok(), "{}", loaded.unwrap_err());
+    }
+}
+
+#[test]
+fn the_example_with_every_key_takes_no_default() {
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/formats/scene.md"))
+        .unwrap();
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/good/every-key.obj");
+    let loaded = load(toml_blocks(&page)[1], "scene.md", &mut |_| fs::read(&mesh)).unwrap();
+    let defaults: Vec<_> = loaded.notes.iter().filter(|note| note.contains("default")).collect();
+    assert!(defaults.is_empty(), "{defaults:?}");
+}
