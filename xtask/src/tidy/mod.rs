@@ -13,7 +13,6 @@ mod tree;
 
 use anyhow::{Result, bail};
 
-pub use references::is_key as is_citation_key;
 use tree::{Finding, Tree};
 
 type Rule = fn(&Tree) -> Vec<Finding>;

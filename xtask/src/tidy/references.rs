@@ -38,7 +38,7 @@ fn keys(line: &str) -> impl Iterator<Item = &str> {
 }
 
 /// Authors and year (`Schroeder1965`, `Wilkie2014a`), or a standard's number (`ISO3382-1`, `IEC60268-16`).
-pub fn is_key(word: &str) -> bool {
+fn is_key(word: &str) -> bool {
     let letters = word.chars().take_while(char::is_ascii_alphabetic).count();
     let (name, number) = word.split_at(letters);
     if name.is_empty() || !name.starts_with(|c: char| c.is_ascii_uppercase()) {
