@@ -1,7 +1,7 @@
 //! Air: speed of sound, density, attenuation.
 //!
-//! Valid for −20 … 50 °C, 10 … 100 % relative humidity, pressure below 200 kPa, 50 Hz … 10 kHz with an accuracy of 10 %
-//! (ISO 9613-1:1993, 6.1–6.3 states it for part of that range).
+//! Attenuation is accurate to 10 % for −20 … 50 °C, a molar concentration of water vapour of 0.05 … 5 %, pressures below
+//! 200 kPa and frequencies of 4·10⁻⁴ … 10 Hz per pascal (40 Hz … 1 MHz at sea level).
 //!
 //! Reference: [ISO9613-1] (docs/references.md).
 

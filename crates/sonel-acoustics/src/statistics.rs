@@ -5,7 +5,7 @@
 //!
 //! References: [Sabine1922], [Eyring1930], [Kuttruff2009] §5.3, [Schroeder1962] (docs/references.md).
 
-/// ln 10⁶ · 4: a level falls by 60 dB when energy falls by 10⁶, and the mean free path is 4V/S.
+/// Time in which energy that decays as e^(−c (A + 4mV) t / 4V) falls by 60 dB, to 10⁻⁶ [s].
 fn decay_time(volume: f64, absorption_area: f64, air_attenuation: f64, speed_of_sound: f64) -> f64 {
     4.0 * libm::log(1e6) * volume / (speed_of_sound * (absorption_area + 4.0 * air_attenuation * volume))
 }
