@@ -54,7 +54,7 @@ mod tests {
 
     /// A warning about the word between the bars.
     fn warning(code: &str, line: &str) -> String {
-        let start = line.find('|').unwrap() + 1;
+        let start = line.chars().position(|c| c == '|').unwrap() + 1;
         let line = line.replace('|', "");
         serde_json::json!({"reason": "compiler-message", "message": {
             "level": "warning", "code": {"code": code}, "message": "unresolved link to `x`", "rendered": line,
