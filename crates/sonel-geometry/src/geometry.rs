@@ -5,6 +5,7 @@ use crate::enclosure::{distance_to_triangle, winding_number};
 use crate::index::Index;
 use crate::orient::{Oriented, Shell, orient};
 use crate::probe::{LocalPlane, Probe};
+use crate::rim::{keep_inside, margins};
 use crate::scale::Scale;
 use crate::shoebox::{Shoebox, recognise};
 use crate::surfaces::{Partition, partition};
@@ -20,6 +21,7 @@ pub struct Geometry {
     surfaces: Vec<Surface>,
     of_triangle: Vec<SurfaceId>,
     local: Vec<Vec3>,
+    margins: Vec<f32>,
     index: Index,
     shells: Vec<Shell>,
     room: Option<usize>,
@@ -57,6 +59,8 @@ impl Geometry {
                 plane: surfaces[of_triangle[t].0 as usize].plane,
             })
             .collect();
+        let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
+        let margins = margins(&mesh, &edges, &plane_of, f64::from(scale.lift()));
         let index = Index::build(&facets, planes, closed, scale.lift(), scale.resolution());
         let room = room(&mesh, &shells, bounds, tolerance);
         Ok(Self {
@@ -66,6 +70,7 @@ impl Geometry {
             surfaces,
             of_triangle,
             local,
+            margins,
             index,
             shells,
             room,
@@ -178,7 +183,7 @@ impl Geometry {
         };
         let corners =
             self.mesh.triangles[triangle as usize].corners.map(|c| self.local[c as usize].as_dvec3());
-        let position = keep_inside(corners, point, f64::from(self.scale.margin()));
+        let position = keep_inside(corners, point, f64::from(self.margins[triangle as usize]));
         Hit { position: position.as_vec3(), distance: distance as f32, triangle, surface, side }
     }
 
@@ -256,28 +261,6 @@ fn room(mesh: &Mesh, shells: &[Shell], bounds: (DVec3, DVec3), tolerance: f64) -
             && (low - bounds.0).max_element() <= tolerance
             && (bounds.1 - high).max_element() <= tolerance
     })
-}
-
-/// Moves a point that is in a triangle up to rounding to where it keeps a margin from all three sides, or to the
-/// centre of the inscribed circle where there is no such place.
-fn keep_inside(corners: [DVec3; 3], point: DVec3, margin: f64) -> DVec3 {
-    let [a, b, c] = corners;
-    let normal = (b - a).cross(c - a);
-    let double_area = normal.length();
-    let sides = [c - b, a - c, b - a].map(DVec3::length);
-    // Barycentric coordinate of the point opposite each side, and the share of the margin in that height.
-    let weight = |p: DVec3, q: DVec3| normal.dot((q - p).cross(point - p)) / (double_area * double_area);
-    let weights = [weight(b, c), weight(c, a), weight(a, b)];
-    let inner = sides.map(|side| margin * side / double_area);
-    let room = 1.0 - inner.iter().sum::<f64>();
-    if room <= 0.0 {
-        let around = sides.iter().sum::<f64>();
-        return (a * sides[0] + b * sides[1] + c * sides[2]) / around;
-    }
-    let spare: [f64; 3] = std::array::from_fn(|i| (weights[i] - inner[i]).max(0.0));
-    let sum = spare.iter().sum::<f64>();
-    let share: [f64; 3] = std::array::from_fn(|i| inner[i] + room * spare[i] / sum);
-    a * share[0] + b * share[1] + c * share[2]
 }
 
 #[cfg(test)]

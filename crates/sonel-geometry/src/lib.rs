@@ -22,6 +22,7 @@ mod nesting;
 mod orient;
 mod probe;
 mod ray;
+mod rim;
 mod scale;
 mod shoebox;
 mod surfaces;

@@ -97,19 +97,7 @@ fn continuing_pair(
     faces: &[(u32, bool)],
     tolerance: f64,
 ) -> Option<(usize, usize)> {
-    let start = mesh.vertices[edge.ends[0] as usize];
-    let along = (mesh.vertices[edge.ends[1] as usize] - start).normalize();
-    let reach: Vec<_> = faces
-        .iter()
-        .map(|&(face, _)| {
-            let apex = mesh.triangles[face as usize]
-                .corners
-                .into_iter()
-                .find(|corner| !edge.ends.contains(corner))
-                .map_or(start, |corner| mesh.vertices[corner as usize]);
-            (apex - start).reject_from_normalized(along)
-        })
-        .collect();
+    let reach: Vec<_> = faces.iter().map(|&(face, _)| edge.height(mesh, face)).collect();
     for i in 0..faces.len() {
         for j in i + 1..faces.len() {
             let height = reach[i].length().min(reach[j].length());

@@ -19,9 +19,6 @@ pub(crate) struct Scale {
 const ULPS_PER_RESOLUTION: f32 = 4.0;
 /// The lift exceeds the resolution so far that a lifted origin is on its side beyond doubt.
 const RESOLUTIONS_PER_LIFT: f32 = 4.0;
-/// Hits keep this many lifts from the rim of their triangle, so that in a corner of angle φ the lifted origin is on
-/// the inner side of the other wall while tan φ > 1/16.
-const LIFTS_PER_MARGIN: f32 = 16.0;
 
 impl Scale {
     /// The scale of a scene within the given bounds [m].
@@ -39,11 +36,6 @@ impl Scale {
     /// Distance [m] from a surface at which rays leave it.
     pub fn lift(&self) -> f32 {
         RESOLUTIONS_PER_LIFT * self.resolution()
-    }
-
-    /// Distance [m] that hits keep from the rim of their triangle.
-    pub fn margin(&self) -> f32 {
-        LIFTS_PER_MARGIN * self.lift()
     }
 
     /// World to local coordinates.

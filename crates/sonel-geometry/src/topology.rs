@@ -1,6 +1,7 @@
 //! Which triangles meet at which edges.
 
 use crate::Mesh;
+use glam::DVec3;
 use std::collections::HashMap;
 
 /// The triangles around one edge of a welded mesh.
@@ -10,6 +11,27 @@ pub(crate) struct SharedEdge {
     pub ends: [u32; 2],
     /// Triangles with this edge in ascending order, and whether they run along it from the first end to the second.
     pub faces: Vec<(u32, bool)>,
+}
+
+impl SharedEdge {
+    /// Unit vector along the edge, from its first end.
+    pub fn along(&self, mesh: &Mesh) -> DVec3 {
+        let [from, to] = self.ends.map(|end| mesh.vertices[end as usize]);
+        (to - from).normalize()
+    }
+
+    /// The vector from the edge to the far corner of one of its faces [m], at right angles to the edge.
+    pub fn height(&self, mesh: &Mesh, face: u32) -> DVec3 {
+        let corners = mesh.triangles[face as usize].corners;
+        let apex = corners.into_iter().find(|corner| !self.ends.contains(corner)).unwrap_or(self.ends[0]);
+        let reach = mesh.vertices[apex as usize] - mesh.vertices[self.ends[0] as usize];
+        reach.reject_from_normalized(self.along(mesh))
+    }
+
+    /// Unit vector in one of its faces, at right angles to the edge and away from it.
+    pub fn inward(&self, mesh: &Mesh, face: u32) -> DVec3 {
+        self.height(mesh, face).normalize_or_zero()
+    }
 }
 
 /// Edges in the order in which triangles first name them.

@@ -67,9 +67,9 @@ pub fn l_room() -> Mesh {
     mesh
 }
 
-/// A needle of a room: a triangle of 10 m with a corner of 5°, 3 m high.
-pub fn wedge_room() -> Mesh {
-    let angle = 5f64.to_radians();
+/// A needle of a room: a triangle of 10 m with an acute corner, 3 m high.
+pub fn wedge_room(degrees: f64) -> Mesh {
+    let angle = degrees.to_radians();
     let outline = [(0.0, 0.0), (10.0, 0.0), (10.0 * angle.cos(), 10.0 * angle.sin())];
     let mut mesh = prism(&outline, 3.0);
     let at = |i: usize, z: f64| dvec3(outline[i].0, outline[i].1, z);

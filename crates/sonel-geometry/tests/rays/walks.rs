@@ -108,9 +108,11 @@ fn far_from_the_origin() {
 }
 
 #[test]
-fn in_a_corner_of_five_degrees() {
-    nobody_is_lost(rooms::wedge_room);
-    nobody_is_lost(|| rooms::turned(rooms::wedge_room(), DVec3::ZERO));
+fn in_an_acute_corner() {
+    for degrees in [5.0, 0.5] {
+        nobody_is_lost(|| rooms::wedge_room(degrees));
+        nobody_is_lost(|| rooms::turned(rooms::wedge_room(degrees), DVec3::ZERO));
+    }
 }
 
 #[test]

@@ -1,0 +1,99 @@
+//! How far hits keep from the rim of their triangle.
+//!
+//! A position on a wall is lifted before a ray leaves it. Near a corner of angle φ the lifted origin must also be on
+//! the right side of the other wall: at a distance of lift · cot(φ/2) from the corner it is one lift away from both.
+//! The most acute corner at any of a triangle's vertices decides for the whole triangle, since walls also meet a
+//! triangle in a vertex alone.
+
+use crate::topology::SharedEdge;
+use crate::{Mesh, PlaneId};
+use glam::DVec3;
+
+/// For each triangle the distance [m] from its sides within which no hit is placed.
+pub(crate) fn margins(mesh: &Mesh, edges: &[SharedEdge], planes: &[PlaneId], lift: f64) -> Vec<f32> {
+    // At a free edge and at a flat seam one lift keeps rounding from leaving the triangle.
+    let mut at_vertex = vec![lift; mesh.vertices.len()];
+    for edge in edges {
+        let margin = lift * cotangent_of_half_angle(mesh, edge, planes);
+        for end in edge.ends {
+            at_vertex[end as usize] = at_vertex[end as usize].max(margin);
+        }
+    }
+    let margin = |corners: [u32; 3]| corners.map(|c| at_vertex[c as usize]).into_iter().fold(lift, f64::max);
+    mesh.triangles.iter().map(|triangle| margin(triangle.corners) as f32).collect()
+}
+
+/// cot(φ/2) of the most acute corner φ between two faces of an edge that are not in one plane.
+fn cotangent_of_half_angle(mesh: &Mesh, edge: &SharedEdge, planes: &[PlaneId]) -> f64 {
+    let mut largest: f64 = 0.0;
+    for (i, &(a, _)) in edge.faces.iter().enumerate() {
+        for &(b, _) in &edge.faces[i + 1..] {
+            if planes[a as usize] != planes[b as usize] {
+                let cosine = edge.inward(mesh, a).dot(edge.inward(mesh, b));
+                largest = largest.max(((1.0 + cosine) / (1.0 - cosine)).max(0.0).sqrt());
+            }
+        }
+    }
+    largest
+}
+
+/// Moves a point that is in a triangle up to rounding to where it keeps a margin from all three sides, or to the
+/// centre of the inscribed circle where there is no such place.
+pub(crate) fn keep_inside(corners: [DVec3; 3], point: DVec3, margin: f64) -> DVec3 {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    let double_area = normal.length();
+    let sides = [c - b, a - c, b - a].map(DVec3::length);
+    // Barycentric coordinates of the point, and what of each the margin takes.
+    let weight = |p: DVec3, q: DVec3| normal.dot((q - p).cross(point - p)) / (double_area * double_area);
+    let weights = [weight(b, c), weight(c, a), weight(a, b)];
+    let taken = sides.map(|side| margin * side / double_area);
+    let free = 1.0 - taken.iter().sum::<f64>();
+    if free <= 0.0 {
+        let around = sides.iter().sum::<f64>();
+        return (a * sides[0] + b * sides[1] + c * sides[2]) / around;
+    }
+    let spare: [f64; 3] = std::array::from_fn(|i| (weights[i] - taken[i]).max(0.0));
+    let sum = spare.iter().sum::<f64>();
+    let share: [f64; 3] = std::array::from_fn(|i| taken[i] + free * spare[i] / sum);
+    a * share[0] + b * share[1] + c * share[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topology::shared_edges;
+    use glam::dvec3;
+
+    #[test]
+    fn points_keep_their_margin_and_else_stay_where_they_are() {
+        let corners = [dvec3(0.0, 0.0, 0.0), dvec3(4.0, 0.0, 0.0), dvec3(0.0, 3.0, 0.0)];
+        let inner = dvec3(1.0, 1.0, 0.0);
+        assert!(keep_inside(corners, inner, 0.1).distance(inner) < 1e-15);
+        for outer in
+            [dvec3(1.0, -1e-7, 0.0), dvec3(0.0, 0.0, 0.0), dvec3(4.0, 0.0, 0.0), dvec3(2.0, 1.5, 0.0)]
+        {
+            let kept = keep_inside(corners, outer, 0.1);
+            let heights = [kept.y, kept.x, (12.0 - 3.0 * kept.x - 4.0 * kept.y) / 5.0];
+            assert!(heights.iter().all(|&h| h > 0.1 - 1e-12), "{heights:?}");
+            assert!(kept.distance(outer) < 1.0);
+        }
+        // The inscribed circle has radius 1: no room for a margin of 2.
+        assert!(keep_inside(corners, inner, 2.0).distance(inner) < 1e-12);
+    }
+
+    #[test]
+    fn an_acute_corner_widens_the_margin() {
+        let margin_at = |degrees: f64| {
+            let angle = degrees.to_radians();
+            let vertices =
+                vec![DVec3::ZERO, DVec3::Z, dvec3(1.0, 0.0, 0.0), dvec3(angle.cos(), angle.sin(), 0.0)];
+            let triangle = |corners| crate::MeshTriangle { corners, material: 0 };
+            let mesh = Mesh { vertices, triangles: vec![triangle([0, 1, 2]), triangle([1, 0, 3])] };
+            margins(&mesh, &shared_edges(&mesh), &[PlaneId(0), PlaneId(1)], 1.0)
+        };
+        assert_eq!(margin_at(135.0), [1.0, 1.0]);
+        let five = 1.0 / 2.5f32.to_radians().tan();
+        assert!((margin_at(5.0)[0] - five).abs() < 1e-3 * five);
+    }
+}
