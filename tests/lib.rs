@@ -63,16 +63,8 @@ pub fn fluence(rendering: &Rendering, bins: usize, receiver: usize, band: usize)
 
 /// Mean and standard error over batches of equal weight of each batch's fluence at `receiver` in `band`.
 #[must_use]
-pub fn batch_fluence(rendering: &Rendering, bands: usize, receiver: usize, band: usize) -> (f64, f64) {
-    let sums: Vec<f64> = rendering
-        .batches
-        .iter()
-        .map(|batch| {
-            let energy = batch[receiver].energy();
-            let bins = energy.len() / bands;
-            energy[band * bins..(band + 1) * bins].iter().sum()
-        })
-        .collect();
+pub fn batch_fluence(rendering: &Rendering, receiver: usize, band: usize) -> (f64, f64) {
+    let sums: Vec<f64> = rendering.batches.iter().map(|batch| batch[receiver].band(band).sum()).collect();
     let count = sums.len() as f64;
     let mean = sums.iter().sum::<f64>() / count;
     let variance = sums.iter().map(|sum| (sum - mean).powi(2)).sum::<f64>() / (count - 1.0);

@@ -19,7 +19,7 @@ fn room(scattering: f64) -> Scene {
 
 /// Level of the rendering over `expected` and its standard error [dB], in the 500 Hz band.
 fn level_db(rendering: &Rendering, expected: f64) -> (f64, f64) {
-    let (mean, error) = batch_fluence(rendering, 8, 0, 3);
+    let (mean, error) = batch_fluence(rendering, 0, 3);
     let level = 10.0 * (fluence(rendering, 1500, 0, 3) / expected).log10();
     (level, 10.0 * (1.0 + error / mean).log10())
 }

@@ -22,7 +22,10 @@ pub struct PathWeight {
     energy: Vec<Lanes>,
     source_factor: f64,
     carried_bands: f64,
-    peak: f64,
+    /// Largest of ∏ f_j.
+    most_fed: f64,
+    /// Σ ∏ p_k.
+    drawn: f64,
 }
 
 impl PathWeight {
@@ -37,7 +40,8 @@ impl PathWeight {
             energy: zeros,
             source_factor: 0.0,
             carried_bands: 0.0,
-            peak: 0.0,
+            most_fed: 0.0,
+            drawn: 0.0,
         }
     }
 
@@ -59,12 +63,12 @@ impl PathWeight {
         &self.energy
     }
 
-    /// N times the largest of the bands' energies, if every carried band had led equally many packets: a function of the
-    /// path alone, which decides when a packet is not worth following [1].
+    /// Whether N times the largest of the bands' energies is below `threshold`, if every carried band had led equally many
+    /// packets: a function of the path alone, so that a run can be extended.
     #[inline]
     #[must_use]
-    pub fn peak(&self) -> f64 {
-        self.peak
+    pub fn is_extinct(&self, threshold: f64) -> bool {
+        self.source_factor * self.carried_bands * self.most_fed < threshold * self.drawn || self.drawn <= 0.0
     }
 
     /// Passes through `event`.
@@ -101,7 +105,8 @@ impl PathWeight {
             }
         }
         let most = most[0].max(most[1]).max(most[2].max(most[3]));
-        self.peak = if drawn > 0.0 { self.source_factor * self.carried_bands * most / drawn } else { 0.0 };
+        self.most_fed = most;
+        self.drawn = drawn;
     }
 }
 

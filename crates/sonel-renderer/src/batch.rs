@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use sonel_map::{EmissionDirections, Lanes, PathWeight, Segment, lanes_of, sweep};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
-use crate::connection::{DiffuseSonel, connect, normal_on, radiosity};
+use crate::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::crossing::{OthersOwn, cross};
 use crate::deposit::Deposits;
 use crate::mirror_connection::ReceiverImages;
@@ -17,11 +17,17 @@ use crate::rendering::{CoarseEchogram, Rendering};
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
 const BATCHES_IN_FLIGHT: u32 = 8;
 
-/// One batch's estimate.
+/// One batch's estimate: all its echograms, and the sums of its classes.
 struct BatchEstimate {
-    connected: Deposits,
-    mirrored: Deposits,
-    crossed: Deposits,
+    deposits: Deposits,
+    sums: [(PathClass, Vec<Lanes>); 3],
+}
+
+impl BatchEstimate {
+    fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
+        let own = self.sums.iter_mut().find(|(owner, _)| *owner == class).expect("a class of this stage");
+        ClassDeposits { deposits: &mut self.deposits, sum: &mut own.1 }
+    }
 }
 
 /// Receivers that share a sweep, with their images.
@@ -49,7 +55,7 @@ impl Renderer<'_> {
         tile: Range<usize>,
         progress: &mut dyn FnMut(f64),
     ) {
-        let scene = &self.map.header().scene;
+        let position = self.map.header().scene.sources[source].position - self.geometry.center();
         let seed = self.map.header().settings.seed;
         let directions = EmissionDirections::new(seed, source as u32, self.map.layout());
         let count = self.batches.len() as u32;
@@ -62,20 +68,14 @@ impl Renderer<'_> {
                 .collect();
             for (batch, estimate) in (first as usize..).zip(group) {
                 let weight = self.batches[batch].weight;
-                let classes = [
-                    (PathClass::Connection, &estimate.connected),
-                    (PathClass::MirrorConnection, &estimate.mirrored),
-                    (PathClass::Crossing, &estimate.crossed),
-                ];
-                for (class, deposits) in classes {
-                    rendering.book(class, weight, &deposits.totals(self.table.bands()));
-                    for (local, index) in tile.clone().enumerate() {
-                        let distance = scene.sources[source].position - self.geometry.center();
-                        let first_arrival = self.bins.time(distance.distance(receivers[index].exact));
-                        rendering.total.add_receiver(index, deposits, local, weight);
-                        let coarse: &mut CoarseEchogram = &mut rendering.batches[batch][index];
-                        coarse.add_fine(&borders[local], deposits, local, &self.bins, first_arrival);
-                    }
+                for (class, sum) in &estimate.sums {
+                    rendering.book(*class, weight, sum);
+                }
+                rendering.total.add_receivers(tile.start, &estimate.deposits, weight);
+                for (local, index) in tile.clone().enumerate() {
+                    let first_arrival = self.bins.time(position.distance(receivers[index].exact));
+                    let coarse: &mut CoarseEchogram = &mut rendering.batches[batch][index];
+                    coarse.add_fine(&borders[local], &estimate.deposits, local, &self.bins, first_arrival);
                 }
             }
             progress(f64::from(count.min(first + BATCHES_IN_FLIGHT)) / f64::from(count));
@@ -109,10 +109,12 @@ impl Renderer<'_> {
         let emitter = &self.map.header().scene.sources[source];
         let (position, aim) = (emitter.position - self.geometry.center(), emitter.aim.as_vec3());
         let bands = self.table.bands();
-        let empty = Deposits::new(audience.receivers.len(), self.bins.count, bands);
-        let mut estimate =
-            BatchEstimate { connected: empty.clone(), mirrored: empty.clone(), crossed: empty };
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
+        let mut estimate = BatchEstimate {
+            deposits: Deposits::new(audience.receivers.len(), self.bins.count, bands),
+            sums: [PathClass::Connection, PathClass::MirrorConnection, PathClass::Crossing]
+                .map(|class| (class, zeros.clone())),
+        };
         let seed = self.map.header().settings.seed;
         let choices = audience.receivers.iter().map(|r| choice_stream(seed, r, source, batch)).collect();
         let mut scratch = Scratch { choices, radiosity: zeros.clone(), energy: zeros };
@@ -140,7 +142,7 @@ impl Renderer<'_> {
         let medium = Medium { geometry: self.geometry, bins: &self.bins, air: self.air.as_ref() };
         if segment.history.specular_run > 0 || !self.connects_diffuse() {
             let receivers = audience.receivers.iter().zip(&audience.others);
-            cross(segment, receivers, &medium, &mut scratch.energy, &mut estimate.crossed);
+            cross(segment, receivers, &medium, &mut scratch.energy, &mut estimate.class(PathClass::Crossing));
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
@@ -155,11 +157,24 @@ impl Renderer<'_> {
             length: segment.end_length,
             radiosity: &scratch.radiosity,
         };
-        connect(&sonel, audience.receivers, &medium, &mut scratch.energy, &mut estimate.connected);
+        connect(
+            &sonel,
+            audience.receivers,
+            &medium,
+            &mut scratch.energy,
+            &mut estimate.class(PathClass::Connection),
+        );
         for (index, images) in audience.images.iter().enumerate() {
             if let Some(images) = images {
                 let stream = &mut scratch.choices[index];
-                images.connect(&sonel, index, &medium, stream, &mut scratch.energy, &mut estimate.mirrored);
+                images.connect(
+                    &sonel,
+                    index,
+                    &medium,
+                    stream,
+                    &mut scratch.energy,
+                    &mut estimate.class(PathClass::MirrorConnection),
+                );
             }
         }
     }

@@ -7,7 +7,7 @@ use glam::Vec3;
 use sonel_geometry::{Departure, Side};
 use sonel_map::{Lanes, coefficients::EventRow};
 
-use crate::deposit::Deposits;
+use crate::deposit::{Deposits, add_lanes};
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
 
@@ -46,20 +46,32 @@ pub fn radiosity(incident: &[Lanes], diffuse: &EventRow, radiosity: &mut [Lanes]
     }
 }
 
-/// Adds `energy`, spread but not yet attenuated by air, to the echogram of `receiver`.
-#[inline]
-pub fn radiate(
-    energy: &mut [Lanes],
-    length: f64,
-    bin: usize,
-    receiver: usize,
-    medium: &Medium<'_>,
-    deposits: &mut Deposits,
-) {
-    if let Some(air) = medium.air {
-        air.attenuate(length, energy);
+/// Where an estimator of one class leaves its energy: the echograms of all classes, and the sum of its own.
+#[derive(Debug)]
+pub struct ClassDeposits<'a> {
+    /// Echograms.
+    pub deposits: &'a mut Deposits,
+    /// Sum over receivers and time, per band.
+    pub sum: &'a mut [Lanes],
+}
+
+impl ClassDeposits<'_> {
+    /// Adds `energy`, spread but not yet attenuated by air, to the echogram of `receiver`.
+    #[inline]
+    pub fn add(
+        &mut self,
+        receiver: usize,
+        bin: usize,
+        length: f64,
+        energy: &mut [Lanes],
+        medium: &Medium<'_>,
+    ) {
+        if let Some(air) = medium.air {
+            air.attenuate(length, energy);
+        }
+        self.deposits.add(receiver, bin, energy);
+        add_lanes(self.sum, energy);
     }
-    deposits.add(receiver, bin, energy);
 }
 
 /// Connects one sonel to every receiver.
@@ -69,7 +81,7 @@ pub fn connect(
     receivers: &[PreparedReceiver],
     medium: &Medium<'_>,
     scratch: &mut [Lanes],
-    deposits: &mut Deposits,
+    deposits: &mut ClassDeposits<'_>,
 ) {
     for (index, receiver) in receivers.iter().enumerate() {
         let offset = receiver.position - sonel.position;
@@ -90,6 +102,6 @@ pub fn connect(
                 scratch[lane] = radiosity[lane] * solid_angle;
             }
         }
-        radiate(scratch, length, bin, index, medium, deposits);
+        deposits.add(index, bin, length, scratch, medium);
     }
 }

@@ -5,8 +5,7 @@
 
 use sonel_map::{Lanes, Segment, SegmentHistory};
 
-use crate::connection::radiate;
-use crate::deposit::Deposits;
+use crate::connection::ClassDeposits;
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
 
@@ -39,7 +38,7 @@ pub fn cross<'a>(
     receivers: impl Iterator<Item = (&'a PreparedReceiver, &'a OthersOwn)>,
     medium: &Medium<'_>,
     scratch: &mut [Lanes],
-    deposits: &mut Deposits,
+    deposits: &mut ClassDeposits<'_>,
 ) {
     let along = (segment.end - segment.start).as_dvec3();
     let extent = along.length();
@@ -69,7 +68,7 @@ pub fn cross<'a>(
                 scratch[lane] = energy[lane] * fluence;
             }
         }
-        radiate(scratch, length, bin, index, medium, deposits);
+        deposits.add(index, bin, length, scratch, medium);
     }
 }
 

@@ -46,10 +46,11 @@ impl TimeBins {
     }
 }
 
-/// Energy per receiver, bin and band [1/m²].
+/// Energy per bin, receiver and band [1/m²]. Receivers stand side by side in a bin, because what one sonel sends to all of
+/// them arrives at about the same time.
 #[derive(Debug, Clone)]
 pub struct Deposits {
-    bins: usize,
+    receivers: usize,
     lanes: usize,
     energy: Vec<Lanes>,
 }
@@ -59,50 +60,52 @@ impl Deposits {
     #[must_use]
     pub fn new(receivers: usize, bins: usize, bands: usize) -> Self {
         let lanes = lanes_of(bands);
-        Self { bins, lanes, energy: vec![[0.0; 4]; receivers * bins * lanes] }
+        Self { receivers, lanes, energy: vec![[0.0; 4]; bins * receivers * lanes] }
     }
 
     /// Adds `energy`, per band, at `bin` of `receiver`.
     #[inline]
     pub fn add(&mut self, receiver: usize, bin: usize, energy: &[Lanes]) {
         debug_assert!(energy.iter().flatten().all(|value| value.is_finite() && *value >= 0.0));
-        let at = (receiver * self.bins + bin) * self.lanes;
-        for (slot, energy) in self.energy[at..at + self.lanes].iter_mut().zip(energy) {
-            for lane in 0..4 {
-                slot[lane] += energy[lane];
-            }
-        }
+        let at = (bin * self.receivers + receiver) * self.lanes;
+        add_lanes(&mut self.energy[at..at + self.lanes], energy);
     }
 
-    /// Adds `weight` times the echogram of receiver `theirs` of `other` to receiver `mine`.
-    pub fn add_receiver(&mut self, mine: usize, other: &Self, theirs: usize, weight: f64) {
-        let length = self.bins * self.lanes;
-        let (to, from) = (mine * length, theirs * length);
-        for (slot, energy) in self.energy[to..to + length].iter_mut().zip(&other.energy[from..from + length])
-        {
-            for lane in 0..4 {
-                slot[lane] += weight * energy[lane];
-            }
-        }
+    /// Energy of `receiver` in `bin`, per band.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, receiver: usize, bin: usize) -> &[Lanes] {
+        let at = (bin * self.receivers + receiver) * self.lanes;
+        &self.energy[at..at + self.lanes]
     }
 
     /// Energy of `receiver` in `bin` and `band`.
-    #[inline]
     #[must_use]
     pub fn get(&self, receiver: usize, bin: usize, band: usize) -> f64 {
-        self.energy[(receiver * self.bins + bin) * self.lanes + band / 4][band % 4]
+        self.at(receiver, bin)[band / 4][band % 4]
     }
 
-    /// Sum over time and receivers, per band.
-    #[must_use]
-    pub fn totals(&self, bands: usize) -> Vec<f64> {
-        let mut totals = vec![0.0; bands];
-        for row in self.energy.chunks_exact(self.lanes) {
-            for (band, total) in totals.iter_mut().enumerate() {
-                *total += row[band / 4][band % 4];
+    /// Adds `weight` times the echograms of `other` to those of the receivers from `first` on.
+    pub fn add_receivers(&mut self, first: usize, other: &Self, weight: f64) {
+        let (mine, theirs) = (self.receivers * self.lanes, other.receivers * other.lanes);
+        let from = first * self.lanes;
+        for (mine, theirs) in self.energy.chunks_exact_mut(mine).zip(other.energy.chunks_exact(theirs)) {
+            for (slot, energy) in mine[from..].iter_mut().zip(theirs) {
+                for lane in 0..4 {
+                    slot[lane] += weight * energy[lane];
+                }
             }
         }
-        totals
+    }
+}
+
+/// Adds `energy` to `sum`, per band.
+#[inline]
+pub fn add_lanes(sum: &mut [Lanes], energy: &[Lanes]) {
+    for (sum, energy) in sum.iter_mut().zip(energy) {
+        for lane in 0..4 {
+            sum[lane] += energy[lane];
+        }
     }
 }
 

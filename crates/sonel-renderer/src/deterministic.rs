@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use sonel_map::{Lanes, lanes_of};
 
-use crate::deposit::Deposits;
+use crate::deposit::{Deposits, add_lanes};
 use crate::direct::{direct_path, spread};
 use crate::mirror::{MirrorChains, Radiator};
 use crate::receiver::PreparedReceiver;
@@ -17,7 +17,7 @@ const LISTED_ORDER: u32 = 6;
 struct Part {
     fine: Deposits,
     coarse: CoarseEchogram,
-    classes: [Vec<f64>; 2],
+    classes: [Vec<Lanes>; 2],
     arrivals: Vec<DiscreteArrival>,
 }
 
@@ -38,7 +38,7 @@ impl Renderer<'_> {
             .map(|(index, (receiver, borders))| self.hear(index, radiator, chains, receiver, borders))
             .collect();
         for (index, part) in parts.into_iter().enumerate() {
-            rendering.total.add_receiver(index, &part.fine, 0, 1.0);
+            rendering.total.add_receivers(index, &part.fine, 1.0);
             for batch in &mut rendering.batches {
                 batch.push(part.coarse.clone());
             }
@@ -60,7 +60,7 @@ impl Renderer<'_> {
         let mut part = Part {
             fine: Deposits::new(1, self.bins.count, bands),
             coarse: CoarseEchogram::new(borders.len(), bands),
-            classes: [vec![0.0; bands], vec![0.0; bands]],
+            classes: [vec![[0.0; 4]; lanes_of(bands)], vec![[0.0; 4]; lanes_of(bands)]],
             arrivals: Vec::new(),
         };
         let mut energy = vec![[0.0; 4]; lanes_of(bands)];
@@ -68,9 +68,7 @@ impl Renderer<'_> {
             let Some(bin) = self.bins.bin(arrival.length) else { return };
             part.fine.add(0, bin, energy);
             part.coarse.add_arrival(borders, self.bins.time(arrival.length), energy);
-            for (band, sum) in part.classes[class].iter_mut().enumerate() {
-                *sum += energy[band / 4][band % 4];
-            }
+            add_lanes(&mut part.classes[class], energy);
             if listed {
                 let energy = (0..bands).map(|band| energy[band / 4][band % 4]).collect();
                 part.arrivals.push(DiscreteArrival { energy, ..arrival });

@@ -13,8 +13,7 @@ use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
-use crate::connection::{DiffuseSonel, radiate};
-use crate::deposit::Deposits;
+use crate::connection::{ClassDeposits, DiffuseSonel};
 use crate::mirror::lattice::ImageLattice;
 use crate::mirror::tree::ImageTree;
 use crate::mirror::{Image, Radiator};
@@ -117,7 +116,7 @@ impl ReceiverImages {
         medium: &Medium<'_>,
         stream: &mut Stream,
         scratch: &mut [Lanes],
-        deposits: &mut Deposits,
+        deposits: &mut ClassDeposits<'_>,
     ) {
         let index = self.choice.choose(stream.uniform_fine());
         let image = &self.images[index];
@@ -142,7 +141,7 @@ impl ReceiverImages {
                 scratch[lane] = radiosity[lane] * factor[lane] * weight;
             }
         }
-        radiate(scratch, length, bin, receiver, medium, deposits);
+        deposits.add(receiver, bin, length, scratch, medium);
     }
 }
 

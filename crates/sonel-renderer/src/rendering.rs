@@ -2,7 +2,7 @@
 
 use crate::deposit::{Deposits, TimeBins};
 use crate::render::PathClass;
-use sonel_map::Lanes;
+use sonel_map::{Lanes, lanes_of};
 
 /// A discrete arrival at a receiver.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +24,7 @@ pub struct DiscreteArrival {
 pub struct Rendering {
     /// Everything: deterministic arrivals plus the weighted mean of the batches [1/m²].
     pub total: Deposits,
-    /// Each batch's own estimate at the coarse borders, deterministic arrivals included: [batch][receiver][band][bin].
+    /// Each batch's own estimate at the coarse borders, deterministic arrivals included: [batch][receiver].
     pub batches: Vec<Vec<CoarseEchogram>>,
     /// Discrete arrivals that are listed, by receiver and length.
     pub arrivals: Vec<DiscreteArrival>,
@@ -54,40 +54,37 @@ impl Rendering {
     }
 
     /// Books `energy` per band, times `weight`, to `class`.
-    pub fn book(&mut self, class: PathClass, weight: f64, energy: &[f64]) {
-        for (sum, energy) in self.classes[class as usize].1.iter_mut().zip(energy) {
-            *sum += weight * energy;
+    pub fn book(&mut self, class: PathClass, weight: f64, energy: &[Lanes]) {
+        for (band, sum) in self.classes[class as usize].1.iter_mut().enumerate() {
+            *sum += weight * energy[band / 4][band % 4];
         }
     }
 }
 
-/// Energy of one receiver between coarse borders, [band][bin] [1/m²].
+/// Energy of one receiver between coarse borders, per bin and band [1/m²].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoarseEchogram {
-    bins: usize,
-    energy: Vec<f64>,
+    lanes: usize,
+    energy: Vec<Lanes>,
 }
 
 impl CoarseEchogram {
     /// Nothing between `borders` borders.
     #[must_use]
     pub fn new(borders: usize, bands: usize) -> Self {
-        let bins = borders.saturating_sub(1);
-        Self { bins, energy: vec![0.0; bins * bands] }
+        let lanes = lanes_of(bands);
+        Self { lanes, energy: vec![[0.0; 4]; borders.saturating_sub(1) * lanes] }
     }
 
-    /// [band][bin].
-    #[must_use]
-    pub fn energy(&self) -> &[f64] {
-        &self.energy
+    /// Energy of `band` in every bin.
+    pub fn band(&self, band: usize) -> impl Iterator<Item = f64> + '_ {
+        self.energy.chunks_exact(self.lanes).map(move |bin| bin[band / 4][band % 4])
     }
 
     /// Adds a discrete arrival at `time` [s].
     pub fn add_arrival(&mut self, borders: &[f64], time: f64, energy: &[Lanes]) {
-        let bin = borders.partition_point(|&border| border <= time).saturating_sub(1).min(self.bins - 1);
-        for band in 0..self.energy.len() / self.bins {
-            self.energy[band * self.bins + bin] += energy[band / 4][band % 4];
-        }
+        let bin = borders.partition_point(|&border| border <= time).clamp(1, borders.len() - 1) - 1;
+        self.add_share(bin, energy, 1.0);
     }
 
     /// Adds the echogram of `receiver` in `fine`, which holds nothing before `first_arrival` [s]. A fine bin across a border
@@ -100,36 +97,32 @@ impl CoarseEchogram {
         bins: &TimeBins,
         first_arrival: f64,
     ) {
+        let last = borders.len() - 2;
         let mut coarse = 0;
         for bin in 0..bins.count {
-            let (start, end) = ((bin as f64 * bins.width).max(first_arrival), (bin + 1) as f64 * bins.width);
-            if end <= first_arrival {
-                // Rounding may leave a deposit just before the first arrival; it belongs to it.
-                self.add_share(
-                    fine,
-                    receiver,
-                    bin,
-                    borders.partition_point(|&b| b <= first_arrival).max(1) - 1,
-                    1.0,
-                );
-                continue;
-            }
-            while coarse + 1 < self.bins && borders[coarse + 1] <= start {
+            let energy = fine.at(receiver, bin);
+            let end = (bin + 1) as f64 * bins.width;
+            // Rounding may leave a deposit just before the first arrival; it belongs to it.
+            let start = (bin as f64 * bins.width).max(first_arrival.min(end));
+            while coarse < last && borders[coarse + 1] <= start {
                 coarse += 1;
             }
             let (mut at, mut from) = (coarse, start);
-            while at + 1 < self.bins && borders[at + 1] < end {
-                self.add_share(fine, receiver, bin, at, (borders[at + 1] - from) / (end - start));
+            while at < last && borders[at + 1] < end {
+                self.add_share(at, energy, (borders[at + 1] - from) / (end - start));
                 from = borders[at + 1];
                 at += 1;
             }
-            self.add_share(fine, receiver, bin, at, (end - from) / (end - start));
+            self.add_share(at, energy, if end > start { (end - from) / (end - start) } else { 1.0 });
         }
     }
 
-    fn add_share(&mut self, fine: &Deposits, receiver: usize, bin: usize, coarse: usize, share: f64) {
-        for band in 0..self.energy.len() / self.bins {
-            self.energy[band * self.bins + coarse] += share * fine.get(receiver, bin, band);
+    fn add_share(&mut self, coarse: usize, energy: &[Lanes], share: f64) {
+        let bin = &mut self.energy[coarse * self.lanes..(coarse + 1) * self.lanes];
+        for (slot, energy) in bin.iter_mut().zip(energy) {
+            for lane in 0..4 {
+                slot[lane] += share * energy[lane];
+            }
         }
     }
 }
@@ -149,8 +142,8 @@ mod tests {
         let mut coarse = CoarseEchogram::new(borders.len(), 1);
         coarse.add_fine(&borders, &fine, 0, &bins, 0.022);
         let expected = [0.0, 3.5, 4.5];
-        for (found, expected) in coarse.energy().iter().zip(expected) {
-            assert!((found - expected).abs() < 1e-12, "{:?}", coarse.energy());
+        for (found, expected) in coarse.band(0).zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{coarse:?}");
         }
     }
 
@@ -159,6 +152,7 @@ mod tests {
         let borders = [0.0, 0.5, 1.0];
         let mut coarse = CoarseEchogram::new(3, 2);
         coarse.add_arrival(&borders, 0.5, &[[1.0, 2.0, 0.0, 0.0]]);
-        assert_eq!(coarse.energy(), [0.0, 1.0, 0.0, 2.0]);
+        assert_eq!(coarse.band(0).collect::<Vec<_>>(), [0.0, 1.0]);
+        assert_eq!(coarse.band(1).collect::<Vec<_>>(), [0.0, 2.0]);
     }
 }

@@ -108,7 +108,7 @@ impl Surroundings<'_> {
                 _ => &row.transmitted,
             });
             books.departed(share, weight.energy());
-            if weight.peak() < self.extinction_threshold {
+            if weight.is_extinct(self.extinction_threshold) {
                 break vertex(&hit, Event::Extinguished);
             }
             let side = if event == Event::Transmitted { hit.side.opposite() } else { hit.side };
