@@ -32,10 +32,10 @@ pub fn markdown(mesh: &QuadMesh, scene: &str) -> Result<String> {
     )?;
     writeln!(text, "| volume | {volume:.0} m³ |")?;
     writeln!(text, "| surface | {surface:.0} m² |")?;
-    writeln!(text, "| mean free path 4V/S | {:.2} m |", mean_free_path(volume, surface))?;
     for (material, area) in &areas {
         writeln!(text, "| of it `{material}` | {area:.0} m² |")?;
     }
+    writeln!(text, "| mean free path 4V/S | {:.2} m |", mean_free_path(volume, surface))?;
     text.push_str("\n| band [Hz] | mean absorption | Sabine [s] | Eyring [s] |\n|---|---|---|---|\n");
     let air = air(&scene)?;
     let bands = Bands::octaves();
