@@ -1,1 +1,15 @@
-//! Echograms with batch statistics, discrete arrivals: types and files.
+//! Echograms with batch statistics and discrete arrivals: types and files.
+//!
+//! A [`Response`] is what `sonel-render` writes and `sonel-analyze` reads: a numpy archive that opens with `numpy.load`
+//! without pickle, every key of which is described in docs/interface.md and docs/formats/response.md.
+
+mod archive;
+mod borders;
+mod error;
+mod read;
+mod response;
+mod write;
+
+pub use borders::batch_time_edges;
+pub use error::ResponseError;
+pub use response::{ArrivalKind, Arrivals, Batches, Response};

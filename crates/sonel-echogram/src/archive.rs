@@ -1,0 +1,111 @@
+//! Numpy archives: named arrays in an uncompressed zip file with constant time stamps, so that the same response has the
+//! same bytes.
+
+use std::io::{Cursor, Read, Seek, Write};
+
+use npyz::{AutoSerialize, DType, Deserialize, NpyFile, WriterBuilder};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+use crate::ResponseError;
+
+/// Archives larger than this need the 64-bit zip extension for their entries.
+const LARGE_ENTRY: usize = u32::MAX as usize / 2;
+
+/// An archive being written.
+pub struct ArchiveWriter<W: Write + Seek> {
+    zip: ZipWriter<W>,
+}
+
+impl<W: Write + Seek> ArchiveWriter<W> {
+    pub fn new(out: W) -> Self {
+        Self { zip: ZipWriter::new(out) }
+    }
+
+    /// Adds numbers in row-major order.
+    pub fn numbers<T: AutoSerialize + Copy>(
+        &mut self,
+        key: &str,
+        shape: &[usize],
+        values: &[T],
+    ) -> Result<(), ResponseError> {
+        self.begin(key, size_of_val(values))?;
+        let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
+        let mut array =
+            npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut self.zip).begin_nd()?;
+        array.extend(values.iter().copied())?;
+        Ok(array.finish()?)
+    }
+
+    /// Adds texts as fixed-width unicode; an empty `shape` makes a single one.
+    pub fn texts(&mut self, key: &str, shape: &[usize], values: &[&str]) -> Result<(), ResponseError> {
+        let width = values.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
+        self.begin(key, width * values.len() * 4)?;
+        let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
+        let dtype = DType::Plain(format!("<U{width}").parse().expect("a type string of numpy"));
+        let mut array =
+            npyz::WriteOptions::<str>::new().dtype(dtype).shape(&shape).writer(&mut self.zip).begin_nd()?;
+        for text in values {
+            array.push(text)?;
+        }
+        Ok(array.finish()?)
+    }
+
+    pub fn finish(self) -> Result<W, ResponseError> {
+        self.zip.finish().map_err(broken)
+    }
+
+    fn begin(&mut self, key: &str, bytes: usize) -> Result<(), ResponseError> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .last_modified_time(DateTime::default())
+            .unix_permissions(0o644)
+            .large_file(bytes > LARGE_ENTRY);
+        self.zip.start_file(format!("{key}.npy"), options).map_err(broken)
+    }
+}
+
+/// An archive being read.
+pub struct ArchiveReader<R: Read + Seek> {
+    zip: ZipArchive<R>,
+}
+
+impl<R: Read + Seek> ArchiveReader<R> {
+    pub fn new(input: R) -> Result<Self, ResponseError> {
+        Ok(Self { zip: ZipArchive::new(input).map_err(broken)? })
+    }
+
+    /// Shape and values of array `key` in row-major order; [`None`] where there is no such array.
+    pub fn array<T: Deserialize>(
+        &mut self,
+        key: &str,
+    ) -> Result<Option<(Vec<usize>, Vec<T>)>, ResponseError> {
+        let Some(index) = self.zip.index_for_name(&format!("{key}.npy")) else { return Ok(None) };
+        let mut entry = self.zip.by_index(index).map_err(broken)?;
+        // Bytes first: the checksum is compared, and a header that claims more than there is cannot claim memory.
+        let mut bytes = Vec::new();
+        entry
+            .read_to_end(&mut bytes)
+            .map_err(|error| ResponseError::Archive(format!("array {key}: {error}")))?;
+        let wrong = |problem: String| ResponseError::Array { key: key.to_owned(), problem };
+        let array =
+            NpyFile::new(Cursor::new(&bytes)).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+        if array.order() != npyz::Order::C && array.shape().len() > 1 {
+            return Err(wrong("is stored by columns".to_owned()));
+        }
+        let shape: Vec<usize> = array.shape().iter().map(|&length| length as usize).collect();
+        let count = shape.iter().try_fold(1_usize, |product, &length| product.checked_mul(length));
+        if count.is_none_or(|count| count > bytes.len()) {
+            return Err(wrong("claims more values than it holds".to_owned()));
+        }
+        let values = array.into_vec().map_err(|error| wrong(format!("has another type: {error}")))?;
+        Ok(Some((shape, values)))
+    }
+}
+
+fn broken(error: zip::result::ZipError) -> ResponseError {
+    match error {
+        zip::result::ZipError::Io(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => error.into(),
+        error => ResponseError::Archive(error.to_string()),
+    }
+}

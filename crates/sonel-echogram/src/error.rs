@@ -1,0 +1,26 @@
+//! What can be wrong with a response file.
+
+use thiserror::Error;
+
+/// Why a response could not be written or read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ResponseError {
+    /// Reading or writing failed.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// The file is no archive at all, or a damaged one.
+    #[error("this is not a response (a numpy .npz archive), or it is damaged: {0}; render it again")]
+    Archive(String),
+    /// A key that every response has is missing.
+    #[error("the response has no array \"{0}\"; render it again with sonel-render")]
+    Missing(String),
+    /// An array is not what the interface says.
+    #[error("array \"{key}\" of the response {problem}; render it again with sonel-render")]
+    Array {
+        /// Its key.
+        key: String,
+        /// What is wrong, as a predicate.
+        problem: String,
+    },
+}

@@ -1,0 +1,141 @@
+//! The response: energies, batches, arrivals and what is needed to read levels off them.
+
+use serde_json::Value;
+
+/// Echograms of S sources at R receivers in B bands and T time bins, with G batch estimates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Response {
+    /// Nominal band centres, ascending [Hz].
+    pub center_frequency_hz: Vec<f64>,
+    /// T + 1 borders of the time bins, from the emission [s].
+    pub time_edges_s: Vec<f64>,
+    /// Names of the receivers.
+    pub receiver_names: Vec<String>,
+    /// Their positions in the scene's axes [m].
+    pub receiver_positions: Vec<[f64; 3]>,
+    /// Names of the sources.
+    pub source_names: Vec<String>,
+    /// Their positions [m].
+    pub source_positions: Vec<[f64; 3]>,
+    /// Power level of every source and band, [S, B] [dB re 1 pW].
+    pub source_power_level_db: Vec<f64>,
+    /// [m/s].
+    pub speed_of_sound: f64,
+    /// ρc [Pa s/m].
+    pub characteristic_impedance: f64,
+    /// Fluence per unit emitted energy, [S, R, B, T] [1/m²].
+    pub energy: Vec<f64>,
+    /// Batch estimates; none where the file holds none.
+    pub batches: Option<Batches>,
+    /// Discrete arrivals.
+    pub arrivals: Arrivals,
+    /// Tool version, seed, digests, options, shares per path class.
+    pub metadata: Value,
+}
+
+/// Estimates of the batches, in coarser bins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Batches {
+    /// Weight of every batch in the mean; they add up to one. [G]
+    pub weight: Vec<f64>,
+    /// Borders for every source and receiver, [S, R, `bins` + 1] [s].
+    pub time_edges_s: Vec<f64>,
+    /// Coarse bins.
+    pub bins: usize,
+    /// Fluence per unit emitted energy, [G, S, R, B, `bins`] [1/m²].
+    pub energy: Vec<f32>,
+}
+
+/// What a discrete arrival is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum ArrivalKind {
+    /// Direct sound.
+    Direct = 0,
+    /// Mirror reflections alone.
+    MirrorChain = 1,
+    /// Over an edge.
+    Edge = 2,
+}
+
+/// Discrete arrivals, A of them, side by side.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Arrivals {
+    /// Index of the source. [A]
+    pub source: Vec<u32>,
+    /// Index of the receiver. [A]
+    pub receiver: Vec<u32>,
+    /// Travel time [s]. [A]
+    pub time_s: Vec<f64>,
+    /// Fluence per unit emitted energy, [A, B] [1/m²].
+    pub energy: Vec<f64>,
+    /// Unit vector from the receiver to where the sound seems to come from, [A, 3].
+    pub direction: Vec<f64>,
+    /// Number of reflections. [A]
+    pub order: Vec<u32>,
+    /// [`ArrivalKind`] as a number. [A]
+    pub kind: Vec<u32>,
+}
+
+impl Response {
+    /// S.
+    #[must_use]
+    pub fn sources(&self) -> usize {
+        self.source_names.len()
+    }
+
+    /// R.
+    #[must_use]
+    pub fn receivers(&self) -> usize {
+        self.receiver_names.len()
+    }
+
+    /// B.
+    #[must_use]
+    pub fn bands(&self) -> usize {
+        self.center_frequency_hz.len()
+    }
+
+    /// T.
+    #[must_use]
+    pub fn bins(&self) -> usize {
+        self.time_edges_s.len().saturating_sub(1)
+    }
+
+    /// G; zero without batches.
+    #[must_use]
+    pub fn batch_count(&self) -> usize {
+        self.batches.as_ref().map_or(0, |batches| batches.weight.len())
+    }
+
+    /// Energy of source `s` at receiver `r` in band `b`, per time bin [1/m²].
+    #[must_use]
+    pub fn echogram(&self, s: usize, r: usize, b: usize) -> &[f64] {
+        let row = (s * self.receivers() + r) * self.bands() + b;
+        &self.energy[row * self.bins()..(row + 1) * self.bins()]
+    }
+
+    /// Borders of the coarse bins of source `s` at receiver `r` [s].
+    #[must_use]
+    pub fn batch_edges(&self, s: usize, r: usize) -> Option<&[f64]> {
+        let batches = self.batches.as_ref()?;
+        let (row, width) = (s * self.receivers() + r, batches.bins + 1);
+        batches.time_edges_s.get(row * width..(row + 1) * width)
+    }
+
+    /// Estimate of batch `g`, per coarse bin [1/m²].
+    #[must_use]
+    pub fn batch_echogram(&self, g: usize, s: usize, r: usize, b: usize) -> Option<&[f32]> {
+        let batches = self.batches.as_ref()?;
+        let row = ((g * self.sources() + s) * self.receivers() + r) * self.bands() + b;
+        batches.energy.get(row * batches.bins..(row + 1) * batches.bins)
+    }
+
+    /// When the direct sound of source `s` reaches, or would reach, receiver `r`: distance / c [s].
+    #[must_use]
+    pub fn direct_time(&self, s: usize, r: usize) -> f64 {
+        let squares =
+            self.source_positions[s].iter().zip(self.receiver_positions[r]).map(|(a, b)| (a - b) * (a - b));
+        squares.sum::<f64>().sqrt() / self.speed_of_sound
+    }
+}

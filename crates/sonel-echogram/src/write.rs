@@ -1,0 +1,52 @@
+//! Writing a response.
+
+use std::io::{Seek, Write};
+
+use crate::archive::ArchiveWriter;
+use crate::{Response, ResponseError};
+
+impl Response {
+    /// Writes the response as a numpy archive and returns what it was written to.
+    ///
+    /// # Errors
+    /// When `out` cannot be written.
+    pub fn write<W: Write + Seek>(&self, out: W) -> Result<W, ResponseError> {
+        let (sources, receivers, bands) = (self.sources(), self.receivers(), self.bands());
+        let mut archive = ArchiveWriter::new(out);
+        archive.numbers("center_frequency_hz", &[bands], &self.center_frequency_hz)?;
+        archive.numbers("time_edges_s", &[self.time_edges_s.len()], &self.time_edges_s)?;
+        archive.texts("receiver_name", &[receivers], &texts(&self.receiver_names))?;
+        archive.numbers("receiver_position_m", &[receivers, 3], self.receiver_positions.as_flattened())?;
+        archive.texts("source_name", &[sources], &texts(&self.source_names))?;
+        archive.numbers("source_position_m", &[sources, 3], self.source_positions.as_flattened())?;
+        archive.numbers("source_power_level_db", &[sources, bands], &self.source_power_level_db)?;
+        archive.numbers("speed_of_sound", &[], &[self.speed_of_sound])?;
+        archive.numbers("characteristic_impedance", &[], &[self.characteristic_impedance])?;
+        archive.numbers("energy", &[sources, receivers, bands, self.bins()], &self.energy)?;
+        if let Some(batches) = &self.batches {
+            let count = batches.weight.len();
+            archive.numbers("batch_weight", &[count], &batches.weight)?;
+            archive.numbers(
+                "batch_time_edges_s",
+                &[sources, receivers, batches.bins + 1],
+                &batches.time_edges_s,
+            )?;
+            let shape = [count, sources, receivers, bands, batches.bins];
+            archive.numbers("energy_batches", &shape, &batches.energy)?;
+        }
+        let (arrivals, count) = (&self.arrivals, self.arrivals.source.len());
+        archive.numbers("arrival_source", &[count], &arrivals.source)?;
+        archive.numbers("arrival_receiver", &[count], &arrivals.receiver)?;
+        archive.numbers("arrival_time_s", &[count], &arrivals.time_s)?;
+        archive.numbers("arrival_energy", &[count, bands], &arrivals.energy)?;
+        archive.numbers("arrival_direction", &[count, 3], &arrivals.direction)?;
+        archive.numbers("arrival_order", &[count], &arrivals.order)?;
+        archive.numbers("arrival_kind", &[count], &arrivals.kind)?;
+        archive.texts("metadata_json", &[], &[&self.metadata.to_string()])?;
+        archive.finish()
+    }
+}
+
+fn texts(names: &[String]) -> Vec<&str> {
+    names.iter().map(String::as_str).collect()
+}
