@@ -1,6 +1,6 @@
 //! Counts first, then seconds: how many rays a second of one thread's time traces in rooms of several sizes.
 //!
-//! `cargo run --release -p sonel-geometry --example rays`
+//! `cargo run --release -p sonel-geometry --example rays [part of a room's name]`
 #![allow(clippy::print_stdout, missing_docs)] // a measurement talks to whoever runs it
 
 #[path = "../tests/rays/numbers.rs"]
@@ -28,7 +28,8 @@ fn main() {
         "{:16} {:>9} {:>9} {:>9} {:>8} {:>8} {:>9} {:>9}",
         "room", "triangles", "surfaces", "rays", "hits", "blocked", "closest/s", "shadow/s"
     );
-    for (name, room, count) in rooms {
+    let wanted = std::env::args().nth(1).unwrap_or_default();
+    for (name, room, count) in rooms.into_iter().filter(|(name, ..)| name.contains(&wanted)) {
         let start = Instant::now();
         let geometry = Geometry::build(room()).expect("rooms are valid");
         let build = start.elapsed().as_secs_f64();

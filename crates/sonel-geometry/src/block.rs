@@ -58,15 +58,22 @@ impl<const N: usize> Block<N> {
     pub fn pierce(&self, ray: &Probe, mut found: impl FnMut(Pierced)) {
         let sheared = self.shear(ray);
         let candidates = candidates(&sheared);
-        for (lane, &candidate) in candidates.iter().enumerate() {
-            let plane = self.planes[lane];
-            if candidate == 0 || plane == ray.ignored[0] || plane == ray.ignored[1] {
-                continue;
-            }
-            let doubled_area = exact(&sheared, lane);
-            if doubled_area != 0.0 {
-                let from_behind = (doubled_area < 0.0) == ray.upward;
-                found(Pierced { triangle: self.triangles[lane], plane, from_behind });
+        for (group, marks) in candidates.chunks(8).enumerate() {
+            let mut word = [0; 8];
+            word[..marks.len()].copy_from_slice(marks);
+            let mut left = u64::from_le_bytes(word);
+            while left != 0 {
+                let lane = 8 * group + left.trailing_zeros() as usize / 8;
+                left &= left - 1;
+                let plane = self.planes[lane];
+                if plane == ray.ignored[0] || plane == ray.ignored[1] {
+                    continue;
+                }
+                let doubled_area = exact(&sheared, lane);
+                if doubled_area != 0.0 {
+                    let from_behind = (doubled_area < 0.0) == ray.upward;
+                    found(Pierced { triangle: self.triangles[lane], plane, from_behind });
+                }
             }
         }
     }
@@ -89,9 +96,9 @@ impl<const N: usize> Block<N> {
     }
 }
 
-/// Lanes (non-zero) whose edge functions do not certainly differ in sign.
+/// Lanes (marked 1) whose edge functions do not certainly differ in sign.
 #[inline(always)]
-fn candidates<const N: usize>(sheared: &[[[f32; N]; 2]; 3]) -> [u32; N] {
+fn candidates<const N: usize>(sheared: &[[[f32; N]; 2]; 3]) -> [u8; N] {
     let [[ax, ay], [bx, by], [cx, cy]] = sheared;
     let mut pass = [0; N];
     for lane in 0..N {
@@ -100,7 +107,7 @@ fn candidates<const N: usize>(sheared: &[[[f32; N]; 2]; 3]) -> [u32; N] {
         let w = bx[lane] * ay[lane] - by[lane] * ax[lane];
         let low = lesser(lesser(u, v), w);
         let high = greater(greater(u, v), w);
-        pass[lane] = u32::from((low >= 0.0) | (high <= 0.0));
+        pass[lane] = u8::from((low >= 0.0) | (high <= 0.0));
     }
     pass
 }

@@ -24,9 +24,8 @@ enum Arrangement {
     Tree(Tree),
 }
 
-/// A triangle that the ray meets. The order is by distance; where two coincide the one that faces the ray comes first
-/// (a panel modelled as two sheets shows each its own material), then the lower index.
-#[derive(Clone, Copy, PartialEq, PartialOrd)]
+/// A triangle that the ray meets.
+#[derive(Clone, Copy)]
 pub(crate) struct Met {
     /// In multiples of the ray's direction.
     pub distance: f64,
@@ -38,6 +37,14 @@ pub(crate) struct Met {
 impl Met {
     const NOTHING: Self =
         Self { distance: f64::INFINITY, from_behind: true, triangle: u32::MAX, plane: u32::MAX };
+
+    /// The order is by distance; where two coincide the one that faces the ray comes first (a panel modelled as two
+    /// sheets shows each its own material), then the lower index.
+    #[inline(always)]
+    fn is_before(&self, other: &Self) -> bool {
+        let tie = || (self.from_behind, self.triangle) < (other.from_behind, other.triangle);
+        self.distance < other.distance || (self.distance <= other.distance && tie())
+    }
 }
 
 /// The nearest triangles so far: of all, and of those that face the ray.
@@ -116,11 +123,14 @@ impl Index {
             let distance = ray.distance_to(&self.planes[pierced.plane as usize]);
             let Pierced { triangle, plane, from_behind } = pierced;
             let met = Met { distance, from_behind, triangle, plane };
-            if distance > 0.0 && met < nearest.any {
-                nearest.any = met;
-            }
-            if distance > 0.0 && !from_behind && met < nearest.facing {
-                nearest.facing = met;
+            // No nearest facing triangle is nearer than the nearest of all.
+            if distance > 0.0 && distance <= nearest.facing.distance {
+                if met.is_before(&nearest.any) {
+                    nearest.any = met;
+                }
+                if !from_behind && met.is_before(&nearest.facing) {
+                    nearest.facing = met;
+                }
             }
         });
     }

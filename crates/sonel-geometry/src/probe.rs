@@ -38,6 +38,7 @@ const LEAST_SLOPE: f32 = 1e-30;
 
 impl Probe {
     /// A ray from a local origin; `ignored` planes are passed through.
+    #[inline]
     pub fn new(origin: Vec3, direction: Vec3, ignored: [Option<PlaneId>; 2]) -> Self {
         let size = direction.abs();
         let z = if size.x >= size.y && size.x >= size.z {

@@ -15,7 +15,7 @@ use obvhs::{Boundable, BvhBuildParams};
 use std::time::Duration;
 
 /// Children of a node.
-const WIDTH: usize = 4;
+const WIDTH: usize = 8;
 /// Triangles of a leaf.
 const LEAF_LANES: usize = 4;
 /// Marks a child that is a leaf.
