@@ -115,8 +115,8 @@ impl Renderer<'_> {
             sums: [PathClass::Connection, PathClass::MirrorConnection, PathClass::Crossing]
                 .map(|class| (class, zeros.clone())),
         };
-        let seed = self.map.header().settings.seed;
-        let choices = audience.receivers.iter().map(|r| choice_stream(seed, r, source, batch)).collect();
+        let choices =
+            audience.receivers.iter().map(|r| choice_stream(self.seed(), r, source, batch)).collect();
         let mut scratch = Scratch { choices, radiosity: zeros.clone(), energy: zeros };
         let mut weight = PathWeight::new(bands);
         let layout = self.map.layout();

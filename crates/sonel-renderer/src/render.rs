@@ -30,7 +30,9 @@ pub struct RenderSettings {
     pub estimator: Estimator,
     /// Order K of the mirror chains; chosen where none is given.
     pub mirror_order: Option<u32>,
-    /// Attenuation by air per band [1/m].
+    /// Seed of the renderer's own choices; the map's where none is given.
+    pub seed: Option<u64>,
+    /// Attenuation by air.
     pub air: Air,
 }
 
@@ -56,7 +58,7 @@ pub enum Air {
 
 impl Default for RenderSettings {
     fn default() -> Self {
-        Self { bin: 0.001, estimator: Estimator::Auto, mirror_order: None, air: Air::OfScene }
+        Self { bin: 0.001, estimator: Estimator::Auto, mirror_order: None, seed: None, air: Air::OfScene }
     }
 }
 
@@ -203,6 +205,17 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn bins(&self) -> &TimeBins {
         &self.bins
+    }
+
+    /// Attenuation by air in use, per band [1/m].
+    #[must_use]
+    pub fn attenuation(&self) -> &[f64] {
+        &self.attenuation
+    }
+
+    /// Seed of the renderer's own choices.
+    pub(crate) fn seed(&self) -> u64 {
+        self.settings.seed.unwrap_or(self.map.header().settings.seed)
     }
 
     /// Problems of `receivers`, one sentence each: coincident with a source, outside the room, without coordinates.

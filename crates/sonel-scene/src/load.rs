@@ -12,7 +12,7 @@ use crate::report::Report;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::walls::{self, Walls};
 use crate::sections::{air, bands, materials};
-use crate::{DURATION_PER_SABINE_TIME, Scene, SceneErrors};
+use crate::{DURATION_PER_SABINE_TIME, Receiver, Scene, SceneErrors};
 
 /// Keys of the document itself.
 const KEYS: [&str; 11] = [
@@ -50,6 +50,32 @@ pub fn load(
     file_label: &str,
     open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, SceneErrors> {
+    read_document(toml_text, file_label, |document, report| compile(document, toml_text, open_mesh, report))
+        .map(|(scene, notes)| Loaded { scene, notes })
+}
+
+/// Reads the `[[receivers]]` of a file that holds nothing else: receivers of a map, kept beside it.
+///
+/// # Errors
+/// Every problem of the file; a file without receivers is one.
+pub fn load_receivers(toml_text: &str, file_label: &str) -> Result<Vec<Receiver>, SceneErrors> {
+    let read = |document: &Table<'_>, report: &mut Report<'_>| {
+        document.allow_only(&["receivers"], report);
+        let receivers = read_receivers(document, None, report);
+        if receivers.is_empty() {
+            report.problem(0, "no receivers; add a [[receivers]] table with a name and a position");
+        }
+        receivers.into_iter().map(|Placed { point, .. }| point).collect()
+    };
+    read_document(toml_text, file_label, read).map(|(receivers, _)| receivers)
+}
+
+/// Parses a document and reads it with `read`; the notes come with the result.
+fn read_document<T>(
+    toml_text: &str,
+    file_label: &str,
+    read: impl FnOnce(&Table<'_>, &mut Report<'_>) -> T,
+) -> Result<(T, Vec<String>), SceneErrors> {
     let mut report = Report::new(file_label, toml_text);
     let (document, errors) = DeTable::parse_recoverable(toml_text);
     // A key given twice leaves a sound document; after any other error the rest is guesswork.
@@ -61,9 +87,9 @@ pub fn load(
     if !is_readable {
         return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
     }
-    let scene = compile(&Table::document(document.get_ref()), toml_text, open_mesh, &mut report);
+    let result = read(&Table::document(document.get_ref()), &mut report);
     let notes = report.finish()?;
-    Ok(Loaded { scene, notes })
+    Ok((result, notes))
 }
 
 /// Reads every section. With problems in the report the scene is a makeshift and must not be used.
