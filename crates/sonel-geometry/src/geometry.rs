@@ -1,6 +1,7 @@
 //! The geometry of a scene: everything that rays and receivers ask about the walls.
 
 use crate::block::Facet;
+use crate::edges::{Edge, find_edges};
 use crate::enclosure::{distance_to_triangle, winding_number};
 use crate::index::Index;
 use crate::orient::{Oriented, Shell, orient};
@@ -25,6 +26,7 @@ pub struct Geometry {
     index: Index,
     shells: Vec<Shell>,
     room: Option<usize>,
+    edges: Vec<Edge>,
     dropped: usize,
 }
 
@@ -63,7 +65,7 @@ impl Geometry {
         let margins = margins(&mesh, &edges, &plane_of, f64::from(scale.lift()));
         let index = Index::build(&facets, planes, closed, scale.lift(), scale.resolution());
         let room = room(&mesh, &shells, bounds, tolerance);
-        Ok(Self {
+        let mut geometry = Self {
             mesh,
             scale,
             bounds,
@@ -74,8 +76,26 @@ impl Geometry {
             index,
             shells,
             room,
+            edges: Vec::new(),
             dropped: welded.dropped,
-        })
+        };
+        geometry.edges = find_edges(
+            &geometry.mesh,
+            &edges,
+            &geometry.surfaces,
+            &geometry.of_triangle,
+            tolerance,
+            |point, inward, surface| geometry.abuts(point, inward, surface),
+        );
+        Ok(geometry)
+    }
+
+    /// Whether anything but the surface itself lies across a point of its rim.
+    fn abuts(&self, point: DVec3, inward: DVec3, surface: SurfaceId) -> bool {
+        let reach = f64::from(self.scale.lift()) * inward;
+        let plane = Some(self.surface(surface).plane);
+        let from = Departure { origin: self.to_local(point + reach), plane };
+        self.blocked(from, self.to_local(point - reach), [plane, None], 1.0)
     }
 
     /// The welded and oriented mesh, in world coordinates.
@@ -126,6 +146,11 @@ impl Geometry {
     /// One planar surface.
     pub fn surface(&self, surface: SurfaceId) -> &Surface {
         &self.surfaces[surface.0 as usize]
+    }
+
+    /// The straight edges of the surfaces.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
     }
 
     /// The surface a triangle of [`Geometry::mesh`] belongs to.

@@ -1,4 +1,4 @@
-//! Meshes, planar surfaces, watertight ray casting.
+//! Meshes, planar surfaces, watertight ray casting, edges.
 //!
 //! A [`Mesh`] in metres becomes a [`Geometry`]: vertices welded, orientation made consistent, coplanar triangles
 //! gathered into [`Surface`]s, and everything moved so that the scene's centre is the origin before positions are
@@ -13,6 +13,7 @@
 //! Reference: [WoopBenthinWald2013] (docs/references.md).
 
 mod block;
+mod edges;
 mod enclosure;
 mod error;
 mod geometry;
@@ -30,6 +31,7 @@ mod topology;
 mod tree;
 mod weld;
 
+pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
 pub use geometry::Geometry;
 pub use mesh::{Mesh, MeshTriangle};
