@@ -13,6 +13,7 @@
 pub mod diffuse_box;
 pub mod diffuse_sphere;
 mod form_factor;
+mod patches;
 pub mod specular_box;
 
 use std::f64::consts::PI;

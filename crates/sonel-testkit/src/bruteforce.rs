@@ -213,8 +213,126 @@ fn lambert(wall: usize, numbers: &mut Uniform) -> [f64; 3] {
     let radius = radius_squared.sqrt();
     let height = (1.0 - radius_squared).sqrt();
     let mut direction = [0.0; 3];
-    direction[axis] = if wall % 2 == 0 { height } else { -height };
+    direction[axis] = if wall.is_multiple_of(2) { height } else { -height };
     direction[(axis + 1) % 3] = radius * cos;
     direction[(axis + 2) % 3] = radius * sin;
     direction
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analytic::diffuse_box::DiffuseBox;
+    use crate::analytic::free_field;
+    use crate::analytic::specular_box::SpecularBox;
+    use crate::decay::reverberation_time;
+    use crate::z_test::{Disagreement, Within, within_sigmas};
+
+    const COUNT: Count = Count {
+        source: [1.5, 1.2, 1.3],
+        receiver: [4.2, 3.7, 2.1],
+        radius: 0.4,
+        bin_width: 0.002,
+        bins: 500,
+        batches: 32,
+        rays_per_batch: 6000,
+        seed: 1,
+    };
+
+    fn room(scattering: f64) -> BoxRoom {
+        BoxRoom {
+            size: [6.0, 5.0, 4.0],
+            absorption: [0.2; 6],
+            scattering: [scattering; 6],
+            speed_of_sound: 343.0,
+            air_attenuation: 0.0,
+        }
+    }
+
+    fn images(reflection: [f64; 6], air_attenuation: f64) -> SpecularBox {
+        SpecularBox { size: [6.0, 5.0, 4.0], reflection, speed_of_sound: 343.0, air_attenuation }
+    }
+
+    fn t30(echogram: &[f64]) -> f64 {
+        reverberation_time(echogram, COUNT.bin_width, -5.0, -35.0)
+    }
+
+    /// Compares with a relative standard error of at most `part`.
+    fn compare(estimate: Estimate, expected: f64, part: f64) -> Result<(), Disagreement> {
+        within_sigmas(estimate, expected, Within { sigmas: 4.0, maximal_sigma: part * expected })
+    }
+
+    #[test]
+    fn mirrors_alone_give_the_image_sources() {
+        let absorption = [0.1, 0.3, 0.2, 0.25, 0.15, 0.35];
+        let walls = BoxRoom { absorption, air_attenuation: 0.003, ..room(0.0) };
+        let counted = walls.count(&COUNT);
+        let exact = images(absorption.map(|a| 1.0 - a), 0.003);
+        let expected = exact.echogram(COUNT.source, COUNT.receiver, COUNT.bin_width, COUNT.bins);
+        compare(counted.total(), expected.iter().sum(), 0.02).unwrap();
+        compare(counted.jackknife(t30), t30(&expected), 0.02).unwrap();
+        for window in 0..5 {
+            let energy = |bins: &[f64]| bins[25 * window..25 * (window + 1)].iter().sum::<f64>();
+            compare(counted.jackknife(energy), energy(&expected), 0.05).unwrap();
+        }
+        // A model without the loss in the air, and one whose decay is a tenth longer.
+        let airless = images(absorption.map(|a| 1.0 - a), 0.0);
+        let airless = airless.echogram(COUNT.source, COUNT.receiver, COUNT.bin_width, COUNT.bins);
+        assert!(compare(counted.total(), airless.iter().sum(), 0.02).is_err());
+        assert!(compare(counted.jackknife(t30), 1.1 * t30(&expected), 0.02).is_err());
+    }
+
+    #[test]
+    fn cosine_law_alone_gives_the_radiosity_solution() {
+        let counted = room(1.0).count(&COUNT);
+        let exact = DiffuseBox { size: [6.0, 5.0, 4.0], absorption: [0.2; 6], speed_of_sound: 343.0 };
+        let divided = exact.divide([8; 3]);
+        compare(counted.total(), divided.total_fluence(COUNT.source, COUNT.receiver), 0.01).unwrap();
+        compare(counted.jackknife(t30), divided.reverberation_time(), 0.003).unwrap();
+        assert!(
+            compare(room(0.5).count(&COUNT).jackknife(t30), divided.reverberation_time(), 0.003).is_err()
+        );
+    }
+
+    #[test]
+    fn half_scattering_gives_the_figures_found_before() {
+        let counted = room(0.5).count(&COUNT);
+        compare(counted.total(), 0.101_02, 0.01).unwrap();
+        compare(counted.jackknife(t30), 0.600_8, 0.003).unwrap();
+        assert!(compare(counted.jackknife(t30), 1.02 * 0.600_8, 0.003).is_err());
+    }
+
+    #[test]
+    fn classes_of_paths_add_up_and_hold_their_own() {
+        let counted = room(0.5).count(&COUNT);
+        let all = [History::Direct, History::Specular, History::Diffuse, History::DiffuseThenSpecular];
+        let sum = all.iter().map(|&class| counted.class(class).value).sum::<f64>();
+        assert!((sum / counted.total().value - 1.0).abs() < 1e-12);
+        let distance = (2.7_f64 * 2.7 + 2.5 * 2.5 + 0.8 * 0.8).sqrt();
+        compare(counted.class(History::Direct), free_field(distance, 0.0), 0.08).unwrap();
+        // A path of mirrors alone keeps (1 − α)(1 − s) at each wall.
+        let mirrored =
+            images([0.4; 6], 0.0).echogram(COUNT.source, COUNT.receiver, COUNT.bin_width, COUNT.bins);
+        let mirrored = mirrored.iter().sum::<f64>() - free_field(distance, 0.0);
+        compare(counted.class(History::Specular), mirrored, 0.05).unwrap();
+        assert!(compare(counted.class(History::Specular), 1.25 * mirrored, 0.05).is_err());
+    }
+
+    #[test]
+    fn the_echogram_and_its_errors_are_those_of_the_batches() {
+        let counted = room(0.5).count(&Count { batches: 8, rays_per_batch: 500, ..COUNT });
+        let echogram = counted.echogram();
+        let total = echogram.iter().map(|bin| bin.value).sum::<f64>();
+        assert!((total / counted.total().value - 1.0).abs() < 1e-12);
+        // The jackknife of a sum is the error of the mean.
+        let jackknifed = counted.jackknife(|bins| bins.iter().sum());
+        assert!((jackknifed.sigma / counted.total().sigma - 1.0).abs() < 1e-9);
+        assert!((counted.jackknife(|bins| bins[40]).sigma / echogram[40].sigma - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    #[should_panic(expected = "out of the room")]
+    fn a_sphere_through_a_wall_is_refused() {
+        room(0.5).count(&Count { receiver: [0.2, 3.0, 2.0], ..COUNT });
+    }
 }

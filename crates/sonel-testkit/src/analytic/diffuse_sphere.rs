@@ -23,6 +23,11 @@ pub struct DiffuseSphere {
 impl DiffuseSphere {
     /// Decay rate μ of the energy [1/s], by bisection to the last bit.
     pub fn decay_rate(&self) -> f64 {
+        assert!(
+            self.absorption > 0.0 && self.absorption < 1.0,
+            "absorption {} leaves no decay",
+            self.absorption
+        );
         // In x = 2Rμ/c the condition is (1 − α) 2 (1 + (x − 1)eˣ)/x² = 1, with a left side that grows with x.
         let excess = |x: f64| (1.0 - self.absorption) * chord_transform(x) - 1.0;
         let (mut low, mut high) = (0.0, 1.0);
@@ -38,8 +43,7 @@ impl DiffuseSphere {
         }
     }
 
-    /// Time of a decay by 60 dB [s]: that of the late field, and of the whole decay from the second arrival on to
-    /// within the transient of the sphere, which is over after a few chords.
+    /// Time of a decay by 60 dB of the late field [s]; the transient is over after a few chords.
     pub fn reverberation_time(&self) -> f64 {
         6.0 * LN_10 / self.decay_rate()
     }
@@ -93,7 +97,7 @@ mod tests {
             let found = sphere(absorption).reverberation_time();
             assert!((found - time).abs() < 5e-5, "{absorption}: {found}");
         }
-        let eyring = 24.0 * LN_10 * (5.0 / 3.0) / (-343.0 * 0.7_f64.ln()) / 4.0 * 4.0 / 4.0;
+        let eyring = 24.0 * LN_10 * (5.0 / 3.0) / (-343.0 * 0.7_f64.ln());
         assert!((sphere(0.3).reverberation_time() / eyring - 1.0).abs() > 0.01, "{eyring}");
     }
 

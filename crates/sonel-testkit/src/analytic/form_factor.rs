@@ -3,7 +3,7 @@
 //! Both rectangles are sides of cells of one regular grid, so their exchange depends on offsets alone; it is the
 //! alternating sum of one antiderivative over the corners.
 //!
-//! Reference: [Howell2010], configurations C-13 (parallel) and C-15 (perpendicular).
+//! Reference: J. R. Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-13 (parallel) and C-15 (perpendicular).
 
 use std::f64::consts::{PI, TAU};
 
@@ -26,24 +26,23 @@ fn perpendicular(p: f64, q: f64, y: f64) -> f64 {
     (slanted - logarithm) / TAU
 }
 
-/// Second difference with step `step`, negated: the alternating sum over the four pairs of ends of two equal
-/// intervals whose offset is `at`.
-fn pairs_of_ends(at: f64, step: f64, f: impl Fn(f64) -> f64) -> f64 {
-    2.0 * f(at) - f(at - step) - f(at + step)
+/// Alternating sum of f over the differences of the ends of two intervals.
+fn pairs_of_ends(first: [f64; 2], second: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
+    f(first[0] - second[0]) + f(first[1] - second[1]) - f(first[0] - second[1]) - f(first[1] - second[0])
 }
 
-/// Exchange A·F [m²] between two `cell`-sized rectangles in parallel planes `gap` [m] apart, with the given
-/// `offset` [m] between them.
-pub(super) fn parallel_exchange(cell: [f64; 2], offset: [f64; 2], gap: f64) -> f64 {
-    pairs_of_ends(offset[0], cell[0], |x| pairs_of_ends(offset[1], cell[1], |y| parallel(x, y, gap)))
+/// Exchange A·F [m²] between two rectangles in parallel planes `gap` [m] apart, each given by its intervals along
+/// the two axes of the planes [m].
+pub(super) fn parallel_exchange(first: [[f64; 2]; 2], second: [[f64; 2]; 2], gap: f64) -> f64 {
+    pairs_of_ends(first[0], second[0], |x| pairs_of_ends(first[1], second[1], |y| parallel(x, y, gap)))
 }
 
-/// Exchange A·F [m²] between rectangles in perpendicular planes: `near` and `far` are the distances of their ends
-/// from the common line [m], along which both are `width` wide and `offset` apart [m].
-pub(super) fn perpendicular_exchange(near: [f64; 2], far: [f64; 2], width: f64, offset: f64) -> f64 {
-    pairs_of_ends(offset, width, |y| {
-        let corner = |i: usize, j: usize| perpendicular([near[0], far[0]][i], [near[1], far[1]][j], y);
-        corner(1, 1) - corner(0, 1) - corner(1, 0) + corner(0, 0)
+/// Exchange A·F [m²] between two rectangles in perpendicular planes, each given by the interval of its distances
+/// from the common line and by the interval along that line [m].
+pub(super) fn perpendicular_exchange(first: [[f64; 2]; 2], second: [[f64; 2]; 2]) -> f64 {
+    let corner = |i: usize, j: usize, y: f64| perpendicular(first[0][i], second[0][j], y);
+    pairs_of_ends(first[1], second[1], |y| {
+        corner(1, 1, y) - corner(0, 1, y) - corner(1, 0, y) + corner(0, 0, y)
     })
 }
 
@@ -62,38 +61,51 @@ mod tests {
     use super::*;
     use crate::quadrature::integrate_rectangle;
 
+    const UNIT: [f64; 2] = [0.0, 1.0];
+
     #[test]
     fn opposite_sides_of_a_cube_exchange_a_fifth() {
-        let opposite = parallel_exchange([1.0, 1.0], [0.0, 0.0], 1.0);
-        let adjacent = perpendicular_exchange([0.0, 0.0], [1.0, 1.0], 1.0, 0.0);
+        let opposite = parallel_exchange([UNIT; 2], [UNIT; 2], 1.0);
+        let adjacent = perpendicular_exchange([UNIT; 2], [UNIT; 2]);
         assert!((opposite - 0.199_824_9).abs() < 1e-7, "{opposite}");
         assert!((adjacent - 0.200_043_8).abs() < 1e-7, "{adjacent}");
         assert!((opposite + 4.0 * adjacent - 1.0).abs() < 1e-12);
     }
 
+    /// ∫∫ over one rectangle of ∫∫ over the other.
+    fn by_quadrature(
+        first: [[f64; 2]; 2],
+        second: [[f64; 2]; 2],
+        kernel: impl Fn([f64; 2], [f64; 2]) -> f64,
+    ) -> f64 {
+        let over = |r: [[f64; 2]; 2], f: &dyn Fn([f64; 2]) -> f64| {
+            integrate_rectangle([r[0][0], r[1][0]], [r[0][1], r[1][1]], f)
+        };
+        over(first, &|a| over(second, &|b| kernel(a, b)))
+    }
+
     #[test]
     fn closed_forms_are_what_quadrature_finds() {
-        let (cell, gap) = ([0.5, 0.7], 3.0);
-        for offset in [[0.0, 0.0], [1.5, -2.1]] {
-            let kernel = |x: f64, y: f64| gap * gap / (PI * (x * x + y * y + gap * gap).powi(2));
-            let inner = |a: [f64; 2]| {
-                integrate_rectangle([0.0; 2], cell, |b| {
-                    kernel(offset[0] + b[0] - a[0], offset[1] + b[1] - a[1])
-                })
+        let (first, gap) = ([[0.0, 0.5], [0.3, 1.0]], 3.0);
+        for second in [first, [[1.5, 1.9], [-2.1, -1.0]]] {
+            let kernel = |a: [f64; 2], b: [f64; 2]| {
+                let (x, y) = (a[0] - b[0], a[1] - b[1]);
+                gap * gap / (PI * (x * x + y * y + gap * gap).powi(2))
             };
-            let expected = integrate_rectangle([0.0; 2], cell, inner);
-            let found = parallel_exchange(cell, offset, gap);
+            let expected = by_quadrature(first, second, kernel);
+            let found = parallel_exchange(first, second, gap);
             assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
         }
-        let (near, far, width, offset) = ([1.0, 0.5], [1.5, 1.2], 0.4, 0.8);
-        let kernel = |p: f64, q: f64, y: f64| p * q / (PI * (p * p + q * q + y * y).powi(2));
-        let inner = |a: [f64; 2]| {
-            let ([low, _], [high, _]) = ([near[1], 0.0], [far[1], width]);
-            integrate_rectangle([low, 0.0], [high, width], |b| kernel(a[0], b[0], offset + b[1] - a[1]))
+        let (first, second) = ([[1.0, 1.5], [0.0, 0.4]], [[0.5, 1.2], [0.8, 1.7]]);
+        let kernel = |a: [f64; 2], b: [f64; 2]| {
+            let (p, q, y) = (a[0], b[0], a[1] - b[1]);
+            p * q / (PI * (p * p + q * q + y * y).powi(2))
         };
-        let expected = integrate_rectangle([near[0], 0.0], [far[0], width], inner);
-        let found = perpendicular_exchange(near, far, width, offset);
+        let expected = by_quadrature(first, second, kernel);
+        let found = perpendicular_exchange(first, second);
         assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        let shifted = perpendicular_exchange([[1.0, 1.5], [0.0, 0.5]], second);
+        assert!((shifted / expected - 1.0).abs() > 0.1);
     }
 
     #[test]

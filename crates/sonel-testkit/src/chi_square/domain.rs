@@ -42,7 +42,7 @@ pub fn square(
     density: impl Fn([f64; 2]) -> f64,
 ) -> Verdict {
     let chart = Chart { low: [0.0, 0.0], high: [1.0, 1.0] };
-    chart.judge(plan, sample, density, |point| Ok(point))
+    chart.judge(plan, sample, density, Ok)
 }
 
 /// Tests a sampler of unit vectors against its density on the whole sphere [1/sr].
@@ -223,7 +223,7 @@ mod tests {
     #[test]
     fn correct_samplers_are_rejected_as_rarely_as_stated() {
         let plan =
-            |seed| Plan { runs: 3, samples: 5000, cells: [8, 8], significance: 0.1, seed: 1000 * seed };
+            |seed: u64| Plan { runs: 3, samples: 5000, cells: [8, 8], significance: 0.1, seed: 1000 * seed };
         let rejected =
             (0..400).filter(|&seed| !square(plan(seed), Uniform::square, |_| 1.0).accepted()).count();
         // Binomial: 40 expected, standard deviation 6.
