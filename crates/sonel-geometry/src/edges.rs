@@ -4,7 +4,7 @@
 //! the same surfaces, so that a finely tessellated wall has one edge on each side.
 
 use crate::topology::{Connected, SharedEdge};
-use crate::{Mesh, Surface, SurfaceId};
+use crate::{Mesh, PlaneId, Surface, SurfaceId};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 pub enum EdgeShape {
     /// The rim of one surface, with air all around.
     Free,
-    /// The rim of one surface which ends on another without sharing vertices, as a screen's foot on the floor.
+    /// It lies on yet another surface without sharing its vertices, as the foot of a screen or a pillar on the floor.
     Abutting,
     /// Two surfaces that protrude into the air on their front: its angle exceeds π.
     Convex,
@@ -56,66 +56,79 @@ struct Segment {
     wedge_angle: f64,
 }
 
-/// Finds all edges; `abuts` tells whether a point of a free edge, with the direction into its face, lies on another
-/// surface than its own.
-pub(crate) fn find_edges(
-    mesh: &Mesh,
-    shared: &[SharedEdge],
-    surfaces: &[Surface],
-    of_triangle: &[SurfaceId],
-    tolerance: f64,
-    abuts: impl Fn(DVec3, DVec3, SurfaceId) -> bool,
-) -> Vec<Edge> {
-    let mut segments: Vec<Segment> =
-        shared.iter().filter_map(|edge| segment(mesh, edge, surfaces, of_triangle, &abuts)).collect();
-    // A fixed order of equal keys keeps the result independent of hashing.
-    segments.sort_by(|a, b| a.surfaces.cmp(&b.surfaces));
-    let groups = straight_groups(mesh, &segments, tolerance);
-    groups.into_iter().map(|group| whole(mesh, &segments, &group)).collect()
+/// What edges are found in.
+pub(crate) struct Survey<'a> {
+    pub mesh: &'a Mesh,
+    pub shared: &'a [SharedEdge],
+    pub surfaces: &'a [Surface],
+    pub of_triangle: &'a [SurfaceId],
+    /// Distance [m] within which points are on one line.
+    pub tolerance: f64,
+    /// Distance [m] at which to feel for other surfaces.
+    pub reach: f64,
 }
 
-fn segment(
-    mesh: &Mesh,
-    edge: &SharedEdge,
-    surfaces: &[Surface],
-    of_triangle: &[SurfaceId],
-    abuts: impl Fn(DVec3, DVec3, SurfaceId) -> bool,
-) -> Option<Segment> {
-    let surface = |face: u32| of_triangle[face as usize];
-    let mut around: Vec<SurfaceId> = edge.faces.iter().map(|&(face, _)| surface(face)).collect();
-    around.sort_unstable();
-    let (shape, wedge_angle) = match edge.faces[..] {
-        [(face, _)] => {
-            let [start, end] = edge.ends.map(|end| mesh.vertices[end as usize]);
-            let inward = edge.inward(mesh, face);
-            let on_another = |share| abuts(start.lerp(end, share), inward, surface(face));
-            // Three places: an edge that lies on a wall here and there is free elsewhere, and stays free.
-            if [0.25, 0.5, 0.75].into_iter().all(on_another) {
-                (EdgeShape::Abutting, 0.0)
-            } else {
-                (EdgeShape::Free, TAU)
-            }
-        }
-        [(a, _), (b, _)] if surface(a) == surface(b) => return None,
-        [(a, forward), (b, backward)] if forward != backward => {
-            wedge(mesh, edge, [a, b], [a, b].map(|face| &surfaces[surface(face).0 as usize]))
-        }
-        _ => (EdgeShape::Junction, 0.0),
-    };
-    around.dedup();
-    Some(Segment { ends: edge.ends, surfaces: around, shape, wedge_angle })
-}
-
-/// Shape and angle on the front of two faces that agree in orientation.
-fn wedge(mesh: &Mesh, edge: &SharedEdge, faces: [u32; 2], surfaces: [&Surface; 2]) -> (EdgeShape, f64) {
-    if surfaces[0].plane == surfaces[1].plane {
-        return (EdgeShape::Seam, PI);
+impl Survey<'_> {
+    /// Finds all edges; `crosses` tells whether any surface but those of a plane lies between two points.
+    pub fn edges(&self, crosses: impl Fn(DVec3, DVec3, Option<PlaneId>) -> bool) -> Vec<Edge> {
+        let mut segments: Vec<Segment> =
+            self.shared.iter().filter_map(|edge| self.segment(edge, &crosses)).collect();
+        segments.sort_by(|a, b| a.surfaces.cmp(&b.surfaces));
+        let groups = straight_groups(self.mesh, &segments, self.tolerance);
+        groups.into_iter().map(|group| whole(self.mesh, &segments, &group)).collect()
     }
-    let inward = faces.map(|face| edge.inward(mesh, face));
-    // The angle from the first face to the second through the air in front of the first.
-    let height = surfaces[0].normal.dot(inward[1]);
-    let angle = libm::atan2(height, inward[0].dot(inward[1])).rem_euclid(TAU);
-    (if angle > PI { EdgeShape::Convex } else { EdgeShape::Concave }, angle)
+
+    fn surface(&self, face: u32) -> &Surface {
+        &self.surfaces[self.of_triangle[face as usize].0 as usize]
+    }
+
+    /// A mesh edge as part of an edge, unless it is within one surface.
+    fn segment(
+        &self,
+        edge: &SharedEdge,
+        crosses: impl Fn(DVec3, DVec3, Option<PlaneId>) -> bool,
+    ) -> Option<Segment> {
+        let of = |face: u32| self.of_triangle[face as usize];
+        let (mut shape, mut wedge_angle) = match edge.faces[..] {
+            [_] => (EdgeShape::Free, TAU),
+            [(a, _), (b, _)] if of(a) == of(b) => return None,
+            [(a, forward), (b, backward)] if forward != backward => self.wedge(edge, [a, b]),
+            _ => (EdgeShape::Junction, 0.0),
+        };
+        if matches!(shape, EdgeShape::Free | EdgeShape::Convex) && self.abuts(edge, crosses) {
+            (shape, wedge_angle) = (EdgeShape::Abutting, 0.0);
+        }
+        let mut surfaces: Vec<SurfaceId> = edge.faces.iter().map(|&(face, _)| of(face)).collect();
+        surfaces.sort_unstable();
+        surfaces.dedup();
+        Some(Segment { ends: edge.ends, surfaces, shape, wedge_angle })
+    }
+
+    /// Whether other surfaces lie across an edge: who slides along one of its faces and over the edge runs into them.
+    fn abuts(&self, edge: &SharedEdge, crosses: impl Fn(DVec3, DVec3, Option<PlaneId>) -> bool) -> bool {
+        let [start, end] = edge.ends.map(|end| self.mesh.vertices[end as usize]);
+        let free = edge.faces.len() == 1;
+        let over = |face: u32, share: f64| {
+            let slide = self.reach * edge.inward(self.mesh, face);
+            // A free face is slid along within itself, ignoring its plane; one of two faces just in front of it.
+            let lift = if free { DVec3::ZERO } else { self.reach * self.surface(face).normal };
+            let point = start.lerp(end, share) + lift;
+            crosses(point + slide, point - slide, free.then_some(self.surface(face).plane))
+        };
+        // Three places: an edge that lies on a wall here and there is free elsewhere, and stays free.
+        [0.25, 0.5, 0.75].into_iter().all(|share| edge.faces.iter().any(|&(face, _)| over(face, share)))
+    }
+
+    /// Shape and angle on the front of two faces that agree in orientation.
+    fn wedge(&self, edge: &SharedEdge, [a, b]: [u32; 2]) -> (EdgeShape, f64) {
+        if self.surface(a).plane == self.surface(b).plane {
+            return (EdgeShape::Seam, PI);
+        }
+        let (here, there) = (edge.inward(self.mesh, a), edge.inward(self.mesh, b));
+        // From the first face to the second through the air in front of the first.
+        let angle = libm::atan2(self.surface(a).normal.dot(there), here.dot(there)).rem_euclid(TAU);
+        (if angle > PI { EdgeShape::Convex } else { EdgeShape::Concave }, angle)
+    }
 }
 
 /// Groups of segments that continue one another: the same surfaces and shape, a common vertex, one line.

@@ -1,7 +1,7 @@
 //! The geometry of a scene: everything that rays and receivers ask about the walls.
 
 use crate::block::Facet;
-use crate::edges::{Edge, find_edges};
+use crate::edges::{Edge, Survey};
 use crate::enclosure::{distance_to_triangle, winding_number};
 use crate::index::Index;
 use crate::orient::{Oriented, Shell, orient};
@@ -79,23 +79,18 @@ impl Geometry {
             edges: Vec::new(),
             dropped: welded.dropped,
         };
-        geometry.edges = find_edges(
-            &geometry.mesh,
-            &edges,
-            &geometry.surfaces,
-            &geometry.of_triangle,
+        let survey = Survey {
+            mesh: &geometry.mesh,
+            shared: &edges,
+            surfaces: &geometry.surfaces,
+            of_triangle: &geometry.of_triangle,
             tolerance,
-            |point, inward, surface| geometry.abuts(point, inward, surface),
-        );
+            reach: f64::from(scale.lift()),
+        };
+        geometry.edges = survey.edges(|from, to, plane| {
+            geometry.crosses(geometry.to_local(from), geometry.to_local(to), [plane, None], 0.0)
+        });
         Ok(geometry)
-    }
-
-    /// Whether anything but the surface itself lies across a point of its rim.
-    fn abuts(&self, point: DVec3, inward: DVec3, surface: SurfaceId) -> bool {
-        let reach = f64::from(self.scale.lift()) * inward;
-        let plane = Some(self.surface(surface).plane);
-        let from = Departure { origin: self.to_local(point + reach), plane };
-        self.blocked(from, self.to_local(point - reach), [plane, None], 1.0)
     }
 
     /// The welded and oriented mesh, in world coordinates.
@@ -179,24 +174,36 @@ impl Geometry {
         Some(self.hit(ray.at(nearest.distance), direction, nearest.distance, nearest.triangle))
     }
 
-    /// Whether anything lies strictly between the start and a local position [m], which is reached when less than
-    /// [`Geometry::resolution`] remains.
+    /// Whether anything lies strictly between the start and a local position [m].
+    ///
+    /// A surface whose plane passes within [`Geometry::resolution`] of the far end does not count. The surface that was
+    /// left does when the far end is behind it.
     pub fn is_blocked(&self, from: Departure, to: Vec3) -> bool {
-        let length = from.origin.as_dvec3().distance(to.as_dvec3());
-        self.blocked(from, to, [from.plane, None], 1.0 - f64::from(self.resolution()) / length)
+        let clearance = f64::from(self.resolution());
+        self.is_behind(from, to, clearance) || self.crosses(from.origin, to, [from.plane, None], clearance)
     }
 
-    /// Whether anything lies between two positions on surfaces, ignoring the planes of both.
+    /// Whether anything lies between two positions on surfaces, each lifted to the side that is to see the other.
+    ///
+    /// The planes of both surfaces are ignored, unless one position is behind the other's surface.
     pub fn is_blocked_between_surfaces(&self, from: Departure, to: Departure) -> bool {
-        self.blocked(from, to.origin, [from.plane, to.plane], 1.0)
+        self.is_behind(from, to.origin, 0.0)
+            || self.is_behind(to, from.origin, 0.0)
+            || self.crosses(from.origin, to.origin, [from.plane, to.plane], 0.0)
     }
 
-    fn blocked(&self, from: Departure, to: Vec3, ignored: [Option<PlaneId>; 2], end: f64) -> bool {
-        let direction = to - from.origin;
-        if direction == Vec3::ZERO {
-            return false;
-        }
-        self.index.any_before(&Probe::new(from.origin, direction, ignored), end)
+    /// Whether a point is on the other side of the plane that was left, by more than `clearance` [m].
+    fn is_behind(&self, from: Departure, to: Vec3, clearance: f64) -> bool {
+        from.plane.is_some_and(|plane| {
+            let plane = self.index.plane(plane);
+            let (here, there) = (plane.height(from.origin), plane.height(to));
+            here * there < 0.0 && there.abs() > clearance
+        })
+    }
+
+    /// Whether any surface but those of the ignored planes lies between two points.
+    fn crosses(&self, from: Vec3, to: Vec3, ignored: [Option<PlaneId>; 2], clearance: f64) -> bool {
+        from != to && self.index.any_before_tip(&Probe::new(from, to - from, ignored), clearance)
     }
 
     fn hit(&self, point: DVec3, direction: Vec3, distance: f64, triangle: u32) -> Hit {
@@ -307,6 +314,31 @@ mod tests {
         assert!(geometry.contains(dvec3(0.1, 0.1, 0.1)));
         assert!(!geometry.contains(dvec3(-0.1, 0.1, 0.1)));
         assert!((geometry.distance_to_nearest_surface(dvec3(5.0, 3.0, 1.0)) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_behind_the_surface_left_is_blocked() {
+        let mut mesh = Mesh::shoebox([10.0, 7.0, 3.0], [0; 6]);
+        let first = mesh.vertices.len() as u32;
+        let screen = [dvec3(5.0, 2.0, 0.0), dvec3(5.0, 5.0, 0.0), dvec3(5.0, 3.0, 2.0)];
+        mesh.vertices.extend(screen);
+        mesh.triangles.push(crate::MeshTriangle { corners: [first, first + 1, first + 2], material: 1 });
+        let geometry = Geometry::build(mesh).unwrap();
+        let at = |x: f64, y: f64, z: f64| geometry.to_local(dvec3(x, y, z));
+        let screen = geometry.triangle_surface(12);
+        let seen_from = |side: Side| geometry.leave(at(5.0, 3.0, 0.5), screen, side);
+        // The screen's front is at positive x.
+        for (side, x) in [(Side::Front, 6.0), (Side::Back, 4.0)] {
+            assert!(!geometry.is_blocked(seen_from(side), at(x, 3.0, 1.0)));
+            assert!(geometry.is_blocked(seen_from(side.opposite()), at(x, 3.0, 1.0)));
+            assert!(!geometry.is_blocked(seen_from(side), at(5.0, 3.0, 2.5)));
+        }
+        assert!(geometry.is_blocked_between_surfaces(seen_from(Side::Front), seen_from(Side::Back)));
+        let wall = geometry.triangle_surface(0);
+        let on_wall = geometry.leave(at(0.0, 3.0, 0.5), wall, Side::Front);
+        assert!(geometry.is_blocked_between_surfaces(seen_from(Side::Front), on_wall));
+        assert!(!geometry.is_blocked_between_surfaces(seen_from(Side::Back), on_wall));
+        assert!(!geometry.is_blocked(seen_from(Side::Back), at(0.0, 3.0, 0.5)));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Finding the triangles on a ray: a scan of wide blocks while that is faster, a tree beyond.
 
+use crate::PlaneId;
 use crate::block::{Block, Facet, Pierced};
 use crate::probe::{LocalPlane, Probe};
 use crate::tree::Tree;
@@ -109,12 +110,18 @@ impl Index {
         gap.is_finite() && (near_plane(&nearest.facing) || near_plane(&nearest.any))
     }
 
-    /// Whether any triangle lies in front of the origin and before `end`, in multiples of the ray's direction.
-    pub fn any_before(&self, ray: &Probe, end: f64) -> bool {
+    /// Whether any triangle lies between the ray's origin and the tip of its direction, more than `clearance` [m] off
+    /// in height over the triangle's plane.
+    pub fn any_before_tip(&self, ray: &Probe, clearance: f64) -> bool {
         match &self.arrangement {
-            Arrangement::Scan(blocks) => blocks.iter().any(|block| self.any_in(block, ray, end)),
-            Arrangement::Tree(tree) => tree.any(ray, end, |block| self.any_in(block, ray, end)),
+            Arrangement::Scan(blocks) => blocks.iter().any(|block| self.any_in(block, ray, clearance)),
+            Arrangement::Tree(tree) => tree.any(ray, |block| self.any_in(block, ray, clearance)),
         }
+    }
+
+    /// One of the planes.
+    pub fn plane(&self, plane: PlaneId) -> &LocalPlane {
+        &self.planes[plane.0 as usize]
     }
 
     #[inline(always)]
@@ -136,11 +143,10 @@ impl Index {
     }
 
     #[inline(always)]
-    fn any_in<const N: usize>(&self, block: &Block<N>, ray: &Probe, end: f64) -> bool {
+    fn any_in<const N: usize>(&self, block: &Block<N>, ray: &Probe, clearance: f64) -> bool {
         let mut any = false;
         block.pierce(ray, |pierced| {
-            let distance = ray.distance_to(&self.planes[pierced.plane as usize]);
-            any |= distance > 0.0 && distance < end;
+            any |= ray.tip_is_beyond(&self.planes[pierced.plane as usize], clearance);
         });
         any
     }

@@ -36,6 +36,13 @@ pub(crate) struct LocalPlane {
 /// such a slope to matter.
 const LEAST_SLOPE: f32 = 1e-30;
 
+impl LocalPlane {
+    /// Signed height of a local point over the plane [m].
+    pub fn height(&self, point: Vec3) -> f64 {
+        self.normal.dot(point.as_dvec3()) - self.offset
+    }
+}
+
 impl Probe {
     /// A ray from a local origin; `ignored` planes are passed through.
     #[inline]
@@ -70,6 +77,14 @@ impl Probe {
     #[inline(always)]
     pub fn distance_to(&self, plane: &LocalPlane) -> f64 {
         (plane.offset - plane.normal.dot(self.exact_origin)) / plane.normal.dot(self.exact_direction)
+    }
+
+    /// Whether the tip of the direction is beyond a plane as seen from the origin, by more than `clearance` [m].
+    #[inline(always)]
+    pub fn tip_is_beyond(&self, plane: &LocalPlane, clearance: f64) -> bool {
+        let depth = plane.normal.dot(self.exact_direction);
+        let height = plane.offset - plane.normal.dot(self.exact_origin);
+        height * depth > 0.0 && depth.abs() - height.abs() > clearance
     }
 
     /// Height over a plane gained or lost per unit of distance.

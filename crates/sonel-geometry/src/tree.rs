@@ -94,10 +94,10 @@ impl Tree {
         }
     }
 
-    /// Whether `visit` is true for any leaf on the ray before `end`.
+    /// Whether `visit` is true for any leaf between the ray's origin and the tip of its direction.
     #[inline(always)]
-    pub fn any(&self, ray: &Probe, end: f64, mut visit: impl FnMut(&Block<LEAF_LANES>) -> bool) -> bool {
-        let limit = round_up(end);
+    pub fn any(&self, ray: &Probe, mut visit: impl FnMut(&Block<LEAF_LANES>) -> bool) -> bool {
+        let limit = round_up(1.0);
         let mut stack = Stack::default();
         stack.push(Entry { child: 0, distance: 0.0 });
         while let Some(entry) = stack.pop() {

@@ -68,3 +68,21 @@ fn a_change_of_material_is_a_seam_and_a_welded_foot_a_junction() {
     let junctions = of_shape(&geometry, EdgeShape::Junction);
     assert!(junctions.len() == 1 && (junctions[0].length() - 1.0).abs() < 1e-12);
 }
+
+#[test]
+fn a_pillar_has_free_sides_and_an_abutting_foot_and_head() {
+    let mut mesh = rooms::shoebox();
+    let pillar = sonel_geometry::Mesh::shoebox([0.5, 0.6, 3.0], [7; 6]);
+    for triangle in &pillar.triangles {
+        let corners = triangle.corners.map(|c| pillar.vertices[c as usize] + dvec3(4.0, 2.0, 0.0));
+        rooms::add(&mut mesh, 7, &[corners]);
+    }
+    for mesh in [mesh.clone(), rooms::turned(mesh, dvec3(0.0, 1e4, 0.0))] {
+        let geometry = Geometry::build(mesh).unwrap();
+        let convex = of_shape(&geometry, EdgeShape::Convex);
+        assert!(convex.len() == 4 && convex.iter().all(|edge| (edge.length() - 3.0).abs() < 1e-9));
+        assert!(convex.iter().all(|edge| (edge.wedge_angle - 1.5 * PI).abs() < 1e-9));
+        assert_eq!(of_shape(&geometry, EdgeShape::Abutting).len(), 8);
+        assert_eq!(of_shape(&geometry, EdgeShape::Concave).len(), 12);
+    }
+}
