@@ -13,47 +13,44 @@ const RESCALE_BY: f64 = f64::from_bits((1023 + 256) << 52);
 /// Running products of one path. One value serves many paths in turn; [`PathWeight::emit`] starts the next.
 #[derive(Debug, Clone)]
 pub struct PathWeight {
-    /// ∏ f_j.
-    feeding: Vec<Lanes>,
-    /// ∏ p_k.
-    drawing: Vec<Lanes>,
-    /// n_k.
-    counts: Vec<Lanes>,
+    products: Vec<Products>,
     energy: Vec<Lanes>,
     source_factor: f64,
     carried_bands: f64,
-    /// Largest of ∏ f_j.
-    most_fed: f64,
-    /// Σ ∏ p_k.
-    drawn: f64,
+}
+
+/// Products of four bands.
+#[derive(Debug, Clone, Copy)]
+struct Products {
+    /// ∏ f_j.
+    feeding: Lanes,
+    /// ∏ p_k.
+    drawing: Lanes,
+    /// n_k.
+    counts: Lanes,
 }
 
 impl PathWeight {
     /// Room for `bands` bands.
     #[must_use]
     pub fn new(bands: usize) -> Self {
-        let zeros = vec![[0.0; 4]; lanes_of(bands)];
-        Self {
-            feeding: zeros.clone(),
-            drawing: zeros.clone(),
-            counts: zeros.clone(),
-            energy: zeros,
-            source_factor: 0.0,
-            carried_bands: 0.0,
-            most_fed: 0.0,
-            drawn: 0.0,
-        }
+        let nothing = Products { feeding: [0.0; 4], drawing: [0.0; 4], counts: [0.0; 4] };
+        let lanes = lanes_of(bands);
+        let energy = vec![[0.0; 4]; lanes];
+        Self { products: vec![nothing; lanes], energy, source_factor: 0.0, carried_bands: 0.0 }
     }
 
     /// Starts a path: `source_factor` is the directivity factor of its first direction, `counts` the packets n_k led by
     /// each band in its batch, and `carried` is 1 for the bands that the path carries and 0 for the others.
     pub fn emit(&mut self, source_factor: f64, counts: &[Lanes], carried: &[Lanes]) {
         self.source_factor = source_factor;
-        self.feeding.copy_from_slice(carried);
-        self.drawing.copy_from_slice(carried);
-        self.counts.copy_from_slice(counts);
         self.carried_bands = carried.iter().flatten().sum();
-        self.refresh();
+        let mut weighted = [0.0; 4];
+        for ((products, &counts), &carried) in self.products.iter_mut().zip(counts).zip(carried) {
+            *products = Products { feeding: carried, drawing: carried, counts };
+            add_product(&mut weighted, &carried, &counts);
+        }
+        self.balance(sum(weighted));
     }
 
     /// Energy per unit emitted energy of the batch, in every band [1].
@@ -68,61 +65,70 @@ impl PathWeight {
     #[inline]
     #[must_use]
     pub fn is_extinct(&self, threshold: f64) -> bool {
-        self.source_factor * self.carried_bands * self.most_fed < threshold * self.drawn || self.drawn <= 0.0
+        let (mut most, mut drawn) = ([0.0_f64; 4], [0.0; 4]);
+        for products in &self.products {
+            for lane in 0..4 {
+                most[lane] = most[lane].max(products.feeding[lane]);
+                drawn[lane] += products.drawing[lane];
+            }
+        }
+        let most = most[0].max(most[1]).max(most[2].max(most[3]));
+        self.source_factor * self.carried_bands * most <= threshold * sum(drawn)
     }
 
     /// Passes through `event`.
     #[inline]
     pub fn pass(&mut self, event: &EventRow) {
-        multiply(&mut self.feeding, &event.energy);
-        multiply(&mut self.drawing, &event.probability);
-        self.refresh();
-    }
-
-    #[inline]
-    fn refresh(&mut self) {
-        let (mut drawn, mut weighted) = ([0.0; 4], [0.0; 4]);
-        for (drawing, counts) in self.drawing.iter().zip(&self.counts) {
+        let mut weighted = [0.0; 4];
+        for ((products, energy), probability) in
+            self.products.iter_mut().zip(&event.energy).zip(&event.probability)
+        {
             for lane in 0..4 {
-                drawn[lane] += drawing[lane];
-                weighted[lane] += drawing[lane] * counts[lane];
+                products.feeding[lane] *= energy[lane];
+                products.drawing[lane] *= probability[lane];
             }
+            add_product(&mut weighted, &products.drawing, &products.counts);
         }
-        let mut drawn = (drawn[0] + drawn[1]) + (drawn[2] + drawn[3]);
-        let mut weighted = (weighted[0] + weighted[1]) + (weighted[2] + weighted[3]);
-        if drawn < RESCALE_BELOW && drawn > 0.0 {
-            scale(&mut self.feeding, RESCALE_BY);
-            scale(&mut self.drawing, RESCALE_BY);
-            drawn *= RESCALE_BY;
+        let mut weighted = sum(weighted);
+        if weighted < RESCALE_BELOW && weighted > 0.0 {
+            self.rescale();
             weighted *= RESCALE_BY;
         }
+        self.balance(weighted);
+    }
+
+    /// e_j from the products and Σ n_k ∏ p_k.
+    #[inline]
+    fn balance(&mut self, weighted: f64) {
         let factor = if weighted > 0.0 { self.source_factor / weighted } else { 0.0 };
-        let mut most = [0.0_f64; 4];
-        for (energy, feeding) in self.energy.iter_mut().zip(&self.feeding) {
+        for (energy, products) in self.energy.iter_mut().zip(&self.products) {
             for lane in 0..4 {
-                energy[lane] = feeding[lane] * factor;
-                most[lane] = most[lane].max(feeding[lane]);
+                energy[lane] = products.feeding[lane] * factor;
             }
         }
-        let most = most[0].max(most[1]).max(most[2].max(most[3]));
-        self.most_fed = most;
-        self.drawn = drawn;
+    }
+
+    #[cold]
+    fn rescale(&mut self) {
+        for products in &mut self.products {
+            for lane in 0..4 {
+                products.feeding[lane] *= RESCALE_BY;
+                products.drawing[lane] *= RESCALE_BY;
+            }
+        }
     }
 }
 
 #[inline]
-fn multiply(product: &mut [Lanes], factors: &[Lanes]) {
-    for (product, factor) in product.iter_mut().zip(factors) {
-        for lane in 0..4 {
-            product[lane] *= factor[lane];
-        }
+fn add_product(sum: &mut Lanes, a: &Lanes, b: &Lanes) {
+    for lane in 0..4 {
+        sum[lane] += a[lane] * b[lane];
     }
 }
 
-fn scale(product: &mut [Lanes], factor: f64) {
-    for value in product.iter_mut().flatten() {
-        *value *= factor;
-    }
+#[inline]
+fn sum(lanes: Lanes) -> f64 {
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
 }
 
 #[cfg(test)]
