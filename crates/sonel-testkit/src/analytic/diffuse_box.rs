@@ -4,7 +4,7 @@
 //! the irradiance varies like a broken power of the distance. What one patch sends to another, and what a source or
 //! a receiver sees of it, are closed forms; travel times are means over the ways from patch to patch. The only
 //! errors are those of the division: of second order in the patch size, hence reduced by [`extrapolate`]. Eight
-//! cells along each axis with four to extrapolate from give T60 to 4e-4, the steady state to 3e-4.
+//! cells along each axis with four to extrapolate from give T60 to 4e-4 and the steady state to 1e-3.
 //!
 //! Three answers: the steady state, the decay rate as the eigenvalue of the exchange weighted with e^(μ l/c), and an
 //! echogram by marching in time.
