@@ -6,7 +6,7 @@ use crate::enclosure::{distance_to_triangle, winding_number};
 use crate::index::Index;
 use crate::orient::{Oriented, Shell, orient};
 use crate::probe::{LocalPlane, Probe};
-use crate::rim::{keep_inside, margins};
+use crate::rim::{Rim, keep_inside, rims};
 use crate::scale::Scale;
 use crate::shoebox::{Shoebox, recognise};
 use crate::surfaces::{Partition, partition};
@@ -22,7 +22,7 @@ pub struct Geometry {
     surfaces: Vec<Surface>,
     of_triangle: Vec<SurfaceId>,
     local: Vec<Vec3>,
-    margins: Vec<f32>,
+    rims: Vec<Rim>,
     index: Index,
     shells: Vec<Shell>,
     room: Option<usize>,
@@ -62,7 +62,7 @@ impl Geometry {
             })
             .collect();
         let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
-        let margins = margins(&mesh, &edges, &plane_of, f64::from(scale.lift()));
+        let rims = rims(&mesh, &edges, &plane_of, f64::from(scale.lift()));
         let index = Index::build(&facets, planes, closed, scale.lift(), scale.resolution());
         let room = room(&mesh, &shells, bounds, tolerance);
         let mut geometry = Self {
@@ -72,7 +72,7 @@ impl Geometry {
             surfaces,
             of_triangle,
             local,
-            margins,
+            rims,
             index,
             shells,
             room,
@@ -215,7 +215,7 @@ impl Geometry {
         };
         let corners =
             self.mesh.triangles[triangle as usize].corners.map(|c| self.local[c as usize].as_dvec3());
-        let position = keep_inside(corners, point, f64::from(self.margins[triangle as usize]));
+        let position = keep_inside(corners, point, self.rims[triangle as usize]);
         Hit { position: position.as_vec3(), distance: distance as f32, triangle, surface, side }
     }
 

@@ -9,8 +9,22 @@ use crate::topology::SharedEdge;
 use crate::{Mesh, PlaneId};
 use glam::DVec3;
 
+/// What the margin takes of each barycentric coordinate of a triangle: its share of each height.
+pub(crate) type Rim = [f32; 3];
+
+/// The rim of each triangle, for a given lift [m].
+pub(crate) fn rims(mesh: &Mesh, edges: &[SharedEdge], planes: &[PlaneId], lift: f64) -> Vec<Rim> {
+    let margins = margins(mesh, edges, planes, lift);
+    let rim = |(triangle, margin): (usize, f64)| {
+        let [a, b, c] = mesh.corners(triangle as u32);
+        let double_area = (b - a).cross(c - a).length();
+        [c - b, a - c, b - a].map(|side| (margin * side.length() / double_area) as f32)
+    };
+    margins.into_iter().enumerate().map(rim).collect()
+}
+
 /// For each triangle the distance [m] from its sides within which no hit is placed.
-pub(crate) fn margins(mesh: &Mesh, edges: &[SharedEdge], planes: &[PlaneId], lift: f64) -> Vec<f32> {
+fn margins(mesh: &Mesh, edges: &[SharedEdge], planes: &[PlaneId], lift: f64) -> Vec<f64> {
     // At a free edge and at a flat seam one lift keeps rounding from leaving the triangle.
     let mut at_vertex = vec![lift; mesh.vertices.len()];
     for edge in edges {
@@ -20,7 +34,7 @@ pub(crate) fn margins(mesh: &Mesh, edges: &[SharedEdge], planes: &[PlaneId], lif
         }
     }
     let margin = |corners: [u32; 3]| corners.map(|c| at_vertex[c as usize]).into_iter().fold(lift, f64::max);
-    mesh.triangles.iter().map(|triangle| margin(triangle.corners) as f32).collect()
+    mesh.triangles.iter().map(|triangle| margin(triangle.corners)).collect()
 }
 
 /// cot(φ/2) of the most acute corner φ between two faces of an edge that are not in one plane.
@@ -37,25 +51,28 @@ fn cotangent_of_half_angle(mesh: &Mesh, edge: &SharedEdge, planes: &[PlaneId]) -
     largest
 }
 
-/// Moves a point that is in a triangle up to rounding to where it keeps a margin from all three sides, or to the
-/// centre of the inscribed circle where there is no such place.
-pub(crate) fn keep_inside(corners: [DVec3; 3], point: DVec3, margin: f64) -> DVec3 {
-    let [a, b, c] = corners;
+/// Moves a point that is in a triangle up to rounding off its rim, or to the centre of the inscribed circle where the
+/// rim is all there is. A point that is not on the rim stays.
+#[inline]
+pub(crate) fn keep_inside([a, b, c]: [DVec3; 3], point: DVec3, rim: Rim) -> DVec3 {
     let normal = (b - a).cross(c - a);
-    let double_area = normal.length();
-    let sides = [c - b, a - c, b - a].map(DVec3::length);
-    // Barycentric coordinates of the point, and what of each the margin takes.
-    let weight = |p: DVec3, q: DVec3| normal.dot((q - p).cross(point - p)) / (double_area * double_area);
+    let per_area = 1.0 / normal.length_squared();
+    let weight = |p: DVec3, q: DVec3| normal.dot((q - p).cross(point - p)) * per_area;
     let weights = [weight(b, c), weight(c, a), weight(a, b)];
-    let taken = sides.map(|side| margin * side / double_area);
-    let free = 1.0 - taken.iter().sum::<f64>();
-    if free <= 0.0 {
-        let around = sides.iter().sum::<f64>();
-        return (a * sides[0] + b * sides[1] + c * sides[2]) / around;
+    let taken = rim.map(f64::from);
+    let spare: [f64; 3] = std::array::from_fn(|i| weights[i] - taken[i]);
+    if spare.iter().all(|&spare| spare >= 0.0) {
+        return point;
     }
-    let spare: [f64; 3] = std::array::from_fn(|i| (weights[i] - taken[i]).max(0.0));
-    let sum = spare.iter().sum::<f64>();
-    let share: [f64; 3] = std::array::from_fn(|i| taken[i] + free * spare[i] / sum);
+    let free = 1.0 - taken.iter().sum::<f64>();
+    let share = if free > 0.0 {
+        let spare = spare.map(|spare| spare.max(0.0));
+        let sum = spare.iter().sum::<f64>();
+        std::array::from_fn(|i| taken[i] + free * spare[i] / sum)
+    } else {
+        // The rim is proportional to the sides, and so are the coordinates of the inscribed circle's centre.
+        taken.map(|taken| taken / (1.0 - free))
+    };
     a * share[0] + b * share[1] + c * share[2]
 }
 
@@ -69,17 +86,19 @@ mod tests {
     fn points_keep_their_margin_and_else_stay_where_they_are() {
         let corners = [dvec3(0.0, 0.0, 0.0), dvec3(4.0, 0.0, 0.0), dvec3(0.0, 3.0, 0.0)];
         let inner = dvec3(1.0, 1.0, 0.0);
-        assert!(keep_inside(corners, inner, 0.1).distance(inner) < 1e-15);
+        // Sides of 5, 3 and 4 opposite the corners, twice the area is 12.
+        let rim = |margin: f32| [5.0, 3.0, 4.0].map(|side| margin * side / 12.0);
+        assert!(keep_inside(corners, inner, rim(0.1)) == inner);
         for outer in
             [dvec3(1.0, -1e-7, 0.0), dvec3(0.0, 0.0, 0.0), dvec3(4.0, 0.0, 0.0), dvec3(2.0, 1.5, 0.0)]
         {
-            let kept = keep_inside(corners, outer, 0.1);
+            let kept = keep_inside(corners, outer, rim(0.1));
             let heights = [kept.y, kept.x, (12.0 - 3.0 * kept.x - 4.0 * kept.y) / 5.0];
-            assert!(heights.iter().all(|&h| h > 0.1 - 1e-12), "{heights:?}");
+            assert!(heights.iter().all(|&h| h > 0.1 - 1e-7), "{heights:?}");
             assert!(kept.distance(outer) < 1.0);
         }
         // The inscribed circle has radius 1: no room for a margin of 2.
-        assert!(keep_inside(corners, inner, 2.0).distance(inner) < 1e-12);
+        assert!(keep_inside(corners, inner, rim(2.0)).distance(inner) < 1e-7);
     }
 
     #[test]
@@ -93,7 +112,7 @@ mod tests {
             margins(&mesh, &shared_edges(&mesh), &[PlaneId(0), PlaneId(1)], 1.0)
         };
         assert_eq!(margin_at(135.0), [1.0, 1.0]);
-        let five = 1.0 / 2.5f32.to_radians().tan();
-        assert!((margin_at(5.0)[0] - five).abs() < 1e-3 * five);
+        let five = 1.0 / 2.5f64.to_radians().tan();
+        assert!((margin_at(5.0)[0] - five).abs() < 1e-9 * five);
     }
 }

@@ -77,6 +77,20 @@ fn no_ray_slips_through_the_edges_of_an_l_shaped_room() {
 }
 
 #[test]
+fn no_shadow_ray_slips_through_the_edges_of_a_convex_room() {
+    let fine = rooms::tessellated_box(dvec3(10.0, 7.0, 3.0), 8);
+    for room in [rooms::shoebox(), rooms::turned(fine, DVec3::ZERO), rooms::sphere(3, 0.0)] {
+        let geometry = Geometry::build(room).unwrap();
+        let mut lit = 0;
+        aimed(&geometry, RAYS / 4, |origin, direction| {
+            let outside = origin + 30.0 * direction;
+            lit += usize::from(!geometry.is_blocked(Departure::free(origin), outside));
+        });
+        assert_eq!(lit, 0);
+    }
+}
+
+#[test]
 fn a_leaky_test_is_convicted() {
     for room in [rooms::shoebox(), rooms::turned(rooms::shoebox(), DVec3::ZERO), rooms::boulder(1)] {
         assert!(misses(room, 10_000, leaky::closest) > 10);
