@@ -48,8 +48,9 @@ impl Event {
         Self::Lost,
     ];
 
+    #[inline]
     fn from_code(code: u32) -> Option<Self> {
-        Self::ALL.into_iter().find(|&event| event as u32 == code)
+        BY_CODE.get(code as usize).copied().flatten()
     }
 
     /// Whether the packet ends with this event.
@@ -64,6 +65,17 @@ impl Event {
         !matches!(self, Self::Escaped | Self::Expired | Self::Lost)
     }
 }
+
+/// Events by their codes.
+const BY_CODE: [Option<Event>; 1 << EVENT_BITS] = {
+    let mut table = [None; 1 << EVENT_BITS];
+    let mut index = 0;
+    while index < Event::ALL.len() {
+        table[Event::ALL[index] as usize] = Some(Event::ALL[index]);
+        index += 1;
+    }
+    table
+};
 
 const EVENT_BITS: u32 = 4;
 const SIDE_BITS: u32 = 1;

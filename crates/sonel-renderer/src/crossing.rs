@@ -41,28 +41,23 @@ pub fn cross<'a>(
     deposits: &mut ClassDeposits<'_>,
 ) {
     let along = (segment.end - segment.start).as_dvec3();
-    let extent = along.length();
-    if extent <= 0.0 {
-        return;
-    }
-    let direction = along / extent;
+    let extent_squared = along.length_squared();
     for (index, (receiver, &others)) in receivers.enumerate() {
         if !owns(segment.history, others) {
             continue;
         }
         let offset = receiver.exact - segment.start.as_dvec3();
-        let travelled = offset.dot(direction);
-        let squared = receiver.radius * receiver.radius;
-        // The point of closest approach decides to which segment a crossing belongs, so none counts twice.
-        if travelled <= 0.0
-            || travelled >= extent
-            || offset.length_squared() - travelled * travelled > squared
-        {
+        let radius_squared = receiver.radius * receiver.radius;
+        // Everything times the squared extent, so that a miss costs neither root nor division. The point of closest
+        // approach decides to which segment a crossing belongs, so none counts twice.
+        let projected = offset.dot(along);
+        let miss_squared = offset.length_squared() * extent_squared - projected * projected;
+        if projected <= 0.0 || projected >= extent_squared || miss_squared > radius_squared * extent_squared {
             continue;
         }
-        let length = segment.start_length + travelled;
+        let length = segment.start_length + projected / extent_squared.sqrt();
         let Some(bin) = medium.bins.bin(length) else { continue };
-        let fluence = 1.0 / (core::f64::consts::PI * squared);
+        let fluence = 1.0 / (core::f64::consts::PI * radius_squared);
         for (scratch, energy) in scratch.iter_mut().zip(segment.energy) {
             for lane in 0..4 {
                 scratch[lane] = energy[lane] * fluence;
