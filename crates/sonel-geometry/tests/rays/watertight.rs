@@ -91,6 +91,28 @@ fn no_shadow_ray_slips_through_the_edges_of_a_convex_room() {
 }
 
 #[test]
+fn no_ray_from_afar_slips_through_the_seams_of_a_panel() {
+    // One wall of a box, aimed at its inner vertices from up to a thousand times its size away.
+    let mut panel = rooms::turned(rooms::tessellated_box(DVec3::ONE, 32), dvec3(-0.5, -0.5, -0.5));
+    panel.triangles.retain(|triangle| triangle.material == 0);
+    let geometry = Geometry::build(panel).unwrap();
+    let (mesh, wall) = (geometry.mesh(), &geometry.surfaces()[0]);
+    let inner: Vec<DVec3> =
+        mesh.vertices.iter().copied().filter(|v| v.distance(wall.centroid) < 0.4).collect();
+    let mut numbers = Numbers(21);
+    for ray in 0..RAYS {
+        let away = 10f64.powf(3.0 * numbers.unit()) * numbers.direction();
+        let target = geometry.to_local(inner[numbers.below(inner.len())]);
+        let origin = geometry.to_local(geometry.center() + away);
+        let direction = (target - origin).normalize();
+        // At grazing incidence the rounded direction may pass beside the panel.
+        if direction.as_dvec3().dot(wall.normal).abs() > 0.05 {
+            assert!(geometry.closest_hit(Departure::free(origin), direction).is_some(), "ray {ray}");
+        }
+    }
+}
+
+#[test]
 fn a_leaky_test_is_convicted() {
     for room in [rooms::shoebox(), rooms::turned(rooms::shoebox(), DVec3::ZERO), rooms::boulder(1)] {
         assert!(misses(room, 10_000, leaky::closest) > 10);
