@@ -1,7 +1,9 @@
 //! Energy is neither made nor lost: ledger, lossless and black boxes, Σ incident / emitted, mean free path.
 
 use sonel_acoustics::{Bands, Material};
-use sonel_map::{BatchStart, CoefficientTable, Fate, PathWeight, Segment, Settings, Spectral, sweep};
+use sonel_map::{
+    BatchStart, CoefficientTable, EmissionLayout, Fate, PathWeight, Segment, Settings, Spectral, sweep,
+};
 use sonel_scene::Scene;
 use sonel_tests::Traced;
 
@@ -37,7 +39,7 @@ fn for_each_segment(traced: &Traced, mut visit: impl FnMut(u64, f64, &Segment<'_
         let start = BatchStart::new(&layout, batch, header.settings.spectral);
         for path in traced.map.batch_paths(0, batch) {
             let packet = start.packet(layout.hero(path.emission));
-            weight.emit(1.0, &packet.counts, &packet.carried);
+            weight.emit(1.0, 1.0, packet);
             sweep(source, path.vertices, &table, &material_of, &mut weight, |segment| {
                 visit(path.emission, start.weight, segment);
             });
@@ -89,16 +91,17 @@ fn a_wrong_absorption_leaves_a_residual() {
     let wrong = CoefficientTable::new(&[Material::uniform("walls", 0.25, 0.5, 1)], 1, 0.0);
     let residual = |absorbing: &CoefficientTable| {
         let (mut weight, mut books) = (PathWeight::new(1), ChunkLedger::new(1));
-        let one = vec![[1.0, 0.0, 0.0, 0.0]];
-        weight.emit(1.0, &one, &one);
-        books.emitted(1.0, &one, weight.energy());
+        let layout = EmissionLayout { total: 1, bands: 1, batches: 1 };
+        let batch = BatchStart::new(&layout, 0, Spectral::Shared);
+        weight.emit(1.0, 1.0, batch.packet(0));
+        books.emitted(1.0, &batch.packet(0).expected, weight.energy());
         for _ in 0..10 {
             let row = table.material(0);
-            books.arrived(1.0, weight.energy(), &absorbing.material(0).dissipated, &row.passed_on);
+            books.arrived(weight.energy(), &absorbing.material(0).dissipated, &row.passed_on);
             weight.pass(&row.diffuse);
-            books.departed(1.0, weight.energy());
+            books.departed(weight.energy());
         }
-        books.ended(1.0, Event::Expired, weight.energy());
+        books.ended(Event::Expired, weight.energy());
         books.finish().worst_residual()
     };
     assert!(residual(&table) < 1e-12);

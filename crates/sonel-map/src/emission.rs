@@ -125,7 +125,7 @@ pub struct PacketStart {
     pub counts: Vec<Lanes>,
     /// 1 for the bands carried.
     pub carried: Vec<Lanes>,
-    /// Energy expected to leave the source with this packet, per unit emitted energy of the batch.
+    /// Energy expected to leave the source with this packet, as a part of what its batch emits.
     pub expected: Vec<Lanes>,
 }
 

@@ -201,9 +201,9 @@ struct LaneLedger {
 }
 
 #[inline]
-fn accumulate(sum: &mut Lanes, weight: f64, energy: &Lanes) {
+fn accumulate(sum: &mut Lanes, energy: &Lanes) {
     for lane in 0..4 {
-        sum[lane] += weight * energy[lane];
+        sum[lane] += energy[lane];
     }
 }
 
@@ -221,16 +221,16 @@ impl ChunkLedger {
         }
     }
 
-    /// Opens the books of one packet: `expected` left the source on average (per band), `actual` did in this direction.
-    /// `weight` is the share of the packet's batch in the run, N_g / N, here and below.
+    /// Opens the books of one packet: `unit` times `expected` leaves the source on average, `actual` did in this direction.
+    /// All energies here and below are parts of what the whole run emits.
     #[inline]
-    pub fn emitted(&mut self, weight: f64, expected: &[Lanes], actual: &[Lanes]) {
+    pub fn emitted(&mut self, unit: f64, expected: &[Lanes], actual: &[Lanes]) {
         for (((book, packet), expected), actual) in
             self.books.iter_mut().zip(&mut self.packet_sampling).zip(expected).zip(actual)
         {
-            accumulate(&mut book.emitted, weight, expected);
             for lane in 0..4 {
-                packet[lane] = weight * (expected[lane] - actual[lane]);
+                book.emitted[lane] += unit * expected[lane];
+                packet[lane] = unit * expected[lane] - actual[lane];
             }
         }
     }
@@ -238,35 +238,34 @@ impl ChunkLedger {
     /// Books an arrival: `incident` energy, of which `dissipated` turns to heat and `passed_on` is expected to go on
     /// (both as fractions per band).
     #[inline]
-    pub fn arrived(&mut self, weight: f64, incident: &[Lanes], dissipated: &[Lanes], passed_on: &[Lanes]) {
+    pub fn arrived(&mut self, incident: &[Lanes], dissipated: &[Lanes], passed_on: &[Lanes]) {
         for ((((book, packet), incident), dissipated), passed_on) in
             self.books.iter_mut().zip(&mut self.packet_sampling).zip(incident).zip(dissipated).zip(passed_on)
         {
             for lane in 0..4 {
-                let energy = weight * incident[lane];
-                book.absorbed[lane] += energy * dissipated[lane];
-                packet[lane] += energy * passed_on[lane];
+                book.absorbed[lane] += incident[lane] * dissipated[lane];
+                packet[lane] += incident[lane] * passed_on[lane];
             }
         }
     }
 
     /// Books what really went on from the last arrival.
     #[inline]
-    pub fn departed(&mut self, weight: f64, energy: &[Lanes]) {
+    pub fn departed(&mut self, energy: &[Lanes]) {
         for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
             for lane in 0..4 {
-                packet[lane] -= weight * energy[lane];
+                packet[lane] -= energy[lane];
             }
         }
     }
 
     /// Closes the books of one packet that ended in `last` with `remaining` energy still on its way.
-    pub fn ended(&mut self, weight: f64, last: Event, remaining: &[Lanes]) {
+    pub fn ended(&mut self, last: Event, remaining: &[Lanes]) {
         for ((book, packet), remaining) in self.books.iter_mut().zip(&self.packet_sampling).zip(remaining) {
             match last {
-                Event::Escaped => accumulate(&mut book.escaped, weight, remaining),
+                Event::Escaped => accumulate(&mut book.escaped, remaining),
                 Event::Absorbed => {}
-                _ => accumulate(&mut book.truncated, weight, remaining),
+                _ => accumulate(&mut book.truncated, remaining),
             }
             for lane in 0..4 {
                 book.sampling[lane] += packet[lane];

@@ -5,6 +5,7 @@
 //! out exactly whenever they become small, so that nothing underflows however long the path.
 
 use crate::coefficients::{EventRow, Lanes, lanes_of};
+use crate::emission::PacketStart;
 
 /// Products below this are scaled up by its inverse: far from both underflow and any effect on the sum.
 const RESCALE_BELOW: f64 = f64::from_bits((1023 - 256) << 52);
@@ -16,6 +17,8 @@ pub struct PathWeight {
     products: Vec<Products>,
     energy: Vec<Lanes>,
     source_factor: f64,
+    /// Directivity factor times the unit of energy.
+    numerator: f64,
     carried_bands: f64,
 }
 
@@ -37,23 +40,31 @@ impl PathWeight {
         let nothing = Products { feeding: [0.0; 4], drawing: [0.0; 4], counts: [0.0; 4] };
         let lanes = lanes_of(bands);
         let energy = vec![[0.0; 4]; lanes];
-        Self { products: vec![nothing; lanes], energy, source_factor: 0.0, carried_bands: 0.0 }
+        Self {
+            products: vec![nothing; lanes],
+            energy,
+            source_factor: 0.0,
+            numerator: 0.0,
+            carried_bands: 0.0,
+        }
     }
 
-    /// Starts a path: `source_factor` is the directivity factor of its first direction, `counts` the packets n_k led by
-    /// each band in its batch, and `carried` is 1 for the bands that the path carries and 0 for the others.
-    pub fn emit(&mut self, source_factor: f64, counts: &[Lanes], carried: &[Lanes]) {
+    /// Starts a path whose first direction has the directivity factor `source_factor`. Energies are in units of `unit`: 1
+    /// for the estimate of the packet's batch, N_g / N for its part of the whole run.
+    pub fn emit(&mut self, source_factor: f64, unit: f64, start: &PacketStart) {
         self.source_factor = source_factor;
-        self.carried_bands = carried.iter().flatten().sum();
+        self.numerator = source_factor * unit;
+        self.carried_bands = start.carried.iter().flatten().sum();
         let mut weighted = [0.0; 4];
-        for ((products, &counts), &carried) in self.products.iter_mut().zip(counts).zip(carried) {
+        for ((products, &counts), &carried) in self.products.iter_mut().zip(&start.counts).zip(&start.carried)
+        {
             *products = Products { feeding: carried, drawing: carried, counts };
             add_product(&mut weighted, &carried, &counts);
         }
         self.balance(sum(weighted));
     }
 
-    /// Energy per unit emitted energy of the batch, in every band [1].
+    /// Energy in every band, per unit emitted energy times the unit given to [`Self::emit`] [1].
     #[inline]
     #[must_use]
     pub fn energy(&self) -> &[Lanes] {
@@ -100,7 +111,7 @@ impl PathWeight {
     /// e_j from the products and Σ n_k ∏ p_k.
     #[inline]
     fn balance(&mut self, weighted: f64) {
-        let factor = if weighted > 0.0 { self.source_factor / weighted } else { 0.0 };
+        let factor = if weighted > 0.0 { self.numerator / weighted } else { 0.0 };
         for (energy, products) in self.energy.iter_mut().zip(&self.products) {
             for lane in 0..4 {
                 energy[lane] = products.feeding[lane] * factor;
@@ -147,11 +158,20 @@ mod tests {
         }
     }
 
+    /// Three bands that led one packet each.
+    fn start() -> PacketStart {
+        PacketStart {
+            counts: to_lanes([1.0; 3]),
+            carried: to_lanes([1.0; 3]),
+            expected: to_lanes([1.0 / 3.0; 3]),
+        }
+    }
+
     #[test]
     fn equal_bands_carry_weight_one_without_roulette() {
         let table = CoefficientTable::new(&[material([0.0; 3], [0.5; 3])], 3, 0.15);
         let mut weight = PathWeight::new(3);
-        weight.emit(1.0, &to_lanes([1.0; 3]), &to_lanes([1.0; 3]));
+        weight.emit(1.0, 1.0, &start());
         for bounce in 0..100_000 {
             let row = table.material(0);
             weight.pass(if bounce % 2 == 0 { &row.specular } else { &row.diffuse });
@@ -170,7 +190,7 @@ mod tests {
         for hero in 0..3 {
             for history in 0..1 << depth {
                 let mut weight = PathWeight::new(3);
-                weight.emit(1.0, &to_lanes([1.0; 3]), &to_lanes([1.0; 3]));
+                weight.emit(1.0, 1.0, &start());
                 let mut probability = 1.0;
                 for step in 0..depth {
                     let event = if history >> step & 1 == 0 { &row.specular } else { &row.diffuse };
@@ -194,7 +214,7 @@ mod tests {
     fn a_million_bounces_neither_underflow_nor_lose_the_dominant_band() {
         let table = CoefficientTable::new(&[material([0.5; 3], [0.5; 3])], 3, 1.0);
         let mut weight = PathWeight::new(3);
-        weight.emit(1.0, &to_lanes([1.0; 3]), &to_lanes([1.0; 3]));
+        weight.emit(1.0, 1.0, &start());
         for _ in 0..1_000_000 {
             weight.pass(&table.material(0).diffuse);
         }

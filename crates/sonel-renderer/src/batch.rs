@@ -123,7 +123,7 @@ impl Renderer<'_> {
         for path in self.map.batch_paths(source as u32, batch) {
             let start = self.batches[batch as usize].packet(layout.hero(path.emission));
             let cosine = directions.direction(path.emission).dot(aim);
-            weight.emit(emitter.directivity.factor(f64::from(cosine)), &start.counts, &start.carried);
+            weight.emit(emitter.directivity.factor(f64::from(cosine)), 1.0, start);
             sweep(position, path.vertices, &self.table, &self.material_of, &mut weight, |segment| {
                 self.hear_segment(segment, audience, &mut scratch, &mut estimate);
             });

@@ -74,7 +74,7 @@ impl Surroundings<'_> {
         let Records { paths, books, weight, nothing } = records;
         let share = emission.batch.weight;
         let start = emission.batch.packet(emission.hero);
-        weight.emit(emission.source_factor, &start.counts, &start.carried);
+        weight.emit(emission.source_factor, share, start);
         books.emitted(share, &start.expected, weight.energy());
 
         let mut flight = Flight {
@@ -94,7 +94,7 @@ impl Surroundings<'_> {
             }
             let (material, frame) = &self.surfaces[hit.surface.0 as usize];
             let row = self.table.material(*material);
-            books.arrived(share, weight.energy(), &row.dissipated, &row.passed_on);
+            books.arrived(weight.energy(), &row.dissipated, &row.passed_on);
             let event = draw_event(&row.thresholds[emission.hero as usize], stream.uniform_fine());
             flight.direction = match event {
                 Event::Specular => mirrored(flight.direction, frame.normal),
@@ -107,7 +107,7 @@ impl Surroundings<'_> {
                 Event::Diffuse => &row.diffuse,
                 _ => &row.transmitted,
             });
-            books.departed(share, weight.energy());
+            books.departed(weight.energy());
             if weight.is_extinct(self.extinction_threshold) {
                 break vertex(&hit, Event::Extinguished);
             }
@@ -117,7 +117,7 @@ impl Surroundings<'_> {
             paths.vertices.push(vertex(&hit, event));
         };
         let event = last.event().expect("made from an event");
-        books.ended(share, event, if event == Event::Absorbed { nothing } else { weight.energy() });
+        books.ended(event, if event == Event::Absorbed { nothing } else { weight.energy() });
         paths.vertices.push(last);
         paths.ends.push(paths.vertices.len() as u32);
     }
