@@ -1,1 +1,29 @@
 //! Decay curves, ISO 3382 parameters with intervals, differences.
+//!
+//! From a response (energy echograms with batch estimates) to what an acoustician reads off it:
+//!
+//! - [`decay`]: Schroeder's backward integration, with what follows the record estimated by [`tail`];
+//! - [`regression`]: reverberation times with their decay range and non-linearity;
+//! - [`modulation`]: modulation transfer and the speech transmission index;
+//! - [`parameter`]: the figures of one echogram; [`receiver`]: those of a whole response;
+//! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when not to believe those;
+//! - [`report`]: tables, CSV and JSON (docs/interface.md).
+//!
+//! A figure that the echogram cannot support is an [`Unsupported`] with its reason, never a number.
+
+pub mod decay;
+pub mod figure;
+pub mod jackknife;
+pub mod modulation;
+pub mod outlier;
+pub mod parameter;
+pub mod receiver;
+pub mod regression;
+pub mod report;
+pub mod student;
+pub mod tail;
+
+pub use decay::{DecayCurve, Echogram};
+pub use figure::{Estimate, Figure, Interval, Unsupported};
+pub use parameter::Parameter;
+pub use receiver::{BandFigures, ReceiverFigures, parameters};

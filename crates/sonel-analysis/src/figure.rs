@@ -1,0 +1,131 @@
+//! A figure with its quality, or the reason why there is none.
+
+use thiserror::Error;
+
+/// A parameter, or why the echogram cannot support it.
+pub type Figure = Result<Estimate, Unsupported>;
+
+/// A number with what is known about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// In the unit of its parameter; finite.
+    pub value: f64,
+    /// Where the true value lies with a probability of 95 %.
+    pub interval: Interval,
+    /// Why the interval deserves less trust than usual.
+    pub warning: Option<String>,
+    /// For reverberation times: how straight the decay is.
+    pub decay: Option<DecayQuality>,
+}
+
+/// A 95 % interval, or why there is none.
+pub type Interval = Result<[f64; 2], NoInterval>;
+
+/// How a reverberation time was read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DecayQuality {
+    /// Part of the decay evaluated, relative to its start [dB].
+    pub range_db: [f64; 2],
+    /// Non-linearity ξ = 1000 (1 − r²), r the correlation of level and time [‰] (ISO 3382-2 annex B).
+    pub non_linearity_permille: f64,
+    /// Curvature C = 100 (T30/T20 − 1) [%] (ISO 3382-2 annex B); none where either time is missing.
+    pub curvature_percent: Option<f64>,
+}
+
+/// Why a figure has no value.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Unsupported {
+    /// The echogram is empty.
+    #[error("no energy arrives")]
+    NoEnergy,
+    /// The echogram ends too early.
+    #[error(
+        "the direct sound is due at {direct_time:.4} s, the echogram ends at {end:.4} s: simulate a longer duration"
+    )]
+    DirectOutside {
+        /// [s].
+        direct_time: f64,
+        /// [s].
+        end: f64,
+    },
+    /// Nothing after the direct sound.
+    #[error("no energy arrives after the direct sound")]
+    NoReverberation,
+    /// A steady or rising echogram.
+    #[error("the echogram does not decay towards its end: simulate a longer duration")]
+    NotDecaying,
+    /// The tail would be extrapolation.
+    #[error(
+        "the echogram holds only {reached_db:.1} dB of the decay, 10 dB are needed: simulate a longer duration"
+    )]
+    RecordTooShort {
+        /// [dB].
+        reached_db: f64,
+    },
+    /// The evaluation range is not covered.
+    #[error("the decay reaches only {reached_db:.1} dB, {needed_db:.0} dB are needed: simulate a longer duration")]
+    RangeNotReached {
+        /// [dB], negative.
+        reached_db: f64,
+        /// [dB], negative.
+        needed_db: f64,
+    },
+    /// The decay is too fast for the bins.
+    #[error("the decay passes from {from_db:.0} to {to_db:.0} dB within {borders} bin borders, 3 are needed: render with shorter bins")]
+    TooSteep {
+        /// [dB].
+        from_db: f64,
+        /// [dB].
+        to_db: f64,
+        /// Bin borders within the range.
+        borders: usize,
+    },
+    /// The limit between early and late lies outside the record.
+    #[error("the echogram ends before {limit_ms:.0} ms after the direct sound: simulate a longer duration")]
+    LimitOutside {
+        /// [ms].
+        limit_ms: f64,
+    },
+    /// No early energy: the ratio is zero.
+    #[error("no energy arrives within {limit_ms:.0} ms after the direct sound")]
+    NothingEarly {
+        /// [ms].
+        limit_ms: f64,
+    },
+    /// No late energy: the ratio is infinite.
+    #[error("no energy arrives later than {limit_ms:.0} ms after the direct sound")]
+    NothingLate {
+        /// [ms].
+        limit_ms: f64,
+    },
+    /// Speech needs all its octaves.
+    #[error("speech needs the octaves 125 to 8000 Hz; missing: {missing}")]
+    BandsMissing {
+        /// Names of the bands.
+        missing: String,
+    },
+    /// One of the octaves of speech has no modulation transfer.
+    #[error("at {center_frequency_hz} Hz: {reason}")]
+    Band {
+        /// Nominal centre [Hz].
+        center_frequency_hz: f64,
+        /// What is wrong there.
+        reason: Box<Unsupported>,
+    },
+}
+
+/// Why a figure has no interval.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NoInterval {
+    /// The file holds no batches.
+    #[error("the response holds no batches")]
+    NoBatches,
+    /// One batch has no spread.
+    #[error("the response holds one batch: trace with --batches 2 or more")]
+    OneBatch,
+    /// The parameter does not exist in one of the parts.
+    #[error("without one of the batches the figure cannot be read: {0}")]
+    Part(Unsupported),
+}
