@@ -53,6 +53,12 @@ impl<const N: usize> Block<N> {
         block
     }
 
+    /// The triangles of its lanes; `u32::MAX` where a lane is unused.
+    #[cfg(test)]
+    pub fn triangles(&self) -> impl Iterator<Item = u32> {
+        self.triangles.into_iter()
+    }
+
     /// Calls `found` for every triangle that the line of the ray passes through, unless its plane is ignored.
     #[inline(always)]
     pub fn pierce(&self, ray: &Probe, mut found: impl FnMut(Pierced)) {

@@ -9,6 +9,7 @@ use crate::probe::{LocalPlane, Probe};
 use crate::rim::{Rim, keep_inside, rims};
 use crate::scale::Scale;
 use crate::shoebox::{Shoebox, recognise};
+use crate::stitch::stitch;
 use crate::surfaces::{Partition, partition};
 use crate::topology::shared_edges;
 use crate::{Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
@@ -31,7 +32,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Welds and orients a mesh, finds its planar surfaces and builds the index.
+    /// Welds a mesh, closes its T-junctions, orients it, finds its planar surfaces and edges and builds the index.
     ///
     /// # Errors
     /// [`GeometryError`] when the mesh has no triangle with an area, coordinates that are not finite or corners that
@@ -46,6 +47,7 @@ impl Geometry {
         let bounds = mesh.bounds();
         let scale = Scale::of_bounds(bounds.0, bounds.1);
         let tolerance = f64::from(scale.resolution());
+        stitch(&mut mesh, tolerance);
         let edges = shared_edges(&mesh);
         let Oriented { shells, closed } = orient(&mut mesh, &edges, tolerance);
         let Partition { surfaces, of_triangle, planes } = partition(&mesh, &edges, &closed, tolerance);
@@ -93,7 +95,8 @@ impl Geometry {
         Ok(geometry)
     }
 
-    /// The welded and oriented mesh, in world coordinates.
+    /// The welded and oriented mesh, in world coordinates. Its triangles are those of the original in their order, less
+    /// the dropped ones; where T-junctions were closed, triangles are divided and parts appended.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }

@@ -2,9 +2,9 @@
 
 use crate::Mesh;
 use crate::enclosure::winding_number;
+use crate::grid::BoxGrid;
 use crate::orient::Shell;
-use glam::{DVec3, IVec3};
-use std::collections::HashMap;
+use glam::DVec3;
 
 /// For each shell, how many others it lies in.
 pub(crate) fn nesting_depths(mesh: &Mesh, shells: &[Shell]) -> Vec<u32> {
@@ -46,43 +46,4 @@ fn lies_in(mesh: &Mesh, inner: &Shell, outer: &Shell) -> bool {
         turns.push(turn);
     }
     turns.iter().sum::<f64>() > 0.5 * turns.len() as f64
-}
-
-/// Boxes by the cells of a grid they cover, about as many cells as boxes.
-struct BoxGrid {
-    low: DVec3,
-    cells_per_metre: DVec3,
-    cells: HashMap<IVec3, Vec<u32>>,
-}
-
-impl BoxGrid {
-    fn new(boxes: &[(DVec3, DVec3)]) -> Self {
-        let (low, high) = boxes
-            .iter()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), b| (low.min(b.0), high.max(b.1)));
-        let cells_per_side = libm::cbrt(boxes.len() as f64).ceil();
-        let cells_per_metre =
-            DVec3::splat(cells_per_side) / (high - low).max(DVec3::splat(f64::MIN_POSITIVE));
-        let mut grid = Self { low, cells_per_metre, cells: HashMap::new() };
-        for (index, &(low, high)) in boxes.iter().enumerate() {
-            let (first, last) = (grid.cell(low), grid.cell(high));
-            for x in first.x..=last.x {
-                for y in first.y..=last.y {
-                    for z in first.z..=last.z {
-                        grid.cells.entry(IVec3::new(x, y, z)).or_default().push(index as u32);
-                    }
-                }
-            }
-        }
-        grid
-    }
-
-    fn cell(&self, point: DVec3) -> IVec3 {
-        ((point - self.low) * self.cells_per_metre).floor().as_ivec3()
-    }
-
-    /// Every box that holds a point, and perhaps others.
-    fn around(&self, point: DVec3) -> &[u32] {
-        self.cells.get(&self.cell(point)).map_or(&[], Vec::as_slice)
-    }
 }

@@ -284,3 +284,57 @@ impl Collapse<'_> {
         LEAF | (self.tree.leaves.len() - 1) as u32
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stack_keeps_its_order_beyond_the_usual_depth() {
+        let mut stack = Stack::default();
+        for round in 0..3 {
+            for child in 0..200 {
+                stack.push(Entry { child, distance: 0.0 });
+            }
+            for child in (round * 10..200).rev() {
+                assert_eq!(stack.pop().map(|entry| entry.child), Some(child));
+            }
+            while stack.pop().is_some() {}
+        }
+        assert!(stack.pop().is_none());
+    }
+
+    #[test]
+    fn every_triangle_is_in_one_leaf_and_within_its_boxes() {
+        let corner = |i: u32, k: u32| {
+            let turn = |n: u32| (i.wrapping_mul(n) % 1009) as f32 / 100.0;
+            Vec3::new(turn(37), turn(101), turn(211)) + 0.3 * Vec3::AXES[k as usize]
+        };
+        let facets: Vec<Facet> = (0..1000)
+            .map(|i| Facet {
+                corners: [0, 1, 2].map(|k| corner(i, k)),
+                triangle: i,
+                plane: crate::PlaneId(i),
+            })
+            .collect();
+        let tree = Tree::build(&facets, 1e-3);
+        let mut seen = vec![0; 1000];
+        let mut open = vec![(0u32, Vec3::NEG_INFINITY, Vec3::INFINITY)];
+        while let Some((child, low, high)) = open.pop() {
+            if child & LEAF != 0 {
+                for triangle in tree.leaves[(child & !LEAF) as usize].triangles().filter(|&t| t != u32::MAX) {
+                    seen[triangle as usize] += 1;
+                    let inside = |v: &Vec3| v.cmpgt(low).all() && v.cmplt(high).all();
+                    assert!(facets[triangle as usize].corners.iter().all(inside));
+                }
+                continue;
+            }
+            let node = &tree.nodes[child as usize];
+            for lane in (0..WIDTH).filter(|&lane| node.bounds[0][0][lane] < f32::INFINITY) {
+                let bound = |side: usize| Vec3::from([0, 1, 2].map(|axis| node.bounds[axis][side][lane]));
+                open.push((node.children[lane], low.max(bound(0)), high.min(bound(1))));
+            }
+        }
+        assert!(seen.iter().all(|&times| times == 1));
+    }
+}

@@ -96,6 +96,19 @@ pub fn screened_room() -> Mesh {
     mesh
 }
 
+/// A box whose walls are each divided on their own: in every edge the vertices of one wall lie between the other's.
+pub fn carelessly_drawn_box() -> Mesh {
+    let size = dvec3(10.0, 7.0, 3.0);
+    let mut mesh = Mesh::default();
+    for (material, n) in [1, 3, 4, 5, 7, 16].into_iter().enumerate() {
+        let wall = tessellated_box(size, n);
+        for triangle in wall.triangles.iter().filter(|t| t.material == material as u32) {
+            add(&mut mesh, material as u32, &[triangle.corners.map(|c| wall.vertices[c as usize])]);
+        }
+    }
+    mesh
+}
+
 /// A sphere of radius 5 m from an icosahedron divided `depth` times, every vertex moved in or out by up to 10 %.
 pub fn boulder(depth: u32) -> Mesh {
     sphere(depth, 0.1)

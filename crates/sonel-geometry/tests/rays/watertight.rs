@@ -77,6 +77,12 @@ fn no_ray_slips_through_the_edges_of_an_l_shaped_room() {
 }
 
 #[test]
+fn no_ray_slips_through_the_t_junctions_of_a_carelessly_drawn_box() {
+    assert_eq!(misses(rooms::carelessly_drawn_box(), RAYS, ours), 0);
+    assert_eq!(misses(rooms::turned(rooms::carelessly_drawn_box(), DVec3::ZERO), RAYS, ours), 0);
+}
+
+#[test]
 fn no_shadow_ray_slips_through_the_edges_of_a_convex_room() {
     let fine = rooms::tessellated_box(dvec3(10.0, 7.0, 3.0), 8);
     for room in [rooms::shoebox(), rooms::turned(fine, DVec3::ZERO), rooms::sphere(3, 0.0)] {

@@ -92,3 +92,14 @@ fn two_rooms_side_by_side_are_no_closed_room() {
     assert!(!geometry.is_closed_room());
     assert!(!geometry.contains(dvec3(5.0, 3.0, 1.0)));
 }
+
+#[test]
+fn t_junctions_are_closed() {
+    for mesh in [rooms::carelessly_drawn_box(), rooms::turned(rooms::carelessly_drawn_box(), DVec3::ONE)] {
+        let drawn = mesh.triangles.len();
+        let geometry = Geometry::build(mesh).unwrap();
+        assert!(geometry.is_closed_room() && geometry.mesh().triangles.len() > drawn);
+        assert_eq!((geometry.surfaces().len(), geometry.edges().len()), (6, 12));
+        assert!((geometry.volume().unwrap() - 210.0).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,89 @@
+//! Closing T-junctions: where a vertex lies on the rim of a triangle that does not have it.
+//!
+//! Drawing programs leave them wherever one wall ends in the middle of another. Rays may slip through, and a room with
+//! one is not closed. The triangle is divided at the vertex; only rims are, so a screen that merely stands on a floor
+//! divides nothing.
+
+use crate::Mesh;
+use crate::grid::BoxGrid;
+use crate::topology::shared_edges;
+use glam::DVec3;
+
+/// Every pass halves the number of vertices left on a rim, so that no mesh needs as many.
+const PASSES: usize = 64;
+
+/// Divides triangles at all vertices that lie within `tolerance` [m] of their rims; returns how many divisions it took.
+pub(crate) fn stitch(mesh: &mut Mesh, tolerance: f64) -> usize {
+    let mut divisions = 0;
+    for _ in 0..PASSES {
+        let before = divisions;
+        let mut done = vec![false; mesh.triangles.len()];
+        for (face, ends, vertices) in vertices_on_rims(mesh, tolerance) {
+            // One division of a triangle at a time; its parts are looked at again.
+            if !std::mem::replace(&mut done[face as usize], true) {
+                divide(mesh, face, ends, vertices[vertices.len() / 2]);
+                divisions += 1;
+            }
+        }
+        if divisions == before {
+            break;
+        }
+    }
+    divisions
+}
+
+/// For each rim with vertices on it: its triangle, its ends, and those vertices in order along it.
+fn vertices_on_rims(mesh: &Mesh, tolerance: f64) -> Vec<(u32, [u32; 2], Vec<u32>)> {
+    let edges = shared_edges(mesh);
+    let rims: Vec<_> = edges.iter().filter(|edge| edge.faces.len() == 1).collect();
+    let at = |vertex: u32| mesh.vertices[vertex as usize];
+    let boxes: Vec<_> = rims
+        .iter()
+        .map(|rim| {
+            let [a, b] = rim.ends.map(at);
+            (a.min(b) - tolerance, a.max(b) + tolerance)
+        })
+        .collect();
+    let grid = BoxGrid::new(&boxes);
+    let mut candidates: Vec<u32> = rims.iter().flat_map(|rim| rim.ends).collect();
+    candidates.sort_unstable();
+    candidates.dedup();
+    let mut found: Vec<Vec<(f64, u32)>> = vec![Vec::new(); rims.len()];
+    for vertex in candidates {
+        for &rim in grid.around(at(vertex)) {
+            let ends = rims[rim as usize].ends;
+            let face = &mesh.triangles[rims[rim as usize].faces[0].0 as usize];
+            if let Some(share) = share_along(ends.map(at), at(vertex), tolerance)
+                && !face.corners.contains(&vertex)
+            {
+                found[rim as usize].push((share, vertex));
+            }
+        }
+    }
+    let occupied = rims.iter().zip(found).filter(|(_, vertices)| !vertices.is_empty());
+    occupied
+        .map(|(rim, mut vertices)| {
+            vertices.sort_by(|a, b| a.0.total_cmp(&b.0));
+            (rim.faces[0].0, rim.ends, vertices.into_iter().map(|(_, vertex)| vertex).collect())
+        })
+        .collect()
+}
+
+/// Where a point lies along a segment, if it lies on its inside.
+fn share_along([from, to]: [DVec3; 2], point: DVec3, tolerance: f64) -> Option<f64> {
+    let along = to - from;
+    let share = (point - from).dot(along) / along.length_squared();
+    let beside = point.distance(from + share * along);
+    (share > 0.0 && share < 1.0 && beside <= tolerance).then_some(share)
+}
+
+/// Divides a triangle at a vertex on one of its sides.
+fn divide(mesh: &mut Mesh, face: u32, ends: [u32; 2], vertex: u32) {
+    let whole = mesh.triangles[face as usize];
+    let part = |replaced: u32| crate::MeshTriangle {
+        corners: whole.corners.map(|corner| if corner == replaced { vertex } else { corner }),
+        material: whole.material,
+    };
+    mesh.triangles[face as usize] = part(ends[0]);
+    mesh.triangles.push(part(ends[1]));
+}
