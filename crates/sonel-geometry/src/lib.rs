@@ -1,16 +1,16 @@
 //! Meshes, planar surfaces, watertight ray casting, edges.
 //!
-//! A [`Mesh`] in metres becomes a [`Geometry`]: vertices welded, orientation made consistent, coplanar triangles
-//! gathered into [`Surface`]s, and everything moved so that the scene's centre is the origin before positions are
-//! rounded to `f32`. Every tolerance in this crate is a multiple of one length, [`Geometry::resolution`], which is
-//! derived from the size of the scene.
+//! A [`Mesh`] in metres becomes a [`Geometry`]: vertices welded, T-junctions closed, orientation made consistent,
+//! coplanar triangles gathered into [`Surface`]s, and everything moved so that the scene's centre is the origin before
+//! positions are rounded to `f32`. Every tolerance in this crate is a multiple of one length,
+//! [`Geometry::resolution`], which is derived from the size of the scene.
 //!
 //! Rays start from a [`Departure`]. [`Geometry::leave`] is the only way to make one on a surface: it lifts the origin
 //! off the wall and remembers the wall's plane, which a straight ray cannot meet again.
 //!
 //! Valid for scenes whose smallest detail is well above the resolution (about 5 µm in a room of 20 m).
 //!
-//! Reference: [WoopBenthinWald2013] (docs/references.md).
+//! References: [WoopBenthinWald2013], [Ize2013], [VanOosterom1983] (docs/references.md).
 
 mod block;
 mod edges;
