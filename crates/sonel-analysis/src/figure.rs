@@ -64,7 +64,9 @@ pub enum Unsupported {
         reached_db: f64,
     },
     /// The evaluation range is not covered.
-    #[error("the decay reaches only {reached_db:.1} dB, {needed_db:.0} dB are needed: simulate a longer duration")]
+    #[error(
+        "the decay reaches only {reached_db:.1} dB, {needed_db:.0} dB are needed: simulate a longer duration"
+    )]
     RangeNotReached {
         /// [dB], negative.
         reached_db: f64,
@@ -72,7 +74,9 @@ pub enum Unsupported {
         needed_db: f64,
     },
     /// The decay is too fast for the bins.
-    #[error("the decay passes from {from_db:.0} to {to_db:.0} dB within {borders} bin borders, 3 are needed: render with shorter bins")]
+    #[error(
+        "the decay passes from {from_db:.0} to {to_db:.0} dB within {borders} bin borders, 3 are needed: render with shorter bins"
+    )]
     TooSteep {
         /// [dB].
         from_db: f64,
@@ -105,6 +109,9 @@ pub enum Unsupported {
         /// Names of the bands.
         missing: String,
     },
+    /// Speech needs whole octaves.
+    #[error("speech needs octave bands; the response has narrower ones")]
+    NotOctaves,
     /// One of the octaves of speech has no modulation transfer.
     #[error("at {center_frequency_hz} Hz: {reason}")]
     Band {

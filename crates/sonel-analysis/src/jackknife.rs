@@ -1,101 +1,50 @@
-//! Delete-one jackknife over batches of unequal weight.
+//! Intervals by leaving out one batch at a time.
 //!
-//! An estimate θ of all batches and the estimates θ₍ⱼ₎ without batch j give pseudo-values; their weighted spread is the
-//! variance of θ, smooth functions of the batch means provided. Everything is computed from the differences θ − θ₍ⱼ₎, so
-//! that what is deterministic has a variance of exactly zero.
-//!
-//! Few batches with heavy tails make every such interval too short. The largest standardised pseudo-value is therefore tested as an
-//! outlier ([`crate::student::largest_deviation`]), at a level that a sound estimate fails once in a thousand.
+//! The delete-a-group jackknife for groups of unequal weight [Busing1999]: with h_j = 1/w_j, the estimate θ from all groups
+//! and θ_(j) without group j, pseudo-values are τ_j = h_j θ − (h_j − 1) θ_(j), and the variance of θ is
+//! (1/G) Σ (τ_j − θ_J)² / (h_j − 1), θ_J = G θ − Σ (1 − w_j) θ_(j). The interval is Student's t with G − 1 degrees of
+//! freedom: exact for a linear figure of normal batches, and good for smooth figures of many batches.
 //!
 //! References: [Busing1999] (docs/references.md).
 
+use crate::outlier;
 use crate::student;
 
-/// False alarms of the test for heavy tails.
-pub const TAIL_SIGNIFICANCE: f64 = 0.001;
+/// An interval holds the true value with 95 %.
+const MISSED: f64 = 0.05;
+/// A relative spread below this is rounding, about which nothing can be tested.
+const ROUNDING: f64 = 1e-12;
 
-/// Batches that take part, by weight; a batch without weight estimates nothing.
+/// Spread of a figure over its batches.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Weights {
-    weight: Vec<f64>,
-    sum: f64,
-    critical_deviation: f64,
-    interval_factor: f64,
-}
-
-/// What the jackknife says about an estimate.
-#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
-    /// Standard error of the estimate.
-    pub standard_error: f64,
-    /// Half of its 95 % interval, from Student's distribution.
+    /// Half of the 95 % interval, in the unit of the figure.
     pub half_width: f64,
-    /// Degrees of freedom.
-    pub degrees: f64,
-    /// Whether one batch departs from the others by more than normal numbers would.
-    pub heavy_tailed: bool,
+    /// Why the batches look unlike a sample of a normal distribution.
+    pub warning: Option<String>,
 }
 
-impl Weights {
-    /// Positive weights of at least two batches; none for fewer.
-    #[must_use]
-    pub fn new(weight: Vec<f64>) -> Option<Self> {
-        let (count, sum) = (weight.len(), weight.iter().sum());
-        if count < 2 {
-            return None;
-        }
-        let critical_deviation = student::largest_deviation(count, TAIL_SIGNIFICANCE);
-        let interval_factor = student::quantile(0.975, (count - 1) as f64);
-        Some(Self { weight, sum, critical_deviation, interval_factor })
-    }
-
-    /// Number of batches.
-    #[must_use]
-    pub fn count(&self) -> usize {
-        self.weight.len()
-    }
-
-    /// Weighted mean of one number per batch. Exact where all are equal.
-    #[must_use]
-    pub fn mean(&self, values: &[f64]) -> f64 {
-        let shift: f64 =
-            values.iter().zip(&self.weight).map(|(value, weight)| weight * (value - values[0])).sum();
-        values[0] + shift / self.sum
-    }
-
-    /// The mean of all but batch `without`, from the mean of all and that batch's own number. Exact where they are equal.
-    #[must_use]
-    pub fn mean_without(&self, mean: f64, value: f64, without: usize) -> f64 {
-        let weight = self.weight[without];
-        mean + weight / (self.sum - weight) * (mean - value)
-    }
-
-    /// Spread of an estimate from its `deviations` θ − θ₍ⱼ₎, one per batch.
-    #[must_use]
-    pub fn spread(&self, deviations: &[f64]) -> Spread {
-        let count = self.count() as f64;
-        let share = |j: usize| self.weight[j] / self.sum;
-        // Jackknife estimate minus θ, Busing et al. (1999), equation for unequal groups with m_j/n = share.
-        let shift: f64 =
-            deviations.iter().enumerate().map(|(j, deviation)| (1.0 - share(j)) * deviation).sum();
-        // Pseudo-values relative to the jackknife estimate, scaled to equal variance.
-        let residuals: Vec<f64> = deviations
-            .iter()
-            .enumerate()
-            .map(|(j, deviation)| {
-                let parts = 1.0 / share(j) - 1.0;
-                (parts * deviation - shift) / parts.sqrt()
-            })
-            .collect();
-        let squares: f64 = residuals.iter().map(|residual| residual * residual).sum();
-        let standard_error = (squares / count).sqrt();
-        let deviation = (squares / (count - 1.0)).sqrt();
-        let largest = residuals.iter().fold(0.0_f64, |largest, residual| largest.max(residual.abs()));
-        Spread {
-            standard_error,
-            half_width: self.interval_factor * standard_error,
-            degrees: count - 1.0,
-            heavy_tailed: deviation > 0.0 && largest > self.critical_deviation * deviation,
-        }
+/// Spread of an estimate that is `all` from all batches and `without[j]` without batch j of weight `weight[j]`.
+/// Weights are above zero and add up to 1; at least two batches.
+#[must_use]
+pub fn spread(all: f64, without: &[f64], weight: &[f64]) -> Spread {
+    let groups = without.len() as f64;
+    let mean =
+        groups * all - without.iter().zip(weight).map(|(part, weight)| (1.0 - weight) * part).sum::<f64>();
+    // (τ_j − θ_J)/√(h_j − 1) has the same variance for every batch, so these residuals can be compared.
+    let residuals: Vec<f64> = without
+        .iter()
+        .zip(weight)
+        .map(|(part, weight)| {
+            let share = 1.0 / weight;
+            (share * all - (share - 1.0) * part - mean) / (share - 1.0).sqrt()
+        })
+        .collect();
+    let variance = residuals.iter().map(|residual| residual * residual).sum::<f64>() / groups;
+    let freedom = without.len() as u32 - 1;
+    let noisy = variance.sqrt() > ROUNDING * all.abs();
+    Spread {
+        half_width: student::quantile(MISSED, freedom) * variance.sqrt(),
+        warning: if noisy { outlier::warning(&residuals) } else { None },
     }
 }

@@ -11,6 +11,7 @@
 //!
 //! A figure that the echogram cannot support is an [`Unsupported`] with its reason, never a number.
 
+mod batches;
 pub mod decay;
 pub mod figure;
 pub mod jackknife;

@@ -108,11 +108,8 @@ impl Window {
         let (mut moment, mut total) = (0.0, 0.0);
         for edges in self.edges.windows(2) {
             let width = edges[1] - edges[0];
-            let share = if rate > 0.0 {
-                -libm::exp(-rate * edges[0]) * libm::expm1(-rate * width)
-            } else {
-                width
-            };
+            let share =
+                if rate > 0.0 { -libm::exp(-rate * edges[0]) * libm::expm1(-rate * width) } else { width };
             total += share;
             moment += share * 0.5 * (edges[0] + edges[1]);
         }

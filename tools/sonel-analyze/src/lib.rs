@@ -1,1 +1,26 @@
-//! Inspects maps and responses, reads room-acoustic parameters.
+//! The library half of `sonel-analyze`: one module per subcommand.
+
+mod arguments;
+mod open;
+mod parameters;
+
+use std::io::Write;
+
+use anyhow::bail;
+use sonel_console::{Outcome, use_threads};
+
+pub use arguments::{Arguments, Command, Format, Parameters};
+
+/// Runs the program: data to `out`, everything else to `log`.
+///
+/// # Errors
+/// When a file or an option is unusable.
+pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    if arguments.threads == Some(0) {
+        bail!("--threads 0 cannot work: give at least 1, or leave it out");
+    }
+    use_threads(arguments.threads)?;
+    match &arguments.command {
+        Command::Parameters(parameters) => parameters::run(parameters, out, log),
+    }
+}

@@ -1,0 +1,47 @@
+//! Batches that look unlike a sample of a normal distribution: the sign of a heavy tail.
+//!
+//! Where a few rare paths carry much of the energy, the spread of the batches says little until such a path has been found:
+//! intervals are then too short, or ruled by one batch. Grubbs's test finds the latter: the largest deviation from the mean,
+//! in standard deviations, against what the largest of G normal values exceeds once in a thousand times.
+//!
+//! References: [Grubbs1969] (docs/references.md).
+
+use crate::student;
+
+/// Share of sound figures that are warned of.
+const FALSE_ALARMS: f64 = 0.001;
+/// The test says nothing of fewer values.
+const FEWEST: usize = 4;
+
+/// A warning where one of `residuals` lies too far from the others.
+#[must_use]
+pub fn warning(residuals: &[f64]) -> Option<String> {
+    if residuals.len() < FEWEST {
+        return None;
+    }
+    let largest = largest_deviation(residuals)?;
+    let critical = critical_deviation(residuals.len() as u32);
+    (largest > critical).then(|| {
+        format!(
+            "one of {} batches lies {largest:.1} standard deviations from the others (Grubbs's test, critical value \
+             {critical:.1} at 0.1 %): rare paths carry much of the energy, trace more sonels",
+            residuals.len()
+        )
+    })
+}
+
+/// Largest deviation from the mean in standard deviations; none where all values agree.
+fn largest_deviation(values: &[f64]) -> Option<f64> {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / (count - 1.0);
+    let largest = values.iter().map(|value| (value - mean).abs()).fold(0.0, f64::max);
+    (variance > 0.0).then(|| largest / variance.sqrt())
+}
+
+/// What the largest deviation of `count` normal values exceeds with [`FALSE_ALARMS`].
+fn critical_deviation(count: u32) -> f64 {
+    let n = f64::from(count);
+    let t = student::quantile(FALSE_ALARMS / n, count - 2);
+    (n - 1.0) / n.sqrt() * (t * t / (n - 2.0 + t * t)).sqrt()
+}

@@ -1,0 +1,150 @@
+//! The figures of a response: every source at every receiver.
+//!
+//! Values come from the fine bins, intervals from the coarse bins of the batches. Receivers of one response share sonels,
+//! so their errors are correlated: intervals hold for each figure alone.
+
+use rayon::prelude::*;
+use sonel_echogram::Response;
+
+use crate::batches::{self, Parts};
+use crate::decay::Echogram;
+use crate::figure::{Figure, NoInterval, Unsupported};
+use crate::modulation::{self, SPEECH_OCTAVES};
+use crate::parameter::{LevelScale, PARAMETER_COUNT, Parameter, Values};
+
+/// Figures of one source at one receiver.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReceiverFigures {
+    /// Name of the source.
+    pub source: String,
+    /// Name of the receiver.
+    pub name: String,
+    /// Position of the receiver [m].
+    pub position: [f64; 3],
+    /// Of the room alone: no noise, 0 … 1.
+    pub speech_transmission_index: Figure,
+    /// Ascending in frequency.
+    pub bands: Vec<BandFigures>,
+}
+
+/// Figures of one band.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BandFigures {
+    /// Nominal centre [Hz].
+    pub center_frequency_hz: f64,
+    figures: [Figure; PARAMETER_COUNT],
+}
+
+impl BandFigures {
+    /// One of them.
+    pub fn figure(&self, parameter: Parameter) -> &Figure {
+        &self.figures[parameter as usize]
+    }
+}
+
+impl ReceiverFigures {
+    /// All figures, the speech transmission index first.
+    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
+        std::iter::once(&self.speech_transmission_index)
+            .chain(self.bands.iter().flat_map(|band| &band.figures))
+    }
+}
+
+/// All figures of `response`: source by source, receiver by receiver.
+#[must_use]
+pub fn parameters(response: &Response) -> Vec<ReceiverFigures> {
+    let pairs: Vec<(usize, usize)> =
+        (0..response.sources()).flat_map(|s| (0..response.receivers()).map(move |r| (s, r))).collect();
+    pairs.into_par_iter().map(|(s, r)| at_receiver(response, s, r)).collect()
+}
+
+/// One band, read from the fine bins and from the batches.
+struct Band {
+    fine: Values,
+    parts: Result<Parts, NoInterval>,
+}
+
+impl Band {
+    fn parts(&self) -> Result<&Parts, &NoInterval> {
+        self.parts.as_ref()
+    }
+}
+
+fn at_receiver(response: &Response, s: usize, r: usize) -> ReceiverFigures {
+    let bands: Vec<Band> = (0..response.bands()).map(|b| read_band(response, (s, r, b))).collect();
+    ReceiverFigures {
+        source: response.source_names[s].clone(),
+        name: response.receiver_names[r].clone(),
+        position: response.receiver_positions[r],
+        speech_transmission_index: speech(&response.center_frequency_hz, &bands),
+        bands: bands
+            .iter()
+            .zip(&response.center_frequency_hz)
+            .map(|(band, &center_frequency_hz)| BandFigures {
+                center_frequency_hz,
+                figures: Parameter::ALL.map(|parameter| band_figure(band, parameter)),
+            })
+            .collect(),
+    }
+}
+
+fn read_band(response: &Response, (s, r, b): (usize, usize, usize)) -> Band {
+    let scale = LevelScale {
+        source_power_level_db: response.source_power_level_db[s * response.bands() + b],
+        characteristic_impedance: response.characteristic_impedance,
+    };
+    let echogram = Echogram {
+        edges: &response.time_edges_s,
+        energy: response.echogram(s, r, b),
+        direct_time: response.direct_time(s, r),
+    };
+    Band { fine: Values::read(echogram, scale), parts: Parts::read(response, (s, r, b), scale) }
+}
+
+fn band_figure(band: &Band, parameter: Parameter) -> Figure {
+    let index = parameter as usize;
+    let parts = band.parts().map(|parts| [parts]);
+    let parts = parts.as_ref().map(|parts| parts.as_slice()).map_err(|reason| *reason);
+    let figure =
+        batches::figure(band.fine.values[index].clone(), parts, |values| values[0].values[index].clone());
+    figure.map(|estimate| crate::figure::Estimate { decay: band.fine.quality(parameter), ..estimate })
+}
+
+fn speech(frequencies: &[f64], bands: &[Band]) -> Figure {
+    let bands = speech_bands(frequencies, bands)?;
+    let parts: Result<Vec<&Parts>, &NoInterval> = bands.iter().map(|band| band.parts()).collect();
+    let parts = parts.as_ref().map(Vec::as_slice).map_err(|reason| *reason);
+    let fine: Vec<&Values> = bands.iter().map(|band| &band.fine).collect();
+    batches::figure(speech_index(&fine), parts, speech_index)
+}
+
+fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Band>, Unsupported> {
+    let find = |octave: f64| frequencies.iter().position(|center| center.total_cmp(&octave).is_eq());
+    let missing: Vec<String> = SPEECH_OCTAVES
+        .iter()
+        .filter(|&&octave| find(octave).is_none())
+        .map(|octave| format!("{octave} Hz"))
+        .collect();
+    if !missing.is_empty() {
+        return Err(Unsupported::BandsMissing { missing: missing.join(", ") });
+    }
+    if frequencies.windows(2).any(|pair| pair[1] / pair[0] < NARROWEST_OCTAVE_STEP) {
+        return Err(Unsupported::NotOctaves);
+    }
+    Ok(SPEECH_OCTAVES.iter().filter_map(|&octave| find(octave)).map(|index| &bands[index]).collect())
+}
+
+/// Nominal octaves lie at least this factor apart (63 to 125 Hz), third octaves at most 1.29.
+const NARROWEST_OCTAVE_STEP: f64 = 1.9;
+
+fn speech_index(values: &[&Values]) -> Result<f64, Unsupported> {
+    let mut indices = [0.0; 7];
+    for ((index, values), octave) in indices.iter_mut().zip(values).zip(SPEECH_OCTAVES) {
+        let curve = values.curve.as_ref().map_err(|reason| Unsupported::Band {
+            center_frequency_hz: octave,
+            reason: Box::new(reason.clone()),
+        })?;
+        *index = modulation::transfer_index(curve);
+    }
+    Ok(modulation::speech_transmission_index(&indices))
+}

@@ -1,0 +1,90 @@
+//! A table for people: a block per source and receiver, a row per band, what is uncertain or missing explained below.
+
+use comfy_table::{CellAlignment, Table, presets};
+
+use crate::figure::Figure;
+use crate::parameter::Parameter;
+use crate::receiver::{BandFigures, ReceiverFigures};
+
+/// Aligned text; `title` begins the line above every block.
+#[must_use]
+pub fn table(receivers: &[ReceiverFigures], title: &str) -> String {
+    receivers.iter().map(|receiver| block(receiver, title)).collect::<Vec<_>>().join("\n")
+}
+
+fn block(receiver: &ReceiverFigures, title: &str) -> String {
+    let mut notes = Notes::default();
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    let headings = Parameter::ALL.iter().map(|parameter| {
+        let (symbol, unit, _) = parameter.heading();
+        format!("{symbol} [{unit}]")
+    });
+    table.set_header(std::iter::once("f [Hz]".to_owned()).chain(headings));
+    for band in &receiver.bands {
+        table.add_row(row(band, &mut notes));
+    }
+    for column in table.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let [x, y, z] = receiver.position;
+    let speech = cell(&receiver.speech_transmission_index, 1.0, &mut notes);
+    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+    format!(
+        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m; ± is the half-width of the 95 % interval\n\
+         {}\nspeech transmission index, no noise: {speech}\n{}",
+        receiver.source,
+        receiver.name,
+        lines.join("\n"),
+        notes.text()
+    )
+}
+
+fn row(band: &BandFigures, notes: &mut Notes) -> Vec<String> {
+    let figures = Parameter::ALL.map(|parameter| cell(band.figure(parameter), parameter.heading().2, notes));
+    std::iter::once(band.center_frequency_hz.to_string()).chain(figures).collect()
+}
+
+fn cell(figure: &Figure, factor: f64, notes: &mut Notes) -> String {
+    let estimate = match figure {
+        Ok(estimate) => estimate,
+        Err(reason) => return format!("–{}", notes.mark(&reason.to_string())),
+    };
+    let value = estimate.value * factor;
+    let warning = estimate.warning.as_ref().map(|warning| notes.mark(warning)).unwrap_or_default();
+    match &estimate.interval {
+        Ok([low, high]) => {
+            let half = 0.5 * (high - low) * factor;
+            let digits = digits(value, half);
+            format!("{value:.digits$} ±{half:.digits$}{warning}")
+        }
+        Err(reason) => format!("{value:.*}{}", digits(value, 0.0), notes.mark(&reason.to_string())),
+    }
+}
+
+/// Decimals that show two figures of the half-width, and no more than anybody can use.
+fn digits(value: f64, half: f64) -> usize {
+    let most = if value.abs() < 10.0 { 3 } else { 2 };
+    let wanted = if half > 0.0 { 1.0 - libm::floor(libm::log10(half)) } else { f64::from(most) };
+    wanted.clamp(1.0, f64::from(most)) as usize
+}
+
+/// Remarks, numbered in the order they are first made.
+#[derive(Default)]
+struct Notes {
+    remarks: Vec<String>,
+}
+
+impl Notes {
+    fn mark(&mut self, remark: &str) -> String {
+        let index = self.remarks.iter().position(|known| known == remark).unwrap_or_else(|| {
+            self.remarks.push(remark.to_owned());
+            self.remarks.len() - 1
+        });
+        format!(" [{}]", index + 1)
+    }
+
+    fn text(&self) -> String {
+        self.remarks.iter().enumerate().map(|(index, remark)| format!("[{}] {remark}\n", index + 1)).collect()
+    }
+}

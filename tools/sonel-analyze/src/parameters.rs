@@ -1,0 +1,50 @@
+//! `sonel-analyze parameters`: figures of every source at every receiver.
+
+use std::io::Write;
+
+use sonel_analysis::{ReceiverFigures, parameters, report};
+use sonel_console::Outcome;
+use sonel_echogram::Response;
+
+use crate::arguments::{Format, Parameters};
+use crate::open;
+
+/// Reads the parameters off a response.
+///
+/// # Errors
+/// When the response is unusable or `out` cannot be written.
+pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let response = open::response(&arguments.response)?;
+    let figures = parameters(&response);
+    match arguments.format {
+        Format::Table => write!(out, "{}", report::table(&figures, &title(&response)))?,
+        Format::Csv => report::csv(&figures, &mut *out)?,
+        Format::Json => writeln!(out, "{:#}", report::json(&figures))?,
+    }
+    if figures.len() > response.sources() {
+        writeln!(
+            log,
+            "note: receivers share sonels: their errors are correlated, each interval holds for its figure alone"
+        )?;
+    }
+    let warned = figures.iter().map(warnings).sum::<usize>();
+    if warned > 0 {
+        writeln!(
+            log,
+            "warning: {warned} figures rest on batches that look unlike a normal sample: see their warnings"
+        )?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// The beginning of the line above every block: the scene, where the response names one.
+fn title(response: &Response) -> String {
+    response.metadata["scene"].as_str().map(|scene| format!("{scene}: ")).unwrap_or_default()
+}
+
+fn warnings(receiver: &ReceiverFigures) -> usize {
+    receiver
+        .figures()
+        .filter(|figure| figure.as_ref().is_ok_and(|estimate| estimate.warning.is_some()))
+        .count()
+}
