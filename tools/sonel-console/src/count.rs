@@ -26,9 +26,14 @@ mod tests {
 
     #[test]
     fn counts_are_read_in_every_usual_form() {
-        for (text, count) in
-            [("1000000", 1_000_000), ("1e6", 1_000_000), ("1M", 1_000_000), ("500k", 500_000), ("1.5k", 1500), ("0", 0)]
-        {
+        for (text, count) in [
+            ("1000000", 1_000_000),
+            ("1e6", 1_000_000),
+            ("1M", 1_000_000),
+            ("500k", 500_000),
+            ("1.5k", 1500),
+            ("0", 0),
+        ] {
             assert_eq!(parse_count(text), Ok(count), "{text}");
         }
     }

@@ -30,7 +30,8 @@ impl Output {
         if !folder.is_dir() {
             bail!("the folder {} does not exist: create it first", folder.display());
         }
-        let file = NamedTempFile::new_in(folder).with_context(|| format!("cannot write in {}", folder.display()))?;
+        let file =
+            NamedTempFile::new_in(folder).with_context(|| format!("cannot write in {}", folder.display()))?;
         Ok(Self { target: target.to_owned(), file: BufWriter::with_capacity(1 << 20, file) })
     }
 
@@ -46,9 +47,10 @@ impl Output {
     pub fn publish(mut self) -> anyhow::Result<()> {
         let failed = || format!("cannot write {}; an older file there is untouched", self.target.display());
         self.file.flush().with_context(failed)?;
-        let file = self.file.into_inner().map_err(std::io::IntoInnerError::into_error).with_context(|| {
-            format!("cannot write {}; an older file there is untouched", self.target.display())
-        })?;
+        let file =
+            self.file.into_inner().map_err(std::io::IntoInnerError::into_error).with_context(|| {
+                format!("cannot write {}; an older file there is untouched", self.target.display())
+            })?;
         let permissions = readable_by_all(file.as_file());
         file.as_file().sync_all()?;
         if let Some(permissions) = permissions {

@@ -34,13 +34,13 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModeArgument::Accurate)]
     pub mode: ModeArgument,
     /// Survival exponent β from 0 (no roulette) to 1 (the paper's); 0.15 where none is given.
-    #[arg(long, value_name = "BETA")]
+    #[arg(long, value_name = "BETA", allow_hyphen_values = true)]
     pub survival: Option<f64>,
     /// Whether bands share paths; shared where nothing is given.
     #[arg(long, value_enum)]
     pub spectral: Option<SpectralArgument>,
     /// How long echograms are simulated [s], instead of the scene's duration.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
     /// Trace part I of N only, I from 1.
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]

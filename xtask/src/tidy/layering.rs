@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 19] = [
+const HOMES: [(&str, &[&str]); 20] = [
     ("anyhow", &["tools/", "xtask"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
@@ -38,6 +38,7 @@ const HOMES: [(&str, &[&str]); 19] = [
     ("tempfile", &["tools/"]),
     ("tobj", &["crates/sonel-scene"]),
     ("toml", &["crates/sonel-scene", "xtask"]),
+    ("zip", &["crates/sonel-echogram"]),
 ];
 
 /// Arrows that point up or sideways, and shipped code that depends on the test kit.

@@ -1,0 +1,88 @@
+use std::fs;
+
+use crate::Workshop;
+
+fn complaint(result: anyhow::Result<String>) -> String {
+    format!("{:#}", result.expect_err("bad input is refused"))
+}
+
+#[test]
+fn a_bad_scene_is_reported_with_all_its_problems() {
+    let shop = Workshop::new();
+    let text = fs::read_to_string(shop.path("scene.toml")).unwrap();
+    let bad = text
+        .replace("absorption = 0.5", "absorption = 1.5\ncolour = \"red\"")
+        .replace("[1.0, 1.0, 1.5]", "[9.0, 1.0, 1.5]");
+    fs::write(shop.path("scene.toml"), bad).unwrap();
+    let complaint = complaint(shop.trace("a.sonelmap", &[]));
+    for part in ["scene.toml:17", "scene.toml:18", "colour", "scene.toml:23", "position"] {
+        assert!(complaint.contains(part), "no {part} in: {complaint}");
+    }
+    assert!(!shop.path("a.sonelmap").exists());
+}
+
+#[test]
+fn files_that_are_no_maps_are_refused_and_older_outputs_stay() {
+    let shop = Workshop::new();
+    fs::write(shop.path("a.npz"), "older").unwrap();
+    fs::write(shop.path("no.sonelmap"), "this is a letter").unwrap();
+    assert!(complaint(shop.render("no.sonelmap", "a.npz", &[])).contains("not a sonel map"));
+    assert!(complaint(shop.render("missing.sonelmap", "a.npz", &[])).contains("missing.sonelmap"));
+    shop.trace("a.sonelmap", &["--sonels", "1k"]).unwrap();
+    let mut damaged = shop.bytes("a.sonelmap");
+    damaged[5000] ^= 1;
+    fs::write(shop.path("damaged.sonelmap"), &damaged).unwrap();
+    assert!(complaint(shop.render("damaged.sonelmap", "a.npz", &[])).contains("damaged at byte"));
+    fs::write(shop.path("cut.sonelmap"), &damaged[..damaged.len() / 2]).unwrap();
+    assert!(complaint(shop.render("cut.sonelmap", "a.npz", &[])).contains("cut"));
+    assert_eq!(shop.bytes("a.npz"), b"older");
+}
+
+#[test]
+fn impossible_receivers_are_all_named() {
+    let shop = Workshop::new();
+    shop.trace("a.sonelmap", &["--sonels", "1k"]).unwrap();
+    let options = ["--receiver", "on=1,1,1.5", "--receiver", "out=7,1,1", "--receiver", "fine=2,2,1"];
+    let complaint_text = complaint(shop.render("a.sonelmap", "a.npz", &options));
+    assert!(
+        complaint_text.contains("\"on\" stands at source") && complaint_text.contains("\"out\""),
+        "{complaint_text}"
+    );
+    assert!(!shop.path("a.npz").exists());
+    let twice = ["--receiver", "a=1,2,1", "--receiver", "a=2,2,1"];
+    assert!(complaint(shop.render("a.sonelmap", "a.npz", &twice)).contains("share a name"));
+}
+
+#[test]
+fn contradicting_options_are_refused() {
+    let shop = Workshop::new();
+    for (options, part) in [
+        (&["--mode", "paper", "--survival", "0.5"][..], "--survival"),
+        (&["--mode", "paper", "--spectral", "shared"], "--spectral"),
+        (&["--survival", "2"], "outside 0"),
+        (&["--sonels", "many"], "count"),
+        (&["--sonels", "0"], "at least 1"),
+        (&["--shard", "3/2"], "shard"),
+        (&["--effects", "auto,+echo"], "no effect"),
+        (&["--duration", "-1"], "duration"),
+    ] {
+        let complaint = complaint(shop.trace("a.sonelmap", options));
+        assert!(complaint.contains(part), "{options:?}: {complaint}");
+    }
+    assert!(!shop.path("a.sonelmap").exists());
+}
+
+#[test]
+fn a_shard_is_not_rendered_alone() {
+    let shop = Workshop::new();
+    shop.trace("a.sonelmap", &["--sonels", "2k", "--shard", "1/2"]).unwrap();
+    assert!(complaint(shop.render("a.sonelmap", "a.npz", &[])).contains("shard 1 of 2"));
+}
+
+#[test]
+fn outputs_that_cannot_be_are_refused_before_the_work() {
+    let shop = Workshop::new();
+    fs::create_dir(shop.path("folder.sonelmap")).unwrap();
+    assert!(complaint(shop.trace("folder.sonelmap", &[])).contains("not an ordinary file"));
+    assert!(complaint(shop.trace("nowhere/a.sonelmap", &[])).contains("does not exist"));
+}
