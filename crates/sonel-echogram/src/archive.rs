@@ -7,7 +7,7 @@ use npyz::{AutoSerialize, DType, Deserialize, NpyFile, WriterBuilder};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-use crate::ResponseError;
+use crate::{ResponseError, header};
 
 /// Archives larger than this need the 64-bit zip extension for their entries.
 const LARGE_ENTRY: usize = u32::MAX as usize / 2;
@@ -88,16 +88,13 @@ impl<R: Read + Seek> ArchiveReader<R> {
             .read_to_end(&mut bytes)
             .map_err(|error| ResponseError::Archive(format!("array {key}: {error}")))?;
         let wrong = |problem: String| ResponseError::Array { key: key.to_owned(), problem };
+        header::check(&bytes).map_err(wrong)?;
         let array =
             NpyFile::new(Cursor::new(&bytes)).map_err(|error| wrong(format!("cannot be read: {error}")))?;
         if array.order() != npyz::Order::C && array.shape().len() > 1 {
             return Err(wrong("is stored by columns".to_owned()));
         }
         let shape: Vec<usize> = array.shape().iter().map(|&length| length as usize).collect();
-        let count = shape.iter().try_fold(1_usize, |product, &length| product.checked_mul(length));
-        if count.is_none_or(|count| count > bytes.len()) {
-            return Err(wrong("claims more values than it holds".to_owned()));
-        }
         let values = array.into_vec().map_err(|error| wrong(format!("has another type: {error}")))?;
         Ok(Some((shape, values)))
     }

@@ -6,6 +6,7 @@
 mod archive;
 mod borders;
 mod error;
+mod header;
 mod read;
 mod response;
 mod write;
