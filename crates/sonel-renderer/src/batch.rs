@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
-use sonel_map::{EmissionDirections, Lanes, PathWeight, Segment, lanes_of, sweep};
+use sonel_map::{EmissionDirections, Lanes, PathWeight, Segment, SegmentHistory, lanes_of, sweep};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use crate::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
@@ -20,13 +20,12 @@ const BATCHES_IN_FLIGHT: u32 = 8;
 /// One batch's estimate: all its echograms, and the sums of its classes.
 struct BatchEstimate {
     deposits: Deposits,
-    sums: [(PathClass, Vec<Lanes>); 3],
+    sums: [Vec<Lanes>; PathClass::ALL.len()],
 }
 
 impl BatchEstimate {
     fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
-        let own = self.sums.iter_mut().find(|(owner, _)| *owner == class).expect("a class of this stage");
-        ClassDeposits { deposits: &mut self.deposits, sum: &mut own.1 }
+        ClassDeposits { deposits: &mut self.deposits, sum: &mut self.sums[class as usize] }
     }
 }
 
@@ -68,8 +67,8 @@ impl Renderer<'_> {
                 .collect();
             for (batch, estimate) in (first as usize..).zip(group) {
                 let weight = self.batches[batch].weight;
-                for (class, sum) in &estimate.sums {
-                    rendering.book(*class, weight, sum);
+                for (class, sum) in PathClass::ALL.into_iter().zip(&estimate.sums) {
+                    rendering.book(class, weight, sum);
                 }
                 rendering.total.add_receivers(tile.start, &estimate.deposits, weight);
                 for (local, index) in tile.clone().enumerate() {
@@ -112,8 +111,7 @@ impl Renderer<'_> {
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
         let mut estimate = BatchEstimate {
             deposits: Deposits::new(audience.receivers.len(), self.bins.count, bands),
-            sums: [PathClass::Connection, PathClass::MirrorConnection, PathClass::Crossing]
-                .map(|class| (class, zeros.clone())),
+            sums: PathClass::ALL.map(|_| zeros.clone()),
         };
         let choices =
             audience.receivers.iter().map(|r| choice_stream(self.seed(), r, source, batch)).collect();
@@ -142,7 +140,8 @@ impl Renderer<'_> {
         let medium = Medium { geometry: self.geometry, bins: &self.bins, air: self.air.as_ref() };
         if segment.history.specular_run > 0 || !self.connects_diffuse() {
             let receivers = audience.receivers.iter().zip(&audience.others);
-            cross(segment, receivers, &medium, &mut scratch.energy, &mut estimate.class(PathClass::Crossing));
+            let class = sphere_class(segment.history);
+            cross(segment, receivers, &medium, &mut scratch.energy, &mut estimate.class(class));
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
@@ -162,7 +161,7 @@ impl Renderer<'_> {
             audience.receivers,
             &medium,
             &mut scratch.energy,
-            &mut estimate.class(PathClass::Connection),
+            &mut estimate.class(PathClass::Diffuse),
         );
         for (index, images) in audience.images.iter().enumerate() {
             if let Some(images) = images {
@@ -173,10 +172,19 @@ impl Renderer<'_> {
                     &medium,
                     stream,
                     &mut scratch.energy,
-                    &mut estimate.class(PathClass::MirrorConnection),
+                    &mut estimate.class(PathClass::DiffuseMirror),
                 );
             }
         }
+    }
+}
+
+/// The class of a segment that crosses a sphere.
+fn sphere_class(history: SegmentHistory) -> PathClass {
+    match (history.diffused, history.specular_run) {
+        (false, _) => PathClass::LongMirrorChain,
+        (true, 0) => PathClass::Diffuse,
+        (true, _) => PathClass::LongDiffuseMirror,
     }
 }
 

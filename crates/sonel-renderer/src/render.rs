@@ -47,6 +47,20 @@ pub enum Estimator {
     Sphere,
 }
 
+impl Estimator {
+    /// The estimator that owns `class`.
+    #[must_use]
+    pub fn owner(self, class: PathClass) -> &'static str {
+        match (class, self) {
+            (PathClass::Direct, _) => "shadow ray",
+            (PathClass::MirrorChain, _) => "image sources",
+            (PathClass::Diffuse, Self::Auto | Self::Connection) => "connection",
+            (PathClass::DiffuseMirror, _) => "connection to images of the receiver",
+            _ => "receiver sphere",
+        }
+    }
+}
+
 /// Which air sound travels through.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Air {
@@ -69,18 +83,26 @@ pub enum PathClass {
     Direct,
     /// L S^k R, k ≤ K.
     MirrorChain,
+    /// L S^k R, k > K.
+    LongMirrorChain,
     /// … D R.
-    Connection,
+    Diffuse,
     /// … D S^k R, k ≤ K′.
-    MirrorConnection,
-    /// … D S^k R, k > K′, and L S^k R, k > K.
-    Crossing,
+    DiffuseMirror,
+    /// … D S^k R, k > K′.
+    LongDiffuseMirror,
 }
 
 impl PathClass {
     /// All classes.
-    pub const ALL: [Self; 5] =
-        [Self::Direct, Self::MirrorChain, Self::Connection, Self::MirrorConnection, Self::Crossing];
+    pub const ALL: [Self; 6] = [
+        Self::Direct,
+        Self::MirrorChain,
+        Self::LongMirrorChain,
+        Self::Diffuse,
+        Self::DiffuseMirror,
+        Self::LongDiffuseMirror,
+    ];
 
     /// The class as a string over L, S, D, R.
     #[must_use]
@@ -88,21 +110,10 @@ impl PathClass {
         match self {
             Self::Direct => "L R",
             Self::MirrorChain => "L S^k R, k <= K",
-            Self::Connection => "... D R",
-            Self::MirrorConnection => "... D S^k R, k <= K'",
-            Self::Crossing => "... D S^k R, k > K', and L S^k R, k > K",
-        }
-    }
-
-    /// The estimator that owns it.
-    #[must_use]
-    pub fn estimator(self) -> &'static str {
-        match self {
-            Self::Direct => "shadow ray",
-            Self::MirrorChain => "image sources",
-            Self::Connection => "connection",
-            Self::MirrorConnection => "connection to images of the receiver",
-            Self::Crossing => "receiver sphere",
+            Self::LongMirrorChain => "L S^k R, k > K",
+            Self::Diffuse => "... D R",
+            Self::DiffuseMirror => "... D S^k R, k <= K'",
+            Self::LongDiffuseMirror => "... D S^k R, k > K'",
         }
     }
 }

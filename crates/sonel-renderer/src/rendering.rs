@@ -29,7 +29,7 @@ pub struct Rendering {
     /// Discrete arrivals that are listed, by receiver and length.
     pub arrivals: Vec<DiscreteArrival>,
     /// Energy per class, summed over receivers and time, per band [1/m²].
-    pub classes: [(PathClass, Vec<f64>); 5],
+    pub classes: [(PathClass, Vec<f64>); PathClass::ALL.len()],
     /// K.
     pub mirror_order: u32,
     /// K′ of every receiver.

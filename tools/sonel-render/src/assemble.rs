@@ -122,7 +122,7 @@ impl Run<'_> {
             .classes
             .iter()
             .map(|(class, energy)| {
-                json!({ "class": class.notation(), "estimator": class.estimator(), "energy": energy })
+                json!({ "class": class.notation(), "estimator": self.settings.estimator.owner(*class), "energy": energy })
             })
             .collect();
         json!({

@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         scene.sources.len(),
         arguments.output.display()
     )?;
-    log_classes(&renderings, log)?;
+    log_classes(&settings, &renderings, log)?;
     if arguments.json {
         let report = run.report(&renderings, opened, (wall, cpu));
         writeln!(out, "{report}")?;
@@ -122,12 +122,16 @@ fn borders_of(scene: &Scene, source: usize, receivers: &[ReceiverPoint]) -> Vec<
         .collect()
 }
 
-fn log_classes(renderings: &[Rendering], log: &mut dyn Write) -> anyhow::Result<()> {
+fn log_classes(
+    settings: &RenderSettings,
+    renderings: &[Rendering],
+    log: &mut dyn Write,
+) -> anyhow::Result<()> {
     for rendering in renderings {
         let total: f64 = rendering.classes.iter().flat_map(|(_, energy)| energy).sum();
         for (class, energy) in &rendering.classes {
             let share = energy.iter().sum::<f64>() / total.max(f64::MIN_POSITIVE) * 100.0;
-            writeln!(log, "  {:40} {share:6.2} %  {}", class.notation(), class.estimator())?;
+            writeln!(log, "  {:24} {share:6.2} %  {}", class.notation(), settings.estimator.owner(*class))?;
         }
     }
     Ok(())
