@@ -12,6 +12,9 @@ use crate::{ResponseError, header};
 /// Archives larger than this need the 64-bit zip extension for their entries.
 const LARGE_ENTRY: usize = u32::MAX as usize / 2;
 
+/// Shape of an array and its values in row-major order.
+pub type Shaped<T> = (Vec<usize>, Vec<T>);
+
 /// An archive being written.
 pub struct ArchiveWriter<W: Write + Seek> {
     zip: ZipWriter<W>,
@@ -75,11 +78,13 @@ impl<R: Read + Seek> ArchiveReader<R> {
         Ok(Self { zip: ZipArchive::new(input).map_err(broken)? })
     }
 
+    /// Whether there is an array `key`.
+    pub fn contains(&self, key: &str) -> bool {
+        self.zip.index_for_name(&format!("{key}.npy")).is_some()
+    }
+
     /// Shape and values of array `key` in row-major order; [`None`] where there is no such array.
-    pub fn array<T: Deserialize>(
-        &mut self,
-        key: &str,
-    ) -> Result<Option<(Vec<usize>, Vec<T>)>, ResponseError> {
+    pub fn array<T: Deserialize>(&mut self, key: &str) -> Result<Option<Shaped<T>>, ResponseError> {
         let Some(index) = self.zip.index_for_name(&format!("{key}.npy")) else { return Ok(None) };
         let mut entry = self.zip.by_index(index).map_err(broken)?;
         // Bytes first: the checksum is compared, and a header that claims more than there is cannot claim memory.

@@ -23,4 +23,16 @@ pub enum ResponseError {
         /// What is wrong, as a predicate.
         problem: String,
     },
+    /// Arrays contradict each other or hold impossible values.
+    #[error("the response is not sound; render it again with sonel-render:\n  {}", problems.join("\n  "))]
+    Unsound {
+        /// All of them, each naming its array.
+        problems: Vec<String>,
+    },
+    /// A file of another version.
+    #[error("the response has format version {found}; this program reads version {}", crate::FORMAT_VERSION)]
+    Version {
+        /// The version found.
+        found: u32,
+    },
 }

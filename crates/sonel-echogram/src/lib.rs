@@ -5,6 +5,7 @@
 
 mod archive;
 mod borders;
+mod check;
 mod error;
 mod header;
 mod read;
@@ -14,3 +15,6 @@ mod write;
 pub use borders::batch_time_edges;
 pub use error::ResponseError;
 pub use response::{ArrivalKind, Arrivals, Batches, Response};
+
+/// Version of the response file, in its array `format_version`; a file without one is of this version.
+pub const FORMAT_VERSION: u32 = 1;

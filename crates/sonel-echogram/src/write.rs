@@ -3,16 +3,19 @@
 use std::io::{Seek, Write};
 
 use crate::archive::ArchiveWriter;
-use crate::{Response, ResponseError};
+use crate::check::check;
+use crate::{FORMAT_VERSION, Response, ResponseError};
 
 impl Response {
     /// Writes the response as a numpy archive and returns what it was written to.
     ///
     /// # Errors
-    /// When `out` cannot be written.
+    /// When the response is not sound (nothing is written then), or `out` cannot be written.
     pub fn write<W: Write + Seek>(&self, out: W) -> Result<W, ResponseError> {
+        check(self)?;
         let (sources, receivers, bands) = (self.sources(), self.receivers(), self.bands());
         let mut archive = ArchiveWriter::new(out);
+        archive.numbers("format_version", &[], &[FORMAT_VERSION])?;
         archive.numbers("center_frequency_hz", &[bands], &self.center_frequency_hz)?;
         archive.numbers("time_edges_s", &[self.time_edges_s.len()], &self.time_edges_s)?;
         archive.texts("receiver_name", &[receivers], &texts(&self.receiver_names))?;

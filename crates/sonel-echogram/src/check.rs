@@ -1,0 +1,107 @@
+//! Whether a response agrees with itself: shapes first, then values.
+
+use crate::{Response, ResponseError};
+
+/// Checks everything that arrays can contradict each other in, on reading and before writing.
+///
+/// # Errors
+/// [`ResponseError::Unsound`] with all problems.
+pub fn check(response: &Response) -> Result<(), ResponseError> {
+    let mut problems = shapes(response);
+    if problems.is_empty() {
+        problems = values(response);
+    }
+    if problems.is_empty() { Ok(()) } else { Err(ResponseError::Unsound { problems }) }
+}
+
+fn shapes(response: &Response) -> Vec<String> {
+    let (s, r, b) = (response.sources(), response.receivers(), response.bands());
+    let mut problems = Vec::new();
+    let mut expect = |key: &str, length: usize, axes: &[usize]| {
+        let expected = axes.iter().try_fold(1_usize, |product, &axis| product.checked_mul(axis));
+        if expected != Some(length) {
+            problems.push(format!("{key} holds {length} values instead of those of {axes:?}"));
+        }
+    };
+    expect("receiver_position_m", response.receiver_positions.len(), &[r]);
+    expect("source_position_m", response.source_positions.len(), &[s]);
+    expect("energy", response.energy.len(), &[s, r, b, response.bins()]);
+    expect("source_power_level_db", response.source_power_level_db.len(), &[s, b]);
+    if let Some(batches) = &response.batches {
+        expect("batch_time_edges_s", batches.time_edges_s.len(), &[s, r, batches.bins.saturating_add(1)]);
+        expect("energy_batches", batches.energy.len(), &[batches.weight.len(), s, r, b, batches.bins]);
+    }
+    let (arrivals, a) = (&response.arrivals, response.arrivals.source.len());
+    expect("arrival_receiver", arrivals.receiver.len(), &[a]);
+    expect("arrival_time_s", arrivals.time_s.len(), &[a]);
+    expect("arrival_energy", arrivals.energy.len(), &[a, b]);
+    expect("arrival_direction", arrivals.direction.len(), &[a, 3]);
+    expect("arrival_order", arrivals.order.len(), &[a]);
+    expect("arrival_kind", arrivals.kind.len(), &[a]);
+    problems
+}
+
+fn values(response: &Response) -> Vec<String> {
+    let mut problems = Vec::new();
+    let mut reject = |key: &str, problem: Option<String>| {
+        problems.extend(problem.map(|problem| format!("{key} {problem}")));
+    };
+    let none = |count: usize, what: &str| (count == 0).then(|| format!("names no {what}"));
+    reject("source_name", none(response.sources(), "source"));
+    reject("receiver_name", none(response.receivers(), "receiver"));
+    reject("center_frequency_hz", none(response.bands(), "band"));
+    reject("center_frequency_hz", not_ascending(&response.center_frequency_hz));
+    reject("center_frequency_hz", not_positive(&response.center_frequency_hz));
+    reject("time_edges_s", (response.bins() == 0).then(|| "holds no bin".to_owned()));
+    reject("time_edges_s", not_ascending(&response.time_edges_s));
+    reject("time_edges_s", not_finite(&response.time_edges_s));
+    reject("receiver_position_m", not_finite(response.receiver_positions.as_flattened()));
+    reject("source_position_m", not_finite(response.source_positions.as_flattened()));
+    reject("source_power_level_db", not_finite(&response.source_power_level_db));
+    reject("speed_of_sound", not_positive(&[response.speed_of_sound]));
+    reject("characteristic_impedance", not_positive(&[response.characteristic_impedance]));
+    reject("energy", no_energy(&response.energy));
+    if let Some(batches) = &response.batches {
+        reject("batch_weight", no_energy(&batches.weight));
+        let sum: f64 = batches.weight.iter().sum();
+        reject("batch_weight", (sum <= 0.0).then(|| "gives no batch any weight".to_owned()));
+        let mut rows = batches.time_edges_s.chunks_exact(batches.bins + 1);
+        let unsorted = rows.any(|row| !row.is_sorted());
+        reject("batch_time_edges_s", unsorted.then(|| "does not ascend".to_owned()));
+        reject("batch_time_edges_s", not_finite(&batches.time_edges_s));
+        let wrong = batches.energy.iter().find(|energy| !(energy.is_finite() && **energy >= 0.0));
+        reject("energy_batches", wrong.map(|&energy| unlike_energy(f64::from(energy))));
+    }
+    let arrivals = &response.arrivals;
+    let beyond = |indices: &[u32], count: usize| indices.iter().any(|&index| index as usize >= count);
+    let strange = |strange: bool, what: &str| strange.then(|| format!("names {what} that do not exist"));
+    reject("arrival_source", strange(beyond(&arrivals.source, response.sources()), "sources"));
+    reject("arrival_receiver", strange(beyond(&arrivals.receiver, response.receivers()), "receivers"));
+    reject("arrival_time_s", not_finite(&arrivals.time_s));
+    reject("arrival_direction", not_finite(&arrivals.direction));
+    reject("arrival_energy", no_energy(&arrivals.energy));
+    problems
+}
+
+fn not_finite(values: &[f64]) -> Option<String> {
+    let wrong = values.iter().find(|value| !value.is_finite())?;
+    Some(format!("holds {wrong}, which is not finite"))
+}
+
+fn not_positive(values: &[f64]) -> Option<String> {
+    let wrong = values.iter().find(|value| !(value.is_finite() && **value > 0.0))?;
+    Some(format!("holds {wrong}, which is not above zero"))
+}
+
+fn not_ascending(values: &[f64]) -> Option<String> {
+    let wrong = values.windows(2).find(|pair| pair[0] >= pair[1])?;
+    Some(format!("does not ascend: {} follows {}", wrong[1], wrong[0]))
+}
+
+fn no_energy(values: &[f64]) -> Option<String> {
+    values.iter().find(|value| !(value.is_finite() && **value >= 0.0)).map(|&value| unlike_energy(value))
+}
+
+fn unlike_energy(value: f64) -> String {
+    format!("holds {value}; only finite numbers of at least zero are allowed")
+}
