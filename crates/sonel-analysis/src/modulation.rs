@@ -98,3 +98,41 @@ pub fn speech_transmission_index(transfer_indices: &[f64; 7]) -> f64 {
         .sum();
     (weighted - redundant).clamp(0.0, 1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decay::Echogram;
+
+    #[test]
+    fn the_weights_of_speech_add_up_to_one() {
+        let sum = WEIGHT.iter().sum::<f64>() - REDUNDANCY.iter().sum::<f64>();
+        assert!((sum - 1.0).abs() < 1e-12);
+        assert!((speech_transmission_index(&[1.0; 7]) - 1.0).abs() < 1e-12);
+        // Different octaves: α₁ 0.25 + α₂ 0.81 + α₇ 1 − β₁ 0.45, the other products vanish.
+        let index = speech_transmission_index(&[0.25, 0.81, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert!((index - (0.085 * 0.25 + 0.127 * 0.81 + 0.173 - 0.085 * 0.45)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_transmission_index_spans_thirty_decibels() {
+        for (transfer, index) in [(0.0, 0.0), (0.5, 0.5), (1.0, 1.0), (10.0 / 11.0, 25.0 / 30.0)] {
+            assert!((transmission_index(transfer) - index).abs() < 1e-12, "{transfer}");
+        }
+    }
+
+    /// Two equal arrivals Δ apart: m = |cos(π F Δ)|, blurred by bins that are short against 1/F.
+    #[test]
+    fn an_echo_interferes_with_the_modulation() {
+        let edges: Vec<f64> = (0..=2000).map(|edge| f64::from(edge) * 1e-4).collect();
+        let mut energy = vec![0.0; 2000];
+        (energy[0], energy[1000]) = (1.0, 1.0);
+        let curve = DecayCurve::new(Echogram { edges: &edges, energy: &energy, direct_time: 0.0 }).unwrap();
+        for frequency in MODULATION_FREQUENCIES {
+            let expected = libm::fabs(libm::cos(std::f64::consts::PI * frequency * 0.1));
+            // The arrivals lie anywhere within their bins of 0.1 ms.
+            let tolerance = TAU * frequency * 1e-4;
+            assert!((modulation_transfer(&curve, frequency) - expected).abs() < tolerance, "{frequency}");
+        }
+    }
+}

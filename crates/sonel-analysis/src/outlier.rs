@@ -20,7 +20,7 @@ pub fn warning(residuals: &[f64]) -> Option<String> {
         return None;
     }
     let largest = largest_deviation(residuals)?;
-    let critical = critical_deviation(residuals.len() as u32);
+    let critical = critical_deviation(FALSE_ALARMS, residuals.len() as u32);
     (largest > critical).then(|| {
         format!(
             "one of {} batches lies {largest:.1} standard deviations from the others (Grubbs's test, critical value \
@@ -39,9 +39,48 @@ fn largest_deviation(values: &[f64]) -> Option<f64> {
     (variance > 0.0).then(|| largest / variance.sqrt())
 }
 
-/// What the largest deviation of `count` normal values exceeds with [`FALSE_ALARMS`].
-fn critical_deviation(count: u32) -> f64 {
+/// What the largest deviation of `count` normal values exceeds with probability `level`.
+fn critical_deviation(level: f64, count: u32) -> f64 {
     let n = f64::from(count);
-    let t = student::quantile(FALSE_ALARMS / n, count - 2);
+    let t = student::quantile(level / n, count - 2);
     (n - 1.0) / n.sqrt() * (t * t / (n - 2.0 + t * t)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_testkit::uniform::Uniform;
+
+    fn normal(numbers: &mut Uniform) -> f64 {
+        let radius = (-2.0 * libm::log1p(-numbers.next_f64())).sqrt();
+        radius * libm::cos(std::f64::consts::TAU * numbers.next_f64())
+    }
+
+    fn alarms(mut batch: impl FnMut(&mut Uniform) -> f64) -> usize {
+        let mut numbers = Uniform::new(7);
+        let mut run = || (0..32).map(|_| batch(&mut numbers)).collect::<Vec<f64>>();
+        (0..20_000).filter(|_| warning(&run()).is_some()).count()
+    }
+
+    /// 20 alarms of 20 000 are expected; outside 6 … 40 with a probability below 1e-3.
+    #[test]
+    fn one_normal_sample_in_a_thousand_is_warned_of() {
+        let alarms = alarms(normal);
+        assert!((6..=40).contains(&alarms), "{alarms}");
+    }
+
+    /// Energies carried by rare paths: log-normal batches.
+    #[test]
+    fn heavy_tails_are_found() {
+        let alarms = alarms(|numbers| libm::exp(2.0 * normal(numbers)));
+        assert!(alarms > 10_000, "{alarms}");
+    }
+
+    /// The two-sided table at 5 %.
+    #[test]
+    fn critical_values_are_those_of_the_tables() {
+        for (count, expected) in [(5, 1.715), (10, 2.290), (20, 2.709), (30, 2.908)] {
+            assert!((critical_deviation(0.05, count) - expected).abs() < 0.001, "{count}");
+        }
+    }
 }

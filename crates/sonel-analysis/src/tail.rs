@@ -17,6 +17,8 @@ const WINDOW_STEPS: usize = 10;
 const GROUPS: usize = 32;
 /// Beyond e^−700 a double is zero: such a decay leaves no tail.
 const STEEPEST_NEPERS: f64 = 700.0;
+/// A centre of gravity that lies before the middle by less than this share is a steady record and rounding.
+const ROUNDING: f64 = 1e-9;
 /// Halvings of a bracket of one factor of two down to the last bits.
 const BISECTIONS: usize = 60;
 
@@ -85,7 +87,7 @@ impl Window {
         }
         let middles = self.edges.windows(2).map(|edges| 0.5 * (edges[0] + edges[1]));
         let center = middles.zip(&self.energy).map(|(middle, energy)| middle * energy).sum::<f64>() / total;
-        if center >= self.center_of(0.0) {
+        if center >= self.center_of(0.0) * (1.0 - ROUNDING) {
             return None;
         }
         let mut high = 1.0 / self.width();
