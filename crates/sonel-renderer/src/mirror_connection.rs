@@ -26,6 +26,8 @@ const LATTICE_ORDER_LIMIT: u32 = 16;
 const NEGLIGIBLE_FACTOR: f64 = 1e-4;
 /// Geometries of more surfaces are left to the sphere: most images would be hidden from most sonels.
 const SURFACE_LIMIT: usize = 64;
+/// Images of one receiver.
+const NODE_LIMIT: usize = 10_000;
 /// Rays that measure in which solid angle a receiver sees its images.
 const PILOT_RAYS: u32 = 4096;
 /// Share of the choices that do not rely on those rays.
@@ -83,7 +85,7 @@ impl ReceiverImages {
                 (images, weights, None)
             }
             None => {
-                let tree = ImageTree::new(geometry, table, origin, None);
+                let tree = ImageTree::new(geometry, table, origin, NODE_LIMIT, Some(most));
                 let images = tree.images(geometry, table);
                 let weights = pilot_weights(geometry, &tree, &images, receiver.exact);
                 (images, weights, Some(tree))

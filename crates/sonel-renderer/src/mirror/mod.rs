@@ -7,6 +7,7 @@
 //!
 //! Reference: [AllenBerkley1979] (docs/references.md).
 
+pub mod beam;
 pub mod lattice;
 pub mod tree;
 
@@ -18,6 +19,11 @@ use sonel_scene::Source;
 
 use lattice::ImageLattice;
 use tree::ImageTree;
+
+/// Images of one source: what a receiver can afford to try in a few milliseconds.
+const NODE_LIMIT: usize = 100_000;
+/// Images of one source when the order was asked for: some hundred megabytes.
+const ASKED_NODE_LIMIT: usize = 2_000_000;
 
 /// Sound of one mirror chain at a receiver.
 #[derive(Debug)]
@@ -89,7 +95,10 @@ impl MirrorChains {
     ) -> Self {
         match geometry.as_shoebox() {
             Some(room) => Self::Lattice(ImageLattice::new(geometry, &room, table, radiator, reach, most)),
-            None => Self::Tree(ImageTree::new(geometry, table, radiator, most)),
+            None => {
+                let budget = if most.is_some() { ASKED_NODE_LIMIT } else { NODE_LIMIT };
+                Self::Tree(ImageTree::new(geometry, table, radiator, budget, most))
+            }
         }
     }
 

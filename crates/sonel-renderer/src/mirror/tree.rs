@@ -1,20 +1,18 @@
 //! Images of a source over the planar surfaces of any geometry, validated at every receiver.
 //!
 //! A node is an image reached over a chain of surfaces. A chain is left out only where it can carry nothing: no band
-//! reflects there as a mirror, the surface shows its solid side to the image, or it lies wholly behind the last mirror.
+//! reflects there as a mirror, the surface shows its solid side to the image, or the beam of the chain before it misses
+//! the surface. What stands in the way is found out at every receiver.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
-use sonel_geometry::{Departure, Geometry, Side, SurfaceId};
+use sonel_geometry::{Departure, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes, lanes_of};
 
+use super::beam::{Beam, clip, hull};
 use super::{Image, MirrorArrival, Radiator};
 
-/// Nodes of one source: what a receiver can afford to validate in about a millisecond.
-const NODE_LIMIT: usize = 20_000;
-/// Nodes of one source when the order was asked for: some hundred megabytes.
-const ASKED_NODE_LIMIT: usize = 2_000_000;
 /// No chain is longer, however few the surfaces.
 const ORDER_LIMIT: u32 = 24;
 
@@ -23,6 +21,8 @@ const ORDER_LIMIT: u32 = 24;
 pub struct ImageTree {
     order: u32,
     nodes: Vec<Node>,
+    /// Inward normals of the beams' sides.
+    sides: Vec<DVec3>,
     /// The node that follows another over a mirror.
     children: HashMap<(Option<u32>, Mirror), u32>,
     radiator: Radiator,
@@ -36,6 +36,8 @@ struct Node {
     /// Index of the node before, none for first-order images.
     parent: Option<u32>,
     order: u32,
+    /// Range of the sides of its beam.
+    sides: (u32, u32),
 }
 
 /// A surface seen from one side.
@@ -45,36 +47,82 @@ struct Mirror {
     side: Side,
 }
 
+/// A mirror with its outline.
+#[derive(Debug)]
+struct Facet {
+    mirror: Mirror,
+    plane: PlaneId,
+    /// Convex hull of the surface, about the scene's centre [m].
+    outline: Vec<DVec3>,
+    centre: DVec3,
+    radius: f64,
+}
+
+/// A beam while the tree grows.
+struct Grown {
+    beam: Beam,
+    /// The last mirror of its chain and that mirror's plane.
+    last: Option<(Mirror, PlaneId)>,
+    parent: Option<u32>,
+    /// Its node, once it has one.
+    index: Option<u32>,
+}
+
 impl ImageTree {
-    /// Grows the tree order by order while it fits the budget; `most` limits K further.
+    /// Grows the tree order by order while it fits `budget` nodes, up to order `most`.
     #[must_use]
-    pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator, most: Option<u32>) -> Self {
-        let mirrors = mirrors(geometry, table);
-        let (mut nodes, mut order): (Vec<Node>, u32) = (Vec::new(), 0);
-        let mut last_order = 0..0;
-        while order < most.unwrap_or(ORDER_LIMIT) {
-            let room_left = if most.is_some() { ASKED_NODE_LIMIT } else { NODE_LIMIT } - nodes.len();
-            let parents: Vec<(Option<u32>, DVec3)> = if order == 0 {
-                vec![(None, radiator.position)]
-            } else {
-                last_order.clone().map(|index: usize| (Some(index as u32), nodes[index].image)).collect()
+    pub fn new(
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        radiator: Radiator,
+        budget: usize,
+        most: Option<u32>,
+    ) -> Self {
+        let most = most.unwrap_or(ORDER_LIMIT);
+        let facets = facets(geometry, table);
+        let mut tree = Self {
+            order: 0,
+            nodes: Vec::new(),
+            sides: Vec::new(),
+            children: HashMap::new(),
+            radiator,
+            lanes: lanes_of(table.bands()),
+        };
+        let source = Beam::new(radiator.position, Vec::new());
+        let mut last_order = vec![Grown { beam: source, last: None, parent: None, index: None }];
+        while tree.order < most {
+            let Some(mut next) = grow(geometry, &facets, &last_order, budget - tree.nodes.len()) else {
+                break;
             };
-            let Some(next) = grow(geometry, &mirrors, &nodes, &parents, order + 1, room_left) else { break };
-            order += 1;
             if next.is_empty() {
                 // Nothing can follow: every longer chain is complete as well.
-                order = most.unwrap_or(ORDER_LIMIT);
+                tree.order = most;
                 break;
             }
-            last_order = nodes.len()..nodes.len() + next.len();
-            nodes.extend(next);
+            tree.order += 1;
+            for grown in &mut next {
+                tree.adopt(grown);
+            }
+            last_order = next;
         }
-        let children = nodes
-            .iter()
-            .enumerate()
-            .map(|(index, node)| ((node.parent, node.mirror), index as u32))
-            .collect();
-        Self { order, nodes, children, radiator, lanes: lanes_of(table.bands()) }
+        tree
+    }
+
+    fn adopt(&mut self, grown: &mut Grown) {
+        let index = self.nodes.len() as u32;
+        let (mirror, _) = grown.last.expect("every beam but the source's has a mirror");
+        let first_side = self.sides.len() as u32;
+        self.sides.extend(grown.beam.sides());
+        let sides = (first_side, self.sides.len() as u32);
+        self.nodes.push(Node {
+            image: grown.beam.apex,
+            mirror,
+            parent: grown.parent,
+            order: self.order,
+            sides,
+        });
+        self.children.insert((grown.parent, mirror), index);
+        grown.index = Some(index);
     }
 
     /// K.
@@ -167,6 +215,11 @@ impl ImageTree {
     /// Follows the chain backwards from `from`, which is left by `departure`. Returns the offset from the origin of the
     /// tree to the first reflection where the whole path is clear.
     fn validate(&self, geometry: &Geometry, leaf: &Node, from: DVec3, departure: Departure) -> Option<DVec3> {
+        let lit = &self.sides[leaf.sides.0 as usize..leaf.sides.1 as usize];
+        let tolerance = f64::from(geometry.resolution());
+        if lit.iter().any(|side| side.dot(from - leaf.image) < -tolerance) {
+            return None;
+        }
         let (mut point, mut departure) = (from, departure);
         let mut node = leaf;
         loop {
@@ -190,20 +243,29 @@ impl ImageTree {
 }
 
 /// Surfaces that mirror anything in any band, from the sides that face air.
-fn mirrors(geometry: &Geometry, table: &CoefficientTable) -> Vec<Mirror> {
-    let mut mirrors = Vec::new();
+fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
+    let mut facets = Vec::new();
     for (index, surface) in geometry.surfaces().iter().enumerate() {
         let specular = &table.material(surface.material).specular.energy;
         if specular.iter().flatten().all(|&factor| factor <= 0.0) {
             continue;
         }
-        let surface_id = SurfaceId(index as u32);
-        mirrors.push(Mirror { surface: surface_id, side: Side::Front });
-        if !surface.closed {
-            mirrors.push(Mirror { surface: surface_id, side: Side::Back });
+        let corners: Vec<DVec3> = surface
+            .triangles
+            .iter()
+            .flat_map(|&triangle| geometry.mesh().triangles[triangle as usize].corners)
+            .map(|corner| geometry.mesh().vertices[corner as usize] - geometry.center())
+            .collect();
+        let outline = hull(&corners, surface.normal);
+        let centre = outline.iter().sum::<DVec3>() / outline.len() as f64;
+        let radius = outline.iter().map(|corner| corner.distance(centre)).fold(0.0, f64::max);
+        let sides = if surface.closed { &[Side::Front][..] } else { &[Side::Front, Side::Back] };
+        for &side in sides {
+            let mirror = Mirror { surface: SurfaceId(index as u32), side };
+            facets.push(Facet { mirror, plane: surface.plane, outline: outline.clone(), centre, radius });
         }
     }
-    mirrors
+    facets
 }
 
 /// Signed distance of `point` (about the scene's centre) above the mirror's plane, positive on its side [m].
@@ -224,42 +286,39 @@ fn crossing(geometry: &Geometry, mirror: Mirror, point: DVec3, image: DVec3) -> 
     (above > 0.0 && below < 0.0).then(|| point + (image - point) * (above / (above - below)))
 }
 
-/// All images one order further, or none where they are more than `room_left`.
-fn grow(
-    geometry: &Geometry,
-    mirrors: &[Mirror],
-    nodes: &[Node],
-    parents: &[(Option<u32>, DVec3)],
-    order: u32,
-    room_left: usize,
-) -> Option<Vec<Node>> {
+/// All beams that follow from those of one order, or none where they are more than `room_left`.
+fn grow(geometry: &Geometry, facets: &[Facet], parents: &[Grown], room_left: usize) -> Option<Vec<Grown>> {
     let mut next = Vec::new();
-    for &(parent, image) in parents {
-        let last = parent.map(|index| nodes[index as usize].mirror);
-        for &mirror in mirrors {
-            if last.is_some_and(|last| !can_follow(geometry, last, mirror))
-                || height(geometry, mirror, image) <= 0.0
-            {
-                continue;
-            }
+    for parent in parents {
+        for facet in facets {
+            let Some(aperture) = lit_part(geometry, parent, facet) else { continue };
             if next.len() == room_left {
                 return None;
             }
-            next.push(Node { image: reflected(geometry, mirror, image), mirror, parent, order });
+            let image = reflected(geometry, facet.mirror, parent.beam.apex);
+            let beam = Beam::new(image, aperture);
+            next.push(Grown {
+                beam,
+                last: Some((facet.mirror, facet.plane)),
+                parent: parent.index,
+                index: None,
+            });
         }
     }
     Some(next)
 }
 
-/// Whether sound leaving `last` can meet `mirror`: another plane, some of it in front of `last`.
-fn can_follow(geometry: &Geometry, last: Mirror, mirror: Mirror) -> bool {
-    let (before, after) = (geometry.surface(last.surface), geometry.surface(mirror.surface));
+/// The part of `facet` that the beam of `parent` lights; none where it lights nothing.
+fn lit_part(geometry: &Geometry, parent: &Grown, facet: &Facet) -> Option<Vec<DVec3>> {
+    if height(geometry, facet.mirror, parent.beam.apex) <= 0.0 {
+        return None;
+    }
+    let Some((last, plane)) = parent.last else { return Some(facet.outline.clone()) };
+    if plane == facet.plane || parent.beam.misses(facet.centre, facet.radius) {
+        return None;
+    }
     let tolerance = f64::from(geometry.resolution());
-    before.plane != after.plane
-        && after.triangles.iter().any(|&triangle| {
-            geometry.mesh().triangles[triangle as usize].corners.iter().any(|&corner| {
-                let corner = geometry.mesh().vertices[corner as usize] - geometry.center();
-                height(geometry, last, corner) > tolerance
-            })
-        })
+    let above = clip(&facet.outline, |corner| height(geometry, last, corner) - tolerance);
+    let lit = parent.beam.clip(above, tolerance);
+    (!lit.is_empty()).then_some(lit)
 }

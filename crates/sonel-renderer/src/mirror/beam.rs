@@ -1,0 +1,153 @@
+//! Beams: the space an image shines into through the mirrors of its chain.
+//!
+//! The beam of an image is the cone from the image through the part of the last mirror that the beam before it lights.
+//! Apertures are taken convex (the convex hull of a surface that is not) and everything is judged with an outward
+//! tolerance, so a beam is never smaller than the true one: what it leaves out can carry nothing.
+//!
+//! Reference: [HeckbertHanrahan1984] (docs/references.md).
+
+use glam::DVec3;
+
+/// An image and its aperture.
+#[derive(Debug, Clone)]
+pub struct Beam {
+    /// The image [m].
+    pub apex: DVec3,
+    aperture: Vec<DVec3>,
+    /// Inward unit normals of the planes through the apex and the aperture's edges.
+    sides: Vec<DVec3>,
+}
+
+impl Beam {
+    /// The beam from `apex` through the convex polygon `aperture`, which does not lie in one plane with it.
+    #[must_use]
+    pub fn new(apex: DVec3, aperture: Vec<DVec3>) -> Self {
+        let centre = aperture.iter().sum::<DVec3>() / aperture.len() as f64 - apex;
+        let sides = (0..aperture.len())
+            .filter_map(|at| {
+                let (a, b) = (aperture[at] - apex, aperture[(at + 1) % aperture.len()] - apex);
+                let normal = a.cross(b).try_normalize()?;
+                Some(if normal.dot(centre) < 0.0 { -normal } else { normal })
+            })
+            .collect();
+        Self { apex, aperture, sides }
+    }
+
+    /// Inward unit normals of the planes that bound the beam; all contain the apex.
+    #[must_use]
+    pub fn sides(&self) -> &[DVec3] {
+        &self.sides
+    }
+
+    /// Whether a ball lies wholly outside one side.
+    #[must_use]
+    pub fn misses(&self, centre: DVec3, radius: f64) -> bool {
+        self.sides.iter().any(|side| side.dot(centre - self.apex) < -radius)
+    }
+
+    /// The part of a convex polygon inside the beam, `tolerance` [m] generous.
+    #[must_use]
+    pub fn clip(&self, polygon: Vec<DVec3>, tolerance: f64) -> Vec<DVec3> {
+        self.sides.iter().fold(polygon, |polygon, &side| {
+            if polygon.is_empty() {
+                polygon
+            } else {
+                clip(&polygon, |point| side.dot(point - self.apex) + tolerance)
+            }
+        })
+    }
+
+    /// Corners of the aperture.
+    #[must_use]
+    pub fn aperture(&self) -> &[DVec3] {
+        &self.aperture
+    }
+}
+
+/// The part of a convex polygon where `height`, linear in the point, is not negative.
+///
+/// Reference: [SutherlandHodgman1974] (docs/references.md).
+#[must_use]
+pub fn clip(polygon: &[DVec3], height: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (at, &corner) in polygon.iter().enumerate() {
+        let next = polygon[(at + 1) % polygon.len()];
+        let (here, there) = (height(corner), height(next));
+        if here >= 0.0 {
+            kept.push(corner);
+        }
+        if (here >= 0.0) != (there >= 0.0) {
+            kept.push(corner + (next - corner) * (here / (here - there)));
+        }
+    }
+    if kept.len() < 3 { Vec::new() } else { kept }
+}
+
+/// Convex hull of points in a plane with unit `normal`, in order about it.
+#[must_use]
+pub fn hull(points: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+    let across = normal.any_orthonormal_vector();
+    let along = normal.cross(across);
+    let mut flat: Vec<(f64, f64, DVec3)> = points.iter().map(|&p| (across.dot(p), along.dot(p), p)).collect();
+    flat.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let turn = |a: &(f64, f64, DVec3), b: &(f64, f64, DVec3), c: &(f64, f64, DVec3)| {
+        (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)
+    };
+    let chain = |points: &mut dyn Iterator<Item = &(f64, f64, DVec3)>| {
+        let mut chain: Vec<(f64, f64, DVec3)> = Vec::new();
+        for &point in points {
+            while chain.len() > 1 && turn(&chain[chain.len() - 2], &chain[chain.len() - 1], &point) <= 0.0 {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain.pop();
+        chain
+    };
+    let lower = chain(&mut flat.iter());
+    let upper = chain(&mut flat.iter().rev());
+    lower.into_iter().chain(upper).map(|(_, _, point)| point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(z: f64, half: f64) -> Vec<DVec3> {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| DVec3::new(x * half, y * half, z))
+            .to_vec()
+    }
+
+    fn area(polygon: &[DVec3]) -> f64 {
+        (1..polygon.len().max(2) - 1)
+            .map(|at| (polygon[at] - polygon[0]).cross(polygon[at + 1] - polygon[0]).length() / 2.0)
+            .sum()
+    }
+
+    #[test]
+    fn a_beam_through_a_window_lights_its_projection() {
+        let beam = Beam::new(DVec3::ZERO, square(1.0, 1.0));
+        assert!((area(&beam.clip(square(3.0, 10.0), 0.0)) - 36.0).abs() < 1e-9);
+        assert!((area(&beam.clip(square(3.0, 2.0), 0.0)) - 16.0).abs() < 1e-9);
+        let aside: Vec<DVec3> = square(3.0, 1.0).into_iter().map(|corner| corner + DVec3::X * 4.5).collect();
+        assert!(beam.clip(aside, 0.0).is_empty());
+    }
+
+    #[test]
+    fn balls_outside_are_missed_and_balls_across_a_side_are_not() {
+        let beam = Beam::new(DVec3::ZERO, square(1.0, 1.0));
+        assert!(beam.misses(DVec3::new(10.0, 0.0, 3.0), 1.0));
+        assert!(!beam.misses(DVec3::new(4.0, 0.0, 3.0), 1.0));
+        assert!(!beam.misses(DVec3::new(0.0, 0.0, 3.0), 0.1));
+    }
+
+    #[test]
+    fn the_hull_of_an_l_is_its_convex_outline() {
+        let corners = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0), (0.5, 0.5)];
+        let points: Vec<DVec3> = corners.iter().map(|&(x, y)| DVec3::new(x, y, 2.0)).collect();
+        let outline = hull(&points, DVec3::Z);
+        assert_eq!(outline.len(), 5);
+        assert!((area(&outline) - 7.0).abs() < 1e-12);
+    }
+}
