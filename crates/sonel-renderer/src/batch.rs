@@ -3,12 +3,14 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
-use sonel_map::{EmissionDirections, Lanes, PathWeight, Segment, SegmentHistory, lanes_of, sweep};
+use sonel_map::{Arrival, EmissionDirections, Lanes, PathWeight, Segment, SegmentHistory, lanes_of, sweep};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use crate::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::crossing::{OthersOwn, cross};
 use crate::deposit::Deposits;
+use crate::gather::rays::place;
+use crate::gather::{GatherIndex, cast};
 use crate::mirror_connection::ReceiverImages;
 use crate::receiver::PreparedReceiver;
 use crate::render::{Medium, PathClass, Renderer};
@@ -91,11 +93,58 @@ impl Renderer<'_> {
             .iter()
             .map(|images| OthersOwn {
                 mirror_order,
-                image_order: images.as_ref().map_or(0, ReceiverImages::order),
+                image_order: self.owned_order(images.as_ref()),
                 diffuse: self.connects_diffuse(),
             })
             .collect();
         Audience { receivers, images, others }
+    }
+
+    /// K′ at a receiver with `images`; without limit where rays gather.
+    fn owned_order(&self, images: Option<&ReceiverImages>) -> u32 {
+        if self.gather.is_some() { u32::MAX } else { images.map_or(0, ReceiverImages::order) }
+    }
+
+    /// The discs of all visibility rays of one batch.
+    fn gather_index(&self, audience: &Audience<'_>, source: usize, batch: u32) -> Option<GatherIndex> {
+        let (sheets, settings) = self.gather.as_ref()?;
+        let mut points = Vec::new();
+        for (number, receiver) in audience.receivers.iter().enumerate() {
+            let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
+            let receiver = (number as u32, receiver);
+            cast(self.geometry, &self.table, sheets, receiver, settings, &mut stream, |point| {
+                points.push(point)
+            });
+        }
+        Some(GatherIndex::new(points, settings.radius))
+    }
+
+    /// Adds what `segment` leaves in the discs around its end.
+    fn gather(
+        &self,
+        segment: &Segment<'_>,
+        arrival: Arrival,
+        index: &GatherIndex,
+        scratch: &mut [Lanes],
+        deposits: &mut ClassDeposits<'_>,
+    ) {
+        let Some((sheets, _)) = &self.gather else { return };
+        let medium = self.medium();
+        let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
+        index.around(place(arrival.surface, arrival.side), at, |point| {
+            let length = segment.end_length + point.length;
+            let Some(bin) = self.bins.bin(length) else { return };
+            for ((scratch, energy), weight) in scratch.iter_mut().zip(segment.energy).zip(&point.weight) {
+                for lane in 0..4 {
+                    scratch[lane] = energy[lane] * weight[lane];
+                }
+            }
+            deposits.add(point.receiver as usize, bin, length, scratch, &medium);
+        });
+    }
+
+    fn medium(&self) -> Medium<'_> {
+        Medium { geometry: self.geometry, bins: &self.bins, air: self.air.as_ref() }
     }
 
     fn estimate(
@@ -113,9 +162,13 @@ impl Renderer<'_> {
             deposits: Deposits::new(audience.receivers.len(), self.bins.count, bands),
             sums: PathClass::ALL.map(|_| zeros.clone()),
         };
-        let choices =
-            audience.receivers.iter().map(|r| choice_stream(self.seed(), r, source, batch)).collect();
+        let choices = audience
+            .receivers
+            .iter()
+            .map(|r| receiver_stream(self.seed(), Purpose::MirrorChoice, r, source, batch))
+            .collect();
         let mut scratch = Scratch { choices, radiosity: zeros.clone(), energy: zeros };
+        let index = self.gather_index(audience, source, batch);
         let mut weight = PathWeight::new(bands);
         let layout = self.map.layout();
         for path in self.map.batch_paths(source as u32, batch) {
@@ -123,7 +176,7 @@ impl Renderer<'_> {
             let cosine = directions.direction(path.emission).dot(aim);
             weight.emit(emitter.directivity.factor(f64::from(cosine)), 1.0, start);
             sweep(position, path.vertices, &self.table, &self.material_of, &mut weight, |segment| {
-                self.hear_segment(segment, audience, &mut scratch, &mut estimate);
+                self.hear_segment(segment, audience, index.as_ref(), &mut scratch, &mut estimate);
             });
         }
         estimate
@@ -134,10 +187,11 @@ impl Renderer<'_> {
         &self,
         segment: &Segment<'_>,
         audience: &Audience<'_>,
+        index: Option<&GatherIndex>,
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate,
     ) {
-        let medium = Medium { geometry: self.geometry, bins: &self.bins, air: self.air.as_ref() };
+        let medium = self.medium();
         if segment.history.specular_run > 0 || !self.connects_diffuse() {
             let receivers = audience.receivers.iter().zip(&audience.others);
             let class = sphere_class(segment.history);
@@ -147,6 +201,10 @@ impl Renderer<'_> {
         let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
         if row.is_mirror || !self.connects_diffuse() {
             return;
+        }
+        if let Some(index) = index {
+            let deposits = &mut estimate.class(PathClass::DiffuseMirror);
+            self.gather(segment, arrival, index, &mut scratch.energy, deposits);
         }
         radiosity(segment.energy, &row.diffuse, &mut scratch.radiosity);
         let sonel = DiffuseSonel {
@@ -188,11 +246,17 @@ fn sphere_class(history: SegmentHistory) -> PathClass {
     }
 }
 
-/// The random choices of one receiver in one batch: a function of its place, not of who shares the call.
-fn choice_stream(seed: u64, receiver: &PreparedReceiver, source: usize, batch: u32) -> Stream {
+/// The random numbers of one receiver in one batch: a function of its place, not of who shares the call.
+fn receiver_stream(
+    seed: u64,
+    purpose: Purpose,
+    receiver: &PreparedReceiver,
+    source: usize,
+    batch: u32,
+) -> Stream {
     let [x, y, z] = receiver.exact.to_array().map(|coordinate| {
         let bits = coordinate.to_bits();
         (bits >> 32) as u32 ^ bits as u32
     });
-    StreamFamily::new(seed, Purpose::MirrorChoice, [x, y, z, source as u32]).stream(u64::from(batch))
+    StreamFamily::new(seed, purpose, [x, y, z, source as u32]).stream(u64::from(batch))
 }

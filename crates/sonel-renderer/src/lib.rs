@@ -8,6 +8,7 @@
 //! | L S^k R, k ≤ K | [`mirror`] (image sources over completely enumerated mirror chains) |
 //! | … D R | [`connection`] (a shadow ray from every sonel) |
 //! | … D S^k R, k ≤ K′ | [`mirror_connection`] (a connection from every sonel to one of the receiver's images) |
+//! | … D S⁺ R in geometries of many surfaces | [`gather`] (visibility rays and density estimation) |
 //! | L S^k R, k > K, and … D S^k R, k > K′ | [`crossing`] (traced segments through a receiver sphere) |
 //!
 //! [`render`](mod@render) drives them batch by batch; [`deposit`] holds the echograms under construction.
@@ -19,6 +20,7 @@ pub mod crossing;
 pub mod deposit;
 mod deterministic;
 pub mod direct;
+pub mod gather;
 pub mod mirror;
 pub mod mirror_connection;
 pub mod receiver;

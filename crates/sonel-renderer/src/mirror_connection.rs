@@ -24,7 +24,7 @@ use crate::render::Medium;
 const LATTICE_ORDER_LIMIT: u32 = 16;
 /// K′ ends where no band keeps more than this of a chain's energy.
 const NEGLIGIBLE_FACTOR: f64 = 1e-4;
-/// Geometries of more surfaces are left to the sphere: most images would be hidden from most sonels.
+/// Geometries of more surfaces are left to visibility rays: most images would be hidden from most sonels.
 const SURFACE_LIMIT: usize = 64;
 /// Images of one receiver.
 const NODE_LIMIT: usize = 10_000;
@@ -44,6 +44,12 @@ pub struct ReceiverImages {
     tree: Option<ImageTree>,
 }
 
+/// Whether the images of a receiver are few enough to be connected to.
+#[must_use]
+pub fn has_few_surfaces(geometry: &Geometry) -> bool {
+    geometry.as_shoebox().is_some() || geometry.surfaces().len() <= SURFACE_LIMIT
+}
+
 /// K′ of the scene: the same for all receivers.
 #[must_use]
 pub fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
@@ -53,7 +59,7 @@ pub fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
             table.material(material).specular.energy.iter().flatten().copied()
         })
         .fold(0.0, f64::max);
-    if mirroring <= 0.0 || (geometry.as_shoebox().is_none() && geometry.surfaces().len() > SURFACE_LIMIT) {
+    if mirroring <= 0.0 || !has_few_surfaces(geometry) {
         return 0;
     }
     let by_energy = if mirroring < 1.0 {

@@ -25,8 +25,8 @@ pub struct PreparedReceiver {
 
 /// Share of the mean free path that the radius takes at [`REFERENCE_EMISSIONS`].
 const RADIUS_PER_FREE_PATH: f64 = 0.12;
-/// The radius shrinks as N^(−1/6) from here, so that its O(r²) bias vanishes as fast as the noise (docs/physics.md §4).
-const REFERENCE_EMISSIONS: f64 = 50_000.0;
+/// Radii shrink as N^(−1/6) from here, so that its O(r²) bias vanishes as fast as the noise (docs/physics.md §4).
+pub const REFERENCE_EMISSIONS: f64 = 50_000.0;
 /// Largest part of the way to the nearest surface: the sphere holds no wall, so every segment through it is seen whole.
 const CLEARANCE: f64 = 0.95;
 

@@ -13,9 +13,11 @@ use thiserror::Error;
 
 use crate::air::AirTable;
 use crate::deposit::TimeBins;
+use crate::gather::GatherSettings;
+use crate::gather::disc::Sheet;
 use crate::mirror::{MirrorChains, Radiator};
-use crate::mirror_connection::image_order;
-use crate::receiver::{PreparedReceiver, ReceiverPoint};
+use crate::mirror_connection::{has_few_surfaces, image_order};
+use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
 use crate::rendering::Rendering;
 
 /// Receivers rendered in one sweep: bounds the memory.
@@ -30,6 +32,8 @@ pub struct RenderSettings {
     pub estimator: Estimator,
     /// Order K of the mirror chains; chosen where none is given.
     pub mirror_order: Option<u32>,
+    /// Visibility rays of one receiver over all batches, where rays gather.
+    pub rays: u32,
     /// Seed of the renderer's own choices; the map's where none is given.
     pub seed: Option<u64>,
     /// Attenuation by air.
@@ -43,22 +47,10 @@ pub enum Estimator {
     Auto,
     /// Connections for … D R; spheres for everything specular behind a diffuse reflection.
     Connection,
+    /// As `Auto`, but density estimation behind visibility rays for everything specular behind a diffuse reflection.
+    Gather,
     /// Spheres for everything but the direct sound.
     Sphere,
-}
-
-impl Estimator {
-    /// The estimator that owns `class`.
-    #[must_use]
-    pub fn owner(self, class: PathClass) -> &'static str {
-        match (class, self) {
-            (PathClass::Direct, _) => "shadow ray",
-            (PathClass::MirrorChain, _) => "image sources",
-            (PathClass::Diffuse, Self::Auto | Self::Connection) => "connection",
-            (PathClass::DiffuseMirror, _) => "connection to images of the receiver",
-            _ => "receiver sphere",
-        }
-    }
 }
 
 /// Which air sound travels through.
@@ -72,7 +64,14 @@ pub enum Air {
 
 impl Default for RenderSettings {
     fn default() -> Self {
-        Self { bin: 0.001, estimator: Estimator::Auto, mirror_order: None, seed: None, air: Air::OfScene }
+        Self {
+            bin: 0.001,
+            estimator: Estimator::Auto,
+            mirror_order: None,
+            rays: 4096,
+            seed: None,
+            air: Air::OfScene,
+        }
     }
 }
 
@@ -161,6 +160,8 @@ pub struct Renderer<'a> {
     pub(crate) batches: Vec<BatchStart>,
     /// Largest K′.
     pub(crate) image_order: u32,
+    /// Surfaces laid out and how rays gather on them; none where nothing is gathered.
+    pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
 }
 
 impl<'a> Renderer<'a> {
@@ -192,11 +193,11 @@ impl<'a> Renderer<'a> {
         let layout = map.layout();
         let table = CoefficientTable::new(&scene.materials, bands, traced.survival);
         Ok(Self {
-            image_order: if settings.estimator == Estimator::Auto {
-                image_order(geometry, &table)
-            } else {
-                0
-            },
+            image_order: if settings.estimator == Estimator::Auto { image_order(geometry, &table) } else { 0 },
+            gather: gathers(&settings, geometry).then(|| {
+                let sheets = geometry.surfaces().iter().map(|surface| Sheet::new(geometry, surface)).collect();
+                (sheets, gather_settings(&settings, geometry, traced, bins.reach))
+            }),
             air: AirTable::new(&attenuation, bins.reach),
             attenuation,
             table,
@@ -310,12 +311,57 @@ impl<'a> Renderer<'a> {
         self.settings.estimator != Estimator::Sphere
     }
 
+    /// The estimator that owns `class`.
+    #[must_use]
+    pub fn owner(&self, class: PathClass) -> &'static str {
+        match class {
+            PathClass::Direct => "shadow ray",
+            PathClass::MirrorChain => "image sources",
+            PathClass::Diffuse if self.connects_diffuse() => "connection",
+            PathClass::DiffuseMirror if self.gather.is_some() => "gather",
+            PathClass::DiffuseMirror => "connection to images of the receiver",
+            _ => "receiver sphere",
+        }
+    }
+
     fn prepare(&self, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
-        let free_path = match self.geometry.volume() {
-            Some(volume) => mean_free_path(volume, self.geometry.area()),
-            None => f64::from(self.geometry.extent()),
-        };
+        let free_path = free_path(self.geometry);
         let emissions = self.map.header().settings.emissions;
         receivers.par_iter().map(|r| PreparedReceiver::new(r, self.geometry, free_path, emissions)).collect()
+    }
+}
+
+/// Mean free path [m]; in an open scene its extent.
+fn free_path(geometry: &Geometry) -> f64 {
+    match geometry.volume() {
+        Some(volume) => mean_free_path(volume, geometry.area()),
+        None => f64::from(geometry.extent()),
+    }
+}
+
+/// Whether rays gather: where asked for, and where the images of a receiver would be too many.
+fn gathers(settings: &RenderSettings, geometry: &Geometry) -> bool {
+    match settings.estimator {
+        Estimator::Auto => !has_few_surfaces(geometry),
+        Estimator::Gather => true,
+        Estimator::Connection | Estimator::Sphere => false,
+    }
+}
+
+/// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`].
+const DISC_PER_FREE_PATH: f64 = 0.06;
+
+/// The radius shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
+fn gather_settings(
+    settings: &RenderSettings,
+    geometry: &Geometry,
+    traced: &sonel_map::Settings,
+    reach: f64,
+) -> GatherSettings {
+    let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
+    GatherSettings {
+        rays: settings.rays.div_ceil(traced.batches),
+        radius: DISC_PER_FREE_PATH * free_path(geometry) * shrink,
+        reach,
     }
 }

@@ -21,7 +21,13 @@ impl ScrambledSobol {
     pub fn for_batch(seed: u64, source: u32, batch: u32) -> Self {
         let mut stream =
             StreamFamily::new(seed, Purpose::EmissionScramble, [source, 0, 0, 0]).stream(u64::from(batch));
-        Self { keys: [stream.bits(), stream.bits()] }
+        Self::from_keys([stream.bits(), stream.bits()])
+    }
+
+    /// The sequence scrambled with `keys`, one for each coordinate.
+    #[must_use]
+    pub fn from_keys(keys: [u32; 2]) -> Self {
+        Self { keys }
     }
 
     /// Point `index` of the sequence in [0, 1)².

@@ -37,6 +37,9 @@ pub struct Arguments {
     /// Order of the mirror chains from the source; chosen where none is given.
     #[arg(long, value_name = "K")]
     pub order: Option<u32>,
+    /// Visibility rays of one receiver, where rays gather.
+    #[arg(long, value_name = "M", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
+    pub rays: u32,
     /// Seed of the renderer's own choices; the map's where none is given.
     #[arg(long)]
     pub seed: Option<u64>,
@@ -67,6 +70,8 @@ pub enum EstimatorArgument {
     Auto,
     /// Connections for diffuse arrivals, receiver spheres for what is specular behind a diffuse reflection.
     Connection,
+    /// Visibility rays and density estimation for what is specular behind a diffuse reflection.
+    Gather,
     /// Receiver spheres for everything but the direct sound.
     Sphere,
 }
@@ -76,6 +81,7 @@ impl From<EstimatorArgument> for Estimator {
         match argument {
             EstimatorArgument::Auto => Self::Auto,
             EstimatorArgument::Connection => Self::Connection,
+            EstimatorArgument::Gather => Self::Gather,
             EstimatorArgument::Sphere => Self::Sphere,
         }
     }

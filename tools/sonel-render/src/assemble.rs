@@ -110,6 +110,7 @@ impl Run<'_> {
                 "bin_s": self.settings.bin,
                 "estimator": estimator(self.settings.estimator),
                 "order": self.settings.mirror_order,
+                "rays": self.settings.rays,
                 "air_attenuation": self.renderer.attenuation(),
             },
             "sources": renderings.iter().map(|rendering| self.shares(rendering)).collect::<Vec<_>>(),
@@ -122,7 +123,7 @@ impl Run<'_> {
             .classes
             .iter()
             .map(|(class, energy)| {
-                json!({ "class": class.notation(), "estimator": self.settings.estimator.owner(*class), "energy": energy })
+                json!({ "class": class.notation(), "estimator": self.renderer.owner(*class), "energy": energy })
             })
             .collect();
         json!({
@@ -150,6 +151,7 @@ fn estimator(estimator: Estimator) -> &'static str {
     match estimator {
         Estimator::Auto => "auto",
         Estimator::Connection => "connection",
+        Estimator::Gather => "gather",
         Estimator::Sphere => "sphere",
     }
 }

@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         scene.sources.len(),
         arguments.output.display()
     )?;
-    log_classes(&settings, &renderings, log)?;
+    log_classes(&renderer, &renderings, log)?;
     if arguments.json {
         let report = run.report(&renderings, opened, (wall, cpu));
         writeln!(out, "{report}")?;
@@ -83,6 +83,7 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<Rende
         bin: arguments.bin,
         estimator: arguments.estimator.into(),
         mirror_order: arguments.order,
+        rays: arguments.rays,
         seed: arguments.seed,
         air: air(arguments, scene)?,
     })
@@ -123,7 +124,7 @@ fn borders_of(scene: &Scene, source: usize, receivers: &[ReceiverPoint]) -> Vec<
 }
 
 fn log_classes(
-    settings: &RenderSettings,
+    renderer: &Renderer<'_>,
     renderings: &[Rendering],
     log: &mut dyn Write,
 ) -> anyhow::Result<()> {
@@ -131,7 +132,7 @@ fn log_classes(
         let total: f64 = rendering.classes.iter().flat_map(|(_, energy)| energy).sum();
         for (class, energy) in &rendering.classes {
             let share = energy.iter().sum::<f64>() / total.max(f64::MIN_POSITIVE) * 100.0;
-            writeln!(log, "  {:24} {share:6.2} %  {}", class.notation(), settings.estimator.owner(*class))?;
+            writeln!(log, "  {:24} {share:6.2} %  {}", class.notation(), renderer.owner(*class))?;
         }
     }
     Ok(())

@@ -1,0 +1,96 @@
+//! Finding the discs that a sonel lies in: a grid of cells per surface and side.
+//!
+//! A cell lists every disc that touches it, so a sonel looks into a single cell. Cells are as wide as a disc; surfaces have
+//! grids of their own, so nothing leaks through thin walls or around corners, and no cell is shared by chance.
+
+use std::collections::HashMap;
+
+use glam::DVec2;
+
+use super::rays::GatherPoint;
+
+/// Discs of one batch.
+#[derive(Debug)]
+pub struct GatherIndex {
+    points: Vec<GatherPoint>,
+    cells: HashMap<(u32, i32, i32), Vec<u32>>,
+    radius: f64,
+}
+
+impl GatherIndex {
+    /// Indexes discs of `radius` [m].
+    #[must_use]
+    pub fn new(points: Vec<GatherPoint>, radius: f64) -> Self {
+        let mut index = Self { points, cells: HashMap::new(), radius };
+        for number in 0..index.points.len() {
+            let (place, centre) = (index.points[number].place, index.points[number].centre);
+            let (low, high) = (index.cell(centre - radius), index.cell(centre + radius));
+            for x in low.0..=high.0 {
+                for y in low.1..=high.1 {
+                    index.cells.entry((place, x, y)).or_default().push(number as u32);
+                }
+            }
+        }
+        index
+    }
+
+    fn cell(&self, at: DVec2) -> (i32, i32) {
+        let cell = (at / (2.0 * self.radius)).floor();
+        (cell.x as i32, cell.y as i32)
+    }
+
+    /// Visits every disc on `place` that `at`, in the plane of its surface, lies in.
+    #[inline]
+    pub fn around(&self, place: u32, at: DVec2, mut found: impl FnMut(&GatherPoint)) {
+        let (x, y) = self.cell(at);
+        let Some(candidates) = self.cells.get(&(place, x, y)) else { return };
+        for &number in candidates {
+            let point = &self.points[number as usize];
+            if point.centre.distance_squared(at) <= self.radius * self.radius {
+                found(point);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_sampling::{Purpose, StreamFamily};
+
+    fn discs(count: usize) -> (Vec<GatherPoint>, Vec<DVec2>) {
+        let mut stream = StreamFamily::new(3, Purpose::VisibilityRay, [0; 4]).stream(0);
+        let mut random = || DVec2::new(f64::from(stream.uniform()), f64::from(stream.uniform())) * 10.0 - 5.0;
+        let points = (0..count)
+            .map(|number| GatherPoint {
+                receiver: number as u32,
+                place: number as u32 % 3,
+                centre: random(),
+                length: 0.0,
+                weight: Vec::new(),
+            })
+            .collect();
+        (points, (0..2000).map(|_| random()).collect())
+    }
+
+    #[test]
+    fn the_grid_finds_what_looking_at_every_disc_finds() {
+        let (points, places) = discs(300);
+        let radius = 0.7;
+        let index = GatherIndex::new(points.clone(), radius);
+        let mut found_any = 0;
+        for at in places {
+            let mut found = Vec::new();
+            index.around(1, at, |point| found.push(point.receiver));
+            found.sort_unstable();
+            let expected: Vec<u32> = points
+                .iter()
+                .filter(|point| point.place == 1 && point.centre.distance(at) <= radius)
+                .map(|point| point.receiver)
+                .collect();
+            found_any += found.len();
+            assert_eq!(found, expected);
+        }
+        assert!(found_any > 1000);
+    }
+}

@@ -1,0 +1,16 @@
+//! … D S^k R, k ≥ 1: visibility rays from the receiver along specular chains, density estimation where they arrive.
+//!
+//! Ray j of M with throughput T_j: F += (4π/M) · T_j · (δ/π) · Σ e_i / A(h), over the sonels that arrived on the same surface
+//! and side within h of the ray's hit; A is the area of the disc clipped to the surface (docs/physics.md §4). No cosine: e is
+//! flux, and flux over area is irradiance. Every hit but the first gathers (what is seen directly belongs to the
+//! connection), then the ray goes on as a mirror reflection. Rays are few and their hits are indexed; the map streams past
+//! them, so memory does not grow with it. Each batch has rays of its own: the interval covers both passes.
+//!
+//! References: [Jensen1996], [KnausZwicker2011] (docs/references.md).
+
+pub mod disc;
+pub mod index;
+pub mod rays;
+
+pub use index::GatherIndex;
+pub use rays::{GatherSettings, cast};
