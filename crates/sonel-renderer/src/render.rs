@@ -68,7 +68,7 @@ impl Default for RenderSettings {
             bin: 0.001,
             estimator: Estimator::Auto,
             mirror_order: None,
-            rays: 4096,
+            rays: 16_384,
             seed: None,
             air: Air::OfScene,
         }

@@ -38,7 +38,7 @@ pub struct Arguments {
     #[arg(long, value_name = "K")]
     pub order: Option<u32>,
     /// Visibility rays of one receiver, where rays gather.
-    #[arg(long, value_name = "M", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "M", default_value_t = 16_384, value_parser = clap::value_parser!(u32).range(1..))]
     pub rays: u32,
     /// Seed of the renderer's own choices; the map's where none is given.
     #[arg(long)]
