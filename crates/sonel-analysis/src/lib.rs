@@ -9,6 +9,8 @@
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when not to believe those;
 //! - [`report`]: tables, CSV and JSON (docs/interface.md).
 //!
+//! And from a map: [`survey`] walks its paths for the energy ledger and what arrived where.
+//!
 //! A figure that the echogram cannot support is an [`Unsupported`] with its reason, never a number.
 
 mod batches;
@@ -22,6 +24,7 @@ pub mod receiver;
 pub mod regression;
 pub mod report;
 pub mod student;
+pub mod survey;
 pub mod tail;
 
 pub use decay::{DecayCurve, Echogram};

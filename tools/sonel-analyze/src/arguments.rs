@@ -29,6 +29,33 @@ pub struct Arguments {
 pub enum Command {
     /// Room-acoustic parameters of ISO 3382-1 with intervals, and the speech transmission index.
     Parameters(Parameters),
+    /// What a map or a response is: provenance, counts, ledger, hits and deposits.
+    Inspect(Inspect),
+    /// Whether a map is whole and sound: checksums, structure, ledger recomputed from the paths.
+    Verify(Verify),
+}
+
+/// `inspect`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze inspect room.sonelmap --json | jq .ledger")]
+pub struct Inspect {
+    /// A map or a response; which one, its first bytes tell.
+    #[arg(value_name = "MAP.sonelmap|RESPONSE.npz")]
+    pub file: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `verify`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze verify room.sonelmap && echo sound")]
+pub struct Verify {
+    /// A map written by sonel-trace.
+    #[arg(value_name = "MAP.sonelmap")]
+    pub map: PathBuf,
 }
 
 /// `parameters`.

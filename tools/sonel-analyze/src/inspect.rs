@@ -1,37 +1,28 @@
-//! `sonel-analyze inspect`.
+//! `sonel-analyze inspect`: what a file is, where it comes from, what it holds.
 
+mod map;
 mod response;
 
 use std::io::Write;
-use std::path::PathBuf;
 
-use clap::Args;
 use sonel_console::Outcome;
 
-use crate::open;
+use crate::arguments::Inspect;
+use crate::open::{self, Artifact};
 
-/// Arguments of `inspect`.
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:\n  sonel-analyze inspect room.npz")]
-pub struct Arguments {
-    /// The response.
-    #[arg(value_name = "RESPONSE.npz")]
-    pub input: PathBuf,
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Prints what a file holds.
+/// Prints what a map or a response holds.
 ///
 /// # Errors
-/// When the file cannot be read, or `out` not written.
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let response = open::response(&arguments.input)?;
+/// When the file cannot be read, is damaged or is neither, or `out` cannot be written.
+pub fn run(arguments: &Inspect, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let (json, text) = match open::artifact(&arguments.file)? {
+        Artifact::Response(response) => (response::json(&response), response::text(&response)),
+        Artifact::Map(walked) => (map::json(&walked), map::text(&walked)),
+    };
     if arguments.json {
-        writeln!(out, "{:#}", response::json(&response))?;
+        writeln!(out, "{json:#}")?;
     } else {
-        out.write_all(response::text(&response).as_bytes())?;
+        write!(out, "{text}")?;
     }
     Ok(Outcome::Done)
 }

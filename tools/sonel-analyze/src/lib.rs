@@ -1,15 +1,17 @@
 //! The library half of `sonel-analyze`: one module per subcommand.
 
 mod arguments;
+mod inspect;
 mod open;
 mod parameters;
+mod verify;
 
 use std::io::Write;
 
 use anyhow::bail;
 use sonel_console::{Outcome, use_threads};
 
-pub use arguments::{Arguments, Command, Format, Parameters};
+pub use arguments::{Arguments, Command, Format, Inspect, Parameters, Verify};
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -22,5 +24,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     use_threads(arguments.threads)?;
     match &arguments.command {
         Command::Parameters(parameters) => parameters::run(parameters, out, log),
+        Command::Inspect(inspect) => inspect::run(inspect, out),
+        Command::Verify(verify) => verify::run(verify, out),
     }
 }

@@ -1,21 +1,81 @@
 //! Opening what the other programs wrote; every error names the file.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
+use sonel_analysis::survey::{Survey, survey};
 use sonel_echogram::Response;
+use sonel_geometry::Geometry;
+use sonel_map::SonelMap;
+
+/// How a map begins.
+const MAP_MAGIC: &[u8] = b"SONELMAP";
+/// How a numpy archive begins.
+const ARCHIVE_MAGIC: &[u8] = b"PK";
+
+/// A file of ours.
+pub enum Artifact {
+    /// Of sonel-trace, with every path checked and walked.
+    Map(Box<WalkedMap>),
+    /// Of sonel-render.
+    Response(Box<Response>),
+}
+
+/// A map whose paths were checked and walked.
+pub struct WalkedMap {
+    /// The map.
+    pub map: SonelMap,
+    /// The walls of its scene.
+    pub geometry: Geometry,
+    /// What its paths say.
+    pub survey: Survey,
+}
+
+/// The map or response in `path`, told by its first bytes.
+///
+/// # Errors
+/// When the file cannot be read, is damaged, or is neither.
+pub fn artifact(path: &Path) -> anyhow::Result<Artifact> {
+    let mut start = Vec::new();
+    file(path)?.take(8).read_to_end(&mut start).with_context(|| format!("cannot read {}", path.display()))?;
+    if start == MAP_MAGIC {
+        return Ok(Artifact::Map(Box::new(walked_map(path)?)));
+    }
+    if start.starts_with(ARCHIVE_MAGIC) {
+        return Ok(Artifact::Response(Box::new(response(path)?)));
+    }
+    bail!(
+        "{} is neither a sonel map nor a response: pass a file written by sonel-trace or sonel-render",
+        path.display()
+    )
+}
 
 /// The response in `path`.
 ///
 /// # Errors
 /// When the file cannot be read or is no sound response.
 pub fn response(path: &Path) -> anyhow::Result<Response> {
-    let file = file(path)?;
-    Response::read(BufReader::new(file)).with_context(|| path.display().to_string())
+    Response::read(BufReader::new(file(path)?)).with_context(|| path.display().to_string())
+}
+
+/// The map in `path`, its paths checked and walked.
+///
+/// # Errors
+/// When the file cannot be read or is no sound map.
+pub fn walked_map(path: &Path) -> anyhow::Result<WalkedMap> {
+    let named = || path.display().to_string();
+    let map = SonelMap::open(&file(path)?).with_context(named)?;
+    let geometry = map.header().scene.geometry().with_context(named)?;
+    map.check_paths(geometry.surfaces().len() as u32).with_context(named)?;
+    let survey = survey(&map, &geometry);
+    Ok(WalkedMap { map, geometry, survey })
 }
 
 fn file(path: &Path) -> anyhow::Result<File> {
-    File::open(path).with_context(|| format!("cannot open {}", path.display()))
+    let mut file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+    // A pipe opens but cannot be read twice, which both formats need.
+    file.rewind().with_context(|| format!("{} is no ordinary file", path.display()))?;
+    Ok(file)
 }

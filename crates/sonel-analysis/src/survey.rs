@@ -1,0 +1,241 @@
+//! A walk along every path of a map: the energy ledger anew, and what arrived where.
+//!
+//! The books are kept as the tracer keeps them, but from the paths alone, so that comparing them with the stored ones
+//! proves that paths, coefficients and books belong together. One thing a path does not say is in which event an
+//! extinguished packet lost its last energy: truncated and sampled energy can therefore differ between the two books by
+//! as much as such packets carry, far below [`UNKNOWN_SHARE`] of what was emitted.
+//!
+//! References: docs/physics.md §2 and §3.
+
+use rayon::prelude::*;
+use sonel_geometry::Geometry;
+use sonel_map::{
+    BatchStart, CHUNK_EMISSIONS, ChunkLedger, CoefficientTable, EmissionDirections, EmissionLayout, Event,
+    Lanes, Ledger, PathView, PathWeight, SonelMap, sweep,
+};
+
+/// Chunks walked side by side before they are added up: bounds the memory for scenes of many surfaces.
+const GROUP_CHUNKS: usize = 16;
+/// Rounding between two orders of summation, relative to the emitted energy.
+const ROUNDING_SHARE: f64 = 1e-9;
+/// What extinguished packets may carry, relative to the emitted energy.
+const UNKNOWN_SHARE: f64 = 1e-6;
+
+/// What arrived at a surface, or after a number of reflections.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Deposit {
+    /// Sonels.
+    pub hits: u64,
+    /// Energy that arrived, per band, relative to what one source emits [1].
+    pub incident: Vec<f64>,
+    /// Energy that turned to heat, per band, relative to what one source emits [1].
+    pub absorbed: Vec<f64>,
+}
+
+/// What a map holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Survey {
+    /// The books of all paths.
+    pub ledger: Ledger,
+    /// By surface.
+    pub surfaces: Vec<Deposit>,
+    /// By reflection order, from 0.
+    pub orders: Vec<Deposit>,
+}
+
+/// Walks every path of `map`, whose paths must be sound ([`SonelMap::check_paths`]); `geometry` is that of its scene.
+#[must_use]
+pub fn survey(map: &SonelMap, geometry: &Geometry) -> Survey {
+    let walk = Walk::new(map, geometry);
+    let chunks: Vec<(u32, u64)> = (0..map.header().scene.sources.len() as u32)
+        .flat_map(|source| {
+            let chunks = map.header().shard.chunks(walk.layout.total.div_ceil(CHUNK_EMISSIONS));
+            chunks.map(move |chunk| (source, chunk * CHUNK_EMISSIONS))
+        })
+        .collect();
+    let mut total = walk.nothing();
+    for group in chunks.chunks(GROUP_CHUNKS) {
+        let parts: Vec<Survey> = group.par_iter().map(|&(source, first)| walk.chunk(source, first)).collect();
+        parts.iter().for_each(|part| total.add(part));
+    }
+    total
+}
+
+/// Where two books of the same paths differ by more than rounding, a sentence each.
+#[must_use]
+pub fn differences(stored: &Ledger, found: &Ledger, center_frequencies_hz: &[f64]) -> Vec<String> {
+    let mut sentences = Vec::new();
+    if stored.fates != found.fates {
+        let (stored, found) = (stored.fates.counts(), found.fates.counts());
+        sentences.push(format!("fates of the packets: stored {stored:?}, paths {found:?}"));
+    }
+    if stored.segments != found.segments {
+        sentences.push(format!("segments: stored {}, paths {}", stored.segments, found.segments));
+    }
+    for ((frequency, stored), found) in center_frequencies_hz.iter().zip(&stored.bands).zip(&found.bands) {
+        let terms = [
+            ("emitted", stored.emitted, found.emitted, ROUNDING_SHARE),
+            ("absorbed", stored.absorbed, found.absorbed, ROUNDING_SHARE),
+            ("transmitted", stored.transmitted, found.transmitted, ROUNDING_SHARE),
+            ("escaped", stored.escaped, found.escaped, ROUNDING_SHARE),
+            ("truncated", stored.truncated, found.truncated, UNKNOWN_SHARE),
+            ("sampling", stored.sampling, found.sampling, UNKNOWN_SHARE),
+        ];
+        for (name, kept, walked, share) in terms {
+            let agree = (kept - walked).abs() <= share * found.emitted;
+            if !agree {
+                sentences.push(format!("{name} at {frequency} Hz: stored {kept}, paths {walked}"));
+            }
+        }
+    }
+    sentences
+}
+
+struct Walk<'a> {
+    map: &'a SonelMap,
+    layout: EmissionLayout,
+    table: CoefficientTable,
+    material_of: Vec<u32>,
+    center: glam::DVec3,
+    directions: Vec<EmissionDirections>,
+    batches: Vec<BatchStart>,
+    bands: usize,
+}
+
+impl<'a> Walk<'a> {
+    fn new(map: &'a SonelMap, geometry: &Geometry) -> Self {
+        let (header, layout) = (map.header(), map.layout());
+        let (scene, settings) = (&header.scene, &header.settings);
+        let bands = scene.bands.count();
+        let sources = 0..scene.sources.len() as u32;
+        Self {
+            map,
+            layout,
+            table: CoefficientTable::new(&scene.materials, bands, settings.survival),
+            material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
+            center: geometry.center(),
+            directions: sources
+                .map(|source| EmissionDirections::new(settings.seed, source, layout))
+                .collect(),
+            batches: (0..layout.batches)
+                .map(|batch| BatchStart::new(&layout, batch, settings.spectral))
+                .collect(),
+            bands,
+        }
+    }
+
+    fn nothing(&self) -> Survey {
+        let empty = Deposit { hits: 0, incident: vec![0.0; self.bands], absorbed: vec![0.0; self.bands] };
+        Survey {
+            ledger: Ledger::new(self.bands),
+            surfaces: vec![empty; self.material_of.len()],
+            orders: Vec::new(),
+        }
+    }
+
+    fn chunk(&self, source: u32, first: u64) -> Survey {
+        let mut found = self.nothing();
+        let mut books = ChunkLedger::new(self.bands);
+        let mut weight = PathWeight::new(self.bands);
+        for emission in first..(first + CHUNK_EMISSIONS).min(self.layout.total) {
+            if let Some(path) = self.map.path(source, emission) {
+                self.path(source, path, &mut weight, &mut books, &mut found);
+            }
+        }
+        found.ledger = books.finish();
+        found
+    }
+
+    fn path(
+        &self,
+        source: u32,
+        path: PathView<'_>,
+        weight: &mut PathWeight,
+        books: &mut ChunkLedger,
+        found: &mut Survey,
+    ) {
+        let emitter = &self.map.header().scene.sources[source as usize];
+        let batch = &self.batches[self.layout.batch(path.emission) as usize];
+        let start = batch.packet(self.layout.hero(path.emission));
+        let direction = self.directions[source as usize].direction(path.emission);
+        let factor = emitter.directivity.factor(f64::from(direction.dot(emitter.aim.as_vec3())));
+        weight.emit(factor, batch.weight, start);
+        books.emitted(batch.weight, &start.expected, weight.energy());
+
+        let (mut first, mut last) = (true, Vec::new());
+        let position = emitter.position - self.center;
+        sweep(position, path.vertices, &self.table, &self.material_of, weight, |segment| {
+            books.segments += 1;
+            if !first {
+                books.departed(segment.energy);
+            }
+            first = false;
+            last.clear();
+            let Some(arrival) = segment.arrival else {
+                last.extend_from_slice(segment.energy);
+                return;
+            };
+            let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
+            books.arrived(segment.energy, &row.dissipated, &row.passed_on);
+            found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
+            found.order(segment.history.order, self.bands).add(segment.energy, &row.dissipated);
+            if arrival.event == Event::Extinguished {
+                // The event of its last arrival is not stored: on average this much went on.
+                last.extend(segment.energy.iter().zip(&row.passed_on).map(product));
+                books.departed(&last);
+            }
+        });
+        let Some(event) = path.vertices.last().and_then(|vertex| vertex.event()) else { return };
+        if event == Event::Absorbed {
+            last = vec![[0.0; 4]; weight.energy().len()];
+        }
+        books.ended(event, &last);
+    }
+}
+
+fn product((a, b): (&Lanes, &Lanes)) -> Lanes {
+    [a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]]
+}
+
+impl Deposit {
+    fn add(&mut self, incident: &[Lanes], dissipated: &[Lanes]) {
+        self.hits += 1;
+        for (band, sum) in self.incident.iter_mut().enumerate() {
+            *sum += incident[band / 4][band % 4];
+        }
+        for (band, sum) in self.absorbed.iter_mut().enumerate() {
+            *sum += incident[band / 4][band % 4] * dissipated[band / 4][band % 4];
+        }
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.hits += other.hits;
+        for (mine, theirs) in self.incident.iter_mut().zip(&other.incident) {
+            *mine += theirs;
+        }
+        for (mine, theirs) in self.absorbed.iter_mut().zip(&other.absorbed) {
+            *mine += theirs;
+        }
+    }
+}
+
+impl Survey {
+    fn order(&mut self, order: u32, bands: usize) -> &mut Deposit {
+        let order = order as usize;
+        if self.orders.len() <= order {
+            let empty = Deposit { hits: 0, incident: vec![0.0; bands], absorbed: vec![0.0; bands] };
+            self.orders.resize(order + 1, empty);
+        }
+        &mut self.orders[order]
+    }
+
+    fn add(&mut self, part: &Self) {
+        self.ledger.add(&part.ledger);
+        for (mine, theirs) in self.surfaces.iter_mut().zip(&part.surfaces) {
+            mine.join(theirs);
+        }
+        for (order, theirs) in part.orders.iter().enumerate() {
+            self.order(order as u32, theirs.incident.len()).join(theirs);
+        }
+    }
+}

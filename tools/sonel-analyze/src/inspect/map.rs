@@ -1,0 +1,244 @@
+//! What a map holds, in words and as JSON.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+use sonel_analysis::survey::Deposit;
+use sonel_map::{BandLedger, Fate, MapHeader, Mode, Spectral};
+
+use crate::open::WalkedMap;
+
+/// Lines of the listing by surface and by order; JSON has all.
+const LISTED: usize = 12;
+
+const FATES: [(&str, Fate); 6] = [
+    ("absorbed", Fate::Absorbed),
+    ("transmitted", Fate::Transmitted),
+    ("escaped", Fate::Escaped),
+    ("expired", Fate::Expired),
+    ("extinguished", Fate::Extinguished),
+    ("lost", Fate::Lost),
+];
+
+/// As JSON. Energies are relative to what one source emits.
+pub fn json(walked: &WalkedMap) -> Value {
+    let (map, header) = (&walked.map, walked.map.header());
+    let (scene, ledger) = (&header.scene, map.ledger());
+    let point =
+        |name: &str, position: glam::DVec3| json!({ "name": name, "position_m": position.to_array() });
+    let fates: serde_json::Map<String, Value> =
+        FATES.iter().map(|(name, fate)| ((*name).to_owned(), json!(ledger.fates.count(*fate)))).collect();
+    let bands = scene.bands.nominal().iter().zip(&ledger.bands);
+    json!({
+        "kind": "sonelmap",
+        "tool_version": header.tool_version,
+        "digest": hexadecimal(&map.digest()),
+        "bytes": map.byte_length(),
+        "scene": scene.name,
+        "scene_digest": hexadecimal(&scene.digest),
+        "mesh_digest": hexadecimal(&scene.mesh_digest),
+        "settings": settings(header),
+        "center_frequency_hz": scene.bands.nominal(),
+        "duration_s": scene.duration,
+        "speed_of_sound": scene.speed_of_sound,
+        "sources": scene.sources.iter().map(|source| point(&source.name, source.position)).collect::<Vec<_>>(),
+        "receivers": scene.receivers.iter().map(|at| point(&at.name, at.position)).collect::<Vec<_>>(),
+        "effects": header.effects.iter()
+            .map(|effect| json!({ "name": effect.name, "on": effect.on, "reason": effect.reason }))
+            .collect::<Vec<_>>(),
+        "emitted": map.path_count(),
+        "stored": map.vertex_count(),
+        "segments": ledger.segments,
+        "fates": fates,
+        "ledger": bands.map(|(frequency, band)| balance(*frequency, band, scene.sources.len())).collect::<Vec<_>>(),
+        "surfaces": walked.survey.surfaces.iter().zip(walked.geometry.surfaces()).enumerate()
+            .map(|(index, (deposit, surface))| {
+                let material = &scene.materials[surface.material as usize].name;
+                listed(json!({ "surface": index, "material": material, "area_m2": surface.area }), deposit)
+            })
+            .collect::<Vec<_>>(),
+        "orders": walked.survey.orders.iter().enumerate()
+            .map(|(order, deposit)| listed(json!({ "order": order }), deposit))
+            .collect::<Vec<_>>(),
+    })
+}
+
+fn settings(header: &MapHeader) -> Value {
+    let settings = &header.settings;
+    json!({
+        "emissions": settings.emissions,
+        "seed": settings.seed,
+        "batches": settings.batches,
+        "survival": settings.survival,
+        "spectral": spectral(settings.spectral),
+        "mode": mode(settings.mode),
+        "extinction_threshold": settings.extinction_threshold,
+        "shard": [header.shard.index, header.shard.count],
+    })
+}
+
+fn spectral(spectral: Spectral) -> &'static str {
+    match spectral {
+        Spectral::Shared => "shared",
+        Spectral::PerBand => "per-band",
+    }
+}
+
+fn mode(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Accurate => "accurate",
+        Mode::Paper => "paper",
+    }
+}
+
+/// One band of the ledger, as sonel-trace prints it: with S sources every band emits 1 on average over them.
+fn balance(frequency: f64, band: &BandLedger, sources: usize) -> Value {
+    let sources = sources as f64;
+    json!({
+        "center_frequency_hz": frequency,
+        "emitted": band.emitted / sources,
+        "absorbed": band.absorbed / sources,
+        "transmitted": band.transmitted / sources,
+        "escaped": band.escaped / sources,
+        "truncated": band.truncated / sources,
+        "sampling": band.sampling / sources,
+        "sampling_sigma": band.sampling_sigma() / sources,
+        "relative_residual": band.relative_residual(),
+    })
+}
+
+/// `fields` with what was deposited.
+fn listed(mut fields: Value, deposit: &Deposit) -> Value {
+    fields["hits"] = json!(deposit.hits);
+    fields["incident_energy"] = json!(deposit.incident);
+    fields["absorbed_energy"] = json!(deposit.absorbed);
+    fields
+}
+
+/// In words.
+pub fn text(walked: &WalkedMap) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let mut line = |name: &str, value: &str| {
+        let _ = writeln!(text, "{name:<16}{value}");
+    };
+    let (map, header) = (&walked.map, walked.map.header());
+    let (scene, settings, ledger) = (&header.scene, &header.settings, map.ledger());
+    line("sonel map", &format!("of \"{}\", sonel {}", scene.name, header.tool_version));
+    line("digest", &hexadecimal(&map.digest()));
+    line("scene digest", &hexadecimal(&scene.digest));
+    line(
+        "settings",
+        &format!(
+            "{} emissions a source, seed {}, {} batches, survival {}, spectral {}, mode {}, shard {}/{}",
+            settings.emissions,
+            settings.seed,
+            settings.batches,
+            settings.survival,
+            spectral(settings.spectral),
+            mode(settings.mode),
+            header.shard.index,
+            header.shard.count
+        ),
+    );
+    line("bands", &format!("{} Hz", numbers(scene.bands.nominal())));
+    line("duration", &format!("{} s at {:.2} m/s", scene.duration, scene.speed_of_sound));
+    for source in &scene.sources {
+        line("source", &format!("{} at ({}) m", source.name, numbers(&source.position.to_array())));
+    }
+    for receiver in &scene.receivers {
+        line("receiver", &format!("{} at ({}) m", receiver.name, numbers(&receiver.position.to_array())));
+    }
+    for effect in &header.effects {
+        let on = effect.on.iter().filter(|on| **on).count();
+        line(
+            "effect",
+            &format!("{} on in {on} of {} bands: {}", effect.name, effect.on.len(), effect.reason),
+        );
+    }
+    line(
+        "stored",
+        &format!("{} paths, {} vertices, {} bytes", map.path_count(), map.vertex_count(), map.byte_length()),
+    );
+    let fates: Vec<String> =
+        FATES.iter().map(|(name, fate)| format!("{} {name}", ledger.fates.count(*fate))).collect();
+    line("fates", &fates.join(", "));
+    let _ = writeln!(text, "\nenergy relative to what one source emits");
+    text.push_str(&balances(walked));
+    text.push_str(&deposits(walked));
+    text
+}
+
+fn balances(walked: &WalkedMap) -> String {
+    let scene = &walked.map.header().scene;
+    let sources = scene.sources.len() as f64;
+    let mut text = String::from(
+        "    f [Hz]  absorbed  transmitted   escaped  truncated   sampling ± sigma      residual\n",
+    );
+    for (frequency, band) in scene.bands.nominal().iter().zip(&walked.map.ledger().bands) {
+        let [absorbed, transmitted, escaped, truncated, sampling, sigma] = [
+            band.absorbed,
+            band.transmitted,
+            band.escaped,
+            band.truncated,
+            band.sampling,
+            band.sampling_sigma(),
+        ]
+        .map(|energy| energy / sources);
+        let _ = writeln!(
+            text,
+            "{frequency:>10}  {absorbed:8.6}     {transmitted:8.6}  {escaped:8.6}   {truncated:8.2e}  \
+             {sampling:9.2e} ± {sigma:7.1e}  {:8.1e}",
+            band.relative_residual()
+        );
+    }
+    text
+}
+
+/// Hits and absorbed energy, averaged over bands, of the surfaces that absorb most and of the first orders.
+fn deposits(walked: &WalkedMap) -> String {
+    let mut text = String::new();
+    let materials = &walked.map.header().scene.materials;
+    let mut surfaces: Vec<(usize, &Deposit)> = walked.survey.surfaces.iter().enumerate().collect();
+    surfaces.sort_by(|a, b| mean(&b.1.absorbed).total_cmp(&mean(&a.1.absorbed)).then(a.0.cmp(&b.0)));
+    let _ = writeln!(text, "\n   surface      hits  incident  absorbed  material, mean over bands");
+    for &(index, deposit) in surfaces.iter().take(LISTED) {
+        let surface = &walked.geometry.surfaces()[index];
+        let _ = writeln!(
+            text,
+            "{index:>10}  {}  {}, {:.2} m²",
+            columns(deposit),
+            materials[surface.material as usize].name,
+            surface.area
+        );
+    }
+    omitted(&mut text, surfaces.len(), "surfaces");
+    let _ = writeln!(text, "\n     order      hits  incident  absorbed");
+    for (order, deposit) in walked.survey.orders.iter().enumerate().take(LISTED) {
+        let _ = writeln!(text, "{order:>10}  {}", columns(deposit));
+    }
+    omitted(&mut text, walked.survey.orders.len(), "orders");
+    text
+}
+
+fn columns(deposit: &Deposit) -> String {
+    format!("{:>8}  {:8.6}  {:8.6}", deposit.hits, mean(&deposit.incident), mean(&deposit.absorbed))
+}
+
+fn omitted(text: &mut String, count: usize, what: &str) {
+    if count > LISTED {
+        let _ = writeln!(text, "           … and {} more {what}: --json lists all", count - LISTED);
+    }
+}
+
+fn mean(energies: &[f64]) -> f64 {
+    energies.iter().sum::<f64>() / energies.len() as f64
+}
+
+fn numbers(values: &[f64]) -> String {
+    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
