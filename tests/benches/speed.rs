@@ -3,6 +3,8 @@
 //! All figures are for one thread and CPU seconds, measured in one run, so that their ratios mean something on a busy
 //! machine. The bare rays are those of the traced paths themselves, cast again without anything else.
 
+#![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
+
 use std::hint::black_box;
 use std::path::Path;
 use std::time::Duration;

@@ -1,3 +1,5 @@
+//! Errors name the file and the remedy, and leave older outputs alone.
+
 use std::fs;
 
 use crate::Workshop;
@@ -8,7 +10,7 @@ fn complaint(result: anyhow::Result<String>) -> String {
 
 #[test]
 fn a_bad_scene_is_reported_with_all_its_problems() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     let text = fs::read_to_string(shop.path("scene.toml")).unwrap();
     let bad = text
         .replace("absorption = 0.5", "absorption = 1.5\ncolour = \"red\"")
@@ -23,7 +25,7 @@ fn a_bad_scene_is_reported_with_all_its_problems() {
 
 #[test]
 fn files_that_are_no_maps_are_refused_and_older_outputs_stay() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     fs::write(shop.path("a.npz"), "older").unwrap();
     fs::write(shop.path("no.sonelmap"), "this is a letter").unwrap();
     assert!(complaint(shop.render("no.sonelmap", "a.npz", &[])).contains("not a sonel map"));
@@ -40,7 +42,7 @@ fn files_that_are_no_maps_are_refused_and_older_outputs_stay() {
 
 #[test]
 fn impossible_receivers_are_all_named() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     shop.trace("a.sonelmap", &["--sonels", "1k"]).unwrap();
     let options = ["--receiver", "on=1,1,1.5", "--receiver", "out=7,1,1", "--receiver", "fine=2,2,1"];
     let complaint_text = complaint(shop.render("a.sonelmap", "a.npz", &options));
@@ -55,7 +57,7 @@ fn impossible_receivers_are_all_named() {
 
 #[test]
 fn contradicting_options_are_refused() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     for (options, part) in [
         (&["--mode", "paper", "--survival", "0.5"][..], "--survival"),
         (&["--mode", "paper", "--spectral", "shared"], "--spectral"),
@@ -74,14 +76,14 @@ fn contradicting_options_are_refused() {
 
 #[test]
 fn a_shard_is_not_rendered_alone() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     shop.trace("a.sonelmap", &["--sonels", "2k", "--shard", "1/2"]).unwrap();
     assert!(complaint(shop.render("a.sonelmap", "a.npz", &[])).contains("shard 1 of 2"));
 }
 
 #[test]
 fn outputs_that_cannot_be_are_refused_before_the_work() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     fs::create_dir(shop.path("folder.sonelmap")).unwrap();
     assert!(complaint(shop.trace("folder.sonelmap", &[])).contains("not an ordinary file"));
     assert!(complaint(shop.trace("nowhere/a.sonelmap", &[])).contains("does not exist"));

@@ -1,8 +1,6 @@
 //! The programs as a user runs them, from a scene file to a response.
 
-/// Errors name the file and the remedy, and leave older outputs alone.
 mod bad_input;
-/// The same command gives the same bytes, whatever the number of threads, and receivers do not influence each other.
 mod reproducible;
 
 use std::path::{Path, PathBuf};
@@ -47,7 +45,7 @@ position = [3.9, 2.8, 1.2]
 
 impl Workshop {
     /// A folder that holds `scene.toml`.
-    pub fn new() -> Self {
+    pub fn open() -> Self {
         let folder = tempfile::tempdir().expect("a folder for temporary files");
         std::fs::write(folder.path().join("scene.toml"), SCENE).expect("an empty folder");
         Self { folder }

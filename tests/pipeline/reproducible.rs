@@ -1,3 +1,5 @@
+//! The same command gives the same bytes, whatever the number of threads, and receivers do not influence each other.
+
 use crate::Workshop;
 
 fn in_pool<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
@@ -6,7 +8,7 @@ fn in_pool<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
 
 #[test]
 fn bytes_do_not_depend_on_threads() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     for threads in [1, 2, 3, 7] {
         in_pool(threads, || {
             shop.trace(&format!("{threads}.sonelmap"), &["--sonels", "3k"]).unwrap();
@@ -22,7 +24,7 @@ fn bytes_do_not_depend_on_threads() {
 
 #[test]
 fn another_seed_is_another_map_with_another_response() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     shop.trace("1.sonelmap", &["--sonels", "2k"]).unwrap();
     shop.trace("2.sonelmap", &["--sonels", "2k", "--seed", "2"]).unwrap();
     shop.render("1.sonelmap", "1.npz", &[]).unwrap();
@@ -32,7 +34,7 @@ fn another_seed_is_another_map_with_another_response() {
 
 #[test]
 fn rendering_leaves_the_map_alone() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     shop.trace("a.sonelmap", &["--sonels", "2k"]).unwrap();
     let (before, written) =
         (shop.bytes("a.sonelmap"), shop.path("a.sonelmap").metadata().unwrap().modified().unwrap());
@@ -46,7 +48,7 @@ fn rendering_leaves_the_map_alone() {
 /// More receivers than one sweep takes, so that the border between sweeps is crossed.
 #[test]
 fn a_hundred_receivers_in_one_call_equal_a_hundred_calls() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     shop.trace("a.sonelmap", &["--sonels", "400"]).unwrap();
     let places: Vec<String> = (0..100)
         .map(|i| format!("r{i}={},{},1.4", 0.5 + 0.04 * f64::from(i), 3.5 - 0.03 * f64::from(i)))
@@ -73,7 +75,7 @@ fn a_hundred_receivers_in_one_call_equal_a_hundred_calls() {
 /// The weighted mean of the batches is the energy, class shares add up to it, and the report is what was promised.
 #[test]
 fn the_parts_of_a_response_add_up() {
-    let shop = Workshop::new();
+    let shop = Workshop::open();
     let traced: serde_json::Value =
         serde_json::from_str(&shop.trace("a.sonelmap", &["--sonels", "2001", "--json"]).unwrap()).unwrap();
     assert_eq!(traced["emitted"], 2001);

@@ -239,3 +239,42 @@ impl Survey {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_map::BandLedger;
+
+    fn books() -> Ledger {
+        let band = BandLedger { emitted: 1.0, absorbed: 0.9, truncated: 0.1, ..BandLedger::default() };
+        Ledger { bands: vec![band; 2], segments: 10, ..Ledger::new(2) }
+    }
+
+    #[test]
+    fn equal_books_do_not_differ() {
+        let mut rounded = books();
+        rounded.bands[1].absorbed += 1e-13;
+        rounded.bands[1].truncated += 1e-9;
+        assert!(differences(&books(), &rounded, &[500.0, 1000.0]).is_empty());
+    }
+
+    #[test]
+    fn every_other_book_is_found() {
+        type Change = fn(&mut Ledger);
+        let changes: [(Change, &str); 7] = [
+            (|books| books.bands[1].emitted += 1e-6, "emitted at 1000 Hz"),
+            (|books| books.bands[1].absorbed -= 1e-6, "absorbed at 1000 Hz"),
+            (|books| books.bands[0].escaped += 1e-6, "escaped at 500 Hz"),
+            (|books| books.bands[0].truncated += 1e-5, "truncated at 500 Hz"),
+            (|books| books.bands[0].sampling = f64::NAN, "sampling at 500 Hz"),
+            (|books| books.segments += 1, "segments"),
+            (|books| books.fates.record(Event::Lost), "fates"),
+        ];
+        for (change, sentence) in changes {
+            let mut other = books();
+            change(&mut other);
+            let found = differences(&books(), &other, &[500.0, 1000.0]);
+            assert!(found.len() == 1 && found[0].starts_with(sentence), "{sentence}: {found:?}");
+        }
+    }
+}

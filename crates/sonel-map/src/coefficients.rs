@@ -140,7 +140,8 @@ mod tests {
     fn paper_roulette_draws_events_with_their_energy_factors() {
         let table = CoefficientTable::new(&[wall(0.15, 0.5, 0.0)], 1, 1.0);
         let row = table.material(0);
-        assert_eq!(row.thresholds[0], [0.425, 0.85, 0.85]);
+        let [specular, diffuse, transmitted] = row.thresholds[0];
+        assert!((specular - 0.425).abs() + (diffuse - 0.85).abs() + (transmitted - 0.85).abs() < 1e-15);
         assert_eq!(row.diffuse.energy, row.diffuse.probability);
     }
 
@@ -155,6 +156,6 @@ mod tests {
     #[test]
     fn a_perfect_absorber_ends_every_packet() {
         let table = CoefficientTable::new(&[wall(1.0, 0.5, 0.0)], 1, 0.15);
-        assert_eq!(table.material(0).thresholds[0], [0.0; 3]);
+        assert!(table.material(0).thresholds[0].iter().all(|&threshold| threshold <= 0.0));
     }
 }

@@ -7,7 +7,7 @@
 //! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
 //! - [`vertex`]: the 16-byte record of one arrival;
 //! - [`coefficients`] and [`weight`]: the balance heuristic over leading bands, shared by tracer and readers;
-//! - [`sweep`]: a path as a sequence of segments with energy, length and history;
+//! - [`mod@sweep`]: a path as a sequence of segments with energy, length and history;
 //! - [`ledger`]: where the energy went, per band, and the fates of the packets;
 //! - [`header`]: provenance: settings, scene, effects, shard; [`writer`] and [`reader`]: the file itself.
 //!

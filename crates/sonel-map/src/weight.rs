@@ -176,7 +176,7 @@ mod tests {
             let row = table.material(0);
             weight.pass(if bounce % 2 == 0 { &row.specular } else { &row.diffuse });
         }
-        assert_eq!(weight.energy()[0], [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0]);
+        assert!(weight.energy()[0][..3].iter().all(|energy| (energy - 1.0 / 3.0).abs() < 1e-15));
     }
 
     /// Expected energy after each bounce, by enumerating hero and event, is the true one: α .2/.9/.01 and s .5/.05/.95.

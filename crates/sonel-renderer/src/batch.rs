@@ -113,7 +113,7 @@ impl Renderer<'_> {
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
             let receiver = (number as u32, receiver);
             cast(self.geometry, &self.table, sheets, receiver, settings, &mut stream, |point| {
-                points.push(point)
+                points.push(point);
             });
         }
         Some(GatherIndex::new(points, settings.radius))

@@ -193,9 +193,14 @@ impl<'a> Renderer<'a> {
         let layout = map.layout();
         let table = CoefficientTable::new(&scene.materials, bands, traced.survival);
         Ok(Self {
-            image_order: if settings.estimator == Estimator::Auto { image_order(geometry, &table) } else { 0 },
+            image_order: if settings.estimator == Estimator::Auto {
+                image_order(geometry, &table)
+            } else {
+                0
+            },
             gather: gathers(&settings, geometry).then(|| {
-                let sheets = geometry.surfaces().iter().map(|surface| Sheet::new(geometry, surface)).collect();
+                let sheets =
+                    geometry.surfaces().iter().map(|surface| Sheet::new(geometry, surface)).collect();
                 (sheets, gather_settings(&settings, geometry, traced, bins.reach))
             }),
             air: AirTable::new(&attenuation, bins.reach),

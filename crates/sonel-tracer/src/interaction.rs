@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn scattering_stays_on_the_side_of_arrival() {
         let frame = Frame::about(Vec3::new(0.0, 0.6, 0.8));
-        for step in 0_u8..100 {
+        for step in 0_u16..100 {
             let u = [f32::from(step) / 100.0, f32::from(step * 37 % 100) / 100.0];
             assert!(scattered(&frame, Side::Front, u).dot(frame.normal) > 0.0);
             assert!(scattered(&frame, Side::Back, u).dot(frame.normal) < 0.0);

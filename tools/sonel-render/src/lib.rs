@@ -123,11 +123,7 @@ fn borders_of(scene: &Scene, source: usize, receivers: &[ReceiverPoint]) -> Vec<
         .collect()
 }
 
-fn log_classes(
-    renderer: &Renderer<'_>,
-    renderings: &[Rendering],
-    log: &mut dyn Write,
-) -> anyhow::Result<()> {
+fn log_classes(renderer: &Renderer<'_>, renderings: &[Rendering], log: &mut dyn Write) -> anyhow::Result<()> {
     for rendering in renderings {
         let total: f64 = rendering.classes.iter().flat_map(|(_, energy)| energy).sum();
         for (class, energy) in &rendering.classes {

@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 20] = [
+const HOMES: [(&str, &[&str]); 19] = [
     ("anyhow", &["tools/", "xtask"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
@@ -27,7 +27,6 @@ const HOMES: [(&str, &[&str]); 20] = [
     ("cpu-time", &["tools/"]),
     ("csv", &["crates/sonel-analysis", "tools/"]),
     ("earcutr", &["crates/sonel-scene"]),
-    ("exr", &["crates/sonel-echogram"]),
     ("indicatif", &["tools/"]),
     ("memmap2", &["crates/sonel-map"]),
     ("npyz", &["crates/sonel-echogram"]),
