@@ -1,6 +1,7 @@
 //! Chores of the workspace. `cargo xtask --help` lists them.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a chore reports to the person who runs it")]
 
+mod bench;
 mod ci;
 mod demo;
 mod documentation;
@@ -16,6 +17,8 @@ use clap::Parser;
 #[derive(Parser)]
 #[command(name = "cargo xtask")]
 enum Chore {
+    /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
+    Bench,
     /// Check everything a change has to pass: format, tidy, lints, tests, documentation
     Ci,
     /// Trace and render the seed room into target/demo and print its levels and reverberation times
@@ -28,6 +31,7 @@ enum Chore {
 
 fn main() -> ExitCode {
     let outcome = match Chore::parse() {
+        Chore::Bench => bench::run(),
         Chore::Ci => ci::run(),
         Chore::Demo => demo::run(),
         Chore::Hall => hall::run(),
