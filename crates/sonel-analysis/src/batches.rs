@@ -3,7 +3,7 @@
 use sonel_echogram::Response;
 
 use crate::decay::Echogram;
-use crate::figure::{Estimate, Figure, Interval, NoInterval, Unsupported};
+use crate::figure::{Estimate, Figure, NoInterval, Unsupported};
 use crate::jackknife;
 use crate::parameter::{LevelScale, Values};
 
@@ -84,11 +84,16 @@ pub fn figure(
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> Figure {
     let value = value?;
-    let (interval, warning) = match parts.map_err(Clone::clone).and_then(|parts| spread(parts, read)) {
-        Ok(spread) => (Ok([value - spread.half_width, value + spread.half_width]), spread.warning),
-        Err(reason) => (Interval::Err(reason), None),
-    };
-    Ok(Estimate { value, interval, warning, decay: None })
+    Ok(match parts.map_err(Clone::clone).and_then(|parts| spread(parts, read)) {
+        Ok(spread) => Estimate {
+            value,
+            interval: Ok([value - spread.half_width, value + spread.half_width]),
+            error: Some(spread.error),
+            warning: spread.warning,
+            decay: None,
+        },
+        Err(reason) => Estimate { value, interval: Err(reason), error: None, warning: None, decay: None },
+    })
 }
 
 /// Jackknife of what `read` makes of the parts of one band or, for figures over bands, of several.

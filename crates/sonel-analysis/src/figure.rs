@@ -12,10 +12,21 @@ pub struct Estimate {
     pub value: f64,
     /// Where the true value lies with a probability of 95 %.
     pub interval: Interval,
+    /// What the interval is made of; none where there is no interval.
+    pub error: Option<StandardError>,
     /// Why the interval deserves less trust than usual.
     pub warning: Option<String>,
     /// For reverberation times: how straight the decay is.
     pub decay: Option<DecayQuality>,
+}
+
+/// Standard error of a figure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StandardError {
+    /// In the unit of the figure.
+    pub sigma: f64,
+    /// Degrees of freedom that it was estimated with, batches less one.
+    pub freedom: u32,
 }
 
 /// A 95 % interval, or why there is none.

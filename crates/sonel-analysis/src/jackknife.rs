@@ -7,6 +7,7 @@
 //!
 //! References: [Busing1999] (docs/references.md).
 
+use crate::figure::StandardError;
 use crate::outlier;
 use crate::student;
 
@@ -18,6 +19,8 @@ const ROUNDING: f64 = 1e-12;
 /// Spread of a figure over its batches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
+    /// Standard error of the figure.
+    pub error: StandardError,
     /// Half of the 95 % interval, in the unit of the figure.
     pub half_width: f64,
     /// Why the batches look unlike a sample of a normal distribution.
@@ -43,8 +46,10 @@ pub fn spread(all: f64, without: &[f64], weight: &[f64]) -> Spread {
     let variance = residuals.iter().map(|residual| residual * residual).sum::<f64>() / groups;
     let freedom = without.len() as u32 - 1;
     let noisy = variance.sqrt() > ROUNDING * all.abs();
+    let error = StandardError { sigma: variance.sqrt(), freedom };
     Spread {
-        half_width: student::quantile(MISSED, freedom) * variance.sqrt(),
+        error,
+        half_width: student::quantile(MISSED, freedom) * error.sigma,
         warning: if noisy { outlier::warning(&residuals) } else { None },
     }
 }

@@ -9,11 +9,14 @@
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when not to believe those;
 //! - [`report`]: tables, CSV and JSON (docs/interface.md).
 //!
+//! [`comparison`] tells which figures of two responses differ beyond noise.
+//!
 //! And from a map: [`survey`] walks its paths for the energy ledger and what arrived where.
 //!
 //! A figure that the echogram cannot support is an [`Unsupported`] with its reason, never a number.
 
 mod batches;
+pub mod comparison;
 pub mod decay;
 pub mod figure;
 pub mod jackknife;

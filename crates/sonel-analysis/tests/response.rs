@@ -1,6 +1,7 @@
 //! Whole responses: intervals from batches, reasons where there are none, the shape of the output.
 
 use serde_json::Value;
+use sonel_analysis::comparison::compare;
 use sonel_analysis::figure::NoInterval;
 use sonel_analysis::modulation::SPEECH_OCTAVES;
 use sonel_analysis::{Parameter, Unsupported, parameters, report};
@@ -228,4 +229,49 @@ fn csv_has_a_row_per_figure_and_the_table_a_line_per_band() {
             .iter()
             .all(|f| table.lines().any(|line| line.trim_start().starts_with(&f.to_string())))
     );
+}
+
+/// Two responses of one decay are told apart once in a hundred comparisons at the most: 6 of 200 with a probability below
+/// 5e-3. Judged each at 5 % alone, nearly all would be.
+#[test]
+fn noise_alone_makes_no_difference() {
+    const RUNS: u64 = 200;
+    let weights = [1.0 / 16.0; 16];
+    let (mut apart, mut apart_at_five_percent) = (0, 0);
+    for run in 0..RUNS {
+        let [a, b] = [2 * run, 2 * run + 1].map(|seed| parameters(&noisy_response(&weights, 1000 + seed)));
+        let comparison = compare(&a, &b);
+        assert_eq!((comparison.differences.len(), comparison.not_judged), (64, 0));
+        apart += u64::from(comparison.beyond_noise().next().is_some());
+        let alone =
+            comparison.differences.iter().any(|found| found.interval[0] > 0.0 || found.interval[1] < 0.0);
+        apart_at_five_percent += u64::from(alone);
+    }
+    assert!(apart <= 6, "{apart}");
+    assert!(apart_at_five_percent > RUNS / 2, "{apart_at_five_percent}");
+}
+
+/// A tenth of a decibel in one band is found there and nowhere else.
+#[test]
+fn a_real_difference_is_found_where_it_is() {
+    let weights = [1.0 / 16.0; 16];
+    let a = noisy_response(&weights, 5000);
+    let mut b = noisy_response(&weights, 5001);
+    let factor = 10.0_f64.powf(0.01);
+    let bins = b.bins();
+    b.energy[2 * bins..3 * bins].iter_mut().for_each(|energy| *energy *= factor);
+    let batches = b.batches.as_mut().unwrap();
+    for batch in batches.energy.chunks_mut(7 * bins) {
+        batch[2 * bins..3 * bins].iter_mut().for_each(|energy| *energy *= factor as f32);
+    }
+    let comparison = compare(&parameters(&a), &parameters(&b));
+    let found: Vec<_> = comparison
+        .beyond_noise()
+        .map(|found| (found.figure, found.center_frequency_hz, found.just_noticeable))
+        .collect();
+    assert_eq!(found.len(), 2, "{found:?}");
+    for ((figure, center, noticeable), expected) in found.into_iter().zip(["level_db", "strength_g_db"]) {
+        assert_eq!((figure, center), (expected, Some(500.0)));
+        assert!((noticeable - 0.1).abs() < 0.05, "{noticeable}");
+    }
 }

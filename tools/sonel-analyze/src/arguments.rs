@@ -33,6 +33,25 @@ pub enum Command {
     Inspect(Inspect),
     /// Whether a map is whole and sound: checksums, structure, ledger recomputed from the paths.
     Verify(Verify),
+    /// Which figures of two responses differ beyond noise; exit code 1 where any does.
+    Diff(Diff),
+}
+
+/// `diff`.
+#[derive(Debug, Clone, Args)]
+#[command(
+    after_help = "Example:\n  sonel-analyze diff before.npz after.npz || echo audible or not, it is different"
+)]
+pub struct Diff {
+    /// A response written by sonel-render.
+    #[arg(value_name = "A.npz")]
+    pub a: PathBuf,
+    /// Another, with the same names of sources and receivers.
+    #[arg(value_name = "B.npz")]
+    pub b: PathBuf,
+    /// Print JSON, with every figure compared.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `inspect`.

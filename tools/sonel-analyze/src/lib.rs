@@ -1,6 +1,7 @@
 //! The library half of `sonel-analyze`: one module per subcommand.
 
 mod arguments;
+mod diff;
 mod inspect;
 mod open;
 mod parameters;
@@ -11,7 +12,7 @@ use std::io::Write;
 use anyhow::bail;
 use sonel_console::{Outcome, use_threads};
 
-pub use arguments::{Arguments, Command, Format, Inspect, Parameters, Verify};
+pub use arguments::{Arguments, Command, Diff, Format, Inspect, Parameters, Verify};
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -26,5 +27,6 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         Command::Parameters(parameters) => parameters::run(parameters, out, log),
         Command::Inspect(inspect) => inspect::run(inspect, out),
         Command::Verify(verify) => verify::run(verify, out),
+        Command::Diff(diff) => diff::run(diff, out),
     }
 }

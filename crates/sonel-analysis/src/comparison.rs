@@ -1,0 +1,192 @@
+//! Which figures of two responses differ beyond noise.
+//!
+//! Every figure that both responses have, with a standard error in each, is compared by Welch's t: the difference against
+//! √(σ_A² + σ_B²) with the degrees of freedom of Welch and Satterthwaite (rounded down). So many figures are looked at that
+//! some differ by chance: each is judged at Šidák's level 1 − 0.99^(1/m), so that two responses without any difference are
+//! told apart once in a hundred comparisons, whatever the number of figures m [Sidak1967].
+//!
+//! The responses count as independent. Two renderings of one map share its sonels: their true noise is smaller, and
+//! differences may go unnoticed, but none is invented.
+//!
+//! References: [Sidak1967], [ISO3382-1] table A.1 for just-noticeable differences (docs/references.md).
+
+use sonel_acoustics::just_noticeable as noticeable;
+
+use crate::figure::{Estimate, Figure, StandardError};
+use crate::parameter::Parameter;
+use crate::receiver::ReceiverFigures;
+use crate::student;
+
+/// Chance of any difference being found where there is none.
+const FAMILY_LEVEL: f64 = 0.01;
+/// Level of the interval shown with each difference, which stands for that difference alone.
+const INTERVAL_LEVEL: f64 = 0.05;
+/// Figures that carry no noise are equal to this relative difference: what other orders of summation leave.
+const ROUNDING: f64 = 1e-9;
+
+/// One figure of two responses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// Name of the source.
+    pub source: String,
+    /// Name of the receiver.
+    pub receiver: String,
+    /// Nominal centre [Hz]; none for the speech transmission index.
+    pub center_frequency_hz: Option<f64>,
+    /// Key of the figure.
+    pub figure: &'static str,
+    /// B − A, in the unit of the figure.
+    pub value: f64,
+    /// 95 % interval of this difference alone.
+    pub interval: [f64; 2],
+    /// |B − A| in just-noticeable differences.
+    pub just_noticeable: f64,
+    /// Whether it is beyond noise, judged at the level of the whole comparison.
+    pub differs: bool,
+}
+
+/// What could be compared.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Comparison {
+    /// Figures judged.
+    pub differences: Vec<Difference>,
+    /// Figures that only one response has, or without interval in one of them.
+    pub not_judged: usize,
+    /// Level at which each figure is judged.
+    pub level: f64,
+}
+
+impl Comparison {
+    /// Those beyond noise.
+    pub fn beyond_noise(&self) -> impl Iterator<Item = &Difference> {
+        self.differences.iter().filter(|difference| difference.differs)
+    }
+}
+
+/// Compares what `a` and `b` have in common: sources and receivers by name, bands by centre.
+#[must_use]
+pub fn compare(a: &[ReceiverFigures], b: &[ReceiverFigures]) -> Comparison {
+    let mut pairs = Vec::new();
+    for a in a {
+        if let Some(b) = b.iter().find(|b| (&b.source, &b.name) == (&a.source, &a.name)) {
+            pair_up(a, b, &mut pairs);
+        }
+    }
+    let judged: Vec<&Pair<'_>> = pairs.iter().filter(|pair| pair.errors().is_some()).collect();
+    let level = sidak(judged.len());
+    Comparison {
+        differences: judged.iter().filter_map(|pair| pair.judge(level)).collect(),
+        not_judged: pairs.len() - judged.len(),
+        level,
+    }
+}
+
+/// Level of each of `count` tests that together err with [`FAMILY_LEVEL`].
+fn sidak(count: usize) -> f64 {
+    -libm::expm1(libm::log1p(-FAMILY_LEVEL) / count.max(1) as f64)
+}
+
+/// One figure of both responses.
+struct Pair<'a> {
+    receiver: &'a ReceiverFigures,
+    center_frequency_hz: Option<f64>,
+    parameter: Option<Parameter>,
+    a: &'a Figure,
+    b: &'a Figure,
+}
+
+fn pair_up<'a>(a: &'a ReceiverFigures, b: &'a ReceiverFigures, pairs: &mut Vec<Pair<'a>>) {
+    for band in &a.bands {
+        let center = band.center_frequency_hz;
+        let Some(other) = b.bands.iter().find(|other| other.center_frequency_hz.total_cmp(&center).is_eq())
+        else {
+            continue;
+        };
+        pairs.extend(Parameter::ALL.iter().map(|&parameter| Pair {
+            receiver: a,
+            center_frequency_hz: Some(center),
+            parameter: Some(parameter),
+            a: band.figure(parameter),
+            b: other.figure(parameter),
+        }));
+    }
+    let (speech_a, speech_b) = (&a.speech_transmission_index, &b.speech_transmission_index);
+    pairs.push(Pair { receiver: a, center_frequency_hz: None, parameter: None, a: speech_a, b: speech_b });
+}
+
+impl Pair<'_> {
+    fn estimates(&self) -> Option<(&Estimate, &Estimate)> {
+        Some((self.a.as_ref().ok()?, self.b.as_ref().ok()?))
+    }
+
+    fn errors(&self) -> Option<(StandardError, StandardError)> {
+        let (a, b) = self.estimates()?;
+        Some((a.error?, b.error?))
+    }
+
+    fn judge(&self, level: f64) -> Option<Difference> {
+        let ((a, b), (error_a, error_b)) = (self.estimates()?, self.errors()?);
+        let joint = welch(error_a, error_b);
+        let value = b.value - a.value;
+        let half_width = student::quantile(INTERVAL_LEVEL, joint.freedom) * joint.sigma;
+        let rounding = ROUNDING * a.value.abs().max(b.value.abs());
+        Some(Difference {
+            source: self.receiver.source.clone(),
+            receiver: self.receiver.name.clone(),
+            center_frequency_hz: self.center_frequency_hz,
+            figure: self.parameter.map_or("speech_transmission_index", Parameter::key),
+            value,
+            interval: [value - half_width, value + half_width],
+            just_noticeable: value.abs() / just_noticeable(self.parameter, a.value),
+            differs: value.abs() > student::quantile(level, joint.freedom) * joint.sigma + rounding,
+        })
+    }
+}
+
+/// Standard error of a difference, with the degrees of freedom of Welch and Satterthwaite.
+fn welch(a: StandardError, b: StandardError) -> StandardError {
+    let (var_a, var_b) = (a.sigma * a.sigma, b.sigma * b.sigma);
+    let fourth = var_a * var_a / f64::from(a.freedom) + var_b * var_b / f64::from(b.freedom);
+    let freedom = if fourth > 0.0 {
+        ((var_a + var_b) * (var_a + var_b) / fourth) as u32
+    } else {
+        a.freedom.min(b.freedom)
+    };
+    StandardError { sigma: (var_a + var_b).sqrt(), freedom: freedom.max(1) }
+}
+
+/// The just-noticeable difference of a parameter about `value`, in its unit; of the speech transmission index for none.
+fn just_noticeable(parameter: Option<Parameter>, value: f64) -> f64 {
+    match parameter {
+        None => noticeable::SPEECH_TRANSMISSION_INDEX,
+        Some(Parameter::Level | Parameter::Strength) => noticeable::LEVEL_DB,
+        Some(Parameter::EarlyDecayTime) => noticeable::EARLY_DECAY_TIME * value,
+        Some(Parameter::T20 | Parameter::T30) => noticeable::REVERBERATION_TIME * value,
+        Some(Parameter::ClarityC50 | Parameter::ClarityC80) => noticeable::CLARITY_DB,
+        Some(Parameter::DefinitionD50) => noticeable::DEFINITION,
+        Some(Parameter::CenterTime) => noticeable::CENTER_TIME,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sidaks_levels_add_up_to_the_family() {
+        assert!((sidak(1) - 0.01).abs() < 1e-15);
+        for count in [2, 73, 10_000] {
+            let none = (1.0 - sidak(count)).powi(count as i32);
+            assert!((none - 0.99).abs() < 1e-9, "{count}");
+        }
+    }
+
+    #[test]
+    fn welch_is_student_for_equal_errors_and_the_noisier_one_else() {
+        let noisy = StandardError { sigma: 2.0, freedom: 31 };
+        let joint = welch(noisy, noisy);
+        assert!((joint.sigma - 8.0_f64.sqrt()).abs() < 1e-12 && joint.freedom == 62);
+        let alone = welch(noisy, StandardError { sigma: 0.0, freedom: 7 });
+        assert!((alone.sigma - 2.0).abs() < 1e-12 && alone.freedom == 31);
+    }
+}
