@@ -1,6 +1,7 @@
 //! The programs as a user runs them, from a scene file to a response.
 
 mod bad_input;
+mod figures;
 mod reproducible;
 
 use std::path::{Path, PathBuf};
@@ -44,11 +45,28 @@ position = [3.9, 2.8, 1.2]
 "#;
 
 impl Workshop {
-    /// A folder that holds `scene.toml`.
+    /// A folder that holds a small `scene.toml`.
     pub fn open() -> Self {
+        Self::with(SCENE)
+    }
+
+    /// A folder that holds `scene` as `scene.toml`.
+    pub fn with(scene: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder for temporary files");
-        std::fs::write(folder.path().join("scene.toml"), SCENE).expect("an empty folder");
+        std::fs::write(folder.path().join("scene.toml"), scene).expect("an empty folder");
         Self { folder }
+    }
+
+    /// A copy of a shipped scene.
+    pub fn shipped(name: &str) -> Self {
+        let shop = Self::open();
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
+        for entry in std::fs::read_dir(scene).expect("a shipped scene") {
+            let file = entry.expect("a readable folder").path();
+            std::fs::copy(&file, shop.path(&file.file_name().expect("a file").to_string_lossy()))
+                .expect("a copy");
+        }
+        shop
     }
 
     /// A path in the folder.

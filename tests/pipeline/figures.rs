@@ -1,0 +1,95 @@
+//! Known rooms from scene file to figure, at the programs' default settings: levels, decay times and clarity with intervals
+//! that are narrow enough to mean something (docs/physics.md §8).
+
+use sonel_analysis::{Parameter, parameters};
+
+use crate::Workshop;
+
+/// A figure that must be: value, largest deviation, largest half-width of its interval.
+type Expectation = (Parameter, f64, f64, f64);
+
+fn check(shop: &Workshop, options: &[&str], band: usize, expectations: &[Expectation]) {
+    shop.trace("a.sonelmap", options).unwrap();
+    shop.render("a.sonelmap", "a.npz", &[]).unwrap();
+    let response = shop.response("a.npz");
+    let figures = parameters(&response);
+    let mut wrong = Vec::new();
+    for &(parameter, expected, tolerance, widest) in expectations {
+        let estimate = figures[0].bands[band].figure(parameter).as_ref().expect("a figure the data support");
+        let Ok([low, high]) = estimate.interval else { panic!("{parameter:?} has no interval") };
+        let deviation = (estimate.value - expected).abs();
+        if !(deviation <= tolerance && (high - low) / 2.0 <= widest) {
+            wrong.push(format!("{parameter:?}: {} in [{low}, {high}] instead of {expected}", estimate.value));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Strength of a total fluence [dB].
+fn strength(fluence: f64) -> f64 {
+    10.0 * (400.0 * std::f64::consts::PI * fluence).log10()
+}
+
+fn small_box(scattering: f64) -> Workshop {
+    Workshop::with(&format!(
+        "name = \"Box 6 x 5 x 4 m\"\nshoebox = [6.0, 5.0, 4.0]\nduration_s = 1.5\n\
+         [air]\nspeed_of_sound = 343.0\nattenuation = false\n\
+         [materials.walls]\nabsorption = 0.2\nscattering = {scattering}\n\
+         [[sources]]\nname = \"source\"\nposition = [1.5, 1.2, 1.3]\n\
+         [[receivers]]\nname = \"receiver\"\nposition = [4.2, 3.7, 2.1]\n"
+    ))
+}
+
+#[test]
+fn diffuse_box() {
+    let expected = [
+        (Parameter::Strength, strength(0.101_62), 0.05, 0.05),
+        (Parameter::T30, 0.611, 0.006, 0.006),
+        (Parameter::ClarityC80, 6.89, 0.1, 0.1),
+    ];
+    check(&small_box(1.0), &[], 3, &expected);
+}
+
+#[test]
+fn mixed_box() {
+    let expected = [
+        (Parameter::Strength, strength(0.101_02), 0.05, 0.05),
+        (Parameter::T30, 0.600_8, 0.006, 0.006),
+        (Parameter::EarlyDecayTime, 0.597, 0.006, 0.006),
+        (Parameter::ClarityC80, 7.25, 0.1, 0.1),
+    ];
+    check(&small_box(0.5), &[], 3, &expected);
+}
+
+/// Image sources alone: no noise at all.
+#[test]
+fn mirror_box() {
+    let expected = [
+        (Parameter::Strength, strength(0.100_788), 0.01, 1e-4),
+        (Parameter::EarlyDecayTime, 0.605, 0.006, 1e-3),
+        (Parameter::T30, 0.668, 0.0067, 1e-3),
+        (Parameter::ClarityC80, 7.333, 0.1, 1e-3),
+    ];
+    check(&small_box(0.0), &[], 3, &expected);
+}
+
+/// Kuttruff's and the radiosity solution's T30 of 10 × 8 × 5 m, Lambert walls, α = 0.2; Eyring's 0.849 s is rejected.
+#[test]
+fn diffuse_box_of_kuttruff() {
+    let shop = Workshop::with(
+        "name = \"Box 10 x 8 x 5 m\"\nshoebox = [10.0, 8.0, 5.0]\nduration_s = 1.6\n\
+         [bands]\ncenter_frequencies_hz = [1000]\n[air]\nspeed_of_sound = 343.0\nattenuation = false\n\
+         [materials.walls]\nabsorption = 0.2\nscattering = 1.0\n\
+         [[sources]]\nname = \"source\"\nposition = [2.5, 2.0, 1.5]\n\
+         [[receivers]]\nname = \"receiver\"\nposition = [7.0, 5.5, 3.0]\n",
+    );
+    check(&shop, &["--sonels", "150k"], 0, &[(Parameter::T30, 0.888, 0.005 * 0.888, 0.004)]);
+}
+
+/// The founding paper's room without diffraction.
+#[test]
+fn seed_room() {
+    let free_of_distance = strength(1.0) - 31.48;
+    let expected = [(Parameter::Strength, free_of_distance, 0.1, 0.06), (Parameter::T30, 7.75, 0.1, 0.06)];
+    check(&Workshop::shipped("seed-room"), &[], 2, &expected);
+}
