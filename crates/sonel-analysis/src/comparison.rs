@@ -5,6 +5,8 @@
 //! some differ by chance: each is judged at Šidák's level 1 − 0.99^(1/m), so that two responses without any difference are
 //! told apart once in a hundred comparisons, whatever the number of figures m [Sidak1967].
 //!
+//! Besides the parameters these are the strengths of [`WINDOWS`], which tell when the difference arises.
+//!
 //! The responses count as independent. Two renderings of one map share its sonels: their true noise is smaller, and
 //! differences may go unnoticed, but none is invented.
 //!
@@ -16,6 +18,7 @@ use crate::figure::{Estimate, Figure, StandardError};
 use crate::parameter::Parameter;
 use crate::receiver::ReceiverFigures;
 use crate::student;
+use crate::window::{WINDOWS, Window};
 
 /// Chance of any difference being found where there is none.
 const FAMILY_LEVEL: f64 = 0.01;
@@ -72,6 +75,7 @@ pub fn compare(a: &[ReceiverFigures], b: &[ReceiverFigures]) -> Comparison {
             pair_up(a, b, &mut pairs);
         }
     }
+    pairs.retain(|pair| pair.a.is_ok() || pair.b.is_ok());
     let judged: Vec<&Pair<'_>> = pairs.iter().filter(|pair| pair.errors().is_some()).collect();
     let level = sidak(judged.len());
     Comparison {
@@ -86,32 +90,54 @@ fn sidak(count: usize) -> f64 {
     -libm::expm1(libm::log1p(-FAMILY_LEVEL) / count.max(1) as f64)
 }
 
+/// What is compared.
+#[derive(Debug, Clone, Copy)]
+enum Compared {
+    Parameter(Parameter),
+    Window(Window),
+    Speech,
+}
+
 /// One figure of both responses.
 struct Pair<'a> {
     receiver: &'a ReceiverFigures,
     center_frequency_hz: Option<f64>,
-    parameter: Option<Parameter>,
+    compared: Compared,
     a: &'a Figure,
     b: &'a Figure,
 }
 
-fn pair_up<'a>(a: &'a ReceiverFigures, b: &'a ReceiverFigures, pairs: &mut Vec<Pair<'a>>) {
-    for band in &a.bands {
+fn pair_up<'a>(receiver: &'a ReceiverFigures, b: &'a ReceiverFigures, pairs: &mut Vec<Pair<'a>>) {
+    for band in &receiver.bands {
         let center = band.center_frequency_hz;
         let Some(other) = b.bands.iter().find(|other| other.center_frequency_hz.total_cmp(&center).is_eq())
         else {
             continue;
         };
         pairs.extend(Parameter::ALL.iter().map(|&parameter| Pair {
-            receiver: a,
+            receiver,
             center_frequency_hz: Some(center),
-            parameter: Some(parameter),
+            compared: Compared::Parameter(parameter),
             a: band.figure(parameter),
             b: other.figure(parameter),
         }));
+        let windows = WINDOWS.iter().zip(&band.windows).zip(&other.windows);
+        pairs.extend(windows.map(|((&window, a), b)| Pair {
+            receiver,
+            center_frequency_hz: Some(center),
+            compared: Compared::Window(window),
+            a,
+            b,
+        }));
     }
-    let (speech_a, speech_b) = (&a.speech_transmission_index, &b.speech_transmission_index);
-    pairs.push(Pair { receiver: a, center_frequency_hz: None, parameter: None, a: speech_a, b: speech_b });
+    let (speech_a, speech_b) = (&receiver.speech_transmission_index, &b.speech_transmission_index);
+    pairs.push(Pair {
+        receiver,
+        center_frequency_hz: None,
+        compared: Compared::Speech,
+        a: speech_a,
+        b: speech_b,
+    });
 }
 
 impl Pair<'_> {
@@ -134,10 +160,10 @@ impl Pair<'_> {
             source: self.receiver.source.clone(),
             receiver: self.receiver.name.clone(),
             center_frequency_hz: self.center_frequency_hz,
-            figure: self.parameter.map_or("speech_transmission_index", Parameter::key),
+            figure: self.compared.key(),
             value,
             interval: [value - half_width, value + half_width],
-            just_noticeable: value.abs() / just_noticeable(self.parameter, a.value),
+            just_noticeable: value.abs() / self.compared.just_noticeable(a.value),
             differs: value.abs() > student::quantile(level, joint.freedom) * joint.sigma + rounding,
         })
     }
@@ -155,16 +181,29 @@ fn welch(a: StandardError, b: StandardError) -> StandardError {
     StandardError { sigma: (var_a + var_b).sqrt(), freedom: freedom.max(1) }
 }
 
-/// The just-noticeable difference of a parameter about `value`, in its unit; of the speech transmission index for none.
-fn just_noticeable(parameter: Option<Parameter>, value: f64) -> f64 {
-    match parameter {
-        None => noticeable::SPEECH_TRANSMISSION_INDEX,
-        Some(Parameter::Level | Parameter::Strength) => noticeable::LEVEL_DB,
-        Some(Parameter::EarlyDecayTime) => noticeable::EARLY_DECAY_TIME * value,
-        Some(Parameter::T20 | Parameter::T30) => noticeable::REVERBERATION_TIME * value,
-        Some(Parameter::ClarityC50 | Parameter::ClarityC80) => noticeable::CLARITY_DB,
-        Some(Parameter::DefinitionD50) => noticeable::DEFINITION,
-        Some(Parameter::CenterTime) => noticeable::CENTER_TIME,
+impl Compared {
+    fn key(self) -> &'static str {
+        match self {
+            Self::Parameter(parameter) => parameter.key(),
+            Self::Window(window) => window.key,
+            Self::Speech => "speech_transmission_index",
+        }
+    }
+
+    /// The just-noticeable difference about `value`, in the unit of the figure.
+    fn just_noticeable(self, value: f64) -> f64 {
+        let Self::Parameter(parameter) = self else {
+            let is_level = matches!(self, Self::Window(_));
+            return if is_level { noticeable::LEVEL_DB } else { noticeable::SPEECH_TRANSMISSION_INDEX };
+        };
+        match parameter {
+            Parameter::Level | Parameter::Strength => noticeable::LEVEL_DB,
+            Parameter::EarlyDecayTime => noticeable::EARLY_DECAY_TIME * value,
+            Parameter::T20 | Parameter::T30 => noticeable::REVERBERATION_TIME * value,
+            Parameter::ClarityC50 | Parameter::ClarityC80 => noticeable::CLARITY_DB,
+            Parameter::DefinitionD50 => noticeable::DEFINITION,
+            Parameter::CenterTime => noticeable::CENTER_TIME,
+        }
     }
 }
 

@@ -29,6 +29,7 @@ pub mod report;
 pub mod student;
 pub mod survey;
 pub mod tail;
+pub mod window;
 
 pub use decay::{DecayCurve, Echogram};
 pub use figure::{Estimate, Figure, Interval, Unsupported};

@@ -8,9 +8,10 @@ use sonel_echogram::Response;
 
 use crate::batches::{self, Parts};
 use crate::decay::Echogram;
-use crate::figure::{Figure, NoInterval, Unsupported};
+use crate::figure::{Estimate, Figure, NoInterval, Unsupported};
 use crate::modulation::{self, SPEECH_OCTAVES};
 use crate::parameter::{LevelScale, PARAMETER_COUNT, Parameter, Values};
+use crate::window::{WINDOW_COUNT, WINDOWS, Window};
 
 /// Figures of one source at one receiver.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +34,8 @@ pub struct BandFigures {
     /// Nominal centre [Hz].
     pub center_frequency_hz: f64,
     figures: [Figure; PARAMETER_COUNT],
+    /// Strength in each of [`WINDOWS`], for comparisons.
+    pub windows: [Figure; WINDOW_COUNT],
 }
 
 impl BandFigures {
@@ -43,7 +46,7 @@ impl BandFigures {
 }
 
 impl ReceiverFigures {
-    /// All figures, the speech transmission index first.
+    /// All parameters, the speech transmission index first.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
         std::iter::once(&self.speech_transmission_index)
             .chain(self.bands.iter().flat_map(|band| &band.figures))
@@ -83,6 +86,7 @@ fn at_receiver(response: &Response, s: usize, r: usize) -> ReceiverFigures {
             .map(|(band, &center_frequency_hz)| BandFigures {
                 center_frequency_hz,
                 figures: Parameter::ALL.map(|parameter| band_figure(band, parameter)),
+                windows: WINDOWS.map(|window| window_figure(band, window)),
             })
             .collect(),
     }
@@ -102,12 +106,22 @@ fn read_band(response: &Response, (s, r, b): (usize, usize, usize)) -> Band {
 }
 
 fn band_figure(band: &Band, parameter: Parameter) -> Figure {
-    let index = parameter as usize;
+    let read = |values: &Values| values.values[parameter as usize].clone();
+    let figure = figure_of(band, read)?;
+    Ok(Estimate { decay: band.fine.quality(parameter), ..figure })
+}
+
+fn window_figure(band: &Band, window: Window) -> Figure {
+    figure_of(band, |values| {
+        values.curve.as_ref().map_err(Clone::clone).and_then(|curve| window.strength(curve))
+    })
+}
+
+/// What `read` finds in the fine bins, with the interval it finds from the batches.
+fn figure_of(band: &Band, read: impl Fn(&Values) -> Result<f64, Unsupported>) -> Figure {
     let parts = band.parts().map(|parts| [parts]);
-    let parts = parts.as_ref().map(|parts| parts.as_slice()).map_err(|reason| *reason);
-    let figure =
-        batches::figure(band.fine.values[index].clone(), parts, |values| values[0].values[index].clone());
-    figure.map(|estimate| crate::figure::Estimate { decay: band.fine.quality(parameter), ..estimate })
+    let parts = parts.as_ref().map(<[&Parts; 1]>::as_slice).map_err(|reason| *reason);
+    batches::figure(read(&band.fine), parts, |values| read(values[0]))
 }
 
 fn speech(frequencies: &[f64], bands: &[Band]) -> Figure {

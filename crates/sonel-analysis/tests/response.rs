@@ -241,7 +241,8 @@ fn noise_alone_makes_no_difference() {
     for run in 0..RUNS {
         let [a, b] = [2 * run, 2 * run + 1].map(|seed| parameters(&noisy_response(&weights, 1000 + seed)));
         let comparison = compare(&a, &b);
-        assert_eq!((comparison.differences.len(), comparison.not_judged), (64, 0));
+        // Nine parameters and five windows in seven bands, and speech; the sixth window lies behind both records.
+        assert_eq!((comparison.differences.len(), comparison.not_judged), (7 * 14 + 1, 0));
         apart += u64::from(comparison.beyond_noise().next().is_some());
         let alone =
             comparison.differences.iter().any(|found| found.interval[0] > 0.0 || found.interval[1] < 0.0);
@@ -265,13 +266,12 @@ fn a_real_difference_is_found_where_it_is() {
         batch[2 * bins..3 * bins].iter_mut().for_each(|energy| *energy *= factor as f32);
     }
     let comparison = compare(&parameters(&a), &parameters(&b));
-    let found: Vec<_> = comparison
-        .beyond_noise()
-        .map(|found| (found.figure, found.center_frequency_hz, found.just_noticeable))
-        .collect();
-    assert_eq!(found.len(), 2, "{found:?}");
-    for ((figure, center, noticeable), expected) in found.into_iter().zip(["level_db", "strength_g_db"]) {
-        assert_eq!((figure, center), (expected, Some(500.0)));
-        assert!((noticeable - 0.1).abs() < 0.05, "{noticeable}");
+    for found in comparison.beyond_noise() {
+        assert_eq!(found.center_frequency_hz, Some(500.0), "{found:?}");
+        assert!(found.figure == "level_db" || found.figure.starts_with("strength_g_"), "{found:?}");
+        // 0.1 dB is a tenth of what is just noticeable; a window of ten bins has a σ of 0.024 dB.
+        assert!((found.just_noticeable - 0.1).abs() < 0.1, "{found:?}");
     }
+    let names: Vec<&str> = comparison.beyond_noise().map(|found| found.figure).collect();
+    assert!(names.contains(&"level_db") && names.contains(&"strength_g_db"), "{names:?}");
 }
