@@ -4,3 +4,4 @@ mod box_energies;
 mod conservation;
 mod diffuse_sphere;
 mod free_field;
+mod mirrors;
