@@ -8,9 +8,13 @@ use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 use bincode::{Decode, Encode};
 
 /// Largest header accepted [bytes].
-const LIMIT: usize = 16 << 20;
+const LARGEST_HEADER: usize = 16 << 20;
 
-fn configuration() -> Configuration<LittleEndian, Fixint, Limit<LIMIT>> {
+/// Memory that decoding may claim for every byte of a header: no record is more than three times as large in memory as
+/// the least that it takes in the file.
+const CLAIM_PER_BYTE: usize = 4;
+
+fn configuration<const LIMIT: usize>() -> Configuration<LittleEndian, Fixint, Limit<LIMIT>> {
     bincode::config::standard().with_fixed_int_encoding().with_little_endian().with_limit::<LIMIT>()
 }
 
@@ -21,6 +25,8 @@ pub struct HeaderRecord {
     pub settings: SettingsRecord,
     pub effects: Vec<EffectRecord>,
     pub scene: SceneRecord,
+    /// Where the origin of the stored positions is in the axes of the scene [m].
+    pub center: [f64; 3],
     pub chunk_count: u64,
     pub sections: Vec<SectionRecord>,
 }
@@ -102,17 +108,37 @@ pub struct ReceiverRecord {
 
 /// Bytes of a header.
 pub fn encode(record: &HeaderRecord) -> Result<Vec<u8>, String> {
-    bincode::encode_to_vec(record, configuration())
+    bincode::encode_to_vec(record, configuration::<LARGEST_HEADER>())
         .map_err(|error| format!("the header cannot be encoded: {error}"))
 }
 
-/// A header from its bytes, all of which must be used.
-pub fn decode(bytes: &[u8]) -> Result<HeaderRecord, String> {
-    let (record, used) = bincode::decode_from_slice(bytes, configuration())
-        .map_err(|error| format!("the header cannot be decoded: {error}"))?;
-    if used == bytes.len() {
+/// A header from its bytes. All of them must be used, unless a later minor version may have added fields at the end.
+pub fn decode(bytes: &[u8], may_go_on: bool) -> Result<HeaderRecord, String> {
+    let (record, used) = decode_within_limit(bytes)?;
+    if used == bytes.len() || may_go_on {
         Ok(record)
     } else {
         Err(format!("the header has {} bytes too many", bytes.len() - used))
     }
+}
+
+/// bincode takes its limit as a constant and allocates what a length claims before it reads on: the smallest limit that
+/// suffices for a header of this size.
+fn decode_within_limit(bytes: &[u8]) -> Result<(HeaderRecord, usize), String> {
+    const fn limit(largest: usize) -> usize {
+        CLAIM_PER_BYTE * largest
+    }
+    match bytes.len() {
+        0..=0x1000 => decode_with::<{ limit(0x1000) }>(bytes),
+        0x1001..=0x4000 => decode_with::<{ limit(0x4000) }>(bytes),
+        0x4001..=0x1_0000 => decode_with::<{ limit(0x1_0000) }>(bytes),
+        0x1_0001..=0x10_0000 => decode_with::<{ limit(0x10_0000) }>(bytes),
+        0x10_0001..=LARGEST_HEADER => decode_with::<{ limit(LARGEST_HEADER) }>(bytes),
+        length => Err(format!("a header of {length} bytes is larger than any that is written")),
+    }
+}
+
+fn decode_with<const LIMIT: usize>(bytes: &[u8]) -> Result<(HeaderRecord, usize), String> {
+    bincode::decode_from_slice(bytes, configuration::<LIMIT>())
+        .map_err(|error| format!("the header cannot be decoded: {error}"))
 }

@@ -57,6 +57,17 @@ pub enum MapError {
         /// Number of shards.
         count: u32,
     },
+    /// The walls of the scene cannot be used.
+    #[error("the walls of the scene cannot be used: {0}")]
+    Walls(#[from] sonel_geometry::GeometryError),
+    /// The surfaces that the paths refer to are not those of this program.
+    #[error(
+        "the map numbers the surfaces of its scene in another way than this program ({reason}): use the sonel version that wrote it, or trace it again"
+    )]
+    ForeignSurfaces {
+        /// The first difference.
+        reason: String,
+    },
     /// More than the format can hold.
     #[error("{0}")]
     Limit(String),

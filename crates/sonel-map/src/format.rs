@@ -30,8 +30,17 @@ pub struct Preamble {
     pub header_offset: u64,
     /// Length of the header [bytes]; the file ends with it.
     pub header_length: u64,
-    /// BLAKE3 of the header.
+    /// BLAKE3 of everything above and the header: [`Preamble::digest_with`].
     pub header_digest: [u8; 32],
+}
+
+impl Preamble {
+    /// BLAKE3 of this preamble, its own digest left out, followed by the bytes of the header.
+    #[must_use]
+    pub fn digest_with(&self, header: &[u8]) -> [u8; 32] {
+        let before_digest = &bytemuck::bytes_of(self)[..size_of::<Self>() - size_of::<[u8; 32]>()];
+        blake3::Hasher::new().update(before_digest).update(header).finalize().into()
+    }
 }
 
 /// One row of the chunk directory: 64 bytes.
@@ -66,6 +75,22 @@ impl ChunkEntry {
     }
 }
 
+/// What a reader needs to know of a surface, so that it need not find surfaces in a mesh as `sonel-geometry` does: 48 bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SurfaceRow {
+    /// Index of its material.
+    pub material: u32,
+    /// 1 where it belongs to a closed shell, so that its front is the side of the air; 0 for a free panel.
+    pub closed: u32,
+    /// Unit normal that points to the front.
+    pub normal: [f64; 3],
+    /// The surface is at normal · x = offset, in the axes of the scene [m].
+    pub offset: f64,
+    /// Area of one side [m²].
+    pub area: f64,
+}
+
 /// Fates and segments of one chunk: 64 bytes.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -93,5 +118,6 @@ mod tests {
         assert_eq!(size_of::<Preamble>(), 64);
         assert_eq!(size_of::<ChunkEntry>(), 64);
         assert_eq!(size_of::<ChunkFates>(), 64);
+        assert_eq!(size_of::<SurfaceRow>(), 48);
     }
 }

@@ -6,16 +6,20 @@
 
 use std::fs::File;
 
+use glam::DVec3;
 use memmap2::Mmap;
 use rayon::prelude::*;
+use sonel_geometry::Geometry;
 
 use crate::codec::{self, HeaderRecord};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
-use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, MAGIC, MAJOR, Preamble};
+use crate::format::{ChunkEntry, ChunkFates, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow};
 use crate::header::{MapHeader, ShardRange};
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::record;
+use crate::surfaces;
+use crate::tiling;
 use crate::vertex::Vertex;
 
 /// An open map.
@@ -24,6 +28,8 @@ pub struct SonelMap {
     bytes: Storage,
     header: MapHeader,
     digest: [u8; 32],
+    center: DVec3,
+    surfaces: Vec<SurfaceRow>,
     chunks: Vec<ChunkEntry>,
     books: Vec<Ledger>,
 }
@@ -83,18 +89,27 @@ impl SonelMap {
     fn from_storage(bytes: Storage) -> Result<Self, MapError> {
         let preamble = read_preamble(bytes.as_slice())?;
         let sections = Sections::read(bytes.as_slice(), &preamble)?;
-        let vertices: &[[f64; 3]] = sections.rows("mesh.vertices")?;
-        let triangles: &[[u32; 4]] = sections.rows("mesh.triangles")?;
         let chunks = sections.rows::<ChunkEntry>("chunks")?.to_vec();
+        let (named, length) = (&sections.header.sections, bytes.as_slice().len() as u64);
+        tiling::check_order(&chunks, named, preamble.header_offset, length)?;
+        for section in named {
+            tiling::check_padding(bytes.as_slice(), section.offset + section.length)?;
+        }
+        let damaged = |reason| MapError::Damaged { offset: preamble.header_offset, reason };
+        let mesh = record::mesh(sections.rows("mesh.vertices")?, sections.rows("mesh.triangles")?);
+        let surfaces = sections.rows::<SurfaceRow>("surfaces")?.to_vec();
         let fates = sections.rows::<ChunkFates>("chunk.fates")?;
         let terms = sections.rows::<[f64; LEDGER_TERMS]>("chunk.ledger")?;
-        let books = read_books(&chunks, fates, terms, sections.header.scene.nominal_frequencies.len())
-            .map_err(|reason| MapError::Damaged { offset: preamble.header_offset, reason })?;
-        let mesh = record::mesh(vertices, triangles);
-        let header = record::header(sections.header, mesh)
-            .map_err(|reason| MapError::Damaged { offset: preamble.header_offset, reason })?;
-        check_directory(&chunks, &header, bytes.as_slice().len() as u64)?;
-        Ok(Self { bytes, header, digest: preamble.header_digest, chunks, books })
+        let bands = sections.header.scene.nominal_frequencies.len();
+        let books = read_books(&chunks, fates, terms, bands).map_err(damaged)?;
+        let center = DVec3::from_array(sections.header.center);
+        let header = record::header(sections.header, mesh).map_err(damaged)?;
+        surfaces::check_rows(&surfaces, header.scene.materials.len()).map_err(damaged)?;
+        if !center.is_finite() {
+            return Err(damaged("the scene has no centre".to_owned()));
+        }
+        check_directory(&chunks, &header)?;
+        Ok(Self { bytes, header, digest: preamble.header_digest, center, surfaces, chunks, books })
     }
 
     /// Provenance.
@@ -103,7 +118,7 @@ impl SonelMap {
         &self.header
     }
 
-    /// BLAKE3 of the header, which holds the digests of everything else: the identity of the map.
+    /// BLAKE3 of preamble and header, which holds the digests of everything else: the identity of the map.
     #[must_use]
     pub fn digest(&self) -> [u8; 32] {
         self.digest
@@ -152,11 +167,26 @@ impl SonelMap {
         if count == 1 { Ok(()) } else { Err(MapError::Shard { index, count }) }
     }
 
-    /// Compares every chunk with its checksum and with the rules of the layout, on all cores.
+    /// Whether the surfaces that the paths refer to are those of `geometry`, the walls of the map's scene, and positions
+    /// are about its centre. A reader that takes materials and normals from a geometry asks this first.
     ///
     /// # Errors
-    /// The first damage in file order.
+    /// [`MapError::ForeignSurfaces`] with the first difference.
+    pub fn check_surfaces(&self, geometry: &Geometry) -> Result<(), MapError> {
+        surfaces::compare(&self.surfaces, self.center, geometry)
+            .map_err(|reason| MapError::ForeignSurfaces { reason })
+    }
+
+    /// Compares every chunk with its checksum and with the rules of the layout, on all cores. `surfaces` is the number of
+    /// surfaces that the caller knows.
+    ///
+    /// # Errors
+    /// [`MapError::ForeignSurfaces`] when the map has another number of surfaces, else the first damage in file order.
     pub fn check_paths(&self, surfaces: u32) -> Result<(), MapError> {
+        if self.surfaces.len() != surfaces as usize {
+            let reason = format!("it has {} surfaces, here are {surfaces}", self.surfaces.len());
+            return Err(MapError::ForeignSurfaces { reason });
+        }
         let found: Vec<Result<(), MapError>> =
             self.chunks.par_iter().map(|chunk| self.check_chunk(chunk, surfaces)).collect();
         found.into_iter().collect()
@@ -168,6 +198,7 @@ impl SonelMap {
         if <[u8; 32]>::from(blake3::hash(self.chunk_bytes(chunk))) != chunk.digest {
             return Err(damaged("a chunk of paths does not match its checksum"));
         }
+        tiling::check_padding(self.bytes.as_slice(), chunk.offset + self.chunk_bytes(chunk).len() as u64)?;
         let mut start = 0;
         for &end in ends {
             let path = vertices.get(start..end as usize).ok_or_else(|| damaged("paths overlap"))?;
@@ -255,13 +286,14 @@ impl<'a> Sections<'a> {
     fn read(bytes: &'a [u8], preamble: &Preamble) -> Result<Self, MapError> {
         let damaged = |reason: String| MapError::Damaged { offset: preamble.header_offset, reason };
         let header = part(bytes, preamble.header_offset, preamble.header_length, "the header")?;
-        if <[u8; 32]>::from(blake3::hash(header)) != preamble.header_digest {
+        if preamble.digest_with(header) != preamble.header_digest {
             return Err(damaged("the header does not match its checksum".to_owned()));
         }
         if preamble.header_offset + preamble.header_length != bytes.len() as u64 {
             return Err(damaged("the file goes on behind its header".to_owned()));
         }
-        Ok(Self { bytes, header: codec::decode(header).map_err(damaged)? })
+        let may_go_on = preamble.minor > MINOR;
+        Ok(Self { bytes, header: codec::decode(header, may_go_on).map_err(damaged)? })
     }
 
     /// The rows of section `name`.
@@ -298,28 +330,21 @@ fn read_books(
         .collect())
 }
 
-/// Every chunk lies in the file, aligned, in ascending order, and the shard holds exactly the chunks it should.
-fn check_directory(chunks: &[ChunkEntry], header: &MapHeader, length: u64) -> Result<(), MapError> {
+/// The shard holds exactly the chunks it should, in order.
+fn check_directory(chunks: &[ChunkEntry], header: &MapHeader) -> Result<(), MapError> {
     let layout = header.settings.layout(header.scene.bands.count());
-    let per_source = layout.total.div_ceil(CHUNK_EMISSIONS);
-    let held = header.shard.chunks(per_source);
-    let expected = (0..header.scene.sources.len() as u32)
-        .flat_map(|source| held.clone().map(move |chunk| (source, chunk * CHUNK_EMISSIONS)));
-    let held_count = (held.end - held.start) * header.scene.sources.len() as u64;
+    let held = header.shard.chunks(layout.total.div_ceil(CHUNK_EMISSIONS));
+    let sources = header.scene.sources.len() as u64;
     let damaged = |offset, reason: &str| MapError::Damaged { offset, reason: reason.to_owned() };
-    if held_count != chunks.len() as u64 {
+    if (held.end - held.start).checked_mul(sources) != Some(chunks.len() as u64) {
         return Err(damaged(0, "the directory does not name the chunks of this run"));
     }
+    let expected = (0..sources as u32)
+        .flat_map(|source| held.clone().map(move |chunk| (source, chunk * CHUNK_EMISSIONS)));
     for (chunk, (source, first)) in chunks.iter().zip(expected) {
         let count = (layout.total - first).min(CHUNK_EMISSIONS);
-        if (chunk.source, chunk.first_emission, u64::from(chunk.path_count)) != (source, first, count)
-            || chunk.offset % ALIGNMENT != 0
-        {
+        if (chunk.source, chunk.first_emission, u64::from(chunk.path_count)) != (source, first, count) {
             return Err(damaged(chunk.offset, "the directory contradicts itself"));
-        }
-        let end = chunk.length().and_then(|bytes| bytes.checked_add(chunk.offset)).unwrap_or(u64::MAX);
-        if end > length {
-            return Err(MapError::Truncated { part: "a chunk of paths".to_owned(), end, length });
         }
     }
     Ok(())

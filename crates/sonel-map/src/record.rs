@@ -12,6 +12,9 @@ use crate::codec::{
 use crate::emission::{CHUNK_EMISSIONS, Spectral};
 use crate::header::{EffectState, MapHeader, Mode, Settings, ShardRange};
 
+/// More batches than any interval needs; readers hold sums for each.
+const LARGEST_BATCH_COUNT: u32 = 1 << 16;
+
 /// Vertices as f64 triples and triangles as (corner, corner, corner, material).
 pub fn mesh_columns(mesh: &Mesh) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
     let vertices = mesh.vertices.iter().map(DVec3::to_array).collect();
@@ -37,7 +40,7 @@ pub fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 4]]) -> Mesh {
     }
 }
 
-pub fn header_record(header: &MapHeader, sections: Vec<SectionRecord>) -> HeaderRecord {
+pub fn header_record(header: &MapHeader, center: DVec3, sections: Vec<SectionRecord>) -> HeaderRecord {
     let chunk_bytes =
         sections.iter().find(|section| section.name == "chunks").map_or(0, |section| section.length);
     let settings = &header.settings;
@@ -57,6 +60,7 @@ pub fn header_record(header: &MapHeader, sections: Vec<SectionRecord>) -> Header
         },
         effects: header.effects.iter().map(effect_record).collect(),
         scene: scene_record(&header.scene),
+        center: center.to_array(),
         chunk_count: chunk_bytes / size_of::<crate::format::ChunkEntry>() as u64,
         sections,
     }
@@ -142,7 +146,10 @@ fn settings(record: &SettingsRecord) -> Result<Settings, String> {
     if record.chunk_emissions != CHUNK_EMISSIONS {
         return Err(format!("chunks of {} emissions are unknown to this version", record.chunk_emissions));
     }
-    if record.batches == 0 || record.spectral > 1 || record.mode > 1 {
+    if record.batches == 0 || record.batches > LARGEST_BATCH_COUNT {
+        return Err(format!("{} batches; 1 to {LARGEST_BATCH_COUNT} are possible", record.batches));
+    }
+    if record.spectral > 1 || record.mode > 1 {
         return Err("the settings hold a code that this version does not know".to_owned());
     }
     if !(0.0..=1.0).contains(&record.survival) || !record.extinction_threshold.is_finite() {
@@ -169,8 +176,12 @@ fn scene(record: SceneRecord, mesh: Mesh) -> Result<Scene, String> {
             return Err(format!("material {}: {problem}", material.name));
         }
     }
-    if record.air_attenuation.len() != expected || !(record.duration > 0.0 && record.speed_of_sound > 0.0) {
-        return Err("air attenuation, duration or speed of sound out of range".to_owned());
+    let attenuation = &record.air_attenuation;
+    if attenuation.len() != expected || !attenuation.iter().all(|m| (0.0..f64::INFINITY).contains(m)) {
+        return Err("not one attenuation by air per band".to_owned());
+    }
+    if !is_positive(record.duration) || !is_positive(record.speed_of_sound) {
+        return Err("duration or speed of sound out of range".to_owned());
     }
     let corner_count = mesh.vertices.len() as u32;
     let sound = |triangle: &MeshTriangle| {
@@ -195,7 +206,7 @@ fn scene(record: SceneRecord, mesh: Mesh) -> Result<Scene, String> {
         materials,
         mesh,
         sources: record.sources.into_iter().map(|s| source(s, expected)).collect::<Result<_, _>>()?,
-        receivers: record.receivers.into_iter().map(receiver).collect(),
+        receivers: record.receivers.into_iter().map(receiver).collect::<Result<_, _>>()?,
         digest: record.scene_digest,
         mesh_digest: record.mesh_digest,
     })
@@ -212,9 +223,12 @@ fn material(record: MaterialRecord) -> Material {
 }
 
 fn source(record: SourceRecord, bands: usize) -> Result<Source, String> {
-    let position = DVec3::from_array(record.position);
-    if record.power_level_db.len() != bands || !position.is_finite() {
-        return Err(format!("source {} has no position or not one level per band", record.name));
+    let (position, aim) = (DVec3::from_array(record.position), DVec3::from_array(record.aim));
+    if !position.is_finite() || !aim.is_finite() {
+        return Err(format!("source {} has no position or looks nowhere", record.name));
+    }
+    if record.power_level_db.len() != bands || !record.power_level_db.iter().all(|level| level.is_finite()) {
+        return Err(format!("source {} has not one power level per band", record.name));
     }
     Ok(Source {
         directivity: record.directivity.parse().map_err(|_| {
@@ -223,14 +237,18 @@ fn source(record: SourceRecord, bands: usize) -> Result<Source, String> {
         name: record.name,
         position,
         power_level_db: record.power_level_db,
-        aim: DVec3::from_array(record.aim),
+        aim,
     })
 }
 
-fn receiver(record: ReceiverRecord) -> Receiver {
-    Receiver {
-        name: record.name,
-        position: DVec3::from_array(record.position),
-        aim: DVec3::from_array(record.aim),
+fn receiver(record: ReceiverRecord) -> Result<Receiver, String> {
+    let (position, aim) = (DVec3::from_array(record.position), DVec3::from_array(record.aim));
+    if !position.is_finite() || !aim.is_finite() {
+        return Err(format!("receiver {} has no position or looks nowhere", record.name));
     }
+    Ok(Receiver { name: record.name, position, aim })
+}
+
+fn is_positive(value: f64) -> bool {
+    value.is_finite() && value > 0.0
 }

@@ -10,6 +10,7 @@ use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, MAGIC, MAJOR, MINOR, Prea
 use crate::header::MapHeader;
 use crate::ledger::Ledger;
 use crate::record;
+use crate::surfaces;
 use crate::vertex::Vertex;
 
 /// The paths of one chunk: where each ends among the vertices, and the vertices of all.
@@ -83,28 +84,32 @@ impl<W: Write + Seek> MapWriter<W> {
     /// Completes the map and returns what it was written to.
     ///
     /// # Errors
-    /// When `out` cannot be written or the header is too large.
+    /// When `out` cannot be written, the header is too large, or the scene has no walls.
     pub fn finish(mut self, header: &MapHeader) -> Result<W, MapError> {
+        let geometry = header.scene.geometry()?;
         let (corners, triangles) = record::mesh_columns(&header.scene.mesh);
         let sections = vec![
             self.section("mesh.vertices", bytemuck::cast_slice(&corners))?,
             self.section("mesh.triangles", bytemuck::cast_slice(&triangles))?,
+            self.section("surfaces", bytemuck::cast_slice(&surfaces::rows(&geometry)))?,
             self.take_section("chunks", |writer| std::mem::take(&mut writer.entries))?,
             self.take_section("chunk.fates", |writer| std::mem::take(&mut writer.fates))?,
             self.take_section("chunk.ledger", |writer| std::mem::take(&mut writer.terms))?,
         ];
-        let bytes = codec::encode(&record::header_record(header, sections)).map_err(MapError::Limit)?;
+        let record = record::header_record(header, geometry.center(), sections);
+        let bytes = codec::encode(&record).map_err(MapError::Limit)?;
         let header_offset = self.pad()?;
         self.put(&bytes)?;
-        let preamble = Preamble {
+        let mut preamble = Preamble {
             magic: MAGIC,
             major: MAJOR,
             minor: MINOR,
             reserved: 0,
             header_offset,
             header_length: bytes.len() as u64,
-            header_digest: blake3::hash(&bytes).into(),
+            header_digest: [0; 32],
         };
+        preamble.header_digest = preamble.digest_with(&bytes);
         self.out.seek(SeekFrom::Start(0))?;
         self.out.write_all(bytemuck::bytes_of(&preamble))?;
         self.out.flush()?;
