@@ -4,6 +4,7 @@ use std::io::Cursor;
 
 use sonel_geometry::Geometry;
 use sonel_map::{Ledger, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
+use sonel_renderer::deposit::TimeBins;
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
 use sonel_tracer::Tracer;
@@ -43,15 +44,27 @@ impl Traced {
     /// Renders source 0 at the scene's receivers. The coarse borders are those of the fine bins.
     #[must_use]
     pub fn render(&self, settings: RenderSettings) -> Rendering {
-        let scene = &self.map.header().scene;
-        let receivers: Vec<ReceiverPoint> = scene
+        let bins = TimeBins::new(settings.bin, self.scene().duration, self.scene().speed_of_sound);
+        let borders = vec![bins.edges(); self.scene().receivers.len()];
+        self.render_with(settings, &borders).0
+    }
+
+    /// Renders source 0 at the scene's receivers with coarse `borders` [s] of their own; also the borders of the fine bins.
+    #[must_use]
+    pub fn render_with(&self, settings: RenderSettings, borders: &[Vec<f64>]) -> (Rendering, Vec<f64>) {
+        let receivers: Vec<ReceiverPoint> = self
+            .scene()
             .receivers
             .iter()
             .map(|receiver| ReceiverPoint { name: receiver.name.clone(), position: receiver.position })
             .collect();
         let renderer = Renderer::new(&self.map, &self.geometry, settings).expect("a sound map");
-        let borders = vec![renderer.bins().edges(); receivers.len()];
-        renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers")
+        let rendering = renderer.render(0, &receivers, borders, &mut |_| {}).expect("sound receivers");
+        (rendering, renderer.bins().edges())
+    }
+
+    fn scene(&self) -> &Scene {
+        &self.map.header().scene
     }
 }
 

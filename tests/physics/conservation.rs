@@ -1,6 +1,6 @@
 //! Energy is neither made nor lost: ledger, lossless and black boxes, Σ incident / emitted, mean free path.
 
-use sonel_acoustics::{Bands, Material};
+use sonel_acoustics::{Bands, Directivity, Material};
 use sonel_map::{
     BatchStart, CoefficientTable, EmissionLayout, Fate, PathWeight, Segment, Settings, Spectral, sweep,
 };
@@ -67,6 +67,26 @@ fn the_ledger_closes_in_every_band() {
             assert!(
                 books.sampling.abs() <= 4.0 * books.sampling_sigma() + 1e-12,
                 "{settings:?} band {band}: {books:?}"
+            );
+        }
+    }
+}
+
+/// A directional source samples its own power: within 4σ, with shared bands as with bands on their own. A sequence whose
+/// points go to the leading bands in turn would send each band into one part of the sphere.
+#[test]
+fn directional_sources_emit_what_they_should_in_every_band() {
+    for spectral in [Spectral::Shared, Spectral::PerBand] {
+        let mut scene = room(colourful(), 1.0);
+        scene.sources[0].directivity = Directivity::Cardioid;
+        scene.sources[0].aim = glam::DVec3::new(0.6, 0.0, 0.8);
+        let traced = Traced::new(scene, Settings { emissions: 8_000, spectral, ..Settings::default() });
+        for (band, books) in traced.books.bands.iter().enumerate() {
+            assert!(books.relative_residual() < 1e-9);
+            assert!(books.sampling_sigma() < 0.05, "{spectral:?} band {band}: {books:?}");
+            assert!(
+                books.sampling.abs() <= 4.0 * books.sampling_sigma(),
+                "{spectral:?} band {band}: {books:?}"
             );
         }
     }

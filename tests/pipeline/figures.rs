@@ -9,8 +9,8 @@ use crate::Workshop;
 type Expectation = (Parameter, f64, f64, f64);
 
 fn check(shop: &Workshop, options: &[&str], band: usize, expectations: &[Expectation]) {
-    shop.trace("a.sonelmap", options).unwrap();
-    shop.render("a.sonelmap", "a.npz", &[]).unwrap();
+    shop.trace("a.sonelmap", options).expect("a sound scene");
+    shop.render("a.sonelmap", "a.npz", &[]).expect("a sound map");
     let response = shop.response("a.npz");
     let figures = parameters(&response);
     let mut wrong = Vec::new();

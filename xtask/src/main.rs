@@ -1,6 +1,7 @@
 //! Chores of the workspace. `cargo xtask --help` lists them.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a chore reports to the person who runs it")]
 
+mod accept;
 mod bench;
 mod ci;
 mod demo;
@@ -17,6 +18,8 @@ use clap::Parser;
 #[derive(Parser)]
 #[command(name = "cargo xtask")]
 enum Chore {
+    /// Run what must hold before an issue is closed and takes too long for every change
+    Accept,
     /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
     Bench,
     /// Check everything a change has to pass: format, tidy, lints, tests, documentation
@@ -31,6 +34,7 @@ enum Chore {
 
 fn main() -> ExitCode {
     let outcome = match Chore::parse() {
+        Chore::Accept => accept::run(),
         Chore::Bench => bench::run(),
         Chore::Ci => ci::run(),
         Chore::Demo => demo::run(),

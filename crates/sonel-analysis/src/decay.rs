@@ -3,7 +3,7 @@
 //! Input is *energy* per bin; it is not squared again. Time zero is the direct arrival (distance / c, also when it is
 //! blocked); energy before it, which only the width of the bins can put there, counts to time zero. Between bin borders
 //! the curve is interpolated linearly in level: exact for exponential decays, whatever the bins. What follows the record
-//! is the exponential of [`tail`](crate::tail), the correction C of ISO 3382-1, so an ideal decay is free of truncation
+//! is the exponential of [`mod@crate::tail`], the correction C of ISO 3382-1, so an ideal decay is free of truncation
 //! bias. A record that holds less than 10 dB of the decay is refused: the rest would be extrapolation.
 //!
 //! References: [Schroeder1965], [ISO3382-1] (docs/references.md).

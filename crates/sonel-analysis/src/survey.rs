@@ -3,7 +3,7 @@
 //! The books are kept as the tracer keeps them, but from the paths alone, so that comparing them with the stored ones
 //! proves that paths, coefficients and books belong together. One thing a path does not say is in which event an
 //! extinguished packet lost its last energy: truncated and sampled energy can therefore differ between the two books by
-//! as much as such packets carry, far below [`UNKNOWN_SHARE`] of what was emitted.
+//! as much as such packets carry, far below what could hide a defect.
 //!
 //! References: docs/physics.md §2 and §3.
 
@@ -115,7 +115,7 @@ impl<'a> Walk<'a> {
             material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
             center: geometry.center(),
             directions: sources
-                .map(|source| EmissionDirections::new(settings.seed, source, layout))
+                .map(|source| EmissionDirections::new(settings.seed, source, layout, settings.spectral))
                 .collect(),
             batches: (0..layout.batches)
                 .map(|batch| BatchStart::new(&layout, batch, settings.spectral))

@@ -47,11 +47,10 @@ impl EmissionLayout {
         (index / u64::from(self.bands) % u64::from(self.batches)) as u32
     }
 
-    /// Position of emission `index` within the emission sequence of its batch.
+    /// How many emissions of the same batch and hero came before emission `index`.
     #[must_use]
-    pub fn sequence_index(&self, index: u64) -> u32 {
-        let rounds = index / (u64::from(self.bands) * u64::from(self.batches));
-        (rounds * u64::from(self.bands)) as u32 + self.hero(index)
+    pub fn round(&self, index: u64) -> u32 {
+        (index / (u64::from(self.bands) * u64::from(self.batches))) as u32
     }
 
     /// How many emissions of `batch` were led by `hero`.
@@ -87,26 +86,45 @@ impl EmissionLayout {
 }
 
 /// First directions of the packets of one source: regenerated from the seed, never stored.
+///
+/// Where bands share paths, the packets of a batch share one sequence, so that together they fill the sphere evenly; which
+/// of a round's points goes to which leading band is turned at random from round to round. Without that turn a band
+/// would get every n_b-th point, which for a power of two lie in one part of the sphere. Where bands have paths of
+/// their own, each has a sequence of its own.
 #[derive(Debug, Clone)]
 pub struct EmissionDirections {
     layout: EmissionLayout,
+    spectral: Spectral,
     sequences: Vec<ScrambledSobol>,
 }
 
 impl EmissionDirections {
     /// Directions of `source` under `seed`.
     #[must_use]
-    pub fn new(seed: u64, source: u32, layout: EmissionLayout) -> Self {
-        let sequences =
-            (0..layout.batches).map(|batch| ScrambledSobol::for_batch(seed, source, batch)).collect();
-        Self { layout, sequences }
+    pub fn new(seed: u64, source: u32, layout: EmissionLayout, spectral: Spectral) -> Self {
+        let per_batch = match spectral {
+            Spectral::Shared => 1,
+            Spectral::PerBand => layout.bands,
+        };
+        let sequences = (0..layout.batches * per_batch)
+            .map(|number| ScrambledSobol::numbered(seed, source, number))
+            .collect();
+        Self { layout, spectral, sequences }
     }
 
     /// Unit direction in which emission `index` leaves.
     #[must_use]
     pub fn direction(&self, index: u64) -> Vec3 {
-        let sequence = &self.sequences[self.layout.batch(index) as usize];
-        warp::uniform_sphere(sequence.point(self.layout.sequence_index(index)))
+        let (bands, round) = (self.layout.bands, self.layout.round(index));
+        let (batch, hero) = (self.layout.batch(index), self.layout.hero(index));
+        let point = match self.spectral {
+            Spectral::Shared => {
+                let sequence = &self.sequences[batch as usize];
+                sequence.point(round * bands + (hero + sequence.turn(round) % bands) % bands)
+            }
+            Spectral::PerBand => self.sequences[(batch * bands + hero) as usize].point(round),
+        };
+        warp::uniform_sphere(point)
     }
 }
 
@@ -185,12 +203,31 @@ mod tests {
         }
     }
 
+    /// Mean direction of every leading band's packets: zero for a full sphere, half a radius for an eighth of it. Points in
+    /// strata of a whole sequence (bands on their own) are sharper than independent ones.
     #[test]
-    fn sequence_indices_of_a_batch_are_consecutive() {
-        let layout = EmissionLayout { total: 3000, bands: 8, batches: 32 };
-        for batch in [0, 7, 31] {
-            let sequence: Vec<u32> = layout.batch_indices(batch).map(|i| layout.sequence_index(i)).collect();
-            assert!(sequence.iter().enumerate().all(|(expected, &index)| index as usize == expected));
+    fn every_leading_band_sees_the_whole_sphere() {
+        let layout = EmissionLayout { total: 64_000, bands: 8, batches: 32 };
+        for spectral in [Spectral::Shared, Spectral::PerBand] {
+            let directions = EmissionDirections::new(1, 0, layout, spectral);
+            for batch in [0, 13] {
+                for hero in 0..8 {
+                    let led: Vec<u64> =
+                        layout.batch_indices(batch).filter(|&i| layout.hero(i) == hero).collect();
+                    let mean = led.iter().map(|&i| directions.direction(i)).sum::<Vec3>() / led.len() as f32;
+                    // 250 independent directions: each component has a standard error of 1/√750.
+                    assert!(mean.length() < 0.15, "{spectral:?} batch {batch} hero {hero}: {mean}");
+                }
+            }
         }
+    }
+
+    /// All packets of a batch together keep the strata: the mean direction of a power of two of them all but vanishes.
+    #[test]
+    fn a_shared_batch_is_stratified_as_a_whole() {
+        let layout = EmissionLayout { total: 32 * 1024, bands: 8, batches: 32 };
+        let directions = EmissionDirections::new(1, 0, layout, Spectral::Shared);
+        let mean = layout.batch_indices(3).map(|i| directions.direction(i)).sum::<Vec3>() / 1024.0;
+        assert!(mean.length() < 0.005, "{mean}");
     }
 }

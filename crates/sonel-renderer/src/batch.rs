@@ -57,8 +57,9 @@ impl Renderer<'_> {
         progress: &mut dyn FnMut(f64),
     ) {
         let position = self.map.header().scene.sources[source].position - self.geometry.center();
-        let seed = self.map.header().settings.seed;
-        let directions = EmissionDirections::new(seed, source as u32, self.map.layout());
+        let traced = &self.map.header().settings;
+        let directions =
+            EmissionDirections::new(traced.seed, source as u32, self.map.layout(), traced.spectral);
         let count = self.batches.len() as u32;
         let audience = self.audience(&receivers[tile.clone()], rendering.mirror_order);
         rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));

@@ -165,7 +165,7 @@ fn mirrored_energy(image: &Image) -> f64 {
 /// What an image brings as seen by rays from the receiver, with a share of [`blind_weights`].
 fn pilot_weights(geometry: &Geometry, tree: &ImageTree, images: &[Image], receiver: DVec3) -> Vec<f64> {
     let mut seen = vec![0.0; images.len()];
-    let directions = ScrambledSobol::for_batch(0, 0, 0);
+    let directions = ScrambledSobol::numbered(0, 0, 0);
     for ray in 0..PILOT_RAYS {
         let direction = warp::uniform_sphere(directions.point(ray)).as_dvec3();
         tree.follow(geometry, direction, |image| seen[image] += mirrored_energy(&images[image]));

@@ -44,7 +44,7 @@ mod tests {
     #[test]
     fn axes_are_orthonormal_for_every_normal() {
         for i in 0..1000 {
-            let normal = crate::warp::uniform_sphere(crate::ScrambledSobol::for_batch(3, 0, 0).point(i));
+            let normal = crate::warp::uniform_sphere(crate::ScrambledSobol::numbered(3, 0, 0).point(i));
             for normal in [normal, Vec3::Z, Vec3::NEG_Z] {
                 let frame = Frame::about(normal);
                 for (a, b) in [

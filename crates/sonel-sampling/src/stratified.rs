@@ -16,11 +16,11 @@ pub struct ScrambledSobol {
 }
 
 impl ScrambledSobol {
-    /// The sequence for `batch` of `source` under `seed`.
+    /// Sequence `number` of the emissions of `source` under `seed`.
     #[must_use]
-    pub fn for_batch(seed: u64, source: u32, batch: u32) -> Self {
+    pub fn numbered(seed: u64, source: u32, number: u32) -> Self {
         let mut stream =
-            StreamFamily::new(seed, Purpose::EmissionScramble, [source, 0, 0, 0]).stream(u64::from(batch));
+            StreamFamily::new(seed, Purpose::EmissionScramble, [source, 0, 0, 0]).stream(u64::from(number));
         Self::from_keys([stream.bits(), stream.bits()])
     }
 
@@ -28,6 +28,12 @@ impl ScrambledSobol {
     #[must_use]
     pub fn from_keys(keys: [u32; 2]) -> Self {
         Self { keys }
+    }
+
+    /// 32 bits that look random, one for every `round`: for choices that go with the sequence.
+    #[must_use]
+    pub fn turn(&self, round: u32) -> u32 {
+        scramble(scramble(round, self.keys[0]) ^ self.keys[1], self.keys[0].rotate_left(16))
     }
 
     /// Point `index` of the sequence in [0, 1)².
@@ -83,7 +89,7 @@ mod tests {
     #[test]
     fn every_elementary_cell_holds_one_point() {
         for batch in 0..4 {
-            let sequence = ScrambledSobol::for_batch(1, 0, batch);
+            let sequence = ScrambledSobol::numbered(1, 0, batch);
             for a in 0..=8 {
                 assert_eq!(fullest_cell(&sequence, 8, a), 1, "batch {batch}, 2^{a} columns");
             }
@@ -106,7 +112,7 @@ mod tests {
         let (mut sum, mut square) = ([0.0_f64; 2], [0.0_f64; 2]);
         let batches = 20_000;
         for batch in 0..batches {
-            for (axis, u) in ScrambledSobol::for_batch(7, 0, batch).point(5).into_iter().enumerate() {
+            for (axis, u) in ScrambledSobol::numbered(7, 0, batch).point(5).into_iter().enumerate() {
                 sum[axis] += f64::from(u);
                 square[axis] += f64::from(u) * f64::from(u);
             }

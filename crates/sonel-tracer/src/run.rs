@@ -145,7 +145,12 @@ impl<'a> Tracer<'a> {
             source,
             position: source.position - self.surroundings.geometry.center(),
             aim: source.aim.as_vec3(),
-            directions: EmissionDirections::new(self.settings.seed, index, self.layout),
+            directions: EmissionDirections::new(
+                self.settings.seed,
+                index,
+                self.layout,
+                self.settings.spectral,
+            ),
             streams: StreamFamily::new(self.settings.seed, Purpose::Packet, [index, 0, 0, 0]),
         }
     }

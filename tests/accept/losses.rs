@@ -1,0 +1,25 @@
+//! Ten million segments in every shipped room, none lost, and a ledger that closes.
+
+use sonel_map::{Fate, Settings, ShardRange};
+use sonel_tracer::Tracer;
+
+use crate::shipped;
+
+#[test]
+fn no_packet_slips_out_of_a_shipped_room() {
+    for (name, emissions) in [("seed-room", 270_000), ("shoebox", 350_000), ("hall", 400_000)] {
+        let scene = shipped(name);
+        let geometry = scene.geometry().unwrap();
+        let settings = Settings { emissions, ..Settings::default() };
+        let books = Tracer::new(&scene, &geometry, settings)
+            .run(ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(()))
+            .unwrap();
+        println!("{name}: {} segments, residual {:.1e}", books.segments, books.worst_residual());
+        assert!(books.segments >= 10_000_000, "{name}: {} segments", books.segments);
+        assert_eq!(books.fates.count(Fate::Lost), 0, "{name}");
+        assert!(books.worst_residual() < 1e-9, "{name}");
+        for band in &books.bands {
+            assert!(band.sampling.abs() <= 4.0 * band.sampling_sigma() + 1e-12, "{name}: {band:?}");
+        }
+    }
+}

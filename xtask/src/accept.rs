@@ -1,0 +1,24 @@
+//! Long statistical runs, in release.
+
+use anyhow::{Context, Result, ensure};
+
+use crate::workspace;
+
+/// Runs all of them, one test after the other, and shows what they measured.
+pub fn run() -> Result<()> {
+    let arguments = [
+        "test",
+        "--release",
+        "--package",
+        "sonel-tests",
+        "--test",
+        "accept",
+        "--",
+        "--nocapture",
+        "--test-threads=1",
+    ];
+    let mut command = workspace::cargo(&arguments);
+    let status = command.status().with_context(|| format!("cannot run {command:?}"))?;
+    ensure!(status.success(), "{command:?}: {status}");
+    Ok(())
+}
