@@ -103,6 +103,15 @@ pub struct ChunkFates {
     pub reserved: u64,
 }
 
+impl ChunkFates {
+    /// Whether every path of `chunk` has one fate and every vertex ends one segment.
+    #[must_use]
+    pub fn agree_with(&self, chunk: &ChunkEntry) -> bool {
+        let fates = self.fates.iter().try_fold(0, |sum: u64, &count| sum.checked_add(count));
+        fates == Some(u64::from(chunk.path_count)) && self.segments == chunk.vertex_count
+    }
+}
+
 /// The next multiple of [`ALIGNMENT`].
 #[must_use]
 pub fn aligned(offset: u64) -> u64 {

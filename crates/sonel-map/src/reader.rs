@@ -96,6 +96,9 @@ impl SonelMap {
             tiling::check_padding(bytes.as_slice(), section.offset + section.length)?;
         }
         let damaged = |reason| MapError::Damaged { offset: preamble.header_offset, reason };
+        if sections.header.chunk_count != chunks.len() as u64 {
+            return Err(damaged("header and directory differ in the number of chunks".to_owned()));
+        }
         let mesh = record::mesh(sections.rows("mesh.vertices")?, sections.rows("mesh.triangles")?);
         let surfaces = sections.rows::<SurfaceRow>("surfaces")?.to_vec();
         let fates = sections.rows::<ChunkFates>("chunk.fates")?;
@@ -318,6 +321,9 @@ fn read_books(
 ) -> Result<Vec<Ledger>, String> {
     if bands == 0 || fates.len() != chunks.len() || terms.len() != chunks.len() * bands {
         return Err("directory and books differ in length".to_owned());
+    }
+    if !chunks.iter().zip(fates).all(|(chunk, fates)| fates.agree_with(chunk)) {
+        return Err("directory and books differ in paths or segments".to_owned());
     }
     Ok(fates
         .iter()

@@ -1,0 +1,57 @@
+//! A map of format 1.0 is kept in the repository: whatever is written in it must stay readable, number by number.
+
+mod hand_made;
+
+use std::path::PathBuf;
+
+use sonel_map::SonelMap;
+
+/// The identity of the golden map.
+const DIGEST: &str = "2a888bb869e9ab523d7b1b1599e275ab12559a2c2fb5000857fde04db2b7ef1b";
+
+fn golden() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/box-1.0.sonelmap")
+}
+
+#[test]
+fn the_golden_map_opens_with_everything_in_it() {
+    let file = std::fs::File::open(golden()).unwrap();
+    let map = SonelMap::open(&file).unwrap();
+    let expected = hand_made::header(hand_made::EMISSIONS);
+    let header = map.header();
+    assert_eq!(header.tool_version, expected.tool_version);
+    assert_eq!(header.settings, expected.settings);
+    assert_eq!(header.shard, expected.shard);
+    assert_eq!(header.effects, expected.effects);
+    assert_eq!(header.scene, expected.scene);
+    let geometry = header.scene.geometry().unwrap();
+    map.check_surfaces(&geometry).unwrap();
+    map.check_paths(geometry.surfaces().len() as u32).unwrap();
+    let mut books = hand_made::books(0);
+    books.add(&hand_made::books(1));
+    assert_eq!(map.ledger(), books);
+    for source in 0..2 {
+        let written = hand_made::paths(&geometry, source);
+        let mut start = 0;
+        for (emission, &end) in written.ends.iter().enumerate() {
+            let path = map.path(source, emission as u64).unwrap();
+            assert_eq!(path.vertices, &written.vertices[start..end as usize]);
+            start = end as usize;
+        }
+    }
+    let digest: String = map.digest().iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(digest, DIGEST);
+}
+
+/// A change of the layout shows here. Before 1.0 is released the file may be written anew, by
+/// `cargo test -p sonel-map --test golden -- --ignored`; afterwards a new version gets a file of its own.
+#[test]
+fn the_writer_still_writes_the_golden_bytes() {
+    assert!(std::fs::read(golden()).unwrap() == hand_made::bytes(), "the layout has changed");
+}
+
+#[test]
+#[ignore = "writes the golden file"]
+fn write_the_golden_file() {
+    std::fs::write(golden(), hand_made::bytes()).unwrap();
+}
