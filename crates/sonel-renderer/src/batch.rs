@@ -224,12 +224,12 @@ impl Renderer<'_> {
         );
         for (index, images) in audience.images.iter().enumerate() {
             if let Some(images) = images {
-                let stream = &mut scratch.choices[index];
+                let choice = scratch.choices[index].uniform_fine();
                 images.connect(
                     &sonel,
                     index,
                     &medium,
-                    stream,
+                    choice,
                     &mut scratch.energy,
                     &mut estimate.class(PathClass::DiffuseMirror),
                 );

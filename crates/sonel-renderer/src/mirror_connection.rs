@@ -11,7 +11,7 @@ use glam::DVec3;
 use sonel_acoustics::Directivity;
 use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes};
-use sonel_sampling::{ScrambledSobol, Stream, warp};
+use sonel_sampling::{ScrambledSobol, warp};
 
 use crate::connection::{ClassDeposits, DiffuseSonel};
 use crate::mirror::lattice::ImageLattice;
@@ -115,18 +115,18 @@ impl ReceiverImages {
         }
     }
 
-    /// Connects `sonel` to one image. `receiver` is the number of the receiver in `deposits`.
+    /// Connects `sonel` to the image that the uniform number `choice` selects. `receiver` is its number in `deposits`.
     #[inline]
     pub fn connect(
         &self,
         sonel: &DiffuseSonel<'_>,
         receiver: usize,
         medium: &Medium<'_>,
-        stream: &mut Stream,
+        choice: f64,
         scratch: &mut [Lanes],
         deposits: &mut ClassDeposits<'_>,
     ) {
-        let index = self.choice.choose(stream.uniform_fine());
+        let index = self.choice.choose(choice);
         let image = &self.images[index];
         let from = sonel.position.as_dvec3();
         let offset = image.position - from;
