@@ -1,4 +1,5 @@
 //! Whatever is wrong with a file is an error that says so: no panic, no wrong paths.
+#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
 
 mod forged;
 mod hand_made;
@@ -41,6 +42,12 @@ fn touch(map: &SonelMap) {
             assert!(sonels <= path.vertices.len());
         }
     }
+}
+
+/// Where the settings begin: behind the version of the tool, the first field of the header.
+fn settings_at(bytes: &[u8]) -> usize {
+    let header = forged::header_range(bytes).start;
+    header + 8 + u64::from_le_bytes(bytes[header..header + 8].try_into().unwrap()) as usize
 }
 
 fn file_of(bytes: &[u8]) -> File {
@@ -95,7 +102,7 @@ fn a_flipped_bit_with_a_forged_checksum_is_not_found() {
     let sound = hand_made::bytes();
     let chunk = forged::section(&sound, "chunks").range;
     let at = u64::from_le_bytes(sound[chunk.start + 24..chunk.start + 32].try_into().unwrap()) as usize;
-    let mut flipped = sound.clone();
+    let mut flipped = sound;
     flipped[at + 64] ^= 1;
     assert!(read(&flipped).is_err());
     let length = 64 + 28 * 16;
@@ -154,6 +161,54 @@ fn a_run_that_was_stopped_leaves_an_incomplete_map() {
     assert!(matches!(read(&bytes), Err(MapError::Incomplete)));
 }
 
+/// A disk with room for so many bytes.
+struct SmallDisk {
+    room: usize,
+    bytes: std::io::Cursor<Vec<u8>>,
+}
+
+impl Write for SmallDisk {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.bytes.position() as usize + bytes.len() > self.room {
+            return Err(std::io::ErrorKind::StorageFull.into());
+        }
+        self.bytes.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl std::io::Seek for SmallDisk {
+    fn seek(&mut self, position: std::io::SeekFrom) -> std::io::Result<u64> {
+        self.bytes.seek(position)
+    }
+}
+
+#[test]
+fn a_full_disk_is_an_error_of_the_writer_wherever_it_strikes() {
+    let header = hand_made::header(hand_made::EMISSIONS);
+    let geometry = header.scene.geometry().unwrap();
+    let whole = hand_made::bytes().len();
+    let write = |room| -> Result<usize, MapError> {
+        let disk = SmallDisk { room, bytes: std::io::Cursor::new(Vec::new()) };
+        let mut writer = sonel_map::MapWriter::begin(disk)?;
+        for source in 0..2 {
+            writer.push_chunk(source, 0, &hand_made::paths(&geometry, source), &hand_made::books(source))?;
+        }
+        Ok(writer.finish(&header)?.bytes.into_inner().len())
+    };
+    for room in (0..whole).step_by(7).chain([whole - 1]) {
+        let error = write(room).expect_err("no room");
+        assert!(
+            matches!(&error, MapError::Io(io) if io.kind() == std::io::ErrorKind::StorageFull),
+            "{error}"
+        );
+    }
+    assert_eq!(write(whole).unwrap(), whole);
+}
+
 #[test]
 fn a_map_without_paths_is_a_map() {
     let writer = sonel_map::MapWriter::begin(std::io::Cursor::new(Vec::new())).unwrap();
@@ -173,7 +228,7 @@ fn a_run_with_chunks_missing_is_refused() {
 #[test]
 fn settings_that_cannot_be_are_refused() {
     let sound = hand_made::bytes();
-    let settings = forged::settings_at(&sound);
+    let settings = settings_at(&sound);
     let (max, nan) = (u64::MAX.to_le_bytes(), f64::NAN.to_le_bytes());
     let cases: [(&str, usize, &[u8]); 10] = [
         ("emissions", 0, &max),

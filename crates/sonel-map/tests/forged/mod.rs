@@ -15,12 +15,6 @@ pub fn header_range(bytes: &[u8]) -> std::ops::Range<usize> {
     offset..offset + number(bytes, 24)
 }
 
-/// Where the settings begin: behind the version of the tool, the first field of the header.
-pub fn settings_at(bytes: &[u8]) -> usize {
-    let header = header_range(bytes).start;
-    header + 8 + number(bytes, header)
-}
-
 /// Makes the digest of preamble and header fit.
 pub fn seal(bytes: &mut [u8]) {
     let header = header_range(bytes);
