@@ -5,3 +5,4 @@ mod conservation;
 mod diffuse_sphere;
 mod free_field;
 mod mirrors;
+mod watertight;
