@@ -7,6 +7,7 @@ mod ci;
 mod demo;
 mod documentation;
 mod hall;
+mod python_reader;
 mod tidy;
 mod workspace;
 
@@ -22,12 +23,14 @@ enum Chore {
     Accept,
     /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
     Bench,
-    /// Check everything a change has to pass: format, tidy, lints, tests, documentation
+    /// Check everything a change has to pass: format, tidy, lints, tests, Python reader, documentation
     Ci,
     /// Trace and render the seed room into target/demo and print its levels and reverberation times
     Demo,
     /// Write scenes/hall/hall.obj and the figures in its README from the plan
     Hall,
+    /// Check the Python reader of maps against sonel-render
+    PythonReader,
     /// Check the house rules that a program can check
     Tidy,
 }
@@ -39,6 +42,7 @@ fn main() -> ExitCode {
         Chore::Ci => ci::run(),
         Chore::Demo => demo::run(),
         Chore::Hall => hall::run(),
+        Chore::PythonReader => python_reader::check(),
         Chore::Tidy => tidy::run(),
     };
     match outcome {

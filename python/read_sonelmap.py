@@ -1,0 +1,201 @@
+"""A reader of sonel maps that knows nothing but docs/formats/sonelmap.md; needs numpy only.
+
+As a program it recomputes, in an empty shoebox, what reaches a receiver by connections from all sonels (docs/physics.md §4,
+class "... D R"), and prints the sum over time per source and band as JSON:
+
+    python read_sonelmap.py room.sonelmap --receiver 3.0,3.6,1.1
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT = range(5)
+ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST = range(8, 13)
+
+SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
+CHUNK = np.dtype([("source", "<u4"), ("paths", "<u4"), ("first_emission", "<u8"), ("vertices", "<u8"),
+                  ("offset", "<u8"), ("digest", "V32")])
+VERTEX = np.dtype([("position", "<f4", 3), ("tag", "<u4")])
+
+# The header's records: fields in order. A one-element list means "list of", a pair "array of fixed length".
+SETTINGS = {"emissions": "<u8", "seed": "<u8", "batches": "<u4", "spectral": "<u4", "mode": "<u4", "shard_index": "<u4",
+            "shard_count": "<u4", "chunk_emissions": "<u8", "survival": "<f8", "extinction_threshold": "<f8"}
+EFFECT = {"name": "text", "on": ["<u1"], "reason": "text"}
+MATERIAL = {"name": "text", "absorption": ["<f8"], "scattering": ["<f8"], "transmission": ["<f8"], "source": "text"}
+SOURCE = {"name": "text", "position": ("<f8", 3), "power_level_db": ["<f8"], "directivity": "text", "aim": ("<f8", 3)}
+RECEIVER = {"name": "text", "position": ("<f8", 3), "aim": ("<f8", 3)}
+SCENE = {"name": "text", "up": ("<f8", 3), "third_octaves": "<u1", "nominal_frequencies": ["<f8"],
+         "temperature_celsius": "<f8", "relative_humidity_percent": "<f8", "pressure_kpa": "<f8",
+         "speed_of_sound": "<f8", "air_attenuation": ["<f8"], "duration": "<f8", "scene_digest": ("<u1", 32),
+         "mesh_digest": ("<u1", 32), "materials": [MATERIAL], "sources": [SOURCE], "receivers": [RECEIVER]}
+SECTION = {"name": "text", "offset": "<u8", "length": "<u8", "digest": ("<u1", 32)}
+HEADER = {"tool_version": "text", "settings": SETTINGS, "effects": [EFFECT], "scene": SCENE, "center": ("<f8", 3),
+          "chunk_count": "<u8", "sections": [SECTION]}
+
+
+class Record:
+    """Reads the header from front to back."""
+
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def take(self, kind):
+        if isinstance(kind, dict):
+            return {name: self.take(field) for name, field in kind.items()}
+        if isinstance(kind, tuple):
+            return self.numbers(*kind)
+        if kind == "text":
+            return self.numbers("<u1", self.take("<u8")).tobytes().decode("utf-8")
+        if isinstance(kind, list):
+            count = self.take("<u8")
+            return self.numbers(kind[0], count) if isinstance(kind[0], str) else [self.take(kind[0]) for _ in range(count)]
+        return self.numbers(kind, 1)[0].item()
+
+    def numbers(self, dtype, count):
+        start, self.at = self.at, self.at + np.dtype(dtype).itemsize * count
+        if self.at > len(self.data):
+            raise ValueError("the header ends too early")
+        return np.frombuffer(self.data, dtype, count, start)
+
+
+class SonelMap:
+    """The file, mapped into memory: `header` is a dictionary, `surfaces` and `chunks` are structured arrays."""
+
+    def __init__(self, path):
+        self.file = np.memmap(path, np.uint8, "r")
+        start = self.file[:64].tobytes()
+        if start[:8] != b"SONELMAP":
+            raise ValueError("not a sonel map")
+        major, minor = np.frombuffer(start, "<u2", 2, 8)
+        if major != 1:
+            raise ValueError(f"format version {major}.{minor} is unknown, this reads 1.x")
+        offset, length = (int(number) for number in np.frombuffer(start, "<u8", 2, 16))
+        if offset == 0:
+            raise ValueError("the map was never completed")
+        if offset + length != len(self.file):
+            raise ValueError("the file does not end with its header")
+        self.header = Record(self.file[offset:].tobytes()).take(HEADER)
+        self.sections = {section["name"]: section for section in self.header["sections"]}
+        self.surfaces = self.section("surfaces", SURFACE)
+        self.chunks = self.section("chunks", CHUNK)
+
+    def section(self, name, dtype):
+        """The rows of a section."""
+        section = self.sections[name]
+        return self.part(section["offset"], section["length"], dtype)
+
+    def part(self, offset, length, dtype):
+        if offset + length > len(self.file):
+            raise ValueError("a part lies outside the file")
+        return self.file[offset:offset + length].view(dtype)
+
+    def paths(self, source):
+        """(emission, vertices) of every path of a source, in emission order."""
+        for chunk in self.chunks[self.chunks["source"] == source]:
+            offset, count = int(chunk["offset"]), int(chunk["paths"])
+            ends = self.part(offset, 4 * count, "<u4")
+            vertices = self.part(offset + -(-4 * count // 64) * 64, 16 * int(chunk["vertices"]), VERTEX)
+            for index, end in enumerate(ends):
+                yield int(chunk["first_emission"]) + index, vertices[ends[index - 1] if index else 0:end]
+
+
+def coefficients(map):
+    """f and p per material, event (specular, diffuse, transmitted) and band."""
+    materials, beta = map.header["scene"]["materials"], map.header["settings"]["survival"]
+    alpha, s, tau = (np.array([m[name] for m in materials]) for name in ("absorption", "scattering", "transmission"))
+    factors = np.stack([(1 - alpha) * (1 - s), (1 - alpha) * s, tau], 1)
+    passed_on = factors.sum(1, keepdims=True)
+    roulette = np.where(passed_on > 0, np.where(passed_on > 0, passed_on, 1) ** (beta - 1), 0)
+    return factors, roulette * factors
+
+
+class Emissions:
+    """Which band leads emission i, which batch it counts for, how many packets each band led there."""
+
+    def __init__(self, map):
+        settings = map.header["settings"]
+        self.bands, self.batches = len(map.header["scene"]["nominal_frequencies"]), settings["batches"]
+        self.per_band = settings["spectral"] == 1
+        self.total = settings["emissions"] * (self.bands if self.per_band else 1)
+        index = np.arange(self.total)
+        self.led = np.zeros((self.batches, self.bands))
+        np.add.at(self.led, (index // self.bands % self.batches, index % self.bands), 1)
+
+    def start(self, emission):
+        """The batch, its share of all emissions, the bands carried (1 or 0), and the packets n_k that count for them."""
+        batch = emission // self.bands % self.batches
+        carried = np.ones(self.bands)
+        if self.per_band:
+            carried = (np.arange(self.bands) == emission % self.bands) * 1.0
+        return self.led[batch].sum() / self.total, carried, self.led[batch] * carried
+
+
+def sonels(map, source):
+    """Every sonel of a source: (surface, back, local position, path length, incident energy per band)."""
+    energy_factors, probabilities = coefficients(map)
+    material = map.surfaces["material"]
+    emissions = Emissions(map)
+    if map.header["scene"]["sources"][source]["directivity"] != "omni":
+        raise ValueError("first directions of directional sources come from a random stream: not read here")
+    origin = map.header["scene"]["sources"][source]["position"] - map.header["center"]
+    for emission, vertices in map.paths(source):
+        share, carried, led = emissions.start(emission)
+        feeding, drawing = carried.copy(), carried.copy()
+        points = vertices["position"].astype(float)
+        lengths = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=origin[None]), axis=1))
+        events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5
+        for step, (event, surface) in enumerate(zip(events, surfaces)):
+            if event in (ESCAPED, EXPIRED, LOST):
+                break
+            energy = share * feeding / (led * drawing).sum()
+            yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy
+            if event >= ABSORBED:
+                break
+            feeding = feeding * energy_factors[material[surface], event]
+            drawing = drawing * probabilities[material[surface], event]
+            scale = 1 / drawing.max()  # common to both, so it drops out: nothing underflows
+            feeding, drawing = feeding * scale, drawing * scale
+
+
+def connections(map, source, receiver):
+    """Fluence per unit emitted energy and band [1/m²] by connection in an empty convex room: nothing is in the way."""
+    scene = map.header["scene"]
+    diffuse = coefficients(map)[0][:, DIFFUSE]
+    attenuation = np.array(scene["air_attenuation"])
+    target = np.array(receiver) - map.header["center"]
+    reach = scene["duration"] * scene["speed_of_sound"]
+    fluence = np.zeros(len(attenuation))
+    for surface, back, point, length, energy in sonels(map, source):
+        row = map.surfaces[surface]
+        offset = target - point
+        distance = np.linalg.norm(offset)
+        cosine = (-1 if back else 1) * (offset @ row["normal"]) / distance
+        if cosine > 0 and length + distance <= reach:
+            air = np.exp(-attenuation * (length + distance))
+            fluence += energy * diffuse[row["material"]] * cosine / (np.pi * distance**2) * air
+    return fluence
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("map", type=Path, metavar="MAP.sonelmap")
+    parser.add_argument("--receiver", required=True, metavar="x,y,z", help="in the axes of the scene [m]")
+    arguments = parser.parse_args()
+    map = SonelMap(arguments.map)
+    scene = map.header["scene"]
+    if len(map.surfaces) != 6 or not map.surfaces["closed"].all():
+        sys.exit("error: connections are computed here in an empty shoebox only, where nothing is in the way")
+    receiver = [float(number) for number in arguments.receiver.split(",")]
+    sources = [{"name": source["name"], "connection": connections(map, index, receiver).tolist()}
+               for index, source in enumerate(scene["sources"])]
+    print(json.dumps({"scene": scene["name"], "tool_version": map.header["tool_version"],
+                      "center_frequency_hz": scene["nominal_frequencies"].tolist(), "paths": int(map.chunks["paths"].sum()),
+                      "sources": sources}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,133 @@
+//! The Python reader of maps, written from docs/formats/sonelmap.md, against `sonel-render`: same map, same connections.
+//!
+//! What it needs is installed into target/python, so that neither Python nor numpy can be missing without a failure.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value;
+
+use crate::workspace;
+
+const SCENE: &str = "python/box.toml";
+const READER: &str = "python/read_sonelmap.py";
+const REQUIREMENTS: &str = "python/requirements.txt";
+const ENVIRONMENT: &str = "target/python";
+const MAP: &str = "target/python/box.sonelmap";
+const RESPONSE: &str = "target/python/box.npz";
+/// The seat of the scene, and a place a centimetre away.
+const SEAT: &str = "3.0,3.6,1.1";
+const BESIDE: &str = "3.01,3.6,1.1";
+/// Largest relative difference: both know positions in f32 only and sum in another order.
+const TOLERANCE: f64 = 1e-6;
+/// The class that the reader recomputes, as `sonel-render` calls it.
+const CLASS: &str = "... D R";
+
+/// Traces and renders a box with shared and with separate bands, reads both maps, compares.
+pub fn check() -> Result<()> {
+    let python = environment()?;
+    for spectral in ["shared", "per-band"] {
+        let traced = ["--sonels", "1000", "--spectral", spectral, "--quiet"];
+        program("sonel-trace", &[&[SCENE, "-o", MAP], &traced[..]].concat())?;
+        let rendered = program("sonel-render", &[MAP, "-o", RESPONSE, "--json", "--quiet"])?;
+        let read = |receiver| printed(Command::new(&python).args([READER, MAP, "--receiver", receiver]));
+        let difference = largest_difference(&rendered, &read(SEAT)?)?;
+        println!("bands {spectral}: largest relative difference {difference:.1e}");
+        ensure!(difference <= TOLERANCE, "the Python reader disagrees with sonel-render, bands {spectral}");
+        let beside = largest_difference(&rendered, &read(BESIDE)?)?;
+        ensure!(beside > TOLERANCE, "a receiver a centimetre away goes unnoticed: the comparison is blind");
+    }
+    Ok(())
+}
+
+/// Python with the required packages, in an environment of its own.
+fn environment() -> Result<PathBuf> {
+    let folder = workspace::root().join(ENVIRONMENT);
+    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    let wanted = fs::read_to_string(workspace::root().join(REQUIREMENTS))?;
+    let stamp = folder.join("installed.txt");
+    if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+        return Ok(python);
+    }
+    let system = if cfg!(windows) { "python" } else { "python3" };
+    printed(Command::new(system).args(["-m", "venv", ENVIRONMENT]))?;
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", REQUIREMENTS];
+    printed(Command::new(&python).args(install))?;
+    fs::write(stamp, wanted)?;
+    Ok(python)
+}
+
+fn program(name: &str, arguments: &[&str]) -> Result<String> {
+    printed(workspace::cargo(&["run", "--quiet", "--package", name, "--"]).args(arguments))
+}
+
+/// Runs `command` in the workspace; what it prints to stdout.
+fn printed(command: &mut Command) -> Result<String> {
+    let run = command.current_dir(workspace::root()).stderr(Stdio::inherit());
+    let output = run.output().with_context(|| format!("cannot run {run:?}"))?;
+    ensure!(output.status.success(), "{run:?}: {}", output.status);
+    String::from_utf8(output.stdout).with_context(|| format!("{run:?} printed no UTF-8"))
+}
+
+/// Largest |reader / renderer − 1| over sources and bands.
+fn largest_difference(rendered: &str, read: &str) -> Result<f64> {
+    let rendered: Value = serde_json::from_str(rendered).context("sonel-render printed no JSON")?;
+    let read: Value = serde_json::from_str(read).context("the reader printed no JSON")?;
+    let (sources, others) = (list(&rendered["sources"])?, list(&read["sources"])?);
+    ensure!(!sources.is_empty() && sources.len() == others.len(), "not as many sources as the reader found");
+    let mut largest = 0.0_f64;
+    for (source, other) in sources.iter().zip(others) {
+        let classes = list(&source["classes"])?;
+        let Some(class) = classes.iter().find(|class| class["class"] == CLASS) else {
+            bail!("sonel-render reports no class {CLASS}");
+        };
+        ensure!(class["estimator"] == "connection", "{CLASS} is no longer estimated by connections");
+        let (ours, theirs) = (list(&class["energy"])?, list(&other["connection"])?);
+        ensure!(!ours.is_empty() && ours.len() == theirs.len(), "not as many bands as the reader found");
+        for (ours, theirs) in ours.iter().zip(theirs) {
+            let difference = (number(theirs)? / number(ours)? - 1.0).abs();
+            largest = if difference.is_nan() { f64::INFINITY } else { largest.max(difference) };
+        }
+    }
+    Ok(largest)
+}
+
+fn list(value: &Value) -> Result<&Vec<Value>> {
+    value.as_array().with_context(|| format!("{value} is no list"))
+}
+
+fn number(value: &Value) -> Result<f64> {
+    value.as_f64().with_context(|| format!("{value} is no number"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rendered(energy: &str) -> String {
+        format!(
+            r#"{{"sources":[{{"classes":[{{"class":"... D R","estimator":"connection","energy":{energy}}}]}}]}}"#
+        )
+    }
+
+    fn read(energy: &str) -> String {
+        format!(r#"{{"sources":[{{"connection":{energy}}}]}}"#)
+    }
+
+    #[test]
+    fn the_largest_difference_is_found_in_any_band() {
+        let difference = largest_difference(&rendered("[1.0, 2.0]"), &read("[1.0, 2.5]")).unwrap();
+        assert!((difference - 0.25).abs() < 1e-12);
+        assert!(largest_difference(&rendered("[0.0, 2.0]"), &read("[0.0, 2.0]")).unwrap().is_infinite());
+    }
+
+    #[test]
+    fn nothing_to_compare_is_no_agreement() {
+        assert!(largest_difference(&rendered("[]"), &read("[]")).is_err());
+        assert!(largest_difference(&rendered("[1.0]"), &read("[1.0, 2.0]")).is_err());
+        assert!(largest_difference(r#"{"sources":[]}"#, r#"{"sources":[]}"#).is_err());
+        assert!(largest_difference(r#"{"sources":[{"classes":[]}]}"#, &read("[1.0]")).is_err());
+    }
+}
