@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};
 use sonel_geometry::Geometry;
 use sonel_map::{Ledger, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
 use sonel_renderer::deposit::TimeBins;
@@ -61,6 +62,52 @@ impl Traced {
         let renderer = Renderer::new(&self.map, &self.geometry, settings).expect("a sound map");
         let rendering = renderer.render(0, &receivers, borders, &mut |_| {}).expect("sound receivers");
         (rendering, renderer.bins().edges())
+    }
+
+    /// Renders source 0 at the scene's receivers into a response, as `sonel-render` would, but for listed arrivals.
+    #[must_use]
+    pub fn respond(&self, settings: RenderSettings) -> Response {
+        let (scene, layout) = (self.scene(), self.map.layout());
+        let source = &scene.sources[0];
+        let borders: Vec<Vec<f64>> = scene
+            .receivers
+            .iter()
+            .map(|receiver| {
+                let direct = source.position.distance(receiver.position) / scene.speed_of_sound;
+                batch_time_edges(direct, scene.duration)
+            })
+            .collect();
+        let (rendering, time_edges_s) = self.render_with(settings, &borders);
+        let (bands, bins, receivers) = (scene.bands.count(), time_edges_s.len() - 1, scene.receivers.len());
+        let mut energy = Vec::with_capacity(receivers * bands * bins);
+        for receiver in 0..receivers {
+            for band in 0..bands {
+                energy.extend((0..bins).map(|bin| rendering.total.get(receiver, bin, band)));
+            }
+        }
+        let estimates =
+            rendering.batches.iter().flatten().flat_map(|coarse| (0..bands).flat_map(|b| coarse.band(b)));
+        let batches = Batches {
+            weight: (0..layout.batches).map(|batch| layout.batch_weight(batch)).collect(),
+            bins: borders[0].len() - 1,
+            time_edges_s: borders.concat(),
+            energy: estimates.map(|energy| energy as f32).collect(),
+        };
+        Response {
+            center_frequency_hz: scene.bands.nominal().to_vec(),
+            time_edges_s,
+            receiver_names: scene.receivers.iter().map(|receiver| receiver.name.clone()).collect(),
+            receiver_positions: scene.receivers.iter().map(|receiver| receiver.position.to_array()).collect(),
+            source_names: vec![source.name.clone()],
+            source_positions: vec![source.position.to_array()],
+            source_power_level_db: source.power_level_db.clone(),
+            speed_of_sound: scene.speed_of_sound,
+            characteristic_impedance: scene.impedance(),
+            energy,
+            batches: Some(batches),
+            arrivals: Arrivals::default(),
+            metadata: serde_json::Value::Null,
+        }
     }
 
     fn scene(&self) -> &Scene {

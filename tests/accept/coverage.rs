@@ -2,7 +2,6 @@
 //! its half-width is that of the spread (docs/physics.md §7).
 
 use sonel_analysis::{Parameter, parameters};
-use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};
 use sonel_map::Settings;
 use sonel_renderer::{Estimator, RenderSettings};
 use sonel_scene::Scene;
@@ -32,42 +31,7 @@ struct Run {
 fn figures(scene: &Scene, run: Run, seed: u64) -> Vec<(f64, [f64; 2])> {
     let Run { emissions, band, estimator } = run;
     let traced = Traced::new(scene.clone(), Settings { emissions, seed, ..Settings::default() });
-    let receiver = &scene.receivers[0];
-    let direct = scene.sources[0].position.distance(receiver.position) / scene.speed_of_sound;
-    let edges = batch_time_edges(direct, scene.duration);
-    let (rendering, time_edges_s) =
-        traced.render_with(RenderSettings { estimator, ..RenderSettings::default() }, &[edges.clone()]);
-    let bands = scene.bands.count();
-    let bins = time_edges_s.len() - 1;
-    let layout = traced.map.layout();
-    let response = Response {
-        center_frequency_hz: scene.bands.nominal().to_vec(),
-        receiver_names: vec![receiver.name.clone()],
-        receiver_positions: vec![receiver.position.to_array()],
-        source_names: vec![scene.sources[0].name.clone()],
-        source_positions: vec![scene.sources[0].position.to_array()],
-        source_power_level_db: scene.sources[0].power_level_db.clone(),
-        speed_of_sound: scene.speed_of_sound,
-        characteristic_impedance: scene.impedance(),
-        energy: (0..bands)
-            .flat_map(|b| (0..bins).map(move |t| (b, t)))
-            .map(|(b, t)| rendering.total.get(0, t, b))
-            .collect(),
-        batches: Some(Batches {
-            weight: (0..layout.batches).map(|batch| layout.batch_weight(batch)).collect(),
-            bins: edges.len() - 1,
-            time_edges_s: edges,
-            energy: rendering
-                .batches
-                .iter()
-                .flat_map(|batch| (0..bands).flat_map(move |b| batch[0].band(b)))
-                .map(|energy| energy as f32)
-                .collect(),
-        }),
-        time_edges_s,
-        arrivals: Arrivals::default(),
-        metadata: serde_json::Value::Null,
-    };
+    let response = traced.respond(RenderSettings { estimator, ..RenderSettings::default() });
     let all = parameters(&response);
     FIGURES
         .iter()

@@ -1,0 +1,99 @@
+//! What an accuracy costs: CPU seconds for 0.1 dB of every band's level and 1 % of T30, trace and render together.
+//!
+//! Each case is run with several seeds; the spread of the figures, not their intervals, is scaled by 1/√N to the wanted
+//! accuracy, and the CPU seconds with it. One thread; CPU seconds of the same machine and run.
+
+#![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
+
+use std::path::Path;
+
+use cpu_time::ProcessTime;
+use glam::DVec3;
+use sonel_analysis::{Parameter, parameters};
+use sonel_map::Settings;
+use sonel_renderer::RenderSettings;
+use sonel_scene::{Loaded, Receiver, Scene};
+use sonel_tests::Traced;
+
+const SEEDS: u64 = 12;
+const LEVEL_DB: f64 = 0.1;
+const T30_RELATIVE: f64 = 0.01;
+
+fn main() {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first pool");
+    println!("to reach {LEVEL_DB} dB of every band's level and {:.0} % of T30 (s.d.)", T30_RELATIVE * 100.0);
+    let shoebox = load("shoebox");
+    case("shoebox, s 0.5, 1 receiver", &shoebox, 4_000);
+    case("shoebox, s 0.1, 1 receiver", &scattering(shoebox.clone(), 0.1), 4_000);
+    case("shoebox, s 0.5, 100 receivers", &receivers(shoebox, 100), 2_000);
+    case("seed room, 1 receiver", &load("seed-room"), 4_000);
+    let mut hall = load("hall");
+    case("hall, 6 receivers", &hall, 20_000);
+    hall.receivers.truncate(1);
+    case("hall, 1 receiver", &hall, 20_000);
+    case("hall, 100 receivers", &receivers(hall, 100), 4_000);
+}
+
+fn load(name: &str) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
+    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a shipped scene");
+    let Loaded { scene, .. } =
+        sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).expect("a sound scene");
+    scene
+}
+
+fn scattering(mut scene: Scene, scattering: f64) -> Scene {
+    for material in &mut scene.materials {
+        material.scattering.fill(scattering);
+    }
+    scene
+}
+
+/// `count` receivers about the first, on a square grid of 10 cm.
+fn receivers(mut scene: Scene, count: usize) -> Scene {
+    let first = scene.receivers[0].position;
+    let across = scene.up.any_orthonormal_vector();
+    let along = scene.up.cross(across);
+    scene.receivers = (0..count)
+        .map(|number| {
+            let (row, column) = ((number / 10) as f64 - 4.5, (number % 10) as f64 - 4.5);
+            let position: DVec3 = first + 0.1 * (row * across + column * along);
+            Receiver::towards(&number.to_string(), position, scene.sources[0].position)
+        })
+        .collect();
+    scene
+}
+
+fn case(name: &str, scene: &Scene, emissions: u64) {
+    let (mut levels, mut times, mut seconds) = (Vec::new(), Vec::new(), 0.0);
+    for seed in 1..=SEEDS {
+        let start = ProcessTime::now();
+        let traced = Traced::new(scene.clone(), Settings { emissions, seed, ..Settings::default() });
+        let response = traced.respond(RenderSettings::default());
+        seconds += start.elapsed().as_secs_f64() / SEEDS as f64;
+        let figures = parameters(&response);
+        let bands = || figures.iter().flat_map(|receiver| &receiver.bands);
+        let values = |parameter| -> Vec<f64> {
+            bands().map(|band| band.figure(parameter).as_ref().map_or(f64::NAN, |e| e.value)).collect()
+        };
+        levels.push(values(Parameter::Level));
+        times.push(values(Parameter::T30).into_iter().map(f64::ln).collect::<Vec<_>>());
+    }
+    let (level, time) = (typical_spread(&levels), typical_spread(&times));
+    let factor = (level / LEVEL_DB).powi(2).max((time / T30_RELATIVE).powi(2));
+    println!(
+        "{name:32} {emissions:6} emissions: s.d. {level:.3} dB, {:.2} % of T30, {seconds:.3} CPU s → {:.3} CPU s",
+        100.0 * time,
+        seconds * factor
+    );
+}
+
+/// Root mean square over receivers and bands of the standard deviation over seeds.
+fn typical_spread(runs: &[Vec<f64>]) -> f64 {
+    let (count, figures) = (runs.len() as f64, runs[0].len());
+    let variance = |figure: usize| {
+        let mean = runs.iter().map(|run| run[figure]).sum::<f64>() / count;
+        runs.iter().map(|run| (run[figure] - mean).powi(2)).sum::<f64>() / (count - 1.0)
+    };
+    ((0..figures).map(variance).sum::<f64>() / figures as f64).sqrt()
+}
