@@ -11,7 +11,7 @@ use crate::header::MapHeader;
 use crate::ledger::Ledger;
 use crate::record;
 use crate::surfaces;
-use crate::vertex::Vertex;
+use crate::vertex::{SURFACE_LIMIT, Vertex};
 
 /// The paths of one chunk: where each ends among the vertices, and the vertices of all.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -87,6 +87,11 @@ impl<W: Write + Seek> MapWriter<W> {
     /// When `out` cannot be written, the header is too large, or the scene has no walls.
     pub fn finish(mut self, header: &MapHeader) -> Result<W, MapError> {
         let geometry = header.scene.geometry()?;
+        if geometry.surfaces().len() >= SURFACE_LIMIT as usize {
+            return Err(MapError::Limit(format!(
+                "a map names fewer than {SURFACE_LIMIT} surfaces; join walls"
+            )));
+        }
         let (corners, triangles) = record::mesh_columns(&header.scene.mesh);
         let sections = vec![
             self.section("mesh.vertices", bytemuck::cast_slice(&corners))?,
