@@ -20,6 +20,7 @@ fn configuration<const LIMIT: usize>() -> Configuration<LittleEndian, Fixint, Li
 
 /// The header as it stands in the file.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
+#[cfg_attr(test, derive(wincode::SchemaRead))]
 pub struct HeaderRecord {
     pub tool_version: String,
     pub settings: SettingsRecord,
@@ -32,6 +33,7 @@ pub struct HeaderRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
+#[cfg_attr(test, derive(wincode::SchemaRead))]
 pub struct SettingsRecord {
     pub emissions: u64,
     pub seed: u64,
@@ -46,6 +48,7 @@ pub struct SettingsRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
+#[cfg_attr(test, derive(wincode::SchemaRead))]
 pub struct EffectRecord {
     pub name: String,
     pub on: Vec<u8>,
@@ -54,6 +57,7 @@ pub struct EffectRecord {
 
 /// A named run of bytes outside the header.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
+#[cfg_attr(test, derive(wincode::SchemaRead))]
 pub struct SectionRecord {
     pub name: String,
     pub offset: u64,
@@ -62,6 +66,7 @@ pub struct SectionRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
+#[cfg_attr(test, derive(wincode::SchemaRead))]
 pub struct SceneRecord {
     pub name: String,
     pub up: [f64; 3],
@@ -81,6 +86,7 @@ pub struct SceneRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
+#[cfg_attr(test, derive(wincode::SchemaRead))]
 pub struct MaterialRecord {
     pub name: String,
     pub absorption: Vec<f64>,
@@ -91,6 +97,7 @@ pub struct MaterialRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
+#[cfg_attr(test, derive(wincode::SchemaRead))]
 pub struct SourceRecord {
     pub name: String,
     pub position: [f64; 3],
@@ -100,6 +107,7 @@ pub struct SourceRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
+#[cfg_attr(test, derive(wincode::SchemaRead))]
 pub struct ReceiverRecord {
     pub name: String,
     pub position: [f64; 3],
@@ -141,4 +149,46 @@ fn decode_within_limit(bytes: &[u8]) -> Result<(HeaderRecord, usize), String> {
 fn decode_with<const LIMIT: usize>(bytes: &[u8]) -> Result<(HeaderRecord, usize), String> {
     bincode::decode_from_slice(bytes, configuration::<LIMIT>())
         .map_err(|error| format!("the header cannot be decoded: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::Preamble;
+
+    /// The header of the golden map.
+    fn golden() -> Vec<u8> {
+        let file: &[u8] = include_bytes!("../tests/golden/box-1.0.sonelmap");
+        let preamble: Preamble = bytemuck::pod_read_unaligned(&file[..size_of::<Preamble>()]);
+        file[preamble.header_offset as usize..].to_vec()
+    }
+
+    #[test]
+    fn another_codec_reads_the_same_header() {
+        let bytes = golden();
+        let ours = decode(&bytes, false).unwrap();
+        assert_eq!(wincode::deserialize::<HeaderRecord>(&bytes).unwrap(), ours);
+        assert_eq!(encode(&ours).unwrap(), bytes);
+    }
+
+    #[test]
+    fn a_header_must_be_used_up_unless_it_may_go_on() {
+        let mut bytes = golden();
+        bytes.push(0);
+        assert!(decode(&bytes, false).is_err() && decode(&bytes, true).is_ok());
+        bytes.truncate(bytes.len() - 2);
+        assert!(decode(&bytes, true).is_err());
+    }
+
+    #[test]
+    fn headers_of_every_size_are_decoded_within_their_limits() {
+        let small = decode(&golden(), false).unwrap();
+        for effects in [0, 100, 1_000, 10_000, 100_000] {
+            // Empty records claim the most for their bytes.
+            let nothing = EffectRecord { name: String::new(), on: Vec::new(), reason: String::new() };
+            let record = HeaderRecord { effects: vec![nothing; effects], ..small.clone() };
+            assert_eq!(decode(&encode(&record).unwrap(), false).unwrap(), record, "{effects} effects");
+        }
+        assert!(decode(&vec![0; LARGEST_HEADER + 1], false).is_err());
+    }
 }
