@@ -1,5 +1,9 @@
 //! What the tests across crates share: a scene traced into a map in memory, and the map rendered.
 
+pub mod change;
+pub mod estimates;
+pub mod uneven_box;
+
 use std::io::Cursor;
 
 use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};

@@ -122,7 +122,7 @@ fn a_wrong_absorption_leaves_a_residual() {
             books.departed(weight.energy());
         }
         books.ended(Event::Expired, weight.energy());
-        books.finish().worst_residual()
+        books.finish(&sonel_map::BandClasses::separate(1)).worst_residual()
     };
     assert!(residual(&table) < 1e-12);
     assert!(residual(&wrong) > 1e-3);

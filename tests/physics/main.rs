@@ -4,5 +4,7 @@ mod box_energies;
 mod conservation;
 mod diffuse_sphere;
 mod free_field;
+mod invariances;
 mod mirrors;
+mod uneven_box;
 mod watertight;

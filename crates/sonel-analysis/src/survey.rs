@@ -10,8 +10,8 @@
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
 use sonel_map::{
-    BatchStart, CHUNK_EMISSIONS, ChunkLedger, CoefficientTable, EmissionDirections, EmissionLayout, Event,
-    Lanes, Ledger, PathView, PathWeight, SonelMap, sweep,
+    BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkLedger, CoefficientTable, EmissionDirections,
+    EmissionLayout, Event, Lanes, Ledger, PathView, PathWeight, SonelMap, sweep,
 };
 
 /// Chunks walked side by side before they are added up: bounds the memory for scenes of many surfaces.
@@ -142,7 +142,7 @@ impl<'a> Walk<'a> {
                 self.path(source, path, &mut weight, &mut books, &mut found);
             }
         }
-        found.ledger = books.finish();
+        found.ledger = books.finish(&BandClasses::separate(self.bands));
         found
     }
 

@@ -7,6 +7,8 @@
 
 use sonel_acoustics::Material;
 
+use crate::classes::BandClasses;
+
 /// Four bands side by side.
 pub type Lanes = [f64; 4];
 
@@ -69,13 +71,17 @@ impl CoefficientTable {
     /// The table for `materials` over `bands` bands and the survival exponent β in [0, 1].
     #[must_use]
     pub fn new(materials: &[Material], bands: usize, survival: f64) -> Self {
-        Self {
-            bands,
-            rows: materials.iter().map(|material| material_row(material, bands, survival)).collect(),
-        }
+        Self::grouped(materials, &BandClasses::separate(bands), survival)
     }
 
-    /// Number of bands.
+    /// The table with one column for each of `classes`.
+    #[must_use]
+    pub fn grouped(materials: &[Material], classes: &BandClasses, survival: f64) -> Self {
+        let rows = materials.iter().map(|material| material_row(material, classes, survival)).collect();
+        Self { bands: classes.count(), rows }
+    }
+
+    /// Number of columns: bands, or classes of bands.
     #[must_use]
     pub fn bands(&self) -> usize {
         self.bands
@@ -89,10 +95,11 @@ impl CoefficientTable {
     }
 }
 
-fn material_row(material: &Material, bands: usize, survival: f64) -> MaterialRow {
-    let specular: Vec<f64> = (0..bands).map(|b| material.specular(b)).collect();
-    let diffuse: Vec<f64> = (0..bands).map(|b| material.diffuse(b)).collect();
-    let transmitted: Vec<f64> = (0..bands).map(|b| material.transmission[b]).collect();
+fn material_row(material: &Material, classes: &BandClasses, survival: f64) -> MaterialRow {
+    let (bands, of) = (classes.count(), || classes.representatives());
+    let specular: Vec<f64> = of().map(|b| material.specular(b)).collect();
+    let diffuse: Vec<f64> = of().map(|b| material.diffuse(b)).collect();
+    let transmitted: Vec<f64> = of().map(|b| material.transmission[b]).collect();
     // The three events add up to what is passed on, by the same sums that decide events: nothing is lost to rounding.
     let passed_on: Vec<f64> = (0..bands).map(|b| specular[b] + diffuse[b] + transmitted[b]).collect();
     let roulette: Vec<f64> = passed_on.iter().map(|&a| roulette_factor(a, survival)).collect();
@@ -111,7 +118,7 @@ fn material_row(material: &Material, bands: usize, survival: f64) -> MaterialRow
         specular: row(&specular),
         diffuse: row(&diffuse),
         transmitted: row(&transmitted),
-        dissipated: to_lanes((0..bands).map(|b| material.absorption[b] - material.transmission[b])),
+        dissipated: to_lanes(of().map(|b| material.absorption[b] - material.transmission[b])),
         passed_on: to_lanes(passed_on.iter().copied()),
         thresholds,
     }

@@ -6,7 +6,8 @@
 use glam::Vec3;
 use sonel_sampling::{ScrambledSobol, warp};
 
-use crate::coefficients::{Lanes, lanes_of, to_lanes};
+use crate::classes::BandClasses;
+use crate::coefficients::{Lanes, to_lanes};
 
 /// Emissions whose paths are traced, written and checked as one unit.
 ///
@@ -141,8 +142,10 @@ pub struct BatchStart {
 pub struct PacketStart {
     /// n_k: packets of the batch led by each band, zero for bands whose packets this one stands apart from.
     pub counts: Vec<Lanes>,
-    /// 1 for the bands carried.
+    /// 1 for the columns carried.
     pub carried: Vec<Lanes>,
+    /// How many of the bands carried each column stands for.
+    pub sizes: Vec<Lanes>,
     /// Energy expected to leave the source with this packet, as a part of what its batch emits.
     pub expected: Vec<Lanes>,
 }
@@ -151,10 +154,18 @@ impl BatchStart {
     /// The start of the packets of `batch`.
     #[must_use]
     pub fn new(layout: &EmissionLayout, batch: u32, spectral: Spectral) -> Self {
-        let bands = 0..layout.bands;
+        Self::grouped(layout, batch, spectral, &BandClasses::separate(layout.bands as usize))
+    }
+
+    /// The start of the packets of `batch`, with one column for each of `classes`.
+    #[must_use]
+    pub fn grouped(layout: &EmissionLayout, batch: u32, spectral: Spectral, classes: &BandClasses) -> Self {
+        let heroes = 0..layout.bands;
         let starts = match spectral {
-            Spectral::Shared => vec![PacketStart::new(layout, batch, |_| true)],
-            Spectral::PerBand => bands.map(|hero| PacketStart::new(layout, batch, |k| k == hero)).collect(),
+            Spectral::Shared => vec![PacketStart::new(layout, batch, classes, |_| true)],
+            Spectral::PerBand => {
+                heroes.map(|hero| PacketStart::new(layout, batch, classes, |k| k == hero)).collect()
+            }
         };
         Self { starts, weight: layout.batch_weight(batch) }
     }
@@ -167,13 +178,26 @@ impl BatchStart {
 }
 
 impl PacketStart {
-    fn new(layout: &EmissionLayout, batch: u32, carries: impl Fn(u32) -> bool) -> Self {
-        let count = |k| if carries(k) { layout.hero_count(batch, k) as f64 } else { 0.0 };
-        let packets: f64 = (0..layout.bands).map(count).sum();
-        let carried = to_lanes((0..layout.bands).map(|k| f64::from(u8::from(carries(k)))));
-        let expected = to_lanes((0..layout.bands).map(|k| if carries(k) { 1.0 / packets } else { 0.0 }));
-        debug_assert_eq!(carried.len(), lanes_of(layout.bands as usize));
-        Self { counts: to_lanes((0..layout.bands).map(count)), carried, expected }
+    fn new(
+        layout: &EmissionLayout,
+        batch: u32,
+        classes: &BandClasses,
+        carries: impl Fn(u32) -> bool,
+    ) -> Self {
+        let (mut counts, mut sizes) = (vec![0.0; classes.count()], vec![0.0; classes.count()]);
+        for band in (0..layout.bands).filter(|&band| carries(band)) {
+            counts[classes.of(band as usize)] += layout.hero_count(batch, band) as f64;
+            sizes[classes.of(band as usize)] += 1.0;
+        }
+        let packets: f64 = counts.iter().sum();
+        let where_carried =
+            |value: f64| to_lanes(sizes.iter().map(move |&size| if size > 0.0 { value } else { 0.0 }));
+        Self {
+            carried: where_carried(1.0),
+            expected: where_carried(1.0 / packets),
+            counts: to_lanes(counts.iter().copied()),
+            sizes: to_lanes(sizes.iter().copied()),
+        }
     }
 }
 

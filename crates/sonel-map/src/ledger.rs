@@ -5,6 +5,7 @@
 //! balance can fail where an event, a probability or a coefficient is wrong. Sums are kept per chunk, as in the file, and
 //! added in chunk order: shards joined equal the run made in one piece.
 
+use crate::classes::BandClasses;
 use crate::coefficients::Lanes;
 use crate::vertex::Event;
 
@@ -182,7 +183,6 @@ impl Ledger {
 pub struct ChunkLedger {
     books: Vec<LaneLedger>,
     packet_sampling: Vec<Lanes>,
-    bands: usize,
     /// What became of the packets.
     pub fates: Fates,
     /// Straight pieces of path traced.
@@ -208,14 +208,13 @@ fn accumulate(sum: &mut Lanes, energy: &Lanes) {
 }
 
 impl ChunkLedger {
-    /// Empty books for `bands` bands.
+    /// Empty books for `columns` bands or classes of bands.
     #[must_use]
-    pub fn new(bands: usize) -> Self {
-        let lanes = crate::coefficients::lanes_of(bands);
+    pub fn new(columns: usize) -> Self {
+        let lanes = crate::coefficients::lanes_of(columns);
         Self {
             books: vec![LaneLedger::default(); lanes],
             packet_sampling: vec![[0.0; 4]; lanes],
-            bands,
             fates: Fates::default(),
             segments: 0,
         }
@@ -275,11 +274,11 @@ impl ChunkLedger {
         self.fates.record(last);
     }
 
-    /// The finished books.
+    /// The finished books of all bands, whose `classes` the columns are.
     #[must_use]
-    pub fn finish(self) -> Ledger {
+    pub fn finish(self, classes: &BandClasses) -> Ledger {
         let band = |b: usize| {
-            let (book, lane) = (&self.books[b / 4], b % 4);
+            let (book, lane) = (&self.books[classes.of(b) / 4], classes.of(b) % 4);
             BandLedger {
                 emitted: book.emitted[lane],
                 absorbed: book.absorbed[lane],
@@ -290,6 +289,6 @@ impl ChunkLedger {
                 sampling_variance: book.sampling_variance[lane],
             }
         };
-        Ledger { bands: (0..self.bands).map(band).collect(), fates: self.fates, segments: self.segments }
+        Ledger { bands: (0..classes.bands()).map(band).collect(), fates: self.fates, segments: self.segments }
     }
 }

@@ -6,6 +6,7 @@
 //!
 //! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
 //! - [`vertex`]: the 16-byte record of one arrival;
+//! - [`classes`]: bands that nothing tells apart;
 //! - [`coefficients`] and [`weight`]: the balance heuristic over leading bands, shared by tracer and readers;
 //! - [`mod@sweep`]: a path as a sequence of segments with energy, length and history;
 //! - [`ledger`]: where the energy went, per band, and the fates of the packets;
@@ -18,6 +19,7 @@ compile_error!(
     "sonel maps are mapped into memory as little-endian arrays; a big-endian reader needs its own codec"
 );
 
+pub mod classes;
 mod codec;
 pub mod coefficients;
 pub mod emission;
@@ -34,6 +36,7 @@ pub mod vertex;
 pub mod weight;
 pub mod writer;
 
+pub use classes::BandClasses;
 pub use coefficients::{CoefficientTable, Lanes, lanes_of};
 pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart, Spectral};
 pub use error::MapError;

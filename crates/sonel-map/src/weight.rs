@@ -31,13 +31,15 @@ struct Products {
     drawing: Lanes,
     /// n_k.
     counts: Lanes,
+    /// Bands that each column stands for.
+    sizes: Lanes,
 }
 
 impl PathWeight {
     /// Room for `bands` bands.
     #[must_use]
     pub fn new(bands: usize) -> Self {
-        let nothing = Products { feeding: [0.0; 4], drawing: [0.0; 4], counts: [0.0; 4] };
+        let nothing = Products { feeding: [0.0; 4], drawing: [0.0; 4], counts: [0.0; 4], sizes: [0.0; 4] };
         let lanes = lanes_of(bands);
         let energy = vec![[0.0; 4]; lanes];
         Self {
@@ -54,11 +56,11 @@ impl PathWeight {
     pub fn emit(&mut self, source_factor: f64, unit: f64, start: &PacketStart) {
         self.source_factor = source_factor;
         self.numerator = source_factor * unit;
-        self.carried_bands = start.carried.iter().flatten().sum();
+        self.carried_bands = start.sizes.iter().flatten().sum();
         let mut weighted = [0.0; 4];
-        for ((products, &counts), &carried) in self.products.iter_mut().zip(&start.counts).zip(&start.carried)
-        {
-            *products = Products { feeding: carried, drawing: carried, counts };
+        for (index, products) in self.products.iter_mut().enumerate() {
+            let (carried, counts, sizes) = (start.carried[index], start.counts[index], start.sizes[index]);
+            *products = Products { feeding: carried, drawing: carried, counts, sizes };
             add_product(&mut weighted, &carried, &counts);
         }
         self.balance(sum(weighted));
@@ -80,7 +82,7 @@ impl PathWeight {
         for products in &self.products {
             for lane in 0..4 {
                 most[lane] = most[lane].max(products.feeding[lane]);
-                drawn[lane] += products.drawing[lane];
+                drawn[lane] += products.drawing[lane] * products.sizes[lane];
             }
         }
         let most = most[0].max(most[1]).max(most[2].max(most[3]));
@@ -163,6 +165,7 @@ mod tests {
         PacketStart {
             counts: to_lanes([1.0; 3]),
             carried: to_lanes([1.0; 3]),
+            sizes: to_lanes([1.0; 3]),
             expected: to_lanes([1.0 / 3.0; 3]),
         }
     }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Hit};
-use sonel_map::{BatchStart, ChunkLedger, ChunkPaths, CoefficientTable, Event, Lanes, PathWeight, Vertex};
+use sonel_map::{ChunkLedger, ChunkPaths, CoefficientTable, Event, Lanes, PacketStart, PathWeight, Vertex};
 use sonel_sampling::{Frame, Stream};
 
 use crate::interaction::{draw_event, mirrored, scattered};
@@ -39,10 +39,12 @@ pub struct Emission<'a> {
     pub direction: Vec3,
     /// Directivity factor of that direction.
     pub source_factor: f64,
-    /// Band whose probabilities decide.
-    pub hero: u32,
-    /// Counts and weight of its batch.
-    pub batch: &'a BatchStart,
+    /// Column whose probabilities decide: that of the leading band.
+    pub deciding: usize,
+    /// How it starts.
+    pub start: &'a PacketStart,
+    /// Share of its batch in the run.
+    pub share: f64,
 }
 
 /// What packets leave behind.
@@ -56,7 +58,7 @@ pub struct Records {
 }
 
 impl Records {
-    /// Empty records for `bands` bands.
+    /// Empty records for `bands` bands or classes of bands.
     #[must_use]
     pub fn new(bands: usize) -> Self {
         Self {
@@ -72,8 +74,7 @@ impl Surroundings<'_> {
     /// Lives one packet to its end, leaving its path and its books in `records`.
     pub fn live(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         let Records { paths, books, weight, nothing } = records;
-        let share = emission.batch.weight;
-        let start = emission.batch.packet(emission.hero);
+        let (start, share) = (emission.start, emission.share);
         weight.emit(emission.source_factor, share, start);
         books.emitted(share, &start.expected, weight.energy());
 
@@ -95,7 +96,7 @@ impl Surroundings<'_> {
             let (material, frame) = &self.surfaces[hit.surface.0 as usize];
             let row = self.table.material(*material);
             books.arrived(weight.energy(), &row.dissipated, &row.passed_on);
-            let event = draw_event(&row.thresholds[emission.hero as usize], stream.uniform_fine());
+            let event = draw_event(&row.thresholds[emission.deciding], stream.uniform_fine());
             flight.direction = match event {
                 Event::Specular => mirrored(flight.direction, frame.normal),
                 Event::Diffuse => scattered(frame, hit.side, stream.uniform_pair()),

@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
 use sonel_map::{
-    BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EmissionDirections, EmissionLayout, Fate,
-    Ledger, Settings, ShardRange,
+    BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EmissionDirections,
+    EmissionLayout, Fate, Ledger, Settings, ShardRange,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Scene, Source};
@@ -56,6 +56,7 @@ pub struct Tracer<'a> {
     scene: &'a Scene,
     settings: Settings,
     layout: EmissionLayout,
+    classes: BandClasses,
     surroundings: Surroundings<'a>,
     batches: Vec<BatchStart>,
 }
@@ -76,6 +77,7 @@ impl<'a> Tracer<'a> {
     pub fn new(scene: &'a Scene, geometry: &'a Geometry, settings: Settings) -> Self {
         let bands = scene.bands.count();
         let layout = settings.layout(bands);
+        let classes = BandClasses::alike(&scene.materials, &vec![0.0; bands], settings.spectral);
         let surfaces = geometry
             .surfaces()
             .iter()
@@ -83,15 +85,16 @@ impl<'a> Tracer<'a> {
             .collect();
         let surroundings = Surroundings {
             geometry,
-            table: CoefficientTable::new(&scene.materials, bands, settings.survival),
+            table: CoefficientTable::grouped(&scene.materials, &classes, settings.survival),
             surfaces,
             reach: scene.duration * scene.speed_of_sound,
             extinction_threshold: settings.extinction_threshold,
             closed: geometry.is_closed_room(),
         };
-        let batches =
-            (0..layout.batches).map(|batch| BatchStart::new(&layout, batch, settings.spectral)).collect();
-        Self { scene, settings, layout, surroundings, batches }
+        let batches = (0..layout.batches)
+            .map(|batch| BatchStart::grouped(&layout, batch, settings.spectral, &classes))
+            .collect();
+        Self { scene, settings, layout, classes, surroundings, batches }
     }
 
     /// Packets of one source in `shard`.
@@ -156,15 +159,17 @@ impl<'a> Tracer<'a> {
     }
 
     fn trace_chunk(&self, emitter: &Emitter<'_>, chunk: u64) -> TracedChunk {
-        let mut records = Records::new(self.scene.bands.count());
+        let mut records = Records::new(self.classes.count());
         for index in self.emissions(chunk) {
             let direction = emitter.directions.direction(index);
+            let (hero, batch) = (self.layout.hero(index), &self.batches[self.layout.batch(index) as usize]);
             let emission = Emission {
                 position: emitter.position,
                 direction,
                 source_factor: emitter.source.directivity.factor(f64::from(direction.dot(emitter.aim))),
-                hero: self.layout.hero(index),
-                batch: &self.batches[self.layout.batch(index) as usize],
+                deciding: self.classes.of(hero as usize),
+                start: batch.packet(hero),
+                share: batch.weight,
             };
             self.surroundings.live(&emission, &mut emitter.streams.stream(index), &mut records);
         }
@@ -172,7 +177,7 @@ impl<'a> Tracer<'a> {
             source: emitter.index,
             first_emission: chunk * CHUNK_EMISSIONS,
             paths: records.paths,
-            books: records.books.finish(),
+            books: records.books.finish(&self.classes),
         }
     }
 }

@@ -1,0 +1,72 @@
+//! Energies of a rendering with their standard errors, and the comparison of two renderings.
+
+use sonel_map::Settings;
+use sonel_renderer::{PathClass, RenderSettings, Rendering};
+use sonel_scene::Scene;
+use sonel_testkit::z_test::{Disagreement, Estimate, Within, agree};
+
+use crate::Traced;
+
+/// Fluences of one receiver and band in successive windows of time [1/m²].
+pub type Windows = Vec<Estimate>;
+
+/// Fluence between successive `borders` [s], which are borders of bins: `[receiver][band][window]`, with errors from the
+/// batches.
+#[must_use]
+pub fn windows(traced: &Traced, settings: RenderSettings, borders: &[f64]) -> Vec<Vec<Windows>> {
+    let scene = &traced.map.header().scene;
+    let all_borders = vec![borders.to_vec(); scene.receivers.len()];
+    let (rendering, _) = traced.render_with(settings, &all_borders);
+    let band = |receiver: usize, band: usize| -> Windows {
+        let batches: Vec<Vec<f64>> =
+            rendering.batches.iter().map(|batch| batch[receiver].band(band).collect()).collect();
+        (0..borders.len() - 1)
+            .map(|window| Estimate::of(&batches.iter().map(|batch| batch[window]).collect::<Vec<_>>()))
+            .collect()
+    };
+    (0..scene.receivers.len())
+        .map(|receiver| (0..scene.bands.count()).map(|b| band(receiver, b)).collect())
+        .collect()
+}
+
+/// Whether two renderings agree in every window within four joint standard errors, none of which may exceed
+/// `largest_error` of the energy.
+///
+/// # Errors
+/// The first window that does not.
+pub fn agree_in_windows(first: &Windows, second: &Windows, largest_error: f64) -> Result<(), Disagreement> {
+    first.iter().zip(second).try_for_each(|(&first, &second)| {
+        agree(first, second, Within { sigmas: 4.0, maximal_sigma: largest_error * second.value })
+    })
+}
+
+/// Who brought the energy, whoever owned the class: L S⁺ R, … D R, … D S⁺ R.
+pub type ClassSums = [f64; 3];
+
+/// Sums over receivers and time of what each class brings in `band` [1/m²].
+#[must_use]
+pub fn class_sums(rendering: &Rendering, band: usize) -> ClassSums {
+    let energy = |class: PathClass| rendering.classes[class as usize].1[band];
+    [
+        energy(PathClass::MirrorChain) + energy(PathClass::LongMirrorChain),
+        energy(PathClass::Diffuse),
+        energy(PathClass::DiffuseMirror) + energy(PathClass::LongDiffuseMirror),
+    ]
+}
+
+/// Everything but the direct sound by class in every band, from `runs` runs with seeds of their own: `[band][class]`.
+#[must_use]
+pub fn class_estimates(scene: &Scene, settings: Settings, runs: u64) -> Vec<[Estimate; 3]> {
+    let renderings: Vec<Rendering> = (1..=runs)
+        .map(|seed| {
+            Traced::new(scene.clone(), Settings { seed, ..settings }).render(RenderSettings::default())
+        })
+        .collect();
+    (0..scene.bands.count())
+        .map(|band| {
+            let sums: Vec<ClassSums> =
+                renderings.iter().map(|rendering| class_sums(rendering, band)).collect();
+            [0, 1, 2].map(|class| Estimate::of(&sums.iter().map(|sums| sums[class]).collect::<Vec<_>>()))
+        })
+        .collect()
+}
