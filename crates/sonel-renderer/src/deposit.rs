@@ -1,7 +1,8 @@
 //! Echograms under construction: energy per receiver, time bin and band.
 
 use bytemuck::{Pod, Zeroable};
-use sonel_map::{Lanes, lanes_of};
+use sonel_map::coefficients::to_lanes;
+use sonel_map::{BandClasses, Lanes, lanes_of};
 
 /// Time bins of equal width from the emission on, in units of path length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +53,7 @@ impl TimeBins {
 #[derive(Debug, Clone)]
 pub struct Deposits {
     receivers: usize,
+    bins: usize,
     lanes: usize,
     lines: Vec<CacheLine>,
 }
@@ -68,7 +70,7 @@ impl Deposits {
     pub fn new(receivers: usize, bins: usize, bands: usize) -> Self {
         let lanes = lanes_of(bands);
         let lines = bytemuck::zeroed_vec((bins * receivers * lanes).div_ceil(2));
-        Self { receivers, lanes, lines }
+        Self { receivers, bins, lanes, lines }
     }
 
     #[inline]
@@ -104,6 +106,18 @@ impl Deposits {
         self.at(receiver, bin)[band / 4][band % 4]
     }
 
+    /// The same with every band for itself, from classes of bands.
+    #[must_use]
+    pub fn spread(&self, classes: &BandClasses) -> Self {
+        let mut spread = Self::new(self.receivers, self.bins, classes.bands());
+        for bin in 0..self.bins {
+            for receiver in 0..self.receivers {
+                spread.add(receiver, bin, &spread_lanes(classes, self.at(receiver, bin)));
+            }
+        }
+        spread
+    }
+
     /// Adds `weight` times the echograms of `other` to those of the receivers from `first` on.
     pub fn add_receivers(&mut self, first: usize, other: &Self, weight: f64) {
         let (mine, theirs) = (self.receivers * self.lanes, other.receivers * other.lanes);
@@ -118,6 +132,12 @@ impl Deposits {
             }
         }
     }
+}
+
+/// Values of the bands, from those of the classes of bands.
+#[must_use]
+pub fn spread_lanes(classes: &BandClasses, of_class: &[Lanes]) -> Vec<Lanes> {
+    to_lanes((0..classes.bands()).map(|band| of_class[classes.of(band) / 4][classes.of(band) % 4]))
 }
 
 /// Adds `energy` to `sum`, per band.

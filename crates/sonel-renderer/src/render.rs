@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use sonel_acoustics::mean_free_path;
 use sonel_geometry::Geometry;
-use sonel_map::{BatchStart, CoefficientTable, MapError, SonelMap};
+use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, SonelMap};
 use thiserror::Error;
 
 use crate::air::AirTable;
@@ -153,7 +153,10 @@ pub struct Renderer<'a> {
     pub(crate) settings: RenderSettings,
     pub(crate) bins: TimeBins,
     pub(crate) air: Option<AirTable>,
+    /// m of each class of bands.
     pub(crate) attenuation: Vec<f64>,
+    /// Bands that neither coefficients nor air tell apart: all estimators work on these.
+    pub(crate) classes: BandClasses,
     pub(crate) table: CoefficientTable,
     pub(crate) material_of: Vec<u32>,
     pub(crate) normals: Vec<Vec3>,
@@ -175,9 +178,9 @@ impl<'a> Renderer<'a> {
         settings: RenderSettings,
     ) -> Result<Self, RenderError> {
         map.require_whole()?;
+        map.check_surfaces(geometry)?;
         map.check_paths(geometry.surfaces().len() as u32)?;
         let scene = &map.header().scene;
-        let bands = scene.bands.count();
         if !(settings.bin.is_finite() && settings.bin > 0.0) {
             return Err(RenderError::Settings(format!(
                 "a bin of {} s is no bin: give a width above 0",
@@ -191,7 +194,9 @@ impl<'a> Renderer<'a> {
         };
         let traced = &map.header().settings;
         let layout = map.layout();
-        let table = CoefficientTable::new(&scene.materials, bands, traced.survival);
+        let classes = BandClasses::alike(&scene.materials, &attenuation, traced.spectral);
+        let attenuation: Vec<f64> = classes.representatives().map(|band| attenuation[band]).collect();
+        let table = CoefficientTable::grouped(&scene.materials, &classes, traced.survival);
         Ok(Self {
             image_order: if settings.estimator == Estimator::Auto {
                 image_order(geometry, &table)
@@ -209,8 +214,9 @@ impl<'a> Renderer<'a> {
             material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
             normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
             batches: (0..layout.batches)
-                .map(|batch| BatchStart::new(&layout, batch, traced.spectral))
+                .map(|batch| BatchStart::grouped(&layout, batch, traced.spectral, &classes))
                 .collect(),
+            classes,
             map,
             geometry,
             settings,
@@ -226,8 +232,8 @@ impl<'a> Renderer<'a> {
 
     /// Attenuation by air in use, per band [1/m].
     #[must_use]
-    pub fn attenuation(&self) -> &[f64] {
-        &self.attenuation
+    pub fn attenuation(&self) -> Vec<f64> {
+        self.classes.spread(&self.attenuation)
     }
 
     /// Seed of the renderer's own choices.
@@ -308,7 +314,7 @@ impl<'a> Renderer<'a> {
                 },
             );
         }
-        Ok(rendering)
+        Ok(rendering.spread(&self.classes))
     }
 
     /// Whether connections own … D R.

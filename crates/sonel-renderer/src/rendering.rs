@@ -1,8 +1,8 @@
 //! What rendering one source yields, and how energy is added to it.
 
-use crate::deposit::{Deposits, TimeBins};
+use crate::deposit::{Deposits, TimeBins, spread_lanes};
 use crate::render::PathClass;
-use sonel_map::{Lanes, lanes_of};
+use sonel_map::{BandClasses, Lanes, lanes_of};
 
 /// A discrete arrival at a receiver.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +53,29 @@ impl Rendering {
         }
     }
 
+    /// The same with every band for itself, from classes of bands.
+    #[must_use]
+    pub fn spread(self, classes: &BandClasses) -> Self {
+        if classes.count() == classes.bands() {
+            return self;
+        }
+        let arrivals = self
+            .arrivals
+            .into_iter()
+            .map(|arrival| DiscreteArrival { energy: classes.spread(&arrival.energy), ..arrival });
+        Self {
+            total: self.total.spread(classes),
+            batches: self
+                .batches
+                .into_iter()
+                .map(|batch| batch.iter().map(|coarse| coarse.spread(classes)).collect())
+                .collect(),
+            arrivals: arrivals.collect(),
+            classes: self.classes.map(|(class, energy)| (class, classes.spread(&energy))),
+            ..self
+        }
+    }
+
     /// Books `energy` per band, times `weight`, to `class`.
     pub fn book(&mut self, class: PathClass, weight: f64, energy: &[Lanes]) {
         for (band, sum) in self.classes[class as usize].1.iter_mut().enumerate() {
@@ -74,6 +97,11 @@ impl CoarseEchogram {
     pub fn new(borders: usize, bands: usize) -> Self {
         let lanes = lanes_of(bands);
         Self { lanes, energy: vec![[0.0; 4]; borders.saturating_sub(1) * lanes] }
+    }
+
+    fn spread(&self, classes: &BandClasses) -> Self {
+        let energy = self.energy.chunks_exact(self.lanes).flat_map(|bin| spread_lanes(classes, bin));
+        Self { lanes: lanes_of(classes.bands()), energy: energy.collect() }
     }
 
     /// Energy of `band` in every bin.

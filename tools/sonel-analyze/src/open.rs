@@ -68,6 +68,7 @@ pub fn walked_map(path: &Path) -> anyhow::Result<WalkedMap> {
     let named = || path.display().to_string();
     let map = SonelMap::open(&file(path)?).with_context(named)?;
     let geometry = map.header().scene.geometry().with_context(named)?;
+    map.check_surfaces(&geometry).with_context(named)?;
     map.check_paths(geometry.surfaces().len() as u32).with_context(named)?;
     let survey = survey(&map, &geometry);
     Ok(WalkedMap { map, geometry, survey })
