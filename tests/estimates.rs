@@ -29,14 +29,19 @@ pub fn windows(traced: &Traced, settings: RenderSettings, borders: &[f64]) -> Ve
         .collect()
 }
 
+/// Part of all energy below which a window's own energy is no measure of its error any more.
+const LITTLE: f64 = 1e-3;
+
 /// Whether two renderings agree in every window within four joint standard errors, none of which may exceed
-/// `largest_error` of the energy.
+/// `largest_error` of the energy in the window; in windows that hold next to nothing, of a thousandth of all energy.
 ///
 /// # Errors
 /// The first window that does not.
 pub fn agree_in_windows(first: &Windows, second: &Windows, largest_error: f64) -> Result<(), Disagreement> {
+    let all: f64 = second.iter().map(|window| window.value).sum();
     first.iter().zip(second).try_for_each(|(&first, &second)| {
-        agree(first, second, Within { sigmas: 4.0, maximal_sigma: largest_error * second.value })
+        let maximal_sigma = largest_error * second.value.max(LITTLE * all);
+        agree(first, second, Within { sigmas: 4.0, maximal_sigma })
     })
 }
 

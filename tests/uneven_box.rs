@@ -12,7 +12,7 @@ use sonel_testkit::bruteforce::{BoxRoom, Count, Counted, History};
 use sonel_testkit::z_test::{Disagreement, Within, agree};
 
 use crate::Traced;
-use crate::estimates::{class_estimates, windows};
+use crate::estimates::{Windows, agree_in_windows, class_estimates, windows};
 
 /// Extent [m].
 pub const SIZE: [f64; 3] = [6.0, 5.0, 4.0];
@@ -59,12 +59,16 @@ pub const WILD: UnevenBox = UnevenBox {
 pub struct Effort {
     /// Rays of the slow simulator in each of its 32 batches.
     pub rays_per_batch: usize,
+    /// Radius of its receiver [m]: a bias of the order of its square.
+    pub radius: f64,
     /// Emissions of each run.
     pub emissions: u64,
     /// Runs whose spread is the error of the class sums.
     pub runs: u64,
-    /// Largest standard error, as a part of all reflected energy or of the energy in the window.
-    pub largest_error: f64,
+    /// Largest standard error of a class, as a part of all energy.
+    pub class_error: f64,
+    /// Largest standard error of a window, as a part of its energy.
+    pub window_error: f64,
 }
 
 impl UnevenBox {
@@ -72,6 +76,13 @@ impl UnevenBox {
     #[must_use]
     pub fn even(absorption: f64, scattering: f64) -> Self {
         Self { absorption: [[absorption; 6]; BANDS], scattering: [[scattering; 6]; BANDS] }
+    }
+
+    /// With absorption coefficients larger by `more`.
+    #[must_use]
+    pub fn more_absorbing(mut self, more: f64) -> Self {
+        self.absorption.iter_mut().flatten().for_each(|absorption| *absorption += more);
+        self
     }
 
     /// With the coefficients of the walls `a` and `b` exchanged.
@@ -104,7 +115,7 @@ impl UnevenBox {
 
     /// What the slow simulator counts in `band`.
     #[must_use]
-    pub fn count(&self, band: usize, rays_per_batch: usize) -> Counted {
+    pub fn count(&self, band: usize, effort: Effort) -> Counted {
         let room = BoxRoom {
             size: SIZE,
             absorption: self.absorption[band],
@@ -116,11 +127,11 @@ impl UnevenBox {
         room.count(&Count {
             source: SOURCE,
             receiver: RECEIVER,
-            radius: 0.3,
+            radius: effort.radius,
             bin_width,
             bins: (DURATION / bin_width).round() as usize,
             batches: 32,
-            rays_per_batch,
+            rays_per_batch: effort.rays_per_batch,
             seed: 1_000 * (band as u64 + 1),
         })
     }
@@ -134,30 +145,32 @@ pub fn disagreements(rendered: &UnevenBox, counted: &UnevenBox, effort: Effort) 
     let classes = class_estimates(&rendered.scene(), settings, effort.runs);
     let whole = Settings { emissions: effort.emissions * effort.runs, ..settings };
     let rendering = windows(&Traced::new(rendered.scene(), whole), RenderSettings::default(), &BORDERS);
-    let counts: Vec<Counted> =
-        (0..BANDS).into_par_iter().map(|band| counted.count(band, effort.rays_per_batch)).collect();
+    let counts: Vec<Counted> = (0..BANDS).into_par_iter().map(|band| counted.count(band, effort)).collect();
     let mut wrong = Vec::new();
     for (band, count) in counts.iter().enumerate() {
         let mut judge = |what: &str, outcome: Result<(), Disagreement>| {
             wrong.extend(outcome.err().map(|error| format!("band {band}, {what}: {error}")));
         };
-        let reflected: f64 = classes[band].iter().map(|class| class.value).sum();
+        let slow = slow_windows(count);
+        judge("windows", agree_in_windows(&rendering[0][band], &slow, effort.window_error));
+        let all: f64 = slow.iter().map(|window| window.value).sum();
+        let within = Within { sigmas: 4.0, maximal_sigma: effort.class_error * all };
         let histories = [History::Specular, History::Diffuse, History::DiffuseThenSpecular];
         for (history, class) in histories.into_iter().zip(classes[band]) {
-            let within = Within { sigmas: 4.0, maximal_sigma: effort.largest_error * reflected };
             judge(&format!("{history:?}"), agree(class, count.class(history), within));
-        }
-        for (window, &energy) in rendering[0][band].iter().enumerate() {
-            let bins = |time: f64| (time / count.bin_width()).round() as usize;
-            let range = bins(BORDERS[window])..bins(BORDERS[window + 1]);
-            let slow = count.jackknife(|echogram| echogram[range.clone()].iter().sum());
-            // The late part of a dead room is hardly ever counted: judged where it matters.
-            let within = Within {
-                sigmas: 4.0,
-                maximal_sigma: effort.largest_error * slow.value.max(0.05 * reflected),
-            };
-            judge(&format!("window {window}"), agree(energy, slow, within));
         }
     }
     wrong
+}
+
+/// Energies between [`BORDERS`].
+fn slow_windows(count: &Counted) -> Windows {
+    let bin = |time: f64| (time / count.bin_width()).round() as usize;
+    BORDERS
+        .windows(2)
+        .map(|borders| {
+            let range = bin(borders[0])..bin(borders[1]);
+            count.jackknife(|echogram| echogram[range.clone()].iter().sum())
+        })
+        .collect()
 }

@@ -3,6 +3,7 @@
 mod agreement;
 mod coverage;
 mod losses;
+mod uneven_box;
 
 use std::path::Path;
 

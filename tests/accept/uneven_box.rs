@@ -1,0 +1,30 @@
+//! Boxes against a slow and obvious simulator, to a few thousandths: each class of path, each window of time, in bands and at
+//! walls that differ.
+
+use sonel_tests::uneven_box::{Effort, UnevenBox, WILD, disagreements};
+
+const EFFORT: Effort = Effort {
+    rays_per_batch: 500_000,
+    radius: 0.25,
+    emissions: 20_000,
+    runs: 32,
+    class_error: 0.003,
+    window_error: 0.01,
+};
+
+#[test]
+fn classes_and_windows_of_uneven_boxes() {
+    for room in [WILD, UnevenBox::even(0.2, 0.5), UnevenBox::even(0.2, 0.05)] {
+        let wrong = disagreements(&room, &room, EFFORT);
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+}
+
+/// A hundredth of absorption is found out.
+#[test]
+fn a_slightly_wrong_box_is_rejected() {
+    let wrong = disagreements(&WILD, &WILD.more_absorbing(0.01), EFFORT);
+    for band in 0..4 {
+        assert!(wrong.iter().any(|text| text.starts_with(&format!("band {band}"))), "{}", wrong.join("\n"));
+    }
+}
