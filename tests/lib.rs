@@ -5,14 +5,28 @@ pub mod estimates;
 pub mod uneven_box;
 
 use std::io::Cursor;
+use std::path::Path;
 
 use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};
 use sonel_geometry::Geometry;
-use sonel_map::{Ledger, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
+use sonel_map::{
+    BatchStart, CoefficientTable, EmissionDirections, Ledger, MapHeader, MapWriter, PathWeight, Segment,
+    Settings, ShardRange, SonelMap, sweep,
+};
 use sonel_renderer::deposit::TimeBins;
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
-use sonel_scene::Scene;
+use sonel_scene::{Loaded, Scene};
 use sonel_tracer::Tracer;
+
+/// A shipped scene.
+#[must_use]
+pub fn shipped(name: &str) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
+    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a shipped scene");
+    let Loaded { scene, .. } =
+        sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).expect("a sound scene");
+    scene
+}
 
 /// A traced scene.
 pub struct Traced {
@@ -111,6 +125,31 @@ impl Traced {
             batches: Some(batches),
             arrivals: Arrivals::default(),
             metadata: serde_json::Value::Null,
+        }
+    }
+
+    /// Visits every segment of every path of source 0: index of the emission, share of its batch in the run, segment.
+    pub fn for_each_segment(&self, mut visit: impl FnMut(u64, f64, &Segment<'_>)) {
+        let header = self.map.header();
+        let (scene, layout) = (&header.scene, self.map.layout());
+        let bands = scene.bands.count();
+        let table = CoefficientTable::new(&scene.materials, bands, header.settings.survival);
+        let surfaces = self.geometry.surfaces();
+        let material_of: Vec<u32> = surfaces.iter().map(|surface| surface.material).collect();
+        let source = &scene.sources[0];
+        let directions = EmissionDirections::new(header.settings.seed, 0, layout, header.settings.spectral);
+        let mut weight = PathWeight::new(bands);
+        for batch in 0..layout.batches {
+            let start = BatchStart::new(&layout, batch, header.settings.spectral);
+            for path in self.map.batch_paths(0, batch) {
+                let cosine = directions.direction(path.emission).dot(source.aim.as_vec3());
+                let factor = source.directivity.factor(f64::from(cosine));
+                weight.emit(factor, 1.0, start.packet(layout.hero(path.emission)));
+                let position = source.position - self.geometry.center();
+                sweep(position, path.vertices, &table, &material_of, &mut weight, |segment| {
+                    visit(path.emission, start.weight, segment);
+                });
+            }
         }
     }
 

@@ -2,9 +2,7 @@
 
 use sonel_map::Settings;
 use sonel_renderer::{Estimator, RenderSettings};
-use sonel_tests::{Traced, batch_fluence};
-
-use crate::shipped;
+use sonel_tests::{Traced, batch_fluence, shipped};
 
 #[test]
 fn estimators_agree_in_every_shipped_scene() {

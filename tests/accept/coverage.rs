@@ -5,9 +5,7 @@ use sonel_analysis::{Parameter, parameters};
 use sonel_map::Settings;
 use sonel_renderer::{Estimator, RenderSettings};
 use sonel_scene::Scene;
-use sonel_tests::Traced;
-
-use crate::shipped;
+use sonel_tests::{Traced, shipped};
 
 const SEEDS: u64 = 200;
 const FIGURES: [Parameter; 6] = [

@@ -1,9 +1,8 @@
 //! Ten million segments in every shipped room, none lost, and a ledger that closes.
 
 use sonel_map::{Fate, Settings, ShardRange};
+use sonel_tests::shipped;
 use sonel_tracer::Tracer;
-
-use crate::shipped;
 
 #[test]
 fn no_packet_slips_out_of_a_shipped_room() {

@@ -5,15 +5,13 @@
 
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
 
-use std::path::Path;
-
 use cpu_time::ProcessTime;
 use glam::DVec3;
 use sonel_analysis::{Parameter, parameters};
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
-use sonel_scene::{Loaded, Receiver, Scene};
-use sonel_tests::Traced;
+use sonel_scene::{Receiver, Scene};
+use sonel_tests::{Traced, shipped};
 
 const SEEDS: u64 = 12;
 const LEVEL_DB: f64 = 0.1;
@@ -22,24 +20,16 @@ const T30_RELATIVE: f64 = 0.01;
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first pool");
     println!("to reach {LEVEL_DB} dB of every band's level and {:.0} % of T30 (s.d.)", T30_RELATIVE * 100.0);
-    let shoebox = load("shoebox");
+    let shoebox = shipped("shoebox");
     case("shoebox, s 0.5, 1 receiver", &shoebox, 4_000);
     case("shoebox, s 0.1, 1 receiver", &scattering(shoebox.clone(), 0.1), 4_000);
     case("shoebox, s 0.5, 100 receivers", &receivers(shoebox, 100), 2_000);
-    case("seed room, 1 receiver", &load("seed-room"), 4_000);
-    let mut hall = load("hall");
+    case("seed room, 1 receiver", &shipped("seed-room"), 4_000);
+    let mut hall = shipped("hall");
     case("hall, 6 receivers", &hall, 20_000);
     hall.receivers.truncate(1);
     case("hall, 1 receiver", &hall, 20_000);
     case("hall, 100 receivers", &receivers(hall, 100), 4_000);
-}
-
-fn load(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
-    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a shipped scene");
-    let Loaded { scene, .. } =
-        sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).expect("a sound scene");
-    scene
 }
 
 fn scattering(mut scene: Scene, scattering: f64) -> Scene {

@@ -6,7 +6,6 @@
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
 
 use std::hint::black_box;
-use std::path::Path;
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
@@ -14,24 +13,16 @@ use glam::Vec3;
 use sonel_geometry::{Departure, Geometry};
 use sonel_map::{Settings, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer};
-use sonel_scene::{Loaded, Scene};
-use sonel_tests::Traced;
+use sonel_scene::Scene;
+use sonel_tests::{Traced, shipped};
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first pool");
     for name in ["seed-room", "hall"] {
-        let scene = load(name);
+        let scene = shipped(name);
         println!("{name}: {} triangles, {} bands", scene.mesh.triangles.len(), scene.bands.count());
         measure(scene);
     }
-}
-
-fn load(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
-    let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a shipped scene");
-    let Loaded { scene, .. } =
-        sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).expect("a sound scene");
-    scene
 }
 
 fn measure(scene: Scene) {

@@ -1,9 +1,7 @@
 //! Energy is neither made nor lost: ledger, lossless and black boxes, Σ incident / emitted, mean free path.
 
 use sonel_acoustics::{Bands, Directivity, Material};
-use sonel_map::{
-    BatchStart, CoefficientTable, EmissionLayout, Fate, PathWeight, Segment, Settings, Spectral, sweep,
-};
+use sonel_map::{BatchStart, CoefficientTable, EmissionLayout, Fate, PathWeight, Settings, Spectral};
 use sonel_scene::Scene;
 use sonel_tests::Traced;
 
@@ -23,27 +21,6 @@ fn colourful() -> Material {
         absorption: vec![0.2, 0.9, 0.01, 0.99, 0.5, 0.05, 0.3, 0.6],
         scattering: vec![0.5, 0.05, 0.95, 0.5, 0.1, 0.9, 0.3, 0.7],
         ..Material::uniform("walls", 0.0, 0.0, 8)
-    }
-}
-
-/// Visits every segment of every path of the only source.
-fn for_each_segment(traced: &Traced, mut visit: impl FnMut(u64, f64, &Segment<'_>)) {
-    let header = traced.map.header();
-    let (scene, layout) = (&header.scene, traced.map.layout());
-    let bands = scene.bands.count();
-    let table = CoefficientTable::new(&scene.materials, bands, header.settings.survival);
-    let material_of: Vec<u32> = traced.geometry.surfaces().iter().map(|surface| surface.material).collect();
-    let source = scene.sources[0].position - traced.geometry.center();
-    let mut weight = PathWeight::new(bands);
-    for batch in 0..layout.batches {
-        let start = BatchStart::new(&layout, batch, header.settings.spectral);
-        for path in traced.map.batch_paths(0, batch) {
-            let packet = start.packet(layout.hero(path.emission));
-            weight.emit(1.0, 1.0, packet);
-            sweep(source, path.vertices, &table, &material_of, &mut weight, |segment| {
-                visit(path.emission, start.weight, segment);
-            });
-        }
     }
 }
 
@@ -135,7 +112,7 @@ fn a_lossless_box_keeps_its_energy() {
         let settings = Settings { emissions: 64, survival, ..Settings::default() };
         let traced = Traced::new(room(Material::uniform("walls", 0.0, 0.5, 8), 5.0), settings);
         let mut arrivals = 0;
-        for_each_segment(&traced, |_, weight, segment| {
+        traced.for_each_segment(|_, weight, segment| {
             arrivals += 1;
             for band in 0..8 {
                 let energy = weight * segment.energy[band / 4][band % 4] * 64.0;
@@ -167,7 +144,7 @@ fn incident_energy_is_the_geometric_series() {
     let settings = Settings { emissions, ..Settings::default() };
     let traced = Traced::new(room(Material::uniform("walls", absorption, 0.5, 8), 3.0), settings);
     let mut per_packet = vec![0.0; emissions as usize];
-    for_each_segment(&traced, |emission, weight, segment| {
+    traced.for_each_segment(|emission, weight, segment| {
         if segment.arrival.is_some() {
             per_packet[emission as usize] += weight * segment.energy[0][0];
         }
@@ -188,7 +165,7 @@ fn the_mean_free_path_is_four_volumes_per_surface() {
     let [x, y, z] = SIZE;
     let expected = 4.0 * x * y * z / (2.0 * (x * y + y * z + z * x));
     let (mut lengths, mut bounces) = (vec![0.0; 2_000], vec![0.0; 2_000]);
-    for_each_segment(&traced, |emission, _, segment| {
+    traced.for_each_segment(|emission, _, segment| {
         // The first piece starts inside the room and the last is cut by the clock: both are no wall-to-wall chords.
         if segment.history.order > 0 && segment.arrival.is_some() {
             lengths[emission as usize] += segment.end_length - segment.start_length;

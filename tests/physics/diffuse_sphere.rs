@@ -8,6 +8,7 @@ use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_testkit::analytic::diffuse_sphere::DiffuseSphere;
 use sonel_testkit::decay::reverberation_time;
+use sonel_testkit::z_test::{Estimate, Within, within_sigmas};
 use sonel_tests::{Traced, batch_fluence};
 
 const RADIUS: f64 = 5.0;
@@ -58,22 +59,22 @@ fn icosphere(times: u32) -> Mesh {
     mesh
 }
 
-fn sphere(absorption: f64, duration: f64) -> Traced {
+fn sphere(absorption: f64, duration: f64, source: [f64; 3], emissions: u64) -> Traced {
     let bands = Bands::octaves();
     let walls = Material::uniform("walls", absorption, 1.0, bands.count());
     let mut scene = Scene::from_parts(icosphere(3), vec![walls], bands, duration)
         .without_air_attenuation()
-        .with_source("source", [0.0, 0.0, 0.0])
+        .with_source("source", source)
         .with_receiver("near", [1.0, -0.5, 0.7])
         .with_receiver("far", [-1.2, 2.0, -1.9]);
     scene.speed_of_sound = SPEED;
-    Traced::new(scene, Settings { emissions: 60_000, ..Settings::default() })
+    Traced::new(scene, Settings { emissions, ..Settings::default() })
 }
 
 #[test]
 fn decay_is_that_of_independent_chords() {
     for (absorption, duration) in [(0.3, 1.2), (0.5, 0.7)] {
-        let traced = sphere(absorption, duration);
+        let traced = sphere(absorption, duration, [0.0; 3], 60_000);
         // The facets' mean free path 4V/S is a little shorter than the sphere's 4R/3.
         let radius = 3.0 * traced.geometry.volume().unwrap() / traced.geometry.area();
         let exact = DiffuseSphere { radius, absorption, speed_of_sound: SPEED }.reverberation_time();
@@ -96,7 +97,7 @@ fn decay_is_that_of_independent_chords() {
 /// Irradiance by diffuse reflections is uniform, and so is the fluence they send to any point inside.
 #[test]
 fn reflected_fluence_is_uniform_and_exact() {
-    let traced = sphere(0.3, 1.2);
+    let traced = sphere(0.3, 1.2, [0.0; 3], 60_000);
     let radius = 3.0 * traced.geometry.volume().unwrap() / traced.geometry.area();
     let exact = DiffuseSphere { radius, absorption: 0.3, speed_of_sound: SPEED }.reflected_fluence();
     let rendering = traced.render(RenderSettings::default());
@@ -111,4 +112,46 @@ fn reflected_fluence_is_uniform_and_exact() {
             "{reflected} ± {error} instead of {exact}"
         );
     }
+}
+
+/// Cells of equal area on the sphere: slabs of height, cut in equal sectors.
+const CELLS: usize = 16;
+
+fn cell(position: DVec3) -> usize {
+    let height = ((position.z / RADIUS + 1.0) * 2.0).clamp(0.0, 3.0) as usize;
+    let angle = position.y.atan2(position.x) / std::f64::consts::TAU + 0.5;
+    4 * height + ((angle * 4.0) as usize).min(3)
+}
+
+/// Energy arriving in each cell after at least `least` reflections, per unit emitted energy, with errors from the batches.
+fn incident(traced: &Traced, least: u32) -> Vec<Estimate> {
+    let layout = traced.map.layout();
+    let mut energy = vec![[0.0; CELLS]; layout.batches as usize];
+    traced.for_each_segment(|emission, _, segment| {
+        if segment.arrival.is_some() && segment.history.order >= least {
+            let place = cell(segment.end.as_dvec3());
+            energy[layout.batch(emission) as usize][place] += segment.energy[0][0];
+        }
+    });
+    (0..CELLS).map(|cell| Estimate::of(&energy.iter().map(|batch| batch[cell]).collect::<Vec<_>>())).collect()
+}
+
+/// From a source far from the middle: what has been reflected arrives evenly, to what (1 − α)/α leaves for each cell. The
+/// first arrivals do not, and are told apart.
+#[test]
+fn reflected_irradiance_is_uniform() {
+    let absorption = 0.3;
+    let traced = sphere(absorption, 1.2, [2.0, 1.0, -1.5], 160_000);
+    let share = |least: u32| {
+        let all: f64 = (1.0 - absorption).powi(least as i32) / absorption;
+        let expected = all / CELLS as f64;
+        let within = Within { sigmas: 4.0, maximal_sigma: 0.006 * expected };
+        incident(&traced, least)
+            .into_iter()
+            .map(|estimate| within_sigmas(estimate, expected, within))
+            .collect::<Vec<_>>()
+    };
+    assert!(share(1).iter().all(Result::is_ok), "{:?}", share(1));
+    let first_too = share(0);
+    assert!(first_too.iter().filter(|outcome| outcome.is_err()).count() > CELLS / 2, "{first_too:?}");
 }

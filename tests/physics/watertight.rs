@@ -2,27 +2,19 @@
 //!
 //! The rooms that only exist to be hard (tessellated, perturbed, moved far away) are tested beside the ray casting.
 
-use std::path::Path;
-
 use glam::DVec3;
 use sonel_geometry::{Departure, Geometry, Side};
-use sonel_scene::Loaded;
 use sonel_testkit::uniform::Uniform;
+use sonel_tests::shipped;
 
 const RAYS: u32 = 1_000_000;
 
-fn shipped(name: &str) -> (Geometry, Vec<DVec3>) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
-    let text = std::fs::read_to_string(folder.join("scene.toml")).unwrap();
-    let Loaded { scene, .. } =
-        sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).unwrap();
-    let inside = scene
-        .sources
-        .iter()
-        .map(|source| source.position)
-        .chain(scene.receivers.iter().map(|receiver| receiver.position))
-        .collect();
-    (scene.geometry().unwrap(), inside)
+/// A shipped room and points in its air.
+fn room(name: &str) -> (Geometry, Vec<DVec3>) {
+    let scene = shipped(name);
+    let sources = scene.sources.iter().map(|source| source.position);
+    let receivers = scene.receivers.iter().map(|receiver| receiver.position);
+    (scene.geometry().expect("a sound mesh"), sources.chain(receivers).collect())
 }
 
 /// How many of [`RAYS`] rays leave the air: meet nothing, or the solid side of a closed shell. A ray at the rim of a seat may
@@ -48,7 +40,7 @@ fn misses(geometry: &Geometry, inside: &[DVec3]) -> u32 {
 #[test]
 fn no_ray_slips_through_an_edge_of_a_shipped_room() {
     for name in ["seed-room", "shoebox", "hall"] {
-        let (geometry, inside) = shipped(name);
+        let (geometry, inside) = room(name);
         assert_eq!(misses(&geometry, &inside), 0, "{name}");
     }
 }
