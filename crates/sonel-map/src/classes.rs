@@ -84,9 +84,9 @@ mod tests {
     fn equal_columns_are_one_class() {
         let wall =
             Material { absorption: vec![0.1, 0.2, 0.1, 0.1], ..Material::uniform("wall", 0.0, 0.5, 4) };
-        let still = BandClasses::alike(&[wall.clone()], &[0.0; 4], Spectral::Shared);
+        let still = BandClasses::alike(std::slice::from_ref(&wall), &[0.0; 4], Spectral::Shared);
         assert_eq!((still.count(), still.spread(&['a', 'b'])), (2, vec!['a', 'b', 'a', 'a']));
-        let air = BandClasses::alike(&[wall.clone()], &[0.0, 0.0, 0.0, 0.1], Spectral::Shared);
+        let air = BandClasses::alike(std::slice::from_ref(&wall), &[0.0, 0.0, 0.0, 0.1], Spectral::Shared);
         assert_eq!(air.count(), 3);
         assert_eq!(BandClasses::alike(&[wall], &[0.0; 4], Spectral::PerBand), BandClasses::separate(4));
     }
