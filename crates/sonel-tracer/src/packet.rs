@@ -2,7 +2,9 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Hit};
-use sonel_map::{ChunkLedger, ChunkPaths, CoefficientTable, Event, Lanes, PacketStart, PathWeight, Vertex};
+use sonel_map::{
+    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, Lanes, PacketStart, PathWeight, Vertex,
+};
 use sonel_sampling::{Frame, Stream};
 
 use crate::interaction::{draw_event, mirrored, scattered};
@@ -47,6 +49,9 @@ pub struct Emission<'a> {
     pub share: f64,
 }
 
+/// Arrivals of a packet that a chunk has room for from the start: those of a reverberant room.
+const EXPECTED_ARRIVALS: usize = 48;
+
 /// What packets leave behind.
 pub struct Records {
     /// Their paths.
@@ -62,7 +67,10 @@ impl Records {
     #[must_use]
     pub fn new(bands: usize) -> Self {
         Self {
-            paths: ChunkPaths::default(),
+            paths: ChunkPaths {
+                ends: Vec::with_capacity(CHUNK_EMISSIONS as usize),
+                vertices: Vec::with_capacity(CHUNK_EMISSIONS as usize * EXPECTED_ARRIVALS),
+            },
             books: ChunkLedger::new(bands),
             weight: PathWeight::new(bands),
             nothing: vec![[0.0; 4]; sonel_map::lanes_of(bands)],
