@@ -8,6 +8,10 @@
 
 use glam::DVec3;
 
+/// An edge seen under a smaller angle [rad] has no plane worth the name: clipping leaves such edges behind, and the
+/// rounding of their ends would turn them anywhere. Without its plane a beam is only larger.
+const SMALLEST_SINE: f64 = 1e-6;
+
 /// An image and its aperture.
 #[derive(Debug, Clone)]
 pub struct Beam {
@@ -26,7 +30,11 @@ impl Beam {
         let sides = (0..aperture.len())
             .filter_map(|at| {
                 let (a, b) = (aperture[at] - apex, aperture[(at + 1) % aperture.len()] - apex);
-                let normal = a.cross(b).try_normalize()?;
+                let normal = a.cross(b);
+                if normal.length() <= SMALLEST_SINE * a.length() * b.length() {
+                    return None;
+                }
+                let normal = normal.normalize();
                 Some(if normal.dot(centre) < 0.0 { -normal } else { normal })
             })
             .collect();
