@@ -10,7 +10,8 @@
 //! - [`coefficients`] and [`weight`]: the balance heuristic over leading bands, shared by tracer and readers;
 //! - [`mod@sweep`]: a path as a sequence of segments with energy, length and history;
 //! - [`ledger`]: where the energy went, per band, and the fates of the packets;
-//! - [`header`]: provenance: settings, scene, effects, shard; [`writer`] and [`reader`]: the file itself.
+//! - [`header`]: provenance: settings, scene, effects, shard; [`writer`] and [`reader`]: the file itself;
+//! - [`provenance`]: in what two maps differ; [`merge`]: shards joined to the map of their run.
 //!
 //! The layout of the file, byte by byte, stands in docs/formats/sonelmap.md.
 
@@ -27,8 +28,11 @@ pub mod error;
 mod format;
 pub mod header;
 pub mod ledger;
+pub mod merge;
+pub mod provenance;
 pub mod reader;
 mod record;
+mod shards;
 mod surfaces;
 pub mod sweep;
 mod tiling;
@@ -42,6 +46,7 @@ pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayo
 pub use error::MapError;
 pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
+pub use merge::{MergeError, Merger};
 pub use reader::{PathView, SonelMap};
 pub use sweep::{Arrival, Segment, SegmentHistory, sweep};
 pub use vertex::{Event, Vertex};

@@ -27,6 +27,7 @@ use crate::vertex::Vertex;
 pub struct SonelMap {
     bytes: Storage,
     header: MapHeader,
+    minor: u16,
     digest: [u8; 32],
     center: DVec3,
     surfaces: Vec<SurfaceRow>,
@@ -112,7 +113,8 @@ impl SonelMap {
             return Err(damaged("the scene has no centre".to_owned()));
         }
         check_directory(&chunks, &header)?;
-        Ok(Self { bytes, header, digest: preamble.header_digest, center, surfaces, chunks, books })
+        let (minor, digest) = (preamble.minor, preamble.header_digest);
+        Ok(Self { bytes, header, minor, digest, center, surfaces, chunks, books })
     }
 
     /// Provenance.
@@ -196,21 +198,9 @@ impl SonelMap {
     }
 
     fn check_chunk(&self, chunk: &ChunkEntry, surfaces: u32) -> Result<(), MapError> {
-        let damaged = |reason: &str| MapError::Damaged { offset: chunk.offset, reason: reason.to_owned() };
-        let (ends, vertices) = self.chunk_columns(chunk);
-        if <[u8; 32]>::from(blake3::hash(self.chunk_bytes(chunk))) != chunk.digest {
-            return Err(damaged("a chunk of paths does not match its checksum"));
-        }
-        tiling::check_padding(self.bytes.as_slice(), chunk.offset + self.chunk_bytes(chunk).len() as u64)?;
-        let mut start = 0;
-        for &end in ends {
-            let path = vertices.get(start..end as usize).ok_or_else(|| damaged("paths overlap"))?;
-            if !is_sound_path(path, surfaces) {
-                return Err(damaged("a path breaks the rules of the format"));
-            }
-            start = end as usize;
-        }
-        if start == vertices.len() { Ok(()) } else { Err(damaged("vertices without a path")) }
+        let bytes = self.chunk_bytes(chunk);
+        check_chunk(chunk, bytes, surfaces)?;
+        tiling::check_padding(self.bytes.as_slice(), chunk.offset + bytes.len() as u64)
     }
 
     fn chunk_bytes(&self, chunk: &ChunkEntry) -> &[u8] {
@@ -218,9 +208,10 @@ impl SonelMap {
         &self.bytes.as_slice()[chunk.offset as usize..(chunk.offset + length) as usize]
     }
 
-    fn chunk_columns(&self, chunk: &ChunkEntry) -> (&[u32], &[Vertex]) {
-        let (head, vertices) = self.chunk_bytes(chunk).split_at(chunk.vertices_at() as usize);
-        (bytemuck::cast_slice(&head[..chunk.path_count as usize * 4]), bytemuck::cast_slice(vertices))
+    /// Everything but the paths.
+    pub(crate) fn into_directory(self) -> Directory {
+        let Self { header, minor, center, surfaces, chunks, books, .. } = self;
+        Directory { header, minor, center, surfaces, chunks, books }
     }
 
     /// The path of emission `emission` of `source`; [`None`] where this map does not hold it.
@@ -229,7 +220,8 @@ impl SonelMap {
         let key = (source, emission - emission % CHUNK_EMISSIONS);
         let index =
             self.chunks.binary_search_by_key(&key, |chunk| (chunk.source, chunk.first_emission)).ok()?;
-        let (ends, vertices) = self.chunk_columns(&self.chunks[index]);
+        let chunk = &self.chunks[index];
+        let (ends, vertices) = columns(chunk, self.chunk_bytes(chunk));
         let slot = (emission % CHUNK_EMISSIONS) as usize;
         let end = *ends.get(slot)? as usize;
         let start = if slot == 0 { 0 } else { ends[slot - 1] as usize };
@@ -240,6 +232,45 @@ impl SonelMap {
     pub fn batch_paths(&self, source: u32, batch: u32) -> impl Iterator<Item = PathView<'_>> {
         self.layout().batch_indices(batch).filter_map(move |emission| self.path(source, emission))
     }
+}
+
+/// What a map says of its paths.
+pub(crate) struct Directory {
+    /// Provenance.
+    pub header: MapHeader,
+    /// Minor version of the file's format.
+    pub minor: u16,
+    /// Where the origin of the stored positions is in the axes of the scene [m].
+    pub center: DVec3,
+    /// The surfaces that the paths refer to.
+    pub surfaces: Vec<SurfaceRow>,
+    /// The chunks by source, then emission.
+    pub chunks: Vec<ChunkEntry>,
+    /// Books of every chunk.
+    pub books: Vec<Ledger>,
+}
+
+/// Compares the `bytes` of `chunk` with its checksum and with the rules of the layout.
+pub(crate) fn check_chunk(chunk: &ChunkEntry, bytes: &[u8], surfaces: u32) -> Result<(), MapError> {
+    let damaged = |reason: &str| MapError::Damaged { offset: chunk.offset, reason: reason.to_owned() };
+    if <[u8; 32]>::from(blake3::hash(bytes)) != chunk.digest {
+        return Err(damaged("a chunk of paths does not match its checksum"));
+    }
+    let (ends, vertices) = columns(chunk, bytes);
+    let mut start = 0;
+    for &end in ends {
+        let path = vertices.get(start..end as usize).ok_or_else(|| damaged("paths overlap"))?;
+        if !is_sound_path(path, surfaces) {
+            return Err(damaged("a path breaks the rules of the format"));
+        }
+        start = end as usize;
+    }
+    if start == vertices.len() { Ok(()) } else { Err(damaged("vertices without a path")) }
+}
+
+fn columns<'a>(chunk: &ChunkEntry, bytes: &'a [u8]) -> (&'a [u32], &'a [Vertex]) {
+    let (head, vertices) = bytes.split_at(chunk.vertices_at() as usize);
+    (bytemuck::cast_slice(&head[..chunk.path_count as usize * 4]), bytemuck::cast_slice(vertices))
 }
 
 fn is_sound_path(path: &[Vertex], surfaces: u32) -> bool {

@@ -38,10 +38,14 @@ pub fn check_order(
 
 /// Whether nothing but zeros follows `end` up to the next aligned position.
 pub fn check_padding(file: &[u8], end: u64) -> Result<(), MapError> {
-    let padding = &file[end as usize..(aligned(end) as usize).min(file.len())];
+    check_zeros(&file[end as usize..(aligned(end) as usize).min(file.len())], end)
+}
+
+/// Whether `padding`, which begins at `offset` of the file, is nothing but zeros.
+pub fn check_zeros(padding: &[u8], offset: u64) -> Result<(), MapError> {
     if padding.iter().all(|&byte| byte == 0) {
         Ok(())
     } else {
-        Err(MapError::Damaged { offset: end, reason: "the padding is not zero".to_owned() })
+        Err(MapError::Damaged { offset, reason: "the padding is not zero".to_owned() })
     }
 }

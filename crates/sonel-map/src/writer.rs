@@ -69,10 +69,27 @@ impl<W: Write + Seek> MapWriter<W> {
         entry.digest = blake3::Hasher::new().update(&ends).update(vertices).finalize().into();
         self.put(&ends)?;
         self.put(vertices)?;
-        self.entries.push(entry);
+        self.enter(entry, books);
+        Ok(())
+    }
+
+    /// Appends a chunk of another map, whose `bytes` have been compared with its checksum.
+    pub(crate) fn push_copy(
+        &mut self,
+        chunk: &ChunkEntry,
+        bytes: &[u8],
+        books: &Ledger,
+    ) -> Result<(), MapError> {
+        let offset = self.pad()?;
+        self.put(bytes)?;
+        self.enter(ChunkEntry { offset, ..*chunk }, books);
+        Ok(())
+    }
+
+    fn enter(&mut self, chunk: ChunkEntry, books: &Ledger) {
+        self.entries.push(chunk);
         self.fates.push(ChunkFates { fates: books.fates.counts(), segments: books.segments, reserved: 0 });
         self.terms.extend(books.bands.iter().flat_map(|band| band.terms()));
-        Ok(())
     }
 
     /// Vertices written so far.

@@ -33,6 +33,8 @@ pub enum Command {
     Inspect(Inspect),
     /// Whether a map is whole and sound: checksums, structure, ledger recomputed from the paths.
     Verify(Verify),
+    /// Shards of a run, written by sonel-trace --shard, joined to the map of the run.
+    Merge(Merge),
     /// Which figures of two responses differ beyond noise; exit code 1 where any does.
     Diff(Diff),
 }
@@ -52,6 +54,24 @@ pub struct Diff {
     /// Print JSON, with every figure compared.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `merge`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-trace hall.toml -o 1.sonelmap --sonels 1M --shard 1/2
+  sonel-trace hall.toml -o 2.sonelmap --sonels 1M --shard 2/2
+  sonel-analyze merge 1.sonelmap 2.sonelmap -o hall.sonelmap
+
+The result is the map that sonel-trace writes in one piece, byte for byte. Neighbours such as 1/4 and 2/4 make the
+larger shard 1/2.")]
+pub struct Merge {
+    /// Shards of one run, in any order.
+    #[arg(value_name = "SHARD.sonelmap", required = true)]
+    pub maps: Vec<PathBuf>,
+    /// Where the map goes; replaced only when the new one is complete.
+    #[arg(short, long, value_name = "MAP.sonelmap")]
+    pub output: PathBuf,
 }
 
 /// `inspect`.

@@ -1,0 +1,258 @@
+//! In what the provenance of two maps differs: scene, settings, effects, program. Which shard each is does not count.
+//!
+//! Numbers are written so that different ones look different, and compared as written.
+
+use sonel_acoustics::Material;
+use sonel_scene::{Receiver, Scene, Source};
+
+use crate::emission::Spectral;
+use crate::header::{EffectState, MapHeader, Mode};
+use crate::record;
+
+/// One thing in which two maps differ.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// What, such as `seed` or `absorption of material "felt"`.
+    pub what: String,
+    /// What the one map says.
+    pub here: String,
+    /// What the other map says.
+    pub there: String,
+}
+
+/// A thing and what a map says of it.
+type Fact = (String, String);
+
+/// What a map says of a thing that only the other one has.
+const NOTHING: &str = "nothing";
+
+/// Everything in which `here` and `there` differ, but for their shards. Maps with other bands have other lists per band as
+/// well, which is not said again.
+#[must_use]
+pub fn differences(here: &MapHeader, there: &MapHeader) -> Vec<Difference> {
+    let mut found = compare(&facts(here), &facts(there));
+    if here.scene.bands == there.scene.bands {
+        found.extend(compare(&facts_per_band(here), &facts_per_band(there)));
+    }
+    found
+}
+
+fn compare(here: &[Fact], there: &[Fact]) -> Vec<Difference> {
+    let said = |facts: &[Fact], what: &str| {
+        let fact = facts.iter().find(|(name, _)| name == what);
+        fact.map_or_else(|| NOTHING.to_owned(), |(_, value)| value.clone())
+    };
+    let only_there = there.iter().filter(|(what, _)| !here.iter().any(|(name, _)| name == what));
+    here.iter()
+        .chain(only_there)
+        .map(|(what, _)| Difference { what: what.clone(), here: said(here, what), there: said(there, what) })
+        .filter(|difference| difference.here != difference.there)
+        .collect()
+}
+
+fn facts(header: &MapHeader) -> Vec<Fact> {
+    let (settings, scene) = (&header.settings, &header.scene);
+    let spectral = match settings.spectral {
+        Spectral::Shared => "shared",
+        Spectral::PerBand => "per-band",
+    };
+    let mode = match settings.mode {
+        Mode::Accurate => "accurate",
+        Mode::Paper => "paper",
+    };
+    let plain = [
+        ("version of sonel", header.tool_version.clone()),
+        ("scene file (its digest)", hexadecimal(&scene.digest)),
+        ("mesh file (its digest)", hexadecimal(&scene.mesh_digest)),
+        ("mesh", mesh(scene)),
+        ("name of the scene", scene.name.clone()),
+        ("bands", format!("{} of {} Hz", scene.bands.width(), numbers(scene.bands.nominal()))),
+        ("upward direction", numbers(&scene.up.to_array())),
+        ("temperature [°C]", scene.air.temperature_celsius.to_string()),
+        ("relative humidity [%]", scene.air.relative_humidity_percent.to_string()),
+        ("air pressure [kPa]", scene.air.pressure_kpa.to_string()),
+        ("speed of sound [m/s]", scene.speed_of_sound.to_string()),
+        ("duration [s]", scene.duration.to_string()),
+        ("number of emissions", settings.emissions.to_string()),
+        ("seed", settings.seed.to_string()),
+        ("number of batches", settings.batches.to_string()),
+        ("survival exponent", settings.survival.to_string()),
+        ("spectral", spectral.to_owned()),
+        ("mode", mode.to_owned()),
+        ("extinction threshold", settings.extinction_threshold.to_string()),
+        ("order of the materials", names(scene.materials.iter().map(|material| &material.name))),
+        ("order of the sources", names(scene.sources.iter().map(|source| &source.name))),
+        ("order of the receivers", names(scene.receivers.iter().map(|receiver| &receiver.name))),
+    ];
+    let mut facts: Vec<Fact> = plain.into_iter().map(|(what, value)| (what.to_owned(), value)).collect();
+    facts.extend(scene.receivers.iter().map(receiver));
+    facts
+}
+
+fn facts_per_band(header: &MapHeader) -> Vec<Fact> {
+    let scene = &header.scene;
+    let air = ("attenuation by air [1/m]".to_owned(), numbers(&scene.air_attenuation));
+    let effects = header.effects.iter().map(effect);
+    let materials = scene.materials.iter().flat_map(material);
+    let sources = scene.sources.iter().map(source);
+    effects.chain([air]).chain(materials).chain(sources).collect()
+}
+
+fn mesh(scene: &Scene) -> String {
+    let (corners, triangles) = record::mesh_columns(&scene.mesh);
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(bytemuck::cast_slice(&corners)).update(bytemuck::cast_slice(&triangles));
+    format!("{} triangles with digest {}", triangles.len(), hexadecimal(hasher.finalize().as_bytes()))
+}
+
+fn effect(effect: &EffectState) -> Fact {
+    let on: Vec<&str> = effect.on.iter().map(|&on| if on { "on" } else { "off" }).collect();
+    (format!("effect {}", effect.name), format!("{} ({})", on.join(", "), effect.reason))
+}
+
+fn material(material: &Material) -> [Fact; 4] {
+    let of = |what: &str, value: String| (format!("{what} of material \"{}\"", material.name), value);
+    [
+        of("absorption", numbers(&material.absorption)),
+        of("scattering", numbers(&material.scattering)),
+        of("transmission", numbers(&material.transmission)),
+        of("origin", material.source.clone().unwrap_or_default()),
+    ]
+}
+
+fn source(source: &Source) -> Fact {
+    let value = format!(
+        "{} at ({}) m towards ({}), {} dB",
+        source.directivity,
+        numbers(&source.position.to_array()),
+        numbers(&source.aim.to_array()),
+        numbers(&source.power_level_db)
+    );
+    (format!("source \"{}\"", source.name), value)
+}
+
+fn receiver(receiver: &Receiver) -> Fact {
+    let (position, aim) = (receiver.position.to_array(), receiver.aim.to_array());
+    (
+        format!("receiver \"{}\"", receiver.name),
+        format!("at ({}) m towards ({})", numbers(&position), numbers(&aim)),
+    )
+}
+
+fn names<'a>(names: impl Iterator<Item = &'a String>) -> String {
+    names.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+}
+
+fn numbers(values: &[f64]) -> String {
+    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+fn hexadecimal(digest: &[u8; 32]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::header::{Settings, ShardRange};
+    use glam::DVec3;
+    use sonel_acoustics::{BandWidth, Bands};
+    use sonel_geometry::Mesh;
+
+    fn header() -> MapHeader {
+        let bands = Bands::new(vec![500.0, 1000.0], BandWidth::Octave).unwrap();
+        let wall = Material {
+            name: "felt".to_owned(),
+            absorption: vec![0.1, 0.3],
+            scattering: vec![0.5; 2],
+            transmission: vec![0.0; 2],
+            source: None,
+        };
+        let mut scene = Scene::from_parts(Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]), vec![wall], bands, 0.5);
+        scene.sources.push(Source::omni("left", DVec3::ONE, 2));
+        let effect =
+            EffectState { name: "air".to_owned(), on: vec![true; 2], reason: "asked for".to_owned() };
+        MapHeader {
+            tool_version: "1.2.3".to_owned(),
+            settings: Settings::default(),
+            shard: ShardRange::WHOLE,
+            effects: vec![effect],
+            scene,
+        }
+    }
+
+    #[test]
+    fn a_header_does_not_differ_from_itself_whatever_its_shard() {
+        let shard = MapHeader { shard: ShardRange { index: 2, count: 3 }, ..header() };
+        assert_eq!(differences(&header(), &shard), []);
+    }
+
+    #[test]
+    fn every_change_is_named_with_both_values() {
+        type Change = fn(&mut MapHeader);
+        let changes: [(Change, &str, &str, &str); 17] = [
+            (|header| header.tool_version.push('4'), "version of sonel", "1.2.3", "1.2.34"),
+            (|header| header.settings.emissions = 7, "number of emissions", "50000", "7"),
+            (|header| header.settings.seed = 2, "seed", "1", "2"),
+            (|header| header.settings.batches = 8, "number of batches", "32", "8"),
+            (|header| header.settings.survival = 0.25, "survival exponent", "0.15", "0.25"),
+            (|header| header.settings.spectral = Spectral::PerBand, "spectral", "shared", "per-band"),
+            (|header| header.settings.mode = Mode::Paper, "mode", "accurate", "paper"),
+            (
+                |header| header.settings.extinction_threshold = 0.5,
+                "extinction threshold",
+                "0.000000001",
+                "0.5",
+            ),
+            (|header| header.scene.duration = 0.75, "duration [s]", "0.5", "0.75"),
+            (|header| header.scene.name = "hut".to_owned(), "name of the scene", "", "hut"),
+            (|header| header.scene.digest = [0xab; 32], "scene file", "0000", "abab"),
+            (|header| header.scene.mesh_digest = [0xcd; 32], "mesh file", "0000", "cdcd"),
+            (|header| header.scene.mesh.vertices[0].x -= 0.5, "mesh", "12 triangles", "12 triangles"),
+            (|header| header.scene.air_attenuation[1] = 0.5, "attenuation by air", ", ", ", 0.5"),
+            (
+                |header| header.scene.sources[0].position.z = 2.5,
+                "source \"left\"",
+                "(1, 1, 1)",
+                "(1, 1, 2.5)",
+            ),
+            (
+                |header| header.scene.materials[0].absorption[1] = 0.25,
+                "absorption of material \"felt\"",
+                "0.1, 0.3",
+                "0.1, 0.25",
+            ),
+            (|header| header.effects[0].on[1] = false, "effect air", "on, on", "on, off"),
+        ];
+        for (change, what, here, there) in changes {
+            let mut other = header();
+            change(&mut other);
+            let found = differences(&header(), &other);
+            assert_eq!(found.len(), 1, "{what}: {found:?}");
+            let [found] = &found[..] else { unreachable!() };
+            assert!(
+                found.what.starts_with(what) && found.here.contains(here) && found.there.contains(there),
+                "{found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_only_one_map_has_differs_from_nothing() {
+        let mut other = header();
+        other.effects.clear();
+        let found = differences(&other, &header());
+        assert_eq!((found.len(), found[0].here.as_str(), found[0].what.as_str()), (1, NOTHING, "effect air"));
+    }
+
+    #[test]
+    fn other_bands_are_one_difference() {
+        let mut other = header();
+        other.scene.bands = Bands::new(vec![500.0, 1000.0, 2000.0], BandWidth::Octave).unwrap();
+        other.scene.materials[0].absorption.push(0.5);
+        other.scene.air_attenuation.push(0.5);
+        let found = differences(&header(), &other);
+        assert_eq!((found.len(), found[0].what.as_str()), (1, "bands"), "{found:?}");
+        assert_eq!(found[0].there, "octave of 500, 1000, 2000 Hz");
+    }
+}
