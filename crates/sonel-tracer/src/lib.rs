@@ -10,4 +10,4 @@ pub mod interaction;
 pub mod packet;
 pub mod run;
 
-pub use run::{TraceError, TracedChunk, Tracer};
+pub use run::{ForeignPath, TraceError, TracedChunk, Tracer};

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Hit};
+use sonel_map::coefficients::MaterialRow;
 use sonel_map::{
     CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, Lanes, PacketStart, PathWeight, Vertex,
 };
@@ -81,11 +82,8 @@ impl Records {
 impl Surroundings<'_> {
     /// Lives one packet to its end, leaving its path and its books in `records`.
     pub fn live(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
+        begin(emission, records);
         let Records { paths, books, weight, nothing } = records;
-        let (start, share) = (emission.start, emission.share);
-        weight.emit(emission.source_factor, share, start);
-        books.emitted(share, &start.expected, weight.energy());
-
         let mut flight = Flight {
             position: emission.position,
             departure: Departure::free(emission.position.as_vec3()),
@@ -103,20 +101,13 @@ impl Surroundings<'_> {
             }
             let (material, frame) = &self.surfaces[hit.surface.0 as usize];
             let row = self.table.material(*material);
-            books.arrived(weight.energy(), &row.dissipated, &row.passed_on);
-            let event = draw_event(&row.thresholds[emission.deciding], stream.uniform_fine());
+            let event = decide(row, emission.deciding, stream, books, weight);
             flight.direction = match event {
                 Event::Specular => mirrored(flight.direction, frame.normal),
                 Event::Diffuse => scattered(frame, hit.side, stream.uniform_pair()),
                 Event::Transmitted => flight.direction,
                 _ => break vertex(&hit, Event::Absorbed),
             };
-            weight.pass(match event {
-                Event::Specular => &row.specular,
-                Event::Diffuse => &row.diffuse,
-                _ => &row.transmitted,
-            });
-            books.departed(weight.energy());
             if weight.is_extinct(self.extinction_threshold) {
                 break vertex(&hit, Event::Extinguished);
             }
@@ -125,10 +116,47 @@ impl Surroundings<'_> {
             flight.departure = self.geometry.leave(hit.position, hit.surface, side);
             paths.vertices.push(vertex(&hit, event));
         };
-        let event = last.event().expect("made from an event");
-        books.ended(event, if event == Event::Absorbed { nothing } else { weight.energy() });
+        end(books, weight, nothing, last.event().expect("made from an event"));
         paths.vertices.push(last);
         paths.ends.push(paths.vertices.len() as u32);
+    }
+
+    /// Books a packet whose path was traced before, as [`Self::live`] does for the same emission and the same random numbers,
+    /// and leaves its path in `records`: nothing is cast. False where the path is not what `live` would find.
+    ///
+    /// Energies depend on how many packets a run has, so books of a shorter run are of no use for a longer one.
+    #[must_use]
+    pub fn relive(
+        &self,
+        emission: &Emission<'_>,
+        path: &[Vertex],
+        stream: &mut Stream,
+        records: &mut Records,
+    ) -> bool {
+        begin(emission, records);
+        let Records { paths, books, weight, nothing } = records;
+        let mut last = None;
+        for vertex in path {
+            let Some(event) = vertex.event() else { return false };
+            books.segments += 1;
+            if event.leaves_sonel() {
+                let (material, _) = self.surfaces[vertex.surface().0 as usize];
+                let drawn = decide(self.table.material(material), emission.deciding, stream, books, weight);
+                let extinct = drawn != Event::Absorbed && weight.is_extinct(self.extinction_threshold);
+                if event != if extinct { Event::Extinguished } else { drawn } {
+                    return false;
+                }
+                if event == Event::Diffuse {
+                    stream.uniform_pair();
+                }
+            }
+            last = Some(event);
+        }
+        let Some(last) = last else { return false };
+        end(books, weight, nothing, last);
+        paths.vertices.extend_from_slice(path);
+        paths.ends.push(paths.vertices.len() as u32);
+        true
     }
 
     /// The last vertex of a packet that met no surface: where it would be at the end of the run.
@@ -137,6 +165,41 @@ impl Surroundings<'_> {
         let remaining = (self.reach - flight.length) as f32;
         Vertex::nowhere(flight.departure.origin + flight.direction * remaining, event)
     }
+}
+
+/// Sends a packet on its way.
+#[inline]
+fn begin(emission: &Emission<'_>, records: &mut Records) {
+    let Records { books, weight, .. } = records;
+    weight.emit(emission.source_factor, emission.share, emission.start);
+    books.emitted(emission.share, &emission.start.expected, weight.energy());
+}
+
+/// Books an arrival, and what became of the packet there.
+#[inline]
+fn decide(
+    row: &MaterialRow,
+    deciding: usize,
+    stream: &mut Stream,
+    books: &mut ChunkLedger,
+    weight: &mut PathWeight,
+) -> Event {
+    books.arrived(weight.energy(), &row.dissipated, &row.passed_on);
+    let event = draw_event(&row.thresholds[deciding], stream.uniform_fine());
+    weight.pass(match event {
+        Event::Specular => &row.specular,
+        Event::Diffuse => &row.diffuse,
+        Event::Transmitted => &row.transmitted,
+        _ => return event,
+    });
+    books.departed(weight.energy());
+    event
+}
+
+/// Books the end of a packet.
+#[inline]
+fn end(books: &mut ChunkLedger, weight: &PathWeight, nothing: &[Lanes], last: Event) {
+    books.ended(last, if last == Event::Absorbed { nothing } else { weight.energy() });
 }
 
 fn vertex(hit: &Hit, event: Event) -> Vertex {

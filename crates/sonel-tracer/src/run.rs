@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use sonel_geometry::Geometry;
 use sonel_map::{
     BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EmissionDirections,
-    EmissionLayout, Fate, Ledger, Settings, ShardRange,
+    EmissionLayout, Fate, Ledger, Settings, ShardRange, SonelMap,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Scene, Source};
@@ -33,9 +33,25 @@ pub enum TraceError<E> {
         /// Packets traced.
         packets: u64,
     },
+    /// A map to be extended has other paths than this program traces.
+    #[error(transparent)]
+    Foreign(#[from] ForeignPath),
     /// Whoever took the chunks failed.
     #[error(transparent)]
     Sink(E),
+}
+
+/// A path of a map that is not what this program traces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error(
+    "the map cannot be extended: emission {emission} of source number {source_index} took another way than this program \
+     traces, so another version of sonel wrote it; trace the longer run from the beginning"
+)]
+pub struct ForeignPath {
+    /// Index of the source.
+    pub source_index: u32,
+    /// Index of the emission.
+    pub emission: u64,
 }
 
 /// One chunk of traced packets.
@@ -111,6 +127,28 @@ impl<'a> Tracer<'a> {
     pub fn run<E>(
         &self,
         shard: ShardRange,
+        sink: impl FnMut(TracedChunk) -> Result<(), E>,
+    ) -> Result<Ledger, TraceError<E>> {
+        self.trace(shard, None, sink)
+    }
+
+    /// As [`Self::run`] for the whole run, but takes paths from `beginning`, a sound map of the same scene and settings with
+    /// fewer emissions: the same chunks come out, and only what is new is traced.
+    ///
+    /// # Errors
+    /// As [`Self::run`]; [`TraceError::Foreign`] where a path of `beginning` is not what this program traces.
+    pub fn extend<E>(
+        &self,
+        beginning: &SonelMap,
+        sink: impl FnMut(TracedChunk) -> Result<(), E>,
+    ) -> Result<Ledger, TraceError<E>> {
+        self.trace(ShardRange::WHOLE, Some(beginning), sink)
+    }
+
+    fn trace<E>(
+        &self,
+        shard: ShardRange,
+        known: Option<&SonelMap>,
         mut sink: impl FnMut(TracedChunk) -> Result<(), E>,
     ) -> Result<Ledger, TraceError<E>> {
         let mut total = Ledger::new(self.scene.bands.count());
@@ -119,12 +157,13 @@ impl<'a> Tracer<'a> {
             let mut chunks = self.chunks(shard);
             while !chunks.is_empty() {
                 let until = chunks.end.min(chunks.start + CHUNKS_IN_FLIGHT);
-                let group: Vec<TracedChunk> = (chunks.start..until)
+                let group: Vec<Result<TracedChunk, ForeignPath>> = (chunks.start..until)
                     .into_par_iter()
-                    .map(|chunk| self.trace_chunk(&emitter, chunk))
+                    .map(|chunk| self.trace_chunk(&emitter, chunk, known))
                     .collect();
                 chunks.start = until;
                 for chunk in group {
+                    let chunk = chunk?;
                     total.add(&chunk.books);
                     sink(chunk).map_err(TraceError::Sink)?;
                 }
@@ -158,7 +197,12 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    fn trace_chunk(&self, emitter: &Emitter<'_>, chunk: u64) -> TracedChunk {
+    fn trace_chunk(
+        &self,
+        emitter: &Emitter<'_>,
+        chunk: u64,
+        known: Option<&SonelMap>,
+    ) -> Result<TracedChunk, ForeignPath> {
         let mut records = Records::new(self.classes.count());
         for index in self.emissions(chunk) {
             let direction = emitter.directions.direction(index);
@@ -171,14 +215,22 @@ impl<'a> Tracer<'a> {
                 start: batch.packet(hero),
                 share: batch.weight,
             };
-            self.surroundings.live(&emission, &mut emitter.streams.stream(index), &mut records);
+            let mut stream = emitter.streams.stream(index);
+            match known.and_then(|map| map.path(emitter.index, index)) {
+                None => self.surroundings.live(&emission, &mut stream, &mut records),
+                Some(path) => {
+                    if !self.surroundings.relive(&emission, path.vertices, &mut stream, &mut records) {
+                        return Err(ForeignPath { source_index: emitter.index, emission: index });
+                    }
+                }
+            }
         }
-        TracedChunk {
+        Ok(TracedChunk {
             source: emitter.index,
             first_emission: chunk * CHUNK_EMISSIONS,
             paths: records.paths,
             books: records.books.finish(&self.classes),
-        }
+        })
     }
 }
 

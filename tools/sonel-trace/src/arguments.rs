@@ -12,7 +12,8 @@ use sonel_study::effects::EffectSpec;
 #[derive(Debug, Clone, Parser)]
 #[command(
     version,
-    after_help = "Example:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --sonels 200k --seed 7"
+    after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --sonels 200k --seed 7\n  \
+                  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --extend room.sonelmap --sonels 1M"
 )]
 pub struct Arguments {
     /// The scene file.
@@ -21,18 +22,19 @@ pub struct Arguments {
     /// Where the map goes; replaced only when the new one is complete.
     #[arg(short, long, value_name = "MAP.sonelmap")]
     pub output: PathBuf,
-    /// Emissions per source (per source and band with --spectral per-band); with --shard those of all shards.
-    #[arg(long, value_name = "N", default_value = "50k", value_parser = parse_count)]
-    pub sonels: u64,
-    /// Seed of every random number.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Batches whose spread gives the intervals.
-    #[arg(long, value_name = "G", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub batches: u32,
-    /// The method: the best known, or what the founding paper writes.
-    #[arg(long, value_enum, default_value_t = ModeArgument::Accurate)]
-    pub mode: ModeArgument,
+    /// Emissions per source (per source and band with --spectral per-band), 50k where nothing is given; with --shard those
+    /// of all shards, with --extend those of the whole new map.
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    pub sonels: Option<u64>,
+    /// Seed of every random number; 1 where none is given.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Batches whose spread gives the intervals; 32 where nothing is given.
+    #[arg(long, value_name = "G", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub batches: Option<u32>,
+    /// The method: the best known (accurate, where none is given), or what the founding paper writes.
+    #[arg(long, value_enum)]
+    pub mode: Option<ModeArgument>,
     /// Survival exponent β from 0 (no roulette) to 1 (the paper's); 0.15 where none is given.
     #[arg(long, value_name = "BETA", allow_hyphen_values = true)]
     pub survival: Option<f64>,
@@ -45,9 +47,13 @@ pub struct Arguments {
     /// Trace part I of N only, I from 1.
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<(u32, u32)>,
-    /// Effects: auto, all or none, then changes: auto,-air.
-    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true)]
-    pub effects: EffectSpec,
+    /// Add emissions to this map of the same scene: N of --sonels instead of what it has, everything else as it was
+    /// traced. The result is the map of the longer run, byte for byte; it may replace the old one.
+    #[arg(long, value_name = "MAP.sonelmap")]
+    pub extend: Option<PathBuf>,
+    /// Effects: auto (where nothing is given), all or none, then changes: auto,-air.
+    #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
+    pub effects: Option<EffectSpec>,
     /// Print counts, fates and the energy ledger as JSON.
     #[arg(long)]
     pub json: bool,
@@ -77,6 +83,24 @@ pub enum SpectralArgument {
     PerBand,
 }
 
+impl From<ModeArgument> for Mode {
+    fn from(mode: ModeArgument) -> Self {
+        match mode {
+            ModeArgument::Accurate => Self::Accurate,
+            ModeArgument::Paper => Self::Paper,
+        }
+    }
+}
+
+impl From<SpectralArgument> for Spectral {
+    fn from(spectral: SpectralArgument) -> Self {
+        match spectral {
+            SpectralArgument::Shared => Self::Shared,
+            SpectralArgument::PerBand => Self::PerBand,
+        }
+    }
+}
+
 impl Arguments {
     /// The settings of the run.
     ///
@@ -87,16 +111,16 @@ impl Arguments {
         if !problems.is_empty() {
             bail!("{}", problems.join("\nerror: "));
         }
-        let paper = self.mode == ModeArgument::Paper;
+        let paper = self.mode == Some(ModeArgument::Paper);
         let per_band = paper || self.spectral == Some(SpectralArgument::PerBand);
         let defaults = Settings::default();
         Ok(Settings {
-            emissions: self.sonels,
-            seed: self.seed,
-            batches: self.batches,
+            emissions: self.sonels.unwrap_or(defaults.emissions),
+            seed: self.seed.unwrap_or(defaults.seed),
+            batches: self.batches.unwrap_or(defaults.batches),
             survival: self.survival.unwrap_or(if paper { 1.0 } else { defaults.survival }),
             spectral: if per_band { Spectral::PerBand } else { Spectral::Shared },
-            mode: if paper { Mode::Paper } else { Mode::Accurate },
+            mode: self.mode.map_or(defaults.mode, Mode::from),
             extinction_threshold: defaults.extinction_threshold,
         })
     }
@@ -108,7 +132,7 @@ impl Arguments {
         {
             problems.push(format!("--survival {survival} is outside 0 … 1"));
         }
-        if self.mode == ModeArgument::Paper {
+        if self.mode == Some(ModeArgument::Paper) {
             if self.survival.is_some_and(|survival| survival < 1.0) {
                 problems.push(
                     "--mode paper means --survival 1: leave --survival out or use --mode accurate".into(),
@@ -126,7 +150,17 @@ impl Arguments {
         {
             problems.push(format!("--duration {duration} is no duration: give seconds above 0"));
         }
-        if self.sonels == 0 {
+        if self.extend.is_some() && self.sonels.is_none() {
+            problems.push("--extend needs --sonels N: the emissions of the whole new map".into());
+        }
+        if self.extend.is_some() && self.shard.is_some() {
+            problems.push(
+                "--extend makes a whole map and --shard a part of one: trace the shards of the longer run, or leave \
+                 --shard out"
+                    .into(),
+            );
+        }
+        if self.sonels == Some(0) {
             problems.push("--sonels 0 traces nothing: give at least 1".into());
         }
         if self.threads == Some(0) {

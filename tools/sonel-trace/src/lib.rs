@@ -1,6 +1,7 @@
 //! The library half of `sonel-trace`: from arguments to a sonel map and its report.
 
 mod arguments;
+mod extension;
 mod report;
 
 use std::fs;
@@ -11,10 +12,10 @@ use anyhow::{Context, bail};
 use sonel_console::output::Output;
 use sonel_console::progress::Progress;
 use sonel_console::{Outcome, Stopwatch, use_threads};
-use sonel_map::{Ledger, MapError, MapHeader, MapWriter};
-use sonel_scene::Loaded;
+use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
+use sonel_scene::{Loaded, Scene};
 use sonel_study::effects;
-use sonel_tracer::{TraceError, Tracer};
+use sonel_tracer::{TraceError, TracedChunk, Tracer};
 
 pub use arguments::Arguments;
 
@@ -26,34 +27,35 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let watch = Stopwatch::start();
     use_threads(arguments.threads)?;
     let settings = arguments.settings()?;
-    let shard = arguments.shard_range();
-    let Loaded { mut scene, notes } = load_scene(&arguments.scene)?;
+    let Loaded { scene, notes } = load_scene(&arguments.scene)?;
     for note in notes {
         writeln!(log, "note: {note}")?;
     }
-    if let Some(duration) = arguments.duration {
-        scene.duration = duration;
-    }
-    let effects = effects::apply(&arguments.effects, &mut scene);
+    let (header, beginning) = begin(arguments, settings, scene)?;
+    let (scene, shard) = (&header.scene, header.shard);
     let geometry = scene.geometry().context("the scene's walls cannot be used")?;
 
     let mut output = Output::create(&arguments.output)?;
-    let tracer = Tracer::new(&scene, &geometry, settings);
+    let tracer = Tracer::new(scene, &geometry, header.settings);
     let total = tracer.packets(shard) * scene.sources.len() as u64;
     let progress = Progress::begin("tracing", total, arguments.quiet);
     let mut writer = MapWriter::begin(output.writer())?;
     let mut done = 0;
-    let books = tracer.run(shard, |chunk| {
+    let sink = |chunk: TracedChunk| {
         done += chunk.paths.ends.len() as u64;
         progress.reach(done);
         writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
-    });
+    };
+    let books = match &beginning {
+        Some(beginning) => tracer.extend(beginning, sink),
+        None => tracer.run(shard, sink),
+    };
     progress.end();
     let books = books.map_err(|error| describe(error, &arguments.output))?;
     let vertices = writer.vertex_count();
-    let header =
-        MapHeader { tool_version: env!("CARGO_PKG_VERSION").to_owned(), settings, shard, effects, scene };
     writer.finish(&header).map_err(|error| describe(TraceError::Sink(error), &arguments.output))?;
+    // A map that is replaced by its extension must not be open meanwhile.
+    drop(beginning);
     output.publish()?;
 
     let run = report::Run { header: &header, books: &books, stored: vertices, seconds: watch.seconds() };
@@ -63,6 +65,22 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     }
     check(&books)?;
     Ok(Outcome::Done)
+}
+
+/// Provenance of the map that `arguments` ask for, and the map that it extends.
+fn begin(
+    arguments: &Arguments,
+    settings: Settings,
+    mut scene: Scene,
+) -> anyhow::Result<(MapHeader, Option<SonelMap>)> {
+    if let Some(map) = &arguments.extend {
+        let (header, map) = extension::open(map, arguments, &scene)?;
+        return Ok((header, Some(map)));
+    }
+    scene.duration = arguments.duration.unwrap_or(scene.duration);
+    let effects = effects::apply(&arguments.effects.clone().unwrap_or_default(), &mut scene);
+    let (tool_version, shard) = (env!("CARGO_PKG_VERSION").to_owned(), arguments.shard_range());
+    Ok((MapHeader { tool_version, settings, shard, effects, scene }, None))
 }
 
 fn load_scene(path: &Path) -> anyhow::Result<Loaded> {
@@ -77,7 +95,7 @@ fn describe(error: TraceError<MapError>, output: &Path) -> anyhow::Error {
     match error {
         TraceError::Sink(error) => anyhow::Error::new(error)
             .context(format!("cannot write {}; an older file there is untouched", output.display())),
-        leaking @ TraceError::Leaking { .. } => leaking.into(),
+        other => other.into(),
     }
 }
 

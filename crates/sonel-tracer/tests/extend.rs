@@ -1,0 +1,128 @@
+//! A run extended is the longer run; paths that this program would not trace are not taken over.
+#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
+
+use std::io::Cursor;
+
+use glam::DVec3;
+use sonel_acoustics::{BandWidth, Bands, Material};
+use sonel_geometry::Mesh;
+use sonel_map::{Event, MapHeader, MapWriter, Settings, ShardRange, SonelMap, Spectral};
+use sonel_scene::{Scene, Source};
+use sonel_tracer::{TraceError, TracedChunk, Tracer};
+
+fn scene(absorption: f64, mesh: Mesh) -> Scene {
+    let bands = Bands::new(vec![250.0, 500.0, 1000.0], BandWidth::Octave).unwrap();
+    let wall = Material {
+        name: "wall".to_owned(),
+        absorption: vec![absorption, 0.9, 0.05],
+        scattering: vec![0.5, 0.1, 0.9],
+        transmission: vec![0.0; 3],
+        source: None,
+    };
+    let mut scene = Scene::from_parts(mesh, vec![wall], bands, 0.4);
+    scene.sources.push(Source::omni("a", DVec3::new(1.0, 1.5, 1.2), 3));
+    scene.sources.push(Source::omni("b", DVec3::new(3.0, 2.5, 1.7), 3));
+    scene
+}
+
+fn closed() -> Scene {
+    scene(0.2, Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]))
+}
+
+/// Without its last wall, and with walls that let sound through.
+fn open() -> Scene {
+    let mut mesh = Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]);
+    mesh.triangles.truncate(10);
+    let mut scene = scene(0.2, mesh);
+    scene.materials[0].transmission = vec![0.0, 0.25, 0.01];
+    scene
+}
+
+fn settings(emissions: u64) -> Settings {
+    Settings { emissions, batches: 7, ..Settings::default() }
+}
+
+/// The chunks of a run, or of a run that goes on from `beginning`.
+fn chunks(
+    scene: &Scene,
+    settings: Settings,
+    beginning: Option<&SonelMap>,
+) -> Result<Vec<TracedChunk>, TraceError<()>> {
+    let geometry = scene.geometry().unwrap();
+    let tracer = Tracer::new(scene, &geometry, settings);
+    let mut chunks = Vec::new();
+    let sink = |chunk| {
+        chunks.push(chunk);
+        Ok(())
+    };
+    match beginning {
+        Some(beginning) => tracer.extend(beginning, sink)?,
+        None => tracer.run(ShardRange::WHOLE, sink)?,
+    };
+    Ok(chunks)
+}
+
+/// A map of `scene` whose header states `stated`, though it was traced with `settings`.
+fn map(scene: &Scene, settings: Settings, stated: Settings) -> SonelMap {
+    let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
+    for chunk in chunks(scene, settings, None).unwrap() {
+        writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books).unwrap();
+    }
+    let header = MapHeader {
+        tool_version: "test".to_owned(),
+        settings: stated,
+        shard: ShardRange::WHOLE,
+        effects: Vec::new(),
+        scene: scene.clone(),
+    };
+    SonelMap::from_bytes(writer.finish(&header).unwrap().get_ref()).unwrap()
+}
+
+fn has(chunks: &[TracedChunk], event: Event) -> bool {
+    chunks.iter().flat_map(|chunk| &chunk.paths.vertices).any(|vertex| vertex.event() == Some(event))
+}
+
+#[test]
+fn an_extended_run_is_the_longer_run_with_every_kind_of_end() {
+    let mut met = Vec::new();
+    for (survival, extinction_threshold, spectral) in
+        [(0.15, 1e-9, Spectral::Shared), (0.0, 1e-2, Spectral::Shared), (0.5, 1e-2, Spectral::PerBand)]
+    {
+        for scene in [closed(), open()] {
+            let of = |emissions| Settings { survival, extinction_threshold, spectral, ..settings(emissions) };
+            let long = chunks(&scene, of(1200), None).unwrap();
+            met.extend(Event::ALL.into_iter().filter(|&event| has(&long, event)));
+            for short in [1, 100, 512, 700, 1199] {
+                let beginning = map(&scene, of(short), of(short));
+                let extended = chunks(&scene, of(1200), Some(&beginning)).unwrap();
+                assert!(extended == long, "{short} of 1200, {spectral:?}");
+            }
+        }
+    }
+    let ends = [Event::Absorbed, Event::Escaped, Event::Expired, Event::Extinguished, Event::Transmitted];
+    assert!(ends.iter().all(|event| met.contains(event)), "{met:?}");
+}
+
+/// Books of the shorter run are no books of the longer one: what is compared above could differ.
+#[test]
+fn the_first_chunk_of_a_shorter_run_has_the_same_paths_and_other_books() {
+    let first = |emissions| chunks(&closed(), settings(emissions), None).unwrap().swap_remove(0);
+    let (short, long) = (first(600), first(1200));
+    assert!(short.paths == long.paths && short.books != long.books);
+}
+
+#[test]
+fn paths_of_another_seed_scene_or_method_are_refused() {
+    let (stated, longer) = (settings(600), settings(1200));
+    let others = [
+        (closed(), Settings { seed: 2, ..stated }),
+        (closed(), Settings { survival: 0.9, ..stated }),
+        (closed(), Settings { extinction_threshold: 0.1, ..stated }),
+        (scene(0.6, closed().mesh), stated),
+    ];
+    for (scene, traced_with) in others {
+        let beginning = map(&scene, traced_with, stated);
+        let refused = chunks(&closed(), longer, Some(&beginning));
+        assert!(matches!(refused, Err(TraceError::Foreign(_))), "{traced_with:?}");
+    }
+}

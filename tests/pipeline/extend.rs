@@ -1,0 +1,120 @@
+//! A map extended is the map of the longer run, byte for byte; what contradicts it is refused.
+
+use std::fs;
+
+use crate::Workshop;
+
+/// Two sources, one of them directional.
+fn shop() -> Workshop {
+    let shop = Workshop::open();
+    let scene = fs::read_to_string(shop.path("scene.toml")).expect("a scene");
+    let second = "\n[[sources]]\nname = \"second\"\nposition = [4.0, 3.0, 1.0]\ndirectivity = \"cardioid\"\naim = [0.0, -1.0, 0.0]\n";
+    fs::write(shop.path("scene.toml"), scene + second).expect("a folder");
+    shop
+}
+
+fn extend(shop: &Workshop, map: &str, output: &str, options: &[&str]) -> anyhow::Result<String> {
+    let map = shop.path(map).display().to_string();
+    shop.trace(output, &[&["--extend", &map], options].concat())
+}
+
+fn complaint(shop: &Workshop, options: &[&str]) -> String {
+    let complaint =
+        format!("{:#}", extend(shop, "a.sonelmap", "b.sonelmap", options).expect_err("a contradiction"));
+    assert!(!shop.path("b.sonelmap").exists());
+    complaint
+}
+
+#[test]
+fn a_map_extended_is_the_longer_run() {
+    let shop = shop();
+    for options in [
+        &[][..],
+        &["--spectral", "per-band", "--batches", "5"],
+        &["--mode", "paper"],
+        &["--survival", "0", "--duration", "0.25", "--effects", "none", "--seed", "9"],
+    ] {
+        shop.trace("long.sonelmap", &[options, &["--sonels", "1500"]].concat()).unwrap();
+        for short in ["30", "512", "1300"] {
+            shop.trace("short.sonelmap", &[options, &["--sonels", short]].concat()).unwrap();
+            // Options may be left out or repeated.
+            for repeated in [&[][..], options] {
+                let all = [repeated, &["--sonels", "1500"]].concat();
+                extend(&shop, "short.sonelmap", "extended.sonelmap", &all).unwrap();
+                assert!(
+                    shop.bytes("extended.sonelmap") == shop.bytes("long.sonelmap"),
+                    "{options:?} from {short}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_map_may_replace_itself_again_and_again() {
+    let shop = shop();
+    shop.trace("long.sonelmap", &["--sonels", "2k"]).unwrap();
+    shop.trace("a.sonelmap", &["--sonels", "100"]).unwrap();
+    for sonels in ["600", "1024", "2000"] {
+        extend(&shop, "a.sonelmap", "a.sonelmap", &["--sonels", sonels]).unwrap();
+    }
+    assert!(shop.bytes("a.sonelmap") == shop.bytes("long.sonelmap"));
+}
+
+#[test]
+fn contradictions_are_named_with_both_values_all_at_once() {
+    let shop = shop();
+    shop.trace("a.sonelmap", &["--sonels", "700", "--seed", "3"]).unwrap();
+    let before = shop.bytes("a.sonelmap");
+    for (option, value, traced) in [
+        ("--seed", "4", "traced with 3"),
+        ("--batches", "5", "traced with 32"),
+        ("--survival", "0.5", "traced with 0.15"),
+        ("--duration", "0.5", "traced with 0.6"),
+        ("--spectral", "per-band", "traced with shared"),
+        ("--mode", "paper", "traced with accurate"),
+    ] {
+        let complaint = complaint(&shop, &["--sonels", "800", option, value]);
+        assert!(
+            complaint.contains(&format!("{option} {value}")) && complaint.contains(traced),
+            "{complaint}"
+        );
+    }
+    let effects = complaint(&shop, &["--sonels", "800", "--effects", "auto,-air"]);
+    assert!(effects.contains("air off, off, off") && effects.contains("with on, on, on"), "{effects}");
+    for sonels in ["700", "699"] {
+        let complaint = complaint(&shop, &["--sonels", sonels]);
+        assert!(complaint.contains(&format!("--sonels {sonels}, the map has 700")), "{complaint}");
+    }
+    let several = complaint(&shop, &["--sonels", "50", "--seed", "4", "--batches", "5"]);
+    assert_eq!(several.lines().count(), 3, "{several}");
+    assert!(complaint(&shop, &[]).contains("--extend needs --sonels"));
+    assert!(complaint(&shop, &["--sonels", "800", "--shard", "1/2"]).contains("--shard a part"));
+    assert!(before == shop.bytes("a.sonelmap"));
+}
+
+#[test]
+fn another_scene_is_not_extended() {
+    let shop = shop();
+    shop.trace("a.sonelmap", &["--sonels", "700"]).unwrap();
+    let scene = fs::read_to_string(shop.path("scene.toml")).unwrap();
+    fs::write(shop.path("scene.toml"), scene.replace("0.3, 0.4]", "0.3, 0.45]")).unwrap();
+    let complaint = complaint(&shop, &["--sonels", "800"]);
+    assert!(complaint.contains("the scene file has digest"), "{complaint}");
+}
+
+#[test]
+fn shards_damaged_maps_and_other_files_are_not_extended() {
+    let shop = shop();
+    let options = ["--sonels", "4k"];
+    assert!(complaint(&shop, &options).contains("cannot open"));
+    fs::write(shop.path("a.sonelmap"), "a letter").unwrap();
+    assert!(complaint(&shop, &options).contains("not a sonel map"));
+    shop.trace("a.sonelmap", &["--sonels", "2k", "--shard", "2/2"]).unwrap();
+    assert!(complaint(&shop, &options).contains("join all shards first"));
+    shop.trace("a.sonelmap", &["--sonels", "2k"]).unwrap();
+    let mut damaged = shop.bytes("a.sonelmap");
+    damaged[9000] ^= 1;
+    fs::write(shop.path("a.sonelmap"), damaged).unwrap();
+    assert!(complaint(&shop, &options).contains("damaged at byte"));
+}

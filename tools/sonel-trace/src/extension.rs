@@ -1,0 +1,117 @@
+//! `--extend`: a map and the options that would make it longer.
+//!
+//! Everything that decided the map is taken from the map, so an option that says the same is superfluous, and one that
+//! says otherwise is an error.
+
+use std::fmt::Display;
+use std::fs::File;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use sonel_map::{MapHeader, Mode, Settings, SonelMap, Spectral};
+use sonel_scene::Scene;
+use sonel_study::effects;
+
+use crate::arguments::Arguments;
+
+/// The provenance of the longer run that `arguments` ask for, and the map in `path` that it extends, all of whose paths are
+/// sound. `scene` is the scene that the arguments name.
+///
+/// # Errors
+/// When the map is unusable; all contradictions between it and `arguments` or `scene`.
+pub fn open(path: &Path, arguments: &Arguments, scene: &Scene) -> anyhow::Result<(MapHeader, SonelMap)> {
+    let named = || path.display().to_string();
+    let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+    let map = SonelMap::open(&file).with_context(named)?;
+    map.require_whole().with_context(named)?;
+    let header = map.header();
+    let problems = contradictions(arguments, header, scene);
+    if !problems.is_empty() {
+        let problems: Vec<String> =
+            problems.iter().map(|problem| format!("{}: {problem}", path.display())).collect();
+        bail!("{}", problems.join("\nerror: "));
+    }
+    let geometry = header.scene.geometry().with_context(named)?;
+    map.check_surfaces(&geometry).with_context(named)?;
+    map.check_paths(geometry.surfaces().len() as u32).with_context(named)?;
+    let emissions = arguments.sonels.unwrap_or(header.settings.emissions);
+    let header = MapHeader { settings: Settings { emissions, ..header.settings }, ..header.clone() };
+    Ok((header, map))
+}
+
+/// What speaks against extending a map with `header`, a sentence each.
+fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> Vec<String> {
+    let settings = &header.settings;
+    let mut problems = Vec::new();
+    let version = env!("CARGO_PKG_VERSION");
+    if header.tool_version != version {
+        problems.push(format!(
+            "sonel {} traced it, this is {version}: the longer map would be of neither; trace it from the beginning",
+            header.tool_version
+        ));
+    }
+    let same_scene = (scene.digest, scene.mesh_digest) == (header.scene.digest, header.scene.mesh_digest);
+    for (what, digest, traced) in [
+        ("scene file", scene.digest, header.scene.digest),
+        ("mesh file", scene.mesh_digest, header.scene.mesh_digest),
+    ] {
+        if digest != traced {
+            problems.push(format!(
+                "the {what} has digest {} and was traced with {}: trace the changed scene from the beginning",
+                hexadecimal(&digest),
+                hexadecimal(&traced)
+            ));
+        }
+    }
+    if let Some(sonels) = arguments.sonels
+        && sonels <= settings.emissions
+    {
+        problems.push(format!(
+            "--sonels {sonels}, the map has {} already: give the larger number that it shall have",
+            settings.emissions
+        ));
+    }
+    let spectral = |spectral| if spectral == Spectral::PerBand { "per-band" } else { "shared" };
+    let mode = |mode| if mode == Mode::Paper { "paper" } else { "accurate" };
+    problems.extend(
+        [
+            contradiction("seed", arguments.seed, settings.seed),
+            contradiction("batches", arguments.batches, settings.batches),
+            contradiction("survival", arguments.survival, settings.survival),
+            contradiction("duration", arguments.duration, header.scene.duration),
+            contradiction(
+                "spectral",
+                arguments.spectral.map(|given| spectral(given.into())),
+                spectral(settings.spectral),
+            ),
+            contradiction("mode", arguments.mode.map(|given| mode(given.into())), mode(settings.mode)),
+        ]
+        .into_iter()
+        .flatten(),
+    );
+    if same_scene && let Some(spec) = &arguments.effects {
+        let wanted = effects::apply(spec, &mut scene.clone());
+        for (wanted, traced) in wanted.iter().zip(&header.effects).filter(|(a, b)| a.on != b.on) {
+            problems.push(format!(
+                "--effects would have {} {}, the map was traced with {}: leave --effects out",
+                wanted.name,
+                in_words(&wanted.on),
+                in_words(&traced.on)
+            ));
+        }
+    }
+    problems
+}
+
+fn contradiction<T: PartialEq + Display>(option: &str, given: Option<T>, traced: T) -> Option<String> {
+    let given = given.filter(|given| *given != traced)?;
+    Some(format!("--{option} {given}, the map was traced with {traced}: leave --{option} out"))
+}
+
+fn in_words(on: &[bool]) -> String {
+    on.iter().map(|&on| if on { "on" } else { "off" }).collect::<Vec<_>>().join(", ")
+}
+
+fn hexadecimal(digest: &[u8; 32]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
