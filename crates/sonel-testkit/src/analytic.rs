@@ -8,13 +8,17 @@
 //! | any closed one | mean free path, sum of incident energy | [`mean_free_path`], [`incident_per_emitted`] |
 //! | specular shoebox | every arrival | [`specular_box`] |
 //! | diffuse sphere | decay and steady state, exact | [`diffuse_sphere`] |
+//! | half plane | point source, everywhere, exact | [`half_plane`] |
+//! | edge of a wedge | diffracted field, by adding up its parts | [`wedge_edge`] |
 //! | diffuse shoebox | decay, echogram and steady state, to discretisation | [`diffuse_box`] |
 
 pub mod diffuse_box;
 pub mod diffuse_sphere;
 mod form_factor;
+pub mod half_plane;
 mod patches;
 pub mod specular_box;
+pub mod wedge_edge;
 
 use std::f64::consts::PI;
 
@@ -32,6 +36,21 @@ pub fn mean_free_path(volume: f64, surface_area: f64) -> f64 {
 /// in the air: Σ (1 − α)^n = 1/α, whatever its shape and its scattering.
 pub fn incident_per_emitted(absorption: f64) -> f64 {
     1.0 / absorption
+}
+
+/// Mean of |p|² over `band` [Hz] of `pressure` at the wave number, flat per Hz, by `count` equal steps.
+fn mean_over_band(
+    band: (f64, f64),
+    speed_of_sound: f64,
+    count: usize,
+    pressure: impl Fn(f64) -> (f64, f64),
+) -> f64 {
+    let square = |step: usize| {
+        let frequency = band.0 + (band.1 - band.0) * (step as f64 + 0.5) / count as f64;
+        let (re, im) = pressure(2.0 * PI * frequency / speed_of_sound);
+        re * re + im * im
+    };
+    (0..count).map(square).sum::<f64>() / count as f64
 }
 
 #[cfg(test)]

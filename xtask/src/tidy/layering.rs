@@ -6,7 +6,7 @@ use super::tree::{Finding, SourceFile, Tree};
 
 /// Our crates by layer, lowest first; a crate may depend on lower layers only.
 const LAYERS: [&[&str]; 6] = [
-    &["sonel-acoustics", "sonel-sampling", "sonel-geometry", "sonel-testkit"],
+    &["sonel-acoustics", "sonel-sampling", "sonel-geometry", "sonel-diffraction", "sonel-testkit"],
     &["sonel-scene"],
     &["sonel-map", "sonel-echogram"],
     &["sonel-tracer", "sonel-renderer", "sonel-analysis"],

@@ -1,0 +1,243 @@
+//! The field of one edge, source to edge to receiver: [Svensson1999] integrated along paths of steepest descent.
+//!
+//! With η = arsinh((z − z_S)/r_S) + arsinh((z − z_R)/r_R) as variable along the edge the secondary sources of a rigid wedge become
+//!
+//!   H_d(k) = −(ν/4π) ∫ Σ β_i(η) e^(−jk L)/L dη,  L² = r_S² + r_R² + (z_S − z_R)² + 2 r_S r_R cosh η,
+//!   β_i = sin νφ_i / (cosh νη − cos νφ_i),  φ_i = π ± θ_R ∓ θ_S and π ± (θ_R + θ_S),
+//!
+//! because dz/(m l) = dη/L. Where L = L_e − j t² the exponential is e^(−jk L_e) e^(−k t²): no oscillation is left. The integral over a
+//! finite edge is that from the shortest way outwards on both sides less what begins at either end. Each of the three is
+//! a slowly varying amplitude times e^(−jk L_e) of its own length, exact for any distance, angle and frequency. The only
+//! singularities near the path are those of the boundaries of shadow and reflection, and the nodes refine towards
+//! them, so that nothing has to be approximated there and no asymptotic theory has to take over elsewhere.
+//!
+//! Of the four terms the two in θ_R − θ_S belong to the direct path; each of the other two belongs to the mirror image in one face:
+//! each wave with its own terms is continuous where it is cut off. Rigid faces; free field e^(−jkr)/r.
+//!
+//! References: [BiotTolstoy1957], [Svensson1999] (docs/references.md).
+
+use std::f64::consts::PI;
+
+use crate::complex::Complex;
+use crate::contour::nodes;
+use crate::wedge::{Wedge, WedgePoint, apex, index};
+
+/// Nearest that a source or receiver comes to the line of the edge, relative to the length of the path: nearer ones are
+/// taken to be there, where the field is within as much of its limit on the edge.
+const NEAREST: f64 = 1e-9;
+/// Shortest path that the above refers to [m]: between two points on the edge the field stays finite.
+const SHORTEST: f64 = 1e-3;
+/// Nearest that a path comes to the boundary of a wave [rad]: the wave's half is complete there.
+const BOUNDARY: f64 = 1e-9;
+
+/// Whether the waves that an edge may cut off are there, as far as somebody else knows; the angles decide the rest.
+///
+/// On a boundary itself rounding decides on which side a receiver is, and the answer must be the same for the wave and
+/// for the edge, or half of the wave is missing or there twice.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Lit {
+    /// The direct wave.
+    pub direct: Option<bool>,
+    /// The mirror images in the first and in the second face.
+    pub faces: [Option<bool>; 2],
+    /// Angle from the boundary [rad] within which the above is believed rather than the position.
+    pub within: f64,
+}
+
+/// Terms of the edge by the wave they belong to: the direct one, the images in the first and the second face.
+pub const WAVES: usize = 3;
+
+/// Contribution of a stretch that begins at the shortest way or at an end.
+#[derive(Debug, Clone)]
+struct Piece {
+    /// L_e [m].
+    length: f64,
+    /// t² [m] and the integrand there, weights and −ν/4π included [1/m].
+    nodes: Vec<(f64, [Complex; WAVES])>,
+}
+
+/// One edge between a source and a receiver.
+#[derive(Debug, Clone)]
+pub struct EdgePath {
+    detour: f64,
+    pieces: Vec<Piece>,
+}
+
+/// A path about a wedge, unfolded.
+struct Unfolded {
+    source: WedgePoint,
+    receiver: WedgePoint,
+    index: f64,
+    /// ½ν(φ_i) less the nearest multiple of π: of the two direct terms and the two faces'.
+    halves: [f64; 4],
+    /// Length over the apex [m].
+    shortest: f64,
+}
+
+impl EdgePath {
+    /// The path from `source` to `receiver` over the part of the edge between `part` [m from its start], for wave numbers of at
+    /// least `smallest_k` [1/m].
+    #[must_use]
+    pub fn new(
+        wedge: &Wedge,
+        source: WedgePoint,
+        receiver: WedgePoint,
+        part: [f64; 2],
+        lit: Lit,
+        smallest_k: f64,
+    ) -> Self {
+        let path = Unfolded::new(wedge.angle(), source, receiver, lit);
+        let way = apex(path.source, path.receiver);
+        let [low, high] = part.map(|z| path.position(z));
+        let mut pieces = Vec::with_capacity(3);
+        if low < 0.0 && high > 0.0 {
+            pieces.push(path.piece(0.0, path.shortest, 2.0, smallest_k));
+            pieces.push(path.piece(-low, path.length(part[0]), -1.0, smallest_k));
+            pieces.push(path.piece(high, path.length(part[1]), -1.0, smallest_k));
+        } else {
+            let (near, far) = if low.abs() < high.abs() { (0, 1) } else { (1, 0) };
+            let at = [low.abs(), high.abs()];
+            pieces.push(path.piece(at[near], path.length(part[near]), 1.0, smallest_k));
+            pieces.push(path.piece(at[far], path.length(part[far]), -1.0, smallest_k));
+        }
+        Self { detour: path.length(way.clamp(part[0], part[1])), pieces }
+    }
+
+    /// Length of the shortest way over the edge [m].
+    #[must_use]
+    pub fn detour(&self) -> f64 {
+        self.detour
+    }
+
+    /// The lengths [m] with which the amplitudes of [`EdgePath::amplitudes`] rotate.
+    pub fn lengths(&self) -> impl Iterator<Item = f64> + '_ {
+        self.pieces.iter().map(|piece| piece.length)
+    }
+
+    /// Slowly varying amplitudes of piece `piece` at wave number `k`: by wave, to be multiplied by e^(−jk length) [1/m].
+    #[must_use]
+    pub fn amplitudes(&self, piece: usize, k: f64) -> [Complex; WAVES] {
+        let mut sum = [Complex::ZERO; WAVES];
+        for (p, values) in &self.pieces[piece].nodes {
+            let decay = libm::exp(-k * p);
+            for (sum, value) in sum.iter_mut().zip(values) {
+                *sum += *value * decay;
+            }
+        }
+        sum
+    }
+
+    /// The field at wave number `k` by wave, relative to a source of free field e^(−jkr)/r [1/m].
+    #[must_use]
+    pub fn field(&self, k: f64) -> [Complex; WAVES] {
+        let mut sum = [Complex::ZERO; WAVES];
+        for (piece, length) in self.lengths().enumerate() {
+            let turn = Complex::unit(-k * length);
+            for (sum, amplitude) in sum.iter_mut().zip(self.amplitudes(piece, k)) {
+                *sum += amplitude * turn;
+            }
+        }
+        sum
+    }
+}
+
+impl Unfolded {
+    fn new(angle: f64, mut source: WedgePoint, mut receiver: WedgePoint, lit: Lit) -> Self {
+        let offset = receiver.along - source.along;
+        let nearest = NEAREST * (source.radius + receiver.radius + offset.abs()).max(SHORTEST);
+        source.radius = source.radius.max(nearest);
+        receiver.radius = receiver.radius.max(nearest);
+        let index = index(angle);
+        let half = |turn: f64, lit_by: Option<bool>| {
+            let half = 0.5 * index * turn;
+            let half = half - PI * libm::round(half / PI);
+            // A wave is there where the half angle is positive.
+            let size = half.abs().max(BOUNDARY);
+            let close = 2.0 * size <= index * lit.within;
+            let positive = lit_by.filter(|_| close).unwrap_or(half >= 0.0);
+            if positive { size } else { -size }
+        };
+        let (between, sum) = (receiver.angle - source.angle, receiver.angle + source.angle);
+        Self {
+            halves: [
+                half(PI - between, lit.direct),
+                half(PI + between, lit.direct),
+                half(PI - sum, lit.faces[0]),
+                half(PI + sum, lit.faces[1]),
+            ],
+            shortest: libm::hypot(source.radius + receiver.radius, offset),
+            source,
+            receiver,
+            index,
+        }
+    }
+
+    /// η of the point at `along` [m] from the edge's start; 0 on the shortest way.
+    fn position(&self, along: f64) -> f64 {
+        libm::asinh((along - self.source.along) / self.source.radius)
+            + libm::asinh((along - self.receiver.along) / self.receiver.radius)
+    }
+
+    /// Length of the way over the point at `along` [m].
+    fn length(&self, along: f64) -> f64 {
+        libm::hypot(self.source.radius, along - self.source.along)
+            + libm::hypot(self.receiver.radius, along - self.receiver.along)
+    }
+
+    /// `share` times the stretch from η = `from` outwards, where the way has `length` [m].
+    fn piece(&self, from: f64, length: f64, share: f64, smallest_k: f64) -> Piece {
+        let product = self.source.radius * self.receiver.radius;
+        let half_from = libm::sinh(0.5 * from);
+        // (cosh η − 1)/2 where the stretch begins.
+        let rise = half_from * half_from;
+        let scale = if rise > 0.0 { self.scale_of_end(rise, length) } else { self.scale_of_apex() };
+        let turn = share * -self.index / (4.0 * PI);
+        let nodes = nodes(smallest_k, scale)
+            .into_iter()
+            .map(|(t, weight)| {
+                // L² − L_e² over 4 r_S r_R t², the rise of (cosh η − 1)/2 per t².
+                let per_square = Complex::new(-t * t, -2.0 * length) * (0.25 / product);
+                let (ratio, sine) = if rise > 0.0 {
+                    let sine = (Complex::real(rise) + per_square * (t * t)).sqrt();
+                    (Complex::real(t) / sine, sine)
+                } else {
+                    let root = per_square.sqrt();
+                    (Complex::real(1.0) / root, root * t)
+                };
+                // dη/L = dL/(r_S r_R sinh η) with dL = −2j t dt and sinh η = 2 sinh ½η cosh ½η.
+                let cosine = (Complex::real(1.0) + sine * sine).sqrt();
+                let measure = Complex::new(0.0, -weight * turn / product) * ratio / cosine;
+                let half_eta = sine.inverse_hyperbolic_sine();
+                (t * t, self.terms((half_eta * self.index).hyperbolic_sine()).map(|term| term * measure))
+            })
+            .collect();
+        Piece { length, nodes }
+    }
+
+    /// Σ β by wave, from sinh ½νη: cosh νη − cos 2h = 2 (sinh² ½νη + sin² h).
+    fn terms(&self, sine: Complex) -> [Complex; WAVES] {
+        let square = sine * sine;
+        let [a, b, first, second] = self.halves.map(|half| {
+            let (sine, cosine) = libm::sincos(half);
+            Complex::real(sine * cosine) / (square + Complex::real(sine * sine))
+        });
+        [a + b, first, second]
+    }
+
+    /// √(L_0 − L) of the nearest singularity: a wave's straight path L, or the path past the far side of the edge.
+    fn scale_of_apex(&self) -> f64 {
+        let product = self.source.radius * self.receiver.radius;
+        let nearest = self.halves.iter().map(|half| (half.abs() / self.index).min(0.5 * PI));
+        let sine = libm::sin(nearest.fold(0.5 * PI, f64::min));
+        let excess = 4.0 * product * sine * sine;
+        (excess / (2.0 * self.shortest)).sqrt()
+    }
+
+    /// √(L_e − L_0), where the root that is sinh η branches.
+    fn scale_of_end(&self, rise: f64, length: f64) -> f64 {
+        (4.0 * self.source.radius * self.receiver.radius * rise / (length + self.shortest)).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests;
