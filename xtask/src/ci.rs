@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::{documentation, python_reader, tidy, workspace};
+use crate::{cluster, documentation, python_reader, tidy, workspace};
 
 /// Runs all steps; an error names those that failed.
 pub fn run() -> Result<()> {
@@ -34,7 +34,7 @@ pub fn run() -> Result<()> {
 type Step = (&'static str, fn() -> Result<()>);
 
 /// Cheapest first.
-fn steps() -> [Step; 6] {
+fn steps() -> [Step; 7] {
     [
         ("format", || succeed(workspace::cargo(&["fmt", "--all", "--check"]))),
         ("tidy", tidy::run),
@@ -44,6 +44,7 @@ fn steps() -> [Step; 6] {
         }),
         ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--no-fail-fast"]))),
         ("python reader", python_reader::check),
+        ("workflow", cluster::check),
         ("documentation", documentation::check),
     ]
 }

@@ -4,9 +4,11 @@
 mod accept;
 mod bench;
 mod ci;
+mod cluster;
 mod demo;
 mod documentation;
 mod hall;
+mod python;
 mod python_reader;
 mod tidy;
 mod workspace;
@@ -23,8 +25,10 @@ enum Chore {
     Accept,
     /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
     Bench,
-    /// Check everything a change has to pass: format, tidy, lints, tests, Python reader, documentation
+    /// Check everything a change has to pass: format, tidy, lints, tests, Python reader, workflow, documentation
     Ci,
+    /// Run workflow/ on a small scene and compare its map with that of the run in one piece
+    Cluster,
     /// Trace and render the seed room into target/demo and print its levels and reverberation times
     Demo,
     /// Write scenes/hall/hall.obj and the figures in its README from the plan
@@ -40,6 +44,7 @@ fn main() -> ExitCode {
         Chore::Accept => accept::run(),
         Chore::Bench => bench::run(),
         Chore::Ci => ci::run(),
+        Chore::Cluster => cluster::check(),
         Chore::Demo => demo::run(),
         Chore::Hall => hall::run(),
         Chore::PythonReader => python_reader::check(),

@@ -2,13 +2,12 @@
 //!
 //! What it needs is installed into target/python, so that neither Python nor numpy can be missing without a failure.
 
-use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
+use crate::python::{self, printed};
 use crate::workspace;
 
 const SCENE: &str = "python/box.toml";
@@ -27,7 +26,7 @@ const CLASS: &str = "... D R";
 
 /// Traces and renders a box with shared and with separate bands, reads both maps, compares.
 pub fn check() -> Result<()> {
-    let python = environment()?;
+    let python = python::environment(ENVIRONMENT, REQUIREMENTS)?.join("python");
     for spectral in ["shared", "per-band"] {
         let traced = ["--sonels", "1000", "--spectral", spectral, "--quiet"];
         program("sonel-trace", &[&[SCENE, "-o", MAP], &traced[..]].concat())?;
@@ -42,33 +41,8 @@ pub fn check() -> Result<()> {
     Ok(())
 }
 
-/// Python with the required packages, in an environment of its own.
-fn environment() -> Result<PathBuf> {
-    let folder = workspace::root().join(ENVIRONMENT);
-    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    let wanted = fs::read_to_string(workspace::root().join(REQUIREMENTS))?;
-    let stamp = folder.join("installed.txt");
-    if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
-        return Ok(python);
-    }
-    let system = if cfg!(windows) { "python" } else { "python3" };
-    printed(Command::new(system).args(["-m", "venv", ENVIRONMENT]))?;
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", REQUIREMENTS];
-    printed(Command::new(&python).args(install))?;
-    fs::write(stamp, wanted)?;
-    Ok(python)
-}
-
 fn program(name: &str, arguments: &[&str]) -> Result<String> {
     printed(workspace::cargo(&["run", "--quiet", "--package", name, "--"]).args(arguments))
-}
-
-/// Runs `command` in the workspace; what it prints to stdout.
-fn printed(command: &mut Command) -> Result<String> {
-    let run = command.current_dir(workspace::root()).stderr(Stdio::inherit());
-    let output = run.output().with_context(|| format!("cannot run {run:?}"))?;
-    ensure!(output.status.success(), "{run:?}: {}", output.status);
-    String::from_utf8(output.stdout).with_context(|| format!("{run:?} printed no UTF-8"))
 }
 
 /// Largest |reader / renderer − 1| over sources and bands.
