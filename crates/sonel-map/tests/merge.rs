@@ -5,17 +5,12 @@
 mod forged;
 #[expect(dead_code, reason = "other tests need the whole map")]
 mod hand_made;
+mod sharded;
 
 use std::fs::File;
 use std::io::{self, Cursor};
 
-use glam::Vec3;
-use sonel_geometry::{Geometry, Side};
-use sonel_map::{
-    BandLedger, CHUNK_EMISSIONS, ChunkPaths, Event, Fates, Ledger, MapHeader, MapWriter, MergeError, Merger,
-    SonelMap, Spectral, Vertex,
-};
-use sonel_map::{ShardRange, header};
+use sonel_map::{CHUNK_EMISSIONS, MapHeader, MergeError, Merger, ShardRange, SonelMap, Spectral};
 
 /// Nine chunks and a bit of each of the two sources.
 const EMISSIONS: u64 = 9 * CHUNK_EMISSIONS + 100;
@@ -23,55 +18,12 @@ const EMISSIONS: u64 = 9 * CHUNK_EMISSIONS + 100;
 type Change = fn(&mut MapHeader);
 const UNCHANGED: Change = |_| {};
 
-/// Path of an emission: one to three vertices whose places tell source and emission.
-fn paths(geometry: &Geometry, source: u32, emissions: std::ops::Range<u64>) -> ChunkPaths {
-    let mut paths = ChunkPaths::default();
-    for emission in emissions {
-        let place = Vec3::new(source as f32, emission as f32, 0.5);
-        let surface = geometry.triangle_surface((emission % 12) as u32);
-        for _ in 0..emission % 3 {
-            paths.vertices.push(Vertex::new(place, surface, Side::Front, Event::Diffuse));
-        }
-        paths.vertices.push(Vertex::new(place, surface, Side::Back, Event::Absorbed));
-        paths.ends.push(paths.vertices.len() as u32);
-    }
-    paths
-}
-
-/// Books whose sum depends on the order of addition.
-fn books(paths: &ChunkPaths, first: u64) -> Ledger {
-    let mut books = Ledger::new(3);
-    for (index, band) in books.bands.iter_mut().enumerate() {
-        let number = (first / CHUNK_EMISSIONS + 1) as f64;
-        *band = BandLedger::from_terms(std::array::from_fn(|term| {
-            (term + index + 1) as f64 / (number * number * number)
-        }));
-    }
-    books.fates = Fates::from_counts([paths.ends.len() as u64, 0, 0, 0, 0, 0]);
-    books.segments = paths.vertices.len() as u64;
-    books
-}
-
 /// Shard `index` of `count` of a run, changed by `change`.
 fn shard(index: u32, count: u32, change: Change) -> Vec<u8> {
     let mut header = hand_made::header(EMISSIONS);
     header.shard = ShardRange { index, count };
     change(&mut header);
-    written(&header)
-}
-
-fn written(header: &header::MapHeader) -> Vec<u8> {
-    let geometry = header.scene.geometry().unwrap();
-    let total = header.settings.layout(header.scene.bands.count()).total;
-    let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
-    for source in 0..header.scene.sources.len() as u32 {
-        for chunk in header.shard.chunks(total.div_ceil(CHUNK_EMISSIONS)) {
-            let first = chunk * CHUNK_EMISSIONS;
-            let paths = paths(&geometry, source, first..(first + CHUNK_EMISSIONS).min(total));
-            writer.push_chunk(source, first, &paths, &books(&paths, first)).unwrap();
-        }
-    }
-    writer.finish(header).unwrap().into_inner()
+    sharded::write(&header, Cursor::new(Vec::new())).into_inner()
 }
 
 /// The maps as files named a, b, c …
