@@ -2,11 +2,13 @@
 
 pub mod change;
 pub mod estimates;
+pub mod judged;
 pub mod uneven_box;
 
 use std::io::Cursor;
 use std::path::Path;
 
+use sonel_analysis::map_comparison;
 use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};
 use sonel_geometry::Geometry;
 use sonel_map::{
@@ -58,6 +60,12 @@ impl Traced {
         };
         let bytes = writer.finish(&header).expect("memory").into_inner();
         Self { geometry, map: SonelMap::from_bytes(&bytes).expect("just written"), books }
+    }
+
+    /// Ready to be compared with another map.
+    #[must_use]
+    pub fn as_traced(&self) -> map_comparison::Traced<'_> {
+        map_comparison::Traced { map: &self.map, geometry: &self.geometry }
     }
 
     /// Renders source 0 at the scene's receivers. The coarse borders are those of the fine bins.

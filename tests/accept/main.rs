@@ -1,6 +1,7 @@
 //! Long runs behind `cargo xtask accept`: what must hold before a release and takes too long for every change.
 
 mod agreement;
+mod comparison;
 mod coverage;
 mod invariances;
 mod known_rooms;

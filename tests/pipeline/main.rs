@@ -1,6 +1,7 @@
 //! The programs as a user runs them, from a scene file to a response.
 
 mod bad_input;
+mod comparison;
 mod extend;
 mod figures;
 mod reproducible;

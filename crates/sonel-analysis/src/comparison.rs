@@ -21,11 +21,11 @@ use crate::student;
 use crate::window::{WINDOWS, Window};
 
 /// Chance of any difference being found where there is none.
-const FAMILY_LEVEL: f64 = 0.01;
+pub(crate) const FAMILY_LEVEL: f64 = 0.01;
 /// Level of the interval shown with each difference, which stands for that difference alone.
-const INTERVAL_LEVEL: f64 = 0.05;
+pub(crate) const INTERVAL_LEVEL: f64 = 0.05;
 /// Figures that carry no noise are equal to this relative difference: what other orders of summation leave.
-const ROUNDING: f64 = 1e-9;
+pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// One figure of two responses.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,7 +170,7 @@ impl Pair<'_> {
 }
 
 /// Standard error of a difference, with the degrees of freedom of Welch and Satterthwaite.
-fn welch(a: StandardError, b: StandardError) -> StandardError {
+pub(crate) fn welch(a: StandardError, b: StandardError) -> StandardError {
     let (var_a, var_b) = (a.sigma * a.sigma, b.sigma * b.sigma);
     let fourth = var_a * var_a / f64::from(a.freedom) + var_b * var_b / f64::from(b.freedom);
     let freedom = if fourth > 0.0 {

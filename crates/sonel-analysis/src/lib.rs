@@ -9,7 +9,8 @@
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when not to believe those;
 //! - [`report`]: tables, CSV and JSON (docs/interface.md).
 //!
-//! [`comparison`] tells which figures of two responses differ beyond noise.
+//! [`comparison`] tells which figures of two responses differ beyond noise, [`map_comparison`] where, when and in which
+//! bands two maps do.
 //!
 //! And from a map: [`survey`] walks its paths for the energy ledger and what arrived where.
 //!
@@ -20,9 +21,11 @@ pub mod comparison;
 pub mod decay;
 pub mod figure;
 pub mod jackknife;
+pub mod map_comparison;
 pub mod modulation;
 pub mod outlier;
 pub mod parameter;
+mod reading;
 pub mod receiver;
 pub mod regression;
 pub mod report;

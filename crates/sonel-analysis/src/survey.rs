@@ -10,9 +10,10 @@
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
 use sonel_map::{
-    BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkLedger, CoefficientTable, EmissionDirections,
-    EmissionLayout, Event, Lanes, Ledger, PathView, PathWeight, SonelMap, sweep,
+    BandClasses, CHUNK_EMISSIONS, ChunkLedger, Event, Lanes, Ledger, PathView, PathWeight, SonelMap,
 };
+
+use crate::reading::Reading;
 
 /// Chunks walked side by side before they are added up: bounds the memory for scenes of many surfaces.
 const GROUP_CHUNKS: usize = 16;
@@ -46,10 +47,10 @@ pub struct Survey {
 /// Walks every path of `map`, whose paths must be sound ([`SonelMap::check_paths`]); `geometry` is that of its scene.
 #[must_use]
 pub fn survey(map: &SonelMap, geometry: &Geometry) -> Survey {
-    let walk = Walk::new(map, geometry);
+    let walk = Walk { reading: Reading::new(map, geometry) };
     let chunks: Vec<(u32, u64)> = (0..map.header().scene.sources.len() as u32)
         .flat_map(|source| {
-            let chunks = map.header().shard.chunks(walk.layout.total.div_ceil(CHUNK_EMISSIONS));
+            let chunks = map.header().shard.chunks(walk.reading.layout.total.div_ceil(CHUNK_EMISSIONS));
             chunks.map(move |chunk| (source, chunk * CHUNK_EMISSIONS))
         })
         .collect();
@@ -92,57 +93,31 @@ pub fn differences(stored: &Ledger, found: &Ledger, center_frequencies_hz: &[f64
 }
 
 struct Walk<'a> {
-    map: &'a SonelMap,
-    layout: EmissionLayout,
-    table: CoefficientTable,
-    material_of: Vec<u32>,
-    center: glam::DVec3,
-    directions: Vec<EmissionDirections>,
-    batches: Vec<BatchStart>,
-    bands: usize,
+    reading: Reading<'a>,
 }
 
-impl<'a> Walk<'a> {
-    fn new(map: &'a SonelMap, geometry: &Geometry) -> Self {
-        let (header, layout) = (map.header(), map.layout());
-        let (scene, settings) = (&header.scene, &header.settings);
-        let bands = scene.bands.count();
-        let sources = 0..scene.sources.len() as u32;
-        Self {
-            map,
-            layout,
-            table: CoefficientTable::new(&scene.materials, bands, settings.survival),
-            material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
-            center: geometry.center(),
-            directions: sources
-                .map(|source| EmissionDirections::new(settings.seed, source, layout, settings.spectral))
-                .collect(),
-            batches: (0..layout.batches)
-                .map(|batch| BatchStart::new(&layout, batch, settings.spectral))
-                .collect(),
-            bands,
-        }
-    }
-
+impl Walk<'_> {
     fn nothing(&self) -> Survey {
-        let empty = Deposit { hits: 0, incident: vec![0.0; self.bands], absorbed: vec![0.0; self.bands] };
+        let bands = self.reading.bands;
+        let empty = Deposit { hits: 0, incident: vec![0.0; bands], absorbed: vec![0.0; bands] };
         Survey {
-            ledger: Ledger::new(self.bands),
-            surfaces: vec![empty; self.material_of.len()],
+            ledger: Ledger::new(bands),
+            surfaces: vec![empty; self.reading.material_of.len()],
             orders: Vec::new(),
         }
     }
 
     fn chunk(&self, source: u32, first: u64) -> Survey {
         let mut found = self.nothing();
-        let mut books = ChunkLedger::new(self.bands);
-        let mut weight = PathWeight::new(self.bands);
-        for emission in first..(first + CHUNK_EMISSIONS).min(self.layout.total) {
-            if let Some(path) = self.map.path(source, emission) {
+        let bands = self.reading.bands;
+        let mut books = ChunkLedger::new(bands);
+        let mut weight = PathWeight::new(bands);
+        for emission in first..(first + CHUNK_EMISSIONS).min(self.reading.layout.total) {
+            if let Some(path) = self.reading.map.path(source, emission) {
                 self.path(source, path, &mut weight, &mut books, &mut found);
             }
         }
-        found.ledger = books.finish(&BandClasses::separate(self.bands));
+        found.ledger = books.finish(&BandClasses::separate(bands));
         found
     }
 
@@ -154,17 +129,13 @@ impl<'a> Walk<'a> {
         books: &mut ChunkLedger,
         found: &mut Survey,
     ) {
-        let emitter = &self.map.header().scene.sources[source as usize];
-        let batch = &self.batches[self.layout.batch(path.emission) as usize];
-        let start = batch.packet(self.layout.hero(path.emission));
-        let direction = self.directions[source as usize].direction(path.emission);
-        let factor = emitter.directivity.factor(f64::from(direction.dot(emitter.aim.as_vec3())));
-        weight.emit(factor, batch.weight, start);
-        books.emitted(batch.weight, &start.expected, weight.energy());
+        let reading = &self.reading;
+        let share = reading.batches[reading.layout.batch(path.emission) as usize].weight;
+        reading.emit(source, path.emission, share, weight);
+        books.emitted(share, &reading.start(path.emission).expected, weight.energy());
 
         let (mut first, mut last) = (true, Vec::new());
-        let position = emitter.position - self.center;
-        sweep(position, path.vertices, &self.table, &self.material_of, weight, |segment| {
+        reading.sweep(source, path, weight, |segment| {
             books.segments += 1;
             if !first {
                 books.departed(segment.energy);
@@ -175,10 +146,10 @@ impl<'a> Walk<'a> {
                 last.extend_from_slice(segment.energy);
                 return;
             };
-            let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
+            let row = reading.table.material(reading.material_of[arrival.surface.0 as usize]);
             books.arrived(segment.energy, &row.dissipated, &row.passed_on);
             found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
-            found.order(segment.history.order, self.bands).add(segment.energy, &row.dissipated);
+            found.order(segment.history.order, reading.bands).add(segment.energy, &row.dissipated);
             if arrival.event == Event::Extinguished {
                 // The event of its last arrival is not stored: on average this much went on.
                 last.extend(segment.energy.iter().zip(&row.passed_on).map(product));

@@ -35,23 +35,25 @@ pub enum Command {
     Verify(Verify),
     /// Shards of a run, written by sonel-trace --shard, joined to the map of the run.
     Merge(Merge),
-    /// Which figures of two responses differ beyond noise; exit code 1 where any does.
+    /// What differs beyond noise between two maps or two responses; exit code 1 where anything does.
     Diff(Diff),
 }
 
 /// `diff`.
 #[derive(Debug, Clone, Args)]
-#[command(
-    after_help = "Example:\n  sonel-analyze diff before.npz after.npz || echo audible or not, it is different"
-)]
+#[command(after_help = "Example:
+  sonel-analyze diff before.sonelmap after.sonelmap    # which surfaces, bands and times, in dB
+  sonel-analyze diff before.npz after.npz || echo audible or not, it is different
+
+Both compare beyond noise: two seeds of one scene are the same but for one comparison in a hundred.")]
 pub struct Diff {
-    /// A response written by sonel-render.
-    #[arg(value_name = "A.npz")]
+    /// A map written by sonel-trace, or a response written by sonel-render.
+    #[arg(value_name = "A")]
     pub a: PathBuf,
-    /// Another, with the same names of sources and receivers.
-    #[arg(value_name = "B.npz")]
+    /// Another of the same kind. Sources and receivers are compared by name.
+    #[arg(value_name = "B")]
     pub b: PathBuf,
-    /// Print JSON, with every figure compared.
+    /// Print JSON, with everything compared.
     #[arg(long)]
     pub json: bool,
 }

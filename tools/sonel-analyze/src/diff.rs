@@ -1,116 +1,34 @@
-//! `sonel-analyze diff`: same scene, code, options? Then which figures differ beyond noise.
+//! `sonel-analyze diff`: what was changed between two artifacts, and what differs beyond noise.
+
+mod maps;
+mod responses;
 
 use std::io::Write;
-use std::path::Path;
 
 use anyhow::bail;
-use serde_json::{Value, json};
-use sonel_analysis::comparison::{Comparison, Difference, compare};
-use sonel_analysis::parameters;
 use sonel_console::Outcome;
-use sonel_echogram::Response;
 
 use crate::arguments::Diff;
-use crate::open::{self, Artifact};
+use crate::open::{self, Kind};
 
-/// What decided a response, as its metadata name it.
-const PROVENANCE: [&str; 9] = [
-    "scene_digest",
-    "mesh_digest",
-    "map_digest",
-    "tool_version",
-    "seed",
-    "emissions",
-    "batches",
-    "survival",
-    "options",
-];
-
-/// Compares two responses; [`Outcome::Missed`] where they differ beyond noise.
+/// Compares two maps or two responses; [`Outcome::Missed`] where they differ beyond noise.
 ///
 /// # Errors
-/// When a file is unusable or a map, the two have no figure in common that can be judged, or `out` cannot be written.
+/// When a file is unusable, the two are of different kinds or have nothing in common, or `out` cannot be written.
 pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let (a, b) = (response(&arguments.a)?, response(&arguments.b)?);
-    let comparison = compare(&parameters(&a), &parameters(&b));
-    if comparison.differences.is_empty() {
-        bail!(
-            "{} and {} have no figure in common that can be judged: both need the same names of sources and \
-             receivers, a common band, and batches",
-            arguments.a.display(),
-            arguments.b.display()
-        );
+    match (open::kind(&arguments.a)?, open::kind(&arguments.b)?) {
+        (Kind::Map, Kind::Map) => maps::run(arguments, out),
+        (Kind::Response, Kind::Response) => responses::run(arguments, out),
+        (a, _) => {
+            let (map, response) = match a {
+                Kind::Map => (&arguments.a, &arguments.b),
+                Kind::Response => (&arguments.b, &arguments.a),
+            };
+            bail!(
+                "{} is a map and {} a response: compare two of a kind; sonel-render makes a response of a map",
+                map.display(),
+                response.display()
+            )
+        }
     }
-    let provenance = provenance(&a.metadata, &b.metadata);
-    if arguments.json {
-        writeln!(out, "{:#}", to_json(&comparison, &provenance))?;
-    } else {
-        write!(out, "{}", to_text(&comparison, &provenance))?;
-    }
-    Ok(if comparison.beyond_noise().next().is_some() { Outcome::Missed } else { Outcome::Done })
-}
-
-fn response(path: &Path) -> anyhow::Result<Response> {
-    match open::artifact(path)? {
-        Artifact::Response(response) => Ok(*response),
-        Artifact::Map(_) => bail!(
-            "{} is a map; comparing maps is not built yet: render both at the same receivers and compare the responses",
-            path.display()
-        ),
-    }
-}
-
-/// Keys of the provenance whose values differ, with both.
-fn provenance<'a>(a: &'a Value, b: &'a Value) -> Vec<(&'static str, &'a Value, &'a Value)> {
-    PROVENANCE.iter().map(|key| (*key, &a[*key], &b[*key])).filter(|(_, a, b)| a != b).collect()
-}
-
-fn to_json(comparison: &Comparison, provenance: &[(&str, &Value, &Value)]) -> Value {
-    json!({
-        "same": comparison.beyond_noise().next().is_none(),
-        "level_per_figure": comparison.level,
-        "not_judged": comparison.not_judged,
-        "provenance": provenance.iter().map(|(key, a, b)| json!({ "key": key, "a": a, "b": b })).collect::<Vec<_>>(),
-        "differences": comparison.differences.iter().map(entry).collect::<Vec<_>>(),
-    })
-}
-
-fn entry(difference: &Difference) -> Value {
-    json!({
-        "source": difference.source,
-        "receiver": difference.receiver,
-        "center_frequency_hz": difference.center_frequency_hz,
-        "figure": difference.figure,
-        "difference": { "value": difference.value, "ci95": difference.interval },
-        "just_noticeable_differences": difference.just_noticeable,
-        "differs": difference.differs,
-    })
-}
-
-fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)]) -> String {
-    let mut lines: Vec<String> =
-        provenance.iter().map(|(key, a, b)| format!("other {key}: {a} against {b}")).collect();
-    let beyond: Vec<&Difference> = comparison.beyond_noise().collect();
-    lines.push(format!(
-        "{} of {} figures differ beyond noise (all together err once in a hundred), {} could not be judged",
-        beyond.len(),
-        comparison.differences.len(),
-        comparison.not_judged
-    ));
-    lines.extend(beyond.iter().map(|difference| sentence(difference)));
-    lines.push(String::new());
-    lines.join("\n")
-}
-
-fn sentence(difference: &Difference) -> String {
-    let band = difference.center_frequency_hz.map(|center| format!(" at {center} Hz")).unwrap_or_default();
-    format!(
-        "{}{band}, \"{}\" to \"{}\": B − A = {:+.4} ± {:.4}, {:.2} just-noticeable differences",
-        difference.figure,
-        difference.source,
-        difference.receiver,
-        difference.value,
-        0.5 * (difference.interval[1] - difference.interval[0]),
-        difference.just_noticeable
-    )
 }

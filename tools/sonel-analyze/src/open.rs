@@ -33,23 +33,43 @@ pub struct WalkedMap {
     pub survey: Survey,
 }
 
-/// The map or response in `path`, told by its first bytes.
+/// What a file is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Of sonel-trace.
+    Map,
+    /// Of sonel-render.
+    Response,
+}
+
+/// What the file in `path` is, told by its first bytes.
 ///
 /// # Errors
-/// When the file cannot be read, is damaged, or is neither.
-pub fn artifact(path: &Path) -> anyhow::Result<Artifact> {
+/// When it cannot be read or is neither.
+pub fn kind(path: &Path) -> anyhow::Result<Kind> {
     let mut start = Vec::new();
     file(path)?.take(8).read_to_end(&mut start).with_context(|| format!("cannot read {}", path.display()))?;
     if start == MAP_MAGIC {
-        return Ok(Artifact::Map(Box::new(walked_map(path)?)));
+        return Ok(Kind::Map);
     }
     if start.starts_with(ARCHIVE_MAGIC) {
-        return Ok(Artifact::Response(Box::new(response(path)?)));
+        return Ok(Kind::Response);
     }
     bail!(
         "{} is neither a sonel map nor a response: pass a file written by sonel-trace or sonel-render",
         path.display()
     )
+}
+
+/// The map or response in `path`.
+///
+/// # Errors
+/// When the file cannot be read, is damaged, or is neither.
+pub fn artifact(path: &Path) -> anyhow::Result<Artifact> {
+    Ok(match kind(path)? {
+        Kind::Map => Artifact::Map(Box::new(walked_map(path)?)),
+        Kind::Response => Artifact::Response(Box::new(response(path)?)),
+    })
 }
 
 /// The response in `path`.
@@ -65,13 +85,22 @@ pub fn response(path: &Path) -> anyhow::Result<Response> {
 /// # Errors
 /// When the file cannot be read or is no sound map.
 pub fn walked_map(path: &Path) -> anyhow::Result<WalkedMap> {
+    let (map, geometry) = checked_map(path)?;
+    let survey = survey(&map, &geometry);
+    Ok(WalkedMap { map, geometry, survey })
+}
+
+/// The map in `path`, its paths checked, and the walls of its scene.
+///
+/// # Errors
+/// When the file cannot be read or is no sound map.
+pub fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let named = || path.display().to_string();
     let map = SonelMap::open(&file(path)?).with_context(named)?;
     let geometry = map.header().scene.geometry().with_context(named)?;
     map.check_surfaces(&geometry).with_context(named)?;
     map.check_paths(geometry.surfaces().len() as u32).with_context(named)?;
-    let survey = survey(&map, &geometry);
-    Ok(WalkedMap { map, geometry, survey })
+    Ok((map, geometry))
 }
 
 fn file(path: &Path) -> anyhow::Result<File> {

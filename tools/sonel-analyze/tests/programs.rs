@@ -222,13 +222,13 @@ fn bad_options_are_errors_and_help_has_an_example() {
 }
 
 #[test]
-fn a_comparison_needs_two_responses_with_batches() {
+fn a_comparison_needs_two_of_a_kind_with_batches() {
     let folder = TempDir::new().unwrap();
     let (map, response) = (traced(&folder, &["--sonels", "500"]), rendered(&folder));
     let path = response.to_str().unwrap();
     let of_map = program(&["diff", path], &map);
     assert_eq!(of_map.get_output().status.code(), Some(2));
-    assert!(printed(&of_map).1.contains("room.sonelmap is a map"));
+    assert!(printed(&of_map).1.contains("room.sonelmap is a map and"));
     let without_batches = program(&["diff", path], &response);
     assert_eq!(without_batches.get_output().status.code(), Some(2));
     assert!(printed(&without_batches).1.contains("no figure in common"));

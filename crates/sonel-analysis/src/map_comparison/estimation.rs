@@ -1,0 +1,154 @@
+//! Estimates of every cell of a source from the batches of both maps, a few batches at a time.
+
+use rayon::prelude::*;
+
+use super::counterparts::{BandGroup, Places};
+use super::incidence::{BatchIncidence, Observer};
+use super::judgement::Cell;
+use super::{Incomparable, Pairing};
+use crate::reading::Reading;
+
+/// Batches walked together along the file: so many fewer times it is read.
+const BATCHES_PER_WALK: u32 = 8;
+/// Batches held in memory at once, for each map.
+const BATCHES_IN_FLIGHT: u32 = 32;
+
+/// Everything common to the sources.
+pub struct Frame<'a> {
+    /// A and B.
+    pub readings: [Reading<'a>; 2],
+    /// How their noise is related.
+    pub pairing: Pairing,
+    /// Whether an arrival after the same history weighs the same in both.
+    pub alike: bool,
+    /// Ends of the windows [s].
+    pub window_ends: Vec<f64>,
+    /// Bands in common.
+    pub bands: Vec<BandGroup>,
+    /// Where energy arrives.
+    pub places: Places,
+}
+
+impl Frame<'_> {
+    /// The cells of one source, numbered as in A and as in B: `[place][window][band]`.
+    pub fn cells(&self, sources: [u32; 2]) -> Result<Vec<Cell>, Incomparable> {
+        let observers = [0, 1].map(|side| self.observer(side, sources[side]));
+        let shares = [batch_shares(&observers[0], 'A')?, batch_shares(&observers[1], 'B')?];
+        // A source with another number has other random numbers.
+        let paired = self.pairing == Pairing::Batches && sources[0] == sources[1];
+        let mut cells = vec![Cell::new(paired); observers[0].cells()];
+        let batches = observers.each_ref().map(|observer| observer.reading.layout.batches);
+        let mut first = 0;
+        while first < batches[0].max(batches[1]) {
+            let walked = walk(&observers, first, batches);
+            for index in 0..walked[0].len().max(walked[1].len()) {
+                let batch = first as usize + index;
+                let both = [0, 1].map(|side| walked[side].get(index).zip(shares[side].get(batch)));
+                add_batch(&mut cells, both);
+            }
+            first += BATCHES_IN_FLIGHT;
+        }
+        for (side, observer) in observers.iter().enumerate() {
+            add_packets(&mut cells, side, observer);
+        }
+        Ok(cells)
+    }
+
+    fn observer(&self, side: usize, source: u32) -> Observer<'_> {
+        let reading = &self.readings[side];
+        let speed = reading.map.header().scene.speed_of_sound;
+        Observer {
+            reading,
+            source,
+            places_of: if side == 0 { &self.places.of_a } else { &self.places.of_b },
+            places: self.places.list.len(),
+            window_ends: self.window_ends.iter().map(|end| end * speed).collect(),
+            columns: self.bands.iter().map(|band| band.columns[side]).collect(),
+        }
+    }
+}
+
+/// Batches `first` … of both maps, walked side by side.
+fn walk(observers: &[Observer<'_>; 2], first: u32, batches: [u32; 2]) -> [Vec<BatchIncidence>; 2] {
+    let walks: Vec<(usize, u32)> = [0, 1]
+        .into_iter()
+        .flat_map(|side| {
+            let end = batches[side].min(first + BATCHES_IN_FLIGHT);
+            (first..end).step_by(BATCHES_PER_WALK as usize).map(move |start| (side, start))
+        })
+        .collect();
+    let found: Vec<(usize, Vec<BatchIncidence>)> = walks
+        .into_par_iter()
+        .map(|(side, start)| {
+            let end = batches[side].min(start + BATCHES_PER_WALK);
+            (side, observers[side].walk(start..end))
+        })
+        .collect();
+    let mut sides = [Vec::new(), Vec::new()];
+    for (side, walked) in found {
+        sides[side].extend(walked);
+    }
+    sides
+}
+
+/// What one batch counts for in a column.
+#[derive(Clone, Copy)]
+struct Share {
+    /// Part of the energy that its batch emits [0 … 1].
+    held: f64,
+    /// Part of everything that the map holds [0 … 1].
+    weight: f64,
+}
+
+/// By batch and column.
+fn batch_shares(observer: &Observer<'_>, map: char) -> Result<Vec<Vec<Share>>, Incomparable> {
+    let reading = observer.reading;
+    let mut shares: Vec<Vec<Share>> = (0..reading.layout.batches)
+        .map(|batch| {
+            let run = reading.batches[batch as usize].weight;
+            observer.held_part(batch).into_iter().map(|held| Share { held, weight: held * run }).collect()
+        })
+        .collect();
+    for column in 0..observer.columns.len() {
+        let sum: f64 = shares.iter().map(|batch| batch[column].weight).sum();
+        if shares.iter().filter(|batch| batch[column].weight > 0.0).count() < 2 {
+            return Err(Incomparable::Batches { map });
+        }
+        shares.iter_mut().for_each(|batch| batch[column].weight /= sum);
+    }
+    Ok(shares)
+}
+
+/// A batch of one map with its shares.
+type Side<'a> = Option<(&'a BatchIncidence, &'a Vec<Share>)>;
+
+fn add_batch(cells: &mut [Cell], both: [Side<'_>; 2]) {
+    let estimate = |side: usize, index: usize| -> Option<(f64, f64)> {
+        let (found, shares) = both[side]?;
+        let share = shares[index % shares.len()];
+        (share.weight > 0.0).then(|| (share.weight, found.energy[index] / share.held))
+    };
+    cells.par_iter_mut().enumerate().for_each(|(index, cell)| {
+        let estimates = [estimate(0, index), estimate(1, index)];
+        for (side, found) in estimates.into_iter().enumerate() {
+            if let (Some((weight, value)), Some((batch, _))) = (found, both[side]) {
+                cell.sides[side].add(weight, value);
+                cell.arrived[side] += batch.arrived[index];
+                cell.squared[side] += batch.squared[index];
+            }
+        }
+        if let (Some(paired), [Some((weight, a)), Some((_, b))]) = (&mut cell.paired, estimates) {
+            paired.add(weight, b - a);
+        }
+    });
+}
+
+fn add_packets(cells: &mut [Cell], side: usize, observer: &Observer<'_>) {
+    let mut packets = vec![0.0; observer.columns.len()];
+    for batch in 0..observer.reading.layout.batches {
+        packets.iter_mut().zip(observer.packets(batch)).for_each(|(sum, more)| *sum += more);
+    }
+    for (index, cell) in cells.iter_mut().enumerate() {
+        cell.packets[side] = packets[index % packets.len()];
+    }
+}

@@ -1,0 +1,144 @@
+//! What arrives in each place and window of time, batch by batch, from the paths of one source.
+
+use std::ops::Range;
+
+use sonel_map::{CHUNK_EMISSIONS, EmissionLayout, PathWeight};
+
+use super::counterparts::PlacesOf;
+use crate::reading::Reading;
+
+/// One source of one map, and how its arrivals are sorted.
+pub struct Observer<'a> {
+    /// The map.
+    pub reading: &'a Reading<'a>,
+    /// Index of the source.
+    pub source: u32,
+    /// The places that each surface contributes to.
+    pub places_of: &'a [PlacesOf],
+    /// Number of places.
+    pub places: usize,
+    /// Ends of the windows as path lengths [m].
+    pub window_ends: Vec<f64>,
+    /// Bands looked at.
+    pub columns: Vec<usize>,
+}
+
+/// What the packets of one batch brought, in cells `[place][window][column]`.
+pub struct BatchIncidence {
+    /// Incident energy, per unit energy that the batch emits [1].
+    pub energy: Vec<f64>,
+    /// Σ of the arrivals in units of one packet's energy [1].
+    pub arrived: Vec<f64>,
+    /// Σ of their squares [1].
+    pub squared: Vec<f64>,
+}
+
+impl Observer<'_> {
+    /// Number of cells.
+    pub fn cells(&self) -> usize {
+        self.places * self.window_ends.len() * self.columns.len()
+    }
+
+    /// Part of the energy of `batch` that the emissions held by the map carry, per column: 1 for a whole map.
+    pub fn held_part(&self, batch: u32) -> Vec<f64> {
+        self.over_heroes(batch, |start, lane, slot| start.expected[lane][slot])
+    }
+
+    /// Packets held by the map that carry each column.
+    pub fn packets(&self, batch: u32) -> Vec<f64> {
+        self.over_heroes(batch, |start, lane, slot| start.carried[lane][slot])
+    }
+
+    fn over_heroes(&self, batch: u32, of: impl Fn(&sonel_map::PacketStart, usize, usize) -> f64) -> Vec<f64> {
+        let (layout, held) = (self.reading.layout, self.held());
+        let led = |total, hero| EmissionLayout { total, ..layout }.hero_count(batch, hero) as f64;
+        let sum = |column: usize| {
+            (0..layout.bands)
+                .map(|hero| {
+                    let start = self.reading.batches[batch as usize].packet(hero);
+                    let each = of(start, column / 4, column % 4);
+                    // A batch without packets has infinite energies and nobody to carry them.
+                    let packets = led(held.end, hero) - led(held.start, hero);
+                    if packets > 0.0 { packets * each } else { 0.0 }
+                })
+                .sum()
+        };
+        self.columns.iter().map(|&column| sum(column)).collect()
+    }
+
+    /// Emissions that the map holds.
+    fn held(&self) -> Range<u64> {
+        let total = self.reading.layout.total;
+        let chunks = self.reading.map.header().shard.chunks(total.div_ceil(CHUNK_EMISSIONS));
+        (chunks.start * CHUNK_EMISSIONS).min(total)..(chunks.end * CHUNK_EMISSIONS).min(total)
+    }
+
+    /// Walks the paths of `batches` in the order in which they are stored.
+    pub fn walk(&self, batches: Range<u32>) -> Vec<BatchIncidence> {
+        let mut tallies: Vec<Tally> = batches.clone().map(|_| Tally::new(self)).collect();
+        let mut weight = PathWeight::new(self.reading.bands);
+        let (layout, held) = (self.reading.layout, self.held());
+        let (bands, stride) = (u64::from(layout.bands), u64::from(layout.bands) * u64::from(layout.batches));
+        let run = u64::from(batches.start) * bands..u64::from(batches.end) * bands;
+        for round in held.start / stride..held.end.div_ceil(stride) {
+            let emissions = round * stride + run.start..round * stride + run.end;
+            for emission in emissions.start.max(held.start)..emissions.end.min(held.end) {
+                let batch = (emission - emissions.start) / bands;
+                self.path(emission, &mut weight, &mut tallies[batch as usize]);
+            }
+        }
+        tallies.into_iter().map(|tally| tally.by_place(self)).collect()
+    }
+
+    fn path(&self, emission: u64, weight: &mut PathWeight, tally: &mut Tally) {
+        let Some(path) = self.reading.map.path(self.source, emission) else { return };
+        self.reading.emit(self.source, emission, 1.0, weight);
+        let expected = &self.reading.start(emission).expected;
+        self.reading.sweep(self.source, path, weight, |segment| {
+            let Some(arrival) = segment.arrival else { return };
+            let window = self.window_ends.partition_point(|&end| end < segment.end_length);
+            if window == self.window_ends.len() {
+                return;
+            }
+            let row = arrival.surface.0 as usize * self.window_ends.len() + window;
+            let sums = &mut tally.sums[row * self.columns.len()..][..self.columns.len()];
+            for (sum, &column) in sums.iter_mut().zip(&self.columns) {
+                let energy = segment.energy[column / 4][column % 4];
+                if energy > 0.0 {
+                    let packets = energy / expected[column / 4][column % 4];
+                    *sum = [sum[0] + energy, sum[1] + packets, sum[2] + packets * packets];
+                }
+            }
+        });
+    }
+}
+
+/// Energy, arrivals in units of a packet and their squares, in cells `[surface][window][column]`.
+struct Tally {
+    sums: Vec<[f64; 3]>,
+}
+
+impl Tally {
+    fn new(observer: &Observer<'_>) -> Self {
+        let cells = observer.places_of.len() * observer.window_ends.len() * observer.columns.len();
+        Self { sums: vec![[0.0; 3]; cells] }
+    }
+
+    fn by_place(&self, observer: &Observer<'_>) -> BatchIncidence {
+        let per_place = observer.window_ends.len() * observer.columns.len();
+        let nothing = vec![0.0; observer.cells()];
+        let mut found =
+            BatchIncidence { energy: nothing.clone(), arrived: nothing.clone(), squared: nothing };
+        for (places, sums) in observer.places_of.iter().zip(self.sums.chunks_exact(per_place)) {
+            for place in places.iter().flatten() {
+                let first = *place as usize * per_place;
+                for (cell, [energy, arrived, squared]) in (first..).zip(sums) {
+                    found.energy[cell] += energy;
+                    found.arrived[cell] += arrived;
+                    found.squared[cell] += squared;
+                }
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,76 @@
+//! Following the paths of a map: everything that a sweep needs, made ready once.
+//!
+//! References: docs/physics.md §2.
+
+use glam::DVec3;
+use sonel_geometry::Geometry;
+use sonel_map::{
+    BatchStart, CoefficientTable, EmissionDirections, EmissionLayout, PacketStart, PathView, PathWeight,
+    Segment, SonelMap, sweep,
+};
+
+/// A map with what its paths need to be read.
+pub struct Reading<'a> {
+    /// The map.
+    pub map: &'a SonelMap,
+    /// Numbering of the emissions.
+    pub layout: EmissionLayout,
+    /// Number of bands.
+    pub bands: usize,
+    /// How the packets of each batch start.
+    pub batches: Vec<BatchStart>,
+    /// Coefficients of the materials.
+    pub table: CoefficientTable,
+    /// The material of every surface.
+    pub material_of: Vec<u32>,
+    origins: Vec<DVec3>,
+    directions: Vec<EmissionDirections>,
+}
+
+impl<'a> Reading<'a> {
+    /// Makes `map` ready, whose paths must be sound ([`SonelMap::check_paths`]); `geometry` is that of its scene.
+    pub fn new(map: &'a SonelMap, geometry: &Geometry) -> Self {
+        let (header, layout) = (map.header(), map.layout());
+        let (scene, settings) = (&header.scene, &header.settings);
+        let bands = scene.bands.count();
+        let directions = |source| EmissionDirections::new(settings.seed, source, layout, settings.spectral);
+        Self {
+            map,
+            layout,
+            bands,
+            batches: (0..layout.batches)
+                .map(|batch| BatchStart::new(&layout, batch, settings.spectral))
+                .collect(),
+            table: CoefficientTable::new(&scene.materials, bands, settings.survival),
+            material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
+            origins: scene.sources.iter().map(|source| source.position - geometry.center()).collect(),
+            directions: (0..scene.sources.len() as u32).map(directions).collect(),
+        }
+    }
+
+    /// How the packet of `emission` starts.
+    pub fn start(&self, emission: u64) -> &PacketStart {
+        self.batches[self.layout.batch(emission) as usize].packet(self.layout.hero(emission))
+    }
+
+    /// Puts `weight` at the beginning of the path of `emission` of `source`; energies are in units of `unit`, see
+    /// [`PathWeight::emit`].
+    pub fn emit(&self, source: u32, emission: u64, unit: f64, weight: &mut PathWeight) {
+        let emitter = &self.map.header().scene.sources[source as usize];
+        let direction = self.directions[source as usize].direction(emission);
+        let factor = emitter.directivity.factor(f64::from(direction.dot(emitter.aim.as_vec3())));
+        weight.emit(factor, unit, self.start(emission));
+    }
+
+    /// Visits the segments of `path` of `source`, with a `weight` from [`Self::emit`].
+    pub fn sweep(
+        &self,
+        source: u32,
+        path: PathView<'_>,
+        weight: &mut PathWeight,
+        visit: impl FnMut(&Segment<'_>),
+    ) {
+        let origin = self.origins[source as usize];
+        sweep(origin, path.vertices, &self.table, &self.material_of, weight, visit);
+    }
+}

@@ -1,0 +1,104 @@
+//! Two responses: same scene, code, options? Then which figures differ beyond noise.
+
+use std::io::Write;
+
+use anyhow::bail;
+use serde_json::{Value, json};
+use sonel_analysis::comparison::{Comparison, Difference, compare};
+use sonel_analysis::parameters;
+use sonel_console::Outcome;
+
+use crate::arguments::Diff;
+use crate::open;
+
+/// What decided a response, as its metadata name it.
+const PROVENANCE: [&str; 9] = [
+    "scene_digest",
+    "mesh_digest",
+    "map_digest",
+    "tool_version",
+    "seed",
+    "emissions",
+    "batches",
+    "survival",
+    "options",
+];
+
+/// Compares two responses; [`Outcome::Missed`] where they differ beyond noise.
+///
+/// # Errors
+/// When a file is unusable, the two have no figure in common that can be judged, or `out` cannot be written.
+pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let (a, b) = (open::response(&arguments.a)?, open::response(&arguments.b)?);
+    let comparison = compare(&parameters(&a), &parameters(&b));
+    if comparison.differences.is_empty() {
+        bail!(
+            "{} and {} have no figure in common that can be judged: both need the same names of sources and \
+             receivers, a common band, and batches",
+            arguments.a.display(),
+            arguments.b.display()
+        );
+    }
+    let provenance = provenance(&a.metadata, &b.metadata);
+    if arguments.json {
+        writeln!(out, "{:#}", to_json(&comparison, &provenance))?;
+    } else {
+        write!(out, "{}", to_text(&comparison, &provenance))?;
+    }
+    Ok(if comparison.beyond_noise().next().is_some() { Outcome::Missed } else { Outcome::Done })
+}
+
+/// Keys of the provenance whose values differ, with both.
+fn provenance<'a>(a: &'a Value, b: &'a Value) -> Vec<(&'static str, &'a Value, &'a Value)> {
+    PROVENANCE.iter().map(|key| (*key, &a[*key], &b[*key])).filter(|(_, a, b)| a != b).collect()
+}
+
+fn to_json(comparison: &Comparison, provenance: &[(&str, &Value, &Value)]) -> Value {
+    json!({
+        "same": comparison.beyond_noise().next().is_none(),
+        "level_per_figure": comparison.level,
+        "not_judged": comparison.not_judged,
+        "provenance": provenance.iter().map(|(key, a, b)| json!({ "key": key, "a": a, "b": b })).collect::<Vec<_>>(),
+        "differences": comparison.differences.iter().map(entry).collect::<Vec<_>>(),
+    })
+}
+
+fn entry(difference: &Difference) -> Value {
+    json!({
+        "source": difference.source,
+        "receiver": difference.receiver,
+        "center_frequency_hz": difference.center_frequency_hz,
+        "figure": difference.figure,
+        "difference": { "value": difference.value, "ci95": difference.interval },
+        "just_noticeable_differences": difference.just_noticeable,
+        "differs": difference.differs,
+    })
+}
+
+fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)]) -> String {
+    let mut lines: Vec<String> =
+        provenance.iter().map(|(key, a, b)| format!("other {key}: {a} against {b}")).collect();
+    let beyond: Vec<&Difference> = comparison.beyond_noise().collect();
+    lines.push(format!(
+        "{} of {} figures differ beyond noise (all together err once in a hundred), {} could not be judged",
+        beyond.len(),
+        comparison.differences.len(),
+        comparison.not_judged
+    ));
+    lines.extend(beyond.iter().map(|difference| sentence(difference)));
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+fn sentence(difference: &Difference) -> String {
+    let band = difference.center_frequency_hz.map(|center| format!(" at {center} Hz")).unwrap_or_default();
+    format!(
+        "{}{band}, \"{}\" to \"{}\": B − A = {:+.4} ± {:.4}, {:.2} just-noticeable differences",
+        difference.figure,
+        difference.source,
+        difference.receiver,
+        difference.value,
+        0.5 * (difference.interval[1] - difference.interval[0]),
+        difference.just_noticeable
+    )
+}
