@@ -1,8 +1,10 @@
 //! Straight edges of the surfaces, with the angle of the air about them: where sound may diffract.
 //!
 //! Edges of the mesh within one surface are none. The others are joined as long as they are straight and lie between
-//! the same surfaces, so that a finely tessellated wall has one edge on each side.
+//! the same planes on the same side, so that a finely tessellated wall, or one of many materials, has one edge on each
+//! side.
 
+use crate::sectors::{AirSector, diffracting};
 use crate::topology::{Connected, SharedEdge};
 use crate::{Mesh, PlaneId, Surface, SurfaceId};
 use glam::DVec3;
@@ -39,6 +41,9 @@ pub struct Edge {
     /// no part of a closed shell there is air too, with an angle of 2π less this one. 0 at abutting edges and
     /// junctions, where it is not defined.
     pub wedge_angle: f64,
+    /// The sectors of air into which it diffracts: those above π, in front of its surfaces and behind. None where it
+    /// abuts.
+    pub sectors: Vec<AirSector>,
 }
 
 impl Edge {
@@ -52,8 +57,11 @@ impl Edge {
 struct Segment {
     ends: [u32; 2],
     surfaces: Vec<SurfaceId>,
+    /// Plane of each face and the direction into it, in a fixed order.
+    faces: Vec<(PlaneId, DVec3)>,
     shape: EdgeShape,
     wedge_angle: f64,
+    sectors: Vec<AirSector>,
 }
 
 /// What edges are found in.
@@ -101,7 +109,18 @@ impl Survey<'_> {
         let mut surfaces: Vec<SurfaceId> = edge.faces.iter().map(|&(face, _)| of(face)).collect();
         surfaces.sort_unstable();
         surfaces.dedup();
-        Some(Segment { ends: edge.ends, surfaces, shape, wedge_angle })
+        let mut faces: Vec<(PlaneId, SurfaceId, DVec3)> = edge
+            .faces
+            .iter()
+            .map(|&(face, _)| (self.surface(face).plane, of(face), edge.inward(self.mesh, face)))
+            .collect();
+        faces.sort_by_key(|&(plane, surface, _)| (plane, surface));
+        let sectors = match shape {
+            EdgeShape::Abutting | EdgeShape::Seam => Vec::new(),
+            _ => diffracting(self.mesh, edge, self.surfaces, of),
+        };
+        let faces = faces.into_iter().map(|(plane, _, inward)| (plane, inward)).collect();
+        Some(Segment { ends: edge.ends, surfaces, faces, shape, wedge_angle, sectors })
     }
 
     /// Whether other surfaces lie across an edge: who slides along one of its faces and over the edge runs into them.
@@ -131,7 +150,7 @@ impl Survey<'_> {
     }
 }
 
-/// Groups of segments that continue one another: the same surfaces and shape, a common vertex, one line.
+/// Groups of segments that continue one another: the same planes and shape, a common vertex, one line.
 fn straight_groups(mesh: &Mesh, segments: &[Segment], tolerance: f64) -> Vec<Vec<usize>> {
     let mut connected = Connected::new(segments.len());
     let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::new();
@@ -162,7 +181,10 @@ fn continues(mesh: &Mesh, a: &Segment, b: &Segment, end: u32, tolerance: f64) ->
     let (u, v) = (away(a), away(b));
     // Height of the shorter segment's end over the line of the longer one.
     let aside = u.cross(v).length() / u.length().max(v.length());
-    a.surfaces == b.surfaces && a.shape == b.shape && u.dot(v) < 0.0 && aside <= tolerance
+    let alike = a.faces.len() == b.faces.len()
+        && a.faces.iter().zip(&b.faces).all(|(a, b)| a.0 == b.0 && a.1.dot(b.1) > 0.0)
+        && a.sectors.len() == b.sectors.len();
+    alike && a.shape == b.shape && u.dot(v) < 0.0 && aside <= tolerance
 }
 
 /// The edge that a straight group of segments makes.
@@ -175,6 +197,9 @@ fn whole(mesh: &Mesh, segments: &[Segment], group: &[usize]) -> Edge {
         let low = if along(&point) < along(&low) { point } else { low };
         [low, if along(&point) > along(&high) { point } else { high }]
     });
+    let mut surfaces: Vec<SurfaceId> = group.iter().flat_map(|&i| segments[i].surfaces.clone()).collect();
+    surfaces.sort_unstable();
+    surfaces.dedup();
     let Segment { shape, wedge_angle, .. } = *first;
-    Edge { ends, shape, surfaces: first.surfaces.clone(), wedge_angle }
+    Edge { ends, shape, surfaces, wedge_angle, sectors: first.sectors.clone() }
 }

@@ -151,6 +151,12 @@ impl Geometry {
         &self.edges
     }
 
+    /// The edges that diffract, each with the sectors of air into which it does: free ones, and those whose air exceeds π
+    /// in front of their surfaces or behind.
+    pub fn diffracting_edges(&self) -> impl Iterator<Item = &Edge> {
+        self.edges.iter().filter(|edge| !edge.sectors.is_empty())
+    }
+
     /// The surface a triangle of [`Geometry::mesh`] belongs to.
     pub fn triangle_surface(&self, triangle: u32) -> SurfaceId {
         self.of_triangle[triangle as usize]

@@ -1,5 +1,6 @@
 //! `sonel-analyze inspect`: what a file is, where it comes from, what it holds.
 
+mod edges;
 mod map;
 mod response;
 

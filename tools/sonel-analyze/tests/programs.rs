@@ -137,6 +137,34 @@ fn deposits_add_up_to_the_ledger() {
 }
 
 #[test]
+fn inspect_lists_the_edges_that_diffract() {
+    let folder = TempDir::new().unwrap();
+    let map = traced(&folder, &["--sonels", "50"]);
+    let (text, _) = printed(&program(&["inspect"], &map).success());
+    assert!(text.contains("no edge diffracts"), "{text}");
+    let screen = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/seed-room");
+    std::fs::copy(screen.join("enclosure.obj"), folder.path().join("enclosure.obj")).unwrap();
+    let map = traced_scene(
+        &folder,
+        &std::fs::read_to_string(screen.join("scene.toml")).unwrap(),
+        &["--sonels", "50"],
+    );
+    let (out, _) = printed(&program(&["inspect", "--json"], &map).success());
+    let json: Value = serde_json::from_str(&out).unwrap();
+    let edges = json["diffracting_edges"].as_array().unwrap();
+    let mut lengths: Vec<f64> = edges.iter().map(|edge| edge["length_m"].as_f64().unwrap()).collect();
+    lengths.sort_by(f64::total_cmp);
+    assert_eq!(lengths, [20.0, 30.0]);
+    for edge in edges {
+        assert_eq!(
+            (edge["kind"].as_str(), edge["wedge_angle_degrees"].as_f64()),
+            (Some("free"), Some(360.0))
+        );
+        assert_eq!(edge["surfaces"], serde_json::json!([6]));
+    }
+}
+
+#[test]
 fn the_result_does_not_depend_on_the_threads() {
     let folder = TempDir::new().unwrap();
     let map = traced(&folder, &["--sonels", "3000"]);

@@ -86,3 +86,65 @@ fn a_pillar_has_free_sides_and_an_abutting_foot_and_head() {
         assert_eq!(of_shape(&geometry, EdgeShape::Concave).len(), 12);
     }
 }
+
+fn sectors(geometry: &Geometry) -> Vec<(f64, f64)> {
+    let of = |edge: &Edge| edge.sectors.iter().map(|s| (edge.length(), s.angle)).collect::<Vec<_>>();
+    geometry.diffracting_edges().flat_map(of).collect()
+}
+
+#[test]
+fn only_free_and_convex_edges_diffract() {
+    let count = |mesh| sectors(&Geometry::build(mesh).unwrap()).len();
+    assert_eq!(count(rooms::shoebox()), 0);
+    assert_eq!(count(rooms::tessellated_box(dvec3(10.0, 7.0, 3.0), 5)), 0);
+    assert_eq!(count(rooms::l_room()), 1);
+    assert_eq!(count(rooms::screened_room()), 3);
+}
+
+#[test]
+fn a_sector_begins_at_its_first_face_and_opens_into_the_air() {
+    let geometry = Geometry::build(rooms::l_room()).unwrap();
+    let edge = geometry.diffracting_edges().next().unwrap();
+    let sector = edge.sectors[0];
+    assert!((sector.angle - 1.5 * PI).abs() < 1e-9);
+    let middle = 0.5 * (edge.ends[0] + edge.ends[1]);
+    for degrees in [5.0f64, 135.0, 265.0] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        assert!(geometry.contains(middle + 0.5 * (cosine * sector.inward + sine * sector.normal)));
+    }
+    let normals = sector.faces.map(|(surface, side)| side.sign() * geometry.surface(surface).normal);
+    assert!((normals[0] - sector.normal).length() < 1e-9 && normals[1].dot(sector.normal).abs() < 1e-9);
+}
+
+/// A folded sheet in free air diffracts where it is convex: behind, if its front is the hollow.
+#[test]
+fn a_folded_sheet_diffracts_on_its_outside() {
+    let mut mesh = sonel_geometry::Mesh::default();
+    rooms::add_quad(&mut mesh, 0, [DVec3::ZERO, DVec3::X, dvec3(1.0, 0.0, 2.0), DVec3::Z * 2.0]);
+    rooms::add_quad(&mut mesh, 1, [DVec3::ZERO, DVec3::Z * 2.0, dvec3(0.0, 1.0, 2.0), DVec3::Y]);
+    let mut found = sectors(&Geometry::build(mesh).unwrap());
+    found.sort_by(|a, b| a.1.total_cmp(&b.1));
+    assert_eq!(found.len(), 7);
+    assert!((found[0].1 - 1.5 * PI).abs() < 1e-9 && (found[0].0 - 2.0).abs() < 1e-9);
+    assert!(found[1..].iter().all(|(_, angle)| (angle - TAU).abs() < 1e-9));
+}
+
+/// A screen of two materials, one with a vertex more in its rim, stands beside another that touches it at a corner.
+#[test]
+fn collinear_pieces_are_joined_across_materials_and_t_junctions() {
+    let mut mesh = sonel_geometry::Mesh::default();
+    let quad = |mesh: &mut _, material, x: [f64; 2], z: [f64; 2]| {
+        let at = |x, z| dvec3(x, 0.0, z);
+        rooms::add_quad(mesh, material, [at(x[0], z[0]), at(x[1], z[0]), at(x[1], z[1]), at(x[0], z[1])]);
+    };
+    quad(&mut mesh, 0, [0.0, 1.0], [0.0, 1.0]);
+    quad(&mut mesh, 1, [1.0, 2.0], [0.0, 0.5]);
+    quad(&mut mesh, 1, [1.0, 2.0], [0.5, 1.0]);
+    let found = sectors(&Geometry::build(mesh.clone()).unwrap());
+    let lengths: Vec<f64> = found.iter().map(|(length, _)| *length).collect();
+    assert_eq!(lengths.iter().filter(|length| (**length - 2.0).abs() < 1e-9).count(), 2, "{lengths:?}");
+    assert_eq!(lengths.len(), 4);
+    // Above the corner (2, 1), to the right of the first screen: their rims are on one line but on opposite sides.
+    quad(&mut mesh, 0, [2.0, 3.0], [1.0, 2.0]);
+    assert_eq!(sectors(&Geometry::build(mesh).unwrap()).len(), 8);
+}

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use sonel_analysis::survey::Deposit;
 use sonel_map::{BandLedger, Fate, MapHeader, Mode, Spectral};
 
+use super::edges;
 use crate::open::WalkedMap;
 
 /// Lines of the listing by surface and by order; JSON has all.
@@ -57,6 +58,7 @@ pub fn json(walked: &WalkedMap) -> Value {
                 listed(json!({ "surface": index, "material": material, "area_m2": surface.area }), deposit)
             })
             .collect::<Vec<_>>(),
+        "diffracting_edges": edges::json(&walked.geometry),
         "orders": walked.survey.orders.iter().enumerate()
             .map(|(order, deposit)| listed(json!({ "order": order }), deposit))
             .collect::<Vec<_>>(),
@@ -166,6 +168,7 @@ pub fn text(walked: &WalkedMap) -> String {
     let _ = writeln!(text, "\nenergy relative to what one source emits");
     text.push_str(&balances(walked));
     text.push_str(&deposits(walked));
+    text.push_str(&edges::text(&walked.geometry));
     text
 }
 
