@@ -6,4 +6,5 @@ mod coverage;
 mod invariances;
 mod known_rooms;
 mod losses;
+mod memory;
 mod uneven_box;

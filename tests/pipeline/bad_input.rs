@@ -88,3 +88,30 @@ fn outputs_that_cannot_be_are_refused_before_the_work() {
     assert!(complaint(shop.trace("folder.sonelmap", &[])).contains("not an ordinary file"));
     assert!(complaint(shop.trace("nowhere/a.sonelmap", &[])).contains("does not exist"));
 }
+
+/// Neither a map nor an option makes the renderer ask for more memory than any echogram is worth.
+#[test]
+fn echograms_beyond_all_measure_are_refused() {
+    let shop = Workshop::open();
+    shop.trace("short.sonelmap", &["--sonels", "100"]).unwrap();
+    shop.trace("long.sonelmap", &["--sonels", "100", "--duration", "1e300"]).unwrap();
+    for (map, options, part) in [
+        ("short.sonelmap", &["--bin", "1e-300"][..], "wider ones (--bin)"),
+        ("short.sonelmap", &["--bin", "1e-9"], "wider ones (--bin)"),
+        ("long.sonelmap", &[], "shorter --duration"),
+        ("long.sonelmap", &["--bin", "1e299"], "--no-air"),
+    ] {
+        let complaint = complaint(shop.render(map, "a.npz", options));
+        assert!(complaint.contains(part), "{map} {options:?}: {complaint}");
+    }
+    assert!(!shop.path("a.npz").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_map() {
+    let shop = Workshop::open();
+    let made = std::process::Command::new("mkfifo").arg(shop.path("pipe")).status().unwrap();
+    assert!(made.success());
+    assert!(complaint(shop.render("pipe", "a.npz", &[])).contains("no ordinary file"));
+}

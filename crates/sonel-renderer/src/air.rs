@@ -19,16 +19,20 @@ pub struct AirTable {
 }
 
 impl AirTable {
+    /// Number of nodes of a table for `attenuation` m per band [1/m] up to `reach` [m].
+    #[must_use]
+    pub fn node_count(attenuation: &[f64], reach: f64) -> usize {
+        ((reach / spacing(attenuation)) as usize).saturating_add(2)
+    }
+
     /// A table for `attenuation` m per band [1/m] up to `reach` [m]. [`None`] where no band is attenuated.
     #[must_use]
     pub fn new(attenuation: &[f64], reach: f64) -> Option<Self> {
-        let strongest = attenuation.iter().copied().fold(0.0, f64::max);
-        if strongest <= 0.0 {
+        if strongest(attenuation) <= 0.0 {
             return None;
         }
-        let spacing = (2.0 * LARGEST_STEP / strongest).min(WIDEST_SPACING);
-        let count = (reach / spacing) as usize + 2;
-        let nodes = (0..count)
+        let spacing = spacing(attenuation);
+        let nodes = (0..Self::node_count(attenuation, reach))
             .flat_map(|node| to_lanes(attenuation.iter().map(|m| libm::exp(-m * node as f64 * spacing))))
             .collect();
         Some(Self { attenuation: to_lanes(attenuation.iter().copied()), spacing, nodes })
@@ -48,6 +52,14 @@ impl AirTable {
             }
         }
     }
+}
+
+fn strongest(attenuation: &[f64]) -> f64 {
+    attenuation.iter().copied().fold(0.0, f64::max)
+}
+
+fn spacing(attenuation: &[f64]) -> f64 {
+    (2.0 * LARGEST_STEP / strongest(attenuation)).min(WIDEST_SPACING)
 }
 
 #[cfg(test)]

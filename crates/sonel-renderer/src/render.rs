@@ -135,6 +135,14 @@ pub enum RenderError {
     Settings(String),
 }
 
+/// Most bins of an echogram: 17 minutes in milliseconds, 20 seconds in samples of 50 kHz. Neither the option nor the duration
+/// that a map states is limited otherwise, and 64 MB a receiver are enough for either.
+const MOST_BINS: f64 = (1_u32 << 20) as f64;
+
+/// Most nodes of the table of attenuation: a thousand kilometres of ordinary air. Length and attenuation are those that a
+/// map states.
+const MOST_AIR_NODES: usize = 1 << 22;
+
 /// What lies between a sonel and a receiver.
 #[derive(Clone, Copy)]
 pub struct Medium<'a> {
@@ -187,11 +195,26 @@ impl<'a> Renderer<'a> {
                 settings.bin
             )));
         }
+        if scene.duration / settings.bin > MOST_BINS {
+            return Err(RenderError::Settings(format!(
+                "{} s in bins of {} s are more than {MOST_BINS} bins: give wider ones (--bin), or trace again with a \
+                 shorter --duration",
+                scene.duration, settings.bin
+            )));
+        }
         let bins = TimeBins::new(settings.bin, scene.duration, scene.speed_of_sound);
         let attenuation = match &settings.air {
             Air::OfScene => scene.air_attenuation.clone(),
             Air::Attenuation(attenuation) => attenuation.clone(),
         };
+        if AirTable::node_count(&attenuation, bins.reach) > MOST_AIR_NODES {
+            return Err(RenderError::Settings(format!(
+                "air that attenuates by up to {} per metre over {} m is beyond what is tabulated: trace again with a \
+                 shorter --duration, or render with --no-air",
+                attenuation.iter().copied().fold(0.0, f64::max),
+                bins.reach
+            )));
+        }
         let traced = &map.header().settings;
         let layout = map.layout();
         let classes = BandClasses::alike(&scene.materials, &attenuation, traced.spectral);

@@ -1,7 +1,7 @@
 //! Opening what the other programs wrote; every error names the file.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::{BufReader, Read};
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -104,8 +104,10 @@ pub fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
 }
 
 fn file(path: &Path) -> anyhow::Result<File> {
-    let mut file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-    // A pipe opens but cannot be read twice, which both formats need.
-    file.rewind().with_context(|| format!("{} is no ordinary file", path.display()))?;
-    Ok(file)
+    let named = || format!("cannot open {}", path.display());
+    // Asked before it is opened: a pipe that nobody writes to would keep the program waiting.
+    if !path.metadata().with_context(named)?.is_file() {
+        bail!("{} is no ordinary file: both formats are read more than once, save it first", path.display());
+    }
+    File::open(path).with_context(named)
 }

@@ -7,7 +7,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use tempfile::NamedTempFile;
 
-/// A file being written beside its final place. Dropped without [`Output::publish`], it leaves no trace.
+/// What the name of a file ends with until it is complete.
+pub const UNFINISHED: &str = ".unfinished";
+
+/// A file being written beside its final place, under a name that says for what and ends with [`UNFINISHED`]. Dropped
+/// without [`Output::publish`], it leaves no trace; a process that is killed leaves that file.
 #[derive(Debug)]
 pub struct Output {
     target: PathBuf,
@@ -30,8 +34,12 @@ impl Output {
         if !folder.is_dir() {
             bail!("the folder {} does not exist: create it first", folder.display());
         }
+        let mut prefix = target.file_name().unwrap_or_default().to_owned();
+        prefix.push(".");
         let file =
-            NamedTempFile::new_in(folder).with_context(|| format!("cannot write in {}", folder.display()))?;
+            tempfile::Builder::new().prefix(&prefix).suffix(UNFINISHED).tempfile_in(folder).with_context(
+                || format!("cannot write in {}: choose another folder for it", folder.display()),
+            )?;
         Ok(Self { target: target.to_owned(), file: BufWriter::with_capacity(1 << 20, file) })
     }
 
@@ -88,6 +96,9 @@ mod tests {
         std::fs::write(&target, "old").unwrap();
         let mut output = Output::create(&target).unwrap();
         output.writer().write_all(b"new, but never finished").unwrap();
+        let names = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+        let names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
+        assert!(names.iter().any(|name| name.starts_with("hall.sonelmap.") && name.ends_with(UNFINISHED)));
         drop(output);
         assert_eq!(std::fs::read_to_string(&target).unwrap(), "old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);

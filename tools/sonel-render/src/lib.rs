@@ -30,7 +30,12 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let watch = Stopwatch::start();
     use_threads(arguments.threads.map(|threads| threads as usize))?;
     let label = arguments.map.display().to_string();
-    let file = File::open(&arguments.map).with_context(|| format!("cannot read the map {label}"))?;
+    let unreadable = || format!("cannot read the map {label}");
+    // Asked before it is opened: a pipe that nobody writes to would keep the program waiting.
+    if !arguments.map.metadata().with_context(unreadable)?.is_file() {
+        bail!("{label} is no ordinary file: a map is read more than once, save it first");
+    }
+    let file = File::open(&arguments.map).with_context(unreadable)?;
     let map = SonelMap::open(&file).with_context(|| label.clone())?;
     let scene = &map.header().scene;
     let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;

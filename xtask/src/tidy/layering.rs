@@ -1,6 +1,6 @@
 //! Which of our crates may know which, and where foreign packages live: both read from the manifests.
 //!
-//! Only `[dependencies]` count, and not those of `tests/`: tests may look wherever they need to.
+//! Only `[dependencies]` count, and not those of `tests/` and `fuzz/`: tests may look wherever they need to.
 
 use super::tree::{Finding, SourceFile, Tree};
 
@@ -55,7 +55,7 @@ pub fn arrows(tree: &Tree) -> Vec<Finding> {
 /// Foreign packages away from home.
 pub fn homes(tree: &Tree) -> Vec<Finding> {
     each_dependency(tree, |manifest, package| {
-        let for_tests = manifest.path.starts_with("tests/");
+        let for_tests = ["tests/", "fuzz/"].iter().any(|folder| manifest.path.starts_with(folder));
         if for_tests || package.starts_with("sonel-") || EVERYWHERE.contains(&package) {
             return None;
         }
