@@ -134,16 +134,101 @@ class Emissions:
         return self.led[batch].sum() / self.total, carried, self.led[batch] * carried
 
 
+class Directions:
+    """First directions of the packets of a source, regenerated from the seed (section "First directions" of the page)."""
+
+    def __init__(self, map, source):
+        settings = map.header["settings"]
+        self.bands, self.batches = len(map.header["scene"]["nominal_frequencies"]), settings["batches"]
+        self.per_band = settings["spectral"] == 1
+        count = self.batches * (self.bands if self.per_band else 1)
+        self.keys = [chacha8(settings["seed"], [2, source, 0, 0, 0, 0], number)[:2] for number in range(count)]
+
+    def direction(self, emission):
+        """The unit vector in which an emission leaves."""
+        block, hero = divmod(emission, self.bands)
+        round, batch = divmod(block, self.batches)
+        if self.per_band:
+            first, second = self.keys[batch * self.bands + hero]
+            index = round
+        else:
+            first, second = self.keys[batch]
+            turn = scramble(scramble(round, first) ^ second, (first << 16 | first >> 16) & WORD)
+            index = round * self.bands + (hero + turn) % self.bands
+        u, v = unit(scramble(reversed_bits(index), first)), unit(scramble(pascal(index), second))
+        z, angle = 1 - 2 * u, 2 * np.pi * v
+        radius = np.sqrt(max(0, 1 - z * z))
+        return np.array([radius * np.cos(angle), radius * np.sin(angle), z])
+
+
+WORD = 0xFFFFFFFF
+PATTERNS = {"omni": 1, "subcardioid": 0.7, "cardioid": 0.5, "supercardioid": (3**0.5 - 1) / 2, "hypercardioid": 0.25,
+            "figure-eight": 0}
+
+
+def directivity(pattern, cosine):
+    """Energy at an angle from the aim, relative to an omnidirectional source of the same power."""
+    a = PATTERNS[pattern]
+    return (a + (1 - a) * cosine) ** 2 / (a * a + (1 - a) ** 2 / 3)
+
+
+def chacha8(seed, words, stream):
+    """The first sixteen words of ChaCha with 8 rounds under the key (seed, words) in a stream."""
+    key = [seed & WORD, seed >> 32, *words]
+    start = [0x61707865, 0x3320646E, 0x79622D32, 0x6B206574, *key, 0, 0, stream & WORD, stream >> 32]
+    x = list(start)
+    columns = [(0, 4, 8, 12), (1, 5, 9, 13), (2, 6, 10, 14), (3, 7, 11, 15)]
+    diagonals = [(0, 5, 10, 15), (1, 6, 11, 12), (2, 7, 8, 13), (3, 4, 9, 14)]
+    for a, b, c, d in 4 * (columns + diagonals):
+        for into, add, turned, by in [(a, b, d, 16), (c, d, b, 12), (a, b, d, 8), (c, d, b, 7)]:
+            x[into] = (x[into] + x[add]) & WORD
+            mixed = x[turned] ^ x[into]
+            x[turned] = (mixed << by | mixed >> (32 - by)) & WORD
+    return [(word + begun) & WORD for word, begun in zip(x, start)]
+
+
+def reversed_bits(word):
+    return int(f"{word:032b}"[::-1], 2)
+
+
+def pascal(index):
+    """Second coordinate of Sobol's sequence as a 32-bit fraction."""
+    point, direction = 0, 1 << 31
+    while index:
+        if index & 1:
+            point ^= direction
+        direction ^= direction >> 1
+        index >>= 1
+    return point
+
+
+def scramble(fraction, key):
+    """Flips every bit of a fraction depending on the key and on the bits above it."""
+    x = reversed_bits(fraction)
+    x ^= x * 0x3D20ADEA & WORD
+    x = (x + key) & WORD
+    x = x * (key >> 16 | 1) & WORD
+    x ^= x * 0x05526C56 & WORD
+    x ^= x * 0x53A22864 & WORD
+    return reversed_bits(x)
+
+
+def unit(bits):
+    return (bits >> 8) / 2**24
+
+
 def sonels(map, source):
     """Every sonel of a source: (surface, back, local position, path length, incident energy per band)."""
     energy_factors, probabilities = coefficients(map)
     material = map.surfaces["material"]
     emissions = Emissions(map)
-    if map.header["scene"]["sources"][source]["directivity"] != "omni":
-        raise ValueError("first directions of directional sources come from a random stream: not read here")
-    origin = map.header["scene"]["sources"][source]["position"] - map.header["center"]
+    emitter = map.header["scene"]["sources"][source]
+    directions = Directions(map, source)
+    origin = emitter["position"] - map.header["center"]
     for emission, vertices in map.paths(source):
         share, carried, led = emissions.start(emission)
+        # The directivity factor is part of the energy alone, not of the probabilities.
+        share = share * directivity(emitter["directivity"], directions.direction(emission) @ emitter["aim"])
         feeding, drawing = carried.copy(), carried.copy()
         points = vertices["position"].astype(float)
         lengths = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=origin[None]), axis=1))

@@ -246,6 +246,18 @@ mod tests {
         }
     }
 
+    /// The directions that docs/formats/sonelmap.md states, for those who write a reader.
+    #[test]
+    fn first_directions_are_those_of_the_format_page() {
+        let layout = EmissionLayout { total: 1000, bands: 8, batches: 32 };
+        let directions = EmissionDirections::new(1, 0, layout, Spectral::Shared);
+        for (emission, expected) in
+            [(0, Vec3::new(0.0365, -0.3471, 0.9371)), (256, Vec3::new(-0.6911, -0.0746, -0.7189))]
+        {
+            assert!(directions.direction(emission).distance(expected) < 1e-4, "emission {emission}");
+        }
+    }
+
     /// All packets of a batch together keep the strata: the mean direction of a power of two of them all but vanishes.
     #[test]
     fn a_shared_batch_is_stratified_as_a_whole() {
