@@ -28,7 +28,9 @@ fn main() {
 fn measure(scene: Scene) {
     let settings = Settings { emissions: 20_000, ..Settings::default() };
     let geometry = scene.geometry().expect("a sound mesh");
-    let (trace_time, segments) = best(3, || {
+    let traced = Traced::new(scene.clone(), settings);
+    let rays = bare_rays(&traced.map, &traced.geometry);
+    let trace = || {
         sonel_tracer::Tracer::new(&scene, &geometry, settings)
             .run(sonel_map::ShardRange::WHOLE, |chunk| {
                 black_box(&chunk);
@@ -36,14 +38,13 @@ fn measure(scene: Scene) {
             })
             .expect("a tight room")
             .segments
-    });
-    let traced = Traced::new(scene, settings);
-    let rays = bare_rays(&traced.map, &traced.geometry);
-    let (closest_time, _) = best(3, || {
+    };
+    let cast = || {
         rays.iter()
             .filter(|(from, direction)| traced.geometry.closest_hit(*from, *direction).is_some())
             .count()
-    });
+    };
+    let (trace_time, closest_time, segments) = in_turn(trace, cast);
     let rate = |count: u64, time: Duration| count as f64 / time.as_secs_f64() / 1e6;
     let bare = rate(rays.len() as u64, closest_time);
     let tracing = rate(segments, trace_time);
@@ -76,11 +77,10 @@ fn measure_connections(traced: &Traced, count: usize) {
     };
     let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
     let borders = vec![vec![0.0, scene.duration]; count];
-    let (render_time, _) =
-        best(3, || renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers"));
     let shadows = shadow_rays(traced, &receivers);
-    let (shadow_time, _) =
-        best(3, || shadows.iter().filter(|(from, to)| traced.geometry.is_blocked(*from, *to)).count());
+    let render = || renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers");
+    let cast = || shadows.iter().filter(|(from, to)| traced.geometry.is_blocked(*from, *to)).count();
+    let (render_time, shadow_time, _) = in_turn(render, cast);
     let rate = |count: usize, time: Duration| count as f64 / time.as_secs_f64() / 1e6;
     let (connecting, bare) = (rate(shadows.len(), render_time), rate(shadows.len(), shadow_time));
     println!(
@@ -90,16 +90,22 @@ fn measure_connections(traced: &Traced, count: usize) {
     );
 }
 
-/// The shortest CPU time of `repeats` runs, and what the last returned.
-fn best<T>(repeats: u32, mut run: impl FnMut() -> T) -> (Duration, T) {
-    let mut shortest = Duration::MAX;
-    let mut last = None;
-    for _ in 0..repeats {
+/// Runs of each kind; the shortest counts.
+const REPEATS: u32 = 12;
+
+/// The shortest CPU times of `work` and of `bare`, run in turn so that both meet the same neighbours on the machine, and
+/// what the last `work` returned.
+fn in_turn<T, U>(mut work: impl FnMut() -> T, mut bare: impl FnMut() -> U) -> (Duration, Duration, T) {
+    let (mut shortest, mut last) = ([Duration::MAX; 2], None);
+    for _ in 0..REPEATS {
         let start = ProcessTime::now();
-        last = Some(black_box(run()));
-        shortest = shortest.min(start.elapsed());
+        last = Some(black_box(work()));
+        shortest[0] = shortest[0].min(start.elapsed());
+        let start = ProcessTime::now();
+        black_box(bare());
+        shortest[1] = shortest[1].min(start.elapsed());
     }
-    (shortest, last.expect("at least one repeat"))
+    (shortest[0], shortest[1], last.expect("at least one repeat"))
 }
 
 fn bare_rays(map: &SonelMap, geometry: &Geometry) -> Vec<(Departure, Vec3)> {

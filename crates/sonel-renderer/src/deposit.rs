@@ -73,6 +73,11 @@ impl Deposits {
         Self { receivers, bins, lanes, lines }
     }
 
+    /// Empties the echograms.
+    pub fn clear(&mut self) {
+        self.lines.fill(CacheLine::zeroed());
+    }
+
     #[inline]
     fn energy(&self) -> &[Lanes] {
         bytemuck::cast_slice(&self.lines)

@@ -64,12 +64,15 @@ fn sine_cosine_of_turn(turn: f32) -> (f32, f32) {
                 * (1.0 - y * (1.0 / 20.0) * (1.0 - y * (1.0 / 42.0) * (1.0 - y * (1.0 / 72.0)))));
     let cosine = 1.0
         - y * (1.0 / 2.0) * (1.0 - y * (1.0 / 12.0) * (1.0 - y * (1.0 / 30.0) * (1.0 - y * (1.0 / 56.0))));
-    match nearest & 3 {
-        0 => (sine, cosine),
-        1 => (cosine, -sine),
-        2 => (-sine, -cosine),
-        _ => (-cosine, sine),
-    }
+    // Which quarter it is cannot be predicted: exchange and signs without branches.
+    let (sine, cosine) = if nearest & 1 == 0 { (sine, cosine) } else { (cosine, sine) };
+    (negated_if(nearest & 2, sine), negated_if((nearest + 1) & 2, cosine))
+}
+
+/// `value` with its sign turned where `two` is 2 rather than 0.
+#[inline]
+fn negated_if(two: u32, value: f32) -> f32 {
+    f32::from_bits(value.to_bits() ^ (two << 30))
 }
 
 /// Azimuth as a fraction of a full turn, in [0, 1).
