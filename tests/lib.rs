@@ -16,7 +16,7 @@ use sonel_map::{
     Settings, ShardRange, SonelMap, sweep,
 };
 use sonel_renderer::deposit::TimeBins;
-use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{CoarseEchogram, ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::{Loaded, Scene};
 use sonel_tracer::Tracer;
 
@@ -111,13 +111,16 @@ impl Traced {
                 energy.extend((0..bins).map(|bin| rendering.total.get(receiver, bin, band)));
             }
         }
-        let estimates =
-            rendering.batches.iter().flatten().flat_map(|coarse| (0..bands).flat_map(|b| coarse.band(b)));
+        let column = |batches: &[Vec<CoarseEchogram>]| -> Vec<f32> {
+            let coarse = batches.iter().flatten();
+            coarse.flat_map(|coarse| (0..bands).flat_map(|b| coarse.band(b))).map(|e| e as f32).collect()
+        };
         let batches = Batches {
             weight: (0..layout.batches).map(|batch| layout.batch_weight(batch)).collect(),
             bins: borders[0].len() - 1,
             time_edges_s: borders.concat(),
-            energy: estimates.map(|energy| energy as f32).collect(),
+            energy: column(&rendering.batches),
+            kernel_difference: column(&rendering.kernel_differences),
         };
         Response {
             center_frequency_hz: scene.bands.nominal().to_vec(),

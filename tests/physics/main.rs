@@ -6,6 +6,7 @@ mod diffuse_box;
 mod diffuse_sphere;
 mod free_field;
 mod invariances;
+mod kernels;
 mod mirrors;
 mod uneven_box;
 mod watertight;

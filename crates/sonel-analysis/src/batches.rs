@@ -16,6 +16,15 @@ pub struct Parts {
     pub without: Vec<Values>,
     /// Their weights, above zero, adding up to 1.
     pub weight: Vec<f64>,
+    /// The same readings freed of the bias of discs and spheres; none where there is no such bias.
+    pub unbiased: Option<Readings>,
+}
+
+/// Readings from all batches and without each of them.
+#[derive(Debug)]
+pub struct Readings {
+    all: Values,
+    without: Vec<Values>,
 }
 
 impl Parts {
@@ -43,11 +52,22 @@ impl Parts {
         }
         let direct_time = response.direct_time(s, r);
         let read = |energy: &[f64]| Values::read(Echogram { edges, energy, direct_time }, scale);
-        let mean = mean(&batches);
-        let without = batches.iter().map(|&(weight, batch)| read(&leave_out(&mean, weight, batch)));
+        let mean_energy = mean(&batches);
+        let without =
+            batches.iter().map(|&(weight, batch)| read(&leave_out(&mean_energy, weight, batch))).collect();
+        let differences: Vec<(f64, &[f32])> = stored
+            .weight
+            .iter()
+            .enumerate()
+            .filter(|(_, weight)| **weight > 0.0)
+            .filter_map(|(g, weight)| Some((weight / sum, response.kernel_difference(g, s, r, b)?)))
+            .collect();
+        let is_biased =
+            differences.iter().any(|(_, bins)| bins.iter().any(|difference| difference.abs() > 0.0));
         Ok(Self {
-            without: without.collect(),
-            all: read(&mean),
+            unbiased: is_biased.then(|| unbiased(&batches, &differences, &read)),
+            without,
+            all: read(&mean_energy),
             weight: batches.iter().map(|&(weight, _)| weight).collect(),
         })
     }
@@ -66,6 +86,32 @@ fn mean(batches: &[(f64, &[f32])]) -> Vec<f64> {
         })
         .collect()
 }
+
+/// Readings of energy less its bias, which is minus twice the difference that half the area makes: what is averaged over
+/// an area has a bias of O(h²), so half of it is left over half the area (docs/physics.md §7).
+fn unbiased(
+    batches: &[(f64, &[f32])],
+    differences: &[(f64, &[f32])],
+    read: &impl Fn(&[f64]) -> Values,
+) -> Readings {
+    let corrected: Vec<(f64, Vec<f32>)> = batches
+        .iter()
+        .zip(differences)
+        .map(|(&(weight, energy), (_, difference))| {
+            let corrected = energy.iter().zip(*difference).map(|(e, d)| e + BIAS_PER_DIFFERENCE * d);
+            (weight, corrected.collect())
+        })
+        .collect();
+    let corrected: Vec<(f64, &[f32])> =
+        corrected.iter().map(|(weight, energy)| (*weight, energy.as_slice())).collect();
+    let mean = mean(&corrected);
+    let without = corrected.iter().map(|&(weight, batch)| read(&leave_out(&mean, weight, batch)));
+    let positive: Vec<f64> = mean.iter().map(|energy| energy.max(0.0)).collect();
+    Readings { without: without.collect(), all: read(&positive) }
+}
+
+/// What half the area adds to the energy, times this, frees it of its O(h²) bias.
+const BIAS_PER_DIFFERENCE: f32 = 2.0;
 
 /// Mean of the others: (mean − w e) / (1 − w), as mean + (mean − e) w / (1 − w).
 fn leave_out(mean: &[f64], weight: f64, batch: &[f32]) -> Vec<f64> {
@@ -109,5 +155,34 @@ fn spread(
     let weight = &parts[0].weight;
     let without: Vec<f64> =
         (0..weight.len()).map(|g| take(&|part| &part.without[g])).collect::<Result<_, _>>()?;
-    Ok(jackknife::spread(all, &without, weight))
+    let spread = jackknife::spread(all, &without, weight);
+    let bias = bias(parts, &read, all, &without).unwrap_or(0.0);
+    Ok(jackknife::Spread { half_width: spread.half_width + bias, ..spread })
+}
+
+/// How far the figure, `all` and `without` each batch, is off by the bias of discs and spheres, as far as its own noise lets
+/// see: the square of the shift less its variance. [`None`] where nothing is averaged over an area, or where the figure
+/// cannot be read off the corrected energies.
+fn bias(
+    parts: &[&Parts],
+    read: &impl Fn(&[&Values]) -> Result<f64, Unsupported>,
+    all: f64,
+    without: &[f64],
+) -> Option<f64> {
+    if parts.iter().all(|part| part.unbiased.is_none()) {
+        return None;
+    }
+    let take = |pick: &dyn Fn(&Parts) -> &Values| {
+        let values: Vec<&Values> = parts.iter().map(|part| pick(part)).collect();
+        read(&values).ok()
+    };
+    let shift = take(&|part| part.unbiased.as_ref().map_or(&part.all, |readings| &readings.all))? - all;
+    let shifts = (0..without.len()).map(|g| {
+        let unbiased =
+            take(&|part| part.unbiased.as_ref().map_or(&part.without[g], |readings| &readings.without[g]))?;
+        Some(unbiased - without[g])
+    });
+    let shifts: Vec<f64> = shifts.collect::<Option<_>>()?;
+    let sigma = jackknife::spread(shift, &shifts, &parts[0].weight).error.sigma;
+    Some((shift * shift - sigma * sigma).max(0.0).sqrt())
 }

@@ -192,17 +192,10 @@ impl Compared {
 
     /// The just-noticeable difference about `value`, in the unit of the figure.
     fn just_noticeable(self, value: f64) -> f64 {
-        let Self::Parameter(parameter) = self else {
-            let is_level = matches!(self, Self::Window(_));
-            return if is_level { noticeable::LEVEL_DB } else { noticeable::SPEECH_TRANSMISSION_INDEX };
-        };
-        match parameter {
-            Parameter::Level | Parameter::Strength => noticeable::LEVEL_DB,
-            Parameter::EarlyDecayTime => noticeable::EARLY_DECAY_TIME * value,
-            Parameter::T20 | Parameter::T30 => noticeable::REVERBERATION_TIME * value,
-            Parameter::ClarityC50 | Parameter::ClarityC80 => noticeable::CLARITY_DB,
-            Parameter::DefinitionD50 => noticeable::DEFINITION,
-            Parameter::CenterTime => noticeable::CENTER_TIME,
+        match self {
+            Self::Parameter(parameter) => parameter.just_noticeable(value),
+            Self::Window(_) => noticeable::LEVEL_DB,
+            Self::Speech => noticeable::SPEECH_TRANSMISSION_INDEX,
         }
     }
 }

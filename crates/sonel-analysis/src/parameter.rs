@@ -5,6 +5,7 @@
 //!
 //! References: [ISO3382-1] annex A (docs/references.md).
 
+use sonel_acoustics::just_noticeable as noticeable;
 use sonel_acoustics::{level_db, strength_db};
 
 use crate::decay::{DecayCurve, Echogram};
@@ -65,6 +66,25 @@ impl Parameter {
             Self::DefinitionD50 => "definition_d50",
             Self::CenterTime => "center_time_s",
         }
+    }
+
+    /// The just-noticeable difference about `value`, in its own unit.
+    #[must_use]
+    pub fn just_noticeable(self, value: f64) -> f64 {
+        match self {
+            Self::Level | Self::Strength => noticeable::LEVEL_DB,
+            Self::EarlyDecayTime => noticeable::EARLY_DECAY_TIME * value,
+            Self::T20 | Self::T30 => noticeable::REVERBERATION_TIME * value,
+            Self::ClarityC50 | Self::ClarityC80 => noticeable::CLARITY_DB,
+            Self::DefinitionD50 => noticeable::DEFINITION,
+            Self::CenterTime => noticeable::CENTER_TIME,
+        }
+    }
+
+    /// Whether [`Self::just_noticeable`] is a part of the value.
+    #[must_use]
+    pub fn is_noticed_relatively(self) -> bool {
+        matches!(self, Self::EarlyDecayTime | Self::T20 | Self::T30)
     }
 
     /// Its symbol and unit as the head of a column, and the factor from its own unit to that one.

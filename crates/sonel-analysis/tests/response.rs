@@ -42,6 +42,7 @@ fn response(weight: &[f64], mut batch: impl FnMut(&[f64]) -> Vec<f32>) -> Respon
             bins: coarse.len() - 1,
             time_edges_s: coarse,
             energy,
+            kernel_difference: Vec::new(),
         }),
         arrivals: Arrivals::default(),
         metadata: Value::Null,
@@ -50,6 +51,23 @@ fn response(weight: &[f64], mut batch: impl FnMut(&[f64]) -> Vec<f32>) -> Respon
 
 fn certain(mean: &[f64]) -> Vec<f32> {
     mean.iter().map(|energy| *energy as f32).collect()
+}
+
+/// Discs of half the area find one part in a hundred less: the bias is two, the interval says so. A decay that is off by the
+/// same part everywhere is as steep as before.
+#[test]
+fn the_bias_of_discs_widens_the_interval() {
+    let mut biased = response(&[0.25; 4], certain);
+    let batches = biased.batches.as_mut().expect("four batches");
+    batches.kernel_difference = batches.energy.iter().map(|energy| -0.01 * energy).collect();
+    let half_width = |parameter: Parameter| {
+        let figures = parameters(&biased);
+        let [low, high] = figures[0].bands[3].figure(parameter).clone().unwrap().interval.unwrap();
+        0.5 * (high - low)
+    };
+    let expected = -10.0 * 0.98_f64.log10();
+    assert!((half_width(Parameter::Level) / expected - 1.0).abs() < 1e-4);
+    assert!(half_width(Parameter::T30) < 1e-6);
 }
 
 #[test]
@@ -220,7 +238,7 @@ fn csv_has_a_row_per_figure_and_the_table_a_line_per_band() {
     let rows = String::from_utf8(rows).unwrap();
     assert_eq!(rows.lines().count(), 1 + 1 + 7 * 9);
     assert!(rows.starts_with(
-        "source,receiver,center_frequency_hz,parameter,value,ci95_low,ci95_high,warning,reason\n"
+        "source,receiver,center_frequency_hz,parameter,value,ci95_low,ci95_high,warning,reason,just_noticeable_difference,"
     ));
     let table = report::table(&figures, "Hall: ");
     assert!(table.starts_with("Hall: source \"stage\" at receiver \"seat 12\" (3.43, 0, 0) m"), "{table}");

@@ -29,7 +29,11 @@ fn shapes(response: &Response) -> Vec<String> {
     expect("source_power_level_db", response.source_power_level_db.len(), &[s, b]);
     if let Some(batches) = &response.batches {
         expect("batch_time_edges_s", batches.time_edges_s.len(), &[s, r, batches.bins.saturating_add(1)]);
-        expect("energy_batches", batches.energy.len(), &[batches.weight.len(), s, r, b, batches.bins]);
+        let shape = [batches.weight.len(), s, r, b, batches.bins];
+        expect("energy_batches", batches.energy.len(), &shape);
+        if !batches.kernel_difference.is_empty() {
+            expect("kernel_difference_batches", batches.kernel_difference.len(), &shape);
+        }
     }
     let (arrivals, a) = (&response.arrivals, response.arrivals.source.len());
     expect("arrival_receiver", arrivals.receiver.len(), &[a]);
@@ -71,6 +75,11 @@ fn values(response: &Response) -> Vec<String> {
         reject("batch_time_edges_s", not_finite(&batches.time_edges_s));
         let wrong = batches.energy.iter().find(|energy| !(energy.is_finite() && **energy >= 0.0));
         reject("energy_batches", wrong.map(|&energy| unlike_energy(f64::from(energy))));
+        let wrong = batches.kernel_difference.iter().find(|difference| !difference.is_finite());
+        reject(
+            "kernel_difference_batches",
+            wrong.map(|difference| format!("holds {difference}, which is not finite")),
+        );
     }
     let arrivals = &response.arrivals;
     let beyond = |indices: &[u32], count: usize| indices.iter().any(|&index| index as usize >= count);

@@ -118,7 +118,9 @@ impl<R: Read + Seek> Arrays<R> {
             return Err(ResponseError::Array { key: "batch_time_edges_s".to_owned(), problem });
         }
         let energy: Vec<f32> = self.required("energy_batches", &[weight.len(), s, r, b, bins])?;
-        Ok(Some(Batches { weight, time_edges_s, bins, energy }))
+        let kernel_difference =
+            self.optional("kernel_difference_batches", &[weight.len(), s, r, b, bins])?.unwrap_or_default();
+        Ok(Some(Batches { weight, time_edges_s, bins, energy, kernel_difference }))
     }
 
     fn arrivals(&mut self, b: usize) -> Result<Arrivals, ResponseError> {
@@ -175,6 +177,7 @@ mod tests {
                 time_edges_s: [edges.clone(), edges].concat(),
                 bins,
                 energy: vec![0.25; 2 * 2 * 2 * bins],
+                kernel_difference: vec![-0.001; 2 * 2 * 2 * bins],
             }),
             arrivals: Arrivals {
                 source: vec![0],

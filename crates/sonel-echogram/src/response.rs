@@ -44,6 +44,9 @@ pub struct Batches {
     pub bins: usize,
     /// Fluence per unit emitted energy, [G, S, R, B, `bins`] [1/m²].
     pub energy: Vec<f32>,
+    /// What discs and spheres of half the area would have found less `energy`, [G, S, R, B, `bins`] [1/m²]: minus half the
+    /// bias of `energy`, which averages over their areas. Empty where nothing does.
+    pub kernel_difference: Vec<f32>,
 }
 
 /// What a discrete arrival is.
@@ -129,6 +132,14 @@ impl Response {
         let batches = self.batches.as_ref()?;
         let row = ((g * self.sources() + s) * self.receivers() + r) * self.bands() + b;
         batches.energy.get(row * batches.bins..(row + 1) * batches.bins)
+    }
+
+    /// What kernels of half the area would change in batch `g`, per coarse bin [1/m²]; [`None`] where nothing is known of it.
+    #[must_use]
+    pub fn kernel_difference(&self, g: usize, s: usize, r: usize, b: usize) -> Option<&[f32]> {
+        let batches = self.batches.as_ref()?;
+        let row = ((g * self.sources() + s) * self.receivers() + r) * self.bands() + b;
+        batches.kernel_difference.get(row * batches.bins..(row + 1) * batches.bins)
     }
 
     /// When the direct sound of source `s` reaches, or would reach, receiver `r`: distance / c [s].

@@ -36,6 +36,9 @@ impl Response {
             )?;
             let shape = [count, sources, receivers, bands, batches.bins];
             archive.numbers("energy_batches", &shape, &batches.energy)?;
+            if !batches.kernel_difference.is_empty() {
+                archive.numbers("kernel_difference_batches", &shape, &batches.kernel_difference)?;
+            }
         }
         let (arrivals, count) = (&self.arrivals, self.arrivals.source.len());
         archive.numbers("arrival_source", &[count], &arrivals.source)?;

@@ -11,6 +11,7 @@ use crate::crossing::{OthersOwn, cross};
 use crate::deposit::Deposits;
 use crate::gather::rays::place;
 use crate::gather::{GatherIndex, cast};
+use crate::kernel::{KernelDifference, coarse_bins};
 use crate::mirror_connection::ReceiverImages;
 use crate::receiver::PreparedReceiver;
 use crate::render::{Medium, PathClass, Renderer};
@@ -23,12 +24,14 @@ const BATCHES_IN_FLIGHT: u32 = 8;
 struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
+    kernel: KernelDifference,
 }
 
 impl BatchEstimate {
-    fn new(receivers: usize, bins: usize, bands: usize) -> Self {
+    fn new(borders: &[Vec<f64>], bins: usize, bands: usize) -> Self {
         Self {
-            deposits: Deposits::new(receivers, bins, bands),
+            deposits: Deposits::new(borders.len(), bins, bands),
+            kernel: KernelDifference::new(borders, bands),
             sums: PathClass::ALL.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
         }
     }
@@ -37,10 +40,15 @@ impl BatchEstimate {
     fn clear(&mut self) {
         self.deposits.clear();
         self.sums.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
+        self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
     }
 
     fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
-        ClassDeposits { deposits: &mut self.deposits, sum: &mut self.sums[class as usize] }
+        ClassDeposits {
+            deposits: &mut self.deposits,
+            sum: &mut self.sums[class as usize],
+            kernel: &mut self.kernel,
+        }
     }
 }
 
@@ -49,6 +57,15 @@ struct Audience<'a> {
     receivers: &'a [PreparedReceiver],
     images: Vec<Option<ReceiverImages>>,
     others: Vec<OthersOwn>,
+    /// By receiver and fine bin.
+    coarse_bins: Vec<Vec<u32>>,
+}
+
+impl Audience<'_> {
+    #[inline]
+    fn coarse_bin(&self, receiver: usize, bin: usize) -> u32 {
+        self.coarse_bins[receiver][bin]
+    }
 }
 
 /// Buffers and random numbers of one batch.
@@ -74,10 +91,10 @@ impl Renderer<'_> {
         let directions =
             EmissionDirections::new(traced.seed, source as u32, self.map.layout(), traced.spectral);
         let count = self.batches.len() as u32;
-        let audience = self.audience(&receivers[tile.clone()], rendering.mirror_order);
+        let audience = self.audience(&receivers[tile.clone()], borders, rendering.mirror_order);
         rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));
         let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
-            .map(|_| BatchEstimate::new(tile.len(), self.bins.count, self.table.bands()))
+            .map(|_| BatchEstimate::new(borders, self.bins.count, self.table.bands()))
             .collect();
         for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
             let group = &mut estimates[..(count - first).min(BATCHES_IN_FLIGHT) as usize];
@@ -90,6 +107,7 @@ impl Renderer<'_> {
                     rendering.book(class, weight, sum);
                 }
                 rendering.total.add_receivers(tile.start, &estimate.deposits, weight);
+                rendering.kernel_differences[batch].extend_from_slice(&estimate.kernel.at);
                 for (local, index) in tile.clone().enumerate() {
                     let first_arrival = self.bins.time(position.distance(receivers[index].exact));
                     let coarse: &mut CoarseEchogram = &mut rendering.batches[batch][index];
@@ -101,7 +119,12 @@ impl Renderer<'_> {
     }
 
     /// Prepares the images of `receivers`. K′ is a matter of each receiver: it depends on nobody who shares the call.
-    fn audience<'b>(&self, receivers: &'b [PreparedReceiver], mirror_order: u32) -> Audience<'b> {
+    fn audience<'b>(
+        &self,
+        receivers: &'b [PreparedReceiver],
+        borders: &[Vec<f64>],
+        mirror_order: u32,
+    ) -> Audience<'b> {
         let images: Vec<Option<ReceiverImages>> = receivers
             .par_iter()
             .map(|receiver| ReceiverImages::new(self.geometry, &self.table, receiver, self.image_order))
@@ -114,12 +137,13 @@ impl Renderer<'_> {
                 diffuse: self.connects_diffuse(),
             })
             .collect();
-        Audience { receivers, images, others }
+        let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
+        Audience { receivers, images, others, coarse_bins }
     }
 
     /// K′ at a receiver with `images`; without limit where rays gather.
     fn owned_order(&self, images: Option<&ReceiverImages>) -> u32 {
-        if self.gather.is_some() { u32::MAX } else { images.map_or(0, ReceiverImages::order) }
+        if self.gathers_by_mirrors() { u32::MAX } else { images.map_or(0, ReceiverImages::order) }
     }
 
     /// The discs of all visibility rays of one batch.
@@ -127,13 +151,16 @@ impl Renderer<'_> {
         let (sheets, settings) = self.gather.as_ref()?;
         let mut points = Vec::new();
         for (number, receiver) in audience.receivers.iter().enumerate() {
+            if !settings.by_mirrors && !receiver.is_near_surface() {
+                continue;
+            }
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
             let receiver = (number as u32, receiver);
             cast(self.geometry, &self.table, sheets, receiver, settings, &mut stream, |point| {
                 points.push(point);
             });
         }
-        Some(GatherIndex::new(points, settings.radius))
+        (!points.is_empty()).then(|| GatherIndex::new(points, settings.radius))
     }
 
     /// Adds what `segment` leaves in the discs around its end.
@@ -142,13 +169,16 @@ impl Renderer<'_> {
         segment: &Segment<'_>,
         arrival: Arrival,
         index: &GatherIndex,
+        audience: &Audience<'_>,
         scratch: &mut [Lanes],
-        deposits: &mut ClassDeposits<'_>,
+        estimate: &mut BatchEstimate,
     ) {
         let Some((sheets, _)) = &self.gather else { return };
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
-        index.around(place(arrival.surface, arrival.side), at, |point| {
+        index.around(place(arrival.surface, arrival.side), at, |point, in_half| {
+            let receiver = point.receiver as usize;
+            let class = if point.seen_directly { PathClass::Diffuse } else { PathClass::DiffuseMirror };
             let length = segment.end_length + point.length;
             let Some(bin) = self.bins.bin(length) else { return };
             for ((scratch, energy), weight) in scratch.iter_mut().zip(segment.energy).zip(&point.weight) {
@@ -156,7 +186,9 @@ impl Renderer<'_> {
                     scratch[lane] = energy[lane] * weight[lane];
                 }
             }
-            deposits.add(point.receiver as usize, bin, length, scratch, &medium);
+            let gain = if in_half { point.gain } else { 0.0 };
+            let bins = (bin, audience.coarse_bin(receiver, bin));
+            estimate.class(class).add_from_kernel(receiver, bins, length, scratch, gain, &medium);
         });
     }
 
@@ -210,7 +242,8 @@ impl Renderer<'_> {
         if segment.history.specular_run > 0 || !self.connects_diffuse() {
             let receivers = audience.receivers.iter().zip(&audience.others);
             let class = sphere_class(segment.history);
-            cross(segment, receivers, &medium, &mut scratch.energy, &mut estimate.class(class));
+            let coarse = |receiver, bin| audience.coarse_bin(receiver, bin);
+            cross(segment, receivers, &medium, coarse, &mut scratch.energy, &mut estimate.class(class));
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
@@ -218,8 +251,7 @@ impl Renderer<'_> {
             return;
         }
         if let Some(index) = index {
-            let deposits = &mut estimate.class(PathClass::DiffuseMirror);
-            self.gather(segment, arrival, index, &mut scratch.energy, deposits);
+            self.gather(segment, arrival, index, audience, &mut scratch.energy, estimate);
         }
         radiosity(segment.energy, &row.diffuse, &mut scratch.radiosity);
         let sonel = DiffuseSonel {

@@ -1,13 +1,15 @@
 //! … D R: from every sonel, whatever became of its packet, a shadow ray to the receiver.
 //!
 //! F += e · δ · cos θ / (π d²) · e^(−m·length) (docs/physics.md §4): Lambert radiance of the surface times the solid angle of
-//! a unit receiver. δ = (1 − α) s is applied here and nowhere else.
+//! a unit receiver. δ = (1 − α) s is applied here and nowhere else. At a receiver near a surface cos θ / d² has no bound: there
+//! the part beyond [`PreparedReceiver::brightest`] is gathered instead, so that no single sonel weighs more.
 
 use glam::Vec3;
 use sonel_geometry::{Departure, Side};
 use sonel_map::{Lanes, coefficients::EventRow};
 
 use crate::deposit::{Deposits, add_lanes};
+use crate::kernel::KernelDifference;
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
 
@@ -53,6 +55,8 @@ pub struct ClassDeposits<'a> {
     pub deposits: &'a mut Deposits,
     /// Sum over receivers and time, per band.
     pub sum: &'a mut [Lanes],
+    /// What kernels of half the area would have found.
+    pub kernel: &'a mut KernelDifference,
 }
 
 impl ClassDeposits<'_> {
@@ -71,6 +75,22 @@ impl ClassDeposits<'_> {
         }
         self.deposits.add(receiver, bin, energy);
         add_lanes(self.sum, energy);
+    }
+
+    /// The same for energy found by a kernel, `gain` times as much of which half its area would have found, in the `coarse`
+    /// bin of the batches.
+    #[inline]
+    pub fn add_from_kernel(
+        &mut self,
+        receiver: usize,
+        (bin, coarse): (usize, u32),
+        length: f64,
+        energy: &mut [Lanes],
+        gain: f64,
+        medium: &Medium<'_>,
+    ) {
+        self.add(receiver, bin, length, energy, medium);
+        self.kernel.add(receiver, coarse as usize, energy, gain);
     }
 }
 
@@ -96,7 +116,8 @@ pub fn connect(
         if medium.geometry.is_blocked(sonel.departure, receiver.position) {
             continue;
         }
-        let solid_angle = f64::from(projected) / (distance * squared);
+        // What is brighter than the receiver's limit is left to its gather.
+        let solid_angle = (f64::from(projected) / (distance * squared)).min(receiver.brightest);
         for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
             for lane in 0..4 {
                 scratch[lane] = radiosity[lane] * solid_angle;

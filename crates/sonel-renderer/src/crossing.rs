@@ -31,12 +31,14 @@ pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
     }
 }
 
-/// Adds what `segment` brings to the sphere of every receiver that leaves its class to spheres.
+/// Adds what `segment` brings to the sphere of every receiver that leaves its class to spheres. `coarse` is the coarse bin of
+/// a receiver's fine bin.
 #[inline]
 pub fn cross<'a>(
     segment: &Segment<'_>,
     receivers: impl Iterator<Item = (&'a PreparedReceiver, &'a OthersOwn)>,
     medium: &Medium<'_>,
+    coarse: impl Fn(usize, usize) -> u32,
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
@@ -63,7 +65,9 @@ pub fn cross<'a>(
                 scratch[lane] = energy[lane] * fluence;
             }
         }
-        deposits.add(index, bin, length, scratch, medium);
+        let in_half = miss_squared <= 0.5 * radius_squared * extent_squared;
+        let gain = if in_half { 2.0 } else { 0.0 };
+        deposits.add_from_kernel(index, (bin, coarse(index, bin)), length, scratch, gain, medium);
     }
 }
 

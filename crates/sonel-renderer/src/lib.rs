@@ -6,7 +6,7 @@
 //! |---|---|
 //! | L R | [`direct`] |
 //! | L S^k R, k ≤ K | [`mirror`] (image sources over completely enumerated mirror chains) |
-//! | … D R | [`connection`] (a shadow ray from every sonel) |
+//! | … D R | [`connection`] (a shadow ray from every sonel; beside a surface shared with [`gather`]) |
 //! | … D S^k R, k ≤ K′ | [`mirror_connection`] (a connection from every sonel to one of the receiver's images) |
 //! | … D S⁺ R in geometries of many surfaces | [`gather`] (visibility rays and density estimation) |
 //! | L S^k R, k > K, and … D S^k R, k > K′ | [`crossing`] (traced segments through a receiver sphere) |
@@ -21,6 +21,7 @@ pub mod deposit;
 mod deterministic;
 pub mod direct;
 pub mod gather;
+pub mod kernel;
 pub mod mirror;
 pub mod mirror_connection;
 pub mod receiver;

@@ -34,6 +34,8 @@ pub struct RenderSettings {
     pub mirror_order: Option<u32>,
     /// Visibility rays of one receiver over all batches, where rays gather.
     pub rays: u32,
+    /// Radius of the discs in which rays gather [m]; chosen where none is given.
+    pub gather_radius: Option<f64>,
     /// Seed of the renderer's own choices; the map's where none is given.
     pub seed: Option<u64>,
     /// Attenuation by air.
@@ -69,6 +71,7 @@ impl Default for RenderSettings {
             estimator: Estimator::Auto,
             mirror_order: None,
             rays: 16_384,
+            gather_radius: None,
             seed: None,
             air: Air::OfScene,
         }
@@ -171,7 +174,7 @@ pub struct Renderer<'a> {
     pub(crate) batches: Vec<BatchStart>,
     /// Largest K′.
     pub(crate) image_order: u32,
-    /// Surfaces laid out and how rays gather on them; none where nothing is gathered.
+    /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
     pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
 }
 
@@ -194,6 +197,9 @@ impl<'a> Renderer<'a> {
                 "a bin of {} s is no bin: give a width above 0",
                 settings.bin
             )));
+        }
+        if settings.gather_radius.is_some_and(|radius| !(radius.is_finite() && radius > 0.0)) {
+            return Err(RenderError::Settings("a disc that gathers needs a radius above 0".to_owned()));
         }
         if scene.duration / settings.bin > MOST_BINS {
             return Err(RenderError::Settings(format!(
@@ -226,7 +232,7 @@ impl<'a> Renderer<'a> {
             } else {
                 0
             },
-            gather: gathers(&settings, geometry).then(|| {
+            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
                 let sheets =
                     geometry.surfaces().iter().map(|surface| Sheet::new(geometry, surface)).collect();
                 (sheets, gather_settings(&settings, geometry, traced, bins.reach))
@@ -345,14 +351,20 @@ impl<'a> Renderer<'a> {
         self.settings.estimator != Estimator::Sphere
     }
 
+    /// Whether visibility rays own what mirrors show.
+    pub(crate) fn gathers_by_mirrors(&self) -> bool {
+        self.gather.as_ref().is_some_and(|(_, settings)| settings.by_mirrors)
+    }
+
     /// The estimator that owns `class`.
     #[must_use]
     pub fn owner(&self, class: PathClass) -> &'static str {
         match class {
             PathClass::Direct => "shadow ray",
             PathClass::MirrorChain => "image sources",
+            PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with gather",
             PathClass::Diffuse if self.connects_diffuse() => "connection",
-            PathClass::DiffuseMirror if self.gather.is_some() => "gather",
+            PathClass::DiffuseMirror if self.gathers_by_mirrors() => "gather",
             PathClass::DiffuseMirror => "connection to images of the receiver",
             _ => "receiver sphere",
         }
@@ -361,7 +373,11 @@ impl<'a> Renderer<'a> {
     fn prepare(&self, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
         let free_path = free_path(self.geometry);
         let emissions = self.map.header().settings.emissions;
-        receivers.par_iter().map(|r| PreparedReceiver::new(r, self.geometry, free_path, emissions)).collect()
+        let disc = self.gather.as_ref().map(|(_, settings)| settings.radius);
+        receivers
+            .par_iter()
+            .map(|r| PreparedReceiver::new(r, self.geometry, free_path, emissions, disc))
+            .collect()
     }
 }
 
@@ -373,8 +389,8 @@ fn free_path(geometry: &Geometry) -> f64 {
     }
 }
 
-/// Whether rays gather: where asked for, and where the images of a receiver would be too many.
-fn gathers(settings: &RenderSettings, geometry: &Geometry) -> bool {
+/// Whether rays gather by mirrors: where asked for, and where the images of a receiver would be too many.
+fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry) -> bool {
     match settings.estimator {
         Estimator::Auto => !has_few_surfaces(geometry),
         Estimator::Gather => true,
@@ -395,7 +411,8 @@ fn gather_settings(
     let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
     GatherSettings {
         rays: settings.rays.div_ceil(traced.batches),
-        radius: DISC_PER_FREE_PATH * free_path(geometry) * shrink,
+        radius: settings.gather_radius.unwrap_or_else(|| DISC_PER_FREE_PATH * free_path(geometry) * shrink),
         reach,
+        by_mirrors: gathers_by_mirrors(settings, geometry),
     }
 }

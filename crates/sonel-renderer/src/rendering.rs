@@ -26,6 +26,8 @@ pub struct Rendering {
     pub total: Deposits,
     /// Each batch's own estimate at the coarse borders, deterministic arrivals included: [batch][receiver].
     pub batches: Vec<Vec<CoarseEchogram>>,
+    /// What kernels of half the area would have added to each of them: [batch][receiver], see [`crate::kernel`].
+    pub kernel_differences: Vec<Vec<CoarseEchogram>>,
     /// Discrete arrivals that are listed, by receiver and length.
     pub arrivals: Vec<DiscreteArrival>,
     /// Energy per class, summed over receivers and time, per band [1/m²].
@@ -45,6 +47,7 @@ impl Rendering {
         Self {
             total: Deposits::new(receivers, bins.count, bands),
             batches: (0..batches).map(|_| Vec::with_capacity(receivers)).collect(),
+            kernel_differences: (0..batches).map(|_| Vec::with_capacity(receivers)).collect(),
             arrivals: Vec::new(),
             classes: PathClass::ALL.map(|class| (class, vec![0.0; bands])),
             mirror_order: 0,
@@ -59,17 +62,19 @@ impl Rendering {
         if classes.count() == classes.bands() {
             return self;
         }
+        let spread = |batches: Vec<Vec<CoarseEchogram>>| {
+            let spread_batch =
+                |batch: Vec<CoarseEchogram>| batch.iter().map(|coarse| coarse.spread(classes)).collect();
+            batches.into_iter().map(spread_batch).collect()
+        };
         let arrivals = self
             .arrivals
             .into_iter()
             .map(|arrival| DiscreteArrival { energy: classes.spread(&arrival.energy), ..arrival });
         Self {
             total: self.total.spread(classes),
-            batches: self
-                .batches
-                .into_iter()
-                .map(|batch| batch.iter().map(|coarse| coarse.spread(classes)).collect())
-                .collect(),
+            batches: spread(self.batches),
+            kernel_differences: spread(self.kernel_differences),
             arrivals: arrivals.collect(),
             classes: self.classes.map(|(class, energy)| (class, classes.spread(&energy))),
             ..self
@@ -102,6 +107,11 @@ impl CoarseEchogram {
     fn spread(&self, classes: &BandClasses) -> Self {
         let energy = self.energy.chunks_exact(self.lanes).flat_map(|bin| spread_lanes(classes, bin));
         Self { lanes: lanes_of(classes.bands()), energy: energy.collect() }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.energy.fill([0.0; 4]);
     }
 
     /// Energy of `band` in every bin.
@@ -145,7 +155,9 @@ impl CoarseEchogram {
         }
     }
 
-    fn add_share(&mut self, coarse: usize, energy: &[Lanes], share: f64) {
+    /// Adds `share` times `energy` to one of its bins.
+    #[inline]
+    pub fn add_share(&mut self, coarse: usize, energy: &[Lanes], share: f64) {
         let bin = &mut self.energy[coarse * self.lanes..(coarse + 1) * self.lanes];
         for (slot, energy) in bin.iter_mut().zip(energy) {
             for lane in 0..4 {

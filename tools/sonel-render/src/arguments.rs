@@ -37,6 +37,10 @@ pub struct Arguments {
     /// Order of the mirror chains from the source; chosen where none is given.
     #[arg(long, value_name = "K")]
     pub order: Option<u32>,
+    /// Radius of the discs in which rays gather [m]; by default it follows from the room and the number of sonels.
+    #[arg(long, value_name = "METRES")]
+    pub radius: Option<f64>,
+
     /// Visibility rays of one receiver, where rays gather.
     #[arg(long, value_name = "M", default_value_t = 16_384, value_parser = clap::value_parser!(u32).range(1..))]
     pub rays: u32,

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use sonel_echogram::{ArrivalKind, Arrivals, Batches, Response};
 use sonel_map::SonelMap;
-use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{CoarseEchogram, Estimator, ReceiverPoint, RenderSettings, Renderer, Rendering};
 
 /// What was rendered, and how.
 pub struct Run<'a> {
@@ -59,19 +59,25 @@ impl Run<'_> {
         let (layout, bands) = (self.map.layout(), self.map.header().scene.bands.count());
         // A batch without emissions (fewer emissions than batches) estimates nothing and is left out.
         let filled: Vec<u32> = (0..layout.batches).filter(|&batch| layout.batch_count(batch) > 0).collect();
-        let mut energy = Vec::new();
-        for &batch in &filled {
-            for rendering in renderings {
-                for receiver in &rendering.batches[batch as usize] {
-                    energy.extend((0..bands).flat_map(|band| receiver.band(band)).map(|value| value as f32));
+        let column = |of: &dyn Fn(&Rendering) -> &Vec<Vec<CoarseEchogram>>| -> Vec<f32> {
+            let mut values = Vec::new();
+            for &batch in &filled {
+                for receiver in renderings.iter().flat_map(|rendering| &of(rendering)[batch as usize]) {
+                    values.extend((0..bands).flat_map(|band| receiver.band(band)).map(|value| value as f32));
                 }
             }
+            values
+        };
+        let mut kernel_difference = column(&|rendering| &rendering.kernel_differences);
+        if kernel_difference.iter().all(|&difference| difference == 0.0) {
+            kernel_difference.clear();
         }
         Batches {
             weight: filled.iter().map(|&batch| layout.batch_weight(batch)).collect(),
             bins: borders.first().and_then(|source| source.first()).map_or(0, |edges| edges.len() - 1),
             time_edges_s: borders.iter().flatten().flatten().copied().collect(),
-            energy,
+            energy: column(&|rendering| &rendering.batches),
+            kernel_difference,
         }
     }
 
@@ -111,6 +117,7 @@ impl Run<'_> {
                 "estimator": estimator(self.settings.estimator),
                 "order": self.settings.mirror_order,
                 "rays": self.settings.rays,
+                "radius_m": self.settings.gather_radius,
                 "air_attenuation": self.renderer.attenuation(),
             },
             "sources": renderings.iter().map(|rendering| self.shares(rendering)).collect::<Vec<_>>(),

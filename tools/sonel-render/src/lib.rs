@@ -89,6 +89,7 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<Rende
         estimator: arguments.estimator.into(),
         mirror_order: arguments.order,
         rays: arguments.rays,
+        gather_radius: arguments.radius,
         seed: arguments.seed,
         air: air(arguments, scene)?,
     })

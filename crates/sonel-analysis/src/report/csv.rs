@@ -2,12 +2,14 @@
 
 use std::io::Write;
 
+use sonel_acoustics::just_noticeable as noticeable;
+
 use crate::figure::Figure;
 use crate::parameter::Parameter;
 use crate::receiver::ReceiverFigures;
 
 /// Columns of [`csv`].
-const HEADER: [&str; 9] = [
+const HEADER: [&str; 13] = [
     "source",
     "receiver",
     "center_frequency_hz",
@@ -17,6 +19,10 @@ const HEADER: [&str; 9] = [
     "ci95_high",
     "warning",
     "reason",
+    "just_noticeable_difference",
+    "decay_range_db",
+    "non_linearity_permille",
+    "curvature_percent",
 ];
 
 /// Writes all figures, one a row; what a figure has not is an empty field. The speech transmission index has no band.
@@ -27,34 +33,64 @@ pub fn csv(receivers: &[ReceiverFigures], out: impl Write) -> std::io::Result<()
     let mut writer = ::csv::Writer::from_writer(out);
     writer.write_record(HEADER)?;
     for receiver in receivers {
-        let mut write = |frequency: &str, key: &str, figure: &Figure| {
-            writer.write_record(row([&receiver.source, &receiver.name, frequency, key], figure))
-        };
-        write("", "speech_transmission_index", &receiver.speech_transmission_index)?;
+        let mut write =
+            |frequency: &str, key: &str, figure: &Figure, just_noticeable: &dyn Fn(f64) -> f64| {
+                writer.write_record(row(
+                    [&receiver.source, &receiver.name, frequency, key],
+                    figure,
+                    just_noticeable,
+                ))
+            };
+        write("", "speech_transmission_index", &receiver.speech_transmission_index, &|_| {
+            noticeable::SPEECH_TRANSMISSION_INDEX
+        })?;
         for band in &receiver.bands {
             let frequency = band.center_frequency_hz.to_string();
             for parameter in Parameter::ALL {
-                write(&frequency, parameter.key(), band.figure(parameter))?;
+                let just_noticeable = |value| parameter.just_noticeable(value);
+                write(&frequency, parameter.key(), band.figure(parameter), &just_noticeable)?;
             }
         }
     }
     writer.flush()
 }
 
-fn row(names: [&str; 4], figure: &Figure) -> [String; 9] {
-    let (mut value, mut low, mut high) = (String::new(), String::new(), String::new());
-    let (mut warning, mut reason) = (String::new(), String::new());
+fn row(names: [&str; 4], figure: &Figure, just_noticeable: &dyn Fn(f64) -> f64) -> [String; 13] {
+    let [source, receiver, frequency, key] = names.map(str::to_owned);
+    let mut fields = [const { String::new() }; 9];
+    let [value, low, high, warning, reason, noticeable, quality @ ..] = &mut fields;
     match figure {
-        Err(why) => reason = why.to_string(),
+        Err(why) => *reason = why.to_string(),
         Ok(estimate) => {
-            value = estimate.value.to_string();
-            warning = estimate.warning.clone().unwrap_or_default();
+            *value = estimate.value.to_string();
+            *warning = estimate.warning.clone().unwrap_or_default();
+            *noticeable = just_noticeable(estimate.value).to_string();
             match &estimate.interval {
-                Ok(interval) => [low, high] = interval.map(|limit| limit.to_string()),
-                Err(why) => reason = why.to_string(),
+                Ok(interval) => [*low, *high] = interval.map(|limit| limit.to_string()),
+                Err(why) => *reason = why.to_string(),
+            }
+            if let Some(decay) = &estimate.decay {
+                let [from, to] = decay.range_db;
+                let range = format!("{from}:{to}");
+                let curvature = decay.curvature_percent.map(|curvature| curvature.to_string());
+                *quality = [range, decay.non_linearity_permille.to_string(), curvature.unwrap_or_default()];
             }
         }
     }
-    let [source, receiver, frequency, key] = names.map(str::to_owned);
-    [source, receiver, frequency, key, value, low, high, warning, reason]
+    let [value, low, high, warning, reason, noticeable, range, non_linearity, curvature] = fields;
+    [
+        source,
+        receiver,
+        frequency,
+        key,
+        value,
+        low,
+        high,
+        warning,
+        reason,
+        noticeable,
+        range,
+        non_linearity,
+        curvature,
+    ]
 }

@@ -1,6 +1,7 @@
 //! JSON as docs/interface.md has it, with the quality of every figure as further keys.
 
 use serde_json::{Map, Value, json};
+use sonel_acoustics::just_noticeable as noticeable;
 
 use crate::figure::Figure;
 use crate::parameter::Parameter;
@@ -17,7 +18,7 @@ fn receiver(receiver: &ReceiverFigures) -> Value {
         "source": receiver.source,
         "name": receiver.name,
         "position_m": receiver.position,
-        "speech_transmission_index": figure(&receiver.speech_transmission_index),
+        "speech_transmission_index": figure(&receiver.speech_transmission_index, |_| noticeable::SPEECH_TRANSMISSION_INDEX),
         "bands": receiver.bands.iter().map(band).collect::<Vec<_>>(),
     })
 }
@@ -26,12 +27,15 @@ fn band(band: &BandFigures) -> Value {
     let mut fields = Map::new();
     fields.insert("center_frequency_hz".to_owned(), json!(band.center_frequency_hz));
     for parameter in Parameter::ALL {
-        fields.insert(parameter.key().to_owned(), figure(band.figure(parameter)));
+        fields.insert(
+            parameter.key().to_owned(),
+            figure(band.figure(parameter), |value| parameter.just_noticeable(value)),
+        );
     }
     Value::Object(fields)
 }
 
-fn figure(figure: &Figure) -> Value {
+fn figure(figure: &Figure, just_noticeable: impl Fn(f64) -> f64) -> Value {
     let estimate = match figure {
         Ok(estimate) => estimate,
         Err(reason) => return json!({ "value": null, "reason": reason.to_string() }),
@@ -45,6 +49,7 @@ fn figure(figure: &Figure) -> Value {
             fields.insert("reason".to_owned(), json!(reason.to_string()))
         }
     };
+    fields.insert("just_noticeable_difference".to_owned(), json!(just_noticeable(estimate.value)));
     if let Some(warning) = &estimate.warning {
         fields.insert("warning".to_owned(), json!(warning));
     }

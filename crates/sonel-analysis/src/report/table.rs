@@ -20,10 +20,12 @@ fn block(receiver: &ReceiverFigures, title: &str) -> String {
         let (symbol, unit, _) = parameter.heading();
         format!("{symbol} [{unit}]")
     });
-    table.set_header(std::iter::once("f [Hz]".to_owned()).chain(headings));
+    let quality = ["ξ T30 [‰]", "C [%]"].map(str::to_owned);
+    table.set_header(std::iter::once("f [Hz]".to_owned()).chain(headings).chain(quality));
     for band in &receiver.bands {
         table.add_row(row(band, &mut notes));
     }
+    table.add_row(just_noticeable());
     for column in table.column_iter_mut() {
         column.set_cell_alignment(CellAlignment::Right);
     }
@@ -31,7 +33,7 @@ fn block(receiver: &ReceiverFigures, title: &str) -> String {
     let speech = cell(&receiver.speech_transmission_index, 1.0, &mut notes);
     let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     format!(
-        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m; ± is the half-width of the 95 % interval\n\
+        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m; ± is the half-width of the 95 % interval, JND the just-noticeable difference\n\
          {}\nspeech transmission index, no noise: {speech}\n{}",
         receiver.source,
         receiver.name,
@@ -42,7 +44,29 @@ fn block(receiver: &ReceiverFigures, title: &str) -> String {
 
 fn row(band: &BandFigures, notes: &mut Notes) -> Vec<String> {
     let figures = Parameter::ALL.map(|parameter| cell(band.figure(parameter), parameter.heading().2, notes));
-    std::iter::once(band.center_frequency_hz.to_string()).chain(figures).collect()
+    std::iter::once(band.center_frequency_hz.to_string()).chain(figures).chain(quality(band)).collect()
+}
+
+/// How straight the decay is that T30 was read from: non-linearity and curvature of ISO 3382-2.
+fn quality(band: &BandFigures) -> [String; 2] {
+    let decay = band.figure(Parameter::T30).as_ref().ok().and_then(|estimate| estimate.decay);
+    [
+        decay.map(|decay| format!("{:.1}", decay.non_linearity_permille)),
+        decay.and_then(|decay| decay.curvature_percent).map(|curvature| format!("{curvature:.1}")),
+    ]
+    .map(|text| text.unwrap_or_else(|| "–".to_owned()))
+}
+
+/// The last row: what a listener notices of each figure.
+fn just_noticeable() -> Vec<String> {
+    let differences = Parameter::ALL.map(|parameter| {
+        if parameter.is_noticed_relatively() {
+            format!("{} %", 100.0 * parameter.just_noticeable(1.0))
+        } else {
+            (parameter.just_noticeable(0.0) * parameter.heading().2).to_string()
+        }
+    });
+    std::iter::once("JND".to_owned()).chain(differences).collect()
 }
 
 fn cell(figure: &Figure, factor: f64, notes: &mut Notes) -> String {

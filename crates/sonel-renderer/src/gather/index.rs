@@ -39,15 +39,17 @@ impl GatherIndex {
         (cell.x as i32, cell.y as i32)
     }
 
-    /// Visits every disc on `place` that `at`, in the plane of its surface, lies in.
+    /// Visits every disc on `place` that `at`, in the plane of its surface, lies in, and says whether it also lies in the
+    /// disc of half the area.
     #[inline]
-    pub fn around(&self, place: u32, at: DVec2, mut found: impl FnMut(&GatherPoint)) {
+    pub fn around(&self, place: u32, at: DVec2, mut found: impl FnMut(&GatherPoint, bool)) {
         let (x, y) = self.cell(at);
         let Some(candidates) = self.cells.get(&(place, x, y)) else { return };
         for &number in candidates {
             let point = &self.points[number as usize];
-            if point.centre.distance_squared(at) <= self.radius * self.radius {
-                found(point);
+            let (squared, limit) = (point.centre.distance_squared(at), self.radius * self.radius);
+            if squared <= limit {
+                found(point, squared <= 0.5 * limit);
             }
         }
     }
@@ -68,6 +70,8 @@ mod tests {
                 centre: random(),
                 length: 0.0,
                 weight: Vec::new(),
+                gain: 2.0,
+                seen_directly: false,
             })
             .collect();
         (points, (0..2000).map(|_| random()).collect())
@@ -81,7 +85,7 @@ mod tests {
         let mut found_any = 0;
         for at in places {
             let mut found = Vec::new();
-            index.around(1, at, |point| found.push(point.receiver));
+            index.around(1, at, |point, _| found.push(point.receiver));
             found.sort_unstable();
             let expected: Vec<u32> = points
                 .iter()

@@ -1,5 +1,7 @@
 //! Visibility rays: where a receiver looks, directly and by mirrors.
 
+use core::f64::consts::FRAC_1_SQRT_2;
+
 use glam::{DVec2, Vec3};
 use sonel_geometry::{Departure, Geometry, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
@@ -18,6 +20,8 @@ pub struct GatherSettings {
     pub radius: f64,
     /// Longest path that matters [m].
     pub reach: f64,
+    /// Whether rays go on by mirrors; else they gather near surfaces only.
+    pub by_mirrors: bool,
 }
 
 /// One disc that gathers.
@@ -31,8 +35,12 @@ pub struct GatherPoint {
     pub centre: DVec2,
     /// Length of the ray [m].
     pub length: f64,
-    /// (4π/M) · T · δ / (π A) per band [1/m²].
+    /// (4π/M) · T · δ / (π A) per band, times the share that is gathered [1/m²].
     pub weight: Vec<Lanes>,
+    /// Area of the disc over that of the disc of half the area, both clipped [1].
+    pub gain: f64,
+    /// Whether the receiver sees it without a mirror: it gathers only what connections leave.
+    pub seen_directly: bool,
 }
 
 /// Number of a surface's side.
@@ -66,13 +74,25 @@ pub fn cast(
             }
             let surface = geometry.surface(hit.surface);
             let row = table.material(surface.material);
-            if reflections > 0 && !row.is_mirror {
+            let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
+            let seen_directly = reflections == 0;
+            let share = if seen_directly { receiver.1.gathered_share(hit.position, normal) } else { 1.0 };
+            if share > 0.0 && !row.is_mirror {
                 let sheet = &sheets[hit.surface.0 as usize];
                 let centre = sheet.flat(hit.position.as_dvec3());
                 let area = sheet.clipped_area(centre, settings.radius);
-                let weight = product(&throughput, &row.diffuse.energy, 1.0 / area);
-                let place = place(hit.surface, hit.side);
-                found(GatherPoint { receiver: receiver.0, place, centre, length, weight });
+                found(GatherPoint {
+                    receiver: receiver.0,
+                    place: place(hit.surface, hit.side),
+                    centre,
+                    length,
+                    weight: product(&throughput, &row.diffuse.energy, share / area),
+                    gain: area / sheet.clipped_area(centre, settings.radius * FRAC_1_SQRT_2),
+                    seen_directly,
+                });
+            }
+            if !settings.by_mirrors {
+                break;
             }
             // Roulette with the strongest band's reflection: no band's throughput grows.
             let survival = row.specular.energy.iter().flatten().copied().fold(0.0, f64::max);
@@ -80,7 +100,6 @@ pub fn cast(
                 break;
             }
             throughput = product(&throughput, &row.specular.energy, 1.0 / survival);
-            let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
             direction = (direction - 2.0 * direction.dot(normal) * normal).normalize();
             departure = geometry.leave(hit.position, hit.surface, hit.side);
             at = hit.position;

@@ -1,0 +1,96 @@
+//! What discs and spheres average over: their bias as the renderer states it, and what they take over from connections near
+//! a surface.
+
+use core::f64::consts::PI;
+
+use sonel_acoustics::{BandWidth, Bands, Material};
+use sonel_geometry::Mesh;
+use sonel_map::Settings;
+use sonel_renderer::{CoarseEchogram, Estimator, RenderSettings, Rendering};
+use sonel_scene::Scene;
+use sonel_testkit::z_test::{Estimate, Within, agree, within_sigmas};
+use sonel_tests::Traced;
+
+const SIZE: [f64; 3] = [6.0, 5.0, 4.0];
+
+/// One wall (x = 0) absorbs next to everything, the others little, with scattering `scattering`.
+fn one_dead_wall(scattering: f64, source: [f64; 3], receiver: [f64; 3]) -> Traced {
+    let bands = Bands::new(vec![500.0], BandWidth::Octave).expect("one band");
+    let walls = [0.9, 0.1, 0.1, 0.1, 0.1, 0.1].map(|alpha| Material::uniform("wall", alpha, scattering, 1));
+    let mut scene = Scene::from_parts(Mesh::shoebox(SIZE, [0, 1, 2, 3, 4, 5]), walls.to_vec(), bands, 0.5)
+        .with_source("source", source)
+        .with_receiver("receiver", receiver);
+    scene.speed_of_sound = 343.0;
+    scene.air_attenuation = vec![0.0];
+    Traced::new(scene, Settings { emissions: 20_000, ..Settings::default() })
+}
+
+/// Energy per batch, and what half the area would change in it.
+fn batches(rendering: &Rendering) -> (Vec<f64>, Vec<f64>) {
+    let sums = |batches: &[Vec<CoarseEchogram>]| -> Vec<f64> {
+        batches.iter().map(|batch| batch[0].band(0).sum()).collect()
+    };
+    (sums(&rendering.batches), sums(&rendering.kernel_differences))
+}
+
+fn connection_alone() -> RenderSettings {
+    RenderSettings { estimator: Estimator::Connection, ..RenderSettings::default() }
+}
+
+fn render(traced: &Traced, settings: RenderSettings) -> (Vec<f64>, Vec<f64>) {
+    batches(&traced.render(RenderSettings { bin: 0.01, ..settings }))
+}
+
+/// The source lights a spot of the wall; discs wider than the spot darken it for a receiver beside. Twice what half the area
+/// changes brings back most of the light that connections find, which have no bias.
+#[test]
+fn the_stated_bias_of_wide_discs_is_their_bias() {
+    let (source, receiver) = ([3.0, 0.5, 2.0], [3.2, 0.3, 2.0]);
+    let traced = one_dead_wall(1.0, source, receiver);
+    let direct = 1.0 / (4.0 * PI * 0.08);
+    let (exact, _) = render(&traced, connection_alone());
+    let wide = RenderSettings { gather_radius: Some(0.4), rays: 65_536, ..RenderSettings::default() };
+    let (energy, difference) = render(&traced, wide);
+    // Same map, same batches: their differences are free of most of the noise.
+    let off = |factor: f64| -> Estimate {
+        let batches = exact.iter().zip(&energy).zip(&difference);
+        let off = batches.map(|((exact, energy), d)| (energy + factor * d - exact) / (exact - direct));
+        Estimate::of(&off.collect::<Vec<_>>())
+    };
+    let (as_found, corrected) = (off(0.0), off(2.0));
+    assert!(
+        as_found.value.abs() > 6.0 * as_found.sigma,
+        "wide discs are not seen to be biased: {as_found:?}"
+    );
+    let left = corrected.value.abs() - 3.0 * corrected.sigma;
+    assert!(left < 0.3 * as_found.value.abs(), "{as_found:?} {corrected:?}");
+}
+
+/// Two centimetres from a wall a single sonel can outshine the room. Shared with the gather it cannot, and the energy stays
+/// the same.
+#[test]
+fn beside_a_wall_connections_share_with_discs() {
+    let traced = one_dead_wall(1.0, [1.5, 1.2, 1.3], [4.2, 0.02, 2.1]);
+    let (alone, _) = render(&traced, connection_alone());
+    let (shared, _) = render(&traced, RenderSettings::default());
+    let (alone, shared) = (Estimate::of(&alone), Estimate::of(&shared));
+    let within = Within { sigmas: 4.0, maximal_sigma: 0.15 * shared.value };
+    agree(alone, shared, within).expect("the same energy");
+    assert!(shared.sigma < 0.4 * alone.sigma, "{shared:?} is no calmer than {alone:?}");
+}
+
+/// Thirty centimetres from it both are calm: the same to half a hundredth, and an answer off by two is rejected.
+#[test]
+fn what_connections_leave_the_discs_bring() {
+    let traced = one_dead_wall(1.0, [1.5, 1.2, 1.3], [4.2, 0.3, 2.1]);
+    let (alone, _) = render(&traced, connection_alone());
+    let wide = RenderSettings { gather_radius: Some(0.25), rays: 65_536, ..RenderSettings::default() };
+    let (shared, _) = render(&traced, wide);
+    let off = |factor: f64| -> Estimate {
+        let batches = shared.iter().zip(&alone).map(|(shared, alone)| factor * shared / alone - 1.0);
+        Estimate::of(&batches.collect::<Vec<_>>())
+    };
+    let within = Within { sigmas: 4.0, maximal_sigma: 0.005 };
+    within_sigmas(off(1.0), 0.0, within).expect("the same energy");
+    assert!(within_sigmas(off(1.02), 0.0, within).is_err());
+}
