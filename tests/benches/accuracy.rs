@@ -8,6 +8,7 @@
 use cpu_time::ProcessTime;
 use glam::DVec3;
 use sonel_analysis::{Parameter, parameters};
+use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::{Receiver, Scene};
@@ -29,7 +30,41 @@ fn main() {
     case("hall, 6 receivers", &hall, 20_000);
     hall.receivers.truncate(1);
     case("hall, 1 receiver", &hall, 20_000);
-    case("hall, 100 receivers", &receivers(hall, 100), 4_000);
+    case("hall, 100 receivers", &receivers(hall.clone(), 100), 4_000);
+    let mut fine = hall;
+    fine.mesh = tessellated(&fine.mesh, 100_000);
+    let name = format!("hall of {} triangles", fine.mesh.triangles.len());
+    case(&format!("{name}, 1 receiver"), &fine, 20_000);
+    case(&format!("{name}, 100"), &receivers(fine, 100), 4_000);
+}
+
+/// The same surfaces in at least `count` triangles: every triangle in four as long as that is too few, then as many as needed
+/// about their middles. Edges stay whole or are halved on both sides.
+fn tessellated(mesh: &Mesh, count: usize) -> Mesh {
+    let mut mesh = mesh.clone();
+    while 4 * mesh.triangles.len() <= count {
+        let coarse = std::mem::take(&mut mesh.triangles);
+        for triangle in coarse {
+            let corners = triangle.corners.map(|corner| mesh.vertices[corner as usize]);
+            let first = mesh.vertices.len() as u32;
+            // Halves of a shared edge are equal to the bit, and welded.
+            mesh.vertices.extend([0, 1, 2].map(|k| 0.5 * (corners[k] + corners[(k + 1) % 3])));
+            let ([a, b, c], [ab, bc, ca]) = (triangle.corners, [first, first + 1, first + 2]);
+            let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
+            mesh.triangles.extend(parts.map(|corners| MeshTriangle { corners, ..triangle }));
+        }
+    }
+    for number in 0..(count.saturating_sub(mesh.triangles.len())).div_ceil(2) {
+        let triangle = mesh.triangles[number];
+        let [a, b, c] = triangle.corners;
+        let middle = mesh.vertices.len() as u32;
+        mesh.vertices
+            .push(triangle.corners.map(|corner| mesh.vertices[corner as usize]).iter().sum::<DVec3>() / 3.0);
+        mesh.triangles[number].corners = [a, b, middle];
+        mesh.triangles
+            .extend([[b, c, middle], [c, a, middle]].map(|corners| MeshTriangle { corners, ..triangle }));
+    }
+    mesh
 }
 
 fn scattering(mut scene: Scene, scattering: f64) -> Scene {

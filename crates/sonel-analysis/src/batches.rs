@@ -3,7 +3,7 @@
 use sonel_echogram::Response;
 
 use crate::decay::Echogram;
-use crate::figure::{Estimate, Figure, NoInterval, Unsupported};
+use crate::figure::{Estimate, Figure, NoInterval, StandardError, Unsupported};
 use crate::jackknife;
 use crate::parameter::{LevelScale, Values};
 
@@ -135,18 +135,37 @@ pub fn figure(
             value,
             interval: Ok([value - spread.half_width, value + spread.half_width]),
             error: Some(spread.error),
+            without: spread.without,
+            weight: spread.weight,
             warning: spread.warning,
             decay: None,
         },
-        Err(reason) => Estimate { value, interval: Err(reason), error: None, warning: None, decay: None },
+        Err(reason) => Estimate {
+            value,
+            interval: Err(reason),
+            error: None,
+            without: Vec::new(),
+            weight: Vec::new(),
+            warning: None,
+            decay: None,
+        },
     })
+}
+
+/// What the parts say of a figure.
+struct PartSpread {
+    half_width: f64,
+    error: StandardError,
+    warning: Option<String>,
+    without: Vec<f64>,
+    weight: Vec<f64>,
 }
 
 /// Jackknife of what `read` makes of the parts of one band or, for figures over bands, of several.
 fn spread(
     parts: &[&Parts],
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
-) -> Result<jackknife::Spread, NoInterval> {
+) -> Result<PartSpread, NoInterval> {
     let take = |pick: &dyn Fn(&Parts) -> &Values| {
         let values: Vec<&Values> = parts.iter().map(|part| pick(part)).collect();
         read(&values).map_err(NoInterval::Part)
@@ -157,7 +176,13 @@ fn spread(
         (0..weight.len()).map(|g| take(&|part| &part.without[g])).collect::<Result<_, _>>()?;
     let spread = jackknife::spread(all, &without, weight);
     let bias = bias(parts, &read, all, &without).unwrap_or(0.0);
-    Ok(jackknife::Spread { half_width: spread.half_width + bias, ..spread })
+    Ok(PartSpread {
+        half_width: spread.half_width + bias,
+        error: spread.error,
+        warning: spread.warning,
+        without,
+        weight: weight.clone(),
+    })
 }
 
 /// How far the figure, `all` and `without` each batch, is off by the bias of discs and spheres, as far as its own noise lets

@@ -7,14 +7,15 @@
 //!
 //! Besides the parameters these are the strengths of [`WINDOWS`], which tell when the difference arises.
 //!
-//! The responses count as independent. Two renderings of one map share its sonels: their true noise is smaller, and
-//! differences may go unnoticed, but none is invented.
+//! Responses of one map, or of runs with one seed, share random numbers batch by batch: there the difference itself is
+//! jackknifed, which is sharper the more they share ([`Pairing::Batches`]).
 //!
 //! References: [Sidak1967], [ISO3382-1] table A.1 for just-noticeable differences (docs/references.md).
 
 use sonel_acoustics::just_noticeable as noticeable;
 
 use crate::figure::{Estimate, Figure, StandardError};
+use crate::jackknife;
 use crate::parameter::Parameter;
 use crate::receiver::ReceiverFigures;
 use crate::student;
@@ -26,6 +27,16 @@ pub(crate) const FAMILY_LEVEL: f64 = 0.01;
 pub(crate) const INTERVAL_LEVEL: f64 = 0.05;
 /// Figures that carry no noise are equal to this relative difference: what other orders of summation leave.
 pub(crate) const ROUNDING: f64 = 1e-9;
+
+/// How the errors of two responses belong together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pairing {
+    /// Runs with seeds of their own.
+    Independent,
+    /// Batch j of one and batch j of the other began with the same random numbers. Where the batches are not the same
+    /// parts of both runs, the figures count as independent.
+    Batches,
+}
 
 /// One figure of two responses.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,7 +79,7 @@ impl Comparison {
 
 /// Compares what `a` and `b` have in common: sources and receivers by name, bands by centre.
 #[must_use]
-pub fn compare(a: &[ReceiverFigures], b: &[ReceiverFigures]) -> Comparison {
+pub fn compare(a: &[ReceiverFigures], b: &[ReceiverFigures], pairing: Pairing) -> Comparison {
     let mut pairs = Vec::new();
     for a in a {
         if let Some(b) = b.iter().find(|b| (&b.source, &b.name) == (&a.source, &a.name)) {
@@ -79,7 +90,7 @@ pub fn compare(a: &[ReceiverFigures], b: &[ReceiverFigures]) -> Comparison {
     let judged: Vec<&Pair<'_>> = pairs.iter().filter(|pair| pair.errors().is_some()).collect();
     let level = sidak(judged.len());
     Comparison {
-        differences: judged.iter().filter_map(|pair| pair.judge(level)).collect(),
+        differences: judged.iter().filter_map(|pair| pair.judge(level, pairing)).collect(),
         not_judged: pairs.len() - judged.len(),
         level,
     }
@@ -150,9 +161,18 @@ impl Pair<'_> {
         Some((a.error?, b.error?))
     }
 
-    fn judge(&self, level: f64) -> Option<Difference> {
+    /// Standard error of the difference.
+    fn joint_error(&self, pairing: Pairing) -> Option<StandardError> {
         let ((a, b), (error_a, error_b)) = (self.estimates()?, self.errors()?);
-        let joint = welch(error_a, error_b);
+        if pairing == Pairing::Independent || a.weight != b.weight {
+            return Some(welch(error_a, error_b));
+        }
+        let without: Vec<f64> = a.without.iter().zip(&b.without).map(|(a, b)| b - a).collect();
+        Some(jackknife::spread(b.value - a.value, &without, &a.weight).error)
+    }
+
+    fn judge(&self, level: f64, pairing: Pairing) -> Option<Difference> {
+        let ((a, b), joint) = (self.estimates()?, self.joint_error(pairing)?);
         let value = b.value - a.value;
         let half_width = student::quantile(INTERVAL_LEVEL, joint.freedom) * joint.sigma;
         let rounding = ROUNDING * a.value.abs().max(b.value.abs());

@@ -14,6 +14,10 @@ pub struct Estimate {
     pub interval: Interval,
     /// What the interval is made of; none where there is no interval.
     pub error: Option<StandardError>,
+    /// The same figure without each batch, for comparisons of figures that share their batches; empty without an interval.
+    pub without: Vec<f64>,
+    /// Weights of the batches, adding up to 1.
+    pub weight: Vec<f64>,
     /// Why the interval deserves less trust than usual.
     pub warning: Option<String>,
     /// For reverberation times: how straight the decay is.

@@ -1,7 +1,7 @@
 //! Whole responses: intervals from batches, reasons where there are none, the shape of the output.
 
 use serde_json::Value;
-use sonel_analysis::comparison::compare;
+use sonel_analysis::comparison::{Pairing, compare};
 use sonel_analysis::figure::NoInterval;
 use sonel_analysis::modulation::SPEECH_OCTAVES;
 use sonel_analysis::{Parameter, Unsupported, parameters, report};
@@ -249,6 +249,28 @@ fn csv_has_a_row_per_figure_and_the_table_a_line_per_band() {
     );
 }
 
+/// The same noise in both, and one of them a part in a thousand louder: told apart batch by batch, not
+/// by their intervals. Without any difference pairing finds none.
+#[test]
+fn shared_noise_leaves_small_differences_visible() {
+    let weights = [1.0 / 16.0; 16];
+    let quiet = noisy_response(&weights, 7);
+    let mut loud = quiet.clone();
+    loud.energy.iter_mut().for_each(|energy| *energy *= 1.001);
+    loud.batches.as_mut().expect("batches").energy.iter_mut().for_each(|energy| *energy *= 1.001);
+    let [quiet, loud] = [quiet, loud].map(|response| parameters(&response));
+    let beyond = |a: &[_], b: &[_], pairing| compare(a, b, pairing).beyond_noise().count();
+    assert_eq!(beyond(&quiet, &loud, Pairing::Independent), 0);
+    assert!(beyond(&quiet, &loud, Pairing::Batches) > 7);
+    assert_eq!(beyond(&quiet, &quiet, Pairing::Batches), 0);
+    let mut pairs = 0;
+    for seed in 0..40 {
+        let [a, b] = [2 * seed, 2 * seed + 1].map(|seed| parameters(&noisy_response(&weights, 5000 + seed)));
+        pairs += usize::from(beyond(&a, &b, Pairing::Batches) > 0);
+    }
+    assert!(pairs <= 3, "{pairs} of 40 pairs without difference are told apart");
+}
+
 /// Two responses of one decay are told apart once in a hundred comparisons at the most: 6 of 200 with a probability below
 /// 5e-3. Judged each at 5 % alone, nearly all would be.
 #[test]
@@ -258,7 +280,7 @@ fn noise_alone_makes_no_difference() {
     let (mut apart, mut apart_at_five_percent) = (0, 0);
     for run in 0..RUNS {
         let [a, b] = [2 * run, 2 * run + 1].map(|seed| parameters(&noisy_response(&weights, 1000 + seed)));
-        let comparison = compare(&a, &b);
+        let comparison = compare(&a, &b, Pairing::Independent);
         // Nine parameters and five windows in seven bands, and speech; the sixth window lies behind both records.
         assert_eq!((comparison.differences.len(), comparison.not_judged), (7 * 14 + 1, 0));
         apart += u64::from(comparison.beyond_noise().next().is_some());
@@ -283,7 +305,7 @@ fn a_real_difference_is_found_where_it_is() {
     for batch in batches.energy.chunks_mut(7 * bins) {
         batch[2 * bins..3 * bins].iter_mut().for_each(|energy| *energy *= factor as f32);
     }
-    let comparison = compare(&parameters(&a), &parameters(&b));
+    let comparison = compare(&parameters(&a), &parameters(&b), Pairing::Independent);
     for found in comparison.beyond_noise() {
         assert_eq!(found.center_frequency_hz, Some(500.0), "{found:?}");
         assert!(found.figure == "level_db" || found.figure.starts_with("strength_g_"), "{found:?}");

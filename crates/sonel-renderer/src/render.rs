@@ -370,6 +370,36 @@ impl<'a> Renderer<'a> {
         }
     }
 
+    /// Why [`Self::owner`] owns `class`, where the mirror chains were enumerated up to `mirror_order`.
+    #[must_use]
+    pub fn reason(&self, class: PathClass, mirror_order: u32) -> String {
+        let planes = self.geometry.surfaces().len();
+        let forced = self.settings.estimator != Estimator::Auto;
+        match class {
+            PathClass::Direct => "exact".to_owned(),
+            PathClass::MirrorChain => format!("exact: enumerated completely up to order K = {mirror_order}"),
+            PathClass::LongMirrorChain => {
+                format!(
+                    "beyond order K = {mirror_order} chains are too many to enumerate or were not asked for"
+                )
+            }
+            _ if forced => "asked for".to_owned(),
+            PathClass::Diffuse => "unbiased and calm but beside a surface".to_owned(),
+            PathClass::DiffuseMirror if self.gathers_by_mirrors() => {
+                format!("{planes} surfaces give a receiver too many images")
+            }
+            PathClass::DiffuseMirror => {
+                format!("unbiased; {planes} surfaces give few images, up to order {}", self.image_order)
+            }
+            PathClass::LongDiffuseMirror if self.gathers_by_mirrors() => {
+                "nothing is left: visibility rays follow mirrors to any order".to_owned()
+            }
+            PathClass::LongDiffuseMirror => {
+                format!("beyond order {} images are too many", self.image_order)
+            }
+        }
+    }
+
     fn prepare(&self, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
         let free_path = free_path(self.geometry);
         let emissions = self.map.header().settings.emissions;

@@ -4,6 +4,9 @@ use crate::deposit::{Deposits, TimeBins, spread_lanes};
 use crate::render::PathClass;
 use sonel_map::{BandClasses, Lanes, lanes_of};
 
+/// A relative variance below this is rounding.
+const ROUNDING: f64 = 1e-14;
+
 /// A discrete arrival at a receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscreteArrival {
@@ -32,6 +35,8 @@ pub struct Rendering {
     pub arrivals: Vec<DiscreteArrival>,
     /// Energy per class, summed over receivers and time, per band [1/m²].
     pub classes: [(PathClass, Vec<f64>); PathClass::ALL.len()],
+    /// Weighted mean over the batches of the squares of their energies, as `classes`.
+    squares: [Vec<f64>; PathClass::ALL.len()],
     /// K.
     pub mirror_order: u32,
     /// K′ of every receiver.
@@ -50,6 +55,7 @@ impl Rendering {
             kernel_differences: (0..batches).map(|_| Vec::with_capacity(receivers)).collect(),
             arrivals: Vec::new(),
             classes: PathClass::ALL.map(|class| (class, vec![0.0; bands])),
+            squares: PathClass::ALL.map(|_| vec![0.0; bands]),
             mirror_order: 0,
             image_order: Vec::new(),
             sphere_radius: Vec::new(),
@@ -77,15 +83,28 @@ impl Rendering {
             kernel_differences: spread(self.kernel_differences),
             arrivals: arrivals.collect(),
             classes: self.classes.map(|(class, energy)| (class, classes.spread(&energy))),
+            squares: self.squares.map(|squares| classes.spread(&squares)),
             ..self
         }
     }
 
     /// Books `energy` per band, times `weight`, to `class`.
     pub fn book(&mut self, class: PathClass, weight: f64, energy: &[Lanes]) {
-        for (band, sum) in self.classes[class as usize].1.iter_mut().enumerate() {
-            *sum += weight * energy[band / 4][band % 4];
+        let sums = self.classes[class as usize].1.iter_mut().zip(&mut self.squares[class as usize]);
+        for (band, (sum, square)) in sums.enumerate() {
+            let energy = energy[band / 4][band % 4];
+            *sum += weight * energy;
+            *square += weight * energy * energy;
         }
+    }
+
+    /// How many independent equal contributions would scatter as the energy of `class` does between the batches, per band:
+    /// mean² over the variance of the mean [1]. [`None`] where nothing scatters.
+    #[must_use]
+    pub fn effective_sample_size(&self, class: PathClass, band: usize) -> Option<f64> {
+        let (mean, square) = (self.classes[class as usize].1[band], self.squares[class as usize][band]);
+        let variance = (square - mean * mean) / (self.batches.len() as f64 - 1.0);
+        (variance > ROUNDING * square).then(|| mean * mean / variance)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The command line of `sonel-analyze`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -44,18 +44,30 @@ pub enum Command {
 #[command(after_help = "Example:
   sonel-analyze diff before.sonelmap after.sonelmap    # which surfaces, bands and times, in dB
   sonel-analyze diff before.npz after.npz || echo audible or not, it is different
+  sonel-analyze diff hall.npz --between 'row 3' 'row 18'
 
 Both compare beyond noise: two seeds of one scene are the same but for one comparison in a hundred.")]
 pub struct Diff {
     /// A map written by sonel-trace, or a response written by sonel-render.
     #[arg(value_name = "A")]
     pub a: PathBuf,
-    /// Another of the same kind. Sources and receivers are compared by name.
-    #[arg(value_name = "B")]
-    pub b: PathBuf,
+    /// Another of the same kind; A itself where none is given. Sources and receivers are compared by name.
+    #[arg(value_name = "B", required_unless_present = "between")]
+    pub b: Option<PathBuf>,
+    /// Compare a receiver of A with another of B, by their names, rather than equal names.
+    #[arg(long, num_args = 2, value_names = ["RECEIVER", "RECEIVER"])]
+    pub between: Vec<String>,
     /// Print JSON, with everything compared.
     #[arg(long)]
     pub json: bool,
+}
+
+impl Diff {
+    /// What A is compared with.
+    #[must_use]
+    pub fn other(&self) -> &Path {
+        self.b.as_ref().unwrap_or(&self.a)
+    }
 }
 
 /// `merge`.

@@ -16,13 +16,17 @@ use crate::open::{self, Kind};
 /// # Errors
 /// When a file is unusable, the two are of different kinds or have nothing in common, or `out` cannot be written.
 pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
-    match (open::kind(&arguments.a)?, open::kind(&arguments.b)?) {
+    let b = arguments.other();
+    match (open::kind(&arguments.a)?, open::kind(b)?) {
+        (Kind::Map, _) | (_, Kind::Map) if !arguments.between.is_empty() => {
+            bail!("--between names receivers, which maps have not: give responses")
+        }
         (Kind::Map, Kind::Map) => maps::run(arguments, out),
         (Kind::Response, Kind::Response) => responses::run(arguments, out),
         (a, _) => {
             let (map, response) = match a {
-                Kind::Map => (&arguments.a, &arguments.b),
-                Kind::Response => (&arguments.b, &arguments.a),
+                Kind::Map => (arguments.a.as_path(), b),
+                Kind::Response => (b, arguments.a.as_path()),
             };
             bail!(
                 "{} is a map and {} a response: compare two of a kind; sonel-render makes a response of a map",

@@ -130,7 +130,15 @@ impl Run<'_> {
             .classes
             .iter()
             .map(|(class, energy)| {
-                json!({ "class": class.notation(), "estimator": self.renderer.owner(*class), "energy": energy })
+                let samples: Vec<Option<f64>> =
+                    (0..energy.len()).map(|band| rendering.effective_sample_size(*class, band)).collect();
+                json!({
+                    "class": class.notation(),
+                    "estimator": self.renderer.owner(*class),
+                    "reason": self.renderer.reason(*class, rendering.mirror_order),
+                    "energy": energy,
+                    "effective_sample_size": samples,
+                })
             })
             .collect();
         json!({

@@ -23,7 +23,7 @@ const LISTED: usize = 20;
 /// When a file is no sound map, the two have nothing in common that can be judged, or `out` cannot be written.
 pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (map_a, geometry_a) = open::checked_map(&arguments.a)?;
-    let (map_b, geometry_b) = open::checked_map(&arguments.b)?;
+    let (map_b, geometry_b) = open::checked_map(arguments.other())?;
     if map_a.digest() == map_b.digest() {
         if arguments.json {
             writeln!(out, "{:#}", json!({ "kind": "sonelmap", "same": true, "identical": true }))?;
@@ -36,7 +36,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (a, b) =
         (Traced { map: &map_a, geometry: &geometry_a }, Traced { map: &map_b, geometry: &geometry_b });
     let comparison = compare(a, b).with_context(|| {
-        format!("cannot compare {} with {}", arguments.a.display(), arguments.b.display())
+        format!("cannot compare {} with {}", arguments.a.display(), arguments.other().display())
     })?;
     if arguments.json {
         writeln!(out, "{:#}", to_json(&comparison, &changes))?;

@@ -1,11 +1,12 @@
 //! Two responses: same scene, code, options? Then which figures differ beyond noise.
 
 use std::io::Write;
+use std::path::Path;
 
 use anyhow::bail;
 use serde_json::{Value, json};
-use sonel_analysis::comparison::{Comparison, Difference, compare};
-use sonel_analysis::parameters;
+use sonel_analysis::comparison::{Comparison, Difference, Pairing, compare};
+use sonel_analysis::{ReceiverFigures, parameters};
 use sonel_console::Outcome;
 
 use crate::arguments::Diff;
@@ -29,14 +30,20 @@ const PROVENANCE: [&str; 9] = [
 /// # Errors
 /// When a file is unusable, the two have no figure in common that can be judged, or `out` cannot be written.
 pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let (a, b) = (open::response(&arguments.a)?, open::response(&arguments.b)?);
-    let comparison = compare(&parameters(&a), &parameters(&b));
+    let (a, b) = (open::response(&arguments.a)?, open::response(arguments.other())?);
+    let (mut figures_a, mut figures_b) = (parameters(&a), parameters(&b));
+    if let [from, to] = arguments.between.as_slice() {
+        figures_a = only(figures_a, from, &arguments.a, (from, to))?;
+        figures_b = only(figures_b, to, arguments.other(), (from, to))?;
+    }
+    let pairing = pairing(&a.metadata, &b.metadata);
+    let comparison = compare(&figures_a, &figures_b, pairing);
     if comparison.differences.is_empty() {
         bail!(
             "{} and {} have no figure in common that can be judged: both need the same names of sources and \
              receivers, a common band, and batches",
             arguments.a.display(),
-            arguments.b.display()
+            arguments.other().display()
         );
     }
     let provenance = provenance(&a.metadata, &b.metadata);
@@ -46,6 +53,31 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
         write!(out, "{}", to_text(&comparison, &provenance))?;
     }
     Ok(if comparison.beyond_noise().next().is_some() { Outcome::Missed } else { Outcome::Done })
+}
+
+/// The figures of receiver `name` alone, under the name of the comparison.
+fn only(
+    figures: Vec<ReceiverFigures>,
+    name: &str,
+    file: &Path,
+    (from, to): (&str, &str),
+) -> anyhow::Result<Vec<ReceiverFigures>> {
+    let known: Vec<String> = figures.iter().map(|figures| format!("\"{}\"", figures.name)).collect();
+    let mut chosen: Vec<ReceiverFigures> =
+        figures.into_iter().filter(|figures| figures.name == name).collect();
+    if chosen.is_empty() {
+        bail!("{} has no receiver \"{name}\"; it has {}", file.display(), known.join(", "));
+    }
+    for figures in &mut chosen {
+        figures.name = format!("{from} → {to}");
+    }
+    Ok(chosen)
+}
+
+/// Responses of one map, or of runs with one seed and layout, began each batch with the same random numbers.
+fn pairing(a: &Value, b: &Value) -> Pairing {
+    let shared = ["seed", "batches", "survival"].iter().all(|key| !a[*key].is_null() && a[*key] == b[*key]);
+    if shared { Pairing::Batches } else { Pairing::Independent }
 }
 
 /// Keys of the provenance whose values differ, with both.
