@@ -6,12 +6,13 @@
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
 
 use std::hint::black_box;
+use std::io::BufWriter;
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
 use glam::Vec3;
 use sonel_geometry::{Departure, Geometry};
-use sonel_map::{Settings, SonelMap};
+use sonel_map::{MapWriter, Settings, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer};
 use sonel_scene::Scene;
 use sonel_tests::{Traced, shipped};
@@ -57,9 +58,37 @@ fn measure(scene: Scene) {
         "  tracing      {tracing:7.2} M segments/s   {:.2} of bare closest-hit rays ({bare:.2} M/s)",
         tracing / bare
     );
+    measure_writing(&scene, &geometry, settings);
     for count in [1, 16] {
         measure_connections(&traced, count);
     }
+}
+
+/// How much longer tracing takes when the map goes to a file.
+fn measure_writing(scene: &Scene, geometry: &Geometry, settings: Settings) {
+    let tracer = sonel_tracer::Tracer::new(scene, geometry, Settings { emissions: 100_000, ..settings });
+    let write = || {
+        let file = BufWriter::with_capacity(1 << 20, tempfile::tempfile().expect("a temporary file"));
+        let mut writer = MapWriter::begin(file).expect("a disk with room");
+        tracer
+            .run(sonel_map::ShardRange::WHOLE, |chunk| {
+                writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
+            })
+            .expect("a tight room")
+    };
+    let trace = || {
+        tracer
+            .run(sonel_map::ShardRange::WHOLE, |chunk| {
+                black_box(&chunk);
+                Ok::<(), std::convert::Infallible>(())
+            })
+            .expect("a tight room")
+    };
+    let (written, traced, _) = in_turn(write, trace);
+    println!(
+        "  tracing into a file takes {:.2} of the time without",
+        written.as_secs_f64() / traced.as_secs_f64()
+    );
 }
 
 fn measure_connections(traced: &Traced, count: usize) {

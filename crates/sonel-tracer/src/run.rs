@@ -13,8 +13,9 @@ use thiserror::Error;
 
 use crate::packet::{Emission, Records, Surroundings};
 
-/// Chunks traced before they are handed over together: bounds the memory, whatever the number of threads.
-const CHUNKS_IN_FLIGHT: u64 = 64;
+/// Chunks traced before they are handed over together, while the next are traced: bounds the memory, whatever the number of
+/// threads.
+const CHUNKS_IN_FLIGHT: u64 = 32;
 
 /// Lost packets per segment beyond which a run is aborted: watertight casting measured none in 10⁸.
 const LOSS_BUDGET_PER_SEGMENT: f64 = 1e-7;
@@ -124,10 +125,10 @@ impl<'a> Tracer<'a> {
     ///
     /// # Errors
     /// [`TraceError::Leaking`] when a closed room loses packets, [`TraceError::Sink`] when `sink` fails.
-    pub fn run<E>(
+    pub fn run<E: Send>(
         &self,
         shard: ShardRange,
-        sink: impl FnMut(TracedChunk) -> Result<(), E>,
+        sink: impl FnMut(TracedChunk) -> Result<(), E> + Send,
     ) -> Result<Ledger, TraceError<E>> {
         self.trace(shard, None, sink)
     }
@@ -137,40 +138,57 @@ impl<'a> Tracer<'a> {
     ///
     /// # Errors
     /// As [`Self::run`]; [`TraceError::Foreign`] where a path of `beginning` is not what this program traces.
-    pub fn extend<E>(
+    pub fn extend<E: Send>(
         &self,
         beginning: &SonelMap,
-        sink: impl FnMut(TracedChunk) -> Result<(), E>,
+        sink: impl FnMut(TracedChunk) -> Result<(), E> + Send,
     ) -> Result<Ledger, TraceError<E>> {
         self.trace(ShardRange::WHOLE, Some(beginning), sink)
     }
 
-    fn trace<E>(
+    fn trace<E: Send>(
         &self,
         shard: ShardRange,
         known: Option<&SonelMap>,
-        mut sink: impl FnMut(TracedChunk) -> Result<(), E>,
+        mut sink: impl FnMut(TracedChunk) -> Result<(), E> + Send,
     ) -> Result<Ledger, TraceError<E>> {
+        let emitters: Vec<Emitter<'_>> = self
+            .scene
+            .sources
+            .iter()
+            .enumerate()
+            .map(|(index, source)| self.emitter(index as u32, source))
+            .collect();
+        let mut groups =
+            emitters.iter().flat_map(|emitter| self.groups(shard).map(move |group| (emitter, group)));
+        let trace = |(emitter, group): (&Emitter<'_>, std::ops::Range<u64>)| -> Vec<_> {
+            group.into_par_iter().map(|chunk| self.trace_chunk(emitter, chunk, known)).collect()
+        };
         let mut total = Ledger::new(self.scene.bands.count());
-        for (index, source) in self.scene.sources.iter().enumerate() {
-            let emitter = self.emitter(index as u32, source);
-            let mut chunks = self.chunks(shard);
-            while !chunks.is_empty() {
-                let until = chunks.end.min(chunks.start + CHUNKS_IN_FLIGHT);
-                let group: Vec<Result<TracedChunk, ForeignPath>> = (chunks.start..until)
-                    .into_par_iter()
-                    .map(|chunk| self.trace_chunk(&emitter, chunk, known))
-                    .collect();
-                chunks.start = until;
+        let mut traced = groups.next().map(trace);
+        while let Some(group) = traced {
+            let next = groups.next();
+            let hand_over = || -> Result<(), TraceError<E>> {
                 for chunk in group {
                     let chunk = chunk?;
                     total.add(&chunk.books);
                     sink(chunk).map_err(TraceError::Sink)?;
                 }
-                check_losses(&total)?;
-            }
+                check_losses(&total)
+            };
+            // One group is written while the next is traced.
+            let (following, handed_over) = rayon::join(|| next.map(trace), hand_over);
+            handed_over?;
+            traced = following;
         }
         Ok(total)
+    }
+
+    /// The chunks of `shard`, as many at a time as are traced together.
+    fn groups(&self, shard: ShardRange) -> impl Iterator<Item = std::ops::Range<u64>> {
+        let chunks = self.chunks(shard);
+        let end = chunks.end;
+        chunks.step_by(CHUNKS_IN_FLIGHT as usize).map(move |first| first..end.min(first + CHUNKS_IN_FLIGHT))
     }
 
     fn chunks(&self, shard: ShardRange) -> std::ops::Range<u64> {
