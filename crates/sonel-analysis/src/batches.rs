@@ -130,26 +130,21 @@ pub fn figure(
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> Figure {
     let value = value?;
-    Ok(match parts.map_err(Clone::clone).and_then(|parts| spread(parts, read)) {
-        Ok(spread) => Estimate {
-            value,
-            interval: Ok([value - spread.half_width, value + spread.half_width]),
-            error: Some(spread.error),
-            without: spread.without,
-            weight: spread.weight,
-            warning: spread.warning,
-            decay: None,
-        },
-        Err(reason) => Estimate {
-            value,
-            interval: Err(reason),
-            error: None,
-            without: Vec::new(),
-            weight: Vec::new(),
-            warning: None,
-            decay: None,
-        },
-    })
+    let estimate = |interval, error, without, weight, warning| Estimate {
+        value,
+        interval,
+        error,
+        without,
+        weight,
+        warning,
+        decay: None,
+    };
+    let parts = match parts {
+        Ok(parts) => parts,
+        Err(reason) => return Ok(estimate(Err(reason.clone()), None, Vec::new(), Vec::new(), None)),
+    };
+    let PartSpread { half_width, error, warning, without, weight } = spread(parts, read)?;
+    Ok(estimate(Ok([value - half_width, value + half_width]), Some(error), without, weight, warning))
 }
 
 /// What the parts say of a figure.
@@ -165,10 +160,10 @@ struct PartSpread {
 fn spread(
     parts: &[&Parts],
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
-) -> Result<PartSpread, NoInterval> {
+) -> Result<PartSpread, Unsupported> {
     let take = |pick: &dyn Fn(&Parts) -> &Values| {
         let values: Vec<&Values> = parts.iter().map(|part| pick(part)).collect();
-        read(&values).map_err(NoInterval::Part)
+        read(&values).map_err(|reason| Unsupported::OneBatchDecides { reason: Box::new(reason) })
     };
     let all = take(&|part| &part.all)?;
     let weight = &parts[0].weight;

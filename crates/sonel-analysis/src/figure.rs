@@ -24,6 +24,25 @@ pub struct Estimate {
     pub decay: Option<DecayQuality>,
 }
 
+/// An interval of more than this many just-noticeable differences to either side says nothing, and its linear theory does not
+/// hold any more.
+const MOST_JUST_NOTICEABLE: f64 = 10.0;
+
+impl Estimate {
+    /// The estimate, unless its interval is hopelessly wide; `just_noticeable` is the just-noticeable difference about its
+    /// value, in the same unit.
+    ///
+    /// # Errors
+    /// [`Unsupported::Noisy`].
+    pub fn unless_noisy(self, just_noticeable: f64) -> Figure {
+        let half_width = self.interval.as_ref().map_or(0.0, |[low, high]| 0.5 * (high - low));
+        if half_width > MOST_JUST_NOTICEABLE * just_noticeable {
+            return Err(Unsupported::Noisy { just_noticeable: half_width / just_noticeable });
+        }
+        Ok(self)
+    }
+}
+
 /// Standard error of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StandardError {
@@ -118,6 +137,20 @@ pub enum Unsupported {
         /// [ms].
         limit_ms: f64,
     },
+    /// The figure rests on one batch.
+    #[error("the noise is too high: without one of the batches {reason}; trace more sonels")]
+    OneBatchDecides {
+        /// What is wrong then.
+        reason: Box<Unsupported>,
+    },
+    /// The interval is too wide to say anything.
+    #[error(
+        "the noise is too high: ± {just_noticeable:.0} just-noticeable differences at 95 %; trace more sonels"
+    )]
+    Noisy {
+        /// Half-width in just-noticeable differences.
+        just_noticeable: f64,
+    },
     /// Speech needs all its octaves.
     #[error("speech needs the octaves 125 to 8000 Hz; missing: {missing}")]
     BandsMissing {
@@ -147,7 +180,4 @@ pub enum NoInterval {
     /// One batch has no spread.
     #[error("the response holds one batch: trace with --batches 2 or more")]
     OneBatch,
-    /// The parameter does not exist in one of the parts.
-    #[error("without one of the batches the figure cannot be read: {0}")]
-    Part(Unsupported),
 }

@@ -4,6 +4,7 @@
 //! so their errors are correlated: intervals hold for each figure alone.
 
 use rayon::prelude::*;
+use sonel_acoustics::just_noticeable as noticeable;
 use sonel_echogram::Response;
 
 use crate::batches::{self, Parts};
@@ -108,7 +109,8 @@ fn read_band(response: &Response, (s, r, b): (usize, usize, usize)) -> Band {
 fn band_figure(band: &Band, parameter: Parameter) -> Figure {
     let read = |values: &Values| values.values[parameter as usize].clone();
     let figure = figure_of(band, read)?;
-    Ok(Estimate { decay: band.fine.quality(parameter), ..figure })
+    let just_noticeable = parameter.just_noticeable(figure.value);
+    Estimate { decay: band.fine.quality(parameter), ..figure }.unless_noisy(just_noticeable)
 }
 
 fn window_figure(band: &Band, window: Window) -> Figure {
@@ -129,7 +131,8 @@ fn speech(frequencies: &[f64], bands: &[Band]) -> Figure {
     let parts: Result<Vec<&Parts>, &NoInterval> = bands.iter().map(|band| band.parts()).collect();
     let parts = parts.as_ref().map(Vec::as_slice).map_err(|reason| *reason);
     let fine: Vec<&Values> = bands.iter().map(|band| &band.fine).collect();
-    batches::figure(speech_index(&fine), parts, speech_index)
+    batches::figure(speech_index(&fine), parts, speech_index)?
+        .unless_noisy(noticeable::SPEECH_TRANSMISSION_INDEX)
 }
 
 fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Band>, Unsupported> {

@@ -249,6 +249,26 @@ fn csv_has_a_row_per_figure_and_the_table_a_line_per_band() {
     );
 }
 
+/// One batch holds all the energy of the late decay: no figure that needs it is printed. A level that only varies from batch to
+/// batch by half is.
+#[test]
+fn hopeless_noise_is_refused_with_its_reason() {
+    let mut lopsided = response(&[0.25; 4], certain);
+    let batches = lopsided.batches.as_mut().expect("four batches");
+    let length = batches.energy.len() / 4;
+    batches.energy[length..].iter_mut().enumerate().for_each(|(at, energy)| {
+        // Three of four batches lose what arrives late.
+        if at % batches.bins > batches.bins / 3 {
+            *energy = 0.0;
+        }
+    });
+    let figures = parameters(&lopsided);
+    let reason =
+        figures[0].bands[3].figure(Parameter::T30).as_ref().expect_err("one batch decides").to_string();
+    assert!(reason.starts_with("the noise is too high"), "{reason}");
+    assert!(figures[0].bands[3].figure(Parameter::Level).is_ok());
+}
+
 /// The same noise in both, and one of them a part in a thousand louder: told apart batch by batch, not
 /// by their intervals. Without any difference pairing finds none.
 #[test]
