@@ -3,6 +3,7 @@
 pub mod change;
 pub mod estimates;
 pub mod judged;
+pub mod meshes;
 pub mod uneven_box;
 
 use std::io::Cursor;

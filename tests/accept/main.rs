@@ -7,4 +7,9 @@ mod invariances;
 mod known_rooms;
 mod losses;
 mod memory;
+#[path = "../stability/cases/mod.rs"]
+mod stability;
 mod uneven_box;
+
+/// Which form of the hard cases this binary runs.
+const FORM: stability::Form = stability::Form::Long;

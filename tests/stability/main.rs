@@ -1,0 +1,9 @@
+//! Hard cases: where geometry and numbers turn nasty, one named case each, in their quick form.
+//!
+//! docs/stability.md lists the promise of each case and what was measured. `cargo xtask accept` runs the same cases in
+//! their long form.
+
+mod cases;
+
+/// Which form of the hard cases this binary runs.
+const FORM: cases::Form = cases::Form::Quick;
