@@ -13,8 +13,8 @@ use sonel_analysis::map_comparison;
 use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};
 use sonel_geometry::Geometry;
 use sonel_map::{
-    BatchStart, CoefficientTable, EmissionDirections, Ledger, MapHeader, MapWriter, PathWeight, Segment,
-    Settings, ShardRange, SonelMap, sweep,
+    BatchStart, CoefficientTable, EffectState, EmissionDirections, Ledger, MapHeader, MapWriter, PathWeight,
+    Segment, Settings, ShardRange, SonelMap, sweep,
 };
 use sonel_renderer::deposit::TimeBins;
 use sonel_renderer::{CoarseEchogram, ReceiverPoint, RenderSettings, Renderer, Rendering};
@@ -45,6 +45,18 @@ impl Traced {
     /// Traces `scene` into a map in memory.
     #[must_use]
     pub fn new(scene: Scene, settings: Settings) -> Self {
+        Self::with_effects(scene, settings, Vec::new())
+    }
+
+    /// Traces `scene` into a map that says its edges diffract.
+    #[must_use]
+    pub fn diffracting(scene: Scene, settings: Settings) -> Self {
+        let on = vec![true; scene.bands.count()];
+        let state = EffectState { name: "diffraction".to_owned(), on, reason: String::new() };
+        Self::with_effects(scene, settings, vec![state])
+    }
+
+    fn with_effects(scene: Scene, settings: Settings, effects: Vec<EffectState>) -> Self {
         let geometry = scene.geometry().expect("a sound mesh");
         let mut writer = MapWriter::begin(Cursor::new(Vec::new())).expect("memory");
         let books = Tracer::new(&scene, &geometry, settings)
@@ -52,13 +64,8 @@ impl Traced {
                 writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
             })
             .expect("a tight room");
-        let header = MapHeader {
-            tool_version: "test".to_owned(),
-            settings,
-            shard: ShardRange::WHOLE,
-            effects: Vec::new(),
-            scene,
-        };
+        let header =
+            MapHeader { tool_version: "test".to_owned(), settings, shard: ShardRange::WHOLE, effects, scene };
         let bytes = writer.finish(&header).expect("memory").into_inner();
         Self { geometry, map: SonelMap::from_bytes(&bytes).expect("just written"), books }
     }

@@ -2,6 +2,7 @@
 
 mod box_energies;
 mod conservation;
+mod diffraction;
 mod diffuse_box;
 mod diffuse_sphere;
 mod free_field;

@@ -1,10 +1,12 @@
-//! The classes without noise, L R and L S^k R, at every receiver.
+//! The classes without noise, L R and L S^k R with what edges do to them, at every receiver.
 
 use rayon::prelude::*;
+use sonel_map::coefficients::to_lanes;
 use sonel_map::{Lanes, lanes_of};
 
 use crate::deposit::{Deposits, add_lanes};
 use crate::direct::{direct_path, spread};
+use crate::edge::{EdgeArrival, Listening, Reflection};
 use crate::mirror::{MirrorChains, Radiator};
 use crate::receiver::PreparedReceiver;
 use crate::render::{PathClass, Renderer};
@@ -13,11 +15,17 @@ use crate::rendering::{CoarseEchogram, DiscreteArrival, Rendering};
 /// Mirror arrivals up to this order are listed one by one unless an order was asked for.
 const LISTED_ORDER: u32 = 6;
 
+/// Reflections of a mirror image that edges may change.
+const EDGE_ORDER: u32 = 2;
+
+/// The classes, as [`Part`] lists them.
+const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+
 /// What one receiver hears.
 struct Part {
     fine: Deposits,
     coarse: CoarseEchogram,
-    classes: [Vec<Lanes>; 2],
+    classes: [Vec<Lanes>; CLASSES.len()],
     arrivals: Vec<DiscreteArrival>,
 }
 
@@ -42,8 +50,9 @@ impl Renderer<'_> {
             for batch in &mut rendering.batches {
                 batch.push(part.coarse.clone());
             }
-            rendering.book(PathClass::Direct, 1.0, &part.classes[0]);
-            rendering.book(PathClass::MirrorChain, 1.0, &part.classes[1]);
+            for (class, energy) in CLASSES.into_iter().zip(&part.classes) {
+                rendering.book(class, 1.0, energy);
+            }
             rendering.arrivals.extend(part.arrivals);
         }
     }
@@ -60,7 +69,7 @@ impl Renderer<'_> {
         let mut part = Part {
             fine: Deposits::new(1, self.bins.count, bands),
             coarse: CoarseEchogram::new(borders.len(), bands),
-            classes: [vec![[0.0; 4]; lanes_of(bands)], vec![[0.0; 4]; lanes_of(bands)]],
+            classes: CLASSES.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
             arrivals: Vec::new(),
         };
         let mut energy = vec![[0.0; 4]; lanes_of(bands)];
@@ -80,8 +89,21 @@ impl Renderer<'_> {
             energy: vec![],
             towards,
             order,
+            over_edges: false,
         };
-        if let Some((length, direction)) = direct_path(self.geometry, radiator.position, receiver.exact) {
+        let direct = direct_path(self.geometry, radiator.position, receiver.exact);
+        let (over_edges, mut reflections) = self.hear_edges(radiator, chains, receiver, direct.is_some());
+        for arrival in &over_edges {
+            let class = if arrival.shaded { 2 } else { 0 };
+            let found = DiscreteArrival {
+                over_edges: arrival.shaded,
+                ..bare(arrival.length, arrival.towards.to_array(), arrival.order)
+            };
+            deposit(class, found, &to_lanes(arrival.energy.iter().copied()), true);
+        }
+        if let Some((length, direction)) = direct
+            && !over_edges.iter().any(|arrival| !arrival.shaded)
+        {
             let factor = radiator.factor(direction) * spread(length);
             for (band, attenuation) in self.attenuation.iter().enumerate() {
                 energy[band / 4][band % 4] = factor * libm::exp(-attenuation * length);
@@ -97,10 +119,45 @@ impl Renderer<'_> {
             if let Some(air) = &self.air {
                 air.attenuate(found.length, &mut energy);
             }
+            if found.order <= EDGE_ORDER
+                && let Some(reflection) = reflections.next()
+            {
+                for (band, ratio) in reflection.ratio.iter().enumerate() {
+                    energy[band / 4][band % 4] *= ratio;
+                }
+            }
             let arrival = bare(found.length, found.towards.to_array(), found.order);
             deposit(1, arrival, &energy, found.order <= listed);
         });
         part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
         part
+    }
+
+    /// What edges bring, and the mirror images of low order in the order of their visit, with what edges do to them.
+    fn hear_edges(
+        &self,
+        radiator: Radiator,
+        chains: &MirrorChains,
+        receiver: &PreparedReceiver,
+        clear: bool,
+    ) -> (Vec<EdgeArrival>, std::vec::IntoIter<Reflection>) {
+        let Some(edges) = &self.edges else { return (Vec::new(), Vec::new().into_iter()) };
+        let mut reflections = Vec::new();
+        chains.visit(self.geometry, &self.table, receiver.exact, self.bins.reach, |found| {
+            if found.order <= EDGE_ORDER {
+                reflections.push(Reflection::new(found, receiver.exact, self.table.bands()));
+            }
+        });
+        let at = Listening {
+            geometry: self.geometry,
+            table: &self.table,
+            attenuation: &self.attenuation,
+            radiator,
+            receiver: receiver.exact,
+            clear,
+            complete_order: chains.order(),
+        };
+        let arrivals = edges.hear(&at, &mut reflections);
+        (arrivals, reflections.into_iter())
     }
 }

@@ -6,6 +6,7 @@
 //! |---|---|
 //! | L R | [`direct`] |
 //! | L S^k R, k ≤ K | [`mirror`] (image sources over completely enumerated mirror chains) |
+//! | L E R, L S E R, and what edges add to the two above | `edge` (coherent sums over edges, where diffraction is on) |
 //! | … D R | [`connection`] (a shadow ray from every sonel; beside a surface shared with [`gather`]) |
 //! | … D S^k R, k ≤ K′ | [`mirror_connection`] (a connection from every sonel to one of the receiver's images) |
 //! | … D S⁺ R in geometries of many surfaces | [`gather`] (visibility rays and density estimation) |
@@ -20,6 +21,7 @@ pub mod crossing;
 pub mod deposit;
 mod deterministic;
 pub mod direct;
+mod edge;
 pub mod gather;
 pub mod kernel;
 pub mod mirror;

@@ -13,12 +13,16 @@ use thiserror::Error;
 
 use crate::air::AirTable;
 use crate::deposit::TimeBins;
+use crate::edge::Edges;
 use crate::gather::GatherSettings;
 use crate::gather::disc::Sheet;
 use crate::mirror::{MirrorChains, Radiator};
 use crate::mirror_connection::{has_few_surfaces, image_order};
 use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
 use crate::rendering::Rendering;
+
+/// The effect under which a map states whether edges diffract (docs/interface.md).
+const DIFFRACTION: &str = "diffraction";
 
 /// Receivers rendered in one sweep: bounds the memory.
 const RECEIVERS_IN_FLIGHT: usize = 64;
@@ -85,6 +89,8 @@ pub enum PathClass {
     Direct,
     /// L S^k R, k ≤ K.
     MirrorChain,
+    /// L E R and L S E R: over edges where the path without them is shaded.
+    Edge,
     /// L S^k R, k > K.
     LongMirrorChain,
     /// … D R.
@@ -97,9 +103,10 @@ pub enum PathClass {
 
 impl PathClass {
     /// All classes.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Direct,
         Self::MirrorChain,
+        Self::Edge,
         Self::LongMirrorChain,
         Self::Diffuse,
         Self::DiffuseMirror,
@@ -112,6 +119,7 @@ impl PathClass {
         match self {
             Self::Direct => "L R",
             Self::MirrorChain => "L S^k R, k <= K",
+            Self::Edge => "L E R, L S E R",
             Self::LongMirrorChain => "L S^k R, k > K",
             Self::Diffuse => "... D R",
             Self::DiffuseMirror => "... D S^k R, k <= K'",
@@ -169,6 +177,8 @@ pub struct Renderer<'a> {
     /// Bands that neither coefficients nor air tell apart: all estimators work on these.
     pub(crate) classes: BandClasses,
     pub(crate) table: CoefficientTable,
+    /// The edges, where they diffract.
+    pub(crate) edges: Option<Edges>,
     pub(crate) material_of: Vec<u32>,
     pub(crate) normals: Vec<Vec3>,
     pub(crate) batches: Vec<BatchStart>,
@@ -223,7 +233,15 @@ impl<'a> Renderer<'a> {
         }
         let traced = &map.header().settings;
         let layout = map.layout();
-        let classes = BandClasses::alike(&scene.materials, &attenuation, traced.spectral);
+        let diffracts =
+            map.header().effects.iter().any(|effect| effect.name == DIFFRACTION && effect.on.contains(&true))
+                && geometry.diffracting_edges().next().is_some();
+        // Edges tell all bands apart.
+        let classes = if diffracts {
+            BandClasses::separate(scene.bands.count())
+        } else {
+            BandClasses::alike(&scene.materials, &attenuation, traced.spectral)
+        };
         let attenuation: Vec<f64> = classes.representatives().map(|band| attenuation[band]).collect();
         let table = CoefficientTable::grouped(&scene.materials, &classes, traced.survival);
         Ok(Self {
@@ -237,6 +255,9 @@ impl<'a> Renderer<'a> {
                     geometry.surfaces().iter().map(|surface| Sheet::new(geometry, surface)).collect();
                 (sheets, gather_settings(&settings, geometry, traced, bins.reach))
             }),
+            edges: diffracts
+                .then(|| Edges::new(geometry, &table, &scene.bands, scene.speed_of_sound))
+                .flatten(),
             air: AirTable::new(&attenuation, bins.reach),
             attenuation,
             table,
@@ -362,6 +383,7 @@ impl<'a> Renderer<'a> {
         match class {
             PathClass::Direct => "shadow ray",
             PathClass::MirrorChain => "image sources",
+            PathClass::Edge => "edges",
             PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with gather",
             PathClass::Diffuse if self.connects_diffuse() => "connection",
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => "gather",
@@ -378,6 +400,8 @@ impl<'a> Renderer<'a> {
         match class {
             PathClass::Direct => "exact".to_owned(),
             PathClass::MirrorChain => format!("exact: enumerated completely up to order K = {mirror_order}"),
+            PathClass::Edge if self.edges.is_some() => "exact for rigid faces and first order".to_owned(),
+            PathClass::Edge => "diffraction is off or no edge diffracts".to_owned(),
             PathClass::LongMirrorChain => {
                 format!(
                     "beyond order K = {mirror_order} chains are too many to enumerate or were not asked for"

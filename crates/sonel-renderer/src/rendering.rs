@@ -20,6 +20,8 @@ pub struct DiscreteArrival {
     pub towards: [f64; 3],
     /// Number of reflections; zero for the direct sound.
     pub order: u32,
+    /// Whether it goes over edges, the path without them being shaded.
+    pub over_edges: bool,
 }
 
 /// Echograms of one source at all receivers.

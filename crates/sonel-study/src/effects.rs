@@ -121,11 +121,26 @@ pub fn apply(spec: &EffectSpec, scene: &mut Scene) -> Vec<EffectState> {
 fn decide(effect: Effect, wish: Wish, scene: &mut Scene) -> EffectState {
     let bands = scene.bands.count();
     let (on, reason) = match effect {
+        Effect::Diffraction => decide_diffraction(wish, scene),
         Effect::Air => decide_air(wish, scene),
         Effect::Directivity => decide_directivity(wish, scene),
         _ => (vec![false; bands], "not built yet".to_owned()),
     };
     EffectState { name: effect.name().to_owned(), on, reason }
+}
+
+/// Edges are asked for: what they are worth in a scene is not estimated yet.
+fn decide_diffraction(wish: Wish, scene: &Scene) -> (Vec<bool>, String) {
+    let edges = || scene.geometry().map_or(0, |geometry| geometry.diffracting_edges().count());
+    let (on, reason) = match wish {
+        Wish::Off => (false, "asked for".to_owned()),
+        Wish::Auto => (false, "left out unless asked for with +diffraction".to_owned()),
+        Wish::On => match edges() {
+            0 => (false, "no edge diffracts".to_owned()),
+            count => (true, format!("asked for: {count} edges, direct path and mirror images of low order")),
+        },
+    };
+    (vec![on; scene.bands.count()], reason)
 }
 
 fn decide_air(wish: Wish, scene: &mut Scene) -> (Vec<bool>, String) {

@@ -85,7 +85,11 @@ impl Run<'_> {
         let mut arrivals = Arrivals::default();
         for (source, rendering) in renderings.iter().enumerate() {
             for arrival in &rendering.arrivals {
-                let kind = if arrival.order == 0 { ArrivalKind::Direct } else { ArrivalKind::MirrorChain };
+                let kind = match arrival.order {
+                    _ if arrival.over_edges => ArrivalKind::Edge,
+                    0 => ArrivalKind::Direct,
+                    _ => ArrivalKind::MirrorChain,
+                };
                 arrivals.source.push(source as u32);
                 arrivals.receiver.push(arrival.receiver as u32);
                 arrivals.time_s.push(self.renderer.bins().time(arrival.length));

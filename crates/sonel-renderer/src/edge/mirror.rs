@@ -1,0 +1,80 @@
+//! Planes as mirrors: images of points, and mirror paths between two points.
+
+use glam::DVec3;
+use sonel_geometry::{Departure, Geometry, PlaneId, Side, SurfaceId};
+use sonel_map::CoefficientTable;
+
+/// A plane seen from the side of its normal.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PlaneMirror {
+    pub plane: PlaneId,
+    /// One of the surfaces in it.
+    pub surface: SurfaceId,
+    /// Unit normal towards the air.
+    normal: DVec3,
+    /// normal · x of its points, about the scene's centre [m].
+    offset: f64,
+}
+
+impl PlaneMirror {
+    /// The plane of `surface`, seen from `side`.
+    #[must_use]
+    pub fn new(geometry: &Geometry, surface: SurfaceId, side: Side) -> Self {
+        let of = geometry.surface(surface);
+        let normal = of.normal * side.sign();
+        let offset = side.sign() * (of.offset - of.normal.dot(geometry.center()));
+        Self { plane: of.plane, surface, normal, offset }
+    }
+
+    /// Height of `point` over the plane, positive in the air before it [m].
+    #[must_use]
+    pub fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+
+    /// The mirror image of `point`.
+    #[must_use]
+    pub fn image(&self, point: DVec3) -> DVec3 {
+        point - 2.0 * self.height(point) * self.normal
+    }
+
+    /// Where the mirror path from `from` to `to` is reflected, if it is clear.
+    #[must_use]
+    pub fn reflection(&self, geometry: &Geometry, from: DVec3, to: DVec3) -> Option<DVec3> {
+        let (above, below) = (self.height(from), self.height(to));
+        if above <= 0.0 || below <= 0.0 {
+            return None;
+        }
+        let image = self.image(to);
+        let point = from + (image - from) * (above / (above + below));
+        let direction = (image - from).normalize().as_vec3();
+        let hit = geometry.closest_hit(Departure::free(from.as_vec3()), direction)?;
+        if geometry.surface(hit.surface).plane != self.plane {
+            return None;
+        }
+        let departure = geometry.leave(hit.position, hit.surface, hit.side);
+        (!geometry.is_blocked(departure, to.as_vec3())).then_some(point)
+    }
+}
+
+/// All planes that mirror anything in any band, from every side that faces air, each once.
+#[must_use]
+pub(crate) fn planes(geometry: &Geometry, table: &CoefficientTable) -> Vec<PlaneMirror> {
+    let mut planes: Vec<PlaneMirror> = Vec::new();
+    for (index, surface) in geometry.surfaces().iter().enumerate() {
+        let specular = &table.material(surface.material).specular.energy;
+        if specular.iter().flatten().all(|&factor| factor <= 0.0) {
+            continue;
+        }
+        let sides = if surface.closed { &[Side::Front][..] } else { &[Side::Front, Side::Back] };
+        for &side in sides {
+            let mirror = PlaneMirror::new(geometry, SurfaceId(index as u32), side);
+            let known =
+                |other: &PlaneMirror| other.plane == mirror.plane && other.normal.dot(mirror.normal) > 0.0;
+            if !planes.iter().any(known) {
+                planes.push(mirror);
+            }
+        }
+    }
+    planes
+}

@@ -1,0 +1,144 @@
+//! L E R and L S E R: what edges do to the direct path and to the mirror images of low order.
+//!
+//! Every base path (the direct one, and one mirror reflection at a plane without diffracting edges) is a family of waves:
+//! itself where it is clear, the terms of every edge about it that belong to it, and for each plane at an edge the mirror
+//! image in it with the terms that belong to that ([`family`]). The family replaces the base path and those images:
+//! their energies are never added to it. Which part of an edge takes part is what both ends see of it ([`view`]).
+//!
+//! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
+//! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
+//!
+//! References: [Svensson1999] (docs/references.md), docs/physics.md §5.1.
+
+mod family;
+mod mirror;
+mod view;
+
+use glam::DVec3;
+use sonel_acoustics::Bands;
+use sonel_diffraction::{Spectrum, Wedge};
+use sonel_geometry::Geometry;
+use sonel_map::{CoefficientTable, Lanes};
+
+use crate::mirror::{MirrorArrival, Radiator};
+use mirror::PlaneMirror;
+
+/// Base paths with a reflection are diffracted as long as planes times edges are no more than this.
+const PAIR_LIMIT: usize = 2000;
+
+/// An edge of the room.
+pub(crate) struct RoomEdge {
+    /// About the scene's centre.
+    wedge: Wedge,
+    /// The plane of each face, and on which side of its normal the air is.
+    faces: [PlaneMirror; 2],
+}
+
+/// All edges that diffract, and what they have to be asked with.
+pub(crate) struct Edges {
+    edges: Vec<RoomEdge>,
+    /// Planes without edges in which base paths are mirrored.
+    mirrors: Vec<PlaneMirror>,
+    spectrum: Spectrum,
+}
+
+/// A mirror image that reaches the receiver.
+pub(crate) struct Reflection {
+    /// Where the sound seems to come from, about the scene's centre [m].
+    image: DVec3,
+    /// ∏ (1−α)(1−s) times the source's directivity factor, per band.
+    factor: Vec<f64>,
+    /// Energy over that of the mirror image alone, per band: 1 but where edges have a say.
+    pub ratio: Vec<f64>,
+}
+
+/// Sound over edges that replaces a base path which is shaded, or is added to one that is clear.
+pub(crate) struct EdgeArrival {
+    /// Length of its way [m].
+    pub length: f64,
+    /// Unit direction from the receiver to where it comes from.
+    pub towards: DVec3,
+    /// Number of reflections.
+    pub order: u32,
+    /// Whether it goes over an edge only: the base path is shaded.
+    pub shaded: bool,
+    /// Fluence per unit emitted energy per band, attenuated by air [1/m²].
+    pub energy: Vec<f64>,
+}
+
+/// Where sound is heard, and what is known of it.
+pub(crate) struct Listening<'a> {
+    pub geometry: &'a Geometry,
+    pub table: &'a CoefficientTable,
+    /// m per band [1/m].
+    pub attenuation: &'a [f64],
+    pub radiator: Radiator,
+    /// About the scene's centre [m].
+    pub receiver: DVec3,
+    /// Whether the direct path is clear.
+    pub clear: bool,
+    /// K: mirror images of at most so many reflections are known completely.
+    pub complete_order: u32,
+}
+
+impl Edges {
+    /// The edges of `geometry`; [`None`] where it has none that diffract.
+    #[must_use]
+    pub fn new(
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        bands: &Bands,
+        speed_of_sound: f64,
+    ) -> Option<Self> {
+        let local = |point: DVec3| point - geometry.center();
+        let edges: Vec<RoomEdge> = geometry
+            .diffracting_edges()
+            .flat_map(|edge| edge.sectors.iter().map(move |sector| (edge, sector)))
+            .filter_map(|(edge, sector)| {
+                let wedge = Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)?;
+                let faces = sector.faces.map(|(surface, side)| PlaneMirror::new(geometry, surface, side));
+                Some(RoomEdge { wedge, faces })
+            })
+            .collect();
+        if edges.is_empty() {
+            return None;
+        }
+        let mut mirrors = mirror::planes(geometry, table);
+        mirrors.retain(|mirror| {
+            !edges.iter().any(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane))
+        });
+        if mirrors.len() * edges.len() > PAIR_LIMIT {
+            mirrors.clear();
+        }
+        let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
+        Some(Self { edges, mirrors, spectrum: Spectrum::new(&borders, speed_of_sound) })
+    }
+
+    /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the
+    /// ratios of those that edges change are set.
+    pub fn hear(&self, at: &Listening<'_>, reflections: &mut [Reflection]) -> Vec<EdgeArrival> {
+        let mut arrivals = Vec::new();
+        // The images in the planes at the edges have one reflection more than their base.
+        let mirrors = if at.complete_order >= 2 { &self.mirrors[..] } else { &[] };
+        for base in std::iter::once(None).chain(mirrors.iter().map(Some)) {
+            arrivals.extend(family::Family::new(self, at, base, reflections).hear(reflections));
+        }
+        arrivals
+    }
+}
+
+impl Reflection {
+    /// `found` at `receiver` (about the scene's centre [m]).
+    #[must_use]
+    pub fn new(found: &MirrorArrival<'_>, receiver: DVec3, bands: usize) -> Self {
+        Self {
+            image: receiver + found.towards * found.length,
+            factor: flat(found.factor, bands),
+            ratio: vec![1.0; bands],
+        }
+    }
+}
+
+fn flat(lanes: &[Lanes], bands: usize) -> Vec<f64> {
+    (0..bands).map(|band| lanes[band / 4][band % 4]).collect()
+}

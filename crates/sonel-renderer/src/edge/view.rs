@@ -1,0 +1,110 @@
+//! Which part of an edge source and receiver both see.
+//!
+//! Seen stretches are found at points along the edge and their ends by halving, so that a stretch shrinks continuously as
+//! something moves in front of it; what is hidden between two neighbouring points stays unnoticed. A finite edge is
+//! exact for any stretch, and stretches that are cut by an obstacle radiate as if they ended there.
+
+use glam::DVec3;
+use sonel_diffraction::Wedge;
+use sonel_geometry::{Departure, Geometry};
+
+use super::mirror::PlaneMirror;
+
+/// Points at which an edge is looked at.
+const POINTS: usize = 9;
+/// Halvings of the distance between two of them where a stretch ends: to a thousandth of the edge and less.
+const HALVINGS: usize = 8;
+
+/// A base path unfolded about an edge: straight from `source` to the edge and on to `receiver`, one of which may be a mirror
+/// image.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Leg {
+    /// Where the sound comes from, unfolded [m].
+    pub source: DVec3,
+    /// Where it goes, unfolded [m].
+    pub receiver: DVec3,
+    /// The mirror, and whether the sound meets it before the edge.
+    pub mirror: Option<(PlaneMirror, bool)>,
+}
+
+impl Leg {
+    /// Whether the sound of `source` reaches `point` and from there `receiver`.
+    fn sees(&self, geometry: &Geometry, point: DVec3) -> bool {
+        let straight = |from: DVec3| !geometry.is_blocked(Departure::free(from.as_vec3()), point.as_vec3());
+        let mirrored = |image: DVec3, mirror: &PlaneMirror| {
+            mirror.reflection(geometry, mirror.image(image), point).is_some()
+        };
+        match &self.mirror {
+            None => straight(self.source) && straight(self.receiver),
+            Some((mirror, true)) => straight(self.receiver) && mirrored(self.source, mirror),
+            Some((mirror, false)) => straight(self.source) && mirrored(self.receiver, mirror),
+        }
+    }
+
+    /// Unit direction from the receiver to where sound from `point` on the edge seems to come from.
+    pub fn towards(&self, point: DVec3) -> DVec3 {
+        match &self.mirror {
+            Some((mirror, false)) => (mirror.image(point) - mirror.image(self.receiver)).normalize_or_zero(),
+            _ => (point - self.receiver).normalize_or_zero(),
+        }
+    }
+
+    /// Direction in which the sound leaves the source for `point` on the edge [m].
+    pub fn leaving(&self, point: DVec3) -> DVec3 {
+        match &self.mirror {
+            Some((mirror, true)) => mirror.image(point) - mirror.image(self.source),
+            _ => point - self.source,
+        }
+    }
+
+    /// The stretches of the edge, from its start [m], that both ends see.
+    pub fn stretches(&self, geometry: &Geometry, wedge: &Wedge) -> Vec<[f64; 2]> {
+        let at = |share: f64| share * wedge.length();
+        let seen = |share: f64| self.sees(geometry, wedge.at(at(share)));
+        let share = |point: usize| (point as f64 + 0.5) / POINTS as f64;
+        let points: Vec<bool> = (0..POINTS).map(|point| seen(share(point))).collect();
+        let border = |mut clear: f64, mut hidden: f64| {
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (clear + hidden);
+                if seen(middle) {
+                    clear = middle;
+                } else {
+                    hidden = middle;
+                }
+            }
+            0.5 * (clear + hidden)
+        };
+        let mut stretches = Vec::new();
+        let mut first = None;
+        for point in 0..=POINTS {
+            match (first, points.get(point).copied().unwrap_or(false)) {
+                (None, true) if point == 0 => first = Some(self.end(&seen, share(0), 0.0, &border)),
+                (None, true) => first = Some(border(share(point), share(point - 1))),
+                (Some(from), false) => {
+                    let to = if point == POINTS {
+                        self.end(&seen, share(point - 1), 1.0, &border)
+                    } else {
+                        border(share(point - 1), share(point))
+                    };
+                    stretches.push([at(from), at(to)]);
+                    first = None;
+                }
+                _ => {}
+            }
+        }
+        stretches
+    }
+
+    /// How far a stretch reaches towards the edge's `end` beyond its outermost point.
+    fn end(
+        &self,
+        seen: &impl Fn(f64) -> bool,
+        point: f64,
+        end: f64,
+        border: &impl Fn(f64, f64) -> f64,
+    ) -> f64 {
+        // Not the very end, where other faces begin.
+        let last = end + (point - end) * libm::ldexp(1.0, -(HALVINGS as i32));
+        if seen(last) { end } else { border(point, end) }
+    }
+}

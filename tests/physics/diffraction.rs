@@ -1,0 +1,229 @@
+//! Edges in rooms and in the open: known losses through the whole pipeline, walks across every boundary, exchange of
+//! source and receiver, and places where formulas like to break.
+
+use glam::DVec3;
+use sonel_acoustics::{BandWidth, Bands, Material};
+use sonel_geometry::{Mesh, MeshTriangle};
+use sonel_map::Settings;
+use sonel_renderer::{PathClass, RenderSettings, Rendering};
+use sonel_scene::Scene;
+use sonel_testkit::analytic::free_field;
+use sonel_testkit::uniform::Uniform;
+use sonel_tests::{Traced, shipped};
+
+fn octaves() -> Bands {
+    Bands::new(vec![125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0], BandWidth::Octave).expect("octaves")
+}
+
+fn quad(corners: [[f64; 3]; 4]) -> Mesh {
+    let triangle = |corners| MeshTriangle { corners, material: 0 };
+    Mesh {
+        vertices: corners.map(DVec3::from).to_vec(),
+        triangles: vec![triangle([0, 1, 2]), triangle([0, 2, 3])],
+    }
+}
+
+/// A rectangular screen in the plane x = 0.
+fn screen(y: [f64; 2], z: [f64; 2]) -> Mesh {
+    quad([[0.0, y[0], z[0]], [0.0, y[1], z[0]], [0.0, y[1], z[1]], [0.0, y[0], z[1]]])
+}
+
+fn open_scene(mesh: Mesh, absorption: f64, source: [f64; 3], receivers: &[[f64; 3]]) -> Scene {
+    let material = Material::uniform("screen", absorption, 0.0, 6);
+    let mut scene = Scene::from_parts(mesh, vec![material], octaves(), 2.0)
+        .with_source("source", source)
+        .without_air_attenuation();
+    scene.speed_of_sound = 343.0;
+    receivers
+        .iter()
+        .enumerate()
+        .fold(scene, |scene, (index, &at)| scene.with_receiver(&format!("{index}"), at))
+}
+
+fn rendered(scene: Scene) -> Rendering {
+    Traced::diffracting(scene, Settings { emissions: 32, ..Settings::default() })
+        .render(RenderSettings::default())
+}
+
+/// Energy of everything without noise at each receiver: `[receiver][band]`, and the arrivals over edges alone.
+fn deterministic(rendering: &Rendering, receivers: usize) -> Vec<Vec<f64>> {
+    let mut sums = vec![vec![0.0; 6]; receivers];
+    for arrival in &rendering.arrivals {
+        for (sum, energy) in sums[arrival.receiver].iter_mut().zip(&arrival.energy) {
+            *sum += energy;
+        }
+    }
+    sums
+}
+
+fn assert_losses(energy: &[f64], distance: f64, expected: [f64; 6], tolerance: f64) {
+    for (energy, expected) in energy.iter().zip(expected) {
+        let loss = -10.0 * (energy / free_field(distance, 0.0)).log10();
+        assert!((loss - expected).abs() <= tolerance, "{loss} dB instead of {expected} dB");
+    }
+}
+
+/// Known losses of a half plane, 10 m + 10 m, with the half plane as a mesh of 600 m.
+#[test]
+fn a_wide_screen_shades_as_a_half_plane() {
+    let known =
+        [(1.0, [8.13, 9.60, 11.41, 13.62, 16.19, 19.01]), (3.0, [12.78, 15.43, 18.30, 21.26, 24.26, 27.26])];
+    for (below, expected) in known {
+        let mesh = screen([-300.0, 300.0], [-600.0, 0.0]);
+        let rendering = rendered(open_scene(mesh, 0.0, [-10.0, 0.0, -below], &[[10.0, 0.0, -below]]));
+        assert_losses(&deterministic(&rendering, 1)[0], 20.0, expected, 0.2);
+        assert!(rendering.arrivals[0].over_edges);
+        let detour = 2.0 * 10f64.hypot(below);
+        assert!((rendering.arrivals[0].length - detour).abs() < 1e-6, "the detour's time");
+    }
+}
+
+/// A known corner of 270°, as two walls of 600 m.
+#[test]
+fn a_corner_shades_as_a_wedge() {
+    let mut mesh = quad([[0.0, 0.0, -300.0], [300.0, 0.0, -300.0], [300.0, 0.0, 300.0], [0.0, 0.0, 300.0]]);
+    let second = quad([[0.0, 0.0, -300.0], [0.0, 0.0, 300.0], [0.0, -300.0, 300.0], [0.0, -300.0, -300.0]]);
+    mesh.vertices.extend(second.vertices);
+    mesh.triangles.extend(
+        second
+            .triangles
+            .iter()
+            .map(|t| MeshTriangle { corners: t.corners.map(|corner| corner + 4), material: 0 }),
+    );
+    let at = |radius: f64, degrees: f64, z: f64| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        [radius * cosine, radius * sine, z]
+    };
+    let (source, receiver) = (at(8.0, 30.0, 0.0), at(6.0, 235.0, 2.0));
+    let distance = DVec3::from(source).distance(DVec3::from(receiver));
+    let rendering = rendered(open_scene(mesh, 0.0, source, &[receiver]));
+    assert_losses(&deterministic(&rendering, 1)[0], distance, [7.13, 9.49, 12.11, 14.94, 17.88, 20.87], 0.2);
+}
+
+/// Both free edges of the seed room's screen, relative to free field over 45.288 m.
+#[test]
+fn the_screen_of_the_seed_room_shades_as_known() {
+    let rendering = rendered(shipped("seed-room"));
+    let over = rendering.arrivals.iter().find(|arrival| arrival.over_edges && arrival.order == 0);
+    let expected = [17.27, 20.08, 23.57, 26.36, 29.46, 32.21];
+    assert_losses(&over.expect("an arrival over edges").energy, 45.288, expected, 0.5);
+    let direct = &rendering.classes[PathClass::Direct as usize].1;
+    assert!(direct.iter().all(|&energy| energy <= 0.0), "the direct path is blocked: {direct:?}");
+}
+
+/// Largest change of level between neighbours 1 mm apart on a straight walk [dB].
+fn largest_step(scene: impl Fn(&[[f64; 3]]) -> Scene, from: [f64; 3], along: [f64; 3], steps: usize) -> f64 {
+    let receivers: Vec<[f64; 3]> =
+        (0..steps).map(|step| [0, 1, 2].map(|i| from[i] + 0.001 * step as f64 * along[i])).collect();
+    let energies = deterministic(&rendered(scene(&receivers)), steps);
+    let level = |energy: f64| 10.0 * energy.log10();
+    let steps = energies.windows(2).flat_map(|pair| {
+        let change = pair[0].iter().zip(&pair[1]).map(|(a, b)| (level(*a) - level(*b)).abs());
+        change.collect::<Vec<f64>>()
+    });
+    steps.fold(0.0, f64::max)
+}
+
+/// Behind a panel across its shadow, before it across its mirror image, and beside its corner across both rims at once.
+#[test]
+fn walks_across_boundaries_have_no_steps() {
+    for absorption in [0.0, 0.6] {
+        let source = [-3.0, 0.2, 0.4];
+        let scene = |receivers: &[[f64; 3]]| {
+            open_scene(screen([-1.0, 1.5], [-0.8, 1.2]), absorption, source, receivers)
+        };
+        // The shadow of the rim z = 1.2 at x = 3 is at z = 2, that of y = 1.5 at y = 2.8.
+        let behind = largest_step(scene, [3.0, 0.2, 1.96], [0.0, 0.0, 1.0], 80);
+        let corner = largest_step(scene, [3.0, 2.7603, 1.96], [0.0, 1.0, 1.0], 80);
+        // The mirror image of the source, at x = 3, is seen from x = -3 over the same rims.
+        let before = largest_step(scene, [-3.0, 0.2, 1.96], [0.0, 0.0, 1.0], 80);
+        for step in [behind, corner, before] {
+            assert!(step < 0.1, "α = {absorption}: {behind} {corner} {before} dB");
+        }
+    }
+}
+
+/// What the walk has to find: without diffraction the direct sound and the mirror image begin at once.
+#[test]
+fn without_diffraction_the_walks_step() {
+    let scene = |receivers: &[[f64; 3]]| {
+        open_scene(screen([-1.0, 1.5], [-0.8, 1.2]), 0.0, [-3.0, 0.2, 0.4], receivers)
+    };
+    let receivers: Vec<[f64; 3]> = (0..80).map(|step| [-3.0, 0.2, 1.96 + 0.001 * f64::from(step)]).collect();
+    let traced = Traced::new(scene(&receivers), Settings { emissions: 32, ..Settings::default() });
+    let energies = deterministic(&traced.render(RenderSettings::default()), 80);
+    assert!(energies.windows(2).any(|pair| (pair[0][0] / pair[1][0]).log10().abs() > 0.02));
+}
+
+/// Exchanged, source and receiver hear the same, in shadow and beside it, over a box as over a sheet.
+#[test]
+fn exchange_of_source_and_receiver_changes_nothing() {
+    let places = [[-2.0, 0.3, 0.1], [2.5, -0.4, 0.2], [1.0, 3.0, -1.0], [-1.5, 0.0, 2.2]];
+    let mut cover = Mesh::shoebox([0.5, 1.0, 0.7], [0; 6]);
+    // Without its floor, since all air is within a closed shell.
+    cover.triangles.drain(8..10);
+    for mesh in [screen([-1.0, 1.5], [-0.8, 1.2]), cover] {
+        for (index, &a) in places.iter().enumerate() {
+            for &b in &places[..index] {
+                let heard = |from, to| {
+                    deterministic(&rendered(open_scene(mesh.clone(), 0.3, from, &[to])), 1).remove(0)
+                };
+                for (there, back) in heard(a, b).iter().zip(heard(b, a)) {
+                    assert!((there / back - 1.0).abs() < 1e-3, "{a:?} {b:?}: {there} {back}");
+                }
+            }
+        }
+    }
+}
+
+/// Edges shorter than the wavelength, receivers on rims, on their lines, in the plane of the panel and grazing along it.
+#[test]
+fn every_level_is_finite() {
+    let mut random = Uniform::new(7);
+    for size in [0.01, 0.3, 5.0] {
+        let mesh = screen([-size, size], [-size, 0.5 * size]);
+        let mut receivers = vec![
+            [0.0, 0.0, 0.5 * size],
+            [0.0, size, 0.5 * size],
+            [0.0, 2.0 * size, 0.5 * size],
+            [0.0, 0.0, 3.0],
+            [1e-6, 0.0, 0.0],
+            [2.0, 0.0, 0.5 * size],
+        ];
+        receivers.extend((0..20).map(|_| [0; 3].map(|_| 4.0 * random.next_f64() - 2.0)));
+        for source in [[0.0, 0.0, 2.0 * size], [-2.0, 0.1, 0.2], [-1e-6, 0.1 * size, 0.1 * size]] {
+            let count = receivers.len();
+            let energies = deterministic(&rendered(open_scene(mesh.clone(), 0.1, source, &receivers)), count);
+            for (receiver, energies) in receivers.iter().zip(energies) {
+                assert!(
+                    energies.iter().all(|energy| energy.is_finite() && *energy >= 0.0),
+                    "{source:?} {receiver:?}: {energies:?}"
+                );
+            }
+        }
+    }
+}
+
+/// A panel much smaller than the wavelength is not there.
+#[test]
+fn a_tiny_panel_shades_nothing() {
+    let mesh = screen([-0.004, 0.004], [-0.004, 0.004]);
+    let rendering = rendered(open_scene(mesh, 0.0, [-3.0, 0.0, 0.0], &[[3.0, 0.0, 0.0]]));
+    let energy = deterministic(&rendering, 1).remove(0);
+    for (energy, tolerance) in energy.iter().zip([0.1, 0.1, 0.1, 0.2]) {
+        let loss = -10.0 * (energy / free_field(6.0, 0.0)).log10();
+        assert!(loss.abs() < tolerance, "{loss} dB");
+    }
+}
+
+/// A room without edges: the same bytes, whatever the map says of diffraction.
+#[test]
+fn a_room_without_edges_pays_nothing() {
+    let room = Scene::shoebox([6.0, 5.0, 4.0], Material::uniform("wall", 0.2, 0.3, 6), octaves())
+        .with_source("source", [1.0, 1.5, 1.2])
+        .with_receiver("receiver", [4.0, 3.0, 2.0]);
+    let settings = Settings { emissions: 200, ..Settings::default() };
+    let with = Traced::diffracting(room.clone(), settings).render(RenderSettings::default());
+    let without = Traced::new(room, settings).render(RenderSettings::default());
+    assert_eq!((with.classes, with.arrivals), (without.classes, without.arrivals));
+}
