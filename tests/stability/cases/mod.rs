@@ -3,7 +3,11 @@
 mod air;
 mod coefficients;
 mod decays;
+mod estimators;
 mod geometry;
+mod positions;
+mod properties;
+mod statistics;
 
 /// How much a case spends.
 #[derive(Clone, Copy, PartialEq, Eq)]

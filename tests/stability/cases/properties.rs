@@ -1,0 +1,270 @@
+//! Laws that hold in every room, in rooms drawn at random.
+
+use glam::DVec3;
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngSeed, TestCaseError, TestRunner};
+use sonel_acoustics::{BandWidth, Bands, Material};
+use sonel_analysis::{Parameter, parameters};
+use sonel_geometry::Mesh;
+use sonel_map::{Fate, Settings};
+use sonel_renderer::{Estimator, RenderSettings};
+use sonel_scene::Scene;
+use sonel_testkit::z_test::{Estimate, Within, agree};
+use sonel_tests::change::{exchanged, moved};
+use sonel_tests::estimates::{Windows, windows};
+use sonel_tests::{Traced, meshes};
+
+use super::form;
+
+/// A box with walls of their own, a screen or none, a source and a receiver.
+#[derive(Debug, Clone)]
+struct Room {
+    size: [f64; 3],
+    absorption: [[f64; 6]; 2],
+    scattering: [[f64; 6]; 2],
+    /// Where along each axis, as a part of the size.
+    source: [f64; 3],
+    receiver: [f64; 3],
+    screen: bool,
+}
+
+fn rooms() -> impl Strategy<Value = Room> {
+    let size = [2.0..30.0, 2.0..20.0, 2.0..10.0];
+    let share = || [0.05..0.45, 0.05..0.95, 0.05..0.95];
+    let absorption = proptest::array::uniform2(proptest::array::uniform6(0.03..0.95_f64));
+    let scattering =
+        proptest::array::uniform2(proptest::array::uniform6(prop_oneof![Just(0.0), 0.0..1.0, Just(1.0)]));
+    (size, absorption, scattering, share(), share(), any::<bool>()).prop_map(
+        |(size, absorption, scattering, source, [x, y, z], screen)| Room {
+            size,
+            absorption,
+            scattering,
+            source,
+            // On the other side of the middle.
+            receiver: [x + 0.5, y, z],
+            screen,
+        },
+    )
+}
+
+impl Room {
+    fn mesh(&self) -> Mesh {
+        let mut mesh = Mesh::shoebox(self.size, [0, 1, 2, 3, 4, 5]);
+        if self.screen {
+            let at = |y: f64, z: f64| DVec3::from(self.size) * DVec3::new(0.48, y, z);
+            meshes::add_quad(&mut mesh, 2, [at(0.3, 0.0), at(0.8, 0.0), at(0.8, 0.7), at(0.3, 0.7)]);
+        }
+        mesh
+    }
+
+    /// Lasts until 25 free paths have been gone.
+    fn scene(&self) -> Scene {
+        let [x, y, z] = self.size;
+        let free_path = 2.0 * x * y * z / (x * y + y * z + z * x);
+        let bands = Bands::new(vec![500.0, 1000.0], BandWidth::Octave).expect("two octaves");
+        let wall = |wall: usize| Material {
+            absorption: self.absorption.iter().map(|walls| walls[wall]).collect(),
+            scattering: self.scattering.iter().map(|walls| walls[wall]).collect(),
+            ..Material::uniform("wall", 0.0, 0.0, 2)
+        };
+        let place = |share: [f64; 3]| (DVec3::from(share) * DVec3::from(self.size)).to_array();
+        let mut scene = Scene::from_parts(self.mesh(), (0..6).map(wall).collect(), bands, 0.0)
+            .with_source("source", place(self.source))
+            .with_receiver("receiver", place(self.receiver))
+            .without_air_attenuation();
+        scene.speed_of_sound = 343.0;
+        // A whole number of milliseconds.
+        scene.with_duration((25.0 * free_path / 343.0 * 1000.0).ceil() / 1000.0)
+    }
+}
+
+fn settings(seed: u64) -> Settings {
+    Settings { emissions: form(3_000, 30_000), seed, ..Settings::default() }
+}
+
+fn borders(duration: f64) -> [f64; 4] {
+    [0.0, 0.1, 0.3, 1.0].map(|share| (share * duration * 1000.0).round() / 1000.0)
+}
+
+/// Energies of both bands between [`borders`].
+fn heard(scene: Scene, settings: Settings, estimator: Estimator) -> Vec<Windows> {
+    let borders = borders(scene.duration);
+    let traced = Traced::new(scene, settings);
+    let settings = RenderSettings { estimator, rays: 4_096, ..RenderSettings::default() };
+    windows(&traced, settings, &borders).swap_remove(0)
+}
+
+/// Runs `law` in random rooms, the same ones each time.
+fn in_rooms(seed: u64, law: impl Fn(Room) -> Result<(), String>) {
+    let config = Config {
+        cases: form(4, 60),
+        rng_seed: RngSeed::Fixed(seed),
+        failure_persistence: None,
+        max_shrink_iters: 0,
+        ..Config::default()
+    };
+    let checked = TestRunner::new(config).run(&rooms(), |room| law(room).map_err(TestCaseError::fail));
+    checked.unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// Whether all windows agree within six joint standard errors: of the hundreds of windows of a law, few batches of which
+/// are normal, none is beyond by chance. A window whose error exceeds a third of its energy says nothing and is left out.
+fn agreement(first: &[Windows], second: &[Windows]) -> Result<usize, String> {
+    let mut compared = 0;
+    for (band, (first, second)) in first.iter().zip(second).enumerate() {
+        let all: f64 = second.iter().map(|window| window.value).sum();
+        for (window, (&first, &second)) in first.iter().zip(second).enumerate() {
+            // Where images own everything there is no spread: a millionth stands for their rounding.
+            let known = |estimate: Estimate| Estimate {
+                sigma: estimate.sigma.max(1e-6 * estimate.value.abs()).max(1e-9 * all),
+                ..estimate
+            };
+            let (first, second) = (known(first), known(second));
+            let within = Within { sigmas: 6.0, maximal_sigma: 0.33 * first.value.max(second.value) };
+            if first.sigma.hypot(second.sigma) > within.maximal_sigma {
+                continue;
+            }
+            agree(first, second, within).map_err(|error| format!("band {band}, window {window}: {error}"))?;
+            compared += 1;
+        }
+    }
+    Ok(compared)
+}
+
+fn must_agree(first: &[Windows], second: &[Windows]) -> Result<(), String> {
+    let compared = agreement(first, second)?;
+    if compared < 3 { Err(format!("only {compared} windows say anything")) } else { Ok(()) }
+}
+
+#[test]
+fn source_and_receiver_may_be_exchanged_in_any_room() {
+    in_rooms(1, |room| {
+        let there = heard(room.scene(), settings(1), Estimator::Auto);
+        must_agree(&there, &heard(exchanged(room.scene(), 0), settings(2), Estimator::Auto))
+    });
+}
+
+#[test]
+fn any_room_may_stand_anywhere() {
+    in_rooms(2, |room| {
+        let here = heard(room.scene(), settings(1), Estimator::Auto);
+        must_agree(&here, &heard(moved(room.scene()), settings(2), Estimator::Auto))
+    });
+}
+
+#[test]
+fn faces_of_any_room_may_be_divided() {
+    in_rooms(3, |room| {
+        let whole = heard(room.scene(), settings(1), Estimator::Auto);
+        let mut scene = room.scene();
+        scene.mesh = meshes::tessellated(&scene.mesh, 2);
+        must_agree(&whole, &heard(scene, settings(2), Estimator::Auto))
+    });
+}
+
+/// By two different ways: images of the receiver or visibility rays where they are best, and spheres alone.
+#[test]
+fn estimators_agree_in_any_room() {
+    in_rooms(4, |room| {
+        let auto = heard(room.scene(), settings(1), Estimator::Auto);
+        must_agree(&auto, &heard(room.scene(), settings(2), Estimator::Connection))
+    });
+}
+
+/// The sibling of all of these: another room is told from this one.
+#[test]
+fn a_room_that_absorbs_more_is_told_apart() {
+    in_rooms(5, |room| {
+        let here = heard(room.scene(), settings(1), Estimator::Auto);
+        let mut more = room;
+        more.absorption.iter_mut().flatten().for_each(|absorption| *absorption += 0.5 * (1.0 - *absorption));
+        match agreement(&here, &heard(more.scene(), settings(2), Estimator::Auto)) {
+            Ok(compared) => {
+                Err(format!("half of all reflections are missing and none of {compared} windows shows it"))
+            }
+            Err(_) => Ok(()),
+        }
+    });
+}
+
+/// Lengths twice as large: times are, and levels fall by 20 lg 2, to the last bits.
+#[test]
+fn lengths_scale_in_any_room() {
+    in_rooms(6, |room| {
+        let small = heard(room.scene(), settings(1), Estimator::Connection);
+        let mut double = room.scene();
+        double.mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 2.0);
+        double.sources[0].position *= 2.0;
+        double.receivers[0].position *= 2.0;
+        double.duration *= 2.0;
+        let borders = borders(room.scene().duration).map(|border| 2.0 * border);
+        let traced = Traced::new(double, settings(1));
+        let settings =
+            RenderSettings { bin: 0.002, estimator: Estimator::Connection, ..RenderSettings::default() };
+        let large = windows(&traced, settings, &borders).swap_remove(0);
+        for (small, large) in small.iter().flatten().zip(large.iter().flatten()) {
+            if (4.0 * large.value - small.value).abs() > 1e-9 * small.value {
+                return Err(format!("{small:?} and {large:?}"));
+            }
+        }
+        Ok(())
+    });
+}
+
+/// More absorption, less energy: without roulette the paths stay, and every bin falls.
+#[test]
+fn energy_falls_with_absorption_in_any_room() {
+    in_rooms(7, |room| {
+        let bins = |room: &Room| {
+            let scene = room.scene();
+            let count = (scene.duration * 1000.0).round() as usize;
+            let settings = Settings { survival: 0.0, ..settings(1) };
+            let shared = Settings { spectral: sonel_map::Spectral::PerBand, ..settings };
+            let traced = Traced::new(scene, shared);
+            let settings = RenderSettings { estimator: Estimator::Connection, ..RenderSettings::default() };
+            let rendering = traced.render(settings);
+            (0..2 * count).map(|at| rendering.total.get(0, at / 2, at % 2)).collect::<Vec<f64>>()
+        };
+        let mut more = room.clone();
+        more.absorption.iter_mut().flatten().for_each(|absorption| *absorption += 0.02);
+        let (less, more) = (bins(&room), bins(&more));
+        let risen = less.iter().zip(&more).filter(|(less, more)| **more > **less * (1.0 + 1e-9)).count();
+        let fallen = less.iter().zip(&more).filter(|(less, more)| **more < **less * (1.0 - 1e-9)).count();
+        if risen > 0 || fallen < 10 { Err(format!("{risen} bins rise, {fallen} fall")) } else { Ok(()) }
+    });
+}
+
+/// Books closed, nobody lost, every number a number: energies, and figures or their reasons.
+#[test]
+fn books_close_and_outputs_are_finite_in_any_room() {
+    in_rooms(8, |room| {
+        let traced = Traced::new(room.scene(), settings(1));
+        let residual = traced.books.worst_residual();
+        if residual > 1e-9 || traced.books.fates.count(Fate::Lost) > 0 {
+            return Err(format!("residual {residual:e}, {:?}", traced.books.fates));
+        }
+        let strange = traced
+            .books
+            .bands
+            .iter()
+            .find(|books| books.sampling.abs() > 5.0 * books.sampling_sigma() + 1e-12);
+        if let Some(books) = strange {
+            return Err(format!("{books:?}"));
+        }
+        let response = traced.respond(RenderSettings::default());
+        if !response.energy.iter().all(|energy| energy.is_finite() && *energy >= 0.0) {
+            return Err("an energy is none".to_owned());
+        }
+        for band in &parameters(&response)[0].bands {
+            for parameter in Parameter::ALL {
+                let Ok(figure) = band.figure(parameter) else { continue };
+                let interval =
+                    figure.interval.as_ref().is_ok_and(|ends| !ends.iter().all(|end| end.is_finite()));
+                if !figure.value.is_finite() || interval {
+                    return Err(format!("{parameter:?}: {figure:?}"));
+                }
+            }
+        }
+        Ok(())
+    });
+}
