@@ -9,7 +9,10 @@ use sonel_renderer::{PathClass, RenderSettings, Rendering};
 use sonel_scene::Scene;
 use sonel_testkit::analytic::free_field;
 use sonel_testkit::uniform::Uniform;
-use sonel_tests::{Traced, shipped};
+use sonel_tests::{Traced, fluence, shipped};
+
+/// How long is listened [s].
+const DURATION: f64 = 2.0;
 
 fn octaves() -> Bands {
     Bands::new(vec![125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0], BandWidth::Octave).expect("octaves")
@@ -30,7 +33,7 @@ fn screen(y: [f64; 2], z: [f64; 2]) -> Mesh {
 
 fn open_scene(mesh: Mesh, absorption: f64, source: [f64; 3], receivers: &[[f64; 3]]) -> Scene {
     let material = Material::uniform("screen", absorption, 0.0, 6);
-    let mut scene = Scene::from_parts(mesh, vec![material], octaves(), 2.0)
+    let mut scene = Scene::from_parts(mesh, vec![material], octaves(), DURATION)
         .with_source("source", source)
         .without_air_attenuation();
     scene.speed_of_sound = 343.0;
@@ -45,15 +48,17 @@ fn rendered(scene: Scene) -> Rendering {
         .render(RenderSettings::default())
 }
 
-/// Energy of everything without noise at each receiver: `[receiver][band]`, and the arrivals over edges alone.
-fn deterministic(rendering: &Rendering, receivers: usize) -> Vec<Vec<f64>> {
-    let mut sums = vec![vec![0.0; 6]; receivers];
-    for arrival in &rendering.arrivals {
-        for (sum, energy) in sums[arrival.receiver].iter_mut().zip(&arrival.energy) {
-            *sum += energy;
-        }
-    }
-    sums
+/// Energy of everything at each of `receivers`: `[receiver][band]`. Without scattering nothing of it is noise.
+fn heard(rendering: &Rendering, receivers: usize) -> Vec<Vec<f64>> {
+    let bins = (DURATION / RenderSettings::default().bin) as usize;
+    let at = |receiver| (0..6).map(|band| fluence(rendering, bins, receiver, band)).collect();
+    (0..receivers).map(at).collect()
+}
+
+/// Energy of the direct path, mirror images and edges, all receivers together.
+fn deterministic(rendering: &Rendering) -> Vec<f64> {
+    let classes = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+    (0..6).map(|band| classes.iter().map(|&class| rendering.classes[class as usize].1[band]).sum()).collect()
 }
 
 fn assert_losses(energy: &[f64], distance: f64, expected: [f64; 6], tolerance: f64) {
@@ -71,7 +76,7 @@ fn a_wide_screen_shades_as_a_half_plane() {
     for (below, expected) in known {
         let mesh = screen([-300.0, 300.0], [-600.0, 0.0]);
         let rendering = rendered(open_scene(mesh, 0.0, [-10.0, 0.0, -below], &[[10.0, 0.0, -below]]));
-        assert_losses(&deterministic(&rendering, 1)[0], 20.0, expected, 0.2);
+        assert_losses(&deterministic(&rendering), 20.0, expected, 0.2);
         assert!(rendering.arrivals[0].over_edges);
         let detour = 2.0 * 10f64.hypot(below);
         assert!((rendering.arrivals[0].length - detour).abs() < 1e-6, "the detour's time");
@@ -97,7 +102,7 @@ fn a_corner_shades_as_a_wedge() {
     let (source, receiver) = (at(8.0, 30.0, 0.0), at(6.0, 235.0, 2.0));
     let distance = DVec3::from(source).distance(DVec3::from(receiver));
     let rendering = rendered(open_scene(mesh, 0.0, source, &[receiver]));
-    assert_losses(&deterministic(&rendering, 1)[0], distance, [7.13, 9.49, 12.11, 14.94, 17.88, 20.87], 0.2);
+    assert_losses(&deterministic(&rendering), distance, [7.13, 9.49, 12.11, 14.94, 17.88, 20.87], 0.2);
 }
 
 /// Both free edges of the seed room's screen, relative to free field over 45.288 m.
@@ -115,7 +120,7 @@ fn the_screen_of_the_seed_room_shades_as_known() {
 fn largest_step(scene: impl Fn(&[[f64; 3]]) -> Scene, from: [f64; 3], along: [f64; 3], steps: usize) -> f64 {
     let receivers: Vec<[f64; 3]> =
         (0..steps).map(|step| [0, 1, 2].map(|i| from[i] + 0.001 * step as f64 * along[i])).collect();
-    let energies = deterministic(&rendered(scene(&receivers)), steps);
+    let energies = heard(&rendered(scene(&receivers)), steps);
     let level = |energy: f64| 10.0 * energy.log10();
     let steps = energies.windows(2).flat_map(|pair| {
         let change = pair[0].iter().zip(&pair[1]).map(|(a, b)| (level(*a) - level(*b)).abs());
@@ -151,7 +156,7 @@ fn without_diffraction_the_walks_step() {
     };
     let receivers: Vec<[f64; 3]> = (0..80).map(|step| [-3.0, 0.2, 1.96 + 0.001 * f64::from(step)]).collect();
     let traced = Traced::new(scene(&receivers), Settings { emissions: 32, ..Settings::default() });
-    let energies = deterministic(&traced.render(RenderSettings::default()), 80);
+    let energies = heard(&traced.render(RenderSettings::default()), 80);
     assert!(energies.windows(2).any(|pair| (pair[0][0] / pair[1][0]).log10().abs() > 0.02));
 }
 
@@ -165,10 +170,8 @@ fn exchange_of_source_and_receiver_changes_nothing() {
     for mesh in [screen([-1.0, 1.5], [-0.8, 1.2]), cover] {
         for (index, &a) in places.iter().enumerate() {
             for &b in &places[..index] {
-                let heard = |from, to| {
-                    deterministic(&rendered(open_scene(mesh.clone(), 0.3, from, &[to])), 1).remove(0)
-                };
-                for (there, back) in heard(a, b).iter().zip(heard(b, a)) {
+                let between = |from, to| deterministic(&rendered(open_scene(mesh.clone(), 0.3, from, &[to])));
+                for (there, back) in between(a, b).iter().zip(between(b, a)) {
                     assert!((there / back - 1.0).abs() < 1e-3, "{a:?} {b:?}: {there} {back}");
                 }
             }
@@ -193,7 +196,7 @@ fn every_level_is_finite() {
         receivers.extend((0..20).map(|_| [0; 3].map(|_| 4.0 * random.next_f64() - 2.0)));
         for source in [[0.0, 0.0, 2.0 * size], [-2.0, 0.1, 0.2], [-1e-6, 0.1 * size, 0.1 * size]] {
             let count = receivers.len();
-            let energies = deterministic(&rendered(open_scene(mesh.clone(), 0.1, source, &receivers)), count);
+            let energies = heard(&rendered(open_scene(mesh.clone(), 0.1, source, &receivers)), count);
             for (receiver, energies) in receivers.iter().zip(energies) {
                 assert!(
                     energies.iter().all(|energy| energy.is_finite() && *energy >= 0.0),
@@ -209,7 +212,7 @@ fn every_level_is_finite() {
 fn a_tiny_panel_shades_nothing() {
     let mesh = screen([-0.004, 0.004], [-0.004, 0.004]);
     let rendering = rendered(open_scene(mesh, 0.0, [-3.0, 0.0, 0.0], &[[3.0, 0.0, 0.0]]));
-    let energy = deterministic(&rendering, 1).remove(0);
+    let energy = deterministic(&rendering);
     for (energy, tolerance) in energy.iter().zip([0.1, 0.1, 0.1, 0.2]) {
         let loss = -10.0 * (energy / free_field(6.0, 0.0)).log10();
         assert!(loss.abs() < tolerance, "{loss} dB");

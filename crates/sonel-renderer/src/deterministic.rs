@@ -93,16 +93,19 @@ impl Renderer<'_> {
         };
         let direct = direct_path(self.geometry, radiator.position, receiver.exact);
         let (over_edges, mut reflections) = self.hear_edges(radiator, chains, receiver, direct.is_some());
+        // Beside a clear direct path edges are many and weak: they are heard but not listed.
+        let is_direct = |arrival: &EdgeArrival| !arrival.shaded;
+        let clear = over_edges.iter().any(is_direct);
         for arrival in &over_edges {
             let class = if arrival.shaded { 2 } else { 0 };
             let found = DiscreteArrival {
                 over_edges: arrival.shaded,
                 ..bare(arrival.length, arrival.towards.to_array(), arrival.order)
             };
-            deposit(class, found, &to_lanes(arrival.energy.iter().copied()), true);
+            deposit(class, found, &to_lanes(arrival.energy.iter().copied()), !clear || is_direct(arrival));
         }
         if let Some((length, direction)) = direct
-            && !over_edges.iter().any(|arrival| !arrival.shaded)
+            && !clear
         {
             let factor = radiator.factor(direction) * spread(length);
             for (band, attenuation) in self.attenuation.iter().enumerate() {

@@ -20,6 +20,10 @@ use crate::direct::spread;
 /// Positions of images that differ by no more than this many resolutions are the same.
 const SAME_IMAGE: f64 = 64.0;
 
+/// Ways over edges that differ by no more than this are one arrival [m]: in shadow, where nothing else is heard, what follows
+/// within 30 ms; beside a clear path, a few milliseconds.
+const SAME_ARRIVAL: [f64; 2] = [10.0, 1.0];
+
 /// A mirror image in a plane at an edge.
 struct Image {
     plane: PlaneId,
@@ -30,6 +34,8 @@ struct Image {
     /// √((1−α)(1−s)) of the plane, per band.
     amplitude: Vec<f64>,
     waves: Vec<Wave>,
+    /// The shortest way over the edge of each wave [m].
+    ways: Vec<f64>,
     /// Least L_edge − L_image over its edges [m].
     clearance: f64,
 }
@@ -45,9 +51,11 @@ pub(super) struct Family<'a> {
     reflection: Option<usize>,
     clear: bool,
     waves: Vec<Wave>,
+    /// The shortest way over the edge of each wave [m].
+    ways: Vec<f64>,
     images: Vec<Image>,
-    /// Length of the shortest way over an edge [m] and where it comes from.
-    detour: Option<(f64, DVec3)>,
+    /// Lengths of the ways over edges [m] and where each comes from.
+    detours: Vec<(f64, DVec3)>,
 }
 
 impl<'a> Family<'a> {
@@ -70,8 +78,9 @@ impl<'a> Family<'a> {
             reflection,
             clear,
             waves: Vec::new(),
+            ways: Vec::new(),
             images: Vec::new(),
-            detour: None,
+            detours: Vec::new(),
         };
         if base.is_none_or(|mirror| mirror.height(source) > 0.0 && mirror.height(at.receiver) > 0.0) {
             family.gather(reflections);
@@ -116,9 +125,7 @@ impl<'a> Family<'a> {
             let way = sonel_diffraction::wedge::apex(source, receiver).clamp(part[0], part[1]);
             let point = edge.wedge.at(way);
             let strength = self.at.radiator.factor(leg.leaving(point)).sqrt();
-            if self.detour.is_none_or(|(length, _)| path.detour() < length) {
-                self.detour = Some((path.detour(), leg.towards(point)));
-            }
+            self.detours.push((path.detour(), leg.towards(point)));
             self.add_waves(&path, strength, images, away);
         }
         for (image, away) in images.into_iter().zip(away) {
@@ -140,6 +147,7 @@ impl<'a> Family<'a> {
                 .map(|cell| path.amplitudes(piece, cell.k).map(|term| term * through[cell.band]))
                 .collect();
             self.waves.push(Wave { length, amplitude: terms.iter().map(|term| term[0]).collect() });
+            self.ways.push(path.detour());
             for face in [0, 1] {
                 let image = &mut self.images[images[face]];
                 let scaled = cells.iter().zip(&terms).map(|(cell, term)| {
@@ -149,6 +157,7 @@ impl<'a> Family<'a> {
                     term[1 + face] * (mirrored + (1.0 - mirrored) * rigid)
                 });
                 image.waves.push(Wave { length, amplitude: scaled.collect() });
+                image.ways.push(path.detour());
             }
         }
     }
@@ -184,69 +193,124 @@ impl<'a> Family<'a> {
             lit: find(self.at, reflections, position),
             amplitude: (0..bands).map(|band| self.specular(mirror, band).sqrt()).collect(),
             waves: Vec::new(),
+            ways: Vec::new(),
             clearance: f64::INFINITY,
         });
         self.images.len() - 1
     }
 
-    /// Shares the energy of the family out: to the reflections that it contains, as ratios, and to an arrival of its own.
-    pub fn hear(mut self, reflections: &mut [Reflection]) -> Option<EdgeArrival> {
-        let (detour, towards) = self.detour?;
-        let bands = self.edges.spectrum.bands();
-        let offset = self.origin - self.at.receiver;
-        let straight = offset.length();
+    /// Shares the energy of the family out: to the reflections that it contains, as ratios, and to arrivals of its own.
+    pub fn hear(mut self, reflections: &mut [Reflection]) -> Vec<EdgeArrival> {
+        if self.detours.is_empty() {
+            return Vec::new();
+        }
+        let straight = self.origin.distance(self.at.receiver);
         if self.clear {
             let factor = self.factor_of_base(reflections);
-            let clear = self.geometric(straight, &factor);
-            self.waves.push(clear);
+            self.waves.push(self.geometric(straight, &factor));
+            self.ways.push(straight);
+            self.detours.push((straight, (self.origin - self.at.receiver) / straight));
         }
         for image in 0..self.images.len() {
             if let Some(lit) = self.images[image].lit {
                 let length = self.images[image].position.distance(self.at.receiver);
                 let clear = self.geometric(length, &reflections[lit].factor);
                 self.images[image].waves.push(clear);
+                self.images[image].ways.push(length);
             }
         }
-        let own = self.edges.spectrum.energy(&self.waves);
-        let of_images: Vec<Vec<f64>> =
-            self.images.iter().map(|image| self.edges.spectrum.energy(&image.waves)).collect();
-        let separate: Vec<f64> = (0..bands)
-            .map(|band| own[band] + of_images.iter().map(|energy| energy[band]).sum::<f64>())
-            .collect();
-        let crossed = self.cross_terms();
-        // What interference does to all of it; never below zero but by rounding.
-        let gain: Vec<f64> = (0..bands)
-            .map(|band| (1.0 + crossed[band] / separate[band].max(f64::MIN_POSITIVE)).max(0.0))
-            .collect();
-        let mut rest = own;
+        let (arrivals, of_images) = (self.arrivals(), self.energies_of_images());
+        let gain = self.gain(&arrivals, &of_images);
         for (image, energy) in self.images.iter().zip(&of_images) {
-            match image.lit {
-                Some(lit) => {
-                    let length = image.position.distance(self.at.receiver);
-                    for band in 0..bands {
-                        let alone = self.alone(reflections[lit].factor[band], length, band);
-                        reflections[lit].ratio[band] = ratio(gain[band] * energy[band] / (4.0 * PI), alone);
-                    }
-                }
-                None => rest.iter_mut().zip(energy).for_each(|(rest, energy)| *rest += energy),
+            if let Some(lit) = image.lit {
+                let length = image.position.distance(self.at.receiver);
+                self.set_ratio(&mut reflections[lit], length, energy, &gain);
             }
         }
-        let energy: Vec<f64> = rest.iter().zip(&gain).map(|(rest, gain)| rest * gain / (4.0 * PI)).collect();
-        if let Some(base) = self.reflection {
-            for band in 0..bands {
-                let alone = self.alone(reflections[base].factor[band], straight, band);
-                reflections[base].ratio[band] = ratio(energy[band], alone);
+        let mut arrivals = arrivals.into_iter().map(|mut arrival| {
+            for (energy, gain) in arrival.energy.iter_mut().zip(&gain) {
+                *energy *= gain / (4.0 * PI);
             }
-            return None;
+            arrival
+        });
+        if let Some(base) = self.reflection
+            && let Some(first) = arrivals.next()
+        {
+            let energy: Vec<f64> = first.energy.iter().map(|energy| energy * 4.0 * PI).collect();
+            self.set_ratio(&mut reflections[base], straight, &energy, &vec![1.0; gain.len()]);
         }
-        let (length, towards) = if self.clear { (straight, offset / straight) } else { (detour, towards) };
-        Some(EdgeArrival {
-            length,
-            towards,
-            order: u32::from(self.base.is_some()),
-            shaded: !self.clear,
-            energy,
-        })
+        arrivals.collect()
+    }
+
+    /// What arrives over edges, images that are lit left out, in order of time: energies before interference between arrivals and
+    /// images. The first is the base path where that is clear.
+    fn arrivals(&self) -> Vec<EdgeArrival> {
+        let mut detours = self.detours.clone();
+        detours.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let together = SAME_ARRIVAL[usize::from(self.clear)];
+        let mut arrivals: Vec<EdgeArrival> = Vec::new();
+        for (length, towards) in detours {
+            if arrivals.last().is_none_or(|last| length > last.length + together) {
+                let shaded = !(self.clear && arrivals.is_empty());
+                let order = u32::from(self.base.is_some());
+                arrivals.push(EdgeArrival { length, towards, order, shaded, energy: Vec::new() });
+            }
+        }
+        let ends: Vec<f64> = arrivals.iter().skip(1).map(|next| next.length).chain([f64::INFINITY]).collect();
+        for (arrival, end) in arrivals.iter_mut().zip(ends) {
+            let part = |waves: &[Wave], ways: &[f64]| {
+                let within = |way: &f64| (arrival.length..end).contains(way);
+                let chosen: Vec<Wave> = waves
+                    .iter()
+                    .zip(ways)
+                    .filter(|(_, way)| within(way))
+                    .map(|(wave, _)| wave.clone())
+                    .collect();
+                self.edges.spectrum.energy(&chosen)
+            };
+            let mut energy = part(&self.waves, &self.ways);
+            for image in self.images.iter().filter(|image| image.lit.is_none()) {
+                energy.iter_mut().zip(part(&image.waves, &image.ways)).for_each(|(sum, part)| *sum += part);
+            }
+            arrival.energy = energy;
+        }
+        arrivals
+    }
+
+    fn energies_of_images(&self) -> Vec<Vec<f64>> {
+        self.images.iter().map(|image| self.edges.spectrum.energy(&image.waves)).collect()
+    }
+
+    /// What interference does to all of the family, per band: its energy over the sum of those of its parts.
+    fn gain(&self, arrivals: &[EdgeArrival], of_images: &[Vec<f64>]) -> Vec<f64> {
+        let own = self.edges.spectrum.energy(&self.waves);
+        let crossed = self.cross_terms();
+        let lit = |band: usize| -> f64 {
+            self.images
+                .iter()
+                .zip(of_images)
+                .filter(|(image, _)| image.lit.is_some())
+                .map(|(_, e)| e[band])
+                .sum()
+        };
+        (0..own.len())
+            .map(|band| {
+                let together =
+                    own[band] + of_images.iter().map(|energy| energy[band]).sum::<f64>() + crossed[band];
+                let apart = lit(band) + arrivals.iter().map(|arrival| arrival.energy[band]).sum::<f64>();
+                // Below zero by rounding only.
+                together.max(0.0) / apart.max(f64::MIN_POSITIVE)
+            })
+            .collect()
+    }
+
+    /// Sets what edges make of a reflection over `length` [m].
+    fn set_ratio(&self, reflection: &mut Reflection, length: f64, energy: &[f64], gain: &[f64]) {
+        for (band, ratio) in reflection.ratio.iter_mut().enumerate() {
+            let alone =
+                reflection.factor[band] * spread(length) * libm::exp(-self.at.attenuation[band] * length);
+            *ratio = if alone > 0.0 { gain[band] * energy[band] / (4.0 * PI) / alone } else { 0.0 };
+        }
     }
 
     fn factor_of_base(&self, reflections: &[Reflection]) -> Vec<f64> {
@@ -265,11 +329,6 @@ impl<'a> Family<'a> {
             |band: usize| (factor[band] * libm::exp(-self.at.attenuation[band] * length)).sqrt() / length;
         let cells = self.edges.spectrum.cells().iter();
         Wave { length, amplitude: cells.map(|cell| Complex::real(amplitude(cell.band))).collect() }
-    }
-
-    /// Fluence of a mirror image without edges [1/m²].
-    fn alone(&self, factor: f64, length: f64, band: usize) -> f64 {
-        factor * spread(length) * libm::exp(-self.at.attenuation[band] * length)
     }
 
     /// 2 Re of the products of the base path with the images and of the images with one another, per band, faded [1/m²].
@@ -300,10 +359,6 @@ impl<'a> Family<'a> {
 fn faded(k: f64, clearance: f64) -> f64 {
     let number = 2.0 * clearance * k / TAU;
     1.0 / (1.0 + number * number)
-}
-
-fn ratio(energy: f64, alone: f64) -> f64 {
-    if alone > 0.0 { energy / alone } else { 0.0 }
 }
 
 /// Way over the edge less the straight one from the image in `face` [m]; grows on both sides of the image's boundary.

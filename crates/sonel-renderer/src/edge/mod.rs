@@ -52,7 +52,7 @@ pub(crate) struct Reflection {
     pub ratio: Vec<f64>,
 }
 
-/// Sound over edges that replaces a base path which is shaded, or is added to one that is clear.
+/// Sound of a base path and of the edges about it; the base path is part of the first one where it is clear.
 pub(crate) struct EdgeArrival {
     /// Length of its way [m].
     pub length: f64,
@@ -60,7 +60,7 @@ pub(crate) struct EdgeArrival {
     pub towards: DVec3,
     /// Number of reflections.
     pub order: u32,
-    /// Whether it goes over an edge only: the base path is shaded.
+    /// Whether it goes over edges only.
     pub shaded: bool,
     /// Fluence per unit emitted energy per band, attenuated by air [1/m²].
     pub energy: Vec<f64>,
