@@ -107,18 +107,28 @@ fn case(name: &str, scene: &Scene, emissions: u64) {
     let (level, time) = (typical_spread(&levels), typical_spread(&times));
     let factor = (level / LEVEL_DB).powi(2).max((time / T30_RELATIVE).powi(2));
     println!(
-        "{name:32} {emissions:6} emissions: s.d. {level:.3} dB, {:.2} % of T30, {seconds:.3} CPU s → {:.3} CPU s",
+        "{name:32} {emissions:6} emissions: s.d. {level:.3} dB, {:.2} % of T30, {seconds:.3} CPU s → {:.3} CPU s{}",
         100.0 * time,
-        seconds * factor
+        seconds * factor,
+        refusals(&times)
     );
 }
 
-/// Root mean square over receivers and bands of the standard deviation over seeds.
+/// How many times were refused, if any: the spread then is that of the others.
+fn refusals(runs: &[Vec<f64>]) -> String {
+    let refused = runs.iter().flatten().filter(|time| time.is_nan()).count();
+    let all = runs.len() * runs[0].len();
+    if refused == 0 { String::new() } else { format!("; {refused} of {all} T30 refused as too noisy") }
+}
+
+/// Root mean square over receivers and bands, those with a value in every run, of the standard deviation over seeds.
 fn typical_spread(runs: &[Vec<f64>]) -> f64 {
-    let (count, figures) = (runs.len() as f64, runs[0].len());
+    let count = runs.len() as f64;
+    let figures: Vec<usize> =
+        (0..runs[0].len()).filter(|&figure| runs.iter().all(|run| run[figure].is_finite())).collect();
     let variance = |figure: usize| {
         let mean = runs.iter().map(|run| run[figure]).sum::<f64>() / count;
         runs.iter().map(|run| (run[figure] - mean).powi(2)).sum::<f64>() / (count - 1.0)
     };
-    ((0..figures).map(variance).sum::<f64>() / figures as f64).sqrt()
+    (figures.iter().map(|&figure| variance(figure)).sum::<f64>() / figures.len() as f64).sqrt()
 }
