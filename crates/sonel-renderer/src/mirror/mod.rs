@@ -20,8 +20,8 @@ use sonel_scene::Source;
 use lattice::ImageLattice;
 use tree::ImageTree;
 
-/// Images of one source: what a receiver can afford to try in a few milliseconds.
-const NODE_LIMIT: usize = 100_000;
+/// Images of one source: what a receiver can afford to try in some milliseconds. The hall of the scenes reaches order 4.
+const NODE_LIMIT: usize = 200_000;
 /// Images of one source when the order was asked for: some hundred megabytes.
 const ASKED_NODE_LIMIT: usize = 2_000_000;
 
