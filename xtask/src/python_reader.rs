@@ -1,7 +1,9 @@
-//! The Python reader of maps, written from docs/formats/sonelmap.md, against `sonel-render`: same map, same connections.
+//! The Python reader of maps, written from docs/formats/sonelmap.md, against `sonel-render`: same map, same connections; and
+//! against `sonel-analyze export`: same map, same sonels.
 //!
 //! What it needs is installed into target/python, so that neither Python nor numpy can be missing without a failure.
 
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -16,6 +18,10 @@ const REQUIREMENTS: &str = "python/requirements.txt";
 const ENVIRONMENT: &str = "target/python";
 const MAP: &str = "target/python/box.sonelmap";
 const RESPONSE: &str = "target/python/box.npz";
+/// Compares an export with the map.
+const SONELS: &str = "python/check_sonels.py";
+const ARCHIVE: &str = "target/python/sonels.npz";
+const ROWS: &str = "target/python/sonels.csv";
 /// The seat of the scene, and a place a centimetre away.
 const SEAT: &str = "3.0,3.6,1.1";
 const BESIDE: &str = "3.01,3.6,1.1";
@@ -30,14 +36,33 @@ pub fn check() -> Result<()> {
     for spectral in ["shared", "per-band"] {
         let traced = ["--sonels", "1000", "--spectral", spectral, "--quiet"];
         program("sonel-trace", &[&[SCENE, "-o", MAP], &traced[..]].concat())?;
-        let rendered = program("sonel-render", &[MAP, "-o", RESPONSE, "--json", "--quiet"])?;
+        let by_connection = ["--estimator", "connection", "--json", "--quiet"];
+        let rendered = program("sonel-render", &[&[MAP, "-o", RESPONSE], &by_connection[..]].concat())?;
         let read = |receiver| printed(Command::new(&python).args([READER, MAP, "--receiver", receiver]));
         let difference = largest_difference(&rendered, &read(SEAT)?)?;
         println!("bands {spectral}: largest relative difference {difference:.1e}");
         ensure!(difference <= TOLERANCE, "the Python reader disagrees with sonel-render, bands {spectral}");
         let beside = largest_difference(&rendered, &read(BESIDE)?)?;
         ensure!(beside > TOLERANCE, "a receiver a centimetre away goes unnoticed: the comparison is blind");
+        check_export(&python, spectral)?;
     }
+    Ok(())
+}
+
+/// Exports a small map and lets the reader compare; an export of another map must not pass.
+fn check_export(python: &Path, spectral: &str) -> Result<()> {
+    let trace = |seed| {
+        let options = ["--sonels", "100", "--spectral", spectral, "--seed", seed, "--quiet"];
+        program("sonel-trace", &[&[SCENE, "-o", MAP], &options[..]].concat())
+    };
+    let compare = || printed(Command::new(python).args([SONELS, MAP, ARCHIVE, ROWS]));
+    trace("1")?;
+    for output in [ARCHIVE, ROWS] {
+        program("sonel-analyze", &["export", MAP, "-o", output, "--quiet"])?;
+    }
+    print!("export, bands {spectral}: {}", compare()?);
+    trace("2")?;
+    ensure!(compare().is_err(), "sonels of another map go unnoticed: the comparison is blind");
     Ok(())
 }
 
@@ -57,7 +82,7 @@ fn largest_difference(rendered: &str, read: &str) -> Result<f64> {
         let Some(class) = classes.iter().find(|class| class["class"] == CLASS) else {
             bail!("sonel-render reports no class {CLASS}");
         };
-        ensure!(class["estimator"] == "connection", "{CLASS} is no longer estimated by connections");
+        ensure!(class["estimator"] == "connection", "{CLASS} is not estimated by connections");
         let (ours, theirs) = (list(&class["energy"])?, list(&other["connection"])?);
         ensure!(!ours.is_empty() && ours.len() == theirs.len(), "not as many bands as the reader found");
         for (ours, theirs) in ours.iter().zip(theirs) {

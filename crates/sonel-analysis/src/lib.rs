@@ -12,13 +12,15 @@
 //! [`comparison`] tells which figures of two responses differ beyond noise, [`map_comparison`] where, when and in which
 //! bands two maps do.
 //!
-//! And from a map: [`survey`] walks its paths for the energy ledger and what arrived where.
+//! And from a map: [`survey`] walks its paths for the energy ledger and what arrived where, [`sonels`] lists its sonels one
+//! by one, [`export`] writes them for other programs.
 //!
 //! A figure that the echogram cannot support is an [`Unsupported`] with its reason, never a number.
 
 mod batches;
 pub mod comparison;
 pub mod decay;
+pub mod export;
 pub mod figure;
 pub mod jackknife;
 pub mod map_comparison;
@@ -29,6 +31,7 @@ mod reading;
 pub mod receiver;
 pub mod regression;
 pub mod report;
+pub mod sonels;
 pub mod student;
 pub mod survey;
 pub mod tail;

@@ -2,7 +2,7 @@
 //!
 //! References: docs/physics.md §2.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use sonel_geometry::Geometry;
 use sonel_map::{
     BatchStart, CoefficientTable, EmissionDirections, EmissionLayout, PacketStart, PathView, PathWeight,
@@ -53,11 +53,16 @@ impl<'a> Reading<'a> {
         self.batches[self.layout.batch(emission) as usize].packet(self.layout.hero(emission))
     }
 
+    /// Unit direction in which `emission` left `source`: exact, where the rounded points of its first segment are not.
+    pub fn direction(&self, source: u32, emission: u64) -> Vec3 {
+        self.directions[source as usize].direction(emission)
+    }
+
     /// Puts `weight` at the beginning of the path of `emission` of `source`; energies are in units of `unit`, see
     /// [`PathWeight::emit`].
     pub fn emit(&self, source: u32, emission: u64, unit: f64, weight: &mut PathWeight) {
         let emitter = &self.map.header().scene.sources[source as usize];
-        let direction = self.directions[source as usize].direction(emission);
+        let direction = self.direction(source, emission);
         let factor = emitter.directivity.factor(f64::from(direction.dot(emitter.aim.as_vec3())));
         weight.emit(factor, unit, self.start(emission));
     }

@@ -1,9 +1,9 @@
 //! Numpy archives: named arrays in an uncompressed zip file with constant time stamps, so that the same response has the
 //! same bytes.
 
-use std::io::{Cursor, Read, Seek, Write};
+use std::io::{BufWriter, Cursor, Read, Seek, Write};
 
-use npyz::{AutoSerialize, DType, Deserialize, NpyFile, WriterBuilder};
+use npyz::{DType, Deserialize, NpyFile, WriterBuilder};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
@@ -12,35 +12,101 @@ use crate::{ResponseError, header};
 /// Archives larger than this need the 64-bit zip extension for their entries.
 const LARGE_ENTRY: usize = u32::MAX as usize / 2;
 
+/// Numbers that are gathered before they reach the archive [bytes].
+const BUFFER: usize = 1 << 16;
+
+mod plain {
+    /// What is written as it is; knows the archive's foreign package, which nobody outside has to.
+    pub trait Plain: npyz::AutoSerialize + Copy {}
+}
+
+/// A number of numpy.
+pub trait Number: plain::Plain {}
+
+macro_rules! numbers {
+    ($($number:ty)*) => {
+        $(
+            impl plain::Plain for $number {}
+            impl Number for $number {}
+        )*
+    };
+}
+
+numbers!(bool u8 u32 u64 f32 f64);
+
 /// Shape of an array and its values in row-major order.
 pub type Shaped<T> = (Vec<usize>, Vec<T>);
 
-/// An archive being written.
+/// An archive being written: arrays of plain numbers and texts, for `numpy.load` without pickle.
+#[derive(Debug)]
 pub struct ArchiveWriter<W: Write + Seek> {
     zip: ZipWriter<W>,
 }
 
+/// An array being written, see [`ArchiveWriter::array`].
+pub struct ArrayWriter<'a, T: Number, W: Write + Seek> {
+    array: npyz::NpyWriter<T, BufWriter<&'a mut ZipWriter<W>>>,
+}
+
+impl<T: Number, W: Write + Seek> ArrayWriter<'_, T, W> {
+    /// Adds values in row-major order.
+    ///
+    /// # Errors
+    /// When the archive cannot be written.
+    pub fn extend(&mut self, values: &[T]) -> std::io::Result<()> {
+        self.array.extend(values.iter().copied())
+    }
+
+    /// Completes the array.
+    ///
+    /// # Errors
+    /// When the archive cannot be written, or the values are not as many as the shape says.
+    pub fn finish(self) -> std::io::Result<()> {
+        self.array.finish()
+    }
+}
+
 impl<W: Write + Seek> ArchiveWriter<W> {
+    /// Begins an archive.
     pub fn new(out: W) -> Self {
         Self { zip: ZipWriter::new(out) }
     }
 
+    /// Begins an array of numbers whose values come later.
+    ///
+    /// # Errors
+    /// When the archive cannot be written.
+    pub fn array<T: Number>(
+        &mut self,
+        key: &str,
+        shape: &[usize],
+    ) -> Result<ArrayWriter<'_, T, W>, ResponseError> {
+        self.begin(key, size_of::<T>().saturating_mul(shape.iter().product()))?;
+        let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
+        let out = BufWriter::with_capacity(BUFFER, &mut self.zip);
+        let array = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(out).begin_nd()?;
+        Ok(ArrayWriter { array })
+    }
+
     /// Adds numbers in row-major order.
-    pub fn numbers<T: AutoSerialize + Copy>(
+    ///
+    /// # Errors
+    /// When the archive cannot be written.
+    pub fn numbers<T: Number>(
         &mut self,
         key: &str,
         shape: &[usize],
         values: &[T],
     ) -> Result<(), ResponseError> {
-        self.begin(key, size_of_val(values))?;
-        let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
-        let mut array =
-            npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut self.zip).begin_nd()?;
-        array.extend(values.iter().copied())?;
+        let mut array = self.array(key, shape)?;
+        array.extend(values)?;
         Ok(array.finish()?)
     }
 
     /// Adds texts as fixed-width unicode; an empty `shape` makes a single one.
+    ///
+    /// # Errors
+    /// When the archive cannot be written.
     pub fn texts(&mut self, key: &str, shape: &[usize], values: &[&str]) -> Result<(), ResponseError> {
         let width = values.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
         self.begin(key, width * values.len() * 4)?;
@@ -54,6 +120,10 @@ impl<W: Write + Seek> ArchiveWriter<W> {
         Ok(array.finish()?)
     }
 
+    /// Completes the archive and returns what it was written to.
+    ///
+    /// # Errors
+    /// When it cannot be written.
     pub fn finish(self) -> Result<W, ResponseError> {
         self.zip.finish().map_err(broken)
     }

@@ -1,7 +1,8 @@
 //! Echograms with batch statistics and discrete arrivals: types and files.
 //!
 //! A [`Response`] is what `sonel-render` writes and `sonel-analyze` reads: a numpy archive that opens with `numpy.load`
-//! without pickle, every key of which is described in docs/interface.md and docs/formats/response.md.
+//! without pickle, every key of which is described in docs/interface.md and docs/formats/response.md. Whoever else writes
+//! numpy archives uses [`ArchiveWriter`].
 
 mod archive;
 mod borders;
@@ -12,6 +13,7 @@ mod read;
 mod response;
 mod write;
 
+pub use archive::{ArchiveWriter, ArrayWriter, Number};
 pub use borders::batch_time_edges;
 pub use error::ResponseError;
 pub use response::{ArrivalKind, Arrivals, Batches, Response};

@@ -35,6 +35,8 @@ pub enum Command {
     Verify(Verify),
     /// Shards of a run, written by sonel-trace --shard, joined to the map of the run.
     Merge(Merge),
+    /// The sonels of a map, one by one, for other programs.
+    Export(Export),
     /// What differs beyond noise between two maps or two responses; exit code 1 where anything does.
     Diff(Diff),
 }
@@ -85,6 +87,23 @@ pub struct Merge {
     pub maps: Vec<PathBuf>,
     /// Where the map goes; replaced only when the new one is complete.
     #[arg(short, long, value_name = "MAP.sonelmap")]
+    pub output: PathBuf,
+}
+
+/// `export`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze export room.sonelmap -o sonels.npz
+  python -c 'import numpy; f = numpy.load(\"sonels.npz\"); print(f[\"position_m\"][f[\"order\"] == 0])'
+
+The columns stand in docs/formats/sonels.md. An archive takes 75 bytes a sonel and 8 more for each band, CSV about twice that;
+a map takes 16.")]
+pub struct Export {
+    /// A map written by sonel-trace.
+    #[arg(value_name = "MAP.sonelmap")]
+    pub map: PathBuf,
+    /// Where the sonels go, as CSV or as a numpy archive by its ending; replaced only when the new one is complete.
+    #[arg(short, long, value_name = "SONELS.csv|SONELS.npz")]
     pub output: PathBuf,
 }
 

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod diff;
+mod export;
 mod inspect;
 mod merge;
 mod open;
@@ -13,7 +14,7 @@ use std::io::Write;
 use anyhow::bail;
 use sonel_console::{Outcome, use_threads};
 
-pub use arguments::{Arguments, Command, Diff, Format, Inspect, Merge, Parameters, Verify};
+pub use arguments::{Arguments, Command, Diff, Export, Format, Inspect, Merge, Parameters, Verify};
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -28,6 +29,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         Command::Parameters(parameters) => parameters::run(parameters, out, log),
         Command::Inspect(inspect) => inspect::run(inspect, out),
         Command::Verify(verify) => verify::run(verify, out),
+        Command::Export(export) => export::run(export, arguments.quiet, log),
         Command::Merge(merge) => merge::run(merge, arguments.quiet, log),
         Command::Diff(diff) => diff::run(diff, out),
     }

@@ -1,0 +1,28 @@
+//! The sonels of a map for other programs: a row each as CSV, an array a property for numpy.
+//!
+//! Columns are those of docs/formats/sonels.md. What a map leaves out because it follows from the rest is written out here, so
+//! the files are eight and more times the size of the map; neither is held in memory.
+
+mod csv;
+mod npz;
+
+pub use self::csv::csv;
+pub use self::npz::{ARRAYS, npz};
+
+use sonel_map::Event;
+
+/// What a packet did where it arrived, in words.
+fn name(event: Event) -> &'static str {
+    match event {
+        Event::Specular => "specular",
+        Event::Diffuse => "diffuse",
+        Event::Transmitted => "transmitted",
+        Event::Refracted => "refracted",
+        Event::Bent => "bent",
+        Event::Absorbed => "absorbed",
+        Event::Escaped => "escaped",
+        Event::Expired => "expired",
+        Event::Extinguished => "extinguished",
+        Event::Lost => "lost",
+    }
+}

@@ -1,0 +1,146 @@
+//! The sonels of a map one by one, each with everything that can be said of it.
+//!
+//! They come by source, emission and order of arrival, as they are stored. Chunks are read side by side and handed on in that
+//! order, some at a time, so that memory does not grow with the map.
+//!
+//! References: docs/physics.md §2.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use sonel_geometry::Geometry;
+use sonel_map::{Arrival, CHUNK_EMISSIONS, Lanes, PathView, PathWeight, SegmentHistory, SonelMap};
+
+use crate::reading::Reading;
+
+/// Chunks read before they are handed on together: bounds the memory, whatever the number of threads.
+const CHUNKS_IN_FLIGHT: usize = 16;
+
+/// One sonel: an arrival at a surface within the run.
+#[derive(Debug, Clone, Copy)]
+pub struct Sonel<'a> {
+    /// Index of the source.
+    pub source: u32,
+    /// Index of the emission among those of its source.
+    pub emission: u64,
+    /// Index of the band that led the packet.
+    pub leading_band: u32,
+    /// What happened to the packet before.
+    pub history: SegmentHistory,
+    /// Where it arrived, in the axes of the scene [m].
+    pub position: DVec3,
+    /// Unit vector in which it travelled when it arrived; zero where two arrivals fall on one point.
+    pub direction: Vec3,
+    /// Path length since emission [m].
+    pub path_length: f64,
+    /// Where and on which side it arrived, and what it did there.
+    pub arrival: Arrival,
+    energy: &'a [Lanes],
+}
+
+impl Sonel<'_> {
+    /// Incident energy in `band`, without loss to air, relative to what the source emits in that band during the whole
+    /// run [1].
+    #[must_use]
+    pub fn energy(&self, band: usize) -> f64 {
+        self.energy[band / 4][band % 4]
+    }
+}
+
+/// A map made ready for listing its sonels.
+pub struct Sonels<'a> {
+    reading: Reading<'a>,
+    center: DVec3,
+    chunks: Vec<(u32, u64)>,
+}
+
+impl<'a> Sonels<'a> {
+    /// Makes `map` ready, whose paths must be sound ([`SonelMap::check_paths`]); `geometry` is that of its scene.
+    #[must_use]
+    pub fn new(map: &'a SonelMap, geometry: &Geometry) -> Self {
+        let reading = Reading::new(map, geometry);
+        let held = map.header().shard.chunks(reading.layout.total.div_ceil(CHUNK_EMISSIONS));
+        let chunks = (0..map.header().scene.sources.len() as u32)
+            .flat_map(|source| held.clone().map(move |chunk| (source, chunk * CHUNK_EMISSIONS)))
+            .collect();
+        Self { reading, center: geometry.center(), chunks }
+    }
+
+    /// The map.
+    #[must_use]
+    pub fn map(&self) -> &'a SonelMap {
+        self.reading.map
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        let sonels = |path: PathView<'_>| {
+            path.vertices.iter().filter(|vertex| vertex.event().is_some_and(|e| e.leaves_sonel())).count()
+        };
+        self.chunks
+            .par_iter()
+            .map(|&(source, first)| self.paths(source, first).map(sonels).sum::<usize>() as u64)
+            .sum()
+    }
+
+    /// Gathers what `put` says of every sonel, chunk by chunk, and hands it to `take` in order.
+    ///
+    /// # Errors
+    /// The first of `take`.
+    pub fn gather<T: Default + Send, E>(
+        &self,
+        put: impl Fn(&Sonel<'_>, &mut T) + Sync,
+        mut take: impl FnMut(T) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for group in self.chunks.chunks(CHUNKS_IN_FLIGHT) {
+            let parts: Vec<T> = group
+                .par_iter()
+                .map(|&(source, first)| {
+                    let (mut part, mut weight) = (T::default(), PathWeight::new(self.reading.bands));
+                    for path in self.paths(source, first) {
+                        self.visit(source, path, &mut weight, &mut |sonel| put(sonel, &mut part));
+                    }
+                    part
+                })
+                .collect();
+            parts.into_iter().try_for_each(&mut take)?;
+        }
+        Ok(())
+    }
+
+    /// The paths of the chunk of `source` that begins with emission `first`.
+    fn paths(&self, source: u32, first: u64) -> impl Iterator<Item = PathView<'a>> {
+        let (map, end) = (self.reading.map, (first + CHUNK_EMISSIONS).min(self.reading.layout.total));
+        (first..end).filter_map(move |emission| map.path(source, emission))
+    }
+
+    fn visit(
+        &self,
+        source: u32,
+        path: PathView<'_>,
+        weight: &mut PathWeight,
+        visit: &mut dyn FnMut(&Sonel<'_>),
+    ) {
+        let (reading, emission) = (&self.reading, path.emission);
+        let share = reading.batches[reading.layout.batch(emission) as usize].weight;
+        reading.emit(source, emission, share, weight);
+        let mut direction = Some(reading.direction(source, emission));
+        reading.sweep(source, path, weight, |segment| {
+            let between =
+                || (segment.end.as_dvec3() - segment.start.as_dvec3()).normalize_or_zero().as_vec3();
+            let direction = direction.take().unwrap_or_else(between);
+            let Some(arrival) = segment.arrival else { return };
+            visit(&Sonel {
+                source,
+                emission,
+                leading_band: reading.layout.hero(emission),
+                history: segment.history,
+                position: segment.end.as_dvec3() + self.center,
+                direction,
+                path_length: segment.end_length,
+                arrival,
+                energy: segment.energy,
+            });
+        });
+    }
+}

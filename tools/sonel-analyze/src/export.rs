@@ -1,0 +1,42 @@
+//! `sonel-analyze export`: the sonels of a map one by one, for other programs.
+
+use std::io::Write;
+
+use anyhow::{Context, bail};
+use sonel_analysis::export;
+use sonel_analysis::sonels::Sonels;
+use sonel_console::Outcome;
+use sonel_console::output::Output;
+use sonel_console::progress::Progress;
+
+use crate::arguments::Export;
+use crate::open;
+
+/// Writes all sonels of a map.
+///
+/// # Errors
+/// When the map is unusable, or the output has another ending or cannot be written.
+pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let Export { map, output } = arguments;
+    let as_archive = match output.extension().and_then(|ending| ending.to_str()) {
+        Some("csv") => false,
+        Some("npz") => true,
+        _ => bail!("{} ends neither in .csv nor in .npz: choose one of the two", output.display()),
+    };
+    let (map, geometry) = open::checked_map(map)?;
+    let sonels = Sonels::new(&map, &geometry);
+    let mut target = Output::create(output)?;
+    let failed = || format!("cannot write {}; an older file there is untouched", output.display());
+    let (count, passes) = (sonels.count(), if as_archive { export::ARRAYS } else { 1 });
+    let progress = Progress::begin("exporting", count * passes, quiet);
+    if as_archive {
+        export::npz(&sonels, target.writer(), &mut |rows| progress.reach(rows)).with_context(failed)?;
+    } else {
+        export::csv(&sonels, target.writer(), &mut |rows| progress.reach(rows)).with_context(failed)?;
+    }
+    progress.end();
+    target.publish()?;
+    let bytes = std::fs::metadata(output)?.len();
+    writeln!(log, "{count} sonels, {bytes} bytes; written to {}", output.display())?;
+    Ok(Outcome::Done)
+}
