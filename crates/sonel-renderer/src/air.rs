@@ -19,9 +19,12 @@ pub struct AirTable {
 }
 
 impl AirTable {
-    /// Number of nodes of a table for `attenuation` m per band [1/m] up to `reach` [m].
+    /// Number of nodes of a table for `attenuation` m per band [1/m] up to `reach` [m]; still air needs none.
     #[must_use]
     pub fn node_count(attenuation: &[f64], reach: f64) -> usize {
+        if strongest(attenuation) <= 0.0 {
+            return 0;
+        }
         ((reach / spacing(attenuation)) as usize).saturating_add(2)
     }
 
@@ -84,5 +87,6 @@ mod tests {
     #[test]
     fn still_air_needs_no_table() {
         assert!(AirTable::new(&[0.0, 0.0], 100.0).is_none());
+        assert_eq!(AirTable::node_count(&[0.0, 0.0], 1e12), 0);
     }
 }

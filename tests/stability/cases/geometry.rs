@@ -244,7 +244,7 @@ fn worst(first: &[Windows], second: &[Windows]) -> f64 {
 fn no_length_is_absolute() {
     let heard_in_scaled = |scene, factor| heard_in_scaled(scene, factor, 1, Estimator::Connection);
     let here = heard_in_scaled(scaled(1.0), 1.0);
-    for exponent in [-10, 5, 12] {
+    for exponent in [-10, 5, 12, 13] {
         let factor = 2.0_f64.powi(exponent);
         let deviation = worst(&here, &heard_in_scaled(scaled(factor), factor));
         println!("scaled by 2^{exponent}: {deviation:.1e}");
@@ -262,7 +262,7 @@ fn no_length_is_absolute() {
 #[test]
 fn a_room_may_have_any_size() {
     let here = heard_in_scaled(scaled(1.0), 1.0, 1, Estimator::Auto);
-    for (factor, seed) in [(1e-3, 2), (1e3, 3)] {
+    for (factor, seed) in [(1e-3, 2), (1e4, 3)] {
         let there = heard_in_scaled(scaled(factor), factor, seed, Estimator::Auto);
         for (band, (here, there)) in here.iter().zip(&there).enumerate() {
             let outcome = agree_in_windows(there, here, LARGEST_ERROR);
