@@ -1,7 +1,7 @@
 //! Complex numbers: the four operations and the functions that contours need, with `libm`'s bits.
 //!
 //! Branches are the principal ones. Every function keeps its relative accuracy at small arguments, where the contours of
-//! [`crate::contour`] begin.
+//! `contour` begin.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
