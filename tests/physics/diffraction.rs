@@ -105,6 +105,45 @@ fn a_corner_shades_as_a_wedge() {
     assert_losses(&deterministic(&rendering), distance, [7.13, 9.49, 12.11, 14.94, 17.88, 20.87], 0.2);
 }
 
+/// A barrier with a top of 2 m: nothing goes over one edge alone, and what goes over both is less than over a sheet at their
+/// height; a receiver on its way up hears no step where the edge on the source's side comes into sight.
+#[test]
+fn a_thick_barrier_is_passed_over_both_edges() {
+    let outline = [[-1.0, -600.0], [-1.0, 0.0], [1.0, 0.0], [1.0, -600.0]];
+    let mut mesh = Mesh::default();
+    for side in outline.windows(2) {
+        let at = |i: usize, y: f64| [side[i][0], y, side[i][1]];
+        let face = quad([at(0, -300.0), at(0, 300.0), at(1, 300.0), at(1, -300.0)]);
+        let first = mesh.vertices.len() as u32;
+        mesh.vertices.extend(face.vertices);
+        mesh.triangles.extend(
+            face.triangles
+                .iter()
+                .map(|t| MeshTriangle { corners: t.corners.map(|c| c + first), material: 0 }),
+        );
+    }
+    let scene = |receivers: &[[f64; 3]]| open_scene(mesh.clone(), 0.0, [-10.0, 0.0, -3.0], receivers);
+    let rendering = rendered(scene(&[[10.0, 0.0, -3.0]]));
+    let edge = |x: f64, z: f64| (9.0 - x, 3.0 + z);
+    let over = |(x, z): (f64, f64)| x.hypot(z);
+    assert!((rendering.arrivals[0].length - (2.0 * over(edge(0.0, 0.0)) + 2.0)).abs() < 1e-5);
+    // More than a sheet at its height, the more the wider it is in wavelengths.
+    let sheet = rendered(open_scene(
+        screen([-300.0, 300.0], [-600.0, 0.0]),
+        0.0,
+        [-10.0, 0.0, -3.0],
+        &[[10.0, 0.0, -3.0]],
+    ));
+    let more: Vec<f64> = deterministic(&sheet)
+        .iter()
+        .zip(deterministic(&rendering))
+        .map(|(sheet, barrier)| 10.0 * (sheet / barrier).log10())
+        .collect();
+    assert!(more.windows(2).all(|pair| pair[0] < pair[1]) && more[0] > 0.3 && more[5] < 10.0, "{more:?}");
+    let rising = largest_step(scene, [10.0, 0.0, -0.0203], [0.0, 0.0, 1.0], 40);
+    assert!(rising < 0.1, "{rising} dB");
+}
+
 /// Both free edges of the seed room's screen, relative to free field over 45.288 m.
 #[test]
 fn the_screen_of_the_seed_room_shades_as_known() {

@@ -79,6 +79,12 @@ impl Complex {
         Self::new(libm::sinh(self.re) * cosine, libm::cosh(self.re) * sine)
     }
 
+    /// ln z, the imaginary part within ±π.
+    #[must_use]
+    pub fn logarithm(self) -> Self {
+        Self::new(libm::log(self.modulus()), libm::atan2(self.im, self.re))
+    }
+
     /// arsinh z, for a real part of at least 0.
     #[must_use]
     pub fn inverse_hyperbolic_sine(self) -> Self {

@@ -1,6 +1,7 @@
 //! Sound over edges: the exact field of a rigid wedge and what follows from it.
 //!
 //! - [`wedge`] places points about an edge, [`edge_path`] is the field of one edge of any length at any distance;
+//! - [`double`] is the field over two parallel edges, as of a thick barrier;
 //! - [`spectrum`] takes means over frequency bands, flat per Hz.
 //!
 //! The crate knows no mesh and no room: who asks says where the faces are and which part of the edge is seen
@@ -8,11 +9,13 @@
 
 pub mod complex;
 mod contour;
+pub mod double;
 pub mod edge_path;
 pub mod spectrum;
 pub mod wedge;
 
 pub use complex::Complex;
+pub use double::DoublePath;
 pub use edge_path::{EdgePath, Lit};
 pub use spectrum::{Spectrum, Wave};
 pub use wedge::{Wedge, WedgePoint};

@@ -401,7 +401,9 @@ impl<'a> Renderer<'a> {
         match class {
             PathClass::Direct => "exact".to_owned(),
             PathClass::MirrorChain => format!("exact: enumerated completely up to order K = {mirror_order}"),
-            PathClass::Edge if self.edges.is_some() => "exact for rigid faces and first order".to_owned(),
+            PathClass::Edge if self.edges.is_some() => {
+                "rigid faces, first order, and second over thick barriers".to_owned()
+            }
             PathClass::Edge => "diffraction is off or no edge diffracts".to_owned(),
             PathClass::LongMirrorChain => {
                 format!(

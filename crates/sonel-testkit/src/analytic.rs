@@ -10,10 +10,12 @@
 //! | diffuse sphere | decay and steady state, exact | [`diffuse_sphere`] |
 //! | half plane | point source, everywhere, exact | [`half_plane`] |
 //! | edge of a wedge | diffracted field, by adding up its parts | [`wedge_edge`] |
+//! | two edges of a barrier | what goes over both, by adding up its parts | [`double_edge`] |
 //! | diffuse shoebox | decay, echogram and steady state, to discretisation | [`diffuse_box`] |
 
 pub mod diffuse_box;
 pub mod diffuse_sphere;
+pub mod double_edge;
 mod form_factor;
 pub mod half_plane;
 mod patches;

@@ -10,10 +10,11 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use sonel_diffraction::{Complex, EdgePath, Lit, Wave, WedgePoint};
+use sonel_diffraction::double::Side;
+use sonel_diffraction::{Complex, DoublePath, EdgePath, Lit, Wave, WedgePoint};
 use sonel_geometry::PlaneId;
 
-use super::view::Leg;
+use super::view::{Leg, stretches};
 use super::{EdgeArrival, Edges, Listening, PlaneMirror, Reflection, RoomEdge};
 use crate::direct::spread;
 
@@ -23,6 +24,12 @@ const SAME_IMAGE: f64 = 64.0;
 /// Ways over edges that differ by no more than this are one arrival [m]: in shadow, where nothing else is heard, what follows
 /// within 30 ms; beside a clear path, a few milliseconds.
 const SAME_ARRIVAL: [f64; 2] = [10.0, 1.0];
+
+/// An edge of a pair.
+struct PairedEdge<'a> {
+    edge: &'a RoomEdge,
+    joined_at_second: bool,
+}
 
 /// A mirror image in a plane at an edge.
 struct Image {
@@ -102,13 +109,26 @@ impl<'a> Family<'a> {
                 }
             }
         }
+        if self.base.is_none() {
+            let leg = Leg { source, receiver, mirror: None };
+            for pair in &self.edges.pairs {
+                let [first, second] = pair.edges.map(|(edge, joined_at_second)| PairedEdge {
+                    edge: &self.edges.edges[edge],
+                    joined_at_second,
+                });
+                self.add_pair(&first, &second, pair.width, &leg);
+                self.add_pair(&second, &first, pair.width, &leg);
+            }
+        }
     }
 
     /// Adds what `edge` does to the base path on `leg`.
     fn add(&mut self, edge: &RoomEdge, leg: Leg, reflections: &[Reflection]) {
         let located = (edge.wedge.locate(leg.source), edge.wedge.locate(leg.receiver));
         let (Some(source), Some(receiver)) = located else { return };
-        let stretches = leg.stretches(self.at.geometry, &edge.wedge);
+        let geometry = self.at.geometry;
+        let stretches =
+            stretches(&edge.wedge, |point| leg.arrives(geometry, point) && leg.goes_on(geometry, point));
         if stretches.is_empty() {
             return;
         }
@@ -132,6 +152,40 @@ impl<'a> Family<'a> {
             let image = &mut self.images[image];
             image.clearance = image.clearance.min(away);
         }
+    }
+
+    /// Adds what goes over `pair` from the one edge to the other, if the source sees the first and the receiver the second.
+    fn add_pair(&mut self, first: &PairedEdge<'_>, second: &PairedEdge<'_>, width: f64, leg: &Leg) {
+        let (wedge, next) = (&first.edge.wedge, &second.edge.wedge);
+        let located = (wedge.locate(leg.source), next.locate(leg.receiver));
+        let (Some(source), Some(receiver)) = located else { return };
+        let geometry = self.at.geometry;
+        let part = longest(stretches(wedge, |point| leg.arrives(geometry, point)));
+        let (Some(part), Some(next_part)) =
+            (part, longest(stretches(next, |point| leg.goes_on(geometry, point))))
+        else {
+            return;
+        };
+        let offset = (leg.receiver - leg.source).dot(wedge.direction());
+        let sides = [
+            Side { wedge, point: source, joined_at_second: first.joined_at_second, part },
+            Side { wedge: next, point: receiver, joined_at_second: second.joined_at_second, part: next_part },
+        ];
+        let path = DoublePath::new(sides[0], sides[1], width, offset, self.edges.spectrum.smallest_k());
+        let length = path.length();
+        // Unfolded about both edges the way is straight.
+        let share = |before: f64| before / (source.radius + width + receiver.radius).max(f64::MIN_POSITIVE);
+        let (z, next_z) = (share(source.radius) * offset, share(source.radius + width) * offset);
+        let point = wedge.at(source.along + z);
+        let last = point + wedge.direction() * (next_z - z);
+        let last = next.at((last - next.at(0.0)).dot(next.direction()));
+        let strength = self.at.radiator.factor(leg.leaving(point)).sqrt();
+        let cells = self.edges.spectrum.cells().iter();
+        let amplitude =
+            cells.map(|cell| path.amplitude(cell.k) * (strength * self.through(cell.band, length))).collect();
+        self.waves.push(Wave { length, amplitude });
+        self.ways.push(length);
+        self.detours.push((length, leg.towards(last)));
     }
 
     /// The waves of `path` to the base path and to the images in its faces.
@@ -373,6 +427,10 @@ fn clearance(edge: &RoomEdge, source: WedgePoint, receiver: WedgePoint, face: us
     let detour = libm::hypot(sum, offset);
     let excess = 4.0 * source.radius * receiver.radius * half * half;
     excess / (detour + (detour * detour - excess).max(0.0).sqrt())
+}
+
+fn longest(stretches: Vec<[f64; 2]>) -> Option<[f64; 2]> {
+    stretches.into_iter().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
 }
 
 fn same_image(at: &Listening<'_>) -> f64 {

@@ -32,6 +32,12 @@ impl PlaneMirror {
         self.normal.dot(point) - self.offset
     }
 
+    /// Whether `other` is turned to the same side.
+    #[must_use]
+    pub fn faces_with(&self, other: &Self) -> bool {
+        self.normal.dot(other.normal) > 0.0
+    }
+
     /// The mirror image of `point`.
     #[must_use]
     pub fn image(&self, point: DVec3) -> DVec3 {
@@ -69,8 +75,7 @@ pub(crate) fn planes(geometry: &Geometry, table: &CoefficientTable) -> Vec<Plane
         let sides = if surface.closed { &[Side::Front][..] } else { &[Side::Front, Side::Back] };
         for &side in sides {
             let mirror = PlaneMirror::new(geometry, SurfaceId(index as u32), side);
-            let known =
-                |other: &PlaneMirror| other.plane == mirror.plane && other.normal.dot(mirror.normal) > 0.0;
+            let known = |other: &PlaneMirror| other.plane == mirror.plane && other.faces_with(&mirror);
             if !planes.iter().any(known) {
                 planes.push(mirror);
             }

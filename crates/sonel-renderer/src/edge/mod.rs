@@ -5,6 +5,8 @@
 //! image in it with the terms that belong to that ([`family`]). The family replaces the base path and those images:
 //! their energies are never added to it. Which part of an edge takes part is what both ends see of it ([`view`]).
 //!
+//! Over the two edges of a thick barrier ([`pair`]) the direct path is diffracted twice.
+//!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
 //! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
 //!
@@ -12,6 +14,7 @@
 
 mod family;
 mod mirror;
+mod pair;
 mod view;
 
 use glam::DVec3;
@@ -22,6 +25,7 @@ use sonel_map::{CoefficientTable, Lanes};
 
 use crate::mirror::{MirrorArrival, Radiator};
 use mirror::PlaneMirror;
+use pair::{EdgePair, pairs};
 
 /// Base paths with a reflection are diffracted as long as planes times edges are no more than this.
 const PAIR_LIMIT: usize = 2000;
@@ -37,6 +41,8 @@ pub(crate) struct RoomEdge {
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
     edges: Vec<RoomEdge>,
+    /// Parallel edges of thick obstacles.
+    pairs: Vec<EdgePair>,
     /// Planes without edges in which base paths are mirrored.
     mirrors: Vec<PlaneMirror>,
     spectrum: Spectrum,
@@ -111,7 +117,7 @@ impl Edges {
             mirrors.clear();
         }
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
-        Some(Self { edges, mirrors, spectrum: Spectrum::new(&borders, speed_of_sound) })
+        Some(Self { pairs: pairs(&edges), edges, mirrors, spectrum: Spectrum::new(&borders, speed_of_sound) })
     }
 
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the

@@ -28,17 +28,16 @@ pub(crate) struct Leg {
 }
 
 impl Leg {
-    /// Whether the sound of `source` reaches `point` and from there `receiver`.
-    fn sees(&self, geometry: &Geometry, point: DVec3) -> bool {
-        let straight = |from: DVec3| !geometry.is_blocked(Departure::free(from.as_vec3()), point.as_vec3());
-        let mirrored = |image: DVec3, mirror: &PlaneMirror| {
-            mirror.reflection(geometry, mirror.image(image), point).is_some()
-        };
-        match &self.mirror {
-            None => straight(self.source) && straight(self.receiver),
-            Some((mirror, true)) => straight(self.receiver) && mirrored(self.source, mirror),
-            Some((mirror, false)) => straight(self.source) && mirrored(self.receiver, mirror),
-        }
+    /// Whether the sound of `source` reaches `point`.
+    pub fn arrives(&self, geometry: &Geometry, point: DVec3) -> bool {
+        let mirror = self.mirror.filter(|(_, before)| *before).map(|(mirror, _)| mirror);
+        sees(geometry, self.source, mirror, point)
+    }
+
+    /// Whether the sound from `point` reaches `receiver`.
+    pub fn goes_on(&self, geometry: &Geometry, point: DVec3) -> bool {
+        let mirror = self.mirror.filter(|(_, before)| !before).map(|(mirror, _)| mirror);
+        sees(geometry, self.receiver, mirror, point)
     }
 
     /// Unit direction from the receiver to where sound from `point` on the edge seems to come from.
@@ -56,55 +55,59 @@ impl Leg {
             _ => point - self.source,
         }
     }
+}
 
-    /// The stretches of the edge, from its start [m], that both ends see.
-    pub fn stretches(&self, geometry: &Geometry, wedge: &Wedge) -> Vec<[f64; 2]> {
-        let at = |share: f64| share * wedge.length();
-        let seen = |share: f64| self.sees(geometry, wedge.at(at(share)));
-        let share = |point: usize| (point as f64 + 0.5) / POINTS as f64;
-        let points: Vec<bool> = (0..POINTS).map(|point| seen(share(point))).collect();
-        let border = |mut clear: f64, mut hidden: f64| {
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (clear + hidden);
-                if seen(middle) {
-                    clear = middle;
+/// Whether `from`, or the image of it that `mirror` shows, is seen from `point`.
+fn sees(geometry: &Geometry, from: DVec3, mirror: Option<PlaneMirror>, point: DVec3) -> bool {
+    match mirror {
+        None => !geometry.is_blocked(Departure::free(from.as_vec3()), point.as_vec3()),
+        Some(mirror) => mirror.reflection(geometry, mirror.image(from), point).is_some(),
+    }
+}
+
+/// The stretches of an edge, from its start [m], of which `seen` holds.
+pub(crate) fn stretches(wedge: &Wedge, seen: impl Fn(DVec3) -> bool) -> Vec<[f64; 2]> {
+    let at = |share: f64| share * wedge.length();
+    let seen = |share: f64| seen(wedge.at(at(share)));
+    let share = |point: usize| (point as f64 + 0.5) / POINTS as f64;
+    let points: Vec<bool> = (0..POINTS).map(|point| seen(share(point))).collect();
+    let mut stretches = Vec::new();
+    let mut first = None;
+    for point in 0..=POINTS {
+        match (first, points.get(point).copied().unwrap_or(false)) {
+            (None, true) if point == 0 => first = Some(end(&seen, share(0), 0.0)),
+            (None, true) => first = Some(border(&seen, share(point), share(point - 1))),
+            (Some(from), false) => {
+                let to = if point == POINTS {
+                    end(&seen, share(point - 1), 1.0)
                 } else {
-                    hidden = middle;
-                }
+                    border(&seen, share(point - 1), share(point))
+                };
+                stretches.push([at(from), at(to)]);
+                first = None;
             }
-            0.5 * (clear + hidden)
-        };
-        let mut stretches = Vec::new();
-        let mut first = None;
-        for point in 0..=POINTS {
-            match (first, points.get(point).copied().unwrap_or(false)) {
-                (None, true) if point == 0 => first = Some(self.end(&seen, share(0), 0.0, &border)),
-                (None, true) => first = Some(border(share(point), share(point - 1))),
-                (Some(from), false) => {
-                    let to = if point == POINTS {
-                        self.end(&seen, share(point - 1), 1.0, &border)
-                    } else {
-                        border(share(point - 1), share(point))
-                    };
-                    stretches.push([at(from), at(to)]);
-                    first = None;
-                }
-                _ => {}
-            }
+            _ => {}
         }
-        stretches
     }
+    stretches
+}
 
-    /// How far a stretch reaches towards the edge's `end` beyond its outermost point.
-    fn end(
-        &self,
-        seen: &impl Fn(f64) -> bool,
-        point: f64,
-        end: f64,
-        border: &impl Fn(f64, f64) -> f64,
-    ) -> f64 {
-        // Not the very end, where other faces begin.
-        let last = end + (point - end) * libm::ldexp(1.0, -(HALVINGS as i32));
-        if seen(last) { end } else { border(point, end) }
+/// Where between a clear and a hidden place the view ends.
+fn border(seen: &impl Fn(f64) -> bool, mut clear: f64, mut hidden: f64) -> f64 {
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (clear + hidden);
+        if seen(middle) {
+            clear = middle;
+        } else {
+            hidden = middle;
+        }
     }
+    0.5 * (clear + hidden)
+}
+
+/// How far a stretch reaches towards the edge's `end` beyond its outermost point.
+fn end(seen: &impl Fn(f64) -> bool, point: f64, end: f64) -> f64 {
+    // Not the very end, where other faces begin.
+    let last = end + (point - end) * libm::ldexp(1.0, -(HALVINGS as i32));
+    if seen(last) { end } else { border(seen, point, end) }
 }
