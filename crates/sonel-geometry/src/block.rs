@@ -53,10 +53,9 @@ impl<const N: usize> Block<N> {
         block
     }
 
-    /// The triangles of its lanes; `u32::MAX` where a lane is unused.
-    #[cfg(test)]
+    /// The triangles in its lanes.
     pub fn triangles(&self) -> impl Iterator<Item = u32> {
-        self.triangles.into_iter()
+        self.triangles.into_iter().filter(|&triangle| triangle != u32::MAX)
     }
 
     /// Calls `found` for every triangle that the line of the ray passes through, unless its plane is ignored.

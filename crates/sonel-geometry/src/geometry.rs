@@ -175,6 +175,32 @@ impl Geometry {
         Departure { origin: (position + height * outward).as_vec3(), plane: Some(plane) }
     }
 
+    /// Where other surfaces stand on each side of one, front and back: the segments in which they cut its plane lifted to
+    /// that side by what rays leave it by, in local coordinates [m]. Walls at its border stand on it too.
+    pub fn footprints(&self, surface: SurfaceId) -> [Vec<[DVec3; 2]>; 2] {
+        let stood_on = self.surface(surface);
+        let corners = |triangle: u32| {
+            self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize])
+        };
+        let own = || stood_on.triangles.iter().flat_map(|&triangle| corners(triangle));
+        let lift = self.scale.lift();
+        let low = own().fold(Vec3::INFINITY, Vec3::min) - lift;
+        let high = own().fold(Vec3::NEG_INFINITY, Vec3::max) + lift;
+        let mut standing = Vec::new();
+        self.index.near_box(low, high, |triangle| {
+            if self.surface(self.of_triangle[triangle as usize]).plane != stood_on.plane {
+                standing.push(triangle);
+            }
+        });
+        standing.sort_unstable();
+        let height = stood_on.offset - stood_on.normal.dot(self.scale.center);
+        [Side::Front, Side::Back].map(|side| {
+            let offset = height + side.sign() * f64::from(lift);
+            let lifted = LocalPlane { normal: stood_on.normal, offset };
+            standing.iter().filter_map(|&triangle| cut(&corners(triangle), &lifted)).collect()
+        })
+    }
+
     /// The first surface that a ray along a unit direction meets. Of surfaces at equal distance it is the one with the
     /// lowest triangle.
     pub fn closest_hit(&self, from: Departure, direction: Vec3) -> Option<Hit> {
@@ -273,6 +299,18 @@ impl Geometry {
     }
 }
 
+/// The segment in which a triangle cuts a plane; none where it only touches it.
+fn cut(corners: &[Vec3; 3], plane: &LocalPlane) -> Option<[DVec3; 2]> {
+    let heights = corners.map(|corner| plane.height(corner));
+    let mut ends = [0, 1, 2].into_iter().filter_map(|first| {
+        let (here, there) = (heights[first], heights[(first + 1) % 3]);
+        let share = here / (here - there);
+        ((here < 0.0) != (there < 0.0))
+            .then(|| corners[first].as_dvec3().lerp(corners[(first + 1) % 3].as_dvec3(), share))
+    });
+    Some([ends.next()?, ends.next()?])
+}
+
 fn exposed(surface: &Surface) -> f64 {
     if surface.closed { surface.area } else { 2.0 * surface.area }
 }
@@ -323,6 +361,31 @@ mod tests {
         assert!(geometry.contains(dvec3(0.1, 0.1, 0.1)));
         assert!(!geometry.contains(dvec3(-0.1, 0.1, 0.1)));
         assert!((geometry.distance_to_nearest_surface(dvec3(5.0, 3.0, 1.0)) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn walls_leave_footprints_where_they_stand() {
+        let mut mesh = Mesh::shoebox([10.0, 7.0, 3.0], [0; 6]);
+        let first = mesh.vertices.len() as u32;
+        // One screen stands on the floor, another hangs a centimetre above it.
+        for (x, z) in [(5.0, 0.0), (6.0, 0.01)] {
+            mesh.vertices.extend([dvec3(x, 2.0, z), dvec3(x, 5.0, z), dvec3(x, 3.0, 2.0)]);
+        }
+        for corner in [first, first + 3] {
+            mesh.triangles
+                .push(crate::MeshTriangle { corners: [corner, corner + 1, corner + 2], material: 1 });
+        }
+        let geometry = Geometry::build(mesh).unwrap();
+        let floor = geometry.surfaces().iter().position(|surface| surface.normal.z > 0.9).unwrap();
+        let [above, below] = geometry.footprints(SurfaceId(floor as u32));
+        assert!(below.is_empty(), "nothing is under the floor");
+        let world = |local: DVec3| local + geometry.center();
+        let of_screen: Vec<_> = above.iter().filter(|[a, _]| (world(*a).x - 5.5).abs() < 1.0).collect();
+        let [[a, b]] = of_screen[..] else { panic!("one of the screens stands on the floor") };
+        let (from, to) = (world(*a).y.min(world(*b).y), world(*a).y.max(world(*b).y));
+        assert!((world(*a).x - 5.0).abs() < 1e-6 && (from - 2.0).abs() < 1e-4 && (to - 5.0).abs() < 1e-4);
+        // Both triangles of each wall: the diagonal ends on the floor.
+        assert_eq!(above.len() - 1, 8);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use crate::PlaneId;
 use crate::block::{Block, Facet, Pierced};
 use crate::probe::{LocalPlane, Probe};
 use crate::tree::Tree;
+use glam::Vec3;
 
 /// Lanes of the scan's blocks.
 const SCAN_LANES: usize = 16;
@@ -116,6 +117,16 @@ impl Index {
         match &self.arrangement {
             Arrangement::Scan(blocks) => blocks.iter().any(|block| self.any_in(block, ray, clearance)),
             Arrangement::Tree(tree) => tree.any(ray, |block| self.any_in(block, ray, clearance)),
+        }
+    }
+
+    /// Calls `visit` for every triangle whose box may meet that from `low` to `high`, and for some others.
+    pub fn near_box(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(u32)) {
+        match &self.arrangement {
+            Arrangement::Scan(blocks) => blocks.iter().flat_map(Block::triangles).for_each(visit),
+            Arrangement::Tree(tree) => {
+                tree.within(low, high, |block| block.triangles().for_each(&mut visit));
+            }
         }
     }
 

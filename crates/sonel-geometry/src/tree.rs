@@ -117,6 +117,24 @@ impl Tree {
         }
         false
     }
+
+    /// Visits every leaf whose box meets that from `low` to `high`.
+    pub fn within(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(&Block<LEAF_LANES>)) {
+        let mut stack = Stack::default();
+        stack.push(Entry { child: 0, distance: 0.0 });
+        while let Some(entry) = stack.pop() {
+            if entry.child & LEAF != 0 {
+                visit(&self.leaves[(entry.child & !LEAF) as usize]);
+                continue;
+            }
+            let node = &self.nodes[entry.child as usize];
+            for (lane, &child) in node.children.iter().enumerate() {
+                if node.meets(lane, low, high) {
+                    stack.push(Entry { child, distance: 0.0 });
+                }
+            }
+        }
+    }
 }
 
 /// A distance as `f32`, not below what it was.
@@ -125,6 +143,12 @@ fn round_up(distance: f64) -> f32 {
 }
 
 impl Node {
+    /// Whether a child's box and that from `low` to `high` have a point in common.
+    fn meets(&self, lane: usize, low: Vec3, high: Vec3) -> bool {
+        let bounds = &self.bounds;
+        (0..3).all(|axis| bounds[axis][0][lane] <= high[axis] && low[axis] <= bounds[axis][1][lane])
+    }
+
     /// Distance at which the ray enters each child's box, infinite where it does not or not before `limit`.
     #[inline(always)]
     fn enter(&self, ray: &Probe, limit: f32) -> [f32; WIDTH] {
@@ -322,7 +346,7 @@ mod tests {
         let mut open = vec![(0u32, Vec3::NEG_INFINITY, Vec3::INFINITY)];
         while let Some((child, low, high)) = open.pop() {
             if child & LEAF != 0 {
-                for triangle in tree.leaves[(child & !LEAF) as usize].triangles().filter(|&t| t != u32::MAX) {
+                for triangle in tree.leaves[(child & !LEAF) as usize].triangles() {
                     seen[triangle as usize] += 1;
                     let inside = |v: &Vec3| v.cmpgt(low).all() && v.cmplt(high).all();
                     assert!(facets[triangle as usize].corners.iter().all(inside));

@@ -176,7 +176,7 @@ impl Renderer<'_> {
         let Some((sheets, _)) = &self.gather else { return };
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
-        index.around(place(arrival.surface, arrival.side), at, |point, in_half| {
+        index.around(place(arrival.surface, arrival.side), at, |point, gain| {
             let receiver = point.receiver as usize;
             let class = if point.seen_directly { PathClass::Diffuse } else { PathClass::DiffuseMirror };
             let length = segment.end_length + point.length;
@@ -186,7 +186,6 @@ impl Renderer<'_> {
                     scratch[lane] = energy[lane] * weight[lane];
                 }
             }
-            let gain = if in_half { point.gain } else { 0.0 };
             let bins = (bin, audience.coarse_bin(receiver, bin));
             estimate.class(class).add_from_kernel(receiver, bins, length, scratch, gain, &medium);
         });

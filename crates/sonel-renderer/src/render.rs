@@ -7,7 +7,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use sonel_acoustics::mean_free_path;
-use sonel_geometry::Geometry;
+use sonel_geometry::{Geometry, SurfaceId};
 use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, SonelMap};
 use thiserror::Error;
 
@@ -252,8 +252,9 @@ impl<'a> Renderer<'a> {
                 0
             },
             gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
-                let sheets =
-                    geometry.surfaces().iter().map(|surface| Sheet::new(geometry, surface)).collect();
+                let sheets = (0..geometry.surfaces().len() as u32)
+                    .map(|id| Sheet::new(geometry, SurfaceId(id)))
+                    .collect();
                 (sheets, gather_settings(&settings, geometry, traced, bins.reach))
             }),
             edges: diffracts

@@ -1,12 +1,18 @@
-//! The area of a disc clipped to a planar surface.
+//! The part of a disc that lies on a planar surface and is seen from its centre.
 //!
-//! With the centre on the surface, the area is that of the whole disc plus, for every edge of the surface's boundary that
+//! With the centre on the surface, the clipped area is that of the whole disc plus, for every edge of the surface's boundary that
 //! enters it, the triangle over the chord minus the sector over the same angle. Edges further away change nothing,
 //! so the cost is that of finding near edges, whatever the shape: holes and notches come out right by orientation.
+//!
+//! A thin wall that stands on the surface divides what is one surface to the map. Its foot hides a part of the disc, which neither counts as
+//! area nor gathers: sound does not pass under walls. [`View`] holds the feet that do hide something; most discs have none.
 
+use core::f64::consts::FRAC_1_SQRT_2;
 use glam::{DVec2, DVec3};
-use sonel_geometry::{Geometry, Surface};
+use sonel_geometry::{Geometry, Side, SurfaceId};
 use std::collections::HashSet;
+
+use super::visible::visible_area;
 
 /// A surface laid out in its plane.
 #[derive(Debug, Clone)]
@@ -15,17 +21,55 @@ pub struct Sheet {
     across: DVec3,
     along: DVec3,
     /// Boundary edges with the surface on their left, seen from the front.
-    boundary: Vec<(DVec2, DVec2)>,
+    boundary: Vec<Segment>,
+    /// Feet of walls that stand on the front and on the back and could hide a part of the surface from another.
+    feet: [Vec<Segment>; 2],
+}
+
+/// Both ends of a straight line in the plane of a surface [m].
+pub type Segment = (DVec2, DVec2);
+
+/// What a disc sees of its surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Area that lies on the surface and is seen from the centre [m²].
+    pub area: f64,
+    /// The same area of the disc of half the size [m²].
+    pub inner_area: f64,
+    /// Feet of walls that hide a part of the disc, seen from its centre [m].
+    pub hidden_by: Vec<Segment>,
+}
+
+impl View {
+    /// Whether nothing stands between the centre and a place at `offset` from it [m].
+    #[inline]
+    #[must_use]
+    pub fn sees(&self, offset: DVec2) -> bool {
+        !self.hidden_by.iter().any(|&(a, b)| is_between(offset, a, b))
+    }
+}
+
+/// Whether the line from `a` to `b` crosses that from the origin to `tip`.
+fn is_between(tip: DVec2, a: DVec2, b: DVec2) -> bool {
+    let along = b - a;
+    let divided = (a.perp_dot(along) > 0.0) != ((a - tip).perp_dot(along) > 0.0);
+    divided && (tip.perp_dot(a) > 0.0) != (tip.perp_dot(b) > 0.0)
 }
 
 impl Sheet {
-    /// Lays out `surface`. Coordinates are about the scene's centre.
+    /// Lays out a surface. Coordinates are about the scene's centre.
     #[must_use]
-    pub fn new(geometry: &Geometry, surface: &Surface) -> Self {
+    pub fn new(geometry: &Geometry, id: SurfaceId) -> Self {
+        let surface = geometry.surface(id);
         let across = surface.normal.any_orthonormal_vector();
         let along = surface.normal.cross(across);
-        let mut sheet =
-            Self { origin: surface.centroid - geometry.center(), across, along, boundary: Vec::new() };
+        let mut sheet = Self {
+            origin: surface.centroid - geometry.center(),
+            across,
+            along,
+            boundary: Vec::new(),
+            feet: Default::default(),
+        };
         let triangles = || surface.triangles.iter().map(|&t| geometry.mesh().triangles[t as usize].corners);
         let edges = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
         let directed: HashSet<(u32, u32)> = triangles().flat_map(edges).collect();
@@ -35,7 +79,50 @@ impl Sheet {
             .filter(|&(from, to)| !directed.contains(&(to, from)))
             .map(|(from, to)| (sheet.flat(corner(from)), sheet.flat(corner(to))))
             .collect();
+        let resolution = f64::from(geometry.resolution());
+        sheet.feet = geometry.footprints(id).map(|feet| {
+            let flat = feet.into_iter().map(|[a, b]| (sheet.flat(a), sheet.flat(b)));
+            flat.filter(|&foot| sheet.is_divided_by(foot, resolution)).collect()
+        });
         sheet
+    }
+
+    /// Whether the line through `foot` has more than rounding of the surface on both sides: a wall on a straight border has not.
+    fn is_divided_by(&self, (a, b): Segment, resolution: f64) -> bool {
+        let Some(along) = (b - a).try_normalize() else { return false };
+        let beside = |(corner, _): &Segment| along.perp_dot(*corner - a);
+        let (left, right) = self
+            .boundary
+            .iter()
+            .map(beside)
+            .fold((0.0_f64, 0.0_f64), |(left, right), at| (left.max(at), right.max(-at)));
+        left.min(right) > BORDER_RESOLUTIONS * resolution
+    }
+
+    /// What the disc of `radius` about `centre`, a point of the surface, sees of one side of it.
+    #[must_use]
+    pub fn view(&self, side: Side, centre: DVec2, radius: f64) -> View {
+        let inner_radius = radius * FRAC_1_SQRT_2;
+        let area = self.clipped_area(centre, radius);
+        let feet = &self.feet[usize::from(side == Side::Back)];
+        let near: Vec<Segment> = feet
+            .iter()
+            .map(|&(a, b)| (a - centre, b - centre))
+            .filter(|&(a, b)| distance_to(a, b) < radius)
+            .collect();
+        if !near.is_empty() {
+            let boundary: Vec<Segment> =
+                self.boundary.iter().map(|&(a, b)| (a - centre, b - centre)).collect();
+            let seen = |radius: f64| {
+                let whole = core::f64::consts::PI * radius * radius;
+                visible_area(&boundary, &near, radius).clamp(whole * SMALLEST_SHARE, whole)
+            };
+            let visible = seen(radius);
+            if visible < area * (1.0 - NOTHING_HIDDEN) {
+                return View { area: visible, inner_area: seen(inner_radius), hidden_by: near };
+            }
+        }
+        View { area, inner_area: self.clipped_area(centre, inner_radius), hidden_by: Vec::new() }
     }
 
     /// Coordinates in the plane of a point on it [m].
@@ -59,6 +146,17 @@ impl Sheet {
 
 /// Smallest share of a disc that is believed: that of a corner of a third of a degree.
 const SMALLEST_SHARE: f64 = 1e-3;
+/// Feet of walls on a border lie beside it by a lift, or by a few where walls lean.
+const BORDER_RESOLUTIONS: f64 = 64.0;
+/// Feet that hide a smaller share of a disc are forgotten: it is rounding.
+const NOTHING_HIDDEN: f64 = 1e-9;
+
+/// Distance of the line from `a` to `b` from the origin [m].
+pub fn distance_to(a: DVec2, b: DVec2) -> f64 {
+    let along = b - a;
+    let share = (-a.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (a + share * along).length()
+}
 
 /// By how much the edge from `a` to `b`, seen from the disc's centre, changes the area of the disc.
 fn edge_change(a: DVec2, b: DVec2, radius: f64) -> f64 {
@@ -86,8 +184,8 @@ mod tests {
 
     fn floor(size: [f64; 3]) -> (Geometry, Sheet) {
         let geometry = Geometry::build(Mesh::shoebox(size, [0; 6])).unwrap();
-        let surface = geometry.surfaces().iter().find(|surface| surface.normal.z > 0.9).unwrap().clone();
-        let sheet = Sheet::new(&geometry, &surface);
+        let floor = geometry.surfaces().iter().position(|surface| surface.normal.z > 0.9).unwrap();
+        let sheet = Sheet::new(&geometry, SurfaceId(floor as u32));
         (geometry, sheet)
     }
 
@@ -123,5 +221,77 @@ mod tests {
         let exact = area(size, at, radius);
         assert!((exact / counted - 1.0).abs() < 1e-3);
         assert!((PI * radius * radius / counted - 1.0).abs() > 0.3, "the unclipped disc is rejected");
+    }
+
+    /// The floor of a box of 4 m by 3 m on which screens stand along `feet`.
+    fn floor_with_screens(feet: &[[f64; 4]]) -> (Geometry, Sheet) {
+        let mut mesh = Mesh::shoebox([4.0, 3.0, 2.0], [0; 6]);
+        for &[x, y, u, v] in feet {
+            let first = mesh.vertices.len() as u32;
+            mesh.vertices.extend([
+                DVec3::new(x, y, 0.0),
+                DVec3::new(u, v, 0.0),
+                DVec3::new(u, v, 1.0),
+                DVec3::new(x, y, 1.0),
+            ]);
+            for corners in [[0, 1, 2], [0, 2, 3]].map(|corners| corners.map(|corner| first + corner)) {
+                mesh.triangles.push(sonel_geometry::MeshTriangle { corners, material: 0 });
+            }
+        }
+        let geometry = Geometry::build(mesh).unwrap();
+        let floor = geometry.surfaces().iter().position(|surface| surface.normal.z > 0.9).unwrap();
+        let sheet = Sheet::new(&geometry, SurfaceId(floor as u32));
+        (geometry, sheet)
+    }
+
+    #[test]
+    fn walls_on_a_border_hide_nothing() {
+        let (_, sheet) = floor([3.0, 2.0, 2.0]);
+        assert!(sheet.feet.iter().all(Vec::is_empty));
+    }
+
+    #[test]
+    fn a_screen_hides_what_is_behind_it() {
+        let (geometry, sheet) = floor_with_screens(&[[2.0, 0.0, 2.0, 3.0]]);
+        let at = |x: f64| sheet.flat(DVec3::new(x, 1.5, 0.0) - geometry.center());
+        let centre = at(1.75);
+        let view = sheet.view(Side::Front, centre, 0.5);
+        // A quarter of the diameter is cut off: the disc less a segment of 120°.
+        let segment = 0.25 * (PI / 3.0 - 3.0_f64.sqrt() / 4.0);
+        assert!((view.area - (0.25 * PI - segment)).abs() < 1e-6, "{}", view.area);
+        let below = sheet.view(Side::Back, centre, 0.5);
+        assert!((below.area - 0.25 * PI).abs() < 1e-12 && below.hidden_by.is_empty());
+        let far = sheet.view(Side::Front, at(1.45), 0.5);
+        assert!(far.hidden_by.is_empty());
+    }
+
+    #[test]
+    fn the_visible_area_agrees_with_counting_places_that_are_seen() {
+        // Screens that cross, that meet a wall, that end within the disc, and one beyond another.
+        let feet = [
+            [1.0, 1.0, 2.2, 1.6],
+            [1.4, 0.6, 1.5, 2.0],
+            [2.5, 0.0, 2.5, 1.2],
+            [0.2, 0.9, 0.6, 0.9],
+            [0.1, 0.7, 0.9, 0.75],
+        ];
+        let (geometry, sheet) = floor_with_screens(&feet);
+        for [x, y] in [[1.2, 1.4], [1.9, 0.9], [0.5, 1.2], [2.6, 0.3]] {
+            let at = |x: f64, y: f64| sheet.flat(DVec3::new(x, y, 0.0) - geometry.center());
+            let (centre, radius) = (at(x, y), 0.9);
+            let view = sheet.view(Side::Front, centre, radius);
+            let (cells, mut seen, mut within) = (1200, 0, 0);
+            for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+                let place =
+                    at(4.0 * (f64::from(i) + 0.5) / 1200.0, 3.0 * (f64::from(j) + 0.5) / 1200.0) - centre;
+                if place.length() < radius {
+                    within += 1;
+                    seen += u32::from(view.sees(place));
+                }
+            }
+            let area = |count: u32| f64::from(count) * 12.0 / f64::from(cells * cells);
+            assert!((view.area / area(seen) - 1.0).abs() < 2e-3, "({x}, {y}): {} {}", view.area, area(seen));
+            assert!(area(within) > 1.05 * view.area, "the disc without its screens is rejected");
+        }
     }
 }

@@ -39,17 +39,21 @@ impl GatherIndex {
         (cell.x as i32, cell.y as i32)
     }
 
-    /// Visits every disc on `place` that `at`, in the plane of its surface, lies in, and says whether it also lies in the
-    /// disc of half the area.
+    /// Visits every disc on `place` that `at`, in the plane of its surface, lies in and is seen from, and says how much more
+    /// dense the disc of half the size finds it: nothing where it lies beside that.
     #[inline]
-    pub fn around(&self, place: u32, at: DVec2, mut found: impl FnMut(&GatherPoint, bool)) {
+    pub fn around(&self, place: u32, at: DVec2, mut found: impl FnMut(&GatherPoint, f64)) {
         let (x, y) = self.cell(at);
         let Some(candidates) = self.cells.get(&(place, x, y)) else { return };
         for &number in candidates {
             let point = &self.points[number as usize];
-            let (squared, limit) = (point.centre.distance_squared(at), self.radius * self.radius);
-            if squared <= limit {
-                found(point, squared <= 0.5 * limit);
+            let offset = at - point.centre;
+            let (squared, limit) = (offset.length_squared(), self.radius * self.radius);
+            if squared <= limit && point.view.sees(offset) {
+                found(
+                    point,
+                    if squared <= 0.5 * limit { point.view.area / point.view.inner_area } else { 0.0 },
+                );
             }
         }
     }
@@ -57,6 +61,7 @@ impl GatherIndex {
 
 #[cfg(test)]
 mod tests {
+    use super::super::disc::View;
     use super::*;
     use sonel_sampling::{Purpose, StreamFamily};
 
@@ -69,8 +74,8 @@ mod tests {
                 place: number as u32 % 3,
                 centre: random(),
                 length: 0.0,
+                view: View { area: 1.0, inner_area: 0.5, hidden_by: Vec::new() },
                 weight: Vec::new(),
-                gain: 2.0,
                 seen_directly: false,
             })
             .collect();

@@ -11,6 +11,7 @@
 pub mod disc;
 pub mod index;
 pub mod rays;
+mod visible;
 
 pub use index::GatherIndex;
 pub use rays::{GatherSettings, cast};

@@ -1,13 +1,11 @@
 //! Visibility rays: where a receiver looks, directly and by mirrors.
 
-use core::f64::consts::FRAC_1_SQRT_2;
-
 use glam::{DVec2, Vec3};
 use sonel_geometry::{Departure, Geometry, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
-use super::disc::Sheet;
+use super::disc::{Sheet, View};
 use crate::connection::normal_on;
 use crate::receiver::PreparedReceiver;
 
@@ -35,10 +33,10 @@ pub struct GatherPoint {
     pub centre: DVec2,
     /// Length of the ray [m].
     pub length: f64,
+    /// What the disc sees of its surface.
+    pub view: View,
     /// (4π/M) · T · δ / (π A) per band, times the share that is gathered [1/m²].
     pub weight: Vec<Lanes>,
-    /// Area of the disc over that of the disc of half the area, both clipped [1].
-    pub gain: f64,
     /// Whether the receiver sees it without a mirror: it gathers only what connections leave.
     pub seen_directly: bool,
 }
@@ -80,14 +78,14 @@ pub fn cast(
             if share > 0.0 && !row.is_mirror {
                 let sheet = &sheets[hit.surface.0 as usize];
                 let centre = sheet.flat(hit.position.as_dvec3());
-                let area = sheet.clipped_area(centre, settings.radius);
+                let view = sheet.view(hit.side, centre, settings.radius);
                 found(GatherPoint {
                     receiver: receiver.0,
                     place: place(hit.surface, hit.side),
                     centre,
                     length,
-                    weight: product(&throughput, &row.diffuse.energy, share / area),
-                    gain: area / sheet.clipped_area(centre, settings.radius * FRAC_1_SQRT_2),
+                    weight: product(&throughput, &row.diffuse.energy, share / view.area),
+                    view,
                     seen_directly,
                 });
             }
