@@ -1,8 +1,6 @@
 //! Errors name the file and the remedy, and leave older outputs alone.
 
-use std::fs;
-
-use crate::Workshop;
+use crate::{render, trace, workshop};
 
 fn complaint(result: anyhow::Result<String>) -> String {
     format!("{:#}", result.expect_err("bad input is refused"))
@@ -10,13 +8,13 @@ fn complaint(result: anyhow::Result<String>) -> String {
 
 #[test]
 fn a_bad_scene_is_reported_with_all_its_problems() {
-    let shop = Workshop::open();
-    let text = fs::read_to_string(shop.path("scene.toml")).unwrap();
+    let shop = workshop();
+    let text = shop.text("scene.toml");
     let bad = text
         .replace("absorption = 0.5", "absorption = 1.5\ncolour = \"red\"")
         .replace("[1.0, 1.0, 1.5]", "[9.0, 1.0, 1.5]");
-    fs::write(shop.path("scene.toml"), bad).unwrap();
-    let complaint = complaint(shop.trace("a.sonelmap", &[]));
+    shop.write("scene.toml", bad);
+    let complaint = complaint(trace(&shop, "a.sonelmap", &[]));
     for part in ["scene.toml:17", "scene.toml:18", "colour", "scene.toml:23", "position"] {
         assert!(complaint.contains(part), "no {part} in: {complaint}");
     }
@@ -25,39 +23,39 @@ fn a_bad_scene_is_reported_with_all_its_problems() {
 
 #[test]
 fn files_that_are_no_maps_are_refused_and_older_outputs_stay() {
-    let shop = Workshop::open();
-    fs::write(shop.path("a.npz"), "older").unwrap();
-    fs::write(shop.path("no.sonelmap"), "this is a letter").unwrap();
-    assert!(complaint(shop.render("no.sonelmap", "a.npz", &[])).contains("not a sonel map"));
-    assert!(complaint(shop.render("missing.sonelmap", "a.npz", &[])).contains("missing.sonelmap"));
-    shop.trace("a.sonelmap", &["--sonels", "1k"]).unwrap();
+    let shop = workshop();
+    shop.write("a.npz", "older");
+    shop.write("no.sonelmap", "this is a letter");
+    assert!(complaint(render(&shop, "no.sonelmap", "a.npz", &[])).contains("not a sonel map"));
+    assert!(complaint(render(&shop, "missing.sonelmap", "a.npz", &[])).contains("missing.sonelmap"));
+    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
     let mut damaged = shop.bytes("a.sonelmap");
     damaged[5000] ^= 1;
-    fs::write(shop.path("damaged.sonelmap"), &damaged).unwrap();
-    assert!(complaint(shop.render("damaged.sonelmap", "a.npz", &[])).contains("damaged at byte"));
-    fs::write(shop.path("cut.sonelmap"), &damaged[..damaged.len() / 2]).unwrap();
-    assert!(complaint(shop.render("cut.sonelmap", "a.npz", &[])).contains("cut"));
+    shop.write("damaged.sonelmap", &damaged);
+    assert!(complaint(render(&shop, "damaged.sonelmap", "a.npz", &[])).contains("damaged at byte"));
+    shop.write("cut.sonelmap", &damaged[..damaged.len() / 2]);
+    assert!(complaint(render(&shop, "cut.sonelmap", "a.npz", &[])).contains("cut"));
     assert_eq!(shop.bytes("a.npz"), b"older");
 }
 
 #[test]
 fn impossible_receivers_are_all_named() {
-    let shop = Workshop::open();
-    shop.trace("a.sonelmap", &["--sonels", "1k"]).unwrap();
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
     let options = ["--receiver", "on=1,1,1.5", "--receiver", "out=7,1,1", "--receiver", "fine=2,2,1"];
-    let complaint_text = complaint(shop.render("a.sonelmap", "a.npz", &options));
+    let complaint_text = complaint(render(&shop, "a.sonelmap", "a.npz", &options));
     assert!(
         complaint_text.contains("\"on\" stands at source") && complaint_text.contains("\"out\""),
         "{complaint_text}"
     );
     assert!(!shop.path("a.npz").exists());
     let twice = ["--receiver", "a=1,2,1", "--receiver", "a=2,2,1"];
-    assert!(complaint(shop.render("a.sonelmap", "a.npz", &twice)).contains("share a name"));
+    assert!(complaint(render(&shop, "a.sonelmap", "a.npz", &twice)).contains("share a name"));
 }
 
 #[test]
 fn contradicting_options_are_refused() {
-    let shop = Workshop::open();
+    let shop = workshop();
     for (options, part) in [
         (&["--mode", "paper", "--survival", "0.5"][..], "--survival"),
         (&["--mode", "paper", "--spectral", "shared"], "--spectral"),
@@ -68,7 +66,7 @@ fn contradicting_options_are_refused() {
         (&["--effects", "auto,+echo"], "no effect"),
         (&["--duration", "-1"], "duration"),
     ] {
-        let complaint = complaint(shop.trace("a.sonelmap", options));
+        let complaint = complaint(trace(&shop, "a.sonelmap", options));
         assert!(complaint.contains(part), "{options:?}: {complaint}");
     }
     assert!(!shop.path("a.sonelmap").exists());
@@ -76,32 +74,32 @@ fn contradicting_options_are_refused() {
 
 #[test]
 fn a_shard_is_not_rendered_alone() {
-    let shop = Workshop::open();
-    shop.trace("a.sonelmap", &["--sonels", "2k", "--shard", "1/2"]).unwrap();
-    assert!(complaint(shop.render("a.sonelmap", "a.npz", &[])).contains("shard 1 of 2"));
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "2k", "--shard", "1/2"]).unwrap();
+    assert!(complaint(render(&shop, "a.sonelmap", "a.npz", &[])).contains("shard 1 of 2"));
 }
 
 #[test]
 fn outputs_that_cannot_be_are_refused_before_the_work() {
-    let shop = Workshop::open();
-    fs::create_dir(shop.path("folder.sonelmap")).unwrap();
-    assert!(complaint(shop.trace("folder.sonelmap", &[])).contains("not an ordinary file"));
-    assert!(complaint(shop.trace("nowhere/a.sonelmap", &[])).contains("does not exist"));
+    let shop = workshop();
+    std::fs::create_dir(shop.path("folder.sonelmap")).unwrap();
+    assert!(complaint(trace(&shop, "folder.sonelmap", &[])).contains("not an ordinary file"));
+    assert!(complaint(trace(&shop, "nowhere/a.sonelmap", &[])).contains("does not exist"));
 }
 
 /// Neither a map nor an option makes the renderer ask for more memory than any echogram is worth.
 #[test]
 fn echograms_beyond_all_measure_are_refused() {
-    let shop = Workshop::open();
-    shop.trace("short.sonelmap", &["--sonels", "100"]).unwrap();
-    shop.trace("long.sonelmap", &["--sonels", "100", "--duration", "1e300"]).unwrap();
+    let shop = workshop();
+    trace(&shop, "short.sonelmap", &["--sonels", "100"]).unwrap();
+    trace(&shop, "long.sonelmap", &["--sonels", "100", "--duration", "1e300"]).unwrap();
     for (map, options, part) in [
         ("short.sonelmap", &["--bin", "1e-300"][..], "wider ones (--bin)"),
         ("short.sonelmap", &["--bin", "1e-9"], "wider ones (--bin)"),
         ("long.sonelmap", &[], "shorter --duration"),
         ("long.sonelmap", &["--bin", "1e299"], "--no-air"),
     ] {
-        let complaint = complaint(shop.render(map, "a.npz", options));
+        let complaint = complaint(render(&shop, map, "a.npz", options));
         assert!(complaint.contains(part), "{map} {options:?}: {complaint}");
     }
     assert!(!shop.path("a.npz").exists());
@@ -110,8 +108,7 @@ fn echograms_beyond_all_measure_are_refused() {
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_no_map() {
-    let shop = Workshop::open();
-    let made = std::process::Command::new("mkfifo").arg(shop.path("pipe")).status().unwrap();
-    assert!(made.success());
-    assert!(complaint(shop.render("pipe", "a.npz", &[])).contains("no ordinary file"));
+    let shop = workshop();
+    shop.pipe("pipe");
+    assert!(complaint(render(&shop, "pipe", "a.npz", &[])).contains("no ordinary file"));
 }

@@ -1,21 +1,21 @@
 //! A map extended is the map of the longer run, byte for byte; what contradicts it is refused.
 
-use std::fs;
+use sonel_testkit::workshop::Workshop;
 
-use crate::Workshop;
+use crate::{trace, workshop};
 
 /// Two sources, one of them directional.
 fn shop() -> Workshop {
-    let shop = Workshop::open();
-    let scene = fs::read_to_string(shop.path("scene.toml")).expect("a scene");
+    let shop = workshop();
+    let scene = shop.text("scene.toml");
     let second = "\n[[sources]]\nname = \"second\"\nposition = [4.0, 3.0, 1.0]\ndirectivity = \"cardioid\"\naim = [0.0, -1.0, 0.0]\n";
-    fs::write(shop.path("scene.toml"), scene + second).expect("a folder");
+    shop.write("scene.toml", scene + second);
     shop
 }
 
 fn extend(shop: &Workshop, map: &str, output: &str, options: &[&str]) -> anyhow::Result<String> {
     let map = shop.path(map).display().to_string();
-    shop.trace(output, &[&["--extend", &map], options].concat())
+    trace(shop, output, &[&["--extend", &map], options].concat())
 }
 
 fn complaint(shop: &Workshop, options: &[&str]) -> String {
@@ -34,9 +34,9 @@ fn a_map_extended_is_the_longer_run() {
         &["--mode", "paper"],
         &["--survival", "0", "--duration", "0.25", "--effects", "none", "--seed", "9"],
     ] {
-        shop.trace("long.sonelmap", &[options, &["--sonels", "1500"]].concat()).unwrap();
+        trace(&shop, "long.sonelmap", &[options, &["--sonels", "1500"]].concat()).unwrap();
         for short in ["30", "512", "1300"] {
-            shop.trace("short.sonelmap", &[options, &["--sonels", short]].concat()).unwrap();
+            trace(&shop, "short.sonelmap", &[options, &["--sonels", short]].concat()).unwrap();
             // Options may be left out or repeated.
             for repeated in [&[][..], options] {
                 let all = [repeated, &["--sonels", "1500"]].concat();
@@ -53,8 +53,8 @@ fn a_map_extended_is_the_longer_run() {
 #[test]
 fn a_map_may_replace_itself_again_and_again() {
     let shop = shop();
-    shop.trace("long.sonelmap", &["--sonels", "2k"]).unwrap();
-    shop.trace("a.sonelmap", &["--sonels", "100"]).unwrap();
+    trace(&shop, "long.sonelmap", &["--sonels", "2k"]).unwrap();
+    trace(&shop, "a.sonelmap", &["--sonels", "100"]).unwrap();
     for sonels in ["600", "1024", "2000"] {
         extend(&shop, "a.sonelmap", "a.sonelmap", &["--sonels", sonels]).unwrap();
     }
@@ -64,7 +64,7 @@ fn a_map_may_replace_itself_again_and_again() {
 #[test]
 fn contradictions_are_named_with_both_values_all_at_once() {
     let shop = shop();
-    shop.trace("a.sonelmap", &["--sonels", "700", "--seed", "3"]).unwrap();
+    trace(&shop, "a.sonelmap", &["--sonels", "700", "--seed", "3"]).unwrap();
     let before = shop.bytes("a.sonelmap");
     for (option, value, traced) in [
         ("--seed", "4", "traced with 3"),
@@ -96,9 +96,9 @@ fn contradictions_are_named_with_both_values_all_at_once() {
 #[test]
 fn another_scene_is_not_extended() {
     let shop = shop();
-    shop.trace("a.sonelmap", &["--sonels", "700"]).unwrap();
-    let scene = fs::read_to_string(shop.path("scene.toml")).unwrap();
-    fs::write(shop.path("scene.toml"), scene.replace("0.3, 0.4]", "0.3, 0.45]")).unwrap();
+    trace(&shop, "a.sonelmap", &["--sonels", "700"]).unwrap();
+    let scene = shop.text("scene.toml");
+    shop.write("scene.toml", scene.replace("0.3, 0.4]", "0.3, 0.45]"));
     let complaint = complaint(&shop, &["--sonels", "800"]);
     assert!(complaint.contains("the scene file has digest"), "{complaint}");
 }
@@ -108,13 +108,13 @@ fn shards_damaged_maps_and_other_files_are_not_extended() {
     let shop = shop();
     let options = ["--sonels", "4k"];
     assert!(complaint(&shop, &options).contains("cannot open"));
-    fs::write(shop.path("a.sonelmap"), "a letter").unwrap();
+    shop.write("a.sonelmap", "a letter");
     assert!(complaint(&shop, &options).contains("not a sonel map"));
-    shop.trace("a.sonelmap", &["--sonels", "2k", "--shard", "2/2"]).unwrap();
+    trace(&shop, "a.sonelmap", &["--sonels", "2k", "--shard", "2/2"]).unwrap();
     assert!(complaint(&shop, &options).contains("join all shards first"));
-    shop.trace("a.sonelmap", &["--sonels", "2k"]).unwrap();
+    trace(&shop, "a.sonelmap", &["--sonels", "2k"]).unwrap();
     let mut damaged = shop.bytes("a.sonelmap");
     damaged[9000] ^= 1;
-    fs::write(shop.path("a.sonelmap"), damaged).unwrap();
+    shop.write("a.sonelmap", damaged);
     assert!(complaint(&shop, &options).contains("damaged at byte"));
 }

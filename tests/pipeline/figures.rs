@@ -3,15 +3,17 @@
 
 use sonel_analysis::{Parameter, parameters};
 
-use crate::Workshop;
+use sonel_testkit::workshop::Workshop;
+
+use crate::{render, response, trace};
 
 /// A figure that must be: value, largest deviation, largest half-width of its interval.
 type Expectation = (Parameter, f64, f64, f64);
 
 fn check(shop: &Workshop, options: &[&str], band: usize, expectations: &[Expectation]) {
-    shop.trace("a.sonelmap", options).expect("a sound scene");
-    shop.render("a.sonelmap", "a.npz", &[]).expect("a sound map");
-    let response = shop.response("a.npz");
+    trace(shop, "a.sonelmap", options).expect("a sound scene");
+    render(shop, "a.sonelmap", "a.npz", &[]).expect("a sound map");
+    let response = response(shop, "a.npz");
     let figures = parameters(&response);
     let mut wrong = Vec::new();
     for &(parameter, expected, tolerance, widest) in expectations {

@@ -7,7 +7,8 @@
 //! - [`chi_square`] and [`z_test`] judge samplers and estimators, [`significance`] splits a level over many tests;
 //! - [`uniform`] drives them: a tiny generator, constant for ever;
 //! - [`analytic`] holds the rooms with exact answers, [`bruteforce`] the one with a slow but obvious answer;
-//! - [`exponential`] and [`decay`] serve the parameter code: ideal decays with closed forms, and a plain regression.
+//! - [`exponential`] and [`decay`] serve the parameter code: ideal decays with closed forms, and a plain regression;
+//! - [`workshop`] is a folder in which the tests of programs run them.
 //!
 //! None of it is fit for production: speed, portability of the last bit and forgiving errors are not aims here.
 
@@ -20,4 +21,5 @@ mod quadrature;
 pub mod significance;
 pub mod uniform;
 mod vector;
+pub mod workshop;
 pub mod z_test;

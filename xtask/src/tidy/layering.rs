@@ -34,7 +34,7 @@ const HOMES: [(&str, &[&str]); 19] = [
     ("rand", &["crates/sonel-sampling"]),
     ("serde_json", &["crates/sonel-echogram", "crates/sonel-analysis", "tools/", "xtask"]),
     ("statrs", &["crates/sonel-testkit"]),
-    ("tempfile", &["tools/"]),
+    ("tempfile", &["tools/", "crates/sonel-testkit"]),
     ("tobj", &["crates/sonel-scene"]),
     ("toml", &["crates/sonel-scene", "xtask"]),
     ("zip", &["crates/sonel-echogram"]),

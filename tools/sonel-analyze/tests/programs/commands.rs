@@ -1,0 +1,227 @@
+//! `verify`, `inspect` and `parameters` from outside: books, listings, formats, and files that are none.
+
+use serde_json::Value;
+use sonel_echogram::{Arrivals, Response};
+use sonel_testkit::workshop::Workshop;
+
+use crate::{analyze, trace};
+
+const MAP: &str = "room.sonelmap";
+const RESPONSE: &str = "room.npz";
+
+/// Colourful walls, two sources, one of them directional: every term of the books of a closed room is at work.
+const SCENE: &str = r#"
+name = "test room"
+shoebox = [6.0, 5.0, 4.0]
+duration_s = 0.6
+[bands]
+center_frequencies_hz = [250, 500, 1000, 2000, 4000]
+[materials.walls]
+absorption = [0.2, 0.9, 0.05, 0.5, 0.3]
+scattering = [0.5, 0.05, 0.9, 0.3, 0.1]
+[materials.z0]
+absorption = 0.4
+scattering = 0.2
+[[sources]]
+name = "stage"
+position = [1.5, 1.2, 1.3]
+directivity = "cardioid"
+aim = [1.0, 0.0, 0.0]
+[[sources]]
+name = "pit"
+position = [4.5, 3.2, 2.3]
+[[receivers]]
+name = "seat 12"
+position = [4.0, 2.0, 1.2]
+"#;
+
+fn traced(options: &[&str]) -> Workshop {
+    let shop = Workshop::with(SCENE);
+    trace(&shop, MAP, options);
+    shop
+}
+
+/// An exponential decay at one receiver in one band.
+fn render(shop: &Workshop) {
+    let edges: Vec<f64> = (0..=1000).map(|edge| f64::from(edge) * 0.001).collect();
+    let energy = edges.windows(2).map(|pair| (-10.0 * pair[0]).exp() - (-10.0 * pair[1]).exp()).collect();
+    let response = Response {
+        center_frequency_hz: vec![1000.0],
+        time_edges_s: edges,
+        receiver_names: vec!["seat 12".into()],
+        receiver_positions: vec![[3.43, 0.0, 0.0]],
+        source_names: vec!["stage".into()],
+        source_positions: vec![[0.0; 3]],
+        source_power_level_db: vec![90.0],
+        speed_of_sound: 343.0,
+        characteristic_impedance: 413.0,
+        energy,
+        batches: None,
+        arrivals: Arrivals::default(),
+        metadata: serde_json::json!({ "scene": "test room" }),
+    };
+    response.write(std::fs::File::create(shop.path(RESPONSE)).expect("a folder for tests")).expect("written");
+}
+
+fn inspected(shop: &Workshop) -> Value {
+    serde_json::from_str(&analyze(shop, &["inspect", "--json", MAP]).done().out).expect("JSON")
+}
+
+#[test]
+fn the_ledger_of_every_kind_of_map_is_found_in_its_paths() {
+    for options in [
+        &["--sonels", "3000"][..],
+        &["--sonels", "1013", "--survival", "0"],
+        &["--sonels", "3000", "--shard", "2/3"],
+    ] {
+        let ended = analyze(&traced(options), &["verify", MAP]).done();
+        assert!(
+            ended.out.contains("the paths say the same") && ended.err.is_empty(),
+            "{options:?}: {ended:?}"
+        );
+    }
+}
+
+#[test]
+fn the_ledger_of_a_paper_map_is_found_in_its_paths() {
+    let shop = Workshop::with(&SCENE.replace("cardioid", "omni"));
+    trace(&shop, MAP, &["--sonels", "700", "--mode", "paper"]);
+    let ended = analyze(&shop, &["verify", MAP]).done();
+    assert!(ended.out.contains("the paths say the same") && ended.err.is_empty(), "{ended:?}");
+}
+
+#[test]
+fn deposits_add_up_to_the_ledger() {
+    let shop = traced(&["--sonels", "2000"]);
+    let json = inspected(&shop);
+    assert_eq!((json["kind"].as_str(), json["emitted"].as_u64()), (Some("sonelmap"), Some(4000)));
+    for (band, balance) in json["ledger"].as_array().unwrap().iter().enumerate() {
+        let absorbed = balance["absorbed"].as_f64().unwrap() * 2.0;
+        for listing in ["surfaces", "orders"] {
+            let sum: f64 = json[listing]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|deposit| deposit["absorbed_energy"][band].as_f64().unwrap())
+                .sum();
+            assert!((sum / absorbed - 1.0).abs() < 1e-9, "{listing} band {band}: {sum} not {absorbed}");
+        }
+        // The energy that leaves a source first arrives unreflected.
+        let first = json["orders"][0]["incident_energy"][band].as_f64().unwrap();
+        assert!((first - 2.0).abs() < 0.05, "{first}");
+    }
+    let hits = |listing: &str| -> u64 {
+        json[listing].as_array().unwrap().iter().map(|deposit| deposit["hits"].as_u64().unwrap()).sum()
+    };
+    assert_eq!(hits("surfaces"), hits("orders"));
+    let text = analyze(&shop, &["inspect", MAP]).done().out;
+    assert!(text.contains("test room") && text.contains("residual"));
+}
+
+#[test]
+fn inspect_lists_the_edges_that_diffract() {
+    let text = analyze(&traced(&["--sonels", "50"]), &["inspect", MAP]).done().out;
+    assert!(text.contains("no edge diffracts"), "{text}");
+    let shop = Workshop::shipped("seed-room");
+    trace(&shop, MAP, &["--sonels", "50"]);
+    let json = inspected(&shop);
+    let edges = json["diffracting_edges"].as_array().unwrap();
+    let mut lengths: Vec<f64> = edges.iter().map(|edge| edge["length_m"].as_f64().unwrap()).collect();
+    lengths.sort_by(f64::total_cmp);
+    assert_eq!(lengths, [20.0, 30.0]);
+    for edge in edges {
+        assert_eq!(
+            (edge["kind"].as_str(), edge["wedge_angle_degrees"].as_f64()),
+            (Some("free"), Some(360.0))
+        );
+        assert_eq!(edge["surfaces"], serde_json::json!([6]));
+    }
+}
+
+#[test]
+fn the_result_does_not_depend_on_the_threads() {
+    let shop = traced(&["--sonels", "3000"]);
+    let runs = ["1", "2", "5"]
+        .map(|threads| analyze(&shop, &["inspect", "--json", "--threads", threads, MAP]).done().out);
+    assert!(!runs[0].is_empty() && runs[0] == runs[1] && runs[1] == runs[2]);
+}
+
+#[test]
+fn damaged_maps_are_named_and_refused() {
+    let shop = traced(&["--sonels", "500"]);
+    let sound = shop.bytes(MAP);
+    let mut damages: Vec<Vec<u8>> = (0..20).map(|at| sound[..sound.len() * at / 20].to_vec()).collect();
+    for at in (0..sound.len()).step_by(sound.len() / 40) {
+        let mut flipped = sound.clone();
+        flipped[at] ^= 0x40;
+        damages.push(flipped);
+    }
+    for damaged in damages {
+        shop.write(MAP, damaged);
+        for command in ["verify", "inspect"] {
+            let err = analyze(&shop, &[command, "--quiet", MAP]).refused();
+            assert!(err.starts_with("error: ") && err.contains(MAP), "{command}: {err}");
+        }
+    }
+}
+
+#[test]
+fn foreign_and_missing_files_are_named_and_refused() {
+    let shop = Workshop::with(SCENE);
+    shop.write("notes.txt", "no map at all");
+    for command in ["parameters", "inspect", "verify"] {
+        for file in ["notes.txt", "missing.npz", &*shop.folder().to_string_lossy()] {
+            let err = analyze(&shop, &[command, file]).refused();
+            assert!(err.contains(file), "{command}: {err}");
+            assert_eq!(err.lines().count(), 1, "one message: {err}");
+        }
+    }
+}
+
+/// A program that opened a pipe would wait for a writer that never comes.
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_named_and_refused_at_once() {
+    let shop = Workshop::with(SCENE);
+    shop.pipe("pipe.sonelmap");
+    for command in [&["parameters"][..], &["inspect"], &["verify"], &["diff", "/dev/null"]] {
+        for file in ["pipe.sonelmap", "/dev/null", "."] {
+            let err = analyze(&shop, &[command, &[file]].concat()).refused();
+            assert!(err.contains("no ordinary file"), "{command:?}: {err}");
+        }
+    }
+}
+
+#[test]
+fn a_response_is_read_in_every_format() {
+    let shop = Workshop::with(SCENE);
+    render(&shop);
+    let printed = |options: &[&str]| analyze(&shop, &[options, &[RESPONSE]].concat()).done().out;
+    let table = printed(&["parameters"]);
+    assert!(table.starts_with("test room: source \"stage\" at receiver \"seat 12\""), "{table}");
+    assert_eq!(printed(&["parameters", "--format", "csv"]).lines().count(), 11);
+    let json: Value = serde_json::from_str(&printed(&["parameters", "--format", "json"])).unwrap();
+    let t30 = &json["receivers"][0]["bands"][0]["t30_s"]["value"];
+    // 60 dB at 10 nepers of energy a second.
+    assert!((t30.as_f64().unwrap() - 6.0 * std::f64::consts::LN_10 / 10.0).abs() < 1e-6, "{t30}");
+    assert!(printed(&["inspect"]).contains("test room"));
+}
+
+#[test]
+fn bad_options_are_errors_and_help_has_an_example() {
+    let shop = Workshop::with(SCENE);
+    for options in [["--format", "xml"], ["--threads", "0"]] {
+        analyze(&shop, &["parameters", options[0], options[1], "nowhere.npz"]).refused();
+    }
+    for words in [&["--help"][..], &["parameters", "--help"], &["inspect", "--help"], &["verify", "--help"]] {
+        assert!(analyze(&shop, words).done().out.contains("Example:"), "{words:?}");
+    }
+}
+
+#[test]
+fn a_comparison_needs_two_of_a_kind_with_batches() {
+    let shop = traced(&["--sonels", "500"]);
+    render(&shop);
+    assert!(analyze(&shop, &["diff", RESPONSE, MAP]).refused().contains("room.sonelmap is a map and"));
+    assert!(analyze(&shop, &["diff", RESPONSE, RESPONSE]).refused().contains("no figure in common"));
+}
