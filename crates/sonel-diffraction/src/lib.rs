@@ -17,5 +17,5 @@ pub mod wedge;
 pub use complex::Complex;
 pub use double::DoublePath;
 pub use edge_path::{EdgePath, Lit};
-pub use spectrum::{Spectrum, Wave};
+pub use spectrum::{Field, Spectrum, Wave};
 pub use wedge::{Wedge, WedgePoint};

@@ -85,30 +85,51 @@ impl Spectrum {
         Wave { length, amplitude: vec![Complex::real(amplitude); self.cells.len()] }
     }
 
-    /// Adds, per band, the mean of Re(a b*) of the fields of two sets of waves, each cell times `weight` [1/m²].
-    pub fn add_products(&self, a: &[Wave], b: &[Wave], weight: impl Fn(usize) -> f64, sum: &mut [f64]) {
-        let least = NEGLIGIBLE * loudest(a).max(loudest(b));
-        self.add(a, b, weight, least, sum);
+    /// The field of `waves`, ready for products.
+    #[must_use]
+    pub fn field(&self, waves: &[Wave]) -> Field {
+        let turned: Vec<TurnedWave> = waves.iter().map(|wave| self.turned(wave)).collect();
+        let loudest = turned.iter().map(|wave| wave.largest_square).fold(0.0, f64::max);
+        Field { waves: turned, loudest }
     }
 
-    /// The same without products that cannot exceed `least` [1/m²].
-    fn add(&self, a: &[Wave], b: &[Wave], weight: impl Fn(usize) -> f64, least: f64, sum: &mut [f64]) {
+    fn turned(&self, wave: &Wave) -> TurnedWave {
+        let at_receiver =
+            |(cell, &amplitude): (&Cell, &Complex)| amplitude * Complex::unit(-cell.k * wave.length);
+        let across = |cell: &Cell| Complex::unit(cell.half * wave.length);
+        TurnedWave {
+            length: wave.length,
+            amplitude: self.cells.iter().zip(&wave.amplitude).map(at_receiver).collect(),
+            across: self.cells.iter().map(across).collect(),
+            largest_square: wave.amplitude.iter().map(|a| a.square_of_modulus()).fold(0.0, f64::max),
+        }
+    }
+
+    /// Adds, per band, the mean of Re(a b*) of two fields, each cell times `weight` [1/m²].
+    pub fn add_products(&self, a: &Field, b: &Field, weight: impl Fn(usize) -> f64, sum: &mut [f64]) {
+        let weights: Vec<f64> =
+            self.cells.iter().enumerate().map(|(index, cell)| weight(index) * cell.weight).collect();
+        let least = NEGLIGIBLE * a.loudest.max(b.loudest);
+        for a in &a.waves {
+            self.add(a, &b.waves, &weights, least, sum);
+        }
+    }
+
+    /// The same of one wave, each cell times `weights`, without products that cannot exceed `least` [1/m²].
+    fn add(&self, a: &TurnedWave, b: &[TurnedWave], weights: &[f64], least: f64, sum: &mut [f64]) {
         let narrowest = self.cells.iter().map(|cell| cell.half).fold(f64::INFINITY, f64::min);
-        let squares: Vec<f64> = b.iter().map(Wave::largest_square).collect();
-        for a in a {
-            let square = a.largest_square();
-            for (b, other) in b.iter().zip(&squares) {
-                let difference = a.length - b.length;
-                // The mean over a cell falls as the turns of the two against one another within it.
-                let bound = (square * other).sqrt() / (narrowest * difference).abs().max(1.0);
-                if bound < least {
-                    continue;
-                }
-                for (index, cell) in self.cells.iter().enumerate() {
-                    let product = a.amplitude[index] * b.amplitude[index].conjugate();
-                    let turn = Complex::unit(-cell.k * difference) * sinc(cell.half * difference);
-                    sum[cell.band] += weight(index) * cell.weight * (product * turn).re;
-                }
+        for b in b {
+            let difference = a.length - b.length;
+            // The mean over a cell falls as the turns of the two against one another within it.
+            let bound =
+                (a.largest_square * b.largest_square).sqrt() / (narrowest * difference).abs().max(1.0);
+            if bound < least {
+                continue;
+            }
+            for (index, cell) in self.cells.iter().enumerate() {
+                let product = (a.amplitude[index] * b.amplitude[index].conjugate()).re;
+                let turn = (a.across[index] * b.across[index].conjugate()).im;
+                sum[cell.band] += weights[index] * product * sinc(cell.half * difference, turn);
             }
         }
     }
@@ -116,31 +137,42 @@ impl Spectrum {
     /// Mean of |p|² of the field of `waves` per band [1/m²].
     #[must_use]
     pub fn energy(&self, waves: &[Wave]) -> Vec<f64> {
-        let least = NEGLIGIBLE * loudest(waves);
+        let field = self.field(waves);
+        let once: Vec<f64> = self.cells.iter().map(|cell| cell.weight).collect();
+        let twice: Vec<f64> = once.iter().map(|weight| 2.0 * weight).collect();
+        let least = NEGLIGIBLE * field.loudest;
         let mut sum = vec![0.0; self.bands];
-        for (index, wave) in waves.iter().enumerate() {
-            let wave = std::slice::from_ref(wave);
-            self.add(wave, wave, |_| 1.0, least, &mut sum);
-            self.add(wave, &waves[index + 1..], |_| 2.0, least, &mut sum);
+        for (index, wave) in field.waves.iter().enumerate() {
+            self.add(wave, std::slice::from_ref(wave), &once, least, &mut sum);
+            self.add(wave, &field.waves[index + 1..], &twice, least, &mut sum);
         }
         // The mean of a square: what rounding leaves below zero is zero.
         sum.iter().map(|energy| energy.max(0.0)).collect()
     }
 }
 
-impl Wave {
+/// Waves whose phases at the receiver are known in every cell, so that products of thousands of pairs need no sine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    waves: Vec<TurnedWave>,
+    /// Largest |amplitude|² of any wave and cell [1/m²].
+    loudest: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct TurnedWave {
+    length: f64,
+    /// amplitude e^(−jk length) in the middle of each cell [1/m].
+    amplitude: Vec<Complex>,
+    /// e^(j half length): how far the wave turns from the middle of each cell to its end.
+    across: Vec<Complex>,
     /// Largest |amplitude|² of any cell [1/m²].
-    fn largest_square(&self) -> f64 {
-        self.amplitude.iter().map(|amplitude| amplitude.square_of_modulus()).fold(0.0, f64::max)
-    }
+    largest_square: f64,
 }
 
-fn loudest(waves: &[Wave]) -> f64 {
-    waves.iter().map(Wave::largest_square).fold(0.0, f64::max)
-}
-
-fn sinc(x: f64) -> f64 {
-    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { libm::sin(x) / x }
+/// sin x / x, where sin x is known; rounding of a small sine is avoided.
+fn sinc(x: f64, sine: f64) -> f64 {
+    if x.abs() < 1e-3 { 1.0 - x * x / 6.0 } else { sine / x }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use sonel_diffraction::double::Side;
-use sonel_diffraction::{Complex, DoublePath, EdgePath, Lit, Wave, WedgePoint};
+use sonel_diffraction::{Complex, DoublePath, EdgePath, Field, Lit, Wave, WedgePoint};
 use sonel_geometry::PlaneId;
 
 use super::view::{Leg, stretches};
@@ -396,13 +396,13 @@ impl<'a> Family<'a> {
                 spectrum.cells().iter().map(|cell| of(cell.k)).collect()
             })
             .collect();
+        let base = spectrum.field(&self.waves);
+        let images: Vec<Field> = self.images.iter().map(|image| spectrum.field(&image.waves)).collect();
         let mut sum = vec![0.0; spectrum.bands()];
-        for (index, image) in self.images.iter().enumerate() {
-            let own = &weight[index];
-            spectrum.add_products(&self.waves, &image.waves, |cell| 2.0 * own[cell], &mut sum);
-            for (other, weight) in self.images.iter().zip(&weight).take(index) {
-                let both = |cell: usize| 2.0 * own[cell] * weight[cell];
-                spectrum.add_products(&other.waves, &image.waves, both, &mut sum);
+        for (index, (image, own)) in images.iter().zip(&weight).enumerate() {
+            spectrum.add_products(&base, image, |cell| 2.0 * own[cell], &mut sum);
+            for (other, weight) in images.iter().zip(&weight).take(index) {
+                spectrum.add_products(other, image, |cell| 2.0 * own[cell] * weight[cell], &mut sum);
             }
         }
         sum
