@@ -7,7 +7,7 @@
 //! - [`modulation`]: modulation transfer and the speech transmission index;
 //! - [`parameter`]: the figures of one echogram; [`receiver`]: those of a whole response;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when not to believe those;
-//! - [`report`]: tables, CSV and JSON (docs/interface.md).
+//! - [`report`]: tables, CSV and JSON (docs/interface.md); [`plot`]: line plots with intervals as SVG.
 //!
 //! [`comparison`] tells which figures of two responses differ beyond noise, [`map_comparison`] where, when and in which
 //! bands two maps do.
@@ -27,6 +27,7 @@ pub mod map_comparison;
 pub mod modulation;
 pub mod outlier;
 pub mod parameter;
+pub mod plot;
 mod reading;
 pub mod receiver;
 pub mod regression;

@@ -39,6 +39,42 @@ pub enum Command {
     Export(Export),
     /// What differs beyond noise between two maps or two responses; exit code 1 where anything does.
     Diff(Diff),
+    /// Echogram, decay and parameters of responses, drawn as SVG.
+    Plot(Plot),
+}
+
+/// `plot`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze plot hall.npz -o hall.svg
+  sonel-analyze plot before.npz after.npz --what parameters --receiver 'row 18' -o renovation.svg")]
+pub struct Plot {
+    /// Responses written by sonel-render, side by side; parameters of all in the same panels.
+    #[arg(value_name = "RESPONSE.npz", required = true)]
+    pub responses: Vec<PathBuf>,
+    /// Where the drawing goes; replaced only when the new one is complete.
+    #[arg(short, long, value_name = "X.svg")]
+    pub output: PathBuf,
+    /// What is drawn: everything, or some of it.
+    #[arg(long, value_enum, value_delimiter = ',')]
+    pub what: Vec<What>,
+    /// The source; the first where none is given.
+    #[arg(long, value_name = "NAME")]
+    pub source: Option<String>,
+    /// The receiver; the first where none is given.
+    #[arg(long, value_name = "NAME")]
+    pub receiver: Option<String>,
+}
+
+/// `--what`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum What {
+    /// Fluence rate over time, per band.
+    Echogram,
+    /// Energy still to come over time, per band.
+    Decay,
+    /// Room-acoustic parameters over bands.
+    Parameters,
 }
 
 /// `diff`.

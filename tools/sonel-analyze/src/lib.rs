@@ -7,6 +7,7 @@ mod inspect;
 mod merge;
 mod open;
 mod parameters;
+mod plot;
 mod verify;
 
 use std::io::Write;
@@ -14,7 +15,9 @@ use std::io::Write;
 use anyhow::bail;
 use sonel_console::{Outcome, use_threads};
 
-pub use arguments::{Arguments, Command, Diff, Export, Format, Inspect, Merge, Parameters, Verify};
+pub use arguments::{
+    Arguments, Command, Diff, Export, Format, Inspect, Merge, Parameters, Plot, Verify, What,
+};
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -32,5 +35,6 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         Command::Export(export) => export::run(export, arguments.quiet, log),
         Command::Merge(merge) => merge::run(merge, arguments.quiet, log),
         Command::Diff(diff) => diff::run(diff, out),
+        Command::Plot(plot) => plot::run(plot, log),
     }
 }

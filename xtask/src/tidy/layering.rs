@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 19] = [
+const HOMES: [(&str, &[&str]); 20] = [
     ("anyhow", &["tools/", "xtask"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
@@ -31,6 +31,7 @@ const HOMES: [(&str, &[&str]); 19] = [
     ("memmap2", &["crates/sonel-map"]),
     ("npyz", &["crates/sonel-echogram"]),
     ("obvhs", &["crates/sonel-geometry"]),
+    ("plotters", &["crates/sonel-analysis"]),
     ("rand", &["crates/sonel-sampling"]),
     ("serde_json", &["crates/sonel-echogram", "crates/sonel-analysis", "tools/", "xtask"]),
     ("statrs", &["crates/sonel-testkit"]),

@@ -1,4 +1,4 @@
-//! `verify`, `inspect` and `parameters` from outside: books, listings, formats, and files that are none.
+//! `verify`, `inspect`, `parameters` and `plot` from outside: books, listings, formats, and files that are none.
 
 use serde_json::Value;
 use sonel_echogram::{Arrivals, Response};
@@ -208,14 +208,35 @@ fn a_response_is_read_in_every_format() {
 }
 
 #[test]
+fn a_response_is_drawn_and_what_it_lacks_is_named() {
+    let shop = Workshop::with(SCENE);
+    render(&shop);
+    let plot = |options: &[&str]| analyze(&shop, &[&["plot", RESPONSE], options].concat());
+    plot(&["-o", "room.svg"]).done();
+    let text = shop.text("room.svg");
+    for word in ["test room", "Echogram", "Decay", "T30 [s]", "1000 Hz", "</svg>"] {
+        assert!(text.contains(word), "{word}");
+    }
+    plot(&["--what", "decay", "-o", "room.svg"]).done();
+    let text = shop.text("room.svg");
+    assert!(text.contains("Decay") && !text.contains("Echogram"));
+
+    let refused = plot(&["--receiver", "seat 13", "-o", "room.svg"]).refused();
+    assert!(refused.contains("no receiver \"seat 13\"; it has seat 12"), "{refused}");
+    assert!(plot(&["-o", "room.png"]).refused().contains(".svg"));
+    assert_eq!(shop.text("room.svg"), text, "the older drawing is untouched");
+}
+
+#[test]
 fn bad_options_are_errors_and_help_has_an_example() {
     let shop = Workshop::with(SCENE);
     for options in [["--format", "xml"], ["--threads", "0"]] {
         analyze(&shop, &["parameters", options[0], options[1], "nowhere.npz"]).refused();
     }
-    for words in [&["--help"][..], &["parameters", "--help"], &["inspect", "--help"], &["verify", "--help"]] {
-        assert!(analyze(&shop, words).done().out.contains("Example:"), "{words:?}");
+    for command in ["parameters", "inspect", "verify", "plot"] {
+        assert!(analyze(&shop, &[command, "--help"]).done().out.contains("Example:"), "{command}");
     }
+    assert!(analyze(&shop, &["--help"]).done().out.contains("Example:"));
 }
 
 #[test]

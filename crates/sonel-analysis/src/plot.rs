@@ -1,0 +1,107 @@
+//! Line plots with intervals, as SVG, and what they show of a response.
+//!
+//! A [`Sheet`] has rows of [`Panel`]s, a panel has two axes and any number of [`Series`]; [`svg`] draws it. Series of one name
+//! have one colour and one entry in the legend of their row. Values that an axis cannot show (missing ones, those outside of its
+//! range, zero and less on a logarithmic axis) leave a gap. Intervals are bars where a series has points, and bands where it is a line.
+//!
+//! [`echogram`], [`decay`] and [`parameters`] are panels of a response. Drawings are for eyes: they are no artifact that is
+//! compared bit by bit, and the library that draws them rounds to hundredths of the page.
+
+mod axis;
+mod drawing;
+mod parameters;
+mod response;
+#[cfg(test)]
+mod tests;
+
+pub use axis::{Axis, Scale};
+pub use drawing::{PlotError, svg};
+pub use parameters::parameters;
+pub use response::{decay, echogram};
+
+/// A value and where the true one lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// In the unit of the x axis.
+    pub x: f64,
+    /// In the unit of the y axis; not finite where there is none.
+    pub y: f64,
+    /// 95 % interval about `y`, in its unit.
+    pub interval: Option<[f64; 2]>,
+}
+
+impl Point {
+    /// A value without interval.
+    #[must_use]
+    pub fn new(x: f64, y: f64) -> Self {
+        Self { x, y, interval: None }
+    }
+
+    /// A value with the half-width of its interval.
+    #[must_use]
+    pub fn within(x: f64, y: f64, half_width: f64) -> Self {
+        Self { x, y, interval: Some([y - half_width, y + half_width]) }
+    }
+}
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// A line; intervals are a band.
+    Line,
+    /// A broken line, for what is computed rather than measured; intervals are a band.
+    Dashed,
+    /// Points; intervals are bars.
+    Points,
+    /// Points joined by a line; intervals are bars.
+    PointsAndLine,
+}
+
+/// Values that belong together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Its entry in the legend.
+    pub name: String,
+    /// How it is drawn.
+    pub mark: Mark,
+    /// In the order in which they are joined.
+    pub points: Vec<Point>,
+}
+
+impl Series {
+    /// A series called `name`.
+    #[must_use]
+    pub fn new(name: impl Into<String>, mark: Mark, points: Vec<Point>) -> Self {
+        Self { name: name.into(), mark, points }
+    }
+}
+
+/// A pair of axes and what is drawn between them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// Above it.
+    pub title: String,
+    /// Along.
+    pub x: Axis,
+    /// Up.
+    pub y: Axis,
+    /// In drawing order.
+    pub series: Vec<Series>,
+}
+
+/// A page.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sheet {
+    /// Above everything.
+    pub title: String,
+    /// From top to bottom; panels of a row share its width.
+    pub rows: Vec<Vec<Panel>>,
+}
+
+impl Sheet {
+    /// A page of one panel, which bears the title itself.
+    #[must_use]
+    pub fn single(panel: Panel) -> Self {
+        Self { title: String::new(), rows: vec![vec![panel]] }
+    }
+}

@@ -1,0 +1,44 @@
+//! Parameters over bands, a panel a parameter.
+
+use super::{Axis, Mark, Panel, Point, Series};
+use crate::parameter::Parameter;
+use crate::receiver::{BandFigures, ReceiverFigures};
+
+/// Every parameter over the bands, a series for each of the named `receivers`; what was refused leaves a gap.
+#[must_use]
+pub fn parameters(receivers: &[(String, &ReceiverFigures)]) -> Vec<Panel> {
+    let mut centers: Vec<f64> = receivers
+        .iter()
+        .flat_map(|(_, figures)| &figures.bands)
+        .map(|band| band.center_frequency_hz)
+        .collect();
+    centers.sort_by(f64::total_cmp);
+    centers.dedup();
+    // Labels of third octaves would run into one another.
+    let every = if centers.len() > 10 { 3 } else { 1 };
+    let ticks: Vec<f64> = centers.iter().copied().skip(every / 2).step_by(every).collect();
+    let panel = |parameter: Parameter| {
+        let (symbol, unit, factor) = parameter.heading();
+        let series = receivers.iter().map(|(name, figures)| {
+            let points = figures.bands.iter().map(|band| point(band, parameter, factor)).collect();
+            Series::new(name.clone(), Mark::PointsAndLine, points)
+        });
+        Panel {
+            title: String::new(),
+            x: Axis::logarithmic("band [Hz]").with_ticks(ticks.clone()),
+            y: Axis::linear(format!("{symbol} [{unit}]")),
+            series: series.collect(),
+        }
+    };
+    Parameter::ALL.map(panel).into()
+}
+
+fn point(band: &BandFigures, parameter: Parameter, factor: f64) -> Point {
+    let (y, interval) = match band.figure(parameter) {
+        Ok(estimate) => {
+            (factor * estimate.value, estimate.interval.as_ref().ok().map(|i| i.map(|end| factor * end)))
+        }
+        Err(_) => (f64::NAN, None),
+    };
+    Point { x: band.center_frequency_hz, y, interval }
+}

@@ -1,0 +1,187 @@
+//! Drawings read back as XML: what is in them, and in which colours; panels of responses with known answers.
+
+use std::collections::BTreeMap;
+
+use roxmltree::Document;
+use sonel_echogram::{Arrivals, Batches, Response};
+
+use super::*;
+use crate::Parameter;
+
+/// The drawing of `sheet` as text, after checking that it is XML.
+fn drawn(sheet: &Sheet) -> String {
+    let mut out = Vec::new();
+    svg(sheet, &mut out).unwrap();
+    let text = String::from_utf8(out).unwrap();
+    Document::parse(&text).unwrap();
+    text
+}
+
+/// Elements by name and colour, without the white page and the grey mesh.
+fn elements(text: &str) -> BTreeMap<(String, String), usize> {
+    let document = Document::parse(text).unwrap();
+    let mut counts = BTreeMap::new();
+    for node in document.descendants().filter(|node| node.is_element()) {
+        let color = |key| node.attribute(key).filter(|value| *value != "none");
+        let is_faint = node.attribute("opacity").is_some_and(|opacity| opacity == "0.15");
+        if let Some(color) = color("stroke").or_else(|| color("fill")).filter(|_| !is_faint) {
+            *counts.entry((node.tag_name().name().to_owned(), color.to_owned())).or_insert(0) += 1;
+        }
+    }
+    counts
+}
+
+fn count(text: &str, tag: &str, color: &str) -> usize {
+    elements(text).get(&(tag.to_owned(), color.to_owned())).copied().unwrap_or(0)
+}
+
+fn panel(series: Vec<Series>) -> Panel {
+    Panel {
+        title: "Errors & <gaps>".to_owned(),
+        x: Axis::logarithmic("time [s]"),
+        y: Axis::linear("level [dB]"),
+        series,
+    }
+}
+
+fn line(name: &str, mark: Mark) -> Series {
+    let points = (1..=5).map(|i| Point::within(f64::from(i), 0.1 * f64::from(i), 0.02)).collect();
+    Series::new(name, mark, points)
+}
+
+/// The second and the third colour: the first is that of axes and letters.
+const SECOND: &str = "#D55E00";
+const THIRD: &str = "#0072B2";
+
+#[test]
+fn every_series_is_drawn_once_and_named_once() {
+    let series = vec![line("first", Mark::Line), line("bars", Mark::PointsAndLine), line("band", Mark::Line)];
+    let text =
+        drawn(&Sheet { title: "All".to_owned(), rows: vec![vec![panel(series.clone()), panel(series)]] });
+    // A line in each of two panels and one in the legend.
+    assert_eq!(count(&text, "polyline", SECOND) + count(&text, "line", SECOND), 3 + 2 * 5 * 3, "{text}");
+    // A circle a point, another of the bar, one in the legend.
+    assert_eq!(count(&text, "circle", SECOND), 2 * 5 * 2 + 1);
+    assert_eq!((count(&text, "polyline", THIRD), count(&text, "polygon", THIRD)), (3, 2));
+    for name in ["first", "bars", "band"] {
+        let document = Document::parse(&text).unwrap();
+        let named = document.descendants().filter(|node| node.text().is_some_and(|text| text.trim() == name));
+        assert_eq!(named.filter(|node| node.is_element()).count(), 1, "{name}");
+    }
+    assert!(
+        text.contains("time [s]")
+            && text.contains("level [dB]")
+            && text.contains("Errors &amp; &lt;gaps&gt;")
+    );
+}
+
+#[test]
+fn what_has_no_value_leaves_a_gap() {
+    let mut broken = line("broken", Mark::Line);
+    broken.points[2].y = f64::NAN;
+    let text = drawn(&Sheet::single(panel(vec![line("whole", Mark::Line), broken])));
+    // Two pieces and the sample in the legend; the whole line would be one and the sample.
+    assert_eq!(count(&text, "polyline", SECOND), 3);
+    let mut impossible = line("x", Mark::Line);
+    impossible.points.iter_mut().for_each(|point| point.x = -1.0);
+    let text = drawn(&Sheet::single(panel(vec![line("whole", Mark::Line), impossible])));
+    assert_eq!(count(&text, "polyline", SECOND), 1, "only the sample in the legend");
+}
+
+#[test]
+fn nothing_is_an_empty_page_and_many_series_have_colours_of_their_own() {
+    drawn(&Sheet::single(panel(Vec::new())));
+    drawn(&Sheet { title: String::new(), rows: Vec::new() });
+    let many: Vec<Series> = (0..30).map(|i| line(&format!("{i} Hz"), Mark::Line)).collect();
+    let text = drawn(&Sheet::single(panel(many)));
+    let polygons = elements(&text).into_iter().filter(|((tag, _), _)| tag == "polygon").count();
+    assert_eq!(polygons, 30, "bands of as many colours");
+}
+
+#[test]
+fn a_page_claims_half_of_the_pixels_it_is_drawn_on() {
+    let text = drawn(&Sheet::single(panel(vec![line("a", Mark::Points)])));
+    let document = Document::parse(&text).unwrap();
+    let size = |key| document.root_element().attribute(key).unwrap().to_owned();
+    assert_eq!(size("width"), "1000");
+    assert!(size("viewBox").starts_with("0 0 2000 "), "{}", size("viewBox"));
+}
+
+const RATE: f64 = 10.0;
+
+/// An exponential decay whose batches are all of it, times a factor each.
+fn response(factors: &[f32]) -> Response {
+    let time_edges_s: Vec<f64> = (0..=1000).map(|edge| f64::from(edge) * 0.002).collect();
+    let between = |pair: &[f64]| (-RATE * pair[0]).exp() - (-RATE * pair[1]).exp();
+    let coarse: Vec<f64> = (0..=100).map(|edge| f64::from(edge) * 0.02).collect();
+    let batch =
+        |factor: &f32| -> Vec<f32> { coarse.windows(2).map(|pair| factor * between(pair) as f32).collect() };
+    Response {
+        center_frequency_hz: vec![1000.0],
+        energy: time_edges_s.windows(2).map(between).collect(),
+        time_edges_s,
+        receiver_names: vec!["seat".to_owned()],
+        receiver_positions: vec![[0.0; 3]],
+        source_names: vec!["stage".to_owned()],
+        source_positions: vec![[0.0; 3]],
+        source_power_level_db: vec![90.0],
+        speed_of_sound: 343.0,
+        characteristic_impedance: 413.0,
+        batches: Some(Batches {
+            weight: vec![1.0 / factors.len() as f64; factors.len()],
+            bins: coarse.len() - 1,
+            energy: factors.iter().flat_map(batch).collect(),
+            time_edges_s: coarse,
+            kernel_difference: Vec::new(),
+        }),
+        arrivals: Arrivals::default(),
+        metadata: serde_json::Value::Null,
+    }
+}
+
+/// Student's t for four batches times the standard error of factors 0.9, 1, 1, 1.1.
+const HALF_WIDTH: f64 = 3.182_446 * 0.040_825;
+
+#[test]
+fn an_echogram_has_the_fluence_rate_of_the_decay_and_the_interval_of_its_batches() {
+    let panel = echogram(&response(&[0.9, 1.0, 1.0, 1.1]), 0, 0);
+    let point = panel.series[0].points[10];
+    let rate = ((-RATE * 0.2).exp() - (-RATE * 0.22).exp()) / 0.02;
+    assert!((point.x - 0.21).abs() < 1e-9 && (point.y - 10.0 * rate.log10()).abs() < 1e-5, "{point:?}");
+    let interval = point.interval.unwrap();
+    for (end, factor) in interval.into_iter().zip([1.0 - HALF_WIDTH, 1.0 + HALF_WIDTH]) {
+        assert!((end - point.y - 10.0 * factor.log10()).abs() < 1e-3, "{interval:?}");
+    }
+    let without = echogram(&Response { batches: None, ..response(&[1.0]) }, 0, 0);
+    assert!(without.series[0].points.iter().all(|point| point.interval.is_none()));
+    assert_eq!(without.series[0].points.len(), 250);
+}
+
+#[test]
+fn a_decay_falls_as_the_energy_does_and_a_common_factor_is_no_spread_of_it() {
+    let panel = decay(&response(&[0.9, 1.0, 1.0, 1.1]), 0, 0);
+    let point = panel.series[0].points[50];
+    assert!((point.x - 0.4).abs() < 1e-9);
+    assert!((point.y - 10.0 * (-RATE * 0.4).exp().log10()).abs() < 1e-6, "{point:?}");
+    assert!(point.interval.is_some_and(|[low, high]| high - low < 1e-4), "{point:?}");
+    let mut uneven = response(&[0.9, 1.0, 1.0, 1.1]);
+    let batches = uneven.batches.as_mut().unwrap();
+    batches.energy[..10].iter_mut().for_each(|energy| *energy *= 2.0);
+    let point = decay(&uneven, 0, 0).series[0].points[50];
+    assert!(point.interval.is_some_and(|[low, high]| high - low > 0.5), "{point:?}");
+}
+
+#[test]
+fn a_panel_of_each_parameter_shows_its_value_and_leaves_out_what_was_refused() {
+    let mut short = response(&[0.9, 1.0, 1.0, 1.1]);
+    short.time_edges_s.truncate(251);
+    short.energy.truncate(250);
+    let figures = [crate::parameters(&response(&[0.9, 1.0, 1.0, 1.1])), crate::parameters(&short)];
+    let panels = parameters(&[("whole".to_owned(), &figures[0][0]), ("short".to_owned(), &figures[1][0])]);
+    assert_eq!(panels.len(), Parameter::ALL.len());
+    let panel = &panels[Parameter::CenterTime as usize];
+    assert_eq!(panel.y.label, "Ts [ms]");
+    assert!((panel.series[0].points[0].y - 1000.0 / RATE).abs() < 1e-3);
+    assert!(panels[Parameter::T30 as usize].series[1].points[0].y.is_nan());
+    drawn(&Sheet { title: String::new(), rows: panels.chunks(3).map(<[Panel]>::to_vec).collect() });
+}
