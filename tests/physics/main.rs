@@ -9,5 +9,6 @@ mod free_field;
 mod invariances;
 mod kernels;
 mod mirrors;
+mod paper;
 mod uneven_box;
 mod watertight;

@@ -18,4 +18,4 @@ pub use complex::Complex;
 pub use double::DoublePath;
 pub use edge_path::{EdgePath, Lit};
 pub use spectrum::{Field, Spectrum, Wave};
-pub use wedge::{Wedge, WedgePoint};
+pub use wedge::{Wedge, WedgePoint, apex};

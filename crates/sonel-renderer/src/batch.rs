@@ -21,7 +21,7 @@ use crate::rendering::{CoarseEchogram, Rendering};
 const BATCHES_IN_FLIGHT: u32 = 8;
 
 /// One batch's estimate: all its echograms, and the sums of its classes.
-struct BatchEstimate {
+pub(crate) struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
     kernel: KernelDifference,
@@ -43,7 +43,8 @@ impl BatchEstimate {
         self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
     }
 
-    fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
+    /// Where the estimator of `class` leaves its energy.
+    pub fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
         ClassDeposits {
             deposits: &mut self.deposits,
             sum: &mut self.sums[class as usize],
@@ -53,8 +54,9 @@ impl BatchEstimate {
 }
 
 /// Receivers that share a sweep, with their images.
-struct Audience<'a> {
-    receivers: &'a [PreparedReceiver],
+pub(crate) struct Audience<'a> {
+    /// The receivers.
+    pub receivers: &'a [PreparedReceiver],
     images: Vec<Option<ReceiverImages>>,
     others: Vec<OthersOwn>,
     /// By receiver and fine bin.
@@ -62,8 +64,9 @@ struct Audience<'a> {
 }
 
 impl Audience<'_> {
+    /// The coarse bin of a receiver's fine bin.
     #[inline]
-    fn coarse_bin(&self, receiver: usize, bin: usize) -> u32 {
+    pub fn coarse_bin(&self, receiver: usize, bin: usize) -> u32 {
         self.coarse_bins[receiver][bin]
     }
 }
@@ -191,7 +194,8 @@ impl Renderer<'_> {
         });
     }
 
-    fn medium(&self) -> Medium<'_> {
+    /// What lies between sonels and receivers.
+    pub(crate) fn medium(&self) -> Medium<'_> {
         Medium { geometry: self.geometry, bins: &self.bins, air: self.air.as_ref() }
     }
 
@@ -205,8 +209,9 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate,
     ) {
         estimate.clear();
-        let emitter = &self.map.header().scene.sources[source];
-        let (position, aim) = (emitter.position - self.geometry.center(), emitter.aim.as_vec3());
+        if let Some(paper) = &self.paper {
+            return self.estimate_as_paper(paper, (batch, source), directions, audience, estimate);
+        }
         let bands = self.table.bands();
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
         let choices = audience
@@ -216,15 +221,28 @@ impl Renderer<'_> {
             .collect();
         let mut scratch = Scratch { choices, radiosity: zeros.clone(), energy: zeros };
         let index = self.gather_index(audience, source, batch);
-        let mut weight = PathWeight::new(bands);
+        self.each_segment(batch, source, directions, |segment| {
+            self.hear_segment(segment, audience, index.as_ref(), &mut scratch, estimate);
+        });
+    }
+
+    /// Visits every segment of every path of one batch.
+    pub(crate) fn each_segment(
+        &self,
+        batch: u32,
+        source: usize,
+        directions: &EmissionDirections,
+        mut visit: impl FnMut(&Segment<'_>),
+    ) {
+        let emitter = &self.map.header().scene.sources[source];
+        let (position, aim) = (emitter.position - self.geometry.center(), emitter.aim.as_vec3());
+        let mut weight = PathWeight::new(self.table.bands());
         let layout = self.map.layout();
         for path in self.map.batch_paths(source as u32, batch) {
             let start = self.batches[batch as usize].packet(layout.hero(path.emission));
             let cosine = directions.direction(path.emission).dot(aim);
             weight.emit(emitter.directivity.factor(f64::from(cosine)), 1.0, start);
-            sweep(position, path.vertices, &self.table, &self.material_of, &mut weight, |segment| {
-                self.hear_segment(segment, audience, index.as_ref(), &mut scratch, estimate);
-            });
+            sweep(position, path.vertices, &self.table, &self.material_of, &mut weight, &mut visit);
         }
     }
 
@@ -293,7 +311,7 @@ fn sphere_class(history: SegmentHistory) -> PathClass {
 }
 
 /// The random numbers of one receiver in one batch: a function of its place, not of who shares the call.
-fn receiver_stream(
+pub(crate) fn receiver_stream(
     seed: u64,
     purpose: Purpose,
     receiver: &PreparedReceiver,

@@ -12,6 +12,8 @@
 //! | … D S⁺ R in geometries of many surfaces | [`gather`] (visibility rays and density estimation) |
 //! | L S^k R, k > K, and … D S^k R, k > K′ | [`crossing`] (traced segments through a receiver sphere) |
 //!
+//! The founding paper's own estimators are apart from these, in `paper`.
+//!
 //! [`render`](mod@render) drives them batch by batch; [`deposit`] holds the echograms under construction.
 
 pub mod air;
@@ -26,6 +28,7 @@ pub mod gather;
 pub mod kernel;
 pub mod mirror;
 pub mod mirror_connection;
+mod paper;
 pub mod receiver;
 pub mod render;
 pub mod rendering;

@@ -7,7 +7,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use sonel_acoustics::mean_free_path;
-use sonel_geometry::{Geometry, SurfaceId};
+use sonel_geometry::Geometry;
 use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, SonelMap};
 use thiserror::Error;
 
@@ -18,6 +18,7 @@ use crate::gather::GatherSettings;
 use crate::gather::disc::Sheet;
 use crate::mirror::{MirrorChains, Radiator};
 use crate::mirror_connection::{has_few_surfaces, image_order};
+use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
 use crate::rendering::Rendering;
 
@@ -58,6 +59,8 @@ pub enum Estimator {
     Gather,
     /// Spheres for everything but the direct sound.
     Sphere,
+    /// What the founding paper writes, apart from this table: see docs/paper-mode.md.
+    Paper,
 }
 
 /// Which air sound travels through.
@@ -187,6 +190,8 @@ pub struct Renderer<'a> {
     pub(crate) image_order: u32,
     /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
     pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
+    /// The paper's own pass, where it is asked for: it stands for all classes but the direct sound.
+    pub(crate) paper: Option<Paper>,
 }
 
 impl<'a> Renderer<'a> {
@@ -211,6 +216,12 @@ impl<'a> Renderer<'a> {
         }
         if settings.gather_radius.is_some_and(|radius| !(radius.is_finite() && radius > 0.0)) {
             return Err(RenderError::Settings("a disc that gathers needs a radius above 0".to_owned()));
+        }
+        if settings.estimator == Estimator::Paper && settings.mirror_order.is_some() {
+            return Err(RenderError::Settings(
+                "the paper enumerates no mirror chains: leave --order out, or choose another --estimator"
+                    .to_owned(),
+            ));
         }
         if scene.duration / settings.bin > MOST_BINS {
             return Err(RenderError::Settings(format!(
@@ -251,13 +262,11 @@ impl<'a> Renderer<'a> {
             } else {
                 0
             },
-            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
-                let sheets = (0..geometry.surfaces().len() as u32)
-                    .map(|id| Sheet::new(geometry, SurfaceId(id)))
-                    .collect();
-                (sheets, gather_settings(&settings, geometry, traced, bins.reach))
-            }),
-            edges: diffracts
+            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather)
+                .then(|| (Sheet::all(geometry), gather_settings(&settings, geometry, traced, bins.reach))),
+            paper: (settings.estimator == Estimator::Paper)
+                .then(|| Paper::new(geometry, map.header(), &settings, diffracts)),
+            edges: (diffracts && settings.estimator != Estimator::Paper)
                 .then(|| Edges::new(geometry, &table, &scene.bands, scene.speed_of_sound))
                 .flatten(),
             air: AirTable::new(&attenuation, bins.reach),
@@ -344,7 +353,7 @@ impl<'a> Renderer<'a> {
             &self.table,
             radiator,
             self.bins.reach,
-            if self.settings.estimator == Estimator::Sphere { Some(0) } else { self.settings.mirror_order },
+            if !self.enumerates_mirrors() { Some(0) } else { self.settings.mirror_order },
         );
         let mut rendering =
             Rendering::new(prepared.len(), &self.bins, self.table.bands(), self.batches.len());
@@ -369,9 +378,14 @@ impl<'a> Renderer<'a> {
         Ok(rendering.spread(&self.classes))
     }
 
+    /// Whether image sources own anything.
+    fn enumerates_mirrors(&self) -> bool {
+        !matches!(self.settings.estimator, Estimator::Sphere | Estimator::Paper)
+    }
+
     /// Whether connections own … D R.
     pub(crate) fn connects_diffuse(&self) -> bool {
-        self.settings.estimator != Estimator::Sphere
+        self.enumerates_mirrors()
     }
 
     /// Whether visibility rays own what mirrors show.
@@ -382,6 +396,9 @@ impl<'a> Renderer<'a> {
     /// The estimator that owns `class`.
     #[must_use]
     pub fn owner(&self, class: PathClass) -> &'static str {
+        if let Some(paper) = &self.paper {
+            return paper.owner(class);
+        }
         match class {
             PathClass::Direct => "shadow ray",
             PathClass::MirrorChain => "image sources",
@@ -397,6 +414,9 @@ impl<'a> Renderer<'a> {
     /// Why [`Self::owner`] owns `class`, where the mirror chains were enumerated up to `mirror_order`.
     #[must_use]
     pub fn reason(&self, class: PathClass, mirror_order: u32) -> String {
+        if let Some(paper) = &self.paper {
+            return paper.reason(class);
+        }
         let planes = self.geometry.surfaces().len();
         let forced = self.settings.estimator != Estimator::Auto;
         match class {
@@ -440,7 +460,7 @@ impl<'a> Renderer<'a> {
 }
 
 /// Mean free path [m]; in an open scene its extent.
-fn free_path(geometry: &Geometry) -> f64 {
+pub(crate) fn free_path(geometry: &Geometry) -> f64 {
     match geometry.volume() {
         Some(volume) => mean_free_path(volume, geometry.area()),
         None => f64::from(geometry.extent()),
@@ -452,24 +472,32 @@ fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry) -> bool {
     match settings.estimator {
         Estimator::Auto => !has_few_surfaces(geometry),
         Estimator::Gather => true,
-        Estimator::Connection | Estimator::Sphere => false,
+        Estimator::Connection | Estimator::Sphere | Estimator::Paper => false,
     }
 }
 
 /// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`].
 const DISC_PER_FREE_PATH: f64 = 0.06;
 
-/// The radius shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
+/// The radius of the discs [m]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
+pub(crate) fn disc_radius(
+    settings: &RenderSettings,
+    geometry: &Geometry,
+    traced: &sonel_map::Settings,
+) -> f64 {
+    let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
+    settings.gather_radius.unwrap_or_else(|| DISC_PER_FREE_PATH * free_path(geometry) * shrink)
+}
+
 fn gather_settings(
     settings: &RenderSettings,
     geometry: &Geometry,
     traced: &sonel_map::Settings,
     reach: f64,
 ) -> GatherSettings {
-    let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
     GatherSettings {
         rays: settings.rays.div_ceil(traced.batches),
-        radius: settings.gather_radius.unwrap_or_else(|| DISC_PER_FREE_PATH * free_path(geometry) * shrink),
+        radius: disc_radius(settings, geometry, traced),
         reach,
         by_mirrors: gathers_by_mirrors(settings, geometry),
     }

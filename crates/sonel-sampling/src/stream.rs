@@ -21,6 +21,8 @@ pub enum Purpose {
     VisibilityRay = 3,
     /// Choices among the mirror images of one receiver.
     MirrorChoice = 4,
+    /// Points of the Fresnel zones of one receiver.
+    ZonePoint = 5,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

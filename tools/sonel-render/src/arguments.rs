@@ -78,6 +78,9 @@ pub enum EstimatorArgument {
     Gather,
     /// Receiver spheres for everything but the direct sound.
     Sphere,
+    /// What the founding paper writes: visibility rays that gather at the first diffuse reflection, a sphere about the source,
+    /// the first Fresnel zone over edges.
+    Paper,
 }
 
 impl From<EstimatorArgument> for Estimator {
@@ -87,6 +90,7 @@ impl From<EstimatorArgument> for Estimator {
             EstimatorArgument::Connection => Self::Connection,
             EstimatorArgument::Gather => Self::Gather,
             EstimatorArgument::Sphere => Self::Sphere,
+            EstimatorArgument::Paper => Self::Paper,
         }
     }
 }

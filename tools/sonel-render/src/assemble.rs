@@ -172,6 +172,7 @@ fn estimator(estimator: Estimator) -> &'static str {
         Estimator::Connection => "connection",
         Estimator::Gather => "gather",
         Estimator::Sphere => "sphere",
+        Estimator::Paper => "paper",
     }
 }
 

@@ -57,6 +57,12 @@ fn is_between(tip: DVec2, a: DVec2, b: DVec2) -> bool {
 }
 
 impl Sheet {
+    /// Lays out all surfaces.
+    #[must_use]
+    pub fn all(geometry: &Geometry) -> Vec<Self> {
+        (0..geometry.surfaces().len() as u32).map(|id| Self::new(geometry, SurfaceId(id))).collect()
+    }
+
     /// Lays out a surface. Coordinates are about the scene's centre.
     #[must_use]
     pub fn new(geometry: &Geometry, id: SurfaceId) -> Self {

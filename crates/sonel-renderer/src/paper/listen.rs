@@ -1,0 +1,169 @@
+//! One batch of the paper's pass: rays are cast, their discs indexed, the sonels stream past.
+
+use sonel_map::{Arrival, EmissionDirections, Lanes, Segment, lanes_of};
+use sonel_sampling::{Purpose, ScrambledSobol};
+
+use crate::batch::{Audience, BatchEstimate, receiver_stream};
+use crate::direct::{direct_path, spread};
+use crate::gather::GatherIndex;
+use crate::gather::rays::place;
+use crate::mirror::Radiator;
+use crate::receiver::PreparedReceiver;
+use crate::render::{PathClass, Renderer};
+use sonel_geometry::{Departure, Geometry};
+
+use super::Paper;
+use super::rays::{Looking, Sight, only};
+use super::zone::{FirstZone, ZoneEdge};
+
+/// Points of a zone in one batch: with 32 batches v₁ is known to half a hundredth.
+const ZONE_POINTS: u32 = 64;
+
+impl Renderer<'_> {
+    /// Fills `estimate`, which is empty, with what one batch says by the paper's means.
+    pub(crate) fn estimate_as_paper(
+        &self,
+        paper: &Paper,
+        (batch, source): (u32, usize),
+        directions: &EmissionDirections,
+        audience: &Audience<'_>,
+        estimate: &mut BatchEstimate,
+    ) {
+        let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
+        let index = self.look(paper, (batch, source), radiator, audience, estimate);
+        self.look_over_edges(paper, (batch, source), radiator, audience, estimate);
+        let mut scratch = vec![[0.0; 4]; lanes_of(self.table.bands())];
+        self.each_segment(batch, source, directions, |segment| {
+            if let Some(arrival) = segment.arrival {
+                self.count(paper, (segment, arrival), &index, audience, &mut scratch, estimate);
+            }
+        });
+    }
+
+    /// Casts all visibility rays of a batch: adds what they see of the source, returns their discs.
+    fn look(
+        &self,
+        paper: &Paper,
+        (batch, source): (u32, usize),
+        radiator: Radiator,
+        audience: &Audience<'_>,
+        estimate: &mut BatchEstimate,
+    ) -> GatherIndex {
+        let (columns, medium) = (self.table.bands(), self.medium());
+        let mut points = Vec::new();
+        for (number, receiver) in audience.receivers.iter().enumerate() {
+            let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
+            for column in 0..columns {
+                let looking = Looking {
+                    geometry: self.geometry,
+                    table: &self.table,
+                    column,
+                    radiator,
+                    source_radius: paper.source_radius(source),
+                    reach: self.bins.reach,
+                };
+                paper.cast(&looking, (number as u32, receiver), &mut stream, |sight| match sight {
+                    Sight::Disc(point) => points.push(point),
+                    Sight::Source(sight) => {
+                        let Some(bin) = self.bins.bin(sight.length) else { return };
+                        let mut energy = only(column, columns, sight.fluence);
+                        let bins = (bin, audience.coarse_bin(number, bin));
+                        let gain = if sight.in_half { 2.0 } else { 0.0 };
+                        estimate.class(PathClass::LongMirrorChain).add_from_kernel(
+                            number,
+                            bins,
+                            sight.length,
+                            &mut energy,
+                            gain,
+                            &medium,
+                        );
+                    }
+                });
+            }
+        }
+        GatherIndex::new(points, paper.disc_radius)
+    }
+
+    /// Adds what edges bring to every receiver that the source's shadow ray does not reach.
+    fn look_over_edges(
+        &self,
+        paper: &Paper,
+        (batch, source): (u32, usize),
+        radiator: Radiator,
+        audience: &Audience<'_>,
+        estimate: &mut BatchEstimate,
+    ) {
+        for (number, receiver) in audience.receivers.iter().enumerate() {
+            if paper.edges.is_empty()
+                || direct_path(self.geometry, radiator.position, receiver.exact).is_some()
+            {
+                continue;
+            }
+            let offset = receiver.exact - radiator.position;
+            let length = offset.length();
+            let Some(bin) = self.bins.bin(length) else { continue };
+            let mut stream = receiver_stream(self.seed(), Purpose::ZonePoint, receiver, source, batch);
+            let unobstructed = radiator.factor(offset) * spread(length);
+            for edge in &paper.edges {
+                let sequence = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
+                let mut energy =
+                    visibilities(self.geometry, edge, radiator, receiver, &paper.wavelengths, &sequence);
+                energy.iter_mut().flatten().for_each(|energy| *energy *= unobstructed);
+                estimate.class(PathClass::Edge).add(number, bin, length, &mut energy, &self.medium());
+            }
+        }
+    }
+
+    /// Counts a sonel in the discs around it, in every band that it carries.
+    fn count(
+        &self,
+        paper: &Paper,
+        (segment, arrival): (&Segment<'_>, Arrival),
+        index: &GatherIndex,
+        audience: &Audience<'_>,
+        scratch: &mut [Lanes],
+        estimate: &mut BatchEstimate,
+    ) {
+        let (columns, medium) = (self.table.bands(), self.medium());
+        let at = paper.sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
+        let first = place(arrival.surface, arrival.side) * columns as u32;
+        for column in (0..columns).filter(|&column| segment.energy[column / 4][column % 4] > 0.0) {
+            index.around(first + column as u32, at, |point, gain| {
+                let receiver = point.receiver as usize;
+                let class = if point.seen_directly { PathClass::Diffuse } else { PathClass::DiffuseMirror };
+                let length = segment.end_length + point.length;
+                let Some(bin) = self.bins.bin(length) else { return };
+                for ((scratch, energy), weight) in scratch.iter_mut().zip(segment.energy).zip(&point.weight) {
+                    for lane in 0..4 {
+                        scratch[lane] = energy[lane] * weight[lane];
+                    }
+                }
+                let bins = (bin, audience.coarse_bin(receiver, bin));
+                estimate.class(class).add_from_kernel(receiver, bins, length, scratch, gain, &medium);
+            });
+        }
+    }
+}
+
+/// v₁ of one edge in every band; zeros where the edge has no say.
+fn visibilities(
+    geometry: &Geometry,
+    edge: &ZoneEdge,
+    radiator: Radiator,
+    receiver: &PreparedReceiver,
+    wavelengths: &[f64],
+    sequence: &ScrambledSobol,
+) -> Vec<Lanes> {
+    let mut shares = vec![[0.0; 4]; lanes_of(wavelengths.len())];
+    let Some(place) = edge.place(geometry, radiator.position, receiver.exact) else { return shares };
+    let sees = |from: glam::DVec3, to: glam::DVec3| {
+        !geometry.is_blocked(Departure::free(from.as_vec3()), to.as_vec3())
+    };
+    for (band, &wavelength) in wavelengths.iter().enumerate() {
+        if let Some(zone) = FirstZone::new(radiator.position, receiver.exact, place, wavelength) {
+            let seen = |point| sees(radiator.position, point) && sees(receiver.exact, point);
+            shares[band / 4][band % 4] = zone.visibility(sequence, ZONE_POINTS, seen);
+        }
+    }
+    shares
+}

@@ -1,0 +1,106 @@
+//! The founding paper's own rendering pass, [Kapralos2006] section 3: to reproduce it and to be compared with.
+//!
+//! | class | means | module |
+//! |---|---|---|
+//! | L R | shadow ray | [`crate::direct`] |
+//! | L S⁺ R | a visibility ray, mirrored at least once, meets a sphere that stands for the source | [`rays`] |
+//! | … D S* R | a visibility ray ends by its roulette on a diffuse reflection; the sonels in a disc there are counted | [`rays`], [`listen`] |
+//! | L E R | share of the first Fresnel zone that source and receiver both see | [`zone`] |
+//!
+//! Where the paper is silent or contradicts itself, docs/paper-mode.md says how it is read, and how far off each reading is.
+
+mod listen;
+mod rays;
+mod zone;
+
+use sonel_geometry::Geometry;
+
+use crate::gather::disc::Sheet;
+use crate::render::{PathClass, RenderSettings, disc_radius, free_path};
+use zone::ZoneEdge;
+
+/// Share of the mean free path that the radius of the source's sphere takes at [`REFERENCE_RAYS`].
+const SPHERE_PER_FREE_PATH: f64 = 0.12;
+/// The sphere shrinks as M^(−1/6) from here, so that its O(a²) bias vanishes as fast as the noise.
+const REFERENCE_RAYS: f64 = 16_384.0;
+/// Largest part of the way to the nearest surface: a sphere holds no wall, so what meets it sees the source.
+const CLEARANCE: f64 = 0.95;
+
+/// The paper's pass, prepared for one map.
+pub(crate) struct Paper {
+    /// Surfaces laid out.
+    sheets: Vec<Sheet>,
+    /// Radius of the discs [m].
+    disc_radius: f64,
+    /// Radius of the sphere about each source [m].
+    source_radius: Vec<f64>,
+    /// Visibility rays of one receiver and band in one batch.
+    rays: u32,
+    /// Edges that diffract; none where diffraction is off.
+    edges: Vec<ZoneEdge>,
+    /// Wavelength at the centre of every band [m].
+    wavelengths: Vec<f64>,
+}
+
+impl Paper {
+    /// Prepares `geometry` for the map of `header`.
+    #[must_use]
+    pub fn new(
+        geometry: &Geometry,
+        header: &sonel_map::MapHeader,
+        settings: &RenderSettings,
+        diffracts: bool,
+    ) -> Self {
+        let (scene, traced) = (&header.scene, &header.settings);
+        let shrink = libm::pow(f64::from(settings.rays) / REFERENCE_RAYS, -1.0 / 6.0);
+        let sphere = SPHERE_PER_FREE_PATH * free_path(geometry) * shrink;
+        let clearance = |position| CLEARANCE * geometry.distance_to_nearest_surface(position);
+        Self {
+            sheets: Sheet::all(geometry),
+            disc_radius: disc_radius(settings, geometry, traced),
+            source_radius: scene.sources.iter().map(|s| sphere.min(clearance(s.position))).collect(),
+            rays: settings.rays.div_ceil(traced.batches),
+            edges: if diffracts { ZoneEdge::all(geometry) } else { Vec::new() },
+            wavelengths: scene.bands.nominal().iter().map(|f| scene.speed_of_sound / f).collect(),
+        }
+    }
+
+    /// Radius of the sphere that stands for source number `source` [m].
+    #[must_use]
+    pub fn source_radius(&self, source: usize) -> f64 {
+        self.source_radius[source]
+    }
+
+    /// Who owns `class`.
+    #[must_use]
+    pub fn owner(&self, class: PathClass) -> &'static str {
+        match class {
+            PathClass::Direct => "shadow ray",
+            PathClass::Edge => "first Fresnel zone",
+            PathClass::MirrorChain | PathClass::LongMirrorChain => "sphere about the source",
+            PathClass::Diffuse | PathClass::DiffuseMirror | PathClass::LongDiffuseMirror => {
+                "gather where a visibility ray is reflected diffusely"
+            }
+        }
+    }
+
+    /// Why, and with which radius.
+    #[must_use]
+    pub fn reason(&self, class: PathClass) -> String {
+        match class {
+            PathClass::Direct => "as the paper writes".to_owned(),
+            PathClass::Edge if self.edges.is_empty() => "diffraction is off or no edge diffracts".to_owned(),
+            PathClass::Edge => {
+                "as the paper writes: 3 dB too much at the shadow boundary, nothing beyond Fresnel number 1"
+                    .to_owned()
+            }
+            PathClass::MirrorChain | PathClass::LongMirrorChain => {
+                let radii: Vec<String> = self.source_radius.iter().map(|a| format!("{a:.3} m")).collect();
+                format!("as the paper writes; radius {}", radii.join(", "))
+            }
+            PathClass::Diffuse | PathClass::DiffuseMirror | PathClass::LongDiffuseMirror => {
+                format!("as the paper writes, delta applied once; discs of {:.3} m", self.disc_radius)
+            }
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Visibility rays with the paper's roulette: mirrored until they are absorbed or reflected diffusely.
+//!
+//! A band has rays of its own, as it has sonels of its own. At every surface one number in [0, 1) decides with the coefficients
+//! of that band: diffuse reflection (δ) ends the ray in a disc that counts sonels, mirror reflection and transmission carry it
+//! on, absorption ends it. The roulette is where δ is applied; the disc counts all that arrives.
+//!
+//! A ray of M that meets the source's sphere of radius a brings Q/(M π a²): the sphere at distance d fills a²/(4d²) of the
+//! directions, so that on average Q/(4πd²) is heard. The sphere shades nothing.
+
+use core::f64::consts::PI;
+
+use sonel_geometry::{Departure, Geometry};
+use sonel_map::{CoefficientTable, Lanes};
+use sonel_sampling::{ScrambledSobol, Stream, warp};
+
+use crate::connection::normal_on;
+use crate::gather::rays::{GatherPoint, place};
+use crate::mirror::Radiator;
+use crate::receiver::PreparedReceiver;
+
+use super::Paper;
+
+/// The source, seen by mirrors.
+#[derive(Debug, Clone, Copy)]
+pub struct SourceSight {
+    /// Length of the way to the middle of the source's image [m].
+    pub length: f64,
+    /// Fluence per unit emitted energy, without air [1/m²].
+    pub fluence: f64,
+    /// Whether the ray also meets the sphere of half the area.
+    pub in_half: bool,
+}
+
+/// What a ray can find.
+pub enum Sight {
+    /// A disc in which sonels are counted.
+    Disc(GatherPoint),
+    /// The source.
+    Source(SourceSight),
+}
+
+/// The surroundings of the rays of one band.
+pub struct Looking<'a> {
+    /// Walls.
+    pub geometry: &'a Geometry,
+    /// Coefficients.
+    pub table: &'a CoefficientTable,
+    /// The band, or class of bands, a column of the table.
+    pub column: usize,
+    /// What there is to be seen.
+    pub radiator: Radiator,
+    /// Radius of its sphere [m].
+    pub source_radius: f64,
+    /// Longest path that matters [m].
+    pub reach: f64,
+}
+
+/// What becomes of a ray at a surface.
+enum Turn {
+    Diffuse,
+    Mirror,
+    Through,
+    Absorbed,
+}
+
+impl Paper {
+    /// Casts the rays of receiver number `receiver` in one batch.
+    pub(super) fn cast(
+        &self,
+        looking: &Looking<'_>,
+        receiver: (u32, &PreparedReceiver),
+        stream: &mut Stream,
+        mut found: impl FnMut(Sight),
+    ) {
+        let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
+        for ray in 0..self.rays {
+            let mut direction = warp::uniform_sphere(directions.point(ray));
+            let mut departure = Departure::free(receiver.1.position);
+            let (mut at, mut length) = (receiver.1.exact, 0.0);
+            for leg in 0_u32.. {
+                let hit = looking.geometry.closest_hit(departure, direction);
+                let end = hit.map(|hit| hit.position.as_dvec3());
+                // The first leg is left to the shadow ray.
+                if leg > 0
+                    && let Some(sight) =
+                        looking.source_on((at, direction.as_dvec3()), end.map(|end| at.distance(end)), length)
+                {
+                    let fluence = sight.fluence / f64::from(self.rays);
+                    found(Sight::Source(SourceSight { fluence, ..sight }));
+                }
+                let (Some(hit), Some(end)) = (hit, end) else { break };
+                length += at.distance(end);
+                if length > looking.reach {
+                    break;
+                }
+                at = end;
+                let surface = looking.geometry.surface(hit.surface);
+                let onward = match looking.turn(surface.material, stream.uniform_fine()) {
+                    Turn::Diffuse => {
+                        found(Sight::Disc(self.disc(looking, (receiver.0, leg == 0), &hit, length)));
+                        break;
+                    }
+                    Turn::Mirror => {
+                        let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
+                        direction = (direction - 2.0 * direction.dot(normal) * normal).normalize();
+                        hit.side
+                    }
+                    Turn::Through => hit.side.opposite(),
+                    Turn::Absorbed => break,
+                };
+                departure = looking.geometry.leave(hit.position, hit.surface, onward);
+            }
+        }
+    }
+
+    /// The disc about `hit`: (4π/M) / (π A) times the energy that arrives in it.
+    fn disc(
+        &self,
+        looking: &Looking<'_>,
+        (receiver, seen_directly): (u32, bool),
+        hit: &sonel_geometry::Hit,
+        length: f64,
+    ) -> GatherPoint {
+        let sheet = &self.sheets[hit.surface.0 as usize];
+        let centre = sheet.flat(hit.position.as_dvec3());
+        let view = sheet.view(hit.side, centre, self.disc_radius);
+        let columns = looking.table.bands();
+        GatherPoint {
+            receiver,
+            place: place(hit.surface, hit.side) * columns as u32 + looking.column as u32,
+            centre,
+            length,
+            weight: only(looking.column, columns, 4.0 / (f64::from(self.rays) * view.area)),
+            view,
+            seen_directly,
+        }
+    }
+}
+
+impl Looking<'_> {
+    fn turn(&self, material: u32, uniform: f64) -> Turn {
+        let row = self.table.material(material);
+        let of = |energy: &[Lanes]| energy[self.column / 4][self.column % 4];
+        let diffuse = of(&row.diffuse.energy);
+        let mirror = diffuse + of(&row.specular.energy);
+        let through = mirror + of(&row.transmitted.energy);
+        match uniform {
+            u if u < diffuse => Turn::Diffuse,
+            u if u < mirror => Turn::Mirror,
+            u if u < through => Turn::Through,
+            _ => Turn::Absorbed,
+        }
+    }
+
+    /// The source, if a leg of `leg` [m] (endless where it meets no wall) from `at` along `direction` comes by.
+    fn source_on(
+        &self,
+        (at, direction): (glam::DVec3, glam::DVec3),
+        leg: Option<f64>,
+        length: f64,
+    ) -> Option<SourceSight> {
+        let offset = self.radiator.position - at;
+        let along = offset.dot(direction);
+        let miss_squared = offset.length_squared() - along * along;
+        let radius_squared = self.source_radius * self.source_radius;
+        let meets = along > 0.0 && leg.is_none_or(|leg| along < leg) && miss_squared <= radius_squared;
+        meets.then(|| SourceSight {
+            length: ((length + along) * (length + along) + miss_squared.max(0.0)).sqrt(),
+            fluence: self.radiator.factor(-direction) / (PI * radius_squared),
+            in_half: miss_squared <= 0.5 * radius_squared,
+        })
+    }
+}
+
+/// `value` in one column and nothing in the others.
+pub fn only(column: usize, columns: usize, value: f64) -> Vec<Lanes> {
+    let mut lanes = vec![[0.0; 4]; sonel_map::lanes_of(columns)];
+    lanes[column / 4][column % 4] = value;
+    lanes
+}
