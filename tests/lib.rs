@@ -6,20 +6,20 @@ pub mod judged;
 pub mod meshes;
 pub mod uneven_box;
 
-use std::io::Cursor;
 use std::path::Path;
 
 use sonel_analysis::map_comparison;
-use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};
+use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{
-    BatchStart, CoefficientTable, EffectState, EmissionDirections, Ledger, MapHeader, MapWriter, PathWeight,
-    Segment, Settings, ShardRange, SonelMap, sweep,
+    BatchStart, CoefficientTable, EffectState, EmissionDirections, Ledger, PathWeight, Segment, Settings,
+    SonelMap, sweep,
 };
 use sonel_renderer::deposit::TimeBins;
-use sonel_renderer::{CoarseEchogram, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{RenderSettings, Renderer, Rendering};
 use sonel_scene::{Loaded, Scene};
-use sonel_tracer::Tracer;
+use sonel_study::response::receivers_of;
+use sonel_study::trial::{self, Clock, Heard, InMemory, NoClock, Room, TracedMap};
 
 /// A shipped scene.
 #[must_use]
@@ -57,17 +57,10 @@ impl Traced {
     }
 
     fn with_effects(scene: Scene, settings: Settings, effects: Vec<EffectState>) -> Self {
-        let geometry = scene.geometry().expect("a sound mesh");
-        let mut writer = MapWriter::begin(Cursor::new(Vec::new())).expect("memory");
-        let books = Tracer::new(&scene, &geometry, settings)
-            .run(ShardRange::WHOLE, |chunk| {
-                writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
-            })
-            .expect("a tight room");
-        let header =
-            MapHeader { tool_version: "test".to_owned(), settings, shard: ShardRange::WHOLE, effects, scene };
-        let bytes = writer.finish(&header).expect("memory").into_inner();
-        Self { geometry, map: SonelMap::from_bytes(&bytes).expect("just written"), books }
+        let room = Room::new(&scene, effects).expect("a sound mesh");
+        let TracedMap { map, books, .. } =
+            room.trace(settings, &mut InMemory, &NoClock).expect("a tight room");
+        Self { geometry: room.into_geometry(), map, books }
     }
 
     /// Ready to be compared with another map.
@@ -87,64 +80,23 @@ impl Traced {
     /// Renders source 0 at the scene's receivers with coarse `borders` [s] of their own; also the borders of the fine bins.
     #[must_use]
     pub fn render_with(&self, settings: RenderSettings, borders: &[Vec<f64>]) -> (Rendering, Vec<f64>) {
-        let receivers: Vec<ReceiverPoint> = self
-            .scene()
-            .receivers
-            .iter()
-            .map(|receiver| ReceiverPoint { name: receiver.name.clone(), position: receiver.position })
-            .collect();
+        let receivers = receivers_of(self.scene());
         let renderer = Renderer::new(&self.map, &self.geometry, settings).expect("a sound map");
         let rendering = renderer.render(0, &receivers, borders, &mut |_| {}).expect("sound receivers");
         (rendering, renderer.bins().edges())
     }
 
-    /// Renders source 0 at the scene's receivers into a response, as `sonel-render` would, but for listed arrivals.
+    /// Renders all sources at the scene's receivers into a response, as `sonel-render` would.
     #[must_use]
     pub fn respond(&self, settings: RenderSettings) -> Response {
-        let (scene, layout) = (self.scene(), self.map.layout());
-        let source = &scene.sources[0];
-        let borders: Vec<Vec<f64>> = scene
-            .receivers
-            .iter()
-            .map(|receiver| {
-                let direct = source.position.distance(receiver.position) / scene.speed_of_sound;
-                batch_time_edges(direct, scene.duration)
-            })
-            .collect();
-        let (rendering, time_edges_s) = self.render_with(settings, &borders);
-        let (bands, bins, receivers) = (scene.bands.count(), time_edges_s.len() - 1, scene.receivers.len());
-        let mut energy = Vec::with_capacity(receivers * bands * bins);
-        for receiver in 0..receivers {
-            for band in 0..bands {
-                energy.extend((0..bins).map(|bin| rendering.total.get(receiver, bin, band)));
-            }
-        }
-        let column = |batches: &[Vec<CoarseEchogram>]| -> Vec<f32> {
-            let coarse = batches.iter().flatten();
-            coarse.flat_map(|coarse| (0..bands).flat_map(|b| coarse.band(b))).map(|e| e as f32).collect()
-        };
-        let batches = Batches {
-            weight: (0..layout.batches).map(|batch| layout.batch_weight(batch)).collect(),
-            bins: borders[0].len() - 1,
-            time_edges_s: borders.concat(),
-            energy: column(&rendering.batches),
-            kernel_difference: column(&rendering.kernel_differences),
-        };
-        Response {
-            center_frequency_hz: scene.bands.nominal().to_vec(),
-            time_edges_s,
-            receiver_names: scene.receivers.iter().map(|receiver| receiver.name.clone()).collect(),
-            receiver_positions: scene.receivers.iter().map(|receiver| receiver.position.to_array()).collect(),
-            source_names: vec![source.name.clone()],
-            source_positions: vec![source.position.to_array()],
-            source_power_level_db: source.power_level_db.clone(),
-            speed_of_sound: scene.speed_of_sound,
-            characteristic_impedance: scene.impedance(),
-            energy,
-            batches: Some(batches),
-            arrivals: Arrivals::default(),
-            metadata: serde_json::Value::Null,
-        }
+        self.hear(&settings, &NoClock).response
+    }
+
+    /// Renders all sources at the scene's receivers and reads the figures.
+    #[must_use]
+    pub fn hear(&self, settings: &RenderSettings, clock: &dyn Clock) -> Heard {
+        trial::hear(&self.map, &self.geometry, &receivers_of(self.scene()), settings, clock)
+            .expect("sound receivers")
     }
 
     /// Visits every segment of every path of source 0: index of the emission, share of its batch in the run, segment.

@@ -5,14 +5,15 @@
 
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
 
-use cpu_time::ProcessTime;
 use glam::DVec3;
-use sonel_analysis::{Parameter, parameters};
+use sonel_analysis::Parameter;
+use sonel_console::clock::CpuClock;
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::Settings;
-use sonel_renderer::RenderSettings;
 use sonel_scene::{Receiver, Scene};
-use sonel_tests::{Traced, shipped};
+use sonel_study::response::receivers_of;
+use sonel_study::trial::{InMemory, Room, TrialSettings};
+use sonel_tests::shipped;
 
 const SEEDS: u64 = 12;
 const LEVEL_DB: f64 = 0.1;
@@ -90,13 +91,15 @@ fn receivers(mut scene: Scene, count: usize) -> Scene {
 }
 
 fn case(name: &str, scene: &Scene, emissions: u64) {
+    let room = Room::new(scene, Vec::new()).expect("a sound mesh");
+    let receivers = receivers_of(scene);
     let (mut levels, mut times, mut seconds) = (Vec::new(), Vec::new(), 0.0);
     for seed in 1..=SEEDS {
-        let start = ProcessTime::now();
-        let traced = Traced::new(scene.clone(), Settings { emissions, seed, ..Settings::default() });
-        let response = traced.respond(RenderSettings::default());
-        seconds += start.elapsed().as_secs_f64() / SEEDS as f64;
-        let figures = parameters(&response);
+        let trace = Settings { emissions, seed, ..Settings::default() };
+        let settings = TrialSettings { trace, ..TrialSettings::default() };
+        let trial = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a tight room");
+        seconds += (trial.traced.seconds.total() + trial.heard.seconds.total()) / SEEDS as f64;
+        let figures = trial.heard.figures;
         let bands = || figures.iter().flat_map(|receiver| &receiver.bands);
         let values = |parameter| -> Vec<f64> {
             bands().map(|band| band.figure(parameter).as_ref().map_or(f64::NAN, |e| e.value)).collect()

@@ -5,6 +5,7 @@ mod comparison;
 mod extend;
 mod figures;
 mod reproducible;
+mod trial;
 
 use clap::Parser;
 use sonel_console::Outcome;

@@ -330,7 +330,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches; `progress` hears
-    /// the share of the work done so far.
+    /// the share of the work done so far, first 0 when everything without noise is there.
     ///
     /// # Errors
     /// [`RenderError::Receivers`] with all problems of all receivers.
@@ -360,6 +360,7 @@ impl<'a> Renderer<'a> {
         rendering.mirror_order = chains.order();
         rendering.sphere_radius = prepared.iter().map(|receiver| receiver.radius).collect();
         self.add_deterministic(&mut rendering, radiator, &chains, &prepared, borders);
+        progress(0.0);
         let tiles = prepared.len().div_ceil(RECEIVERS_IN_FLIGHT);
         for tile in 0..tiles {
             let range = tile * RECEIVERS_IN_FLIGHT..((tile + 1) * RECEIVERS_IN_FLIGHT).min(prepared.len());

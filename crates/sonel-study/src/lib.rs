@@ -1,3 +1,9 @@
-//! Drivers above the stages: which effects a scene calls for.
+//! Drivers above the stages.
+//!
+//! - [`effects`]: which effects a scene calls for;
+//! - [`response`]: all sources of a map rendered, and the response made of it;
+//! - [`trial`]: a scene traced, rendered and read in one go, with what each phase costs.
 
 pub mod effects;
+pub mod response;
+pub mod trial;

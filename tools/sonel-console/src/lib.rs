@@ -1,5 +1,6 @@
-//! What the programs share: counts, outputs that appear when complete, progress, exit codes.
+//! What the programs share: clocks, counts, outputs that appear when complete, progress, exit codes.
 
+pub mod clock;
 pub mod count;
 pub mod output;
 pub mod progress;

@@ -12,10 +12,10 @@ use sonel_acoustics::Air as AirState;
 use sonel_console::output::Output;
 use sonel_console::progress::Progress;
 use sonel_console::{Outcome, Stopwatch, use_threads};
-use sonel_echogram::batch_time_edges;
 use sonel_map::SonelMap;
-use sonel_renderer::{Air, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{Air, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
+use sonel_study::response;
 
 pub use arguments::{Arguments, EstimatorArgument, Grid};
 
@@ -47,20 +47,12 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let mut output = Output::create(&arguments.output)?;
     let steps = PROGRESS_STEPS * scene.sources.len() as u64;
     let progress = Progress::begin("rendering", steps, arguments.quiet);
-    let mut renderings = Vec::new();
-    let mut borders = Vec::new();
-    for source in 0..scene.sources.len() {
-        let edges = borders_of(scene, source, &receivers);
-        let before = source as u64 * PROGRESS_STEPS;
-        let rendering = renderer.render(source, &receivers, &edges, &mut |share| {
-            progress.reach(before + (share * PROGRESS_STEPS as f64) as u64);
-        })?;
-        renderings.push(rendering);
-        borders.push(edges);
-    }
+    let renderings = response::render(&map, &renderer, &receivers, &mut |source, share| {
+        progress.reach(source as u64 * PROGRESS_STEPS + (share * PROGRESS_STEPS as f64) as u64);
+    })?;
     progress.end();
     let run = assemble::Run { map: &map, renderer: &renderer, settings: &settings, receivers: &receivers };
-    let response = run.response(&renderings, &borders);
+    let response = run.response(&renderings);
     response
         .write(output.writer())
         .with_context(|| format!("cannot write {}", arguments.output.display()))?;
@@ -116,17 +108,6 @@ fn air(arguments: &Arguments, scene: &Scene) -> anyhow::Result<Air> {
         .map(|band| state.energy_attenuation(scene.bands.exact_midband(band)))
         .collect();
     Ok(Air::Attenuation(attenuation))
-}
-
-fn borders_of(scene: &Scene, source: usize, receivers: &[ReceiverPoint]) -> Vec<Vec<f64>> {
-    let position = scene.sources[source].position;
-    receivers
-        .iter()
-        .map(|receiver| {
-            let direct = position.distance(receiver.position) / scene.speed_of_sound;
-            batch_time_edges(direct, scene.duration)
-        })
-        .collect()
 }
 
 fn log_classes(renderer: &Renderer<'_>, renderings: &[Rendering], log: &mut dyn Write) -> anyhow::Result<()> {

@@ -10,6 +10,7 @@ use glam::DVec3;
 use sonel_geometry::Geometry;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
+use sonel_study::response::receivers_of;
 
 use crate::Arguments;
 
@@ -41,11 +42,7 @@ pub fn gather(
         receivers.extend(inside);
     }
     if receivers.is_empty() && arguments.grid.is_none() && arguments.receivers_file.is_none() {
-        receivers = scene
-            .receivers
-            .iter()
-            .map(|receiver| ReceiverPoint { name: receiver.name.clone(), position: receiver.position })
-            .collect();
+        receivers = receivers_of(scene);
     }
     if receivers.is_empty() {
         bail!("there is no receiver: give --receiver NAME=x,y,z, --receivers FILE or --grid X,Y,Z");

@@ -1,0 +1,143 @@
+//! From a map to a response: every source rendered, energies, batches and arrivals side by side.
+//!
+//! What the response says of its provenance is left to whoever writes it to a file.
+
+use sonel_echogram::{ArrivalKind, Arrivals, Batches, Response, batch_time_edges};
+use sonel_map::SonelMap;
+use sonel_renderer::{CoarseEchogram, ReceiverPoint, RenderError, Renderer, Rendering};
+use sonel_scene::Scene;
+
+/// The receivers that a scene names.
+#[must_use]
+pub fn receivers_of(scene: &Scene) -> Vec<ReceiverPoint> {
+    scene
+        .receivers
+        .iter()
+        .map(|receiver| ReceiverPoint { name: receiver.name.clone(), position: receiver.position })
+        .collect()
+}
+
+/// Coarse borders of the batches of `source` at every receiver [s].
+#[must_use]
+pub fn borders(scene: &Scene, source: usize, receivers: &[ReceiverPoint]) -> Vec<Vec<f64>> {
+    let position = scene.sources[source].position;
+    receivers
+        .iter()
+        .map(|receiver| {
+            let direct = position.distance(receiver.position) / scene.speed_of_sound;
+            batch_time_edges(direct, scene.duration)
+        })
+        .collect()
+}
+
+/// Renders every source of `map` at `receivers`; `progress` hears the index of the source and the share of it that is done.
+///
+/// # Errors
+/// [`RenderError::Receivers`] with all problems of all receivers.
+pub fn render(
+    map: &SonelMap,
+    renderer: &Renderer<'_>,
+    receivers: &[ReceiverPoint],
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<Vec<Rendering>, RenderError> {
+    let scene = &map.header().scene;
+    (0..scene.sources.len())
+        .map(|source| {
+            let borders = borders(scene, source, receivers);
+            renderer.render(source, receivers, &borders, &mut |share| progress(source, share))
+        })
+        .collect()
+}
+
+/// The response of `renderings`, which [`render()`] made; its metadata are empty.
+#[must_use]
+pub fn assemble(
+    map: &SonelMap,
+    renderer: &Renderer<'_>,
+    receivers: &[ReceiverPoint],
+    renderings: &[Rendering],
+) -> Response {
+    let scene = &map.header().scene;
+    Response {
+        center_frequency_hz: scene.bands.nominal().to_vec(),
+        time_edges_s: renderer.bins().edges(),
+        receiver_names: receivers.iter().map(|receiver| receiver.name.clone()).collect(),
+        receiver_positions: receivers.iter().map(|receiver| receiver.position.to_array()).collect(),
+        source_names: scene.sources.iter().map(|source| source.name.clone()).collect(),
+        source_positions: scene.sources.iter().map(|source| source.position.to_array()).collect(),
+        source_power_level_db: scene
+            .sources
+            .iter()
+            .flat_map(|source| source.power_level_db.clone())
+            .collect(),
+        speed_of_sound: scene.speed_of_sound,
+        characteristic_impedance: scene.impedance(),
+        energy: energy(renderer, scene.bands.count(), receivers.len(), renderings),
+        batches: Some(batches(map, receivers, renderings)),
+        arrivals: arrivals(renderer, renderings),
+        metadata: Default::default(),
+    }
+}
+
+fn energy(renderer: &Renderer<'_>, bands: usize, receivers: usize, renderings: &[Rendering]) -> Vec<f64> {
+    let bins = renderer.bins().count;
+    let mut energy = Vec::with_capacity(renderings.len() * receivers * bands * bins);
+    for rendering in renderings {
+        for receiver in 0..receivers {
+            for band in 0..bands {
+                energy.extend((0..bins).map(|bin| rendering.total.get(receiver, bin, band)));
+            }
+        }
+    }
+    energy
+}
+
+fn batches(map: &SonelMap, receivers: &[ReceiverPoint], renderings: &[Rendering]) -> Batches {
+    let (scene, layout) = (&map.header().scene, map.layout());
+    let bands = scene.bands.count();
+    // A batch without emissions (fewer emissions than batches) estimates nothing and is left out.
+    let filled: Vec<u32> = (0..layout.batches).filter(|&batch| layout.batch_count(batch) > 0).collect();
+    let column = |of: &dyn Fn(&Rendering) -> &Vec<Vec<CoarseEchogram>>| -> Vec<f32> {
+        let mut values = Vec::new();
+        for &batch in &filled {
+            for receiver in renderings.iter().flat_map(|rendering| &of(rendering)[batch as usize]) {
+                values.extend((0..bands).flat_map(|band| receiver.band(band)).map(|value| value as f32));
+            }
+        }
+        values
+    };
+    let mut kernel_difference = column(&|rendering| &rendering.kernel_differences);
+    if kernel_difference.iter().all(|&difference| difference == 0.0) {
+        kernel_difference.clear();
+    }
+    let edges: Vec<Vec<f64>> =
+        (0..scene.sources.len()).flat_map(|source| borders(scene, source, receivers)).collect();
+    Batches {
+        weight: filled.iter().map(|&batch| layout.batch_weight(batch)).collect(),
+        bins: edges.first().map_or(0, |edges| edges.len() - 1),
+        time_edges_s: edges.concat(),
+        energy: column(&|rendering| &rendering.batches),
+        kernel_difference,
+    }
+}
+
+fn arrivals(renderer: &Renderer<'_>, renderings: &[Rendering]) -> Arrivals {
+    let mut arrivals = Arrivals::default();
+    for (source, rendering) in renderings.iter().enumerate() {
+        for arrival in &rendering.arrivals {
+            let kind = match arrival.order {
+                _ if arrival.over_edges => ArrivalKind::Edge,
+                0 => ArrivalKind::Direct,
+                _ => ArrivalKind::MirrorChain,
+            };
+            arrivals.source.push(source as u32);
+            arrivals.receiver.push(arrival.receiver as u32);
+            arrivals.time_s.push(renderer.bins().time(arrival.length));
+            arrivals.energy.extend(&arrival.energy);
+            arrivals.direction.extend(arrival.towards);
+            arrivals.order.push(arrival.order);
+            arrivals.kind.push(kind as u32);
+        }
+    }
+    arrivals
+}

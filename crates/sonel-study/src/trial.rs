@@ -1,0 +1,299 @@
+//! A scene traced, its map rendered and its figures read in one go, with what each phase costs.
+//!
+//! The same stages as those of the programs, in the same order, so that a trial costs what a run does. Where the map is
+//! kept is the caller's choice ([`MapStore`]; [`InMemory`] for short runs), and so is the clock ([`Clock`]). Tracing and
+//! rendering are apart, so that one map can be heard in several ways.
+
+use std::io::{Cursor, Seek, Write};
+
+use sonel_analysis::{ReceiverFigures, parameters};
+use sonel_echogram::Response;
+use sonel_geometry::{Geometry, GeometryError};
+use sonel_map::{EffectState, Ledger, MapError, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
+use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer, Rendering};
+use sonel_scene::Scene;
+use sonel_tracer::{TraceError, TracedChunk, Tracer};
+use thiserror::Error;
+
+use crate::response;
+
+/// CPU seconds since any moment, which must not change during a trial.
+pub trait Clock: Sync {
+    /// Of all threads of the process [s].
+    fn process(&self) -> f64;
+    /// Of the thread that asks [s].
+    fn thread(&self) -> f64;
+}
+
+/// For trials whose cost does not matter: it is always the same time.
+#[derive(Debug, Clone, Copy)]
+pub struct NoClock;
+
+impl Clock for NoClock {
+    fn process(&self) -> f64 {
+        0.0
+    }
+
+    fn thread(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Where a map is kept while it is tried.
+pub trait MapStore {
+    /// What the map is written to.
+    type Writer: Write + Seek + Send;
+
+    /// Begins a map.
+    ///
+    /// # Errors
+    /// When there is no room for it.
+    fn begin(&mut self) -> std::io::Result<Self::Writer>;
+
+    /// Opens the map that was written.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    fn open(&mut self, written: Self::Writer) -> Result<SonelMap, MapError>;
+}
+
+/// Maps in memory: about 16 bytes a vertex, twice that while a map is opened.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct InMemory;
+
+impl MapStore for InMemory {
+    type Writer = Cursor<Vec<u8>>;
+
+    fn begin(&mut self) -> std::io::Result<Self::Writer> {
+        Ok(Cursor::new(Vec::new()))
+    }
+
+    fn open(&mut self, written: Self::Writer) -> Result<SonelMap, MapError> {
+        SonelMap::from_bytes(written.get_ref())
+    }
+}
+
+/// Everything that decides a trial besides the room: emissions, seed, β, spectral and mode in `trace`, estimator, rays, radius
+/// and order in `render`.
+#[derive(Debug, Clone, Default)]
+pub struct TrialSettings {
+    /// Of the tracer.
+    pub trace: Settings,
+    /// Of the renderer.
+    pub render: RenderSettings,
+}
+
+/// A scene and its walls, ready for any number of trials.
+pub struct Room<'a> {
+    scene: &'a Scene,
+    effects: Vec<EffectState>,
+    geometry: Geometry,
+}
+
+/// A traced map and what it cost.
+pub struct TracedMap {
+    /// The map.
+    pub map: SonelMap,
+    /// The books as the tracer kept them.
+    pub books: Ledger,
+    /// What it cost.
+    pub seconds: TraceSeconds,
+}
+
+/// CPU seconds of tracing.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TraceSeconds {
+    /// Packets [s].
+    pub trace: f64,
+    /// Writing the map and its checksums [s].
+    pub write: f64,
+    /// Opening it [s].
+    pub open: f64,
+}
+
+/// What was heard in a map, and what that cost.
+pub struct Heard {
+    /// By source.
+    pub renderings: Vec<Rendering>,
+    /// Echograms and batches.
+    pub response: Response,
+    /// Value and interval of every figure, source by source and receiver by receiver.
+    pub figures: Vec<ReceiverFigures>,
+    /// What it cost.
+    pub seconds: RenderSeconds,
+}
+
+/// CPU seconds of rendering.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RenderSeconds {
+    /// Checking every path, laying out surfaces [s].
+    pub prepare: f64,
+    /// Direct sound, mirror chains and edges [s].
+    pub deterministic: f64,
+    /// Sweeping the paths: connections, gather and crossings together [s].
+    pub sweep: f64,
+    /// Reading the figures with their intervals [s].
+    pub figures: f64,
+}
+
+impl TraceSeconds {
+    /// All of it.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.trace + self.write + self.open
+    }
+}
+
+impl RenderSeconds {
+    /// All of it.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.prepare + self.deterministic + self.sweep + self.figures
+    }
+}
+
+/// A map and what was heard in it.
+pub struct Trial {
+    /// The first pass.
+    pub traced: TracedMap,
+    /// The second.
+    pub heard: Heard,
+}
+
+/// Why a trial came to no end.
+#[derive(Debug, Error)]
+pub enum TrialError {
+    /// The mesh is no room.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// The map cannot be written, or the room leaks.
+    #[error(transparent)]
+    Trace(#[from] TraceError<MapError>),
+    /// The map cannot be written or opened.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// A receiver is impossible or a setting out of range.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+}
+
+impl<'a> Room<'a> {
+    /// Makes `scene` ready. `effects` are those that [`crate::effects::apply`] decided for it; they go into the maps.
+    ///
+    /// # Errors
+    /// When its mesh has no usable triangle.
+    pub fn new(scene: &'a Scene, effects: Vec<EffectState>) -> Result<Self, GeometryError> {
+        Ok(Self { scene, effects, geometry: scene.geometry()? })
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// Its walls.
+    #[must_use]
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Only the walls.
+    #[must_use]
+    pub fn into_geometry(self) -> Geometry {
+        self.geometry
+    }
+
+    /// Traces the room and hears it at `receivers`.
+    ///
+    /// # Errors
+    /// As [`Self::trace`] and [`hear`].
+    pub fn run(
+        &self,
+        settings: &TrialSettings,
+        receivers: &[ReceiverPoint],
+        store: &mut impl MapStore,
+        clock: &dyn Clock,
+    ) -> Result<Trial, TrialError> {
+        let traced = self.trace(settings.trace, store, clock)?;
+        let heard = hear(&traced.map, &self.geometry, receivers, &settings.render, clock)?;
+        Ok(Trial { traced, heard })
+    }
+
+    /// Traces the whole run into a map.
+    ///
+    /// # Errors
+    /// When the room leaks or the map cannot be stored.
+    pub fn trace(
+        &self,
+        settings: Settings,
+        store: &mut impl MapStore,
+        clock: &dyn Clock,
+    ) -> Result<TracedMap, TrialError> {
+        let begin = clock.process();
+        let mut writer = MapWriter::begin(store.begin().map_err(MapError::from)?)?;
+        let mut write = 0.0;
+        let tracer = Tracer::new(self.scene, &self.geometry, settings);
+        let books = tracer.run(ShardRange::WHOLE, |chunk: TracedChunk| {
+            // Other threads trace meanwhile; only this one writes.
+            let before = clock.thread();
+            let pushed = writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books);
+            write += clock.thread() - before;
+            pushed
+        })?;
+        let traced = clock.process() - begin - write;
+        let before = clock.process();
+        let written = writer.finish(&self.header(settings))?;
+        let finished = clock.process();
+        let map = store.open(written)?;
+        let seconds = TraceSeconds {
+            trace: traced,
+            write: write + finished - before,
+            open: clock.process() - finished,
+        };
+        Ok(TracedMap { map, books, seconds })
+    }
+
+    fn header(&self, settings: Settings) -> MapHeader {
+        MapHeader {
+            tool_version: env!("CARGO_PKG_VERSION").to_owned(),
+            settings,
+            shard: ShardRange::WHOLE,
+            effects: self.effects.clone(),
+            scene: self.scene.clone(),
+        }
+    }
+}
+
+/// Renders every source of `map`, whose walls are `geometry`, at `receivers` and reads the figures.
+///
+/// # Errors
+/// When a receiver is impossible, a setting out of range, or the map damaged.
+pub fn hear(
+    map: &SonelMap,
+    geometry: &Geometry,
+    receivers: &[ReceiverPoint],
+    settings: &RenderSettings,
+    clock: &dyn Clock,
+) -> Result<Heard, RenderError> {
+    let mut seconds = RenderSeconds::default();
+    let begin = clock.process();
+    let renderer = Renderer::new(map, geometry, settings.clone())?;
+    seconds.prepare = clock.process() - begin;
+    let (mut last, mut sweeping) = (clock.process(), None);
+    let renderings = response::render(map, &renderer, receivers, &mut |source, _| {
+        let now = clock.process();
+        // The renderer reports of each source for the first time when what is deterministic is done.
+        if sweeping == Some(source) {
+            seconds.sweep += now - last;
+        } else {
+            seconds.deterministic += now - last;
+        }
+        (last, sweeping) = (now, Some(source));
+    })?;
+    let begin = clock.process();
+    let response = response::assemble(map, &renderer, receivers, &renderings);
+    let figures = parameters(&response);
+    seconds.figures = clock.process() - begin;
+    Ok(Heard { renderings, response, figures, seconds })
+}

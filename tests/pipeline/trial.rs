@@ -1,0 +1,71 @@
+//! A trial is the programs without files: the same map, the same echograms, and seconds that add up.
+
+use std::sync::Mutex;
+
+use sonel_map::{Settings, SonelMap};
+use sonel_study::effects::{self, EffectSpec};
+use sonel_study::response::receivers_of;
+use sonel_study::trial::{Clock, InMemory, NoClock, Room, Trial, TrialSettings};
+use sonel_testkit::workshop::Workshop;
+
+use crate::{render, response, trace, workshop};
+
+fn trial(shop: &Workshop, emissions: u64, clock: &dyn Clock) -> Trial {
+    let text = String::from_utf8(shop.bytes("scene.toml")).expect("text");
+    let loaded =
+        sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a sound scene");
+    let mut scene = loaded.scene;
+    let effects = effects::apply(&EffectSpec::default(), &mut scene);
+    let settings = Settings { emissions, ..Settings::default() };
+    let settings = TrialSettings { trace: settings, ..TrialSettings::default() };
+    let room = Room::new(&scene, effects).expect("walls");
+    room.run(&settings, &receivers_of(&scene), &mut InMemory, clock).expect("a trial")
+}
+
+#[test]
+fn a_trial_traces_and_hears_what_the_programs_do() {
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    render(&shop, "a.sonelmap", "a.npz", &[]).unwrap();
+    let trial = trial(&shop, 1000, &NoClock);
+    let map = SonelMap::from_bytes(&shop.bytes("a.sonelmap")).unwrap();
+    assert_eq!(trial.traced.map.digest(), map.digest());
+    let written = response(&shop, "a.npz");
+    assert!(trial.heard.response.energy == written.energy);
+    assert!(trial.heard.response.batches == written.batches);
+    assert!(trial.heard.figures == sonel_analysis::parameters(&written));
+}
+
+/// A clock that goes on by a second whenever the process asks for the time, and by a tenth when a thread does.
+#[derive(Default)]
+struct Counting(Mutex<(f64, f64)>);
+
+impl Clock for Counting {
+    fn process(&self) -> f64 {
+        let mut times = self.0.lock().expect("nobody panicked");
+        times.0 += 1.0;
+        times.0
+    }
+
+    fn thread(&self) -> f64 {
+        let mut times = self.0.lock().expect("nobody panicked");
+        times.1 += 0.1;
+        times.1
+    }
+}
+
+#[test]
+fn every_second_of_a_trial_is_in_one_phase() {
+    let clock = Counting::default();
+    let trial = trial(&workshop(), 1000, &clock);
+    let (traced, heard) = (trial.traced.seconds, trial.heard.seconds);
+    // Two chunks, each written within two readings of the thread's clock.
+    assert!((traced.write - (1.0 + 2.0 * 0.1)).abs() < 1e-9, "{traced:?}");
+    assert!(traced.open > 0.0 && traced.trace > 0.0);
+    assert!([heard.prepare, heard.deterministic, heard.sweep, heard.figures].iter().all(|&s| s > 0.0));
+    // 32 batches in groups of 8, one receiver.
+    assert!((heard.sweep - 4.0).abs() < 1e-9, "{heard:?}");
+    let asked = clock.process();
+    let all = traced.total() + heard.total();
+    assert!(all <= asked && all > 0.5 * asked, "{all} of {asked}");
+}
