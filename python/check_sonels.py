@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from read_sonelmap import ABSORBED, DIFFUSE, ESCAPED, EXPIRED, LOST, SPECULAR, SonelMap, sonels
+from read_sonelmap import ABSORBED, BENT, DIFFUSE, ESCAPED, EXPIRED, LOST, PASSED, SPECULAR, SonelMap, places, sonels
 
 # Relative: both multiply the same factors in another order.
 ROUNDING = 1e-9
@@ -25,6 +25,8 @@ def histories(map, source):
         for event in vertices["tag"] & 15:
             if event in (ESCAPED, EXPIRED, LOST):
                 break
+            if event in (BENT, PASSED):
+                continue
             yield emission, emission % bands, order, run, diffused, event
             if event >= ABSORBED:
                 break
@@ -36,10 +38,10 @@ def directions(map, source):
     """Unit vectors between the stored points; that of a first segment errs by the rounding of its end."""
     origin = map.header["scene"]["sources"][source]["position"] - map.header["center"]
     for _, vertices in map.paths(source):
-        steps = np.diff(vertices["position"].astype(float), axis=0, prepend=origin[None])
+        steps = np.diff(places(map, origin, vertices), axis=0, prepend=origin[None])
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         for vertex, step in zip(vertices, steps / np.where(lengths > 0, lengths, 1)):
-            if vertex["tag"] & 15 not in (ESCAPED, EXPIRED, LOST):
+            if vertex["tag"] & 15 not in (BENT, PASSED, ESCAPED, EXPIRED, LOST):
                 yield step
 
 

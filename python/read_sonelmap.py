@@ -13,10 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT = range(5)
+SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT, PASSED = range(6)
 ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST = range(8, 13)
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
+EDGE = np.dtype([("ends", "<f8", (2, 3))])
 CHUNK = np.dtype([("source", "<u4"), ("paths", "<u4"), ("first_emission", "<u8"), ("vertices", "<u8"),
                   ("offset", "<u8"), ("digest", "V32")])
 VERTEX = np.dtype([("position", "<f4", 3), ("tag", "<u4")])
@@ -82,6 +83,7 @@ class SonelMap:
         self.sections = {section["name"]: section for section in self.header["sections"]}
         self.surfaces = self.section("surfaces", SURFACE)
         self.chunks = self.section("chunks", CHUNK)
+        self.edges = self.section("edges", EDGE)["ends"] if "edges" in self.sections else np.zeros((0, 2, 3))
 
     def section(self, name, dtype):
         """The rows of a section."""
@@ -111,6 +113,48 @@ def coefficients(map):
     passed_on = factors.sum(1, keepdims=True)
     roulette = np.where(passed_on > 0, np.where(passed_on > 0, passed_on, 1) ** (beta - 1), 0)
     return factors, roulette * factors
+
+
+GAMMA, REACH = 0.87, 5.0
+
+
+def wavelengths(map):
+    scene = map.header["scene"]
+    return scene["speed_of_sound"] / scene["nominal_frequencies"]
+
+
+def reach(map):
+    """Largest distance from an edge at which each band is bent [m]; below zero where bending is off."""
+    on = next((effect["on"] for effect in map.header["effects"] if effect["name"] == "bending"), 0)
+    return np.where(on, REACH * wavelengths(map), -1.0)
+
+
+def at_edge(map, event, vertex):
+    """What passing an edge multiplies f and p of every band by, up to a common factor."""
+    _, distance, tangent = vertex["position"].astype(float)
+    if event == PASSED:
+        return (distance > reach(map)) * 1.0
+    concentration = 4 * np.pi / (GAMMA * wavelengths(map))
+    exponent = np.log(concentration) - (concentration * distance * tangent) ** 2 / 2
+    exponent = np.where(distance <= reach(map), exponent, -np.inf)
+    return np.exp(exponent - exponent.max())
+
+
+def places(map, origin, vertices):
+    """Local positions of all vertices of a path; those at edges are where the path touches a cylinder about the edge."""
+    points = vertices["position"].astype(float)
+    for step in np.flatnonzero(np.isin(vertices["tag"] & 15, (BENT, PASSED))):
+        before = points[step - 1] if step else origin
+        first, last = map.edges[vertices["tag"][step] >> 5] - map.header["center"]
+        along = (last - first) / np.linalg.norm(last - first)
+        height, distance, _ = points[step]
+        radial = before - first - (before - first) @ along * along
+        radius = np.linalg.norm(radial)
+        cosine = min(distance / radius, 1)
+        sine = np.sqrt(1 - cosine**2) * (-1 if vertices["tag"][step] >> 4 & 1 else 1)
+        outward = (cosine * radial + sine * np.cross(along, radial)) / radius
+        points[step] = first + height * along + distance * outward
+    return points
 
 
 class Emissions:
@@ -230,12 +274,16 @@ def sonels(map, source):
         # The directivity factor is part of the energy alone, not of the probabilities.
         share = share * directivity(emitter["directivity"], directions.direction(emission) @ emitter["aim"])
         feeding, drawing = carried.copy(), carried.copy()
-        points = vertices["position"].astype(float)
+        points = places(map, origin, vertices)
         lengths = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=origin[None]), axis=1))
         events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5
         for step, (event, surface) in enumerate(zip(events, surfaces)):
             if event in (ESCAPED, EXPIRED, LOST):
                 break
+            if event in (BENT, PASSED):
+                factor = at_edge(map, event, vertices[step])
+                feeding, drawing = feeding * factor, drawing * factor
+                continue
             energy = share * feeding / (led * drawing).sum()
             yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy
             if event >= ABSORBED:

@@ -104,7 +104,8 @@ impl Traced {
         let header = self.map.header();
         let (scene, layout) = (&header.scene, self.map.layout());
         let bands = scene.bands.count();
-        let table = CoefficientTable::new(&scene.materials, bands, header.settings.survival);
+        let table = CoefficientTable::new(&scene.materials, bands, header.settings.survival)
+            .with_edges(self.map.edge_table());
         let surfaces = self.geometry.surfaces();
         let material_of: Vec<u32> = surfaces.iter().map(|surface| surface.material).collect();
         let source = &scene.sources[0];

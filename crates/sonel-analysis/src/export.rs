@@ -19,6 +19,7 @@ fn name(event: Event) -> &'static str {
         Event::Transmitted => "transmitted",
         Event::Refracted => "refracted",
         Event::Bent => "bent",
+        Event::Passed => "passed",
         Event::Absorbed => "absorbed",
         Event::Escaped => "escaped",
         Event::Expired => "expired",

@@ -41,7 +41,8 @@ impl<'a> Reading<'a> {
             batches: (0..layout.batches)
                 .map(|batch| BatchStart::new(&layout, batch, settings.spectral))
                 .collect(),
-            table: CoefficientTable::new(&scene.materials, bands, settings.survival),
+            table: CoefficientTable::new(&scene.materials, bands, settings.survival)
+                .with_edges(map.edge_table()),
             material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
             origins: scene.sources.iter().map(|source| source.position - geometry.center()).collect(),
             directions: (0..scene.sources.len() as u32).map(directions).collect(),

@@ -143,6 +143,9 @@ impl Walk<'_> {
             first = false;
             last.clear();
             let Some(arrival) = segment.arrival else {
+                if segment.ends_at_edge {
+                    books.passed_edge(segment.energy);
+                }
                 last.extend_from_slice(segment.energy);
                 return;
             };

@@ -2,11 +2,13 @@
 //!
 //! - [`wedge`] places points about an edge, [`edge_path`] is the field of one edge of any length at any distance;
 //! - [`double`] is the field over two parallel edges, as of a thick barrier;
+//! - [`bending`] is what passing an edge does to a packet of energy, which knows no phase;
 //! - [`spectrum`] takes means over frequency bands, flat per Hz.
 //!
 //! The crate knows no mesh and no room: who asks says where the faces are and which part of the edge is seen
 //! (docs/diffraction.md).
 
+pub mod bending;
 pub mod complex;
 mod contour;
 pub mod double;

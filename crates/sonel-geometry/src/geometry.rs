@@ -131,6 +131,11 @@ impl Geometry {
         self.scale.resolution()
     }
 
+    /// Distance [m] from a surface at which rays leave it.
+    pub fn lift(&self) -> f32 {
+        self.scale.lift()
+    }
+
     /// Lower and upper corner of the box around the scene, in world coordinates [m].
     pub fn bounds(&self) -> (DVec3, DVec3) {
         self.bounds

@@ -8,6 +8,7 @@
 use sonel_acoustics::Material;
 
 use crate::classes::BandClasses;
+use crate::edges::EdgeTable;
 
 /// Four bands side by side.
 pub type Lanes = [f64; 4];
@@ -65,6 +66,7 @@ pub struct MaterialRow {
 pub struct CoefficientTable {
     bands: usize,
     rows: Vec<MaterialRow>,
+    edges: Option<EdgeTable>,
 }
 
 impl CoefficientTable {
@@ -78,7 +80,20 @@ impl CoefficientTable {
     #[must_use]
     pub fn grouped(materials: &[Material], classes: &BandClasses, survival: f64) -> Self {
         let rows = materials.iter().map(|material| material_row(material, classes, survival)).collect();
-        Self { bands: classes.count(), rows }
+        Self { bands: classes.count(), rows, edges: None }
+    }
+
+    /// The same with the edges that bend, which has to have a column for every band.
+    #[must_use]
+    pub fn with_edges(self, edges: Option<EdgeTable>) -> Self {
+        Self { edges, ..self }
+    }
+
+    /// The edges, where any bend.
+    #[inline]
+    #[must_use]
+    pub fn edges(&self) -> Option<&EdgeTable> {
+        self.edges.as_ref()
     }
 
     /// Number of columns: bands, or classes of bands.

@@ -91,6 +91,14 @@ pub struct SurfaceRow {
     pub area: f64,
 }
 
+/// An edge that bends packets: 48 bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct EdgeRow {
+    /// Its two ends, in the axes of the scene [m].
+    pub ends: [[f64; 3]; 2],
+}
+
 /// Fates and segments of one chunk: 64 bytes.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]

@@ -96,6 +96,9 @@ pub struct EffectState {
     pub reason: String,
 }
 
+/// The effect under which a map states that packets are bent at edges.
+pub const BENDING: &str = "bending";
+
 /// All provenance of a map.
 #[derive(Debug, Clone)]
 pub struct MapHeader {
@@ -109,6 +112,15 @@ pub struct MapHeader {
     pub effects: Vec<EffectState>,
     /// The compiled scene.
     pub scene: Scene,
+}
+
+impl MapHeader {
+    /// Which bands are bent at edges; [`None`] where none is.
+    #[must_use]
+    pub fn bent_bands(&self) -> Option<&[bool]> {
+        let effect = self.effects.iter().find(|effect| effect.name == BENDING)?;
+        effect.on.contains(&true).then_some(&effect.on[..])
+    }
 }
 
 #[cfg(test)]

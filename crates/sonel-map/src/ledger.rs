@@ -248,7 +248,17 @@ impl ChunkLedger {
         }
     }
 
-    /// Books what really went on from the last arrival.
+    /// Books the passing of an edge with `energy`, all of which is expected to go on.
+    #[inline]
+    pub fn passed_edge(&mut self, energy: &[Lanes]) {
+        for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
+            for lane in 0..4 {
+                packet[lane] += energy[lane];
+            }
+        }
+    }
+
+    /// Books what really went on from the last arrival, or past the last edge.
     #[inline]
     pub fn departed(&mut self, energy: &[Lanes]) {
         for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {

@@ -4,6 +4,7 @@
 //! surface and what it did there. Energies in any band follow from the points and the coefficient table in one running
 //! product, so one map serves any air, source level, directivity and, within limits, other materials.
 //!
+//! - [`edges`]: edges that bend packets, and what that means to each band;
 //! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
 //! - [`vertex`]: the 16-byte record of one arrival;
 //! - [`classes`]: bands that nothing tells apart;
@@ -23,6 +24,7 @@ compile_error!(
 pub mod classes;
 mod codec;
 pub mod coefficients;
+pub mod edges;
 pub mod emission;
 pub mod error;
 mod format;
@@ -42,6 +44,7 @@ pub mod writer;
 
 pub use classes::BandClasses;
 pub use coefficients::{CoefficientTable, Lanes, lanes_of};
+pub use edges::{EdgeTable, bending_edges};
 pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart, Spectral};
 pub use error::MapError;
 pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
@@ -49,6 +52,6 @@ pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
 pub use merge::{MergeError, Merger};
 pub use reader::{PathView, SonelMap};
 pub use sweep::{Arrival, Segment, SegmentHistory, sweep};
-pub use vertex::{Event, Vertex};
+pub use vertex::{EdgePlace, Event, Vertex};
 pub use weight::PathWeight;
 pub use writer::{ChunkPaths, MapWriter};

@@ -16,7 +16,7 @@ use crate::format::{ChunkEntry, MAJOR, MINOR, aligned};
 use crate::header::{MapHeader, ShardRange};
 use crate::ledger::Ledger;
 use crate::provenance::{self, Difference};
-use crate::reader::{self, Directory, SonelMap};
+use crate::reader::{self, Directory, Places, SonelMap};
 use crate::shards::{self, Fault, Run};
 use crate::tiling;
 use crate::writer::MapWriter;
@@ -110,7 +110,7 @@ type Opener<'a> = dyn FnMut(usize) -> io::Result<File> + 'a;
 #[derive(Debug)]
 pub struct Merger {
     header: MapHeader,
-    surfaces: u32,
+    places: Places,
     parts: Vec<Part>,
 }
 
@@ -153,7 +153,10 @@ impl Merger {
                 let order = shards::order(&headers.shards);
                 let mut parts: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
                 Ok(Self {
-                    surfaces: reference.surfaces.len() as u32,
+                    places: Places {
+                        surfaces: reference.surfaces.len() as u32,
+                        edges: reference.edges.len() as u32,
+                    },
                     header: MapHeader { shard, ..reference.header },
                     parts: order.into_iter().filter_map(|number| parts[number].take()).collect(),
                 })
@@ -199,7 +202,7 @@ impl Merger {
                     part.chunks.iter().zip(&part.books).filter(|(chunk, _)| chunk.source == source);
                 for (chunk, books) in of_source {
                     let bytes = read_chunk(&mut file, chunk, &mut chunk_bytes).map_err(unusable)?;
-                    reader::check_chunk(chunk, bytes, self.surfaces).map_err(unusable)?;
+                    reader::check_chunk(chunk, bytes, self.places).map_err(unusable)?;
                     writer.push_copy(chunk, bytes, books).map_err(MergeError::Output)?;
                     copied += u64::from(chunk.path_count);
                     progress(copied);
@@ -251,24 +254,27 @@ struct Reference {
     header: MapHeader,
     center: glam::DVec3,
     surfaces: Vec<crate::format::SurfaceRow>,
+    edges: Vec<crate::format::EdgeRow>,
 }
 
 impl Headers {
     /// Takes up a map; in what it differs from the first.
     fn add(&mut self, name: &str, directory: &Directory) -> Vec<MergeError> {
-        let Directory { header, center, surfaces, .. } = directory;
+        let Directory { header, center, surfaces, edges, .. } = directory;
         self.shards.push(header.shard);
         let Some(reference) = &self.reference else {
             self.alike = true;
-            let check = header.scene.geometry().map_err(MapError::from).and_then(|geometry| {
-                crate::surfaces::compare(surfaces, *center, &geometry)
-                    .map_err(|reason| MapError::ForeignSurfaces { reason })
-            });
+            let check = header
+                .scene
+                .geometry()
+                .map_err(MapError::from)
+                .and_then(|geometry| reader::compare_places(surfaces, edges, *center, &geometry));
             self.reference = Some(Reference {
                 name: name.to_owned(),
                 header: header.clone(),
                 center: *center,
                 surfaces: surfaces.clone(),
+                edges: edges.clone(),
             });
             let unusable = |error| MergeError::Unusable { map: name.to_owned(), error };
             return check.map_err(unusable).err().into_iter().collect();
@@ -276,9 +282,11 @@ impl Headers {
         let layout = |header: &MapHeader| header.settings.layout(header.scene.bands.count());
         self.alike &= layout(header).total == layout(&reference.header).total;
         let mut differences = provenance::differences(&reference.header, header);
-        if differences.is_empty() && (*surfaces != reference.surfaces || *center != reference.center) {
+        let same_places =
+            *surfaces == reference.surfaces && *edges == reference.edges && *center == reference.center;
+        if differences.is_empty() && !same_places {
             differences.push(Difference {
-                what: "numbering of the surfaces".to_owned(),
+                what: "numbering of the surfaces or edges".to_owned(),
                 here: "another".to_owned(),
                 there: "its own".to_owned(),
             });

@@ -12,15 +12,16 @@ use rayon::prelude::*;
 use sonel_geometry::Geometry;
 
 use crate::codec::{self, HeaderRecord};
+use crate::edges::{self, EdgeTable};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
-use crate::format::{ChunkEntry, ChunkFates, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow};
+use crate::format::{ChunkEntry, ChunkFates, EdgeRow, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow};
 use crate::header::{MapHeader, ShardRange};
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::record;
 use crate::surfaces;
 use crate::tiling;
-use crate::vertex::Vertex;
+use crate::vertex::{EdgePlace, Vertex};
 
 /// An open map.
 #[derive(Debug)]
@@ -31,6 +32,7 @@ pub struct SonelMap {
     digest: [u8; 32],
     center: DVec3,
     surfaces: Vec<SurfaceRow>,
+    edges: Vec<EdgeRow>,
     chunks: Vec<ChunkEntry>,
     books: Vec<Ledger>,
 }
@@ -102,6 +104,8 @@ impl SonelMap {
         }
         let mesh = record::mesh(sections.rows("mesh.vertices")?, sections.rows("mesh.triangles")?);
         let surfaces = sections.rows::<SurfaceRow>("surfaces")?.to_vec();
+        let edges =
+            if sections.has("edges") { sections.rows::<EdgeRow>("edges")?.to_vec() } else { Vec::new() };
         let fates = sections.rows::<ChunkFates>("chunk.fates")?;
         let terms = sections.rows::<[f64; LEDGER_TERMS]>("chunk.ledger")?;
         let bands = sections.header.scene.nominal_frequencies.len();
@@ -109,12 +113,16 @@ impl SonelMap {
         let center = DVec3::from_array(sections.header.center);
         let header = record::header(sections.header, mesh).map_err(damaged)?;
         surfaces::check_rows(&surfaces, header.scene.materials.len()).map_err(damaged)?;
+        edges::check_rows(&edges).map_err(damaged)?;
+        if header.bent_bands().is_some_and(|on| on.len() != bands) {
+            return Err(damaged("not one state of bending per band".to_owned()));
+        }
         if !center.is_finite() {
             return Err(damaged("the scene has no centre".to_owned()));
         }
         check_directory(&chunks, &header)?;
         let (minor, digest) = (preamble.minor, preamble.header_digest);
-        Ok(Self { bytes, header, minor, digest, center, surfaces, chunks, books })
+        Ok(Self { bytes, header, minor, digest, center, surfaces, edges, chunks, books })
     }
 
     /// Provenance.
@@ -173,13 +181,20 @@ impl SonelMap {
     }
 
     /// Whether the surfaces that the paths refer to are those of `geometry`, the walls of the map's scene, and positions
-    /// are about its centre. A reader that takes materials and normals from a geometry asks this first.
+    /// are about its centre; so too its edges. A reader that takes materials and normals from a geometry asks this first.
     ///
     /// # Errors
     /// [`MapError::ForeignSurfaces`] with the first difference.
     pub fn check_surfaces(&self, geometry: &Geometry) -> Result<(), MapError> {
-        surfaces::compare(&self.surfaces, self.center, geometry)
-            .map_err(|reason| MapError::ForeignSurfaces { reason })
+        compare_places(&self.surfaces, &self.edges, self.center, geometry)
+    }
+
+    /// What passing edges means to the bands; [`None`] where nothing is bent.
+    #[must_use]
+    pub fn edge_table(&self) -> Option<EdgeTable> {
+        let on = self.header.bent_bands().filter(|_| !self.edges.is_empty())?;
+        let scene = &self.header.scene;
+        Some(EdgeTable::new(edges::lines(&self.edges, self.center), &scene.wavelengths(), on))
     }
 
     /// Compares every chunk with its checksum and with the rules of the layout, on all cores. `surfaces` is the number of
@@ -199,7 +214,7 @@ impl SonelMap {
 
     fn check_chunk(&self, chunk: &ChunkEntry, surfaces: u32) -> Result<(), MapError> {
         let bytes = self.chunk_bytes(chunk);
-        check_chunk(chunk, bytes, surfaces)?;
+        check_chunk(chunk, bytes, Places { surfaces, edges: self.edges.len() as u32 })?;
         tiling::check_padding(self.bytes.as_slice(), chunk.offset + bytes.len() as u64)
     }
 
@@ -210,8 +225,8 @@ impl SonelMap {
 
     /// Everything but the paths.
     pub(crate) fn into_directory(self) -> Directory {
-        let Self { header, minor, center, surfaces, chunks, books, .. } = self;
-        Directory { header, minor, center, surfaces, chunks, books }
+        let Self { header, minor, center, surfaces, edges, chunks, books, .. } = self;
+        Directory { header, minor, center, surfaces, edges, chunks, books }
     }
 
     /// The path of emission `emission` of `source`; [`None`] where this map does not hold it.
@@ -244,14 +259,36 @@ pub(crate) struct Directory {
     pub center: DVec3,
     /// The surfaces that the paths refer to.
     pub surfaces: Vec<SurfaceRow>,
+    /// The edges that they refer to.
+    pub edges: Vec<EdgeRow>,
     /// The chunks by source, then emission.
     pub chunks: Vec<ChunkEntry>,
     /// Books of every chunk.
     pub books: Vec<Ledger>,
 }
 
+/// Whether surfaces and edges, where any bend, are those of `geometry`.
+pub(crate) fn compare_places(
+    surfaces: &[SurfaceRow],
+    edges: &[EdgeRow],
+    center: DVec3,
+    geometry: &Geometry,
+) -> Result<(), MapError> {
+    let same_edges = || if edges.is_empty() { Ok(()) } else { edges::compare(edges, geometry) };
+    surfaces::compare(surfaces, center, geometry)
+        .and_then(|()| same_edges())
+        .map_err(|reason| MapError::ForeignSurfaces { reason })
+}
+
+/// How many surfaces and edges paths may name.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Places {
+    pub surfaces: u32,
+    pub edges: u32,
+}
+
 /// Compares the `bytes` of `chunk` with its checksum and with the rules of the layout.
-pub(crate) fn check_chunk(chunk: &ChunkEntry, bytes: &[u8], surfaces: u32) -> Result<(), MapError> {
+pub(crate) fn check_chunk(chunk: &ChunkEntry, bytes: &[u8], places: Places) -> Result<(), MapError> {
     let damaged = |reason: &str| MapError::Damaged { offset: chunk.offset, reason: reason.to_owned() };
     if <[u8; 32]>::from(blake3::hash(bytes)) != chunk.digest {
         return Err(damaged("a chunk of paths does not match its checksum"));
@@ -260,7 +297,7 @@ pub(crate) fn check_chunk(chunk: &ChunkEntry, bytes: &[u8], surfaces: u32) -> Re
     let mut start = 0;
     for &end in ends {
         let path = vertices.get(start..end as usize).ok_or_else(|| damaged("paths overlap"))?;
-        if !is_sound_path(path, surfaces) {
+        if !is_sound_path(path, places) {
             return Err(damaged("a path breaks the rules of the format"));
         }
         start = end as usize;
@@ -273,14 +310,20 @@ fn columns<'a>(chunk: &ChunkEntry, bytes: &'a [u8]) -> (&'a [u32], &'a [Vertex])
     (bytemuck::cast_slice(&head[..chunk.path_count as usize * 4]), bytemuck::cast_slice(vertices))
 }
 
-fn is_sound_path(path: &[Vertex], surfaces: u32) -> bool {
+fn is_sound_path(path: &[Vertex], places: Places) -> bool {
     let Some((last, before)) = path.split_last() else { return false };
     let sound = |vertex: &Vertex, is_final: bool| {
         vertex.event().is_some_and(|event| {
-            event.is_final() == is_final && (!event.leaves_sonel() || vertex.surface().0 < surfaces)
+            event.is_final() == is_final
+                && (!event.leaves_sonel() || vertex.surface().0 < places.surfaces)
+                && (!event.is_at_edge() || is_sound_passing(vertex.passing(), places.edges))
         }) && vertex.position.is_finite()
     };
     sound(last, true) && before.iter().all(|vertex| sound(vertex, false))
+}
+
+fn is_sound_passing((edge, place): (u32, EdgePlace), edges: u32) -> bool {
+    edge < edges && place.along >= 0.0 && place.distance > 0.0
 }
 
 fn read_preamble(bytes: &[u8]) -> Result<Preamble, MapError> {
@@ -328,6 +371,10 @@ impl<'a> Sections<'a> {
         }
         let may_go_on = preamble.minor > MINOR;
         Ok(Self { bytes, header: codec::decode(header, may_go_on).map_err(damaged)? })
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.header.sections.iter().any(|section| section.name == name)
     }
 
     /// The rows of section `name`.

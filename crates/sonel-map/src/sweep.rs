@@ -7,7 +7,7 @@ use crate::coefficients::{CoefficientTable, Lanes};
 use crate::vertex::{Event, Vertex};
 use crate::weight::PathWeight;
 
-/// What happened to a packet before a segment. Transmissions leave no trace in it (docs/physics.md §4).
+/// What happened to a packet before a segment. Transmissions leave no trace in it, bends none in order and run (docs/physics.md §4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SegmentHistory {
     /// Reflections so far.
@@ -16,13 +16,16 @@ pub struct SegmentHistory {
     pub specular_run: u32,
     /// Whether there was a diffuse reflection at all.
     pub diffused: bool,
+    /// Bends since the last diffuse reflection, or since the source.
+    pub bends: u32,
 }
 
 impl SegmentHistory {
     fn after(self, event: Event) -> Self {
         match event {
             Event::Specular => Self { order: self.order + 1, specular_run: self.specular_run + 1, ..self },
-            Event::Diffuse => Self { order: self.order + 1, specular_run: 0, diffused: true },
+            Event::Diffuse => Self { order: self.order + 1, specular_run: 0, diffused: true, bends: 0 },
+            Event::Bent => Self { bends: self.bends + 1, ..self },
             _ => self,
         }
     }
@@ -54,12 +57,15 @@ pub struct Segment<'a> {
     pub energy: &'a [Lanes],
     /// What happened before.
     pub history: SegmentHistory,
-    /// The sonel at its end; none where the packet escaped or arrived after the end of the run.
+    /// The sonel at its end; none where the packet passed an edge, escaped or arrived after the end of the run.
     pub arrival: Option<Arrival>,
+    /// Whether it ends where the packet passed an edge.
+    pub ends_at_edge: bool,
 }
 
 /// Visits the segments of a path from `source` (about the scene's centre [m]). `weight` must have been started for this
-/// path by [`PathWeight::emit`]; `material_of` names the material of every surface.
+/// path by [`PathWeight::emit`]; `material_of` names the material of every surface. A path that passes edges needs a `table` with
+/// edges ([`CoefficientTable::with_edges`]).
 pub fn sweep(
     source: DVec3,
     vertices: &[Vertex],
@@ -71,29 +77,41 @@ pub fn sweep(
     let (mut start, mut start_length) = (source, 0.0);
     let mut history = SegmentHistory::default();
     for vertex in vertices {
-        let end = vertex.position.as_dvec3();
-        let end_length = start_length + start.distance(end);
         let Some(event) = vertex.event() else { return };
+        let edges = if event.is_at_edge() { table.edges() } else { None };
+        let end = match edges {
+            Some(edges) => {
+                let (edge, place) = vertex.passing();
+                edges.foot(start, edge, &place)
+            }
+            None => vertex.position.as_dvec3(),
+        };
+        let end_length = start_length + start.distance(end);
         let arrival =
             event.leaves_sonel().then(|| Arrival { surface: vertex.surface(), side: vertex.side(), event });
         visit(&Segment {
             start: start.as_vec3(),
-            end: vertex.position,
+            end: end.as_vec3(),
             start_length,
             end_length,
             energy: weight.energy(),
             history,
             arrival,
+            ends_at_edge: edges.is_some(),
         });
         if event.is_final() {
             return;
         }
-        let row = table.material(material_of[vertex.surface().0 as usize]);
-        weight.pass(match event {
-            Event::Diffuse => &row.diffuse,
-            Event::Transmitted => &row.transmitted,
-            _ => &row.specular,
-        });
+        if let Some(edges) = edges {
+            weight.pass_edge(edges, event, &vertex.passing().1);
+        } else {
+            let row = table.material(material_of[vertex.surface().0 as usize]);
+            weight.pass(match event {
+                Event::Diffuse => &row.diffuse,
+                Event::Transmitted => &row.transmitted,
+                _ => &row.specular,
+            });
+        }
         (start, start_length, history) = (end, end_length, history.after(event));
     }
 }

@@ -2,6 +2,10 @@
 //!
 //! Position in f32 about the scene's centre, and one tag word holding surface, side and event. Direction, length,
 //! order, history and energy follow from the sequence of vertices (docs/physics.md §2).
+//!
+//! At an edge the three numbers are no position but what passing it depends on: where on the edge, how far from it, and how far
+//! the packet was turned. Distances far below the resolution of positions then still have their densities, and edges that are
+//! passed at one place their order; the foot follows from where the packet came from ([`crate::EdgeTable::foot`]).
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -19,8 +23,10 @@ pub enum Event {
     Transmitted = 2,
     /// Reserved: bent by a gradient of the medium.
     Refracted = 3,
-    /// Reserved: deflected in passing an edge.
+    /// Turned in passing an edge.
     Bent = 4,
+    /// Straight on past an edge that would have bent other bands.
+    Passed = 5,
     /// Ended here by roulette on the surface's absorption.
     Absorbed = 8,
     /// Met no surface; the position is where it would be at the end of the run.
@@ -35,12 +41,13 @@ pub enum Event {
 
 impl Event {
     /// All events with their codes.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Specular,
         Self::Diffuse,
         Self::Transmitted,
         Self::Refracted,
         Self::Bent,
+        Self::Passed,
         Self::Absorbed,
         Self::Escaped,
         Self::Expired,
@@ -62,7 +69,14 @@ impl Event {
     /// Whether the packet arrived at a surface within the run, so that a sonel was left there.
     #[must_use]
     pub fn leaves_sonel(self) -> bool {
-        !matches!(self, Self::Escaped | Self::Expired | Self::Lost)
+        !matches!(self, Self::Escaped | Self::Expired | Self::Lost | Self::Bent | Self::Passed)
+    }
+
+    /// Whether the vertex is at an edge.
+    #[inline]
+    #[must_use]
+    pub fn is_at_edge(self) -> bool {
+        matches!(self, Self::Bent | Self::Passed)
     }
 }
 
@@ -82,11 +96,24 @@ const SIDE_BITS: u32 = 1;
 /// Surfaces that a tag can name.
 pub const SURFACE_LIMIT: u32 = 1 << (32 - EVENT_BITS - SIDE_BITS);
 
+/// How a packet passed an edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgePlace {
+    /// Where on the edge the nearest point is, from its first end [m].
+    pub along: f32,
+    /// Distance from it [m].
+    pub distance: f32,
+    /// Tangent of the angle about the edge by which the packet was turned, positive towards it; 0 where it went straight on.
+    pub tangent: f32,
+    /// Which way round the edge: front for counterclockwise about the direction from its first end to the other.
+    pub side: Side,
+}
+
 /// One arrival: 12 bytes of position and a tag. Laid out exactly as in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Vertex {
-    /// Position about the scene's centre [m].
+    /// Position about the scene's centre [m]; at an edge the numbers of [`EdgePlace`].
     pub position: Vec3,
     tag: u32,
 }
@@ -99,6 +126,21 @@ impl Vertex {
         debug_assert!(surface.0 < SURFACE_LIMIT && position.is_finite());
         let side_bit = u32::from(side == Side::Back);
         Self { position, tag: surface.0 << (EVENT_BITS + SIDE_BITS) | side_bit << EVENT_BITS | event as u32 }
+    }
+
+    /// The passing of edge number `edge`, bent or straight on.
+    #[must_use]
+    pub fn at_edge(edge: u32, place: &EdgePlace, event: Event) -> Self {
+        debug_assert!(event.is_at_edge());
+        Self::new(Vec3::new(place.along, place.distance, place.tangent), SurfaceId(edge), place.side, event)
+    }
+
+    /// The number of the edge that was passed and how, where [`Event::is_at_edge`].
+    #[inline]
+    #[must_use]
+    pub fn passing(&self) -> (u32, EdgePlace) {
+        let [along, distance, tangent] = self.position.to_array();
+        (self.surface().0, EdgePlace { along, distance, tangent, side: self.side() })
     }
 
     /// The end of a packet that met no surface.
@@ -150,5 +192,14 @@ mod tests {
     fn unknown_event_codes_are_not_guessed() {
         let vertex: Vertex = bytemuck::cast([0_u32, 0, 0, 7]);
         assert_eq!(vertex.event(), None);
+    }
+
+    #[test]
+    fn a_vertex_at_an_edge_returns_how_it_was_passed() {
+        let place = EdgePlace { along: 3.25, distance: 1e-7, tangent: -2e4, side: Side::Back };
+        for event in [Event::Bent, Event::Passed] {
+            let vertex = Vertex::at_edge(17, &place, event);
+            assert_eq!((vertex.passing(), vertex.event()), ((17, place), Some(event)));
+        }
     }
 }

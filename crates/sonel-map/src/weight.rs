@@ -5,7 +5,9 @@
 //! out exactly whenever they become small, so that nothing underflows however long the path.
 
 use crate::coefficients::{EventRow, Lanes, lanes_of};
+use crate::edges::EdgeTable;
 use crate::emission::PacketStart;
+use crate::vertex::{EdgePlace, Event};
 
 /// Products below this are scaled up by its inverse: far from both underflow and any effect on the sum.
 const RESCALE_BELOW: f64 = f64::from_bits((1023 - 256) << 52);
@@ -16,6 +18,8 @@ const RESCALE_BY: f64 = f64::from_bits((1023 + 256) << 52);
 pub struct PathWeight {
     products: Vec<Products>,
     energy: Vec<Lanes>,
+    /// What passing an edge multiplies the products by.
+    at_edge: Vec<Lanes>,
     source_factor: f64,
     /// Directivity factor times the unit of energy.
     numerator: f64,
@@ -44,6 +48,7 @@ impl PathWeight {
         let energy = vec![[0.0; 4]; lanes];
         Self {
             products: vec![nothing; lanes],
+            at_edge: energy.clone(),
             energy,
             source_factor: 0.0,
             numerator: 0.0,
@@ -102,12 +107,35 @@ impl PathWeight {
             }
             add_product(&mut weighted, &products.drawing, &products.counts);
         }
-        let mut weighted = sum(weighted);
+        self.finish(sum(weighted));
+    }
+
+    /// Energies from products whose weighted sum is `weighted`.
+    #[inline]
+    fn finish(&mut self, mut weighted: f64) {
         if weighted < RESCALE_BELOW && weighted > 0.0 {
             self.rescale();
             weighted *= RESCALE_BY;
         }
         self.balance(weighted);
+    }
+
+    /// Passes an edge, [`Event::Bent`] or [`Event::Passed`]: what a band does there is what a packet led by it would do.
+    pub fn pass_edge(&mut self, edges: &EdgeTable, event: Event, place: &EdgePlace) {
+        if event == Event::Bent {
+            edges.bent(place, &mut self.at_edge);
+        } else {
+            edges.straight(place, &mut self.at_edge);
+        }
+        let mut weighted = [0.0; 4];
+        for (products, factor) in self.products.iter_mut().zip(&self.at_edge) {
+            for lane in 0..4 {
+                products.feeding[lane] *= factor[lane];
+                products.drawing[lane] *= factor[lane];
+            }
+            add_product(&mut weighted, &products.drawing, &products.counts);
+        }
+        self.finish(sum(weighted));
     }
 
     /// e_j from the products and Σ n_k ∏ p_k.
@@ -211,6 +239,52 @@ mod tests {
             let truth = (1.0_f64 - absorption[band]).powi(depth);
             assert!((expected[band] / truth - 1.0).abs() < 1e-12, "band {band}");
         }
+    }
+
+    /// Expected energy past an edge, over leading bands and angles, is what came: with f = p nothing is lost, whoever led, also
+    /// where some bands go straight on. Bands of a third of the spread each.
+    #[test]
+    fn edges_keep_the_energy_of_every_band() {
+        let wavelengths = [3.0, 1.0, 0.3];
+        let line = sonel_geometry::EdgeLine::new([glam::DVec3::ZERO, glam::DVec3::Z]);
+        let edges = EdgeTable::new(vec![line], &wavelengths, &[true; 3]);
+        let expected = |distance: f32, spoilt: f64| {
+            let mut sums = [0.0; 3];
+            for (hero, wavelength) in wavelengths.into_iter().enumerate() {
+                let place = |tangent: f64| EdgePlace {
+                    along: 0.0,
+                    distance,
+                    tangent: tangent as f32,
+                    side: sonel_geometry::Side::Front,
+                };
+                let mut add = |event, tangent: f64, probability: f64| {
+                    let mut weight = PathWeight::new(3);
+                    weight.emit(1.0, 1.0, &start());
+                    weight.pass_edge(&edges, event, &place(tangent));
+                    for (sum, energy) in sums.iter_mut().zip(weight.energy()[0]) {
+                        assert!(energy <= 1.0, "at most the number of bands times their share");
+                        *sum += probability * energy;
+                    }
+                };
+                if edges.bends(hero, f64::from(distance)) {
+                    let concentration = sonel_diffraction::bending::concentration(wavelength) * spoilt;
+                    let width = 20.0 / (f64::from(distance) * concentration) / 20_000.0;
+                    for step in -10_000..10_000 {
+                        let tangent = (f64::from(step) + 0.5) * width;
+                        let density =
+                            sonel_diffraction::bending::density(tangent, concentration, f64::from(distance));
+                        add(Event::Bent, tangent, density * width);
+                    }
+                } else {
+                    add(Event::Passed, 0.0, 1.0);
+                }
+            }
+            sums
+        };
+        for distance in [0.01, 1.0, 4.0, 14.0, 20.0] {
+            assert!(expected(distance, 1.0).iter().all(|sum| (sum - 1.0).abs() < 1e-4), "{distance}");
+        }
+        assert!(expected(1.0, 1.2).iter().any(|sum| (sum - 1.0).abs() > 1e-2), "another spread is rejected");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::io::{Seek, SeekFrom, Write};
 use bytemuck::Zeroable;
 
 use crate::codec::{self, SectionRecord};
+use crate::edges;
 use crate::error::MapError;
 use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, MAGIC, MAJOR, MINOR, Preamble, aligned};
 use crate::header::MapHeader;
@@ -110,7 +111,7 @@ impl<W: Write + Seek> MapWriter<W> {
             )));
         }
         let (corners, triangles) = record::mesh_columns(&header.scene.mesh);
-        let sections = vec![
+        let mut sections = vec![
             self.section("mesh.vertices", bytemuck::cast_slice(&corners))?,
             self.section("mesh.triangles", bytemuck::cast_slice(&triangles))?,
             self.section("surfaces", bytemuck::cast_slice(&surfaces::rows(&geometry)))?,
@@ -118,6 +119,9 @@ impl<W: Write + Seek> MapWriter<W> {
             self.take_section("chunk.fates", |writer| std::mem::take(&mut writer.fates))?,
             self.take_section("chunk.ledger", |writer| std::mem::take(&mut writer.terms))?,
         ];
+        if header.bent_bands().is_some() {
+            sections.push(self.section("edges", bytemuck::cast_slice(&edges::rows(&geometry)))?);
+        }
         let record = record::header_record(header, geometry.center(), sections);
         let bytes = codec::encode(&record).map_err(MapError::Limit)?;
         let header_offset = self.pad()?;

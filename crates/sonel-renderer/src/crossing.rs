@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn each_history_has_one_owner() {
-        let history = |specular_run, diffused| SegmentHistory { order: 9, specular_run, diffused };
+        let history = |specular_run, diffused| SegmentHistory { order: 9, specular_run, diffused, bends: 0 };
         let others = OthersOwn { mirror_order: 2, image_order: 1, diffuse: true };
         assert!(!owns(history(0, false), others), "direct sound");
         assert!(!owns(history(2, false), others), "mirror chain");

@@ -130,6 +130,12 @@ impl Scene {
         }
     }
 
+    /// Wavelength at the centre of every band [m].
+    #[must_use]
+    pub fn wavelengths(&self) -> Vec<f64> {
+        self.bands.nominal().iter().map(|frequency| self.speed_of_sound / frequency).collect()
+    }
+
     /// Adds an omnidirectional source of 90 dB at `position` [m].
     #[must_use]
     pub fn with_source(mut self, name: &str, position: [f64; 3]) -> Self {

@@ -10,6 +10,7 @@
 //! | diffuse sphere | decay and steady state, exact | [`diffuse_sphere`] |
 //! | half plane | point source, everywhere, exact | [`half_plane`] |
 //! | edge of a wedge | diffracted field, by adding up its parts | [`wedge_edge`] |
+//! | absorbing half plane | Kirchhoff's, small angles | [`knife_edge`] |
 //! | two edges of a barrier | what goes over both, by adding up its parts | [`double_edge`] |
 //! | diffuse shoebox | decay, echogram and steady state, to discretisation | [`diffuse_box`] |
 
@@ -18,6 +19,7 @@ pub mod diffuse_sphere;
 pub mod double_edge;
 mod form_factor;
 pub mod half_plane;
+pub mod knife_edge;
 mod patches;
 pub mod specular_box;
 pub mod wedge_edge;
