@@ -65,6 +65,8 @@ fn contradicting_options_are_refused() {
         (&["--shard", "3/2"], "shard"),
         (&["--effects", "auto,+echo"], "no effect"),
         (&["--duration", "-1"], "duration"),
+        (&["--duration", "NaN"], "duration"),
+        (&["--duration", "1e300"], "at most 3600"),
     ] {
         let complaint = complaint(trace(&shop, "a.sonelmap", options));
         assert!(complaint.contains(part), "{options:?}: {complaint}");
@@ -87,20 +89,14 @@ fn outputs_that_cannot_be_are_refused_before_the_work() {
     assert!(complaint(trace(&shop, "nowhere/a.sonelmap", &[])).contains("does not exist"));
 }
 
-/// Neither a map nor an option makes the renderer ask for more memory than any echogram is worth.
+/// No option makes the renderer ask for more memory than any echogram is worth. What maps ask for is in tests/stability.
 #[test]
 fn echograms_beyond_all_measure_are_refused() {
     let shop = workshop();
-    trace(&shop, "short.sonelmap", &["--sonels", "100"]).unwrap();
-    trace(&shop, "long.sonelmap", &["--sonels", "100", "--duration", "1e300"]).unwrap();
-    for (map, options, part) in [
-        ("short.sonelmap", &["--bin", "1e-300"][..], "wider ones (--bin)"),
-        ("short.sonelmap", &["--bin", "1e-9"], "wider ones (--bin)"),
-        ("long.sonelmap", &[], "shorter --duration"),
-        ("long.sonelmap", &["--bin", "1e299"], "--no-air"),
-    ] {
-        let complaint = complaint(render(&shop, map, "a.npz", options));
-        assert!(complaint.contains(part), "{map} {options:?}: {complaint}");
+    trace(&shop, "a.sonelmap", &["--sonels", "100"]).unwrap();
+    for bin in ["1e-300", "1e-9"] {
+        let complaint = complaint(render(&shop, "a.sonelmap", "a.npz", &["--bin", bin]));
+        assert!(complaint.contains("wider ones (--bin)"), "{bin}: {complaint}");
     }
     assert!(!shop.path("a.npz").exists());
 }

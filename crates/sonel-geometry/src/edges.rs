@@ -99,20 +99,20 @@ impl Survey<'_> {
         let of = |face: u32| self.of_triangle[face as usize];
         let (mut shape, mut wedge_angle) = match edge.faces[..] {
             [_] => (EdgeShape::Free, TAU),
-            [(a, _), (b, _)] if of(a) == of(b) => return None,
-            [(a, forward), (b, backward)] if forward != backward => self.wedge(edge, [a, b]),
+            [a, b] if of(a) == of(b) => return None,
+            [a, b] if edge.is_ahead(self.mesh, a) != edge.is_ahead(self.mesh, b) => self.wedge(edge, [a, b]),
             _ => (EdgeShape::Junction, 0.0),
         };
         if matches!(shape, EdgeShape::Free | EdgeShape::Convex) && self.abuts(edge, crosses) {
             (shape, wedge_angle) = (EdgeShape::Abutting, 0.0);
         }
-        let mut surfaces: Vec<SurfaceId> = edge.faces.iter().map(|&(face, _)| of(face)).collect();
+        let mut surfaces: Vec<SurfaceId> = edge.faces.iter().map(|&face| of(face)).collect();
         surfaces.sort_unstable();
         surfaces.dedup();
         let mut faces: Vec<(PlaneId, SurfaceId, DVec3)> = edge
             .faces
             .iter()
-            .map(|&(face, _)| (self.surface(face).plane, of(face), edge.inward(self.mesh, face)))
+            .map(|&face| (self.surface(face).plane, of(face), edge.inward(self.mesh, face)))
             .collect();
         faces.sort_by_key(|&(plane, surface, _)| (plane, surface));
         let sectors = match shape {
@@ -135,7 +135,7 @@ impl Survey<'_> {
             crosses(point + slide, point - slide, free.then_some(self.surface(face).plane))
         };
         // Three places: an edge that lies on a wall here and there is free elsewhere, and stays free.
-        [0.25, 0.5, 0.75].into_iter().all(|share| edge.faces.iter().any(|&(face, _)| over(face, share)))
+        [0.25, 0.5, 0.75].into_iter().all(|share| edge.faces.iter().any(|&face| over(face, share)))
     }
 
     /// Shape and angle on the front of two faces that agree in orientation.

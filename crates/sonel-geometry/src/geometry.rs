@@ -49,8 +49,10 @@ impl Geometry {
         let tolerance = f64::from(scale.resolution());
         stitch(&mut mesh, tolerance);
         let edges = shared_edges(&mesh);
-        let Oriented { shells, closed } = orient(&mut mesh, &edges, tolerance);
-        let Partition { surfaces, of_triangle, planes } = partition(&mesh, &edges, &closed, tolerance);
+        let Oriented { shells, in_shell, room } = orient(&mut mesh, &edges, tolerance);
+        // What is behind a shell is solid in a room. In the open it may be a room of its own.
+        let closed = if room.is_some() { &in_shell[..] } else { &vec![false; in_shell.len()] };
+        let Partition { surfaces, of_triangle, planes } = partition(&mesh, &edges, closed, tolerance);
         let planes = planes
             .into_iter()
             .map(|(normal, offset)| LocalPlane { normal, offset: offset - normal.dot(scale.center) })
@@ -65,8 +67,7 @@ impl Geometry {
             .collect();
         let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
         let rims = rims(&mesh, &edges, &plane_of, f64::from(scale.lift()));
-        let index = Index::build(&facets, planes, closed, scale.lift(), scale.resolution());
-        let room = room(&mesh, &shells, bounds, tolerance);
+        let index = Index::build(&facets, planes, in_shell, scale.lift(), scale.resolution());
         let mut geometry = Self {
             mesh,
             scale,
@@ -335,16 +336,6 @@ fn validate(mesh: &Mesh) -> Result<(), GeometryError> {
         return Err(GeometryError::NoSuchVertex { first, count: 1 + wrong.count() });
     }
     Ok(())
-}
-
-/// The outermost shell whose bounds contain everything else.
-fn room(mesh: &Mesh, shells: &[Shell], bounds: (DVec3, DVec3), tolerance: f64) -> Option<usize> {
-    shells.iter().position(|shell| {
-        let (low, high) = mesh.bounds_of(&shell.triangles);
-        shell.depth == 0
-            && (low - bounds.0).max_element() <= tolerance
-            && (bounds.1 - high).max_element() <= tolerance
-    })
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ pub(crate) struct Index {
     arrangement: Arrangement,
     planes: Vec<LocalPlane>,
     /// Whether each triangle is part of a closed shell.
-    closed: Vec<bool>,
+    in_shell: Vec<bool>,
     /// Height over a plane [m] that rounding may hide.
     resolution: f64,
 }
@@ -57,12 +57,12 @@ struct Nearest {
 }
 
 impl Index {
-    /// Arranges triangles, of which those `closed` are part of a closed shell; `padding` [m] is what a ray may pass
+    /// Arranges triangles, of which those `in_shell` are part of a closed shell; `padding` [m] is what a ray may pass
     /// beside a box by rounding, `resolution` [m] the error of a vertex.
     pub fn build(
         facets: &[Facet],
         planes: Vec<LocalPlane>,
-        closed: Vec<bool>,
+        in_shell: Vec<bool>,
         padding: f32,
         resolution: f32,
     ) -> Self {
@@ -71,7 +71,7 @@ impl Index {
         } else {
             Arrangement::Tree(Tree::build(facets, padding))
         };
-        Self { arrangement, planes, closed, resolution: f64::from(resolution) }
+        Self { arrangement, planes, in_shell, resolution: f64::from(resolution) }
     }
 
     /// The first triangle in front of the ray's origin.
@@ -99,7 +99,7 @@ impl Index {
 
     /// Whether a ray in the air could not have met this first: a closed shell from behind.
     fn is_doubtful(&self, met: Met) -> bool {
-        met.from_behind && self.closed.get(met.triangle as usize).is_some_and(|&closed| closed)
+        met.from_behind && self.in_shell.get(met.triangle as usize).is_some_and(|&in_shell| in_shell)
     }
 
     /// Whether the nearest triangle and the nearest one facing the ray are met at one place, as far as rounding tells.

@@ -2,8 +2,10 @@
 //!
 //! Triangles are joined across an edge when it has two faces, or when among more faces exactly two continue one
 //! another in the same plane (a screen welded onto a floor does not cut the floor). Components whose every edge is
-//! joined are closed shells. A shell within an even number of others is a room and faces inward, one within an odd
-//! number is an object and faces outward, so that the normals always point to the air between them.
+//! joined are closed shells. The scene is a room if one of them holds all the rest. Then a shell within an even number of
+//! others is a room and faces inward, one within an odd number is an object and faces outward, so that the normals point to
+//! the air between them. In the open it is the other way round: what stands there is an object. But a room of which only a
+//! corner pokes out looks the same, and the source may be in it: there is air on both sides of every shell then.
 
 use crate::Mesh;
 use crate::enclosure::signed_volume;
@@ -15,7 +17,9 @@ pub(crate) struct Oriented {
     /// Closed shells, in the order of their lowest triangle.
     pub shells: Vec<Shell>,
     /// For each triangle whether it is part of a closed shell.
-    pub closed: Vec<bool>,
+    pub in_shell: Vec<bool>,
+    /// The shell that holds everything else.
+    pub room: Option<usize>,
 }
 
 /// A closed, consistently oriented component.
@@ -41,13 +45,15 @@ pub(crate) fn orient(mesh: &mut Mesh, edges: &[SharedEdge], tolerance: f64) -> O
     for (shell, depth) in nesting_depths(mesh, &shells).into_iter().enumerate() {
         shells[shell].depth = depth;
     }
-    let mut closed = vec![false; mesh.triangles.len()];
+    let room = room(mesh, &shells, tolerance);
+    let mut in_shell = vec![false; mesh.triangles.len()];
     for shell in &mut shells {
         for &triangle in &shell.triangles {
-            closed[triangle as usize] = true;
+            in_shell[triangle as usize] = true;
         }
+        let is_object = (shell.depth % 2 == 1) == room.is_some();
         // A positive signed volume means that the normals point out of the shell.
-        let inside_out = (shell.volume > 0.0) != (shell.depth % 2 == 1);
+        let inside_out = (shell.volume > 0.0) != is_object;
         if inside_out && !is_flat(mesh, shell, tolerance) {
             for &triangle in &shell.triangles {
                 mesh.triangles[triangle as usize].corners.swap(1, 2);
@@ -55,7 +61,18 @@ pub(crate) fn orient(mesh: &mut Mesh, edges: &[SharedEdge], tolerance: f64) -> O
         }
         shell.volume = shell.volume.abs();
     }
-    Oriented { shells, closed }
+    Oriented { shells, in_shell, room }
+}
+
+/// The outermost shell whose bounds contain everything else.
+fn room(mesh: &Mesh, shells: &[Shell], tolerance: f64) -> Option<usize> {
+    let bounds = mesh.bounds();
+    shells.iter().position(|shell| {
+        let (low, high) = mesh.bounds_of(&shell.triangles);
+        shell.depth == 0
+            && (low - bounds.0).max_element() <= tolerance
+            && (bounds.1 - high).max_element() <= tolerance
+    })
 }
 
 /// Whether a shell is but two sheets back to back: it has no inside, and its sheets face where they were made to.
@@ -74,7 +91,7 @@ struct Joint {
 
 /// The pairs of triangles that continue one another across an edge.
 fn joints(mesh: &Mesh, edge: &SharedEdge, tolerance: f64) -> Vec<Joint> {
-    let pair = |a: (u32, bool), b: (u32, bool)| Joint { a: a.0, b: b.0, agree: a.1 != b.1 };
+    let pair = |a: u32, b: u32| Joint { a, b, agree: edge.is_ahead(mesh, a) != edge.is_ahead(mesh, b) };
     let mut rest = edge.faces.clone();
     let mut joints = Vec::new();
     if rest.len() > 2 {
@@ -91,13 +108,8 @@ fn joints(mesh: &Mesh, edge: &SharedEdge, tolerance: f64) -> Vec<Joint> {
 }
 
 /// The first two faces that lie in one plane on opposite sides of the edge.
-fn continuing_pair(
-    mesh: &Mesh,
-    edge: &SharedEdge,
-    faces: &[(u32, bool)],
-    tolerance: f64,
-) -> Option<(usize, usize)> {
-    let reach: Vec<_> = faces.iter().map(|&(face, _)| edge.height(mesh, face)).collect();
+fn continuing_pair(mesh: &Mesh, edge: &SharedEdge, faces: &[u32], tolerance: f64) -> Option<(usize, usize)> {
+    let reach: Vec<_> = faces.iter().map(|&face| edge.height(mesh, face)).collect();
     for i in 0..faces.len() {
         for j in i + 1..faces.len() {
             let height = reach[i].length().min(reach[j].length());
@@ -173,7 +185,7 @@ fn components(
     }
     let mut open = vec![false; mesh.triangles.len()];
     for (edge, joints) in edges.iter().zip(joints) {
-        for &(face, _) in &edge.faces {
+        for &face in &edge.faces {
             if !joints.iter().any(|joint| joint.a == face || joint.b == face) {
                 open[connected.root(face) as usize] = true;
             }

@@ -40,8 +40,8 @@ fn margins(mesh: &Mesh, edges: &[SharedEdge], planes: &[PlaneId], lift: f64) -> 
 /// cot(φ/2) of the most acute corner φ between two faces of an edge that are not in one plane.
 fn cotangent_of_half_angle(mesh: &Mesh, edge: &SharedEdge, planes: &[PlaneId]) -> f64 {
     let mut largest: f64 = 0.0;
-    for (i, &(a, _)) in edge.faces.iter().enumerate() {
-        for &(b, _) in &edge.faces[i + 1..] {
+    for (i, &a) in edge.faces.iter().enumerate() {
+        for &b in &edge.faces[i + 1..] {
             if planes[a as usize] != planes[b as usize] {
                 let cosine = edge.inward(mesh, a).dot(edge.inward(mesh, b));
                 largest = largest.max(((1.0 + cosine) / (1.0 - cosine)).max(0.0).sqrt());

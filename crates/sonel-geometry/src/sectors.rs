@@ -33,12 +33,12 @@ pub(crate) fn diffracting(
     of: impl Fn(u32) -> SurfaceId,
 ) -> Vec<AirSector> {
     let along = edge.along(mesh);
-    let origin = edge.inward(mesh, edge.faces[0].0);
+    let origin = edge.inward(mesh, edge.faces[0]);
     let quarter = along.cross(origin);
     let mut around: Vec<(f64, DVec3, SurfaceId, Side)> = edge
         .faces
         .iter()
-        .map(|&(face, _)| {
+        .map(|&face| {
             let (inward, surface) = (edge.inward(mesh, face), of(face));
             let turn = libm::atan2(inward.dot(quarter), inward.dot(origin)).rem_euclid(TAU);
             let ahead = along.cross(inward).dot(surfaces[surface.0 as usize].normal) > 0.0;

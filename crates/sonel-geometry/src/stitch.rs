@@ -52,7 +52,7 @@ fn vertices_on_rims(mesh: &Mesh, tolerance: f64) -> Vec<(u32, [u32; 2], Vec<u32>
     for vertex in candidates {
         for &rim in grid.around(at(vertex)) {
             let ends = rims[rim as usize].ends;
-            let face = &mesh.triangles[rims[rim as usize].faces[0].0 as usize];
+            let face = &mesh.triangles[rims[rim as usize].faces[0] as usize];
             if let Some(share) = share_along(ends.map(at), at(vertex), tolerance)
                 && !face.corners.contains(&vertex)
             {
@@ -64,7 +64,7 @@ fn vertices_on_rims(mesh: &Mesh, tolerance: f64) -> Vec<(u32, [u32; 2], Vec<u32>
     occupied
         .map(|(rim, mut vertices)| {
             vertices.sort_by(|a, b| a.0.total_cmp(&b.0));
-            (rim.faces[0].0, rim.ends, vertices.into_iter().map(|(_, vertex)| vertex).collect())
+            (rim.faces[0], rim.ends, vertices.into_iter().map(|(_, vertex)| vertex).collect())
         })
         .collect()
 }

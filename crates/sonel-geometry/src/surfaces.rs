@@ -60,7 +60,7 @@ pub struct Surface {
     pub centroid: DVec3,
     /// Its triangles in ascending order.
     pub triangles: Vec<u32>,
-    /// Whether it is part of a closed shell, so that only its front faces the air of a closed room.
+    /// Whether it is part of a closed shell of a closed room, so that only its front faces the air.
     pub closed: bool,
 }
 
@@ -92,8 +92,8 @@ pub(crate) fn partition(mesh: &Mesh, edges: &[SharedEdge], closed: &[bool], tole
 fn neighbours(mesh: &Mesh, edges: &[SharedEdge]) -> Vec<Vec<u32>> {
     let mut neighbours = vec![Vec::new(); mesh.triangles.len()];
     for edge in edges {
-        for &(a, _) in &edge.faces {
-            for &(b, _) in &edge.faces {
+        for &a in &edge.faces {
+            for &b in &edge.faces {
                 if a != b && mesh.triangles[a as usize].material == mesh.triangles[b as usize].material {
                     neighbours[a as usize].push(b);
                 }

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 pub(crate) struct SharedEdge {
     /// Its two vertices, the lower index first.
     pub ends: [u32; 2],
-    /// Triangles with this edge in ascending order, and whether they run along it from the first end to the second.
-    pub faces: Vec<(u32, bool)>,
+    /// Triangles with this edge in ascending order.
+    pub faces: Vec<u32>,
 }
 
 impl SharedEdge {
@@ -18,6 +18,12 @@ impl SharedEdge {
     pub fn along(&self, mesh: &Mesh) -> DVec3 {
         let [from, to] = self.ends.map(|end| mesh.vertices[end as usize]);
         (to - from).normalize()
+    }
+
+    /// Whether one of its faces runs along it from the first end to the second, as it is oriented now.
+    pub fn is_ahead(&self, mesh: &Mesh, face: u32) -> bool {
+        let [a, b, c] = mesh.triangles[face as usize].corners;
+        [[a, b], [b, c], [c, a]].contains(&self.ends)
     }
 
     /// The vector from the edge to the far corner of one of its faces [m], at right angles to the edge.
@@ -46,7 +52,7 @@ pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
                 edges.push(SharedEdge { ends, faces: Vec::new() });
                 edges.len() - 1
             });
-            edges[slot].faces.push((index as u32, from < to));
+            edges[slot].faces.push(index as u32);
         }
     }
     edges

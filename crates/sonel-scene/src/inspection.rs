@@ -38,8 +38,10 @@ pub(crate) fn inspect(
             report.problem(*at, format!("{path}: {position} lies on a wall; move it into the room"));
         } else if geometry.is_closed_room() && !geometry.contains(*position) {
             let (lowest, highest) = geometry.bounds();
-            let message =
-                format!("{path}: {position} is outside the room; it extends from {lowest} to {highest} m");
+            let message = format!(
+                "{path}: {position} is outside the room; it extends from {lowest} to {highest} m (a closed object in the \
+                 open needs what it stands on)"
+            );
             report.problem(*at, message);
         }
     }

@@ -19,5 +19,6 @@ mod suggest;
 pub use load::{Loaded, load, load_receivers};
 pub use problem::{Place, Problem, SceneErrors};
 pub use scene::{
-    DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, Receiver, Scene, Source,
+    DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DURATION, Receiver, Scene,
+    Source,
 };

@@ -12,7 +12,7 @@ use crate::report::Report;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::walls::{self, Walls};
 use crate::sections::{air, bands, materials};
-use crate::{DURATION_PER_SABINE_TIME, Receiver, Scene, SceneErrors};
+use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Receiver, Scene, SceneErrors};
 
 /// Keys of the document itself.
 const KEYS: [&str; 11] = [
@@ -186,7 +186,14 @@ fn read_duration(
     report: &mut Report<'_>,
 ) -> f64 {
     if let Some(entry) = document.get("duration_s") {
-        return entry.positive(report).unwrap_or(0.0);
+        let duration = entry.positive(report).unwrap_or(0.0);
+        if duration > LONGEST_DURATION {
+            entry.problem(
+                report,
+                &format!("{duration} is more than an hour; give at most {LONGEST_DURATION}"),
+            );
+        }
+        return duration;
     }
     let Some(geometry) = geometry.filter(|_| report.is_clean()) else { return 0.0 };
     let Some(sabine) = scene.largest_sabine_time(geometry) else {
@@ -194,6 +201,14 @@ fn read_duration(
         return 0.0;
     };
     let duration = libm::ceil(100.0 * DURATION_PER_SABINE_TIME * sabine) / 100.0;
+    if duration > LONGEST_DURATION {
+        report.problem(
+            0,
+            format!(
+                "duration_s: missing, and 1.2 times the largest Sabine time, {sabine:.0} s, is more than an hour; give it"
+            ),
+        );
+    }
     report.note(format!(
         "duration_s: {duration:.2} (default: 1.2 times the largest Sabine time, {sabine:.3} s)"
     ));

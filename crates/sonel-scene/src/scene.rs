@@ -14,6 +14,9 @@ pub const DEFAULT_SCATTERING: f64 = 0.1;
 /// A scene that states no duration lasts this many times its largest Sabine time.
 pub const DURATION_PER_SABINE_TIME: f64 = 1.2;
 
+/// Longest duration of a scene [s]: an hour. No room reverberates for more than a few minutes, and a lossless one never ends.
+pub const LONGEST_DURATION: f64 = 3600.0;
+
 /// A scene after loading: no path, no unit but SI, every list as long as there are bands.
 ///
 /// The mesh is not part of the serialised form: it is written by whoever carries the scene, in a form of its own.

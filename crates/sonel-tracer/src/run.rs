@@ -34,6 +34,17 @@ pub enum TraceError<E> {
         /// Packets traced.
         packets: u64,
     },
+    /// A source has no air about it.
+    #[error(
+        "source \"{name}\" at {position} m is outside the air of the closed room: move it inside; to hear a closed object \
+         from outside, add what it stands on"
+    )]
+    Outside {
+        /// Name of the source.
+        name: String,
+        /// Its position [m].
+        position: DVec3,
+    },
     /// A map to be extended has other paths than this program traces.
     #[error(transparent)]
     Foreign(#[from] ForeignPath),
@@ -124,7 +135,8 @@ impl<'a> Tracer<'a> {
     /// stops the run when it fails. Returns the books of all chunks.
     ///
     /// # Errors
-    /// [`TraceError::Leaking`] when a closed room loses packets, [`TraceError::Sink`] when `sink` fails.
+    /// [`TraceError::Outside`] when a source is not in the air of a closed room, [`TraceError::Leaking`] when that room loses
+    /// packets, [`TraceError::Sink`] when `sink` fails.
     pub fn run<E: Send>(
         &self,
         shard: ShardRange,
@@ -152,6 +164,7 @@ impl<'a> Tracer<'a> {
         known: Option<&SonelMap>,
         mut sink: impl FnMut(TracedChunk) -> Result<(), E> + Send,
     ) -> Result<Ledger, TraceError<E>> {
+        self.check_sources()?;
         let emitters: Vec<Emitter<'_>> = self
             .scene
             .sources
@@ -182,6 +195,15 @@ impl<'a> Tracer<'a> {
             traced = following;
         }
         Ok(total)
+    }
+
+    fn check_sources<E>(&self) -> Result<(), TraceError<E>> {
+        let geometry = self.surroundings.geometry;
+        let outside = |source: &&Source| geometry.is_closed_room() && !geometry.contains(source.position);
+        match self.scene.sources.iter().find(outside) {
+            Some(source) => Err(TraceError::Outside { name: source.name.clone(), position: source.position }),
+            None => Ok(()),
+        }
     }
 
     /// The chunks of `shard`, as many at a time as are traced together.

@@ -6,7 +6,7 @@ use sonel_map::{
     BandClasses, BatchStart, ChunkLedger, CoefficientTable, EmissionLayout, Event, Fate, PathWeight,
     Settings, Spectral,
 };
-use sonel_renderer::{Estimator, RenderSettings};
+use sonel_renderer::{Air, Estimator, RenderSettings, Renderer};
 use sonel_scene::Scene;
 use sonel_testkit::analytic::diffuse_sphere::DiffuseSphere;
 use sonel_testkit::analytic::free_field;
@@ -202,5 +202,20 @@ fn the_direct_sound_below_a_wavelength() {
         // The difference of two coordinates that are rounded to 1e-16 m.
         let expected = free_field((1.5 + distance) - 1.5, 0.0);
         assert!((found / expected - 1.0).abs() < 1e-9, "{distance} m: {found:e} instead of {expected:e}");
+    }
+}
+
+/// No map makes the renderer ask for more memory than any echogram is worth.
+#[test]
+fn echograms_beyond_all_measure_are_refused() {
+    let scene = even_box([6.0, 5.0, 4.0], 0.3, 0.5, 1e300);
+    let traced = Traced::new(scene, Settings { emissions: 64, ..Settings::default() });
+    let air = Air::Attenuation(vec![1e-3]);
+    for (settings, remedy) in [
+        (RenderSettings::default(), "shorter --duration"),
+        (RenderSettings { bin: 1e299, air, ..RenderSettings::default() }, "--no-air"),
+    ] {
+        let refused = Renderer::new(&traced.map, &traced.geometry, settings).err().expect("too much");
+        assert!(refused.to_string().contains(remedy), "{refused}");
     }
 }

@@ -230,3 +230,55 @@ fn the_image_in_a_screen_is_dark() {
     assert!(shortest >= image_in_screen().distance(SOURCE.into()), "{shortest}");
     assert!(arrivals.len() > 10);
 }
+
+/// A hut on the ground in the open.
+fn hut(source: [f64; 3], receiver: [f64; 3]) -> Scene {
+    let mut scene = room(0.5, false);
+    let ground = |x: f64, y: f64| dvec3(x, y, 0.0);
+    let corners = [ground(-20.0, -20.0), ground(20.0, -20.0), ground(20.0, 20.0), ground(-20.0, 20.0)];
+    scene.mesh = Mesh::default();
+    meshes::add_quad(&mut scene.mesh, 0, corners);
+    meshes::add_box(&mut scene.mesh, 0, dvec3(4.0, -5.0, 0.0), dvec3(5.0, 5.0, 3.0));
+    scene.mesh = meshes::turned_over(scene.mesh);
+    scene.sources[0].position = source.into();
+    scene.receivers = vec![Receiver::towards("receiver", receiver.into(), source.into())];
+    scene
+}
+
+/// Outside a closed object in the open: its front mirrors, it hides what is behind it, and nothing gets into it. One that
+/// faced inward, as a room does, would mirror nothing.
+#[test]
+fn a_hut_in_the_open_is_heard_from_outside() {
+    let (source, before, behind) = ([1.0, 0.0, 1.5], [2.0, 1.0, 1.5], [8.0, 0.0, 1.5]);
+    let traced = traced(hut(source, before));
+    assert_eq!(traced.books.fates.count(Fate::Lost), 0);
+    assert!(traced.books.fates.count(Fate::Escaped) > 100 && traced.books.worst_residual() < 1e-9);
+    traced.for_each_segment(|_, _, segment| {
+        let at = traced.geometry.to_world(0.5 * (segment.start + segment.end));
+        let is_inside = at.x > 4.001 && at.x < 4.999 && at.y.abs() < 4.999 && at.z < 2.999;
+        assert!(!is_inside, "{at}");
+    });
+    let lengths = |receiver: [f64; 3]| -> Vec<f64> {
+        let settings = RenderSettings { mirror_order: Some(1), ..RenderSettings::default() };
+        let rendering = at(&traced, receiver.into(), settings).expect("in the open");
+        rendering.arrivals.iter().map(|arrival| arrival.length).collect()
+    };
+    // Straight, by the ground, by the front at x = 4 m.
+    let expected = [2.0_f64.sqrt(), 11.0_f64.sqrt(), 26.0_f64.sqrt()];
+    let found = lengths(before);
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-5), "{found:?}");
+    assert!(lengths(behind).is_empty(), "hidden");
+}
+
+/// A hut without ground is a room: a source outside of it is named, not its packets lost.
+#[test]
+fn a_source_outside_the_room_is_refused() {
+    let mut scene = room(0.5, false);
+    scene.sources[0].position = dvec3(7.0, 2.0, 1.0);
+    let geometry = scene.geometry().expect("a box");
+    let tracer = sonel_tracer::Tracer::new(&scene, &geometry, Settings::default());
+    let refused = tracer.run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(()));
+    let refused = refused.expect_err("outside").to_string();
+    assert!(refused.contains("\"source\" at [7, 2, 1] m is outside the air"), "{refused}");
+}

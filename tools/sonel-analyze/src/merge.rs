@@ -1,11 +1,11 @@
 //! `sonel-analyze merge`: shards of a run joined to its map.
 
-use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use sonel_console::Outcome;
+use sonel_console::input;
 use sonel_console::output::Output;
 use sonel_console::progress::Progress;
 use sonel_map::{MergeError, Merger, ShardRange};
@@ -18,11 +18,11 @@ use crate::arguments::Merge;
 /// Everything that speaks against joining the maps, or the output cannot be written.
 pub fn run(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let Merge { maps, output } = arguments;
-    if let Some(input) = maps.iter().find(|input| is_same_file(input, output)) {
-        bail!("{} is both input and output: choose another output", input.display());
+    if let Some(map) = maps.iter().find(|map| is_same_file(map, output)) {
+        bail!("{} is both input and output: choose another output", map.display());
     }
     let names: Vec<String> = maps.iter().map(|map| map.display().to_string()).collect();
-    let mut open = |number: usize| File::open(&maps[number]);
+    let mut open = |number: usize| input::open(&maps[number]);
     let merger = Merger::new(&names, &mut open).map_err(|problems| together(&problems))?;
     let (paths, ShardRange { index, count }) = (merger.path_count(), merger.header().shard);
 

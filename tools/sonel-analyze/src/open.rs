@@ -6,6 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use sonel_analysis::survey::{Survey, survey};
+use sonel_console::input;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
@@ -104,10 +105,5 @@ pub fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
 }
 
 fn file(path: &Path) -> anyhow::Result<File> {
-    let named = || format!("cannot open {}", path.display());
-    // Asked before it is opened: a pipe that nobody writes to would keep the program waiting.
-    if !path.metadata().with_context(named)?.is_file() {
-        bail!("{} is no ordinary file: both formats are read more than once, save it first", path.display());
-    }
-    File::open(path).with_context(named)
+    input::open(path).with_context(|| format!("cannot open {}", path.display()))
 }

@@ -1,7 +1,8 @@
-//! What the programs share: clocks, counts, outputs that appear when complete, progress, exit codes.
+//! What the programs share: clocks, counts, inputs that are files, outputs that appear when complete, progress, exit codes.
 
 pub mod clock;
 pub mod count;
+pub mod input;
 pub mod output;
 pub mod progress;
 

@@ -4,14 +4,13 @@ mod arguments;
 mod assemble;
 mod receivers;
 
-use std::fs::File;
 use std::io::Write;
 
 use anyhow::{Context, bail};
 use sonel_acoustics::Air as AirState;
 use sonel_console::output::Output;
 use sonel_console::progress::Progress;
-use sonel_console::{Outcome, Stopwatch, use_threads};
+use sonel_console::{Outcome, Stopwatch, input, use_threads};
 use sonel_map::SonelMap;
 use sonel_renderer::{Air, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
@@ -30,12 +29,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let watch = Stopwatch::start();
     use_threads(arguments.threads.map(|threads| threads as usize))?;
     let label = arguments.map.display().to_string();
-    let unreadable = || format!("cannot read the map {label}");
-    // Asked before it is opened: a pipe that nobody writes to would keep the program waiting.
-    if !arguments.map.metadata().with_context(unreadable)?.is_file() {
-        bail!("{label} is no ordinary file: a map is read more than once, save it first");
-    }
-    let file = File::open(&arguments.map).with_context(unreadable)?;
+    let file = input::open(&arguments.map).with_context(|| format!("cannot read the map {label}"))?;
     let map = SonelMap::open(&file).with_context(|| label.clone())?;
     let scene = &map.header().scene;
     let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;

@@ -1,12 +1,12 @@
 //! Which receivers: from options, files, grids, or the scene.
 
 use std::collections::HashSet;
-use std::fs;
 use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use glam::DVec3;
+use sonel_console::input;
 use sonel_geometry::Geometry;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
@@ -58,7 +58,7 @@ pub fn gather(
 
 fn read_file(path: &Path) -> anyhow::Result<Vec<ReceiverPoint>> {
     let label = path.display().to_string();
-    let text = fs::read_to_string(path).with_context(|| format!("cannot read the receivers {label}"))?;
+    let text = input::read_to_string(path).with_context(|| format!("cannot read the receivers {label}"))?;
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
         let receivers = sonel_scene::load_receivers(&text, &label)?;
         return Ok(receivers

@@ -6,6 +6,7 @@ use anyhow::bail;
 use clap::{Parser, ValueEnum};
 use sonel_console::count::parse_count;
 use sonel_map::{Mode, Settings, ShardRange, Spectral};
+use sonel_scene::LONGEST_DURATION;
 use sonel_study::effects::EffectSpec;
 
 /// Traces sonels through a scene and saves the sonel map.
@@ -146,9 +147,11 @@ impl Arguments {
             }
         }
         if let Some(duration) = self.duration
-            && !(duration.is_finite() && duration > 0.0)
+            && !(duration > 0.0 && duration <= LONGEST_DURATION)
         {
-            problems.push(format!("--duration {duration} is no duration: give seconds above 0"));
+            problems.push(format!(
+                "--duration {duration} is no duration: give seconds above 0 and at most {LONGEST_DURATION}, an hour"
+            ));
         }
         if self.extend.is_some() && self.sonels.is_none() {
             problems.push("--extend needs --sonels N: the emissions of the whole new map".into());

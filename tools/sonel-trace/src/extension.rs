@@ -4,10 +4,10 @@
 //! says otherwise is an error.
 
 use std::fmt::Display;
-use std::fs::File;
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use sonel_console::input;
 use sonel_map::{MapHeader, Mode, Settings, SonelMap, Spectral};
 use sonel_scene::Scene;
 use sonel_study::effects;
@@ -21,7 +21,7 @@ use crate::arguments::Arguments;
 /// When the map is unusable; all contradictions between it and `arguments` or `scene`.
 pub fn open(path: &Path, arguments: &Arguments, scene: &Scene) -> anyhow::Result<(MapHeader, SonelMap)> {
     let named = || path.display().to_string();
-    let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+    let file = input::open(path).with_context(|| format!("cannot open {}", path.display()))?;
     let map = SonelMap::open(&file).with_context(named)?;
     map.require_whole().with_context(named)?;
     let header = map.header();

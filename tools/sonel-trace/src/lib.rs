@@ -4,14 +4,13 @@ mod arguments;
 mod extension;
 mod report;
 
-use std::fs;
 use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use sonel_console::output::Output;
 use sonel_console::progress::Progress;
-use sonel_console::{Outcome, Stopwatch, use_threads};
+use sonel_console::{Outcome, Stopwatch, input, use_threads};
 use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
 use sonel_scene::{Loaded, Scene};
 use sonel_study::effects;
@@ -85,10 +84,10 @@ fn begin(
 
 fn load_scene(path: &Path) -> anyhow::Result<Loaded> {
     let text =
-        fs::read_to_string(path).with_context(|| format!("cannot read the scene {}", path.display()))?;
+        input::read_to_string(path).with_context(|| format!("cannot read the scene {}", path.display()))?;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let label = path.display().to_string();
-    Ok(sonel_scene::load(&text, &label, &mut |mesh| fs::read(folder.join(mesh)))?)
+    Ok(sonel_scene::load(&text, &label, &mut |mesh| input::read(&folder.join(mesh)))?)
 }
 
 fn describe(error: TraceError<MapError>, output: &Path) -> anyhow::Error {

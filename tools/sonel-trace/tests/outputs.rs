@@ -126,22 +126,28 @@ fn what_is_no_file_cannot_be_written() {
     }
 }
 
+/// A program that opened a pipe would wait for a writer that never comes.
 #[test]
-fn a_scene_may_come_through_a_pipe_but_not_from_a_folder() {
+fn what_is_no_file_cannot_be_read() {
     let shop = workshop();
-    let pipe = shop.pipe("pipe");
-    let to = pipe.clone();
-    let writer = std::thread::spawn(move || std::fs::write(to, SCENE).unwrap());
-    let target = shop.path("piped.sonelmap");
-    let mut arguments = arguments(&shop, &target, "100");
-    arguments[0] = pipe;
-    assert!(Command::new(PROGRAM).args(&arguments).status().unwrap().success());
-    writer.join().unwrap();
-    arguments[0] = shop.folder().to_owned();
+    let (pipe, target) = (shop.pipe("pipe"), shop.path("room.sonelmap"));
+    for scene in [&pipe, Path::new("/dev/null"), shop.folder()] {
+        let mut arguments = arguments(&shop, &target, "100");
+        arguments[0] = scene.to_owned();
+        let parts = ["cannot read the scene", &scene.to_string_lossy(), "no ordinary file"];
+        refused(Command::new(PROGRAM).args(&arguments), &parts);
+    }
+    let mesh = SCENE.replace("shoebox = [5.0, 4.0, 3.0]", "mesh = \"pipe\"");
+    shop.write("scene.toml", mesh);
     refused(
-        Command::new(PROGRAM).args(&arguments),
-        &["cannot read the scene", &arguments[0].to_string_lossy()],
+        Command::new(PROGRAM).args(arguments(&shop, &target, "100")),
+        &["cannot read `pipe`: no ordinary file"],
     );
+    shop.write("scene.toml", SCENE);
+    let mut extending = arguments(&shop, &target, "100");
+    extending.extend(["--extend".into(), pipe]);
+    refused(Command::new(PROGRAM).args(extending), &["pipe", "no ordinary file"]);
+    assert!(old_one_is_there(&shop));
 }
 
 /// Permissions bind everybody but the superuser, who becomes nobody for this test.

@@ -50,6 +50,30 @@ fn hulls_face_inward_and_objects_outward() {
     }
 }
 
+/// On the ground or above it, a closed object is heard from outside: it faces outward, has both sides, and its outer edges
+/// diffract. A hut without ground is a room.
+#[test]
+fn in_the_open_objects_face_outward() {
+    let ground = Mesh {
+        vertices: [[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]]
+            .map(|[x, y]| dvec3(x, y, 0.0))
+            .to_vec(),
+        triangles: [[0, 1, 2], [0, 2, 3]].map(|corners| MeshTriangle { corners, material: 0 }).to_vec(),
+    };
+    for (seed, height, edges) in [(1, 0.0, 8), (2, 0.5, 12)] {
+        let mesh = with_box(ground.clone(), dvec3(2.0, 2.0, height), 2.0, 1);
+        let geometry = Geometry::build(shuffled(mesh, seed)).unwrap();
+        assert!(!geometry.is_closed_room());
+        let middle = dvec3(3.0, 3.0, 1.0 + height);
+        let walls = || geometry.surfaces().iter().filter(|surface| surface.material == 1);
+        assert!(walls().all(|wall| wall.normal.dot(middle) < wall.offset && !wall.closed));
+        let is_of_box = |edge: &&sonel_geometry::Edge| edge.ends.iter().all(|end| end.distance(middle) < 1.8);
+        assert_eq!(geometry.diffracting_edges().filter(is_of_box).count(), edges, "{height} m above ground");
+        let alone = with_box(Mesh::default(), dvec3(2.0, 2.0, height), 2.0, 1);
+        assert!(Geometry::build(shuffled(alone, seed)).unwrap().contains(middle));
+    }
+}
+
 #[test]
 fn an_object_that_stands_on_the_floor_is_inside_all_the_same() {
     for seed in 0..20 {

@@ -1,0 +1,39 @@
+//! Files that are read.
+//!
+//! What a path leads to is asked before it is opened: a pipe that nobody writes to would keep a program waiting for ever.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Opens an ordinary file.
+///
+/// # Errors
+/// When it cannot be opened, or is a folder, a pipe or a device. The caller says which file.
+pub fn open(path: &Path) -> io::Result<File> {
+    if !path.metadata()?.is_file() {
+        let message = "no ordinary file: save what it holds to one first";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    }
+    File::open(path)
+}
+
+/// The bytes of an ordinary file.
+///
+/// # Errors
+/// As [`open`], and when it cannot be read.
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open(path)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// The text of an ordinary file.
+///
+/// # Errors
+/// As [`read`], and when it is no UTF-8.
+pub fn read_to_string(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    open(path)?.read_to_string(&mut text)?;
+    Ok(text)
+}
