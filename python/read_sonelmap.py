@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT, PASSED = range(6)
+SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT, PASSED, DIFFRACTED = range(7)
 ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST = range(8, 13)
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
@@ -283,6 +283,8 @@ def sonels(map, source):
             if event in (BENT, PASSED):
                 factor = at_edge(map, event, vertices[step])
                 feeding, drawing = feeding * factor, drawing * factor
+                continue
+            if event == DIFFRACTED:
                 continue
             energy = share * feeding / (led * drawing).sum()
             yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy

@@ -1,12 +1,17 @@
-//! The founding paper's rendering pass against the best estimators of the same classes, without diffraction: the same energy, up to
-//! noise and the bias that its kernels state.
+//! The founding paper's passes. Without diffraction its rendering agrees with the best estimators of the same classes up to noise
+//! and the bias that its kernels state; its diffraction of packets keeps their energy and catches as many as its zones are wide.
 
+use core::f64::consts::PI;
+
+use glam::dvec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
-use sonel_map::{Mode, Settings, Spectral};
+use sonel_analysis::survey::{differences, survey};
+use sonel_geometry::Mesh;
+use sonel_map::{Event, Fate, Mode, Settings, Spectral};
 use sonel_renderer::{CoarseEchogram, Estimator, PathClass, RenderSettings, Rendering};
 use sonel_scene::Scene;
-use sonel_testkit::z_test::{Disagreement, Estimate, Within, agree};
-use sonel_tests::{Traced, shipped};
+use sonel_testkit::z_test::{Disagreement, Estimate, Within, agree, within_sigmas};
+use sonel_tests::{Traced, meshes, shipped};
 
 const SECOND_SEED: u64 = 2;
 
@@ -109,4 +114,98 @@ fn the_seed_room_has_its_level_by_the_paper_s_means() {
     same_energy(&paper, &best, 0, 1.0).expect("the same energy");
     assert!((level(&best) + 31.48).abs() < 0.1, "{} dB", level(&best));
     assert!(same_energy(&paper, &best, 0, with_delta_twice(&paper, 0, 0.425)).is_err());
+}
+
+/// A sheet of 6 m × 4 m in the open, 3 m before the source.
+fn panel() -> Scene {
+    let mut mesh = Mesh { vertices: Vec::new(), triangles: Vec::new() };
+    let corner = |y: f64, z: f64| dvec3(3.0, y, z);
+    meshes::add_quad(
+        &mut mesh,
+        0,
+        [corner(-3.0, -2.0), corner(3.0, -2.0), corner(3.0, 2.0), corner(-3.0, 2.0)],
+    );
+    let bands = Bands::new(vec![125.0, 500.0], BandWidth::Octave).expect("two bands");
+    let mut scene = Scene::from_parts(mesh, vec![Material::uniform("panel", 0.2, 0.5, 2)], bands, 0.2)
+        .with_source("source", [0.0, 0.5, 0.25]);
+    scene.speed_of_sound = 343.0;
+    scene
+}
+
+/// Share of all directions from the source of [`panel`] in which zones of `width` on either side of its rim lie.
+fn share_of_zones(width: f64) -> f64 {
+    let (cells, reach) = (2000, 8.0);
+    let cell = 2.0 * reach / f64::from(cells);
+    let beside = |at: f64, half: f64| (at.abs() - half).abs() <= width;
+    let mut solid_angle = 0.0;
+    for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+        let (y, z) = ((f64::from(i) + 0.5) * cell - reach, (f64::from(j) + 0.5) * cell - reach);
+        let in_zone = (beside(y, 3.0) && z.abs() <= 2.0) || (beside(z, 2.0) && y.abs() <= 3.0);
+        if in_zone {
+            let squared = 9.0 + (y - 0.5).powi(2) + (z - 0.25).powi(2);
+            solid_angle += cell * cell * 3.0 / (squared * squared.sqrt());
+        }
+    }
+    solid_angle / (4.0 * PI)
+}
+
+/// At 125 Hz (zones of 1.37 m) and 500 Hz. Zones of the whole wavelength would catch many more.
+#[test]
+fn a_panel_catches_the_packets_of_its_zones() {
+    let traced = Traced::diffracting(panel(), as_the_paper_traces(40_000));
+    let layout = traced.map.layout();
+    for (band, frequency) in [(0, 125.0), (1, 500.0)] {
+        let batch = |batch: u32| -> f64 {
+            let paths = traced.map.batch_paths(0, batch).filter(|path| layout.hero(path.emission) == band);
+            let caught: Vec<bool> =
+                paths.map(|path| path.vertices[0].event() == Some(Event::Diffracted)).collect();
+            caught.iter().filter(|caught| **caught).count() as f64 / caught.len() as f64
+        };
+        let share = Estimate::of(&(0..layout.batches).map(batch).collect::<Vec<_>>());
+        let half_wave = 0.5 * 343.0 / frequency;
+        let within = Within { sigmas: 4.0, maximal_sigma: 0.02 * share.value };
+        within_sigmas(share, share_of_zones(half_wave), within).expect("zones of half a wavelength");
+        assert!(within_sigmas(share, share_of_zones(2.0 * half_wave), within).is_err());
+    }
+}
+
+/// A lossless closed room with a screen and a block: whatever edges a packet has passed, its energy is what it was, nothing is
+/// lost, and the books of the tracer are found again in its paths.
+#[test]
+fn edges_keep_the_energy() {
+    let mut mesh = Mesh::shoebox([8.0, 6.0, 4.0], [0; 6]);
+    let corner = |y: f64, z: f64| dvec3(4.0, y, z);
+    meshes::add_quad(&mut mesh, 0, [corner(1.0, 0.0), corner(4.0, 0.0), corner(4.0, 2.5), corner(1.0, 2.5)]);
+    meshes::add_box(&mut mesh, 0, dvec3(5.5, 2.0, 1.0), dvec3(7.0, 3.0, 2.0));
+    let scene = |absorption: f64| {
+        let bands = Bands::new(vec![125.0, 1000.0], BandWidth::Octave).expect("two bands");
+        let walls = Material::uniform("walls", absorption, 0.5, 2);
+        let mut scene =
+            Scene::from_parts(mesh.clone(), vec![walls], bands, 0.3).with_source("source", [1.5, 1.2, 1.3]);
+        scene.speed_of_sound = 343.0;
+        scene
+    };
+    let lossless = Traced::diffracting(scene(0.0), as_the_paper_traces(2_000));
+    let mut bent = [0, 0];
+    for path in (0..lossless.map.layout().batches).flat_map(|batch| lossless.map.batch_paths(0, batch)) {
+        let edges = path.vertices.iter().filter(|vertex| vertex.event() == Some(Event::Diffracted)).count();
+        bent[path.emission as usize % 2] += edges;
+    }
+    assert!(bent[1] > 1000 && bent[0] > 4 * bent[1], "{bent:?}");
+    assert_eq!(lossless.books.fates.count(Fate::Lost), 0);
+    let mut energies = [0.0, 0.0];
+    lossless.for_each_segment(|emission, share, segment| {
+        let band = emission as usize % 2;
+        // 2000 packets of each band: all of equal energy, at every vertex.
+        assert!((segment.energy[0][band] * share * 4000.0 / 2.0 - 1.0).abs() < 1e-9);
+        if segment.start_length == 0.0 {
+            energies[band] += segment.energy[0][band] * share;
+        }
+    });
+    assert!(energies.iter().all(|energy| (energy - 1.0).abs() < 1e-9), "{energies:?}");
+    for traced in [lossless, Traced::diffracting(scene(0.3), as_the_paper_traces(2_000))] {
+        assert!(traced.books.worst_residual() < 1e-9, "{:?}", traced.books);
+        let found = survey(&traced.map, &traced.geometry).ledger;
+        assert_eq!(differences(&traced.books, &found, &[125.0, 1000.0]), Vec::<String>::new());
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use sonel_map::{Settings, SonelMap};
+use sonel_map::{Mode, Settings, SonelMap};
 use sonel_study::effects::{self, EffectSpec};
 use sonel_study::response::receivers_of;
 use sonel_study::trial::{Clock, InMemory, NoClock, Room, Trial, TrialSettings};
@@ -15,7 +15,7 @@ fn trial(shop: &Workshop, emissions: u64, clock: &dyn Clock) -> Trial {
     let loaded =
         sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a sound scene");
     let mut scene = loaded.scene;
-    let effects = effects::apply(&EffectSpec::default(), &mut scene);
+    let effects = effects::apply(&EffectSpec::default(), &mut scene, Mode::Accurate);
     let settings = Settings { emissions, ..Settings::default() };
     let settings = TrialSettings { trace: settings, ..TrialSettings::default() };
     let room = Room::new(&scene, effects).expect("walls");

@@ -20,6 +20,7 @@ fn name(event: Event) -> &'static str {
         Event::Refracted => "refracted",
         Event::Bent => "bent",
         Event::Passed => "passed",
+        Event::Diffracted => "diffracted",
         Event::Absorbed => "absorbed",
         Event::Escaped => "escaped",
         Event::Expired => "expired",

@@ -12,7 +12,7 @@ use crate::shoebox::{Shoebox, recognise};
 use crate::stitch::stitch;
 use crate::surfaces::{Partition, partition};
 use crate::topology::shared_edges;
-use crate::{Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
+use crate::{AirSector, Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
 use glam::{DVec3, Vec3};
 
 /// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
@@ -205,6 +205,14 @@ impl Geometry {
             let lifted = LocalPlane { normal: stood_on.normal, offset };
             standing.iter().filter_map(|&triangle| cut(&corners(triangle), &lifted)).collect()
         })
+    }
+
+    /// Leaves an edge: the start of a ray from a local position on it, within a right angle of the middle of one of its sectors.
+    ///
+    /// The origin is put one lift off the edge, so that no rounding brings it behind a face.
+    pub fn leave_edge(&self, position: Vec3, sector: &AirSector) -> Departure {
+        let lift = f64::from(self.scale.lift());
+        Departure::free((position.as_dvec3() + lift * sector.middle()).as_vec3())
     }
 
     /// The first surface that a ray along a unit direction meets. Of surfaces at equal distance it is the one with the

@@ -25,6 +25,29 @@ pub struct AirSector {
     pub angle: f64,
 }
 
+impl AirSector {
+    /// Unit vector from the edge into the middle of the sector. What is within a right angle of it is air.
+    #[must_use]
+    pub fn middle(&self) -> DVec3 {
+        let (sine, cosine) = libm::sincos(0.5 * self.angle);
+        cosine * self.inward + sine * self.normal
+    }
+
+    /// Unit vector from the edge into the second face, at right angles to the edge.
+    #[must_use]
+    pub fn second_inward(&self) -> DVec3 {
+        let (sine, cosine) = libm::sincos(self.angle);
+        cosine * self.inward + sine * self.normal
+    }
+
+    /// Unit vector from the second face into the sector.
+    #[must_use]
+    pub fn second_normal(&self) -> DVec3 {
+        let (sine, cosine) = libm::sincos(self.angle);
+        sine * self.inward - cosine * self.normal
+    }
+}
+
 /// The sectors above π about an edge whose faces belong to surfaces as `of` tells.
 pub(crate) fn diffracting(
     mesh: &Mesh,

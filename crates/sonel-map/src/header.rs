@@ -98,6 +98,8 @@ pub struct EffectState {
 
 /// The effect under which a map states that packets are bent at edges.
 pub const BENDING: &str = "bending";
+/// The effect by whose name a map states whether edges diffract (docs/interface.md).
+pub const DIFFRACTION: &str = "diffraction";
 
 /// All provenance of a map.
 #[derive(Debug, Clone)]
@@ -120,6 +122,16 @@ impl MapHeader {
     pub fn bent_bands(&self) -> Option<&[bool]> {
         let effect = self.effects.iter().find(|effect| effect.name == BENDING)?;
         effect.on.contains(&true).then_some(&effect.on[..])
+    }
+
+    /// Wavelength at the centre of every band in which edges diffract [m], zero in the others; [`None`] where they do in none.
+    #[must_use]
+    pub fn diffracted_wavelengths(&self) -> Option<Vec<f64>> {
+        let effect = self.effects.iter().find(|effect| effect.name == DIFFRACTION)?;
+        let wavelength =
+            |(&on, frequency): (&bool, &f64)| if on { self.scene.speed_of_sound / frequency } else { 0.0 };
+        let wavelengths = effect.on.iter().zip(self.scene.bands.nominal()).map(wavelength).collect();
+        effect.on.contains(&true).then_some(wavelengths)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::coefficients::{CoefficientTable, Lanes};
 use crate::vertex::{Event, Vertex};
 use crate::weight::PathWeight;
 
-/// What happened to a packet before a segment. Transmissions leave no trace in it, bends none in order and run (docs/physics.md §4).
+/// What happened to a packet before a segment. Transmissions leave no trace in it, edges none in order and run (docs/physics.md §4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SegmentHistory {
     /// Reflections so far.
@@ -57,9 +57,9 @@ pub struct Segment<'a> {
     pub energy: &'a [Lanes],
     /// What happened before.
     pub history: SegmentHistory,
-    /// The sonel at its end; none where the packet passed an edge, escaped or arrived after the end of the run.
+    /// The sonel at its end; none where the packet passed an edge or was sent on from one, escaped or arrived after the end of the run.
     pub arrival: Option<Arrival>,
-    /// Whether it ends where the packet passed an edge.
+    /// Whether it ends where the packet passed an edge or was sent on from one.
     pub ends_at_edge: bool,
 }
 
@@ -97,14 +97,14 @@ pub fn sweep(
             energy: weight.energy(),
             history,
             arrival,
-            ends_at_edge: edges.is_some(),
+            ends_at_edge: edges.is_some() || event == Event::Diffracted,
         });
         if event.is_final() {
             return;
         }
         if let Some(edges) = edges {
             weight.pass_edge(edges, event, &vertex.passing().1);
-        } else {
+        } else if event != Event::Diffracted {
             let row = table.material(material_of[vertex.surface().0 as usize]);
             weight.pass(match event {
                 Event::Diffuse => &row.diffuse,

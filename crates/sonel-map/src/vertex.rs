@@ -27,6 +27,8 @@ pub enum Event {
     Bent = 4,
     /// Straight on past an edge that would have bent other bands.
     Passed = 5,
+    /// Sent on from an edge, in the paper's mode: all energy goes on.
+    Diffracted = 6,
     /// Ended here by roulette on the surface's absorption.
     Absorbed = 8,
     /// Met no surface; the position is where it would be at the end of the run.
@@ -41,13 +43,14 @@ pub enum Event {
 
 impl Event {
     /// All events with their codes.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Specular,
         Self::Diffuse,
         Self::Transmitted,
         Self::Refracted,
         Self::Bent,
         Self::Passed,
+        Self::Diffracted,
         Self::Absorbed,
         Self::Escaped,
         Self::Expired,
@@ -69,10 +72,13 @@ impl Event {
     /// Whether the packet arrived at a surface within the run, so that a sonel was left there.
     #[must_use]
     pub fn leaves_sonel(self) -> bool {
-        !matches!(self, Self::Escaped | Self::Expired | Self::Lost | Self::Bent | Self::Passed)
+        !matches!(
+            self,
+            Self::Escaped | Self::Expired | Self::Lost | Self::Bent | Self::Passed | Self::Diffracted
+        )
     }
 
-    /// Whether the vertex is at an edge.
+    /// Whether the vertex holds an [`EdgePlace`]: where an edge was passed.
     #[inline]
     #[must_use]
     pub fn is_at_edge(self) -> bool {
@@ -135,6 +141,13 @@ impl Vertex {
         Self::new(Vec3::new(place.along, place.distance, place.tangent), SurfaceId(edge), place.side, event)
     }
 
+    /// A packet sent on from `position` on edge number `edge` of those that diffract.
+    #[inline]
+    #[must_use]
+    pub fn on_edge(position: Vec3, edge: u32) -> Self {
+        Self::new(position, SurfaceId(edge), Side::Front, Event::Diffracted)
+    }
+
     /// The number of the edge that was passed and how, where [`Event::is_at_edge`].
     #[inline]
     #[must_use]
@@ -157,7 +170,7 @@ impl Vertex {
         Event::from_code(self.tag & ((1 << EVENT_BITS) - 1))
     }
 
-    /// The surface that was met (meaningless where none was: escaped and lost packets).
+    /// The surface that was met (meaningless where none was: escaped and lost packets; of diffracted ones the number of the edge).
     #[inline]
     #[must_use]
     pub fn surface(&self) -> SurfaceId {

@@ -22,9 +22,6 @@ use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
 use crate::rendering::Rendering;
 
-/// The effect under which a map states whether edges diffract (docs/interface.md).
-const DIFFRACTION: &str = "diffraction";
-
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
 const RECEIVERS_IN_FLIGHT: usize = 8;
@@ -246,8 +243,7 @@ impl<'a> Renderer<'a> {
         let traced = &map.header().settings;
         let layout = map.layout();
         let diffracts =
-            map.header().effects.iter().any(|effect| effect.name == DIFFRACTION && effect.on.contains(&true))
-                && geometry.diffracting_edges().next().is_some();
+            map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
         // Edges tell all bands apart.
         let classes = if diffracts {
             BandClasses::separate(scene.bands.count())
@@ -265,7 +261,7 @@ impl<'a> Renderer<'a> {
             gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather)
                 .then(|| (Sheet::all(geometry), gather_settings(&settings, geometry, traced, bins.reach))),
             paper: (settings.estimator == Estimator::Paper)
-                .then(|| Paper::new(geometry, map.header(), &settings, diffracts)),
+                .then(|| Paper::new(geometry, map.header(), &settings)),
             edges: (diffracts && settings.estimator != Estimator::Paper)
                 .then(|| Edges::new(geometry, &table, &scene.bands, scene.speed_of_sound))
                 .flatten(),

@@ -6,7 +6,7 @@
 use std::str::FromStr;
 
 use sonel_acoustics::Directivity;
-use sonel_map::EffectState;
+use sonel_map::{EffectState, Mode};
 use sonel_scene::Scene;
 use thiserror::Error;
 
@@ -113,15 +113,15 @@ impl FromStr for EffectSpec {
     }
 }
 
-/// Decides every effect for `scene` and changes the scene accordingly: air switched on or off, directivities dropped.
-pub fn apply(spec: &EffectSpec, scene: &mut Scene) -> Vec<EffectState> {
-    Effect::ALL.into_iter().map(|effect| decide(effect, spec.wishes[effect as usize], scene)).collect()
+/// Decides every effect for `scene`, which is traced in `mode`, and changes the scene accordingly: air switched on or off, directivities dropped.
+pub fn apply(spec: &EffectSpec, scene: &mut Scene, mode: Mode) -> Vec<EffectState> {
+    Effect::ALL.into_iter().map(|effect| decide(effect, spec.wishes[effect as usize], scene, mode)).collect()
 }
 
-fn decide(effect: Effect, wish: Wish, scene: &mut Scene) -> EffectState {
+fn decide(effect: Effect, wish: Wish, scene: &mut Scene, mode: Mode) -> EffectState {
     let bands = scene.bands.count();
     let (on, reason) = match effect {
-        Effect::Diffraction => decide_diffraction(wish, scene),
+        Effect::Diffraction => decide_diffraction(wish, scene, mode),
         Effect::Air => decide_air(wish, scene),
         Effect::Directivity => decide_directivity(wish, scene),
         _ => (vec![false; bands], "not built yet".to_owned()),
@@ -129,15 +129,20 @@ fn decide(effect: Effect, wish: Wish, scene: &mut Scene) -> EffectState {
     EffectState { name: effect.name().to_owned(), on, reason }
 }
 
-/// Edges are asked for: what they are worth in a scene is not estimated yet.
-fn decide_diffraction(wish: Wish, scene: &Scene) -> (Vec<bool>, String) {
+/// Edges are asked for, since what they are worth in a scene is not estimated yet; in the paper's mode they are part of the method.
+fn decide_diffraction(wish: Wish, scene: &Scene, mode: Mode) -> (Vec<bool>, String) {
     let edges = || scene.geometry().map_or(0, |geometry| geometry.diffracting_edges().count());
-    let (on, reason) = match wish {
-        Wish::Off => (false, "asked for".to_owned()),
-        Wish::Auto => (false, "left out unless asked for with +diffraction".to_owned()),
-        Wish::On => match edges() {
-            0 => (false, "no edge diffracts".to_owned()),
-            count => (true, format!("asked for: {count} edges, direct path and mirror images of low order")),
+    let (on, reason) = match (wish, mode) {
+        (Wish::Off, _) => (false, "asked for".to_owned()),
+        (Wish::Auto, Mode::Accurate) => (false, "left out unless asked for with +diffraction".to_owned()),
+        _ => match (edges(), mode) {
+            (0, _) => (false, "no edge diffracts".to_owned()),
+            (count, Mode::Paper) => {
+                (true, format!("the paper's: zones of half a wavelength on either side of {count} edges"))
+            }
+            (count, Mode::Accurate) => {
+                (true, format!("asked for: {count} edges, direct path and mirror images of low order"))
+            }
         },
     };
     (vec![on; scene.bands.count()], reason)

@@ -233,7 +233,8 @@ impl<'a> Room<'a> {
         let begin = clock.process();
         let mut writer = MapWriter::begin(store.begin().map_err(MapError::from)?)?;
         let mut write = 0.0;
-        let tracer = Tracer::new(self.scene, &self.geometry, settings);
+        let header = self.header(settings);
+        let tracer = Tracer::of(&header, &self.geometry);
         let books = tracer.run(ShardRange::WHOLE, |chunk: TracedChunk| {
             // Other threads trace meanwhile; only this one writes.
             let before = clock.thread();
@@ -243,7 +244,7 @@ impl<'a> Room<'a> {
         })?;
         let traced = clock.process() - begin - write;
         let before = clock.process();
-        let written = writer.finish(&self.header(settings))?;
+        let written = writer.finish(&header)?;
         let finished = clock.process();
         let map = store.open(written)?;
         let seconds = TraceSeconds {

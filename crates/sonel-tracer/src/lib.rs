@@ -2,6 +2,7 @@
 //!
 //! - [`interaction`]: what a surface does with an arriving packet, from uniform numbers;
 //! - [`packet`]: one sonel's life, from the source to its fate;
+//! - `zone`: the founding paper's diffraction of packets;
 //! - [`run`]: all packets of a run in chunks, on all cores, the same bytes for any number of threads.
 //!
 //! What is computed stands in docs/physics.md §2, §3 and §6.
@@ -9,5 +10,6 @@
 pub mod interaction;
 pub mod packet;
 pub mod run;
+mod zone;
 
 pub use run::{ForeignPath, TraceError, TracedChunk, Tracer};

@@ -9,6 +9,7 @@ use sonel_map::{
 use sonel_sampling::{Frame, Stream};
 
 use crate::interaction::{draw_event, mirrored, scattered};
+use crate::zone::{DiffractionZones, Way};
 
 /// The surroundings of a packet: what all packets of a run share.
 pub struct Surroundings<'a> {
@@ -24,6 +25,8 @@ pub struct Surroundings<'a> {
     pub extinction_threshold: f64,
     /// Whether a packet that meets no surface is lost rather than gone.
     pub closed: bool,
+    /// Zones in which the paper's packets are diffracted; none where they are not.
+    pub(crate) zones: Option<DiffractionZones>,
 }
 
 /// Where a packet stands: its last vertex, and how it goes on.
@@ -92,7 +95,12 @@ impl Surroundings<'_> {
         };
         let last = loop {
             books.segments += 1;
-            let Some(hit) = self.geometry.closest_hit(flight.departure, flight.direction) else {
+            let hit = self.geometry.closest_hit(flight.departure, flight.direction);
+            if let Some(vertex) = self.diffract(&mut flight, hit.as_ref(), emission.deciding, stream) {
+                paths.vertices.push(vertex);
+                continue;
+            }
+            let Some(hit) = hit else {
                 break self.vanish(&flight);
             };
             flight.length += flight.position.distance(hit.position.as_dvec3());
@@ -139,6 +147,9 @@ impl Surroundings<'_> {
         for vertex in path {
             let Some(event) = vertex.event() else { return false };
             books.segments += 1;
+            if event == Event::Diffracted {
+                stream.uniform_pair();
+            }
             if event.leaves_sonel() {
                 let (material, _) = self.surfaces[vertex.surface().0 as usize];
                 let drawn = decide(self.table.material(material), emission.deciding, stream, books, weight);
@@ -159,11 +170,41 @@ impl Surroundings<'_> {
         true
     }
 
+    /// Sends a packet on from an edge whose zone it comes into before it meets anything else, or where it does. Its energy stays
+    /// what it is, so there is nothing to book.
+    #[inline]
+    fn diffract(
+        &self,
+        flight: &mut Flight,
+        hit: Option<&Hit>,
+        band: usize,
+        stream: &mut Stream,
+    ) -> Option<Vertex> {
+        let zones = self.zones.as_ref()?;
+        let to = match hit {
+            Some(hit) => hit.position.as_dvec3(),
+            None => self.end_of_run(flight).as_dvec3(),
+        };
+        let caught = zones.catch(self.geometry, &Way { from: flight.position, to, hit }, band)?;
+        let length = flight.length + flight.position.distance(caught.place.as_dvec3());
+        // Too late to matter: it goes straight on to its end.
+        if length > self.reach {
+            return None;
+        }
+        let (departure, direction) = caught.onward(self.geometry, stream.uniform_pair());
+        *flight = Flight { position: caught.place.as_dvec3(), departure, direction, length };
+        Some(Vertex::on_edge(caught.place, caught.edge))
+    }
+
     /// The last vertex of a packet that met no surface: where it would be at the end of the run.
     fn vanish(&self, flight: &Flight) -> Vertex {
         let event = if self.closed { Event::Lost } else { Event::Escaped };
-        let remaining = (self.reach - flight.length) as f32;
-        Vertex::nowhere(flight.departure.origin + flight.direction * remaining, event)
+        Vertex::nowhere(self.end_of_run(flight), event)
+    }
+
+    /// Where a packet that meets nothing is at the end of the run.
+    fn end_of_run(&self, flight: &Flight) -> Vec3 {
+        flight.departure.origin + flight.direction * (self.reach - flight.length) as f32
     }
 }
 

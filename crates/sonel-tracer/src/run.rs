@@ -5,13 +5,14 @@ use rayon::prelude::*;
 use sonel_geometry::Geometry;
 use sonel_map::{
     BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EmissionDirections,
-    EmissionLayout, Fate, Ledger, Settings, ShardRange, SonelMap,
+    EmissionLayout, Fate, Ledger, MapHeader, Mode, Settings, ShardRange, SonelMap, Spectral,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Scene, Source};
 use thiserror::Error;
 
 use crate::packet::{Emission, Records, Surroundings};
+use crate::zone::DiffractionZones;
 
 /// Chunks traced before they are handed over together, while the next are traced: bounds the memory, whatever the number of
 /// threads.
@@ -118,11 +119,30 @@ impl<'a> Tracer<'a> {
             reach: scene.duration * scene.speed_of_sound,
             extinction_threshold: settings.extinction_threshold,
             closed: geometry.is_closed_room(),
+            zones: None,
         };
         let batches = (0..layout.batches)
             .map(|batch| BatchStart::grouped(&layout, batch, settings.spectral, &classes))
             .collect();
         Self { scene, settings, layout, classes, surroundings, batches }
+    }
+
+    /// Prepares the run that `header` states: its scene, whose walls are `geometry`, its settings, and of its effects those that
+    /// are traced.
+    ///
+    /// # Panics
+    /// When the paper's diffraction is on though bands share paths: a zone is as wide as one band's wave is long.
+    #[must_use]
+    pub fn of(header: &'a MapHeader, geometry: &'a Geometry) -> Self {
+        let (scene, settings) = (&header.scene, header.settings);
+        let mut tracer = Self::new(scene, geometry, settings);
+        if settings.mode == Mode::Paper
+            && let Some(wavelengths) = header.diffracted_wavelengths()
+        {
+            assert_eq!(settings.spectral, Spectral::PerBand, "the paper traces every band on its own");
+            tracer.surroundings.zones = Some(DiffractionZones::new(geometry, &wavelengths));
+        }
+        tracer
     }
 
     /// Packets of one source in `shard`.

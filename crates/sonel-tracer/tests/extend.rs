@@ -6,7 +6,7 @@ use std::io::Cursor;
 use glam::DVec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::Mesh;
-use sonel_map::{Event, MapHeader, MapWriter, Settings, ShardRange, SonelMap, Spectral};
+use sonel_map::{EffectState, Event, MapHeader, MapWriter, Mode, Settings, ShardRange, SonelMap, Spectral};
 use sonel_scene::{Scene, Source};
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
 
@@ -42,14 +42,27 @@ fn settings(emissions: u64) -> Settings {
     Settings { emissions, batches: 7, ..Settings::default() }
 }
 
+/// Provenance of a run of which edges diffract.
+fn header(scene: &Scene, settings: Settings) -> MapHeader {
+    let diffraction =
+        EffectState { name: "diffraction".to_owned(), on: vec![true; 3], reason: "asked for".to_owned() };
+    MapHeader {
+        tool_version: "test".to_owned(),
+        settings,
+        shard: ShardRange::WHOLE,
+        effects: vec![diffraction],
+        scene: scene.clone(),
+    }
+}
+
 /// The chunks of a run, or of a run that goes on from `beginning`.
 fn chunks(
     scene: &Scene,
     settings: Settings,
     beginning: Option<&SonelMap>,
 ) -> Result<Vec<TracedChunk>, TraceError<()>> {
-    let geometry = scene.geometry().unwrap();
-    let tracer = Tracer::new(scene, &geometry, settings);
+    let (geometry, header) = (scene.geometry().unwrap(), header(scene, settings));
+    let tracer = Tracer::of(&header, &geometry);
     let mut chunks = Vec::new();
     let sink = |chunk| {
         chunks.push(chunk);
@@ -68,14 +81,7 @@ fn map(scene: &Scene, settings: Settings, stated: Settings) -> SonelMap {
     for chunk in chunks(scene, settings, None).unwrap() {
         writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books).unwrap();
     }
-    let header = MapHeader {
-        tool_version: "test".to_owned(),
-        settings: stated,
-        shard: ShardRange::WHOLE,
-        effects: Vec::new(),
-        scene: scene.clone(),
-    };
-    SonelMap::from_bytes(writer.finish(&header).unwrap().get_ref()).unwrap()
+    SonelMap::from_bytes(writer.finish(&header(scene, stated)).unwrap().get_ref()).unwrap()
 }
 
 fn has(chunks: &[TracedChunk], event: Event) -> bool {
@@ -83,13 +89,22 @@ fn has(chunks: &[TracedChunk], event: Event) -> bool {
 }
 
 #[test]
-fn an_extended_run_is_the_longer_run_with_every_kind_of_end() {
+fn an_extended_run_is_the_longer_run_with_every_kind_of_event() {
     let mut met = Vec::new();
-    for (survival, extinction_threshold, spectral) in
-        [(0.15, 1e-9, Spectral::Shared), (0.0, 1e-2, Spectral::Shared), (0.5, 1e-2, Spectral::PerBand)]
-    {
+    for (survival, extinction_threshold, spectral, mode) in [
+        (0.15, 1e-9, Spectral::Shared, Mode::Accurate),
+        (0.0, 1e-2, Spectral::Shared, Mode::Accurate),
+        (0.5, 1e-2, Spectral::PerBand, Mode::Accurate),
+        (1.0, 1e-9, Spectral::PerBand, Mode::Paper),
+    ] {
         for scene in [closed(), open()] {
-            let of = |emissions| Settings { survival, extinction_threshold, spectral, ..settings(emissions) };
+            let of = |emissions| Settings {
+                survival,
+                extinction_threshold,
+                spectral,
+                mode,
+                ..settings(emissions)
+            };
             let long = chunks(&scene, of(1200), None).unwrap();
             met.extend(Event::ALL.into_iter().filter(|&event| has(&long, event)));
             for short in [1, 100, 512, 700, 1199] {
@@ -99,8 +114,15 @@ fn an_extended_run_is_the_longer_run_with_every_kind_of_end() {
             }
         }
     }
-    let ends = [Event::Absorbed, Event::Escaped, Event::Expired, Event::Extinguished, Event::Transmitted];
-    assert!(ends.iter().all(|event| met.contains(event)), "{met:?}");
+    let events = [
+        Event::Absorbed,
+        Event::Diffracted,
+        Event::Escaped,
+        Event::Expired,
+        Event::Extinguished,
+        Event::Transmitted,
+    ];
+    assert!(events.iter().all(|event| met.contains(event)), "{met:?}");
 }
 
 /// Books of the shorter run are no books of the longer one: what is compared above could differ.

@@ -90,7 +90,7 @@ fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> V
         .flatten(),
     );
     if same_scene && let Some(spec) = &arguments.effects {
-        let wanted = effects::apply(spec, &mut scene.clone());
+        let wanted = effects::apply(spec, &mut scene.clone(), header.settings.mode);
         for (wanted, traced) in wanted.iter().zip(&header.effects).filter(|(a, b)| a.on != b.on) {
             problems.push(format!(
                 "--effects would have {} {}, the map was traced with {}: leave --effects out",

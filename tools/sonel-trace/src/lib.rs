@@ -35,7 +35,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let geometry = scene.geometry().context("the scene's walls cannot be used")?;
 
     let mut output = Output::create(&arguments.output)?;
-    let tracer = Tracer::new(scene, &geometry, header.settings);
+    let tracer = Tracer::of(&header, &geometry);
     let total = tracer.packets(shard) * scene.sources.len() as u64;
     let progress = Progress::begin("tracing", total, arguments.quiet);
     let mut writer = MapWriter::begin(output.writer())?;
@@ -77,7 +77,7 @@ fn begin(
         return Ok((header, Some(map)));
     }
     scene.duration = arguments.duration.unwrap_or(scene.duration);
-    let effects = effects::apply(&arguments.effects.clone().unwrap_or_default(), &mut scene);
+    let effects = effects::apply(&arguments.effects.clone().unwrap_or_default(), &mut scene, settings.mode);
     let (tool_version, shard) = (env!("CARGO_PKG_VERSION").to_owned(), arguments.shard_range());
     Ok((MapHeader { tool_version, settings, shard, effects, scene }, None))
 }

@@ -38,30 +38,26 @@ pub(crate) struct Paper {
     rays: u32,
     /// Edges that diffract; none where diffraction is off.
     edges: Vec<ZoneEdge>,
-    /// Wavelength at the centre of every band [m].
+    /// Wavelength at the centre of every band [m]; zero in bands that are not diffracted.
     wavelengths: Vec<f64>,
 }
 
 impl Paper {
     /// Prepares `geometry` for the map of `header`.
     #[must_use]
-    pub fn new(
-        geometry: &Geometry,
-        header: &sonel_map::MapHeader,
-        settings: &RenderSettings,
-        diffracts: bool,
-    ) -> Self {
+    pub fn new(geometry: &Geometry, header: &sonel_map::MapHeader, settings: &RenderSettings) -> Self {
         let (scene, traced) = (&header.scene, &header.settings);
         let shrink = libm::pow(f64::from(settings.rays) / REFERENCE_RAYS, -1.0 / 6.0);
         let sphere = SPHERE_PER_FREE_PATH * free_path(geometry) * shrink;
+        let wavelengths = header.diffracted_wavelengths();
         let clearance = |position| CLEARANCE * geometry.distance_to_nearest_surface(position);
         Self {
             sheets: Sheet::all(geometry),
             disc_radius: disc_radius(settings, geometry, traced),
             source_radius: scene.sources.iter().map(|s| sphere.min(clearance(s.position))).collect(),
             rays: settings.rays.div_ceil(traced.batches),
-            edges: if diffracts { ZoneEdge::all(geometry) } else { Vec::new() },
-            wavelengths: scene.bands.nominal().iter().map(|f| scene.speed_of_sound / f).collect(),
+            edges: if wavelengths.is_some() { ZoneEdge::all(geometry) } else { Vec::new() },
+            wavelengths: wavelengths.unwrap_or_default(),
         }
     }
 

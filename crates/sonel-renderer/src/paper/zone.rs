@@ -58,7 +58,8 @@ impl ZoneEdge {
 }
 
 impl FirstZone {
-    /// The zone of the edge at `place`; [`None`] where the wave has passed the receiver before it comes to the edge.
+    /// The zone of the edge at `place`; [`None`] where the wave has passed the receiver before it comes to the edge, and
+    /// without a wavelength.
     #[must_use]
     pub fn new(source: DVec3, receiver: DVec3, place: DVec3, wavelength: f64) -> Option<Self> {
         let (radius, distance) = (source.distance(place), source.distance(receiver));
@@ -67,7 +68,7 @@ impl FirstZone {
         let farthest = distance - radius + 0.5 * wavelength;
         let border =
             (radius * radius + distance * distance - farthest * farthest) / (2.0 * radius * distance);
-        (radius > 0.0 && radius < distance).then(|| Self {
+        (radius > 0.0 && radius < distance && wavelength > 0.0).then(|| Self {
             source,
             axes: [axis, across, aside],
             radius,
