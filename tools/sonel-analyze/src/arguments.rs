@@ -3,6 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use sonel_console::choices::{EstimatorArgument, ModeArgument};
+use sonel_console::count::parse_count;
+use sonel_study::effects::EffectSpec;
 
 /// Inspects maps and responses, reads room-acoustic parameters.
 #[derive(Debug, Clone, Parser)]
@@ -41,6 +44,81 @@ pub enum Command {
     Diff(Diff),
     /// Echogram, decay and parameters of responses, drawn as SVG.
     Plot(Plot),
+    /// What accuracy costs in time: a scene run again and again with several settings.
+    Tradeoff(Tradeoff),
+}
+
+/// `tradeoff`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze tradeoff scenes/shoebox/scene.toml -o shoebox-tradeoff
+  sonel-analyze tradeoff scenes/hall/scene.toml -o hall --vary sonels,survival --repeats 12
+  sonel-analyze tradeoff scenes/hall/scene.toml -o hall --estimator gather --rays 16k,4k,64k
+
+Properties are varied one at a time about the base setting, which has the first value of each list. The folder then holds
+README.md with a recommendation, the plots, tradeoff.csv and figures.csv for tables, tradeoff.json for everything.")]
+pub struct Tradeoff {
+    /// The scene file; errors are those at its receivers.
+    #[arg(value_name = "SCENE.toml")]
+    pub scene: PathBuf,
+    /// Folder of the results, made where there is none; each file is replaced only when the new one is complete.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// What is varied, by usual values: sonels, survival, mode, estimator, rays, radius. Sonels and estimator where neither
+    /// this nor a list of values is given.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "PROPERTIES")]
+    pub vary: Vec<Property>,
+    /// Emissions per source to be tried.
+    #[arg(long, value_delimiter = ',', value_name = "N,…", value_parser = parse_count)]
+    pub sonels: Vec<u64>,
+    /// Survival exponents β to be tried, 0 … 1.
+    #[arg(long, value_delimiter = ',', value_name = "BETA,…", allow_hyphen_values = true)]
+    pub survival: Vec<f64>,
+    /// Methods to be tried.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "MODE,…")]
+    pub mode: Vec<ModeArgument>,
+    /// Estimators to be tried.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "ESTIMATOR,…")]
+    pub estimator: Vec<EstimatorArgument>,
+    /// Numbers of visibility rays to be tried.
+    #[arg(long, value_delimiter = ',', value_name = "M,…", value_parser = parse_count)]
+    pub rays: Vec<u64>,
+    /// Radii of the discs in which rays gather, to be tried [m].
+    #[arg(long, value_delimiter = ',', value_name = "METRES,…", allow_hyphen_values = true)]
+    pub radius: Vec<f64>,
+    /// Runs of every setting with every number of sonels, each with a seed of its own.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
+    pub repeats: u32,
+    /// Seed of the first repeat; the others count on.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Emissions of the run that errors are told against where no exact answer is known; four times the most sonels where none
+    /// are given.
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    pub reference: Option<u64>,
+    /// How long echograms are simulated [s], instead of the scene's duration.
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
+    pub duration: Option<f64>,
+    /// Effects: auto (where nothing is given), all or none, then changes: auto,-air.
+    #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
+    pub effects: Option<EffectSpec>,
+}
+
+/// `--vary`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Property {
+    /// Emissions per source.
+    Sonels,
+    /// Survival exponent β.
+    Survival,
+    /// Method.
+    Mode,
+    /// Estimator.
+    Estimator,
+    /// Visibility rays.
+    Rays,
+    /// Radius of the discs.
+    Radius,
 }
 
 /// `plot`.

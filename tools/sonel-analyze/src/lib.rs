@@ -8,6 +8,7 @@ mod merge;
 mod open;
 mod parameters;
 mod plot;
+mod tradeoff;
 mod verify;
 
 use std::io::Write;
@@ -36,5 +37,6 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         Command::Merge(merge) => merge::run(merge, arguments.quiet, log),
         Command::Diff(diff) => diff::run(diff, out),
         Command::Plot(plot) => plot::run(plot, log),
+        Command::Tradeoff(tradeoff) => tradeoff::run(tradeoff, arguments.quiet, out, log),
     }
 }

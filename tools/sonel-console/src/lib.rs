@@ -1,10 +1,14 @@
-//! What the programs share: clocks, counts, inputs that are files, outputs that appear when complete, progress, exit codes.
+//! What the programs share: clocks, choices, counts, inputs that are files, outputs that appear when complete, scenes, progress,
+//! exit codes.
 
+pub mod choices;
 pub mod clock;
 pub mod count;
 pub mod input;
 pub mod output;
 pub mod progress;
+pub mod scene;
+pub mod store;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use glam::DVec3;
-use sonel_renderer::{Estimator, ReceiverPoint};
+use sonel_console::choices::EstimatorArgument;
+use sonel_renderer::ReceiverPoint;
 
 /// Renders echograms at any receivers from a sonel map.
 #[derive(Debug, Clone, Parser)]
@@ -65,34 +66,6 @@ pub struct Arguments {
     /// Threads; all cores where none is given. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub threads: Option<u32>,
-}
-
-/// `--estimator`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum EstimatorArgument {
-    /// Each class by its best estimator.
-    Auto,
-    /// Connections for diffuse arrivals, receiver spheres for what is specular behind a diffuse reflection.
-    Connection,
-    /// Visibility rays and density estimation for what is specular behind a diffuse reflection.
-    Gather,
-    /// Receiver spheres for everything but the direct sound.
-    Sphere,
-    /// What the founding paper writes: visibility rays that gather at the first diffuse reflection, a sphere about the source,
-    /// the first Fresnel zone over edges.
-    Paper,
-}
-
-impl From<EstimatorArgument> for Estimator {
-    fn from(argument: EstimatorArgument) -> Self {
-        match argument {
-            EstimatorArgument::Auto => Self::Auto,
-            EstimatorArgument::Connection => Self::Connection,
-            EstimatorArgument::Gather => Self::Gather,
-            EstimatorArgument::Sphere => Self::Sphere,
-            EstimatorArgument::Paper => Self::Paper,
-        }
-    }
 }
 
 /// Positions of a grid along the three axes [m].

@@ -16,7 +16,7 @@ use sonel_renderer::{Air, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
 use sonel_study::response;
 
-pub use arguments::{Arguments, EstimatorArgument, Grid};
+pub use arguments::{Arguments, Grid};
 
 /// Steps of the progress bar.
 const PROGRESS_STEPS: u64 = 1000;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::{Parser, ValueEnum};
+use sonel_console::choices::ModeArgument;
 use sonel_console::count::parse_count;
 use sonel_map::{Mode, Settings, ShardRange, Spectral};
 use sonel_scene::LONGEST_DURATION;
@@ -66,15 +67,6 @@ pub struct Arguments {
     pub threads: Option<usize>,
 }
 
-/// `--mode`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ModeArgument {
-    /// The best estimators known.
-    Accurate,
-    /// One band a packet, roulette on absorption alone.
-    Paper,
-}
-
 /// `--spectral`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SpectralArgument {
@@ -82,15 +74,6 @@ pub enum SpectralArgument {
     Shared,
     /// Every path carries one band.
     PerBand,
-}
-
-impl From<ModeArgument> for Mode {
-    fn from(mode: ModeArgument) -> Self {
-        match mode {
-            ModeArgument::Accurate => Self::Accurate,
-            ModeArgument::Paper => Self::Paper,
-        }
-    }
 }
 
 impl From<SpectralArgument> for Spectral {

@@ -10,7 +10,7 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use sonel_console::output::Output;
 use sonel_console::progress::Progress;
-use sonel_console::{Outcome, Stopwatch, input, use_threads};
+use sonel_console::{Outcome, Stopwatch, scene, use_threads};
 use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
 use sonel_scene::{Loaded, Scene};
 use sonel_study::effects;
@@ -26,7 +26,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let watch = Stopwatch::start();
     use_threads(arguments.threads)?;
     let settings = arguments.settings()?;
-    let Loaded { scene, notes } = load_scene(&arguments.scene)?;
+    let Loaded { scene, notes } = scene::load(&arguments.scene)?;
     for note in notes {
         writeln!(log, "note: {note}")?;
     }
@@ -80,14 +80,6 @@ fn begin(
     let effects = effects::apply(&arguments.effects.clone().unwrap_or_default(), &mut scene, settings.mode);
     let (tool_version, shard) = (env!("CARGO_PKG_VERSION").to_owned(), arguments.shard_range());
     Ok((MapHeader { tool_version, settings, shard, effects, scene }, None))
-}
-
-fn load_scene(path: &Path) -> anyhow::Result<Loaded> {
-    let text =
-        input::read_to_string(path).with_context(|| format!("cannot read the scene {}", path.display()))?;
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let label = path.display().to_string();
-    Ok(sonel_scene::load(&text, &label, &mut |mesh| input::read(&folder.join(mesh)))?)
 }
 
 fn describe(error: TraceError<MapError>, output: &Path) -> anyhow::Error {

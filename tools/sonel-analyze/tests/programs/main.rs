@@ -4,6 +4,7 @@ mod commands;
 mod diff;
 mod export;
 mod merge;
+mod tradeoff;
 
 use clap::Parser;
 use sonel_testkit::workshop::{Ended, Workshop};

@@ -1,0 +1,106 @@
+//! Tables for programs.
+
+use std::io::Write;
+
+use super::Findings;
+use crate::tradeoff::errors;
+use crate::tradeoff::fit::Measured;
+
+/// Errors over all figures of a parameter: a row for each setting, parameter and number of sonels.
+///
+/// # Errors
+/// When `out` cannot be written.
+pub fn curves_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Result<()> {
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record([
+        "setting",
+        "parameter",
+        "unit",
+        "sonels",
+        "cpu_s",
+        "standard_deviation",
+        "standard_deviation_low",
+        "standard_deviation_high",
+        "bias",
+        "bias_half_width",
+        "efficiency",
+        "figures",
+        "figures_refused",
+    ])?;
+    for curve in &findings.curves {
+        for point in &curve.points {
+            let (deviation, bias) = (point.measured_deviation(), point.bias());
+            table.write_record([
+                findings.name(curve.setting).to_owned(),
+                curve.parameter.key().to_owned(),
+                errors::unit(curve.parameter).to_owned(),
+                point.sonels.to_string(),
+                number(Some(point.mean_seconds(None))),
+                number(deviation.map(|deviation| deviation.value)),
+                number(deviation.and_then(|deviation| Some(deviation.interval?[0]))),
+                number(deviation.and_then(|deviation| Some(deviation.interval?[1]))),
+                number(bias.map(|bias| bias.value)),
+                number(bias.and_then(|bias| bias.half_width())),
+                number(point.efficiency().map(|efficiency| efficiency.value)),
+                point.errors[0].len().to_string(),
+                point.refused.to_string(),
+            ])?;
+        }
+    }
+    table.flush()
+}
+
+/// Every figure for itself: a row for each setting, number of sonels, source, receiver, band and parameter.
+///
+/// # Errors
+/// When `out` cannot be written.
+pub fn figures_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Result<()> {
+    let tradeoff = findings.tradeoff;
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record([
+        "setting",
+        "sonels",
+        "source",
+        "receiver",
+        "center_frequency_hz",
+        "parameter",
+        "reference",
+        "mean",
+        "mean_half_width",
+        "standard_deviation",
+        "stated_half_width",
+    ])?;
+    for (setting, sonels) in pairs(findings) {
+        let runs = tradeoff.runs_of(setting, sonels);
+        for (index, cell) in tradeoff.cells.iter().enumerate() {
+            let found = errors::figure(&runs, index);
+            let mean: Option<Measured> = found.as_ref().map(|figure| figure.mean);
+            table.write_record([
+                findings.name(setting).to_owned(),
+                sonels.to_string(),
+                cell.source.clone(),
+                cell.receiver.clone(),
+                cell.center_frequency_hz.to_string(),
+                cell.parameter.key().to_owned(),
+                number(tradeoff.reference.values[index].map(|(value, _)| value)),
+                number(mean.map(|mean| mean.value)),
+                number(mean.and_then(|mean| mean.half_width())),
+                number(found.as_ref().map(|figure| figure.deviation)),
+                number(found.as_ref().and_then(|figure| figure.stated_half_width)),
+            ])?;
+        }
+    }
+    table.flush()
+}
+
+/// Settings and numbers of sonels in order.
+pub fn pairs<'a>(findings: &'a Findings<'_>) -> impl Iterator<Item = (usize, u64)> + 'a {
+    let sweep = &findings.tradeoff.sweep;
+    (0..sweep.settings.len())
+        .flat_map(move |setting| sweep.sonels.iter().map(move |&sonels| (setting, sonels)))
+}
+
+/// Empty where there is no number.
+fn number(value: Option<f64>) -> String {
+    value.filter(|value| value.is_finite()).map(|value| format!("{value:.6}")).unwrap_or_default()
+}

@@ -1,0 +1,268 @@
+//! Running a sweep: every setting, every number of sonels, every repeat, and the reference.
+
+use sonel_analysis::{Figure, Parameter, ReceiverFigures};
+use sonel_map::{Mode, Settings};
+use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings, Rendering};
+
+use super::errors::JUDGED;
+use super::sweep::{Setting, Sweep};
+use crate::trial::{Clock, Heard, MapStore, RenderSeconds, Room, TraceSeconds, TrialError, hear};
+
+/// Which figure a value is of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// Name of the source.
+    pub source: String,
+    /// Name of the receiver.
+    pub receiver: String,
+    /// Nominal centre of the band [Hz].
+    pub center_frequency_hz: f64,
+    /// One of [`JUDGED`].
+    pub parameter: Parameter,
+}
+
+/// A figure of one run: value and, where the run knows one, half-width of its 95 % interval, in the parameter's unit. None where
+/// the run refused it.
+pub type Value = Option<(f64, Option<f64>)>;
+
+/// What the figures are compared with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Emissions of the longer run; none where nothing is sampled and the answer exact.
+    pub sonels: Option<u64>,
+    /// In the order of the cells.
+    pub values: Vec<Value>,
+}
+
+/// CPU seconds of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RunSeconds {
+    /// Of the first pass.
+    pub trace: TraceSeconds,
+    /// Of the second.
+    pub render: RenderSeconds,
+}
+
+impl RunSeconds {
+    /// Tracing and rendering; figures are read alike whatever the setting.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.trace.total() + self.render.total() - self.render.figures
+    }
+
+    /// What it is made of, with the names of outputs.
+    #[must_use]
+    pub fn phases(&self) -> [(&'static str, f64); 6] {
+        [
+            ("trace", self.trace.trace),
+            ("write", self.trace.write),
+            ("open", self.trace.open),
+            ("prepare", self.render.prepare),
+            ("deterministic", self.render.deterministic),
+            ("sweep", self.render.sweep),
+        ]
+    }
+}
+
+/// One simulation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Index of the setting.
+    pub setting: usize,
+    /// Emissions per source.
+    pub sonels: u64,
+    /// Index of the repeat.
+    pub repeat: u32,
+    /// What it cost.
+    pub seconds: RunSeconds,
+    /// In the order of the cells.
+    pub values: Vec<Value>,
+}
+
+/// A sweep that was run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tradeoff {
+    /// Name of the scene.
+    pub scene: String,
+    /// What was run.
+    pub sweep: Sweep,
+    /// The figures.
+    pub cells: Vec<Cell>,
+    /// What they are compared with.
+    pub reference: Reference,
+    /// All simulations.
+    pub runs: Vec<Run>,
+}
+
+impl Tradeoff {
+    /// The repeats of `setting` with `sonels`, in order.
+    #[must_use]
+    pub fn runs_of(&self, setting: usize, sonels: u64) -> Vec<&Run> {
+        self.runs.iter().filter(|run| run.setting == setting && run.sonels == sonels).collect()
+    }
+}
+
+/// Runs `sweep` in `room` at `receivers`. Repeats are outermost, so that what else the machine does spreads over all settings;
+/// settings that trace alike share the map of each repeat, and each is charged for it. `progress` hears the share done.
+///
+/// # Errors
+/// When the room leaks, a receiver is impossible, or a map cannot be stored.
+pub fn conduct(
+    room: &Room<'_>,
+    receivers: &[ReceiverPoint],
+    sweep: &Sweep,
+    store: &mut impl MapStore,
+    clock: &dyn Clock,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Tradeoff, TrialError> {
+    let stage = Stage { room, receivers, clock };
+    let (cells, reference) = stage.reference(sweep, store)?;
+    let total: u64 = sweep.reference_sonels + u64::from(sweep.repeats) * sweep.sonels.iter().sum::<u64>();
+    let mut done = sweep.reference_sonels;
+    let mut runs = Vec::new();
+    for repeat in 0..sweep.repeats {
+        for &sonels in &sweep.sonels {
+            progress(done as f64 / total as f64);
+            let seeded = Settings {
+                emissions: sonels,
+                seed: sweep.seed.wrapping_add(u64::from(repeat)),
+                ..Settings::default()
+            };
+            for group in groups(&sweep.settings) {
+                stage.run_group(
+                    &sweep.settings,
+                    &group,
+                    seeded,
+                    store,
+                    &mut |setting, seconds, values| {
+                        runs.push(Run { setting, sonels, repeat, seconds, values });
+                    },
+                )?;
+            }
+            done += sonels;
+        }
+    }
+    progress(1.0);
+    Ok(Tradeoff { scene: room.scene().name.clone(), sweep: sweep.clone(), cells, reference, runs })
+}
+
+/// Where everything is run.
+struct Stage<'a> {
+    room: &'a Room<'a>,
+    receivers: &'a [ReceiverPoint],
+    clock: &'a dyn Clock,
+}
+
+impl Stage<'_> {
+    /// The cells and what they are compared with: the best method with the base setting's number of batches, first with the
+    /// fewest sonels, which is enough where nothing is sampled.
+    fn reference(
+        &self,
+        sweep: &Sweep,
+        store: &mut impl MapStore,
+    ) -> Result<(Vec<Cell>, Reference), TrialError> {
+        let mut last = None;
+        for sonels in [sweep.sonels[0], sweep.reference_sonels] {
+            let settings = Settings {
+                emissions: sonels,
+                // A seed that no repeat has.
+                seed: sweep.seed.wrapping_sub(1),
+                batches: sweep.settings[0].trace.batches,
+                mode: Mode::Accurate,
+                ..Settings::default()
+            };
+            let traced = self.room.trace(settings, store, self.clock)?;
+            let heard = self.hear(&traced.map, &RenderSettings::default())?;
+            let sonels = (!is_exact(&heard.renderings)).then_some(sonels);
+            let reference = Reference { sonels, values: values(&heard.figures) };
+            let is_done = sonels.is_none();
+            last = Some((cells(&heard.figures), reference));
+            if is_done {
+                break;
+            }
+        }
+        Ok(last.expect("two numbers of sonels are tried"))
+    }
+
+    /// Traces for the settings in `group`, which trace alike, and renders each of them.
+    fn run_group(
+        &self,
+        settings: &[Setting],
+        group: &[usize],
+        seeded: Settings,
+        store: &mut impl MapStore,
+        finished: &mut dyn FnMut(usize, RunSeconds, Vec<Value>),
+    ) -> Result<(), TrialError> {
+        let alike = settings[group[0]].trace;
+        let trace = Settings { emissions: seeded.emissions, seed: seeded.seed, ..alike };
+        let traced = self.room.trace(trace, store, self.clock)?;
+        for &setting in group {
+            let heard = self.hear(&traced.map, &settings[setting].render)?;
+            let seconds = RunSeconds { trace: traced.seconds, render: heard.seconds };
+            finished(setting, seconds, values(&heard.figures));
+        }
+        Ok(())
+    }
+
+    fn hear(&self, map: &sonel_map::SonelMap, settings: &RenderSettings) -> Result<Heard, TrialError> {
+        Ok(hear(map, self.room.geometry(), self.receivers, settings, self.clock)?)
+    }
+}
+
+/// Indices of settings that trace alike, in order of the first of each.
+fn groups(settings: &[Setting]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (index, setting) in settings.iter().enumerate() {
+        match groups.iter_mut().find(|group| settings[group[0]].trace == setting.trace) {
+            Some(group) => group.push(index),
+            None => groups.push(vec![index]),
+        }
+    }
+    groups
+}
+
+/// Part of the energy that may be sampled where the rest is exact: mirror chains are enumerated down to 1e-8 of the energy.
+const SAMPLED_SHARE: f64 = 1e-6;
+
+/// Whether nothing that counts was sampled: the energy came by paths that are enumerated.
+fn is_exact(renderings: &[Rendering]) -> bool {
+    let enumerated = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+    renderings.iter().all(|rendering| {
+        let sum = |sampled: bool| -> Vec<f64> {
+            let classes = rendering.classes.iter().filter(|(class, _)| enumerated.contains(class) != sampled);
+            classes.fold(vec![0.0; rendering.classes[0].1.len()], |sum, (_, energy)| {
+                sum.iter().zip(energy).map(|(sum, energy)| sum + energy).collect()
+            })
+        };
+        sum(true).iter().zip(sum(false)).all(|(sampled, exact)| *sampled <= SAMPLED_SHARE * exact)
+    })
+}
+
+fn judged(figures: &[ReceiverFigures]) -> impl Iterator<Item = (Cell, &Figure)> {
+    figures.iter().flat_map(|receiver| {
+        receiver.bands.iter().flat_map(move |band| {
+            JUDGED.map(|parameter| {
+                let cell = Cell {
+                    source: receiver.source.clone(),
+                    receiver: receiver.name.clone(),
+                    center_frequency_hz: band.center_frequency_hz,
+                    parameter,
+                };
+                (cell, band.figure(parameter))
+            })
+        })
+    })
+}
+
+fn cells(figures: &[ReceiverFigures]) -> Vec<Cell> {
+    judged(figures).map(|(cell, _)| cell).collect()
+}
+
+fn values(figures: &[ReceiverFigures]) -> Vec<Value> {
+    let value = |figure: &Figure| {
+        let estimate = figure.as_ref().ok()?;
+        let half_width = estimate.interval.as_ref().ok().map(|[low, high]| 0.5 * (high - low));
+        Some((estimate.value, half_width))
+    };
+    judged(figures).map(|(_, figure)| value(figure)).collect()
+}

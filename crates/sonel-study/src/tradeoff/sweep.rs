@@ -1,0 +1,164 @@
+//! What a sweep varies: one property at a time, about one base setting.
+//!
+//! All combinations of six properties would be thousands of runs and answer a question that nobody asks; a property that
+//! matters shows when it alone is changed.
+
+use sonel_map::{Mode, Settings, Spectral};
+use sonel_renderer::{Estimator, RenderSettings};
+
+/// How a scene is simulated, apart from the number of sonels and the seed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// What it differs in from the others.
+    pub name: String,
+    /// Of the tracer.
+    pub trace: Settings,
+    /// Of the renderer.
+    pub render: RenderSettings,
+}
+
+/// Values to be tried: the first of each belongs to the base setting, each other one is a setting of its own. An empty list
+/// leaves the default.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Levels {
+    /// Survival exponents β, 0 … 1.
+    pub survival: Vec<f64>,
+    /// Methods.
+    pub mode: Vec<Mode>,
+    /// Estimators.
+    pub estimator: Vec<Estimator>,
+    /// Visibility rays of a receiver.
+    pub rays: Vec<u32>,
+    /// Radii of the discs in which rays gather [m].
+    pub radius: Vec<f64>,
+}
+
+/// Runs to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sweep {
+    /// Settings compared, the base setting first.
+    pub settings: Vec<Setting>,
+    /// Emissions per source, ascending.
+    pub sonels: Vec<u64>,
+    /// Runs of each setting with each number of sonels, each with a seed of its own; at least two.
+    pub repeats: u32,
+    /// Seed of the first repeat; the others count on.
+    pub seed: u64,
+    /// Emissions of the run that is the reference where no exact answer is known.
+    pub reference_sonels: u64,
+}
+
+impl Levels {
+    /// The settings: `base` with the first of every list, then that with every other value.
+    #[must_use]
+    pub fn settings(&self, base: &Setting) -> Vec<Setting> {
+        let mut changes: Vec<Vec<Change>> = vec![
+            self.mode.iter().map(|&mode| Change::Mode(mode)).collect(),
+            self.survival.iter().map(|&survival| Change::Survival(survival)).collect(),
+            self.estimator.iter().map(|&estimator| Change::Estimator(estimator)).collect(),
+            self.rays.iter().map(|&rays| Change::Rays(rays)).collect(),
+            self.radius.iter().map(|&radius| Change::Radius(radius)).collect(),
+        ];
+        changes.retain(|values| !values.is_empty());
+        let mut base = base.clone();
+        changes.iter().for_each(|values| values[0].apply(&mut base));
+        let varied: Vec<&Vec<Change>> = changes.iter().filter(|values| values.len() > 1).collect();
+        if let [values] = varied[..] {
+            base.name = values[0].name();
+        }
+        let others = varied.iter().flat_map(|values| &values[1..]).map(|change| {
+            let mut setting = Setting { name: change.name(), ..base.clone() };
+            change.apply(&mut setting);
+            setting
+        });
+        std::iter::once(base.clone()).chain(others).collect()
+    }
+}
+
+/// A property and its value.
+#[derive(Debug, Clone, Copy)]
+enum Change {
+    Mode(Mode),
+    Survival(f64),
+    Estimator(Estimator),
+    Rays(u32),
+    Radius(f64),
+}
+
+impl Change {
+    fn name(&self) -> String {
+        match self {
+            Self::Mode(Mode::Accurate) => "accurate".to_owned(),
+            Self::Mode(Mode::Paper) => "paper".to_owned(),
+            Self::Survival(survival) => format!("β {survival}"),
+            Self::Estimator(estimator) => estimator_name(*estimator).to_owned(),
+            Self::Rays(rays) => format!("{rays} rays"),
+            Self::Radius(radius) => format!("h {radius} m"),
+        }
+    }
+
+    fn apply(&self, setting: &mut Setting) {
+        match self {
+            Self::Mode(Mode::Accurate) => setting.trace.mode = Mode::Accurate,
+            // docs/physics.md §4: one band a packet, roulette on absorption alone, the paper's own estimator.
+            Self::Mode(Mode::Paper) => {
+                setting.trace = Settings {
+                    mode: Mode::Paper,
+                    spectral: Spectral::PerBand,
+                    survival: 1.0,
+                    ..setting.trace
+                };
+                setting.render.estimator = Estimator::Paper;
+            }
+            Self::Survival(survival) => setting.trace.survival = *survival,
+            Self::Estimator(estimator) => setting.render.estimator = *estimator,
+            Self::Rays(rays) => setting.render.rays = *rays,
+            Self::Radius(radius) => setting.render.gather_radius = Some(*radius),
+        }
+    }
+}
+
+/// The word of docs/interface.md for `estimator`.
+#[must_use]
+pub fn estimator_name(estimator: Estimator) -> &'static str {
+    match estimator {
+        Estimator::Auto => "auto",
+        Estimator::Connection => "connection",
+        Estimator::Gather => "gather",
+        Estimator::Sphere => "sphere",
+        Estimator::Paper => "paper",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn base() -> Setting {
+        Setting { name: "default".to_owned(), trace: Settings::default(), render: RenderSettings::default() }
+    }
+
+    #[test]
+    fn one_property_is_changed_at_a_time() {
+        let levels =
+            Levels { survival: vec![0.15, 0.0], rays: vec![4000, 1000, 16_000], ..Levels::default() };
+        let settings = levels.settings(&base());
+        let names: Vec<&str> = settings.iter().map(|setting| setting.name.as_str()).collect();
+        assert_eq!(names, ["default", "β 0", "1000 rays", "16000 rays"]);
+        assert_eq!((settings[1].render.rays, settings[2].render.rays), (4000, 1000));
+        assert!(settings[1].trace.survival == 0.0 && (settings[2].trace.survival - 0.15).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_single_property_names_the_base_too_and_single_values_only_change_it() {
+        let levels = Levels {
+            estimator: vec![Estimator::Auto, Estimator::Sphere],
+            rays: vec![99],
+            ..Levels::default()
+        };
+        let settings = levels.settings(&base());
+        assert_eq!(settings.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["auto", "sphere"]);
+        assert!(settings.iter().all(|setting| setting.render.rays == 99));
+        assert_eq!(Levels::default().settings(&base()), [base()]);
+    }
+}

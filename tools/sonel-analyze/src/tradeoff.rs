@@ -1,0 +1,207 @@
+//! `sonel-analyze tradeoff`: what accuracy costs in time.
+
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use sonel_acoustics::mean_free_path;
+use sonel_analysis::plot::{self, Sheet};
+use sonel_console::choices::ModeArgument;
+use sonel_console::clock::CpuClock;
+use sonel_console::output::Output;
+use sonel_console::progress::Progress;
+use sonel_console::store::TemporaryMaps;
+use sonel_console::{Outcome, scene};
+use sonel_geometry::Geometry;
+use sonel_map::{Mode, Settings};
+use sonel_renderer::{Estimator, RenderSettings};
+use sonel_scene::Loaded;
+use sonel_study::effects;
+use sonel_study::response::receivers_of;
+use sonel_study::tradeoff::report::{self, Findings};
+use sonel_study::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
+use sonel_study::trial::Room;
+
+use crate::arguments::{Property, Tradeoff};
+
+/// Steps of the progress bar.
+const PROGRESS_STEPS: f64 = 1000.0;
+/// Sonels tried where they are varied, and where they are not.
+const SONELS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
+const FIXED_SONELS: u64 = 16_000;
+/// The reference has this many times the most sonels.
+const REFERENCE: u64 = 4;
+/// Usual values of the other properties, the default first. Radii are in mean free paths.
+const SURVIVALS: [f64; 5] = [0.15, 0.0, 0.05, 0.4, 1.0];
+const RAYS: [u32; 4] = [16_384, 1_024, 4_096, 65_536];
+const RADII: [f64; 4] = [0.06, 0.03, 0.12, 0.24];
+
+/// Runs the sweep and writes everything about it.
+///
+/// # Errors
+/// When the scene or an option is unusable, or a file cannot be written.
+pub fn run(
+    arguments: &Tradeoff,
+    quiet: bool,
+    out: &mut dyn Write,
+    log: &mut dyn Write,
+) -> anyhow::Result<Outcome> {
+    let problems = problems(arguments);
+    if !problems.is_empty() {
+        bail!("{}", problems.join("\nerror: "));
+    }
+    let Loaded { mut scene, notes } = scene::load(&arguments.scene)?;
+    for note in notes {
+        writeln!(log, "note: {note}")?;
+    }
+    scene.duration = arguments.duration.unwrap_or(scene.duration);
+    let receivers = receivers_of(&scene);
+    if receivers.is_empty() {
+        bail!("{} has no receiver to judge by: add [[receivers]]", arguments.scene.display());
+    }
+    let effects = effects::apply(&arguments.effects.clone().unwrap_or_default(), &mut scene);
+    let room = Room::new(&scene, effects).context("the scene's walls cannot be used")?;
+    let sweep = sweep(arguments, room.geometry());
+
+    let folder = &arguments.output;
+    if !folder.exists() {
+        std::fs::create_dir(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    }
+    let progress = Progress::begin("running", PROGRESS_STEPS as u64, quiet);
+    let mut store = TemporaryMaps::new(folder.clone());
+    let conducted = conduct(&room, &receivers, &sweep, &mut store, &CpuClock, &mut |share| {
+        progress.reach((share * PROGRESS_STEPS) as u64);
+    });
+    progress.end();
+    let tradeoff = conducted?;
+    let findings = Findings::of(&tradeoff);
+    write_all(folder, &findings)?;
+    writeln!(out, "{}", verdict::recommendation(&tradeoff, &findings.verdicts))?;
+    writeln!(log, "{} runs; written to {}", tradeoff.runs.len(), folder.display())?;
+    Ok(Outcome::Done)
+}
+
+fn write_all(folder: &Path, findings: &Findings<'_>) -> anyhow::Result<()> {
+    let file = |name: &str, write: &dyn Fn(&mut dyn Write) -> anyhow::Result<()>| {
+        let mut output = Output::create(&folder.join(name))?;
+        write(output.writer())
+            .with_context(|| format!("cannot write {name}; an older file there is untouched"))?;
+        output.publish()
+    };
+    let drawing = |name: &str, sheet: Sheet| file(name, &|out| Ok(plot::svg(&sheet, out)?));
+    drawing("deviation.svg", report::deviation(findings))?;
+    drawing("bias.svg", report::bias(findings))?;
+    drawing("efficiency.svg", report::efficiency(findings))?;
+    drawing("cost.svg", report::cost(findings))?;
+    file("tradeoff.csv", &|out| Ok(report::curves_csv(findings, out)?))?;
+    file("figures.csv", &|out| Ok(report::figures_csv(findings, out)?))?;
+    file("tradeoff.json", &|out| Ok(writeln!(out, "{:#}", report::json(findings))?))?;
+    // The page last: whoever finds it finds what it shows.
+    file("README.md", &|out| Ok(out.write_all(report::markdown(findings, &command()).as_bytes())?))
+}
+
+/// The command line without the folder of the program.
+fn command() -> String {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    format!("sonel-analyze {}", words.join(" "))
+}
+
+fn sweep(arguments: &Tradeoff, geometry: &Geometry) -> Sweep {
+    let is_varied =
+        |property| arguments.vary.contains(&property) || has_default_properties(arguments, property);
+    let levels = |property, given: Vec<f64>, usual: &[f64]| {
+        if given.is_empty() && is_varied(property) { usual.to_vec() } else { given }
+    };
+    let estimators: Vec<Estimator> = arguments.estimator.iter().map(|&estimator| estimator.into()).collect();
+    let modes: Vec<Mode> = arguments.mode.iter().map(|&mode| mode.into()).collect();
+    let rays: Vec<u32> = arguments.rays.iter().map(|&rays| rays as u32).collect();
+    let radii = RADII.map(|radius| two_places(radius * free_path(geometry)));
+    let tried = Levels {
+        survival: levels(Property::Survival, arguments.survival.clone(), &SURVIVALS),
+        mode: or_usual(modes, is_varied(Property::Mode), &[Mode::Accurate, Mode::Paper]),
+        estimator: or_usual(
+            estimators,
+            is_varied(Property::Estimator),
+            &[Estimator::Auto, Estimator::Connection, Estimator::Gather, Estimator::Sphere],
+        ),
+        rays: or_usual(rays, is_varied(Property::Rays), &RAYS),
+        radius: levels(Property::Radius, arguments.radius.clone(), &radii),
+    };
+    let mut sonels = or_usual(arguments.sonels.clone(), is_varied(Property::Sonels), &SONELS);
+    if sonels.is_empty() {
+        sonels.push(FIXED_SONELS);
+    }
+    sonels.sort_unstable();
+    sonels.dedup();
+    let base =
+        Setting { name: "default".to_owned(), trace: Settings::default(), render: RenderSettings::default() };
+    let most = sonels.last().copied().unwrap_or(FIXED_SONELS);
+    Sweep {
+        settings: tried.settings(&base),
+        sonels,
+        repeats: arguments.repeats,
+        seed: arguments.seed,
+        reference_sonels: arguments.reference.unwrap_or(REFERENCE * most),
+    }
+}
+
+fn or_usual<T: Clone>(given: Vec<T>, is_varied: bool, usual: &[T]) -> Vec<T> {
+    if given.is_empty() && is_varied { usual.to_vec() } else { given }
+}
+
+/// Whether nothing at all was said of what to vary, and `property` is varied then.
+fn has_default_properties(arguments: &Tradeoff, property: Property) -> bool {
+    let lists = [
+        arguments.survival.len(),
+        arguments.mode.len(),
+        arguments.estimator.len(),
+        arguments.rays.len(),
+        arguments.radius.len(),
+    ];
+    let nothing_said = arguments.vary.is_empty() && lists.iter().all(|&given| given < 2);
+    match property {
+        // A curve of error over time needs several numbers of sonels, whatever else is varied.
+        Property::Sonels => arguments.vary.is_empty(),
+        Property::Estimator => nothing_said && lists[2] == 0,
+        _ => false,
+    }
+}
+
+fn free_path(geometry: &Geometry) -> f64 {
+    geometry.volume().map_or(f64::from(geometry.extent()), |volume| mean_free_path(volume, geometry.area()))
+}
+
+/// `value` to two significant places.
+fn two_places(value: f64) -> f64 {
+    let unit = 10_f64.powi(value.log10().floor() as i32 - 1);
+    (value / unit).round() * unit
+}
+
+/// What is wrong with the options, a sentence each.
+fn problems(arguments: &Tradeoff) -> Vec<String> {
+    let mut problems = Vec::new();
+    let mut complain = |is_wrong: bool, sentence: &str| {
+        if is_wrong {
+            problems.push(sentence.to_owned());
+        }
+    };
+    complain(arguments.sonels.contains(&0), "--sonels 0 traces nothing: give at least 1");
+    let outside = |survival: &f64| !(0.0..=1.0).contains(survival);
+    complain(arguments.survival.iter().any(outside), "--survival is outside 0 … 1");
+    let impossible = |rays: &u64| *rays == 0 || *rays > u64::from(u32::MAX);
+    complain(arguments.rays.iter().any(impossible), "--rays must be at least 1 and below 2³²");
+    let not_above_zero = |length: &f64| !(length.is_finite() && *length > 0.0);
+    complain(arguments.radius.iter().any(not_above_zero), "--radius must be above 0");
+    complain(
+        arguments.duration.iter().any(not_above_zero),
+        "--duration is no duration: give seconds above 0",
+    );
+    complain(arguments.reference == Some(0), "--reference 0 knows nothing: give at least 1");
+    let paper = arguments.mode.first() == Some(&ModeArgument::Paper);
+    complain(
+        paper && arguments.survival.iter().any(|&survival| survival < 1.0),
+        "--mode paper means --survival 1: leave --survival out, or vary the mode instead",
+    );
+    problems
+}
