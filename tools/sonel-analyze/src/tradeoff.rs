@@ -59,7 +59,8 @@ pub fn run(
     if receivers.is_empty() {
         bail!("{} has no receiver to judge by: add [[receivers]]", arguments.scene.display());
     }
-    let effects = effects::apply(&arguments.effects.clone().unwrap_or_default(), &mut scene);
+    let mode = arguments.mode.first().map_or(Mode::Accurate, |&mode| mode.into());
+    let effects = effects::apply(&arguments.effects.clone().unwrap_or_default(), &mut scene, mode);
     let room = Room::new(&scene, effects).context("the scene's walls cannot be used")?;
     let sweep = sweep(arguments, room.geometry());
 
