@@ -10,6 +10,7 @@ use sonel_geometry::Mesh;
 use sonel_map::{Event, Fate, Mode, Settings, Spectral};
 use sonel_renderer::{CoarseEchogram, Estimator, PathClass, RenderSettings, Rendering};
 use sonel_scene::Scene;
+use sonel_testkit::analytic::free_field;
 use sonel_testkit::z_test::{Disagreement, Estimate, Within, agree, within_sigmas};
 use sonel_tests::{Traced, meshes, shipped};
 
@@ -208,4 +209,69 @@ fn edges_keep_the_energy() {
         let found = survey(&traced.map, &traced.geometry).ledger;
         assert_eq!(differences(&traced.books, &found, &[125.0, 1000.0]), Vec::<String>::new());
     }
+}
+
+/// A screen of 600 m in the open, source and receivers 10 m from it, `depths` below its rim: share of the free field that comes over
+/// the rim at 1, 2 and 4 kHz, `[receiver][band]`.
+fn over_a_wide_screen(depths: &[f64], rays: u32) -> Vec<Vec<Estimate>> {
+    let mut mesh = Mesh { vertices: Vec::new(), triangles: Vec::new() };
+    let corner = |y: f64, z: f64| dvec3(0.0, y, z);
+    meshes::add_quad(
+        &mut mesh,
+        0,
+        [corner(-300.0, -600.0), corner(300.0, -600.0), corner(300.0, 0.0), corner(-300.0, 0.0)],
+    );
+    let bands = Bands::new(vec![1000.0, 2000.0, 4000.0], BandWidth::Octave).expect("three bands");
+    depths
+        .iter()
+        .map(|depth| {
+            let screen = Material::uniform("screen", 0.0, 0.0, 3);
+            let mut scene = Scene::from_parts(mesh.clone(), vec![screen], bands.clone(), 0.2)
+                .with_source("source", [-10.0, 0.0, -depth])
+                .with_receiver("receiver", [10.0, 0.0, -depth])
+                .without_air_attenuation();
+            scene.speed_of_sound = 343.0;
+            let rendering = Traced::diffracting(scene, as_the_paper_traces(32)).render(by_the_paper(rays));
+            let share = |energy: Estimate| {
+                let free = free_field(20.0, 0.0);
+                Estimate { value: energy.value / free, sigma: energy.sigma / free }
+            };
+            (0..3).map(|band| share(sums(&rendering.batches, band))).collect()
+        })
+        .collect()
+}
+
+/// Part of the unobstructed energy by which the closed form of v₁ is off where wavelengths are a thirtieth of the distances and less.
+const CLOSED_FORM: f64 = 0.01;
+
+/// Through the whole pipeline: (acos u − u√(1−u²))/π with u² the Fresnel number, as energy; as amplitude it is rejected.
+#[test]
+fn a_wide_screen_shades_as_the_paper_s_zone_says() {
+    let depths = [0.2, 0.35, 0.5];
+    let within = Within { sigmas: 4.0, maximal_sigma: 0.01 };
+    let mut told_apart = 0;
+    for (depth, shares) in depths.iter().zip(over_a_wide_screen(&depths, 1024)) {
+        for (share, frequency) in shares.into_iter().zip([1000.0, 2000.0, 4000.0]) {
+            let detour = 2.0 * (10.0_f64.hypot(*depth) - 10.0);
+            let u = (2.0 * detour * frequency / 343.0).sqrt();
+            let expected = (u.acos() - u * (1.0 - u * u).sqrt()) / PI;
+            let as_stated = |expected: f64| {
+                let off = (share.value - expected).clamp(-CLOSED_FORM, CLOSED_FORM);
+                within_sigmas(Estimate { value: share.value - off, ..share }, expected, within)
+            };
+            as_stated(expected).expect("the closed form");
+            told_apart += usize::from(as_stated(expected * expected).is_err());
+        }
+    }
+    assert!(told_apart >= 7, "{told_apart}");
+}
+
+/// Each source, edge and receiver counts once: not for every ray, and not beside a clear shadow ray.
+#[test]
+fn an_edge_counts_once() {
+    let shares = |depth: f64, rays: u32| over_a_wide_screen(&[depth], rays);
+    assert_eq!(shares(0.3, 1024), shares(0.3, 8192));
+    assert!(shares(0.3, 1024)[0].iter().all(|share| share.value > 0.1 && share.value < 0.5));
+    // All the free field and no more: the direct sound.
+    assert!(shares(-0.3, 1024)[0].iter().all(|share| (share.value - 1.0).abs() < 1e-6));
 }

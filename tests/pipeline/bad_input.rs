@@ -74,6 +74,15 @@ fn contradicting_options_are_refused() {
     assert!(!shop.path("a.sonelmap").exists());
 }
 
+/// The paper has no mirror chains whose order could be asked for.
+#[test]
+fn the_paper_s_estimator_takes_no_order() {
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "100"]).unwrap();
+    let options = ["--estimator", "paper", "--order", "3"];
+    assert!(complaint(render(&shop, "a.sonelmap", "a.npz", &options)).contains("--order"));
+}
+
 #[test]
 fn a_shard_is_not_rendered_alone() {
     let shop = workshop();
