@@ -191,6 +191,8 @@ fn decide_directivity(wish: Wish, scene: &mut Scene) -> (Vec<bool>, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sonel_acoustics::{Bands, Material};
+    use sonel_geometry::Mesh;
 
     #[test]
     fn specifications_are_read_in_order() {
@@ -198,6 +200,24 @@ mod tests {
         assert_eq!(spec.wishes[Effect::Air as usize], Wish::Off);
         assert_eq!(spec.wishes[Effect::Diffraction as usize], Wish::On);
         assert_eq!(spec.wishes[Effect::Bending as usize], Wish::Auto);
+    }
+
+    /// A single panel has edges, a box has none.
+    #[test]
+    fn the_paper_s_mode_diffracts_wherever_there_are_edges() {
+        let bands = Bands::octaves();
+        let walls = || vec![Material::uniform("walls", 0.1, 0.5, bands.count())];
+        let whole = Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]);
+        let mut panel = whole.clone();
+        panel.triangles.truncate(2);
+        let is_on = |mesh: &Mesh, spec: &str, mode: Mode| {
+            let mut scene = Scene::from_parts(mesh.clone(), walls(), bands.clone(), 1.0);
+            let states = apply(&spec.parse().unwrap(), &mut scene, mode);
+            states[Effect::Diffraction as usize].on.iter().all(|&on| on)
+        };
+        assert!(is_on(&panel, "auto", Mode::Paper) && !is_on(&panel, "auto,-diffraction", Mode::Paper));
+        assert!(!is_on(&panel, "auto", Mode::Accurate) && is_on(&panel, "auto,+diffraction", Mode::Accurate));
+        assert!(!is_on(&whole, "auto", Mode::Paper) && !is_on(&whole, "all", Mode::Paper));
     }
 
     #[test]
