@@ -4,6 +4,7 @@ pub mod change;
 pub mod estimates;
 pub mod judged;
 pub mod meshes;
+pub mod occasions;
 pub mod uneven_box;
 
 use std::path::Path;

@@ -3,6 +3,7 @@
 mod agreement;
 mod comparison;
 mod coverage;
+mod effects;
 mod invariances;
 mod known_rooms;
 mod losses;

@@ -5,6 +5,7 @@ mod conservation;
 mod diffraction;
 mod diffuse_box;
 mod diffuse_sphere;
+mod effects;
 mod free_field;
 mod invariances;
 mod kernels;

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod comparison;
+mod effects;
 mod extend;
 mod figures;
 mod reproducible;

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use sonel_map::{Mode, Settings, SonelMap};
-use sonel_study::effects::{self, EffectSpec};
+use sonel_study::effects::{Decision, EffectSpec, decide};
 use sonel_study::response::receivers_of;
 use sonel_study::trial::{Clock, InMemory, NoClock, Room, Trial, TrialSettings};
 use sonel_testkit::workshop::Workshop;
@@ -15,7 +15,10 @@ fn trial(shop: &Workshop, emissions: u64, clock: &dyn Clock) -> Trial {
     let loaded =
         sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a sound scene");
     let mut scene = loaded.scene;
-    let effects = effects::apply(&EffectSpec::default(), &mut scene, Mode::Accurate);
+    let geometry = scene.geometry().expect("walls");
+    let decisions = decide(&EffectSpec::default(), Mode::Accurate, &mut scene, &geometry, false, &NoClock)
+        .expect("a sound scene");
+    let effects = decisions.iter().map(Decision::state).collect();
     let settings = Settings { emissions, ..Settings::default() };
     let settings = TrialSettings { trace: settings, ..TrialSettings::default() };
     let room = Room::new(&scene, effects).expect("walls");

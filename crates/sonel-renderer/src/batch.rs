@@ -196,7 +196,7 @@ impl Renderer<'_> {
 
     /// What lies between sonels and receivers.
     pub(crate) fn medium(&self) -> Medium<'_> {
-        Medium { geometry: self.geometry, bins: &self.bins, air: self.air.as_ref() }
+        Medium { geometry: self.geometry, bins: &self.bins, air: self.carried_air.as_ref() }
     }
 
     /// Fills `estimate` with what one batch says.

@@ -111,6 +111,12 @@ impl Deposits {
         self.at(receiver, bin)[band / 4][band % 4]
     }
 
+    /// Energy of `receiver` in all bins of `band`.
+    #[must_use]
+    pub fn sum(&self, receiver: usize, band: usize) -> f64 {
+        (0..self.bins).map(|bin| self.get(receiver, bin, band)).sum()
+    }
+
     /// The same with every band for itself, from classes of bands.
     #[must_use]
     pub fn spread(&self, classes: &BandClasses) -> Self {

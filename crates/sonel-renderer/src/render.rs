@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use sonel_acoustics::mean_free_path;
 use sonel_geometry::Geometry;
-use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, SonelMap};
+use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, MapHeader, SonelMap};
 use thiserror::Error;
 
 use crate::air::AirTable;
@@ -21,6 +21,9 @@ use crate::mirror_connection::{has_few_surfaces, image_order};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
 use crate::rendering::Rendering;
+
+/// The effect under which a map states whether air attenuates what packets carry (docs/interface.md).
+const AIR: &str = "air";
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
@@ -172,8 +175,11 @@ pub struct Renderer<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) settings: RenderSettings,
     pub(crate) bins: TimeBins,
+    /// Air of what is computed one by one.
     pub(crate) air: Option<AirTable>,
-    /// m of each class of bands.
+    /// Air of what packets carry.
+    pub(crate) carried_air: Option<AirTable>,
+    /// m of each class of bands, as it is for what is computed one by one.
     pub(crate) attenuation: Vec<f64>,
     /// Bands that neither coefficients nor air tell apart: all estimators work on these.
     pub(crate) classes: BandClasses,
@@ -189,6 +195,14 @@ pub struct Renderer<'a> {
     pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
     /// The paper's own pass, where it is asked for: it stands for all classes but the direct sound.
     pub(crate) paper: Option<Paper>,
+}
+
+/// m per band of the sound that packets carry [1/m]: none where the map states that the scene's air does not matter to it. What is
+/// computed one by one, and air that was asked for anew, is as it is.
+fn carried(attenuation: &[f64], air: &Air, header: &MapHeader) -> Vec<f64> {
+    let stated = header.effects.iter().find(|effect| effect.name == AIR && *air == Air::OfScene);
+    let matters = |band: usize| stated.and_then(|effect| effect.on.get(band)).copied().unwrap_or(true);
+    attenuation.iter().enumerate().map(|(band, &m)| if matters(band) { m } else { 0.0 }).collect()
 }
 
 impl<'a> Renderer<'a> {
@@ -250,7 +264,10 @@ impl<'a> Renderer<'a> {
         } else {
             BandClasses::alike(&scene.materials, &attenuation, traced.spectral)
         };
-        let attenuation: Vec<f64> = classes.representatives().map(|band| attenuation[band]).collect();
+        let carried = carried(&attenuation, &settings.air, map.header());
+        let of_classes =
+            |bands: &[f64]| -> Vec<f64> { classes.representatives().map(|band| bands[band]).collect() };
+        let (attenuation, carried) = (of_classes(&attenuation), of_classes(&carried));
         let table = CoefficientTable::grouped(&scene.materials, &classes, traced.survival);
         Ok(Self {
             image_order: if settings.estimator == Estimator::Auto {
@@ -266,6 +283,7 @@ impl<'a> Renderer<'a> {
                 .then(|| Edges::new(geometry, &table, &scene.bands, scene.speed_of_sound))
                 .flatten(),
             air: AirTable::new(&attenuation, bins.reach),
+            carried_air: AirTable::new(&carried, bins.reach),
             attenuation,
             table,
             material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),

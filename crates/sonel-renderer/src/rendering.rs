@@ -64,6 +64,12 @@ impl Rendering {
         }
     }
 
+    /// All energy of a receiver in a band [1/m²].
+    #[must_use]
+    pub fn energy(&self, receiver: usize, band: usize) -> f64 {
+        self.total.sum(receiver, band)
+    }
+
     /// The same with every band for itself, from classes of bands.
     #[must_use]
     pub fn spread(self, classes: &BandClasses) -> Self {

@@ -183,7 +183,13 @@ impl<'a> Room<'a> {
     /// # Errors
     /// When its mesh has no usable triangle.
     pub fn new(scene: &'a Scene, effects: Vec<EffectState>) -> Result<Self, GeometryError> {
-        Ok(Self { scene, effects, geometry: scene.geometry()? })
+        Ok(Self::within(scene, scene.geometry()?, effects))
+    }
+
+    /// The same with the walls of `scene` at hand.
+    #[must_use]
+    pub fn within(scene: &'a Scene, geometry: Geometry, effects: Vec<EffectState>) -> Self {
+        Self { scene, effects, geometry }
     }
 
     /// The scene.
@@ -230,40 +236,43 @@ impl<'a> Room<'a> {
         store: &mut impl MapStore,
         clock: &dyn Clock,
     ) -> Result<TracedMap, TrialError> {
-        let begin = clock.process();
-        let mut writer = MapWriter::begin(store.begin().map_err(MapError::from)?)?;
-        let mut write = 0.0;
-        let header = self.header(settings);
-        let tracer = Tracer::of(&header, &self.geometry);
-        let books = tracer.run(ShardRange::WHOLE, |chunk: TracedChunk| {
-            // Other threads trace meanwhile; only this one writes.
-            let before = clock.thread();
-            let pushed = writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books);
-            write += clock.thread() - before;
-            pushed
-        })?;
-        let traced = clock.process() - begin - write;
-        let before = clock.process();
-        let written = writer.finish(&header)?;
-        let finished = clock.process();
-        let map = store.open(written)?;
-        let seconds = TraceSeconds {
-            trace: traced,
-            write: write + finished - before,
-            open: clock.process() - finished,
-        };
-        Ok(TracedMap { map, books, seconds })
+        trace(self.scene, &self.geometry, self.effects.clone(), settings, store, clock)
     }
+}
 
-    fn header(&self, settings: Settings) -> MapHeader {
-        MapHeader {
-            tool_version: env!("CARGO_PKG_VERSION").to_owned(),
-            settings,
-            shard: ShardRange::WHOLE,
-            effects: self.effects.clone(),
-            scene: self.scene.clone(),
-        }
-    }
+/// Traces `scene`, whose walls are `geometry`, into a map that states `effects`.
+///
+/// # Errors
+/// When the room leaks or the map cannot be stored.
+pub(crate) fn trace(
+    scene: &Scene,
+    geometry: &Geometry,
+    effects: Vec<EffectState>,
+    settings: Settings,
+    store: &mut impl MapStore,
+    clock: &dyn Clock,
+) -> Result<TracedMap, TrialError> {
+    let begin = clock.process();
+    let mut writer = MapWriter::begin(store.begin().map_err(MapError::from)?)?;
+    let mut write = 0.0;
+    let tool_version = env!("CARGO_PKG_VERSION").to_owned();
+    let header =
+        MapHeader { tool_version, settings, shard: ShardRange::WHOLE, effects, scene: scene.clone() };
+    let books = Tracer::of(&header, geometry).run(ShardRange::WHOLE, |chunk: TracedChunk| {
+        // Other threads trace meanwhile; only this one writes.
+        let before = clock.thread();
+        let pushed = writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books);
+        write += clock.thread() - before;
+        pushed
+    })?;
+    let traced = clock.process() - begin - write;
+    let before = clock.process();
+    let written = writer.finish(&header)?;
+    let finished = clock.process();
+    let map = store.open(written)?;
+    let seconds =
+        TraceSeconds { trace: traced, write: write + finished - before, open: clock.process() - finished };
+    Ok(TracedMap { map, books, seconds })
 }
 
 /// Renders every source of `map`, whose walls are `geometry`, at `receivers` and reads the figures.

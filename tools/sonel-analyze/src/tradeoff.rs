@@ -16,7 +16,7 @@ use sonel_geometry::Geometry;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::{Estimator, RenderSettings};
 use sonel_scene::Loaded;
-use sonel_study::effects;
+use sonel_study::effects::{self, Decision};
 use sonel_study::response::receivers_of;
 use sonel_study::tradeoff::report::{self, Findings};
 use sonel_study::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
@@ -60,8 +60,10 @@ pub fn run(
         bail!("{} has no receiver to judge by: add [[receivers]]", arguments.scene.display());
     }
     let mode = arguments.mode.first().map_or(Mode::Accurate, |&mode| mode.into());
-    let effects = effects::apply(&arguments.effects.clone().unwrap_or_default(), &mut scene, mode);
-    let room = Room::new(&scene, effects).context("the scene's walls cannot be used")?;
+    let geometry = scene.geometry().context("the scene's walls cannot be used")?;
+    let spec = arguments.effects.clone().unwrap_or_default();
+    let decisions = effects::decide(&spec, mode, &mut scene, &geometry, false, &CpuClock)?;
+    let room = Room::within(&scene, geometry, decisions.iter().map(Decision::state).collect());
     let sweep = sweep(arguments, room.geometry());
 
     let folder = &arguments.output;

@@ -14,7 +14,7 @@ use sonel_console::{Outcome, Stopwatch, input, use_threads};
 use sonel_map::SonelMap;
 use sonel_renderer::{Air, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
-use sonel_study::response;
+use sonel_study::{effects, response};
 
 pub use arguments::{Arguments, Grid};
 
@@ -62,8 +62,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         arguments.output.display()
     )?;
     log_classes(&renderer, &renderings, log)?;
+    let missing = effects::missing(map.header(), &geometry, &receivers, &renderings);
+    for sentence in &missing {
+        writeln!(log, "warning: {sentence}")?;
+    }
     if arguments.json {
-        let report = run.report(&renderings, opened, (wall, cpu));
+        let mut report = run.report(&renderings, opened, (wall, cpu));
+        report["warnings"] = missing.into();
         writeln!(out, "{report}")?;
     }
     Ok(Outcome::Done)

@@ -7,10 +7,12 @@ use std::fmt::Display;
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use sonel_console::clock::CpuClock;
 use sonel_console::input;
-use sonel_map::{MapHeader, Mode, Settings, SonelMap, Spectral};
+use sonel_geometry::Geometry;
+use sonel_map::{EffectState, MapHeader, Mode, Settings, SonelMap, Spectral};
 use sonel_scene::Scene;
-use sonel_study::effects;
+use sonel_study::effects::{self, Decision};
 
 use crate::arguments::Arguments;
 
@@ -19,13 +21,19 @@ use crate::arguments::Arguments;
 ///
 /// # Errors
 /// When the map is unusable; all contradictions between it and `arguments` or `scene`.
-pub fn open(path: &Path, arguments: &Arguments, scene: &Scene) -> anyhow::Result<(MapHeader, SonelMap)> {
+pub fn open(
+    path: &Path,
+    arguments: &Arguments,
+    scene: &Scene,
+    geometry: &Geometry,
+) -> anyhow::Result<(MapHeader, SonelMap)> {
     let named = || path.display().to_string();
     let file = input::open(path).with_context(|| format!("cannot open {}", path.display()))?;
     let map = SonelMap::open(&file).with_context(named)?;
     map.require_whole().with_context(named)?;
     let header = map.header();
-    let problems = contradictions(arguments, header, scene);
+    let mut problems = contradictions(arguments, header, scene);
+    problems.extend(other_effects(arguments, header, scene, geometry)?);
     if !problems.is_empty() {
         let problems: Vec<String> =
             problems.iter().map(|problem| format!("{}: {problem}", path.display())).collect();
@@ -50,7 +58,6 @@ fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> V
             header.tool_version
         ));
     }
-    let same_scene = (scene.digest, scene.mesh_digest) == (header.scene.digest, header.scene.mesh_digest);
     for (what, digest, traced) in [
         ("scene file", scene.digest, header.scene.digest),
         ("mesh file", scene.mesh_digest, header.scene.mesh_digest),
@@ -89,18 +96,34 @@ fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> V
         .into_iter()
         .flatten(),
     );
-    if same_scene && let Some(spec) = &arguments.effects {
-        let wanted = effects::apply(spec, &mut scene.clone(), header.settings.mode);
-        for (wanted, traced) in wanted.iter().zip(&header.effects).filter(|(a, b)| a.on != b.on) {
-            problems.push(format!(
-                "--effects would have {} {}, the map was traced with {}: leave --effects out",
-                wanted.name,
-                in_words(&wanted.on),
-                in_words(&traced.on)
-            ));
-        }
-    }
     problems
+}
+
+/// Effects that `--effects` would decide otherwise than the map that is extended.
+fn other_effects(
+    arguments: &Arguments,
+    header: &MapHeader,
+    scene: &Scene,
+    geometry: &Geometry,
+) -> anyhow::Result<Vec<String>> {
+    let Some(spec) = arguments.effects.as_ref().filter(|_| is_same_scene(scene, header)) else {
+        return Ok(Vec::new());
+    };
+    let wanted = effects::decide(spec, header.settings.mode, &mut scene.clone(), geometry, false, &CpuClock)?;
+    let differing = wanted.iter().zip(&header.effects).filter(|(wanted, traced)| wanted.on != traced.on);
+    let problem = |(wanted, traced): (&Decision, &EffectState)| {
+        format!(
+            "--effects would have {} {}, the map was traced with {}: leave --effects out",
+            wanted.effect.name(),
+            in_words(&wanted.on),
+            in_words(&traced.on)
+        )
+    };
+    Ok(differing.map(problem).collect())
+}
+
+fn is_same_scene(scene: &Scene, header: &MapHeader) -> bool {
+    (scene.digest, scene.mesh_digest) == (header.scene.digest, header.scene.mesh_digest)
 }
 
 fn contradiction<T: PartialEq + Display>(option: &str, given: Option<T>, traced: T) -> Option<String> {

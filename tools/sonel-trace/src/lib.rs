@@ -8,12 +8,14 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use sonel_console::clock::CpuClock;
 use sonel_console::output::Output;
 use sonel_console::progress::Progress;
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
+use sonel_geometry::Geometry;
 use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
 use sonel_scene::{Loaded, Scene};
-use sonel_study::effects;
+use sonel_study::effects::{self, Decision};
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
 
 pub use arguments::Arguments;
@@ -30,9 +32,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     for note in notes {
         writeln!(log, "note: {note}")?;
     }
-    let (header, beginning) = begin(arguments, settings, scene)?;
-    let (scene, shard) = (&header.scene, header.shard);
     let geometry = scene.geometry().context("the scene's walls cannot be used")?;
+    let Beginning { header, decisions, extended } = begin(arguments, settings, scene, &geometry)?;
+    let (scene, shard) = (&header.scene, header.shard);
 
     let mut output = Output::create(&arguments.output)?;
     let tracer = Tracer::of(&header, &geometry);
@@ -45,8 +47,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         progress.reach(done);
         writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
     };
-    let books = match &beginning {
-        Some(beginning) => tracer.extend(beginning, sink),
+    let books = match &extended {
+        Some(map) => tracer.extend(map, sink),
         None => tracer.run(shard, sink),
     };
     progress.end();
@@ -54,10 +56,16 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let vertices = writer.vertex_count();
     writer.finish(&header).map_err(|error| describe(TraceError::Sink(error), &arguments.output))?;
     // A map that is replaced by its extension must not be open meanwhile.
-    drop(beginning);
+    drop(extended);
     output.publish()?;
 
-    let run = report::Run { header: &header, books: &books, stored: vertices, seconds: watch.seconds() };
+    let run = report::Run {
+        header: &header,
+        decisions: &decisions,
+        books: &books,
+        stored: vertices,
+        seconds: watch.seconds(),
+    };
     writeln!(log, "{}", report::summary(&run, &arguments.output))?;
     if arguments.json {
         writeln!(out, "{}", report::json(&run))?;
@@ -66,20 +74,33 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     Ok(Outcome::Done)
 }
 
-/// Provenance of the map that `arguments` ask for, and the map that it extends.
+/// What a run begins with.
+struct Beginning {
+    /// Provenance of the map that is asked for.
+    header: MapHeader,
+    /// Why its effects are as they are; none where a map was extended, which has decided.
+    decisions: Vec<Decision>,
+    /// The map that is extended.
+    extended: Option<SonelMap>,
+}
+
 fn begin(
     arguments: &Arguments,
     settings: Settings,
     mut scene: Scene,
-) -> anyhow::Result<(MapHeader, Option<SonelMap>)> {
+    geometry: &Geometry,
+) -> anyhow::Result<Beginning> {
     if let Some(map) = &arguments.extend {
-        let (header, map) = extension::open(map, arguments, &scene)?;
-        return Ok((header, Some(map)));
+        let (header, map) = extension::open(map, arguments, &scene, geometry)?;
+        return Ok(Beginning { header, decisions: Vec::new(), extended: Some(map) });
     }
     scene.duration = arguments.duration.unwrap_or(scene.duration);
-    let effects = effects::apply(&arguments.effects.clone().unwrap_or_default(), &mut scene, settings.mode);
+    let spec = arguments.effects.clone().unwrap_or_default();
+    let decisions = effects::decide(&spec, settings.mode, &mut scene, geometry, false, &CpuClock)?;
     let (tool_version, shard) = (env!("CARGO_PKG_VERSION").to_owned(), arguments.shard_range());
-    Ok((MapHeader { tool_version, settings, shard, effects, scene }, None))
+    let effects = decisions.iter().map(Decision::state).collect();
+    let header = MapHeader { tool_version, settings, shard, effects, scene };
+    Ok(Beginning { header, decisions, extended: None })
 }
 
 fn describe(error: TraceError<MapError>, output: &Path) -> anyhow::Error {

@@ -4,11 +4,14 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use sonel_map::{EffectState, Fate, Ledger, MapHeader};
+use sonel_study::effects::Decision;
 
 /// A finished run.
 pub struct Run<'a> {
     /// Provenance.
     pub header: &'a MapHeader,
+    /// Why its effects are as they are, where they were decided now.
+    pub decisions: &'a [Decision],
     /// Its books.
     pub books: &'a Ledger,
     /// Vertices stored.
@@ -97,8 +100,26 @@ pub fn json(run: &Run<'_>) -> Value {
         "cpu_s": run.seconds.1,
         "fates": fates,
         "ledger": ledger,
-        "effects": run.header.effects.iter().map(effect).collect::<Vec<_>>(),
+        "effects": effects(run),
     })
+}
+
+fn effects(run: &Run<'_>) -> Vec<Value> {
+    if run.decisions.is_empty() {
+        run.header.effects.iter().map(effect).collect()
+    } else {
+        run.decisions.iter().map(decision).collect()
+    }
+}
+
+/// An effect with what leaving it out would change.
+pub fn decision(decision: &Decision) -> Value {
+    let mut value = effect(&decision.state());
+    if let Some(bound) = &decision.bound {
+        value["level_bound_db"] = json!(bound.level_db);
+        value["decay_bound_percent"] = bound.decay.iter().map(|decay| 100.0 * decay).collect();
+    }
+    value
 }
 
 fn effect(effect: &EffectState) -> Value {

@@ -1,0 +1,114 @@
+//! Attenuation by air of what packets carry.
+//!
+//! Sound that decays at a rate of k per second has e-folded after c/k metres, and air takes m of it a metre: without air T is longer by
+//! x = m c/k of itself and levels are up to 10 lg(1 + x) higher. In a closed room k is that of Eyring, c A/(4V) with A = −S ln(1 − ᾱ), and x = 4mV/A; where
+//! absorption is uneven and walls are mirrors rooms decay more slowly, so x is taken [`SLOWEST`] times. In the open nothing sustains the
+//! sound, and x is m times the longest way. No sound decays more slowly than along the diameter between the least absorbing surfaces, and that
+//! is taken where it is less.
+//!
+//! Direct sound, mirror chains and edges are computed one by one and always carry the scene's air: there it costs nothing.
+//!
+//! References: [Eyring1930] (docs/references.md), ISO 9613-1 by way of `sonel-acoustics`.
+
+use std::f64::consts::LOG10_E;
+
+use glam::DVec3;
+use sonel_acoustics::mean_absorption;
+use sonel_geometry::Geometry;
+use sonel_scene::Scene;
+
+use super::spec::Wish;
+use super::{ASKED, Bound, Decision, Effect, exceeding};
+
+/// How many times more slowly than Eyring's a room may decay: seven times does a box of mirrors (10 × 8 × 3 m, α = 0.05) whose floor alone absorbs
+/// (α = 0.6, T30 4.2 s for Eyring's 0.60 s), 2.6 times with s = 0.1.
+const SLOWEST: f64 = 8.0;
+/// Ways in the open, in diameters of the scene: there and back, twice.
+const LONGEST_WAY: f64 = 4.0;
+
+/// Decides on air, and changes the scene's as was asked.
+pub(super) fn decide(wish: Wish, scene: &mut Scene, geometry: &Geometry) -> Decision {
+    match wish {
+        Wish::Off => scene.air_attenuation.fill(0.0),
+        Wish::On => {
+            for (band, attenuation) in scene.air_attenuation.iter_mut().enumerate() {
+                *attenuation = scene.air.energy_attenuation(scene.bands.exact_midband(band));
+            }
+        }
+        Wish::Auto | Wish::Scene => {}
+    }
+    let attenuates: Vec<bool> = scene.air_attenuation.iter().map(|&m| m > 0.0).collect();
+    if !attenuates.contains(&true) {
+        let why = if wish == Wish::Off { ASKED } else { "the scene has none" };
+        return Decision::new(Effect::Air, attenuates, why.to_owned());
+    }
+    let losses = losses(scene, geometry);
+    let bound = Bound {
+        level_db: losses.iter().map(|loss| 10.0 * LOG10_E * libm::log1p(loss.most)).collect(),
+        decay: losses.iter().map(|loss| loss.most).collect(),
+    };
+    let on = if wish == Wish::Auto { exceeding(&bound) } else { attenuates };
+    let reason = if wish == Wish::Auto { reason(scene, &losses) } else { ASKED.to_owned() };
+    Decision {
+        bound: Some(bound),
+        cost: "one factor a deposit".to_owned(),
+        ..Decision::new(Effect::Air, on, reason)
+    }
+}
+
+/// What air takes of the sound of a band, in e-folds of its decay.
+struct Loss {
+    likely: f64,
+    most: f64,
+}
+
+fn losses(scene: &Scene, geometry: &Geometry) -> Vec<Loss> {
+    let ways = ways(scene, geometry);
+    let of = |(m, (likely, most)): (&f64, (f64, f64))| Loss { likely: m * likely, most: m * most };
+    scene.air_attenuation.iter().zip(ways).map(of).collect()
+}
+
+/// Likely and longest way over which the sound of each band e-folds [m].
+fn ways(scene: &Scene, geometry: &Geometry) -> Vec<(f64, f64)> {
+    let run = scene.duration * scene.speed_of_sound;
+    let closed = geometry.volume().filter(|volume| *volume > 0.0);
+    (0..scene.bands.count())
+        .map(|band| match closed {
+            Some(volume) => {
+                let walls = |material: usize| {
+                    (geometry.exposed_area(material as u32), scene.materials[material].absorption[band])
+                };
+                let walls = || (0..scene.materials.len()).map(walls);
+                let area: f64 = walls().map(|(area, _)| area).sum();
+                let absorption = -area * libm::log1p(-mean_absorption(walls()));
+                let likely = (4.0 * volume / absorption).min(run);
+                let least =
+                    walls().filter(|(area, _)| *area > 0.0).map(|(_, alpha)| alpha).fold(1.0, f64::min);
+                let along_diameter = -diameter(scene, geometry) / libm::log1p(-least);
+                (likely, (SLOWEST * likely).min(along_diameter.max(likely)).min(run))
+            }
+            None => {
+                let longest = (LONGEST_WAY * diameter(scene, geometry)).min(run);
+                (longest, longest)
+            }
+        })
+        .collect()
+}
+
+/// Diameter of everything there is [m].
+fn diameter(scene: &Scene, geometry: &Geometry) -> f64 {
+    let places = scene.sources.iter().map(|source| source.position);
+    let places = places.chain(scene.receivers.iter().map(|receiver| receiver.position));
+    let (low, high) = places
+        .fold(geometry.bounds(), |(low, high): (DVec3, DVec3), place| (low.min(place), high.max(place)));
+    low.distance(high)
+}
+
+fn reason(scene: &Scene, losses: &[Loss]) -> String {
+    let nominal = scene.bands.nominal();
+    let percent = |band: usize| 100.0 * losses[band].likely;
+    let last = losses.len() - 1;
+    let of = |band: usize| format!("{:.2} % at {} Hz", percent(band), nominal[band]);
+    let range = if last == 0 { of(0) } else { format!("{} to {}", of(0), of(last)) };
+    format!("air takes {range} of what surfaces absorb (4mV/A)")
+}

@@ -1,0 +1,208 @@
+//! What diffraction at edges is worth: a short run heard with and without it.
+//!
+//! Edges change deterministic paths only, so both are heard in the same packets and their difference has no noise of its own; what
+//! the short run does not know exactly is the sound that the difference is compared with, and that is taken at the lower end of its
+//! interval. A level then changes by at most 10 lg(1 + |ΔF|/F). What edges change comes early: it moves the beginning of the decay curve against
+//! its rest by no more than that, and the slope of a line fitted over 30 dB by at most 3/2 of it in 30. One integral serves all
+//! bands of an edge: where one band calls for it, all have it.
+
+use std::f64::consts::LOG10_E;
+
+use glam::DVec3;
+use sonel_analysis::{Figure, Parameter};
+use sonel_geometry::Geometry;
+use sonel_map::{EffectState, Settings};
+use sonel_renderer::{ReceiverPoint, RenderSettings};
+use sonel_scene::Scene;
+
+use super::spec::Wish;
+use super::{ASKED, Bound, Decision, Effect, exceeding};
+use crate::response::receivers_of;
+use crate::trial::{Clock, Heard, InMemory, TrialError, hear, trace};
+
+/// Most receivers that are listened at: of more, as many evenly among them.
+pub const LISTENERS: usize = 8;
+/// Packets of the short run: the diffuse field to a few per cent.
+const EMISSIONS: u64 = 1024;
+/// Visibility rays of a listener.
+const RAYS: u32 = 2048;
+/// Why nothing diffracts.
+const NO_EDGE: &str = "no free or convex edge";
+/// Points of a sequence that are tried for a place in the air.
+const TRIES: u32 = 4096;
+/// Levels over which T30 is fitted [dB].
+const T30_RANGE_DB: f64 = 30.0;
+/// Change of a fitted slope over the range, in units of a step somewhere in the curve, at most: 6 x (1 − x) with the step in the middle.
+const STEP_IN_SLOPE: f64 = 1.5;
+/// What a level that has no interval may be wrong by [dB].
+const UNKNOWN_DB: f64 = 3.0;
+
+/// Decides on diffraction; `weigh` asks for the bound even if it was decided about.
+pub(super) fn decide(
+    wish: Wish,
+    scene: &Scene,
+    geometry: &Geometry,
+    weigh: bool,
+    clock: &dyn Clock,
+) -> Result<Decision, TrialError> {
+    let bands = scene.bands.count();
+    let count = geometry.diffracting_edges().count();
+    let decision = |on: bool, reason: String| Decision::new(Effect::Diffraction, vec![on; bands], reason);
+    if count == 0 {
+        let bound = Some(Bound::nothing(bands));
+        return Ok(Decision { bound, ..decision(false, NO_EDGE.to_owned()) });
+    }
+    if let Some(on) = wish.decided().filter(|_| !weigh) {
+        return Ok(decision(on, format!("{ASKED}: {count} edges")));
+    }
+    let worth = weigh_edges(scene, geometry, clock)?;
+    let on = wish.decided().unwrap_or_else(|| exceeding(&worth.bound).contains(&true));
+    let why = if wish == Wish::Auto { String::new() } else { format!("{ASKED}: ") };
+    let reason = format!("{why}{} {}", describe(count, scene, geometry), worth.describe(scene));
+    let cost = format!("{:.2} CPU-s a receiver", worth.seconds);
+    Ok(Decision { bound: Some(worth.bound), cost, ..decision(on, reason) })
+}
+
+/// The same in the founding paper's mode, whose diffraction is part of the method and weighed by nobody.
+pub(super) fn decide_for_paper(wish: Wish, scene: &Scene, geometry: &Geometry) -> Decision {
+    let bands = scene.bands.count();
+    let (on, reason) = match (geometry.diffracting_edges().count(), wish) {
+        (_, Wish::Off) => (false, ASKED.to_owned()),
+        (0, _) => (false, NO_EDGE.to_owned()),
+        (count, _) => {
+            (true, format!("the paper's: zones of half a wavelength on either side of {count} edges"))
+        }
+    };
+    Decision::new(Effect::Diffraction, vec![on; bands], reason)
+}
+
+fn describe(count: usize, scene: &Scene, geometry: &Geometry) -> String {
+    let length = |ends: [DVec3; 2]| ends[0].distance(ends[1]);
+    let longest = geometry.diffracting_edges().map(|edge| length(edge.ends)).fold(0.0, f64::max);
+    let highest = scene.bands.nominal().iter().copied().fold(0.0, f64::max);
+    let short = longest < 0.25 * scene.speed_of_sound / highest;
+    let edges = if count == 1 { "edge" } else { "edges" };
+    format!("{count} {edges}{}", if short { ", none longer than λ/4," } else { "" })
+}
+
+/// What edges are worth.
+struct Worth {
+    bound: Bound,
+    listeners: String,
+    /// CPU seconds a receiver.
+    seconds: f64,
+}
+
+impl Worth {
+    fn describe(&self, scene: &Scene) -> String {
+        let (level_db, band) = self
+            .bound
+            .level_db
+            .iter()
+            .zip(scene.bands.nominal())
+            .fold((0.0, 0.0), |most, (&level, &band)| if level >= most.0 { (level, band) } else { most });
+        let decay = self.bound.decay.iter().copied().fold(0.0, f64::max);
+        let level = if level_db.is_finite() {
+            format!("change levels by up to {level_db:.2} dB ({band} Hz)")
+        } else {
+            format!("bring sound where there is none without them ({band} Hz)")
+        };
+        format!("{level} and T by up to {:.2} %, {}", 100.0 * decay, self.listeners)
+    }
+}
+
+fn weigh_edges(scene: &Scene, geometry: &Geometry, clock: &dyn Clock) -> Result<Worth, TrialError> {
+    let (listeners, described) = listeners(scene, geometry);
+    let heard = |on: bool| -> Result<Heard, TrialError> {
+        let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
+        let state = EffectState {
+            name: Effect::Diffraction.name().to_owned(),
+            on: vec![on; scene.bands.count()],
+            reason: String::new(),
+        };
+        let traced = trace(scene, geometry, vec![state], settings, &mut InMemory, clock)?;
+        let render = RenderSettings { rays: RAYS, ..RenderSettings::default() };
+        Ok(hear(&traced.map, geometry, &listeners, &render, clock)?)
+    };
+    let (without, with) = (heard(false)?, heard(true)?);
+    let places = (listeners.len() * scene.sources.len()).max(1) as f64;
+    Ok(Worth {
+        bound: change(scene.bands.count(), &without, &with),
+        listeners: described,
+        seconds: (with.seconds.deterministic - without.seconds.deterministic).max(0.0) / places,
+    })
+}
+
+/// The largest change between two ways of hearing the same packets.
+fn change(bands: usize, without: &Heard, with: &Heard) -> Bound {
+    let mut bound = Bound::nothing(bands);
+    for (without, with) in without.figures.iter().zip(&with.figures) {
+        for (band, (without, with)) in without.bands.iter().zip(&with.bands).enumerate() {
+            let level = level_change(without.figure(Parameter::Level), with.figure(Parameter::Level));
+            bound.level_db[band] = bound.level_db[band].max(level);
+        }
+    }
+    bound.decay = bound.level_db.iter().map(|level| STEP_IN_SLOPE * level / T30_RANGE_DB).collect();
+    bound
+}
+
+/// 10 lg(1 + |ΔF|/F), F at the lower end of its interval [dB]; infinite where there is sound with the effect only.
+fn level_change(without: &Figure, with: &Figure) -> f64 {
+    let (without, with) = match (without, with) {
+        (Ok(without), Ok(with)) => (without, with),
+        (Err(_), Err(_)) => return 0.0,
+        _ => return f64::INFINITY,
+    };
+    let uncertain = without.interval.as_ref().map_or(UNKNOWN_DB, |interval| without.value - interval[0]);
+    let ratio = libm::pow(10.0, (with.value - without.value).abs() / 10.0);
+    10.0 * LOG10_E * libm::log1p((ratio - 1.0) * libm::pow(10.0, uncertain.max(0.0) / 10.0))
+}
+
+/// Where the room is listened to, and how to say that.
+fn listeners(scene: &Scene, geometry: &Geometry) -> (Vec<ReceiverPoint>, String) {
+    let named = receivers_of(scene);
+    match named.len() {
+        0 => {
+            let places = places(scene, geometry);
+            let described = format!("at {} places in the air", places.len());
+            (places, described)
+        }
+        1 => (named, "at the scene's receiver".to_owned()),
+        count if count <= LISTENERS => (named, format!("at the scene's {count} receivers")),
+        count => {
+            let chosen = (0..LISTENERS).map(|number| named[number * count / LISTENERS].clone()).collect();
+            (chosen, format!("at {LISTENERS} of the scene's {count} receivers"))
+        }
+    }
+}
+
+/// Places spread evenly over the air, for scenes without receivers: points of the sequence of Halton in the box about everything.
+pub(crate) fn places(scene: &Scene, geometry: &Geometry) -> Vec<ReceiverPoint> {
+    let sources = || scene.sources.iter().map(|source| source.position);
+    let (low, high) = sources().fold(geometry.bounds(), |(low, high), at| (low.min(at), high.max(at)));
+    let least = f64::from(geometry.resolution());
+    let in_air = |place: &DVec3| {
+        (!geometry.is_closed_room() || geometry.contains(*place))
+            && sources().all(|source| source.distance(*place) > least)
+    };
+    (1..=TRIES)
+        .map(|number| {
+            low + (high - low) * DVec3::from_array([2, 3, 5].map(|base| radical_inverse(number, base)))
+        })
+        .filter(in_air)
+        .take(LISTENERS)
+        .enumerate()
+        .map(|(number, position)| ReceiverPoint { name: format!("place {}", number + 1), position })
+        .collect()
+}
+
+/// The digits of `number` in `base` mirrored at the point.
+fn radical_inverse(mut number: u32, base: u32) -> f64 {
+    let (mut inverse, mut digit) = (0.0, 1.0);
+    while number > 0 {
+        digit /= f64::from(base);
+        inverse += digit * f64::from(number % base);
+        number /= base;
+    }
+    inverse
+}

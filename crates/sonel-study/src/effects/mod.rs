@@ -1,0 +1,206 @@
+//! Which effects a scene calls for, per band, and why.
+//!
+//! Of each effect a bound is derived on what leaving it out changes in levels and reverberation times; `auto` leaves it out where
+//! both are below a tenth of a just-noticeable difference ([`LEVEL_DB`], [`DECAY`]) and simulates it otherwise. A new effect is a
+//! variant of [`Effect`] and an arm of [`decide`]; what tells its worth is a module of its own. An effect that is not built yet
+//! is off, with that reason, whatever was asked for.
+
+mod air;
+mod edges;
+mod shadow;
+mod skips;
+mod spec;
+
+use sonel_acoustics::Directivity;
+use sonel_geometry::Geometry;
+use sonel_map::{EffectState, Mode};
+use sonel_scene::Scene;
+
+pub use edges::LISTENERS;
+pub use shadow::missing;
+pub use skips::{Skip, skips};
+pub use spec::{EffectSpec, EffectSpecError};
+
+use crate::trial::{Clock, TrialError};
+use spec::Wish;
+
+/// Change of a level below which an effect may be left out: a tenth of a just-noticeable difference.
+pub const LEVEL_DB: f64 = 0.1;
+/// Relative change of a reverberation time below which an effect may be left out: a tenth of a just-noticeable difference.
+pub const DECAY: f64 = 0.005;
+
+/// The reason of effects that the user decided about.
+const ASKED: &str = "asked for";
+
+/// An effect that a scene may call for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effect {
+    /// Edge diffraction of deterministic paths.
+    Diffraction,
+    /// Bending of packets at edges.
+    Bending,
+    /// Sound through partitions.
+    Transmission,
+    /// Bending by gradients of the medium.
+    Refraction,
+    /// Attenuation by air.
+    Air,
+    /// Directivity of sources.
+    Directivity,
+}
+
+impl Effect {
+    /// All effects in the order of the interface.
+    pub const ALL: [Self; 6] = [
+        Self::Diffraction,
+        Self::Bending,
+        Self::Transmission,
+        Self::Refraction,
+        Self::Air,
+        Self::Directivity,
+    ];
+
+    /// Its name in `--effects`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Diffraction => "diffraction",
+            Self::Bending => "bending",
+            Self::Transmission => "transmission",
+            Self::Refraction => "refraction",
+            Self::Air => "air",
+            Self::Directivity => "directivity",
+        }
+    }
+}
+
+/// The most that leaving an effect out changes, per band.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bound {
+    /// In any level [dB].
+    pub level_db: Vec<f64>,
+    /// In any reverberation time, of itself [1].
+    pub decay: Vec<f64>,
+}
+
+impl Bound {
+    /// Nothing in any of `bands`.
+    fn nothing(bands: usize) -> Self {
+        Self { level_db: vec![0.0; bands], decay: vec![0.0; bands] }
+    }
+}
+
+/// What was decided about an effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decision {
+    /// The effect.
+    pub effect: Effect,
+    /// Whether it is simulated, per band.
+    pub on: Vec<bool>,
+    /// What leaving it out changes at most; none where nobody asked or nothing can tell.
+    pub bound: Option<Bound>,
+    /// Why, in words.
+    pub reason: String,
+    /// What it costs, in words; empty where it is nothing.
+    pub cost: String,
+}
+
+impl Decision {
+    fn new(effect: Effect, on: Vec<bool>, reason: String) -> Self {
+        Self { effect, on, bound: None, reason, cost: String::new() }
+    }
+
+    /// What a map says of it.
+    #[must_use]
+    pub fn state(&self) -> EffectState {
+        EffectState { name: self.effect.name().to_owned(), on: self.on.clone(), reason: self.reason.clone() }
+    }
+}
+
+/// Bands in which a bound exceeds either threshold.
+fn exceeding(bound: &Bound) -> Vec<bool> {
+    bound
+        .level_db
+        .iter()
+        .zip(&bound.decay)
+        .map(|(&level, &decay)| level > LEVEL_DB || decay > DECAY)
+        .collect()
+}
+
+/// Decides every effect for `scene`, whose walls are `geometry` and which is traced in `mode`, and changes the scene accordingly: air switched on or off,
+/// directivities dropped. What edges are worth is heard in a short run, if the scene has any and nobody decided about them; `weigh` asks for the bounds
+/// of effects that were decided about, too. The decision is a function of scene and `spec` alone; `clock` tells only what an effect costs.
+///
+/// # Errors
+/// When the short run fails: the room leaks, a receiver is impossible.
+pub fn decide(
+    spec: &EffectSpec,
+    mode: Mode,
+    scene: &mut Scene,
+    geometry: &Geometry,
+    weigh: bool,
+    clock: &dyn Clock,
+) -> Result<Vec<Decision>, TrialError> {
+    // Air and directivity first: the short run is heard with them.
+    let air = air::decide(spec.wish(Effect::Air), scene, geometry);
+    let directivity = decide_directivity(spec.wish(Effect::Directivity), scene);
+    Effect::ALL
+        .into_iter()
+        .map(|effect| match effect {
+            Effect::Diffraction if mode == Mode::Paper => {
+                Ok(edges::decide_for_paper(spec.wish(effect), scene, geometry))
+            }
+            Effect::Diffraction => edges::decide(spec.wish(effect), scene, geometry, weigh, clock),
+            Effect::Air => Ok(air.clone()),
+            Effect::Directivity => Ok(directivity.clone()),
+            _ => Ok(Decision::new(effect, vec![false; scene.bands.count()], "not built yet".to_owned())),
+        })
+        .collect()
+}
+
+/// Directivity changes no more than the weight of emissions, and is heard as soon as a source has one.
+fn decide_directivity(wish: Wish, scene: &mut Scene) -> Decision {
+    let bands = scene.bands.count();
+    let directional = scene.sources.iter().filter(|source| source.directivity != Directivity::Omni).count();
+    if wish == Wish::Off {
+        for source in &mut scene.sources {
+            source.directivity = Directivity::Omni;
+        }
+    }
+    let (on, reason) = match (directional, wish) {
+        (0, _) => (false, "every source is omnidirectional".to_owned()),
+        (_, Wish::Off) => (false, format!("{ASKED}: sources treated as omnidirectional")),
+        (count, _) => (true, format!("{count} of {} sources are directional", scene.sources.len())),
+    };
+    let bound = (directional == 0).then(|| Bound::nothing(bands));
+    let cost = if on { "one factor an emission".to_owned() } else { String::new() };
+    Decision { bound, cost, ..Decision::new(Effect::Directivity, vec![on; bands], reason) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trial::NoClock;
+    use sonel_acoustics::{Bands, Material};
+    use sonel_geometry::Mesh;
+
+    /// A single panel has edges, a box has none.
+    #[test]
+    fn the_paper_s_mode_diffracts_wherever_there_are_edges() {
+        let bands = Bands::octaves();
+        let walls = || vec![Material::uniform("walls", 0.1, 0.5, bands.count())];
+        let whole = Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]);
+        let mut panel = whole.clone();
+        panel.triangles.truncate(2);
+        let is_on = |mesh: &Mesh, spec: &str, mode: Mode| {
+            let mut scene = Scene::from_parts(mesh.clone(), walls(), bands.clone(), 1.0);
+            let geometry = scene.geometry().unwrap();
+            let spec = spec.parse().unwrap();
+            let decisions = decide(&spec, mode, &mut scene, &geometry, false, &NoClock).unwrap();
+            decisions[Effect::Diffraction as usize].on.iter().all(|&on| on)
+        };
+        assert!(is_on(&panel, "auto", Mode::Paper) && !is_on(&panel, "auto,-diffraction", Mode::Paper));
+        assert!(is_on(&panel, "auto,+diffraction", Mode::Accurate));
+        assert!(!is_on(&whole, "auto", Mode::Paper) && !is_on(&whole, "all", Mode::Paper));
+    }
+}

@@ -1,0 +1,114 @@
+//! `--effects SPEC`: `auto`, `all` or `none`, then changes in order: `auto,-air,+directivity`. `all` is everything that the scene has: a scene
+//! that states no attenuation by air gets it by `+air` only.
+
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use super::Effect;
+
+/// A specification that cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum EffectSpecError {
+    /// The first word is none of the three bases.
+    #[error("effects begin with auto, all or none, not with \"{0}\" (example: auto,-air)")]
+    Base(String),
+    /// A change without a sign.
+    #[error("write +{0} or -{0}: a change of effects says whether it adds or removes")]
+    Sign(String),
+    /// No such effect.
+    #[error(
+        "there is no effect \"{0}\": choose among diffraction, bending, transmission, refraction, air, directivity"
+    )]
+    Unknown(String),
+}
+
+/// What was asked for an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wish {
+    /// To be decided.
+    Auto,
+    /// On as far as the scene has it.
+    Scene,
+    /// On, whatever the scene says.
+    On,
+    /// Off.
+    Off,
+}
+
+impl Wish {
+    /// Whether the effect is on, where that was asked.
+    pub fn decided(self) -> Option<bool> {
+        match self {
+            Self::Auto => None,
+            Self::Scene | Self::On => Some(true),
+            Self::Off => Some(false),
+        }
+    }
+}
+
+/// What the user asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EffectSpec {
+    wishes: [Wish; 6],
+}
+
+impl Default for EffectSpec {
+    fn default() -> Self {
+        Self { wishes: [Wish::Auto; 6] }
+    }
+}
+
+impl EffectSpec {
+    /// What was asked for `effect`.
+    pub(super) fn wish(&self, effect: Effect) -> Wish {
+        self.wishes[effect as usize]
+    }
+}
+
+impl FromStr for EffectSpec {
+    type Err = EffectSpecError;
+
+    fn from_str(text: &str) -> Result<Self, EffectSpecError> {
+        let mut words = text.split(',').map(str::trim);
+        let base = match words.next().unwrap_or_default() {
+            "auto" => Wish::Auto,
+            "all" => Wish::Scene,
+            "none" => Wish::Off,
+            other => return Err(EffectSpecError::Base(other.to_owned())),
+        };
+        let mut wishes = [base; 6];
+        for word in words {
+            let (wish, name) = match (word.strip_prefix('+'), word.strip_prefix('-')) {
+                (Some(name), _) => (Wish::On, name),
+                (_, Some(name)) => (Wish::Off, name),
+                _ => return Err(EffectSpecError::Sign(word.to_owned())),
+            };
+            let effect = Effect::ALL.into_iter().find(|effect| effect.name() == name);
+            let effect = effect.ok_or_else(|| EffectSpecError::Unknown(name.to_owned()))?;
+            wishes[effect as usize] = wish;
+        }
+        Ok(Self { wishes })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn specifications_are_read_in_order() {
+        let spec: EffectSpec = "auto,-air,+diffraction".parse().unwrap();
+        assert_eq!(spec.wishes[Effect::Air as usize], Wish::Off);
+        assert_eq!(spec.wishes[Effect::Diffraction as usize], Wish::On);
+        assert_eq!(spec.wishes[Effect::Bending as usize], Wish::Auto);
+    }
+
+    #[test]
+    fn wrong_specifications_say_what_is_right() {
+        let error = |text: &str| text.parse::<EffectSpec>().unwrap_err().to_string();
+        assert!(error("some").contains("auto, all or none"));
+        assert!(error("auto,air").contains("+air or -air"));
+        assert!(error("auto,+echo").contains("diffraction, bending"));
+    }
+}
