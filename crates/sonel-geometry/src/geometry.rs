@@ -273,11 +273,12 @@ impl Geometry {
         self.room.is_some()
     }
 
-    /// Whether a world position [m] is in the air of the closed room: within its hull and in no closed object.
+    /// Whether a world position [m] is in the air of the closed room: within its hull, and in no closed object but in a
+    /// cavity of it.
     pub fn contains(&self, point: DVec3) -> bool {
-        let inside = |shell: &Shell| winding_number(&self.mesh, &shell.triangles, point).abs() > 0.5;
-        self.room.is_some_and(|room| inside(&self.shells[room]))
-            && !self.shells.iter().any(|shell| shell.depth == 1 && inside(shell))
+        let inside = |shell: &&Shell| winding_number(&self.mesh, &shell.triangles, point).abs() > 0.5;
+        let innermost = self.shells.iter().filter(inside).map(|shell| shell.depth).max();
+        self.room.is_some() && innermost.is_some_and(|depth| depth % 2 == 0)
     }
 
     /// Volume of the air in the closed room [m³]: its hull's less that of the closed objects in it, which must not

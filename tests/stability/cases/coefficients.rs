@@ -111,7 +111,7 @@ fn absorption_far_below_rounding_does_nothing_else() {
 /// s = 0 and s = 1 in one material: the classes are kept apart, and each band is what it is alone.
 #[test]
 fn mirrors_and_lambert_walls_share_a_material() {
-    let emissions = form(20_000, 200_000);
+    let emissions = form(20_000, 60_000);
     let borders = [0.0, 0.03, 0.08, 0.16, 0.3];
     let heard = |scattering: [f64; 2], seed: u64| {
         let scene = even_box([0.2; 2], scattering, 0.3);

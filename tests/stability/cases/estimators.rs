@@ -4,7 +4,7 @@ use glam::dvec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
-use sonel_renderer::{Estimator, RenderSettings, Rendering};
+use sonel_renderer::{Estimator, PathClass, RenderSettings, Rendering};
 use sonel_scene::Scene;
 use sonel_testkit::z_test::{Estimate, Within, agree};
 use sonel_tests::{Traced, batch_fluence, meshes};
@@ -51,6 +51,54 @@ fn a_handful_of_packets_is_enough_to_be_finite() {
             }
         }
     }
+}
+
+/// Every sonel at one point: a cardioid far away behind a pinhole would do, a floor of 0.1 mm that alone scatters does. Discs are
+/// larger than all they hold, and the estimators stay finite and agree within their noise that nothing is there twice.
+#[test]
+fn all_sonels_may_be_at_one_point() {
+    let heard = |estimator: Estimator| {
+        let mut mesh = Mesh::shoebox(SIZE, [0; 6]);
+        let (middle, half) = (dvec3(3.0, 2.5, 2.0), 5e-5);
+        let corner = |x: f64, y: f64| middle + half * dvec3(x, y, 0.0);
+        meshes::add_quad(
+            &mut mesh,
+            1,
+            [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        );
+        let mut scene = scene(mesh, 1.0, [4.2, 3.7, 2.1]);
+        let mut black = scene.materials[0].clone();
+        black.absorption[0] = 1.0;
+        let speck = std::mem::replace(&mut scene.materials[0], black);
+        scene.materials.push(speck);
+        // So near that many packets meet it.
+        scene.sources[0].position = middle + dvec3(0.0, 0.0, 2e-4);
+        let settings = Settings { emissions: form(20_000, 200_000), ..Settings::default() };
+        let rendering = rendering(scene, settings, estimator);
+        assert!(
+            energies(&rendering).iter().all(|energy| energy.is_finite() && *energy >= 0.0),
+            "{estimator:?}"
+        );
+        rendering.classes[PathClass::Diffuse as usize].1[0]
+    };
+    // A fraction of the sphere about the source, α = 0.2, Lambert, at the receiver's distance and angle.
+    let to = dvec3(4.2, 3.7, 2.1) - dvec3(3.0, 2.5, 2.0);
+    let share = solid_angle_of_square(5e-5, 2e-4) / (4.0 * std::f64::consts::PI);
+    let cosine = to.z / to.length();
+    let expected = share * 0.8 * cosine / (std::f64::consts::PI * to.length_squared());
+    let found = heard(Estimator::Connection);
+    println!("all sonels within 0.1 mm: {:.3} of what a Lambert point sends", found / expected);
+    // A share of N packets, four standard errors.
+    let hits = share * form(20_000.0, 200_000.0);
+    assert!((found / expected - 1.0).abs() < 4.0 / f64::sqrt(hits), "{found:e} instead of {expected:e}");
+    for estimator in ALL {
+        heard(estimator);
+    }
+}
+
+/// Solid angle of a square of half side `half` [m] from `height` [m] above its middle.
+fn solid_angle_of_square(half: f64, height: f64) -> f64 {
+    4.0 * (half * half / (half * half + height * height)).asin()
 }
 
 /// Two rooms with a wall between them: a sheet, or a slab of `thickness` [m], or a sheet with a slit of 5 cm at its top.

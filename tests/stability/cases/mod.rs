@@ -3,6 +3,7 @@
 mod air;
 mod coefficients;
 mod decays;
+mod edges;
 mod estimators;
 mod geometry;
 mod positions;

@@ -282,3 +282,25 @@ fn a_source_outside_the_room_is_refused() {
     let refused = refused.expect_err("outside").to_string();
     assert!(refused.contains("\"source\" at [7, 2, 1] m is outside the air"), "{refused}");
 }
+
+/// In the solid of a wall 1 cm thick there is no air: source and receiver there are refused. In its cavity they hear one another and
+/// nothing else, a millimetre from either face.
+#[test]
+fn inside_a_wall_there_is_air_only_in_cavities() {
+    let mut scene = room(0.0, false);
+    meshes::add_box(&mut scene.mesh, 0, dvec3(3.0, 0.5, 0.5), dvec3(3.01, 4.5, 3.5));
+    let solid = traced(scene.clone());
+    let reason = at(&solid, dvec3(3.005, 2.0, 2.0), RenderSettings::default()).expect_err("no air");
+    assert!(reason.contains("outside the closed room"), "{reason}");
+    meshes::add_box(&mut scene.mesh, 0, dvec3(3.004, 1.0, 1.0), dvec3(3.006, 4.0, 3.0));
+    let geometry = scene.geometry().expect("a box");
+    assert!(geometry.contains(dvec3(3.005, 2.0, 2.0)) && !geometry.contains(dvec3(3.002, 2.0, 2.0)));
+    scene.sources[0].position = dvec3(3.005, 2.0, 2.0);
+    let cavity = traced(scene);
+    assert_eq!(cavity.books.fates.count(Fate::Lost), 0);
+    let settings = RenderSettings { mirror_order: Some(1), ..RenderSettings::default() };
+    let heard = |position: DVec3| at(&cavity, position, settings.clone()).expect("air");
+    assert!(heard(dvec3(3.005, 2.5, 2.0)).arrivals[0].length < 0.6);
+    let outside: f64 = heard(dvec3(4.0, 2.5, 2.0)).classes.iter().map(|(_, energy)| energy[0]).sum();
+    assert!(outside.abs() < 1e-300, "{outside:e}");
+}

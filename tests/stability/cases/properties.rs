@@ -7,7 +7,7 @@ use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_analysis::{Parameter, parameters};
 use sonel_geometry::Mesh;
 use sonel_map::{Fate, Settings};
-use sonel_renderer::{Estimator, RenderSettings};
+use sonel_renderer::{CoarseEchogram, Estimator, RenderSettings};
 use sonel_scene::Scene;
 use sonel_testkit::z_test::{Estimate, Within, agree};
 use sonel_tests::change::{exchanged, moved};
@@ -162,12 +162,37 @@ fn faces_of_any_room_may_be_divided() {
     });
 }
 
+/// Energies as spheres find them. Where a window is met by fewer than half of the batches their spread is no measure of
+/// what they missed, and what one packet brings that crosses the sphere stands for it.
+fn heard_by_spheres(scene: Scene, settings: Settings) -> Vec<Windows> {
+    let borders = borders(scene.duration);
+    let traced = Traced::new(scene, settings);
+    let rendered = RenderSettings { estimator: Estimator::Connection, ..RenderSettings::default() };
+    let mut heard = windows(&traced, rendered.clone(), &borders).swap_remove(0);
+    let (rendering, _) = traced.render_with(rendered, &[borders.to_vec()]);
+    let disc = std::f64::consts::PI * rendering.sphere_radius[0].powi(2);
+    let crossing = 1.0 / (settings.emissions as f64 * disc);
+    for (band, windows) in heard.iter_mut().enumerate() {
+        for (window, estimate) in windows.iter_mut().enumerate() {
+            let met =
+                |batch: &&Vec<CoarseEchogram>| batch[0].band(band).nth(window).is_some_and(|d| d.abs() > 0.0);
+            let batches = rendering.kernel_differences.iter().filter(met).count();
+            if 2 * batches < rendering.batches.len() {
+                estimate.sigma = estimate.sigma.max(crossing);
+            }
+        }
+    }
+    heard
+}
+
 /// By two different ways: images of the receiver or visibility rays where they are best, and spheres alone.
 #[test]
 fn estimators_agree_in_any_room() {
     in_rooms(4, |room| {
         let auto = heard(room.scene(), settings(1), Estimator::Auto);
-        must_agree(&auto, &heard(room.scene(), settings(2), Estimator::Connection))
+        // Spheres are cheap, and noisy.
+        let many = Settings { emissions: 10 * settings(2).emissions, ..settings(2) };
+        must_agree(&auto, &heard_by_spheres(room.scene(), many))
     });
 }
 

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use sonel_diffraction::double::Side;
-use sonel_diffraction::{Complex, DoublePath, EdgePath, Field, Lit, Wave, WedgePoint};
+use sonel_diffraction::{Complex, DoublePath, EdgePath, Field, Lit, Wave, Wedge, WedgePoint};
 use sonel_geometry::PlaneId;
 
 use super::view::{Leg, stretches};
@@ -24,6 +24,9 @@ const SAME_IMAGE: f64 = 64.0;
 /// Ways over edges that differ by no more than this are one arrival [m]: in shadow, where nothing else is heard, what follows
 /// within 30 ms; beside a clear path, a few milliseconds.
 const SAME_ARRIVAL: [f64; 2] = [10.0, 1.0];
+
+/// How far beside a boundary a place counts that lies on it [rad]: beyond what `sonel_diffraction` takes for the boundary.
+const BESIDE: f64 = 1e-7;
 
 /// An edge of a pair.
 struct PairedEdge<'a> {
@@ -154,6 +157,33 @@ impl<'a> Family<'a> {
         }
     }
 
+    /// `edge` of a pair with the source or receiver at `point` about it. Where that lies in the plane of the face between the
+    /// edges, rounding decides whether it sees the `other` edge past this one. The wave over that edge alone and the wave over
+    /// both must take it the same, or half of the sound is missing or there twice.
+    fn side<'b>(
+        &self,
+        edge: &PairedEdge<'b>,
+        point: WedgePoint,
+        part: [f64; 2],
+        other: &Wedge,
+        leg: &Leg,
+    ) -> Side<'b> {
+        let (wedge, geometry) = (&edge.edge.wedge, self.at.geometry);
+        let joint = if edge.joined_at_second { wedge.angle() } else { 0.0 };
+        let past = (point.angle - joint).abs() - PI;
+        let doubt = f64::from(geometry.resolution()) / point.radius.max(f64::MIN_POSITIVE);
+        let mut point = point;
+        if past.abs() <= doubt {
+            let both = |place| leg.arrives(geometry, place) && leg.goes_on(geometry, place);
+            let is_alone = other.locate(leg.source).is_some()
+                && other.locate(leg.receiver).is_some()
+                && !stretches(other, both).is_empty();
+            let turn = PI + if is_alone { -BESIDE } else { BESIDE };
+            point.angle = if edge.joined_at_second { joint - turn } else { turn };
+        }
+        Side { wedge, point, joined_at_second: edge.joined_at_second, part }
+    }
+
     /// Adds what goes over `pair` from the one edge to the other, if the source sees the first and the receiver the second.
     fn add_pair(&mut self, first: &PairedEdge<'_>, second: &PairedEdge<'_>, width: f64, leg: &Leg) {
         let (wedge, next) = (&first.edge.wedge, &second.edge.wedge);
@@ -167,10 +197,8 @@ impl<'a> Family<'a> {
             return;
         };
         let offset = (leg.receiver - leg.source).dot(wedge.direction());
-        let sides = [
-            Side { wedge, point: source, joined_at_second: first.joined_at_second, part },
-            Side { wedge: next, point: receiver, joined_at_second: second.joined_at_second, part: next_part },
-        ];
+        let sides =
+            [self.side(first, source, part, next, leg), self.side(second, receiver, next_part, wedge, leg)];
         let path = DoublePath::new(sides[0], sides[1], width, offset, self.edges.spectrum.smallest_k());
         let length = path.length();
         // Unfolded about both edges the way is straight.
