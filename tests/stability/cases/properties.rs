@@ -259,11 +259,11 @@ fn energy_falls_with_absorption_in_any_room() {
     });
 }
 
-/// Books closed, nobody lost, every number a number: energies, and figures or their reasons.
+/// Books closed, nobody lost, every number a number: energies, and figures or their reasons. Edges diffract where there are any.
 #[test]
 fn books_close_and_outputs_are_finite_in_any_room() {
     in_rooms(8, |room| {
-        let traced = Traced::new(room.scene(), settings(1));
+        let traced = Traced::diffracting(room.scene(), settings(1));
         let residual = traced.books.worst_residual();
         if residual > 1e-9 || traced.books.fates.count(Fate::Lost) > 0 {
             return Err(format!("residual {residual:e}, {:?}", traced.books.fates));
