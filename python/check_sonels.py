@@ -35,10 +35,12 @@ def histories(map, source):
 
 
 def directions(map, source):
-    """Unit vectors between the stored points; that of a first segment errs by the rounding of its end."""
+    """Unit vectors between the stored points; that of a first segment errs by the rounding of its end. Exports round places
+    at edges as stored points are rounded, which short segments tell."""
     origin = map.header["scene"]["sources"][source]["position"] - map.header["center"]
     for _, vertices in map.paths(source):
-        steps = np.diff(places(map, origin, vertices), axis=0, prepend=origin[None])
+        points = places(map, origin, vertices).astype(np.float32).astype(float)
+        steps = np.diff(points, axis=0, prepend=origin[None])
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         for vertex, step in zip(vertices, steps / np.where(lengths > 0, lengths, 1)):
             if vertex["tag"] & 15 not in (BENT, PASSED, DIFFRACTED, ESCAPED, EXPIRED, LOST):

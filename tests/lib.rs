@@ -49,6 +49,14 @@ impl Traced {
         Self::with_effects(scene, settings, Vec::new())
     }
 
+    /// Traces `scene` with all bands bent at edges.
+    #[must_use]
+    pub fn bending(scene: Scene, settings: Settings) -> Self {
+        let on = vec![true; scene.bands.count()];
+        let state = EffectState { name: "bending".to_owned(), on, reason: String::new() };
+        Self::with_effects(scene, settings, vec![state])
+    }
+
     /// Traces `scene` into a map that says its edges diffract.
     #[must_use]
     pub fn diffracting(scene: Scene, settings: Settings) -> Self {

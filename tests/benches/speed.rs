@@ -19,7 +19,7 @@ use sonel_tests::{Traced, shipped};
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first pool");
-    for name in ["seed-room", "hall"] {
+    for name in ["shoebox", "seed-room", "hall"] {
         let scene = shipped(name);
         println!("{name}: {} triangles, {} bands", scene.mesh.triangles.len(), scene.bands.count());
         measure(scene);
@@ -58,10 +58,31 @@ fn measure(scene: Scene) {
         "  tracing      {tracing:7.2} M segments/s   {:.2} of bare closest-hit rays ({bare:.2} M/s)",
         tracing / bare
     );
+    measure_bending(&scene, &geometry, settings);
     measure_writing(&scene, &geometry, settings);
     for count in [1, 16] {
         measure_connections(&traced, count);
     }
+}
+
+/// How much longer a segment takes where edges bend.
+fn measure_bending(scene: &Scene, geometry: &Geometry, settings: Settings) {
+    let on = vec![true; scene.bands.count()];
+    let segments = |bent: Option<&[bool]>| {
+        let tracer = sonel_tracer::Tracer::bending(scene, geometry, settings, bent);
+        let books = tracer.run(sonel_map::ShardRange::WHOLE, |chunk| {
+            black_box(&chunk);
+            Ok::<(), std::convert::Infallible>(())
+        });
+        books.expect("a tight room").segments
+    };
+    let straight_segments = segments(None) as f64;
+    let (bent, straight, bent_segments) = in_turn(|| segments(Some(&on)), || segments(None));
+    let ratio = bent.as_secs_f64() / straight.as_secs_f64();
+    println!(
+        "  with bending {:.2} of the time per segment, {ratio:.2} of the time",
+        ratio * straight_segments / bent_segments as f64
+    );
 }
 
 /// How much longer tracing takes when the map goes to a file.

@@ -13,6 +13,8 @@ use crate::python::{self, printed};
 use crate::workspace;
 
 const SCENE: &str = "python/box.toml";
+/// A room with a screen at whose edges packets are bent.
+const SCREENED: &str = "python/screened.toml";
 const READER: &str = "python/read_sonelmap.py";
 const REQUIREMENTS: &str = "python/requirements.txt";
 const ENVIRONMENT: &str = "target/python";
@@ -44,23 +46,25 @@ pub fn check() -> Result<()> {
         ensure!(difference <= TOLERANCE, "the Python reader disagrees with sonel-render, bands {spectral}");
         let beside = largest_difference(&rendered, &read(BESIDE)?)?;
         ensure!(beside > TOLERANCE, "a receiver a centimetre away goes unnoticed: the comparison is blind");
-        check_export(&python, spectral)?;
+        check_export(&python, spectral, SCENE, "auto")?;
+        check_export(&python, spectral, SCREENED, "auto,+bending")?;
     }
     Ok(())
 }
 
 /// Exports a small map and lets the reader compare; an export of another map must not pass.
-fn check_export(python: &Path, spectral: &str) -> Result<()> {
+fn check_export(python: &Path, spectral: &str, scene: &str, effects: &str) -> Result<()> {
     let trace = |seed| {
-        let options = ["--sonels", "100", "--spectral", spectral, "--seed", seed, "--quiet"];
-        program("sonel-trace", &[&[SCENE, "-o", MAP], &options[..]].concat())
+        let options =
+            ["--sonels", "100", "--spectral", spectral, "--effects", effects, "--seed", seed, "--quiet"];
+        program("sonel-trace", &[&[scene, "-o", MAP], &options[..]].concat())
     };
     let compare = || printed(Command::new(python).args([SONELS, MAP, ARCHIVE, ROWS]));
     trace("1")?;
     for output in [ARCHIVE, ROWS] {
         program("sonel-analyze", &["export", MAP, "-o", output, "--quiet"])?;
     }
-    print!("export, bands {spectral}: {}", compare()?);
+    print!("export of {scene}, bands {spectral}: {}", compare()?);
     trace("2")?;
     ensure!(compare().is_err(), "sonels of another map go unnoticed: the comparison is blind");
     Ok(())

@@ -1,6 +1,6 @@
 //! Edges that bend packets, and what passing one means to every band.
 //!
-//! A packet led by band k that passes an edge at the distance b is bent where b is at most [`REACH`] of the band's wavelengths, by an
+//! A packet led by band k that passes an edge at the distance b is bent where b is at most [`REACH_WAVELENGTHS`] of the band's wavelengths, by an
 //! angle with the density of [`sonel_diffraction::bending`]; else it goes straight on. Bands share paths as they do at
 //! surfaces (docs/physics.md §2): what band j does to its energy is what a packet led by it would do, f_j = p_j, so a
 //! bend keeps the energy of a band over all angles, and a band that would not have taken the way has none there.
@@ -8,7 +8,8 @@
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
 use glam::DVec3;
-use sonel_diffraction::bending::{REACH, concentration, tangent};
+pub use sonel_diffraction::bending::REACH as REACH_WAVELENGTHS;
+use sonel_diffraction::bending::{concentration, tangent};
 use sonel_geometry::{EdgeIndex, EdgeLine, Geometry};
 
 use crate::coefficients::{Lanes, to_lanes};
@@ -41,7 +42,10 @@ impl EdgeTable {
     /// Edges along `lines` for bands of the given `wavelengths` [m], of which those that are `on` are bent.
     #[must_use]
     pub fn new(lines: Vec<EdgeLine>, wavelengths: &[f64], on: &[bool]) -> Self {
-        let reach = wavelengths.iter().zip(on).map(|(length, &on)| if on { REACH * length } else { -1.0 });
+        let reach = wavelengths
+            .iter()
+            .zip(on)
+            .map(|(length, &on)| if on { REACH_WAVELENGTHS * length } else { -1.0 });
         let concentration: Vec<f64> = wavelengths.iter().map(|&length| concentration(length)).collect();
         Self {
             lines,
@@ -73,7 +77,13 @@ impl EdgeTable {
     /// The tangent of the angle by which a packet led by `band` is bent at `distance` [m], for a `normal` number.
     #[must_use]
     pub fn tangent(&self, band: usize, distance: f64, normal: f64) -> f64 {
-        tangent(normal, self.concentration[band / 4][band % 4], distance)
+        tangent(normal, self.concentration(band), distance)
+    }
+
+    /// 2k/γ of `band` [1/m], see [`mod@sonel_diffraction::bending`].
+    #[must_use]
+    pub fn concentration(&self, band: usize) -> f64 {
+        self.concentration[band / 4][band % 4]
     }
 
     /// The line of an edge.
@@ -109,6 +119,16 @@ impl EdgeTable {
         }
         for factor in factors.iter_mut().flatten() {
             *factor = if *factor > f64::NEG_INFINITY { libm::exp(*factor - largest) } else { 0.0 };
+        }
+    }
+
+    /// Takes from `energy` what is bent at `distance` from an edge [m].
+    #[inline]
+    pub fn keep_straight(&self, distance: f64, energy: &mut [Lanes]) {
+        for (energy, reach) in energy.iter_mut().zip(&self.reach) {
+            for lane in 0..4 {
+                energy[lane] = if distance <= reach[lane] { 0.0 } else { energy[lane] };
+            }
         }
     }
 

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use sonel_map::{Arrival, EmissionDirections, Lanes, PathWeight, Segment, SegmentHistory, lanes_of, sweep};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
+use crate::bent_connection::{EdgeChoice, connect_bent};
 use crate::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::crossing::{OthersOwn, cross};
 use crate::deposit::Deposits;
@@ -58,6 +59,8 @@ pub(crate) struct Audience<'a> {
     /// The receivers.
     pub receivers: &'a [PreparedReceiver],
     images: Vec<Option<ReceiverImages>>,
+    /// By receiver, where edges bend.
+    edges: Vec<EdgeChoice>,
     others: Vec<OthersOwn>,
     /// By receiver and fine bin.
     coarse_bins: Vec<Vec<u32>>,
@@ -74,6 +77,7 @@ impl Audience<'_> {
 /// Buffers and random numbers of one batch.
 struct Scratch {
     choices: Vec<Stream>,
+    bends: Vec<Stream>,
     radiosity: Vec<Lanes>,
     energy: Vec<Lanes>,
 }
@@ -141,7 +145,9 @@ impl Renderer<'_> {
             })
             .collect();
         let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
-        Audience { receivers, images, others, coarse_bins }
+        let edges =
+            self.bends.iter().flat_map(|bends| receivers.iter().map(|r| EdgeChoice::new(bends, r.exact)));
+        Audience { receivers, edges: edges.collect(), images, others, coarse_bins }
     }
 
     /// K′ at a receiver with `images`; without limit where rays gather.
@@ -159,7 +165,7 @@ impl Renderer<'_> {
             }
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
             let receiver = (number as u32, receiver);
-            cast(self.geometry, &self.table, sheets, receiver, settings, &mut stream, |point| {
+            cast(&self.medium(), &self.table, sheets, receiver, settings, &mut stream, |point| {
                 points.push(point);
             });
         }
@@ -196,7 +202,12 @@ impl Renderer<'_> {
 
     /// What lies between sonels and receivers.
     pub(crate) fn medium(&self) -> Medium<'_> {
-        Medium { geometry: self.geometry, bins: &self.bins, air: self.carried_air.as_ref() }
+        Medium {
+            geometry: self.geometry,
+            bins: &self.bins,
+            air: self.carried_air.as_ref(),
+            bends: self.bends.as_ref(),
+        }
     }
 
     /// Fills `estimate` with what one batch says.
@@ -214,12 +225,16 @@ impl Renderer<'_> {
         }
         let bands = self.table.bands();
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
-        let choices = audience
-            .receivers
-            .iter()
-            .map(|r| receiver_stream(self.seed(), Purpose::MirrorChoice, r, source, batch))
-            .collect();
-        let mut scratch = Scratch { choices, radiosity: zeros.clone(), energy: zeros };
+        let streams = |purpose| {
+            let stream = |r| receiver_stream(self.seed(), purpose, r, source, batch);
+            audience.receivers.iter().map(stream).collect()
+        };
+        let mut scratch = Scratch {
+            choices: streams(Purpose::MirrorChoice),
+            bends: streams(Purpose::BendChoice),
+            radiosity: zeros.clone(),
+            energy: zeros,
+        };
         let index = self.gather_index(audience, source, batch);
         self.each_segment(batch, source, directions, |segment| {
             self.hear_segment(segment, audience, index.as_ref(), &mut scratch, estimate);
@@ -256,7 +271,7 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate,
     ) {
         let medium = self.medium();
-        if segment.history.specular_run > 0 || !self.connects_diffuse() {
+        if segment.history.specular_run > 0 || segment.history.bends > 1 || !self.connects_diffuse() {
             let receivers = audience.receivers.iter().zip(&audience.others);
             let class = sphere_class(segment.history);
             let coarse = |receiver, bin| audience.coarse_bin(receiver, bin);
@@ -285,6 +300,11 @@ impl Renderer<'_> {
             &mut scratch.energy,
             &mut estimate.class(PathClass::Diffuse),
         );
+        for (index, choice) in audience.edges.iter().enumerate() {
+            let receiver = (index, &audience.receivers[index], choice);
+            let deposits = &mut estimate.class(PathClass::Diffuse);
+            connect_bent(&sonel, receiver, &medium, &mut scratch.bends[index], &mut scratch.energy, deposits);
+        }
         for (index, images) in audience.images.iter().enumerate() {
             if let Some(images) = images {
                 let choice = scratch.choices[index].uniform_fine();

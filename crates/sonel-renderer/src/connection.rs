@@ -123,6 +123,10 @@ pub fn connect(
                 scratch[lane] = radiosity[lane] * solid_angle;
             }
         }
+        if let Some(bends) = medium.bends {
+            let from = (sonel.position.as_dvec3(), f64::from(projected) / distance);
+            bends.keep_straight(medium.geometry, from, receiver.exact, scratch);
+        }
         deposits.add(index, bin, length, scratch, medium);
     }
 }

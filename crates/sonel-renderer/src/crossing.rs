@@ -16,7 +16,7 @@ pub struct OthersOwn {
     pub mirror_order: u32,
     /// K′: mirror images of the receiver.
     pub image_order: u32,
-    /// Whether connections own … D R.
+    /// Whether connections own … D R, as long as it was not bent more than once on its last way.
     pub diffuse: bool,
 }
 
@@ -26,7 +26,7 @@ pub struct OthersOwn {
 pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
     match (history.diffused, history.specular_run) {
         (false, run) => run > others.mirror_order,
-        (true, 0) => !others.diffuse,
+        (true, 0) => !others.diffuse || history.bends > 1,
         (true, run) => run > others.image_order,
     }
 }
@@ -77,7 +77,8 @@ mod tests {
 
     #[test]
     fn each_history_has_one_owner() {
-        let history = |specular_run, diffused| SegmentHistory { order: 9, specular_run, diffused, bends: 0 };
+        let bent = |specular_run, diffused, bends| SegmentHistory { order: 9, specular_run, diffused, bends };
+        let history = |specular_run, diffused| bent(specular_run, diffused, 0);
         let others = OthersOwn { mirror_order: 2, image_order: 1, diffuse: true };
         assert!(!owns(history(0, false), others), "direct sound");
         assert!(!owns(history(2, false), others), "mirror chain");
@@ -85,6 +86,9 @@ mod tests {
         assert!(!owns(history(0, true), others), "connection");
         assert!(!owns(history(1, true), others), "mirror connection");
         assert!(owns(history(2, true), others));
+        assert!(!owns(bent(0, true, 1), others), "connection over an edge");
+        assert!(owns(bent(0, true, 2), others));
+        assert!(!owns(bent(0, false, 1), others), "direct sound is left to the edges");
         let alone = OthersOwn { mirror_order: 0, image_order: 0, diffuse: false };
         assert!(!owns(history(0, false), alone), "direct sound");
         assert!(

@@ -7,17 +7,23 @@
 //! | L R | [`direct`] |
 //! | L S^k R, k ≤ K | [`mirror`] (image sources over completely enumerated mirror chains) |
 //! | L E R, L S E R, and what edges add to the two above | `edge` (coherent sums over edges, where diffraction is on) |
-//! | … D R | [`connection`] (a shadow ray from every sonel; beside a surface shared with [`gather`]) |
+//! | … D R | [`connection`] (a shadow ray from every sonel; beside a surface shared with [`gather`]); [`bent_connection`] over one edge |
 //! | … D S^k R, k ≤ K′ | [`mirror_connection`] (a connection from every sonel to one of the receiver's images) |
 //! | … D S⁺ R in geometries of many surfaces | [`gather`] (visibility rays and density estimation) |
 //! | L S^k R, k > K, and … D S^k R, k > K′ | [`crossing`] (traced segments through a receiver sphere) |
 //!
 //! The founding paper's own estimators are apart from these, in `paper`.
 //!
+//! Where edges bend packets, [`bending`] says which bands a straight way is left to; what was bent more than
+//! once since its last diffuse reflection, or mirrored besides, is heard by [`crossing`].
+//!
 //! [`render`](mod@render) drives them batch by batch; [`deposit`] holds the echograms under construction.
 
 pub mod air;
+mod alias;
 mod batch;
+pub mod bending;
+pub mod bent_connection;
 pub mod connection;
 pub mod crossing;
 pub mod deposit;

@@ -12,6 +12,7 @@ use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, MapHeader, 
 use thiserror::Error;
 
 use crate::air::AirTable;
+use crate::bending::Bends;
 use crate::deposit::TimeBins;
 use crate::edge::Edges;
 use crate::gather::GatherSettings;
@@ -167,6 +168,8 @@ pub struct Medium<'a> {
     pub bins: &'a TimeBins,
     /// Air, where it attenuates.
     pub air: Option<&'a AirTable>,
+    /// Edges, where they bend.
+    pub bends: Option<&'a Bends>,
 }
 
 /// A map made ready for rendering.
@@ -186,6 +189,8 @@ pub struct Renderer<'a> {
     pub(crate) table: CoefficientTable,
     /// The edges, where they diffract.
     pub(crate) edges: Option<Edges>,
+    /// The edges, where they bend packets.
+    pub(crate) bends: Option<Bends>,
     pub(crate) material_of: Vec<u32>,
     pub(crate) normals: Vec<Vec3>,
     pub(crate) batches: Vec<BatchStart>,
@@ -258,8 +263,16 @@ impl<'a> Renderer<'a> {
         let layout = map.layout();
         let diffracts =
             map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
+        let bends = map.edge_table();
+        if bends.is_some() && matches!(settings.estimator, Estimator::Gather | Estimator::Paper) {
+            return Err(RenderError::Settings(
+                "the map's packets are bent at edges, which visibility rays do not follow: choose another --estimator, or \
+                 trace with --effects auto,-bending"
+                    .to_owned(),
+            ));
+        }
         // Edges tell all bands apart.
-        let classes = if diffracts {
+        let classes = if diffracts || bends.is_some() {
             BandClasses::separate(scene.bands.count())
         } else {
             BandClasses::alike(&scene.materials, &attenuation, traced.spectral)
@@ -268,20 +281,25 @@ impl<'a> Renderer<'a> {
         let of_classes =
             |bands: &[f64]| -> Vec<f64> { classes.representatives().map(|band| bands[band]).collect() };
         let (attenuation, carried) = (of_classes(&attenuation), of_classes(&carried));
-        let table = CoefficientTable::grouped(&scene.materials, &classes, traced.survival);
+        let bands = classes.count();
+        let table = CoefficientTable::grouped(&scene.materials, &classes, traced.survival).with_edges(bends);
         Ok(Self {
-            image_order: if settings.estimator == Estimator::Auto {
+            image_order: if settings.estimator == Estimator::Auto && table.edges().is_none() {
                 image_order(geometry, &table)
             } else {
                 0
             },
-            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather)
-                .then(|| (Sheet::all(geometry), gather_settings(&settings, geometry, traced, bins.reach))),
+            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
+                let gather = gather_settings(&settings, geometry, traced, bins.reach);
+                let by_mirrors = gather.by_mirrors && table.edges().is_none();
+                (Sheet::all(geometry), GatherSettings { by_mirrors, ..gather })
+            }),
             paper: (settings.estimator == Estimator::Paper)
                 .then(|| Paper::new(geometry, map.header(), &settings)),
             edges: (diffracts && settings.estimator != Estimator::Paper)
                 .then(|| Edges::new(geometry, &table, &scene.bands, scene.speed_of_sound))
                 .flatten(),
+            bends: table.edges().map(|edges| Bends::new(geometry, edges, bands)),
             air: AirTable::new(&attenuation, bins.reach),
             carried_air: AirTable::new(&carried, bins.reach),
             attenuation,
@@ -418,6 +436,12 @@ impl<'a> Renderer<'a> {
             PathClass::Direct => "shadow ray",
             PathClass::MirrorChain => "image sources",
             PathClass::Edge => "edges",
+            PathClass::Diffuse if self.bends.is_some() && self.connects_diffuse() => {
+                "connection, straight or over one edge; receiver sphere where it is bent more often"
+            }
+            PathClass::DiffuseMirror | PathClass::LongDiffuseMirror if self.bends.is_some() => {
+                "receiver sphere"
+            }
             PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with gather",
             PathClass::Diffuse if self.connects_diffuse() => "connection",
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => "gather",
@@ -447,6 +471,9 @@ impl<'a> Renderer<'a> {
                 )
             }
             _ if forced => "asked for".to_owned(),
+            PathClass::DiffuseMirror | PathClass::LongDiffuseMirror if self.bends.is_some() => {
+                "packets are bent at edges, which images and visibility rays do not follow".to_owned()
+            }
             PathClass::Diffuse => "unbiased and calm but beside a surface".to_owned(),
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => {
                 format!("{planes} surfaces give a receiver too many images")

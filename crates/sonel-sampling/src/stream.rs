@@ -23,6 +23,8 @@ pub enum Purpose {
     MirrorChoice = 4,
     /// Points of the Fresnel zones of one receiver.
     ZonePoint = 5,
+    /// Choices among the ways over edges to one receiver.
+    BendChoice = 6,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

@@ -1,13 +1,15 @@
 //! One sonel's life: emitted, carried from surface to surface, ended by one of its fates.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Departure, Geometry, Hit};
+use sonel_geometry::{Departure, EdgeIndex, Geometry, Hit};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::{
-    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, Lanes, PacketStart, PathWeight, Vertex,
+    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, EdgePlace, EdgeTable, Event, Lanes,
+    PacketStart, PathWeight, Vertex,
 };
 use sonel_sampling::{Frame, Stream};
 
+use crate::bending::{self, Course};
 use crate::interaction::{draw_event, mirrored, scattered};
 use crate::zone::{DiffractionZones, Way};
 
@@ -15,8 +17,10 @@ use crate::zone::{DiffractionZones, Way};
 pub struct Surroundings<'a> {
     /// Walls.
     pub geometry: &'a Geometry,
-    /// Coefficients per material.
+    /// Coefficients per material, and what edges do to the bands where any is bent.
     pub table: CoefficientTable,
+    /// The edges that bend, where any band is bent.
+    pub edges: Option<EdgeIndex>,
     /// Material and frame about the front normal, per surface.
     pub surfaces: Vec<(u32, Frame)>,
     /// Path length at which a packet expires [m].
@@ -35,6 +39,7 @@ struct Flight {
     departure: Departure,
     direction: Vec3,
     length: f64,
+    course: Course,
 }
 
 /// How one packet begins.
@@ -92,6 +97,10 @@ impl Surroundings<'_> {
             departure: Departure::free(emission.position.as_vec3()),
             direction: emission.direction,
             length: 0.0,
+            course: self
+                .edges
+                .as_ref()
+                .map_or_else(Course::default, |edges| Course::new(edges.least_distance())),
         };
         let last = loop {
             books.segments += 1;
@@ -100,9 +109,19 @@ impl Surroundings<'_> {
                 paths.vertices.push(vertex);
                 continue;
             }
-            let Some(hit) = hit else {
-                break self.vanish(&flight);
-            };
+            if let Some(edges) = &self.edges
+                && self.pass_edges(
+                    edges,
+                    &mut flight,
+                    hit.as_ref(),
+                    emission.deciding,
+                    stream,
+                    (paths, books, weight),
+                )
+            {
+                continue;
+            }
+            let Some(hit) = hit else { break self.vanish(&flight) };
             flight.length += flight.position.distance(hit.position.as_dvec3());
             if flight.length > self.reach {
                 break vertex(&hit, Event::Expired);
@@ -122,11 +141,65 @@ impl Surroundings<'_> {
             let side = if event == Event::Transmitted { hit.side.opposite() } else { hit.side };
             flight.position = hit.position.as_dvec3();
             flight.departure = self.geometry.leave(hit.position, hit.surface, side);
+            if let Some(edges) = &self.edges {
+                flight.course = Course::new(edges.least_distance() / steepness(flight.direction, frame));
+            }
             paths.vertices.push(vertex(&hit, event));
         };
         end(books, weight, nothing, last.event().expect("made from an event"));
         paths.vertices.push(last);
         paths.ends.push(paths.vertices.len() as u32);
+    }
+
+    /// Takes a packet past the edges on its way to `hit`; whether one has bent it, so that it goes elsewhere.
+    fn pass_edges(
+        &self,
+        edges: &EdgeIndex,
+        flight: &mut Flight,
+        hit: Option<&Hit>,
+        deciding: usize,
+        stream: &mut Stream,
+        (paths, books, weight): (&mut ChunkPaths, &mut ChunkLedger, &mut PathWeight),
+    ) -> bool {
+        let Some(table) = self.table.edges() else { return false };
+        let direction = flight.direction.as_dvec3().normalize();
+        loop {
+            let way = sonel_geometry::Way {
+                origin: flight.position,
+                direction,
+                from: flight.course.clear,
+                to: self.passable(edges, flight, hit),
+                reach: table.reach(weight.energy()),
+            };
+            let Some(passage) = flight.course.next(edges, self.geometry, &way) else { return false };
+            let (event, place) = bending::pass(table, &passage, deciding, stream);
+            pass_edge(table, event, &place, books, weight);
+            paths.vertices.push(Vertex::at_edge(passage.edge, &place, event));
+            let foot = table.foot(flight.position, passage.edge, &place);
+            flight.length += flight.position.distance(foot);
+            flight.position = foot;
+            if event == Event::Bent {
+                let line = table.line(passage.edge);
+                let turned = line.turned(foot, direction, place.side, f64::from(place.tangent));
+                flight.direction = turned.as_vec3().normalize();
+                flight.departure = Departure::free(foot.as_vec3());
+                flight.course.bend(passage.edge, f64::from(place.distance));
+                return true;
+            }
+            books.segments += 1;
+            flight.course.clear = edges.least_distance().max(flight.course.clear - passage.at);
+        }
+    }
+
+    /// How far a packet may pass edges on its way to `hit` [m]: until it is as near to the surface as rays leave it, or to the end
+    /// of the run.
+    fn passable(&self, edges: &EdgeIndex, flight: &Flight, hit: Option<&Hit>) -> f64 {
+        let remaining = self.reach - flight.length;
+        hit.map_or(remaining, |hit| {
+            let (_, frame) = &self.surfaces[hit.surface.0 as usize];
+            let lifted = edges.least_distance() / steepness(flight.direction, frame);
+            remaining.min(flight.position.distance(hit.position.as_dvec3()) - lifted)
+        })
     }
 
     /// Books a packet whose path was traced before, as [`Self::live`] does for the same emission and the same random numbers,
@@ -160,6 +233,15 @@ impl Surroundings<'_> {
                 if event == Event::Diffuse {
                     stream.uniform_pair();
                 }
+            } else if event.is_at_edge() {
+                let Some(table) = self.table.edges() else { return false };
+                let (_, place) = vertex.passing();
+                if bending::decide(table, EdgePlace { tangent: 0.0, ..place }, emission.deciding, stream)
+                    != (event, place)
+                {
+                    return false;
+                }
+                pass_edge(table, event, &place, books, weight);
             }
             last = Some(event);
         }
@@ -192,7 +274,8 @@ impl Surroundings<'_> {
             return None;
         }
         let (departure, direction) = caught.onward(self.geometry, stream.uniform_pair());
-        *flight = Flight { position: caught.place.as_dvec3(), departure, direction, length };
+        *flight =
+            Flight { position: caught.place.as_dvec3(), departure, direction, length, course: flight.course };
         Some(Vertex::on_edge(caught.place, caught.edge))
     }
 
@@ -206,6 +289,24 @@ impl Surroundings<'_> {
     fn end_of_run(&self, flight: &Flight) -> Vec3 {
         flight.departure.origin + flight.direction * (self.reach - flight.length) as f32
     }
+}
+
+/// What a way gains in height over a surface per unit of length.
+fn steepness(direction: Vec3, frame: &Frame) -> f64 {
+    f64::from(direction.dot(frame.normal).abs()).max(f64::MIN_POSITIVE)
+}
+
+/// Books the passing of an edge.
+fn pass_edge(
+    table: &EdgeTable,
+    event: Event,
+    place: &EdgePlace,
+    books: &mut ChunkLedger,
+    weight: &mut PathWeight,
+) {
+    books.passed_edge(weight.energy());
+    weight.pass_edge(table, event, place);
+    books.departed(weight.energy());
 }
 
 /// Sends a packet on its way.

@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
 use sonel_map::{
-    BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EmissionDirections,
-    EmissionLayout, Fate, Ledger, MapHeader, Mode, Settings, ShardRange, SonelMap, Spectral,
+    BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EdgeTable, EmissionDirections,
+    EmissionLayout, Fate, Ledger, MapHeader, Mode, Settings, ShardRange, SonelMap, Spectral, bending_edges,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Scene, Source};
@@ -101,12 +101,29 @@ struct Emitter<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// Prepares `scene`, whose walls are `geometry`.
+    /// Prepares `scene`, whose walls are `geometry`: nothing is bent at edges.
     #[must_use]
     pub fn new(scene: &'a Scene, geometry: &'a Geometry, settings: Settings) -> Self {
+        Self::bending(scene, geometry, settings, None)
+    }
+
+    /// As [`Self::new`], but the bands that are `bent` are bent at edges.
+    #[must_use]
+    pub fn bending(
+        scene: &'a Scene,
+        geometry: &'a Geometry,
+        settings: Settings,
+        bent: Option<&[bool]>,
+    ) -> Self {
         let bands = scene.bands.count();
         let layout = settings.layout(bands);
-        let classes = BandClasses::alike(&scene.materials, &vec![0.0; bands], settings.spectral);
+        let edges =
+            bent.map(|bent| (bending_edges(geometry), bent)).filter(|(edges, _)| !edges.lines().is_empty());
+        // Edges tell all bands apart.
+        let classes = match &edges {
+            Some(_) => BandClasses::separate(bands),
+            None => BandClasses::alike(&scene.materials, &vec![0.0; bands], settings.spectral),
+        };
         let surfaces = geometry
             .surfaces()
             .iter()
@@ -114,7 +131,12 @@ impl<'a> Tracer<'a> {
             .collect();
         let surroundings = Surroundings {
             geometry,
-            table: CoefficientTable::grouped(&scene.materials, &classes, settings.survival),
+            table: CoefficientTable::grouped(&scene.materials, &classes, settings.survival).with_edges(
+                edges
+                    .as_ref()
+                    .map(|(edges, bent)| EdgeTable::new(edges.lines().to_vec(), &scene.wavelengths(), bent)),
+            ),
+            edges: edges.map(|(edges, _)| edges),
             surfaces,
             reach: scene.duration * scene.speed_of_sound,
             extinction_threshold: settings.extinction_threshold,
@@ -135,7 +157,7 @@ impl<'a> Tracer<'a> {
     #[must_use]
     pub fn of(header: &'a MapHeader, geometry: &'a Geometry) -> Self {
         let (scene, settings) = (&header.scene, header.settings);
-        let mut tracer = Self::new(scene, geometry, settings);
+        let mut tracer = Self::bending(scene, geometry, settings, header.bent_bands());
         if settings.mode == Mode::Paper
             && let Some(wavelengths) = header.diffracted_wavelengths()
         {

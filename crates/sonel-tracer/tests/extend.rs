@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use glam::DVec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
-use sonel_geometry::Mesh;
+use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::{EffectState, Event, MapHeader, MapWriter, Mode, Settings, ShardRange, SonelMap, Spectral};
 use sonel_scene::{Scene, Source};
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
@@ -38,19 +38,35 @@ fn open() -> Scene {
     scene
 }
 
+/// With a screen on its floor, at whose edges all bands are bent.
+fn screened() -> Scene {
+    let mut mesh = Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]);
+    let first = mesh.vertices.len() as u32;
+    let corners = [[2.5, 0.0, 0.0], [2.5, 2.5, 0.0], [2.5, 2.5, 1.5], [2.5, 0.0, 1.5]];
+    mesh.vertices.extend(corners.map(DVec3::from));
+    for corners in [[0, 1, 2], [0, 2, 3]] {
+        mesh.triangles.push(MeshTriangle { corners: corners.map(|corner| first + corner), material: 0 });
+    }
+    scene(0.2, mesh)
+}
+
 fn settings(emissions: u64) -> Settings {
     Settings { emissions, batches: 7, ..Settings::default() }
 }
 
-/// Provenance of a run of which edges diffract.
+/// Provenance of a run of which edges diffract, or bend packets where it is not the paper's.
 fn header(scene: &Scene, settings: Settings) -> MapHeader {
-    let diffraction =
-        EffectState { name: "diffraction".to_owned(), on: vec![true; 3], reason: "asked for".to_owned() };
+    let effect = |name: &str, on| EffectState {
+        name: name.to_owned(),
+        on: vec![on; 3],
+        reason: "asked for".to_owned(),
+    };
+    let bending = settings.mode == Mode::Accurate;
     MapHeader {
         tool_version: "test".to_owned(),
         settings,
         shard: ShardRange::WHOLE,
-        effects: vec![diffraction],
+        effects: vec![effect("diffraction", true), effect("bending", bending)],
         scene: scene.clone(),
     }
 }
@@ -97,7 +113,7 @@ fn an_extended_run_is_the_longer_run_with_every_kind_of_event() {
         (0.5, 1e-2, Spectral::PerBand, Mode::Accurate),
         (1.0, 1e-9, Spectral::PerBand, Mode::Paper),
     ] {
-        for scene in [closed(), open()] {
+        for scene in [closed(), open(), screened()] {
             let of = |emissions| Settings {
                 survival,
                 extinction_threshold,
@@ -121,6 +137,8 @@ fn an_extended_run_is_the_longer_run_with_every_kind_of_event() {
         Event::Expired,
         Event::Extinguished,
         Event::Transmitted,
+        Event::Bent,
+        Event::Passed,
     ];
     assert!(events.iter().all(|event| met.contains(event)), "{met:?}");
 }

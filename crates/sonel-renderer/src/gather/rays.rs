@@ -1,13 +1,14 @@
 //! Visibility rays: where a receiver looks, directly and by mirrors.
 
 use glam::{DVec2, Vec3};
-use sonel_geometry::{Departure, Geometry, SurfaceId};
+use sonel_geometry::{Departure, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
 use super::disc::{Sheet, View};
 use crate::connection::normal_on;
 use crate::receiver::PreparedReceiver;
+use crate::render::Medium;
 
 /// How rays gather.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,9 +49,10 @@ pub fn place(surface: SurfaceId, side: sonel_geometry::Side) -> u32 {
     2 * surface.0 + u32::from(side == sonel_geometry::Side::Back)
 }
 
-/// Casts the rays of one receiver in one batch and hands every disc to `found`. `stream` is that of the receiver and batch.
+/// Casts the rays of one receiver in one batch and hands every disc to `found`. Where edges bend, rays that go on by mirrors
+/// would have to be bent too, so they gather at the first surface alone. `stream` is that of the receiver and batch.
 pub fn cast(
-    geometry: &Geometry,
+    medium: &Medium<'_>,
     table: &CoefficientTable,
     sheets: &[Sheet],
     receiver: (u32, &PreparedReceiver),
@@ -58,6 +60,7 @@ pub fn cast(
     stream: &mut Stream,
     mut found: impl FnMut(GatherPoint),
 ) {
+    let geometry = medium.geometry;
     let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
     for ray in 0..settings.rays {
         let mut direction = warp::uniform_sphere(directions.point(ray));
@@ -79,12 +82,17 @@ pub fn cast(
                 let sheet = &sheets[hit.surface.0 as usize];
                 let centre = sheet.flat(hit.position.as_dvec3());
                 let view = sheet.view(hit.side, centre, settings.radius);
+                let mut weight = product(&throughput, &row.diffuse.energy, share / view.area);
+                if let Some(bends) = medium.bends {
+                    let from = (hit.position.as_dvec3(), f64::from(direction.dot(normal).abs()));
+                    bends.keep_straight(geometry, from, receiver.1.exact, &mut weight);
+                }
                 found(GatherPoint {
                     receiver: receiver.0,
                     place: place(hit.surface, hit.side),
                     centre,
                     length,
-                    weight: product(&throughput, &row.diffuse.energy, share / view.area),
+                    weight,
                     view,
                     seen_directly,
                 });

@@ -6,6 +6,7 @@
 //! is off, with that reason, whatever was asked for.
 
 mod air;
+mod bending;
 mod edges;
 mod shadow;
 mod skips;
@@ -151,6 +152,7 @@ pub fn decide(
                 Ok(edges::decide_for_paper(spec.wish(effect), scene, geometry))
             }
             Effect::Diffraction => edges::decide(spec.wish(effect), scene, geometry, weigh, clock),
+            Effect::Bending => Ok(bending::decide(spec.wish(effect), mode, scene, geometry)),
             Effect::Air => Ok(air.clone()),
             Effect::Directivity => Ok(directivity.clone()),
             _ => Ok(Decision::new(effect, vec![false; scene.bands.count()], "not built yet".to_owned())),

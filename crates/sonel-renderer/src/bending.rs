@@ -1,0 +1,129 @@
+//! What bending leaves of the straight way from a sonel to a receiver.
+//!
+//! A packet that goes there passes the same edges as a traced one, by the same rules: a band within whose reach it passes any is
+//! bent and arrives elsewhere. So the connection carries the bands alone that go straight on. Ways that are bent once have
+//! connections of their own ([`crate::bent_connection`]), the rest is heard by the spheres of [`crate::crossing`]. No energy is
+//! counted straight and bent.
+//!
+//! References: docs/physics.md §5.2, docs/diffraction.md.
+
+use glam::DVec3;
+use sonel_geometry::{EdgeIndex, EdgeLine, Geometry, Way};
+use sonel_map::{EdgeTable, Lanes, bending_edges};
+
+/// The edges of a room that bend, with what they do to the bands.
+pub struct Bends {
+    index: EdgeIndex,
+    table: EdgeTable,
+    /// The largest of all bands.
+    reach: f64,
+    /// Number and concentration of the bands that are bent, as of the law of bending.
+    bent: Vec<(usize, f64)>,
+}
+
+impl Bends {
+    /// Those of `geometry`, which must be the edges of `table`.
+    #[must_use]
+    pub fn new(geometry: &Geometry, table: &EdgeTable, columns: usize) -> Self {
+        let reach = table.reach(&vec![[1.0; 4]; columns.div_ceil(4)]);
+        let bent = (0..columns).filter(|&band| table.bends(band, 0.0));
+        Self {
+            index: bending_edges(geometry),
+            reach,
+            bent: bent.map(|band| (band, table.concentration(band))).collect(),
+            table: table.clone(),
+        }
+    }
+
+    /// The lines of the edges.
+    #[must_use]
+    pub fn lines(&self) -> &[EdgeLine] {
+        self.index.lines()
+    }
+
+    /// The largest distance at which any band is bent [m].
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Whether `band` is bent at `distance` from an edge [m].
+    #[inline]
+    #[must_use]
+    pub fn bends(&self, band: usize, distance: f64) -> bool {
+        self.table.bends(band, distance)
+    }
+
+    /// Number and concentration of the bands that are bent.
+    #[must_use]
+    pub fn bent(&self) -> &[(usize, f64)] {
+        &self.bent
+    }
+
+    /// Whether a packet that leaves `from` in `direction` passes `edge` at `foot`; takes from `energy` what is bent before.
+    pub fn keep_bent_at(
+        &self,
+        geometry: &Geometry,
+        (from, steepness): (DVec3, f64),
+        (edge, foot, direction): (u32, DVec3, DVec3),
+        energy: &mut [Lanes],
+    ) -> bool {
+        let mut way = Way {
+            origin: from,
+            direction,
+            from: self.index.least_distance() / steepness.max(f64::MIN_POSITIVE),
+            to: from.distance(foot) + self.index.least_distance(),
+            reach: self.reach,
+        };
+        while let Some(passage) = self.index.first(geometry, &way, |_| true) {
+            if passage.edge == edge {
+                return true;
+            }
+            self.table.keep_straight(passage.distance, energy);
+            way.from = passage.at;
+        }
+        false
+    }
+
+    /// Takes from `energy` what is bent again between a `foot` where `edge` was passed at `distance` [m], and `to`.
+    pub fn keep_bent_once(
+        &self,
+        geometry: &Geometry,
+        (edge, foot, distance): (u32, DVec3, f64),
+        to: DVec3,
+        energy: &mut [Lanes],
+    ) {
+        let way = Way { from: distance, ..Way::between(foot, to, self.reach) };
+        self.keep_past(geometry, way, |other| other != edge, energy);
+    }
+
+    /// Takes from `energy` what does not arrive straight at `to` from `from`, both about the scene's centre [m], where
+    /// `steepness` is the cosine with the normal of the surface that is left.
+    #[inline]
+    pub fn keep_straight(
+        &self,
+        geometry: &Geometry,
+        (from, steepness): (DVec3, f64),
+        to: DVec3,
+        energy: &mut [Lanes],
+    ) {
+        let mut way = Way::between(from, to, self.reach);
+        way.from = self.index.least_distance() / steepness.max(f64::MIN_POSITIVE);
+        self.keep_past(geometry, way, |_| true, energy);
+    }
+
+    /// Takes from `energy` what the edges on `way` bend. Only edges nearer than those before take more.
+    fn keep_past(
+        &self,
+        geometry: &Geometry,
+        mut way: Way,
+        counts: impl Fn(u32) -> bool,
+        energy: &mut [Lanes],
+    ) {
+        while let Some(passage) = self.index.first(geometry, &way, &counts) {
+            self.table.keep_straight(passage.distance, energy);
+            way.reach = passage.distance;
+            way.from = passage.at;
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! Packets bent at edges: the angles they take, the energy they keep, and the same answer by two estimators.
+
+use std::convert::Infallible;
+
+use glam::DVec3;
+use sonel_acoustics::{BandWidth, Bands, Material};
+use sonel_geometry::{Mesh, MeshTriangle};
+use sonel_map::{Event, Settings, ShardRange, Spectral};
+use sonel_renderer::{Estimator, RenderSettings};
+use sonel_scene::Scene;
+use sonel_testkit::z_test::{Estimate, Within, agree, within_sigmas};
+use sonel_tests::{Traced, batch_fluence};
+use sonel_tracer::Tracer;
+
+/// Adds a rectangle of `material` to `mesh`.
+fn add_quad(mesh: &mut Mesh, corners: [[f64; 3]; 4], material: u32) {
+    let first = mesh.vertices.len() as u32;
+    mesh.vertices.extend(corners.map(DVec3::from));
+    for corners in [[0, 1, 2], [0, 2, 3]] {
+        mesh.triangles.push(MeshTriangle { corners: corners.map(|corner| first + corner), material });
+    }
+}
+
+/// A screen in the plane x = 0 that ends at z = 0, and a black wall at x = 10 m, both as good as endless.
+fn knife_edge(frequency: f64) -> Scene {
+    let mut mesh = Mesh { vertices: Vec::new(), triangles: Vec::new() };
+    let far = 2000.0;
+    add_quad(&mut mesh, [[0.0, -far, -far], [0.0, far, -far], [0.0, far, 0.0], [0.0, -far, 0.0]], 0);
+    add_quad(&mut mesh, [[10.0, -far, -far], [10.0, far, -far], [10.0, far, far], [10.0, -far, far]], 0);
+    let bands = Bands::new(vec![frequency], BandWidth::Octave).expect("octaves");
+    let mut scene = Scene::from_parts(mesh, vec![Material::uniform("black", 1.0, 0.0, 1)], bands, 30.0)
+        .with_source("source", [-10.0, 0.0, 0.0])
+        .without_air_attenuation();
+    scene.speed_of_sound = 343.0;
+    scene
+}
+
+/// Share of all packets that should arrive on the wall between two heights: over the angle at which they leave, the normal
+/// probability that they are turned into the directions between.
+fn expected_share(frequency: f64, heights: [f64; 2], gamma: f64) -> f64 {
+    let wavelength = 343.0 / frequency;
+    let widest = f64::asin(5.0 * wavelength / 10.0);
+    let steps = 20_000;
+    let normal = |x: f64| 0.5 * libm::erfc(-x / std::f64::consts::SQRT_2);
+    let mut share = 0.0;
+    for step in 0..steps {
+        let angle = widest * (f64::from(step) + 0.5) / f64::from(steps);
+        let distance = 10.0 * angle.sin();
+        let foot = [10.0 * angle.cos() * angle.cos() - 10.0, 10.0 * angle.cos() * angle.sin()];
+        let sigma = gamma * wavelength / (4.0 * std::f64::consts::PI * distance);
+        // Downward, towards the edge, is positive.
+        let turned = |height: f64| {
+            let [ahead, aside] = [10.0 - foot[0], height - foot[1]];
+            (angle - aside.atan2(ahead)).tan()
+        };
+        share += normal(turned(heights[0]) / sigma) - normal(turned(heights[1]) / sigma);
+    }
+    let straight = |height: f64| f64::atan2(height, 20.0).max(widest);
+    (share * widest / f64::from(steps) + straight(heights[1]) - straight(heights[0])) / std::f64::consts::TAU
+}
+
+#[test]
+fn packets_behind_a_knife_edge_are_as_many_as_their_law_says() {
+    let frequency = 2000.0;
+    let scene = knife_edge(frequency);
+    let geometry = scene.geometry().unwrap();
+    let settings = Settings { emissions: 1_500_000, ..Settings::default() };
+    // About the boundary, and at Fresnel numbers of 1 and of 2 behind it.
+    let height = |fresnel: f64| -2.0 * fresnel / (2.0_f64 / (343.0 / frequency * 5.0)).sqrt();
+    let bins =
+        [(0.2, -0.2), (1.3, 0.7), (2.5, 1.5), (-2.0, -3.0)].map(|(low, high)| [height(low), height(high)]);
+    let mut counts = [0_u32; 4];
+    Tracer::bending(&scene, &geometry, settings, Some(&[true]))
+        .run(ShardRange::WHOLE, |chunk| {
+            for vertex in &chunk.paths.vertices {
+                if vertex.event() == Some(Event::Absorbed) && vertex.position.x > 0.0 {
+                    let at = geometry.to_world(vertex.position);
+                    for (count, bin) in counts.iter_mut().zip(bins) {
+                        *count += u32::from(at.x > 5.0 && (bin[0]..bin[1]).contains(&at.z));
+                    }
+                }
+            }
+            Ok::<(), Infallible>(())
+        })
+        .unwrap();
+    for (count, bin) in counts.into_iter().zip(bins) {
+        let value = f64::from(count) / settings.emissions as f64;
+        let estimate = Estimate { value, sigma: value / f64::from(count).sqrt() };
+        let within = Within { sigmas: 4.0, maximal_sigma: 0.1 * value };
+        within_sigmas(estimate, expected_share(frequency, bin, 0.87), within).unwrap();
+    }
+    let value = f64::from(counts[2]) / settings.emissions as f64;
+    let estimate = Estimate { value, sigma: value / f64::from(counts[2]).sqrt() };
+    let spoilt = expected_share(frequency, bins[2], 1.5);
+    assert!(
+        within_sigmas(estimate, spoilt, Within { sigmas: 4.0, maximal_sigma: value }).is_err(),
+        "another spread"
+    );
+}
+
+/// A room of four bands, divided by a screen of half its height with two free edges.
+fn screened(absorption: [f64; 4], scattering: [f64; 4], duration: f64) -> Scene {
+    let bands = Bands::new(vec![125.0, 250.0, 1000.0, 4000.0], BandWidth::Octave).expect("octaves");
+    let mut mesh = Mesh::shoebox([12.0, 9.0, 6.0], [0; 6]);
+    add_quad(&mut mesh, [[6.0, 0.0, 0.0], [6.0, 6.0, 0.0], [6.0, 6.0, 3.5], [6.0, 0.0, 3.5]], 0);
+    let material = Material {
+        absorption: absorption.to_vec(),
+        scattering: scattering.to_vec(),
+        ..Material::uniform("walls", 0.0, 0.0, 4)
+    };
+    let mut scene = Scene::from_parts(mesh, vec![material], bands, duration)
+        .with_source("source", [2.0, 3.0, 1.5])
+        .without_air_attenuation();
+    scene.speed_of_sound = 343.0;
+    scene
+}
+
+#[test]
+fn the_ledger_closes_past_edges_in_every_band() {
+    for (emissions, spectral) in [(20_011, Spectral::Shared), (4_000, Spectral::PerBand)] {
+        let settings = Settings { emissions, spectral, ..Settings::default() };
+        let scene = screened([0.2, 0.3, 0.1, 0.4], [0.5, 0.3, 0.7, 0.9], 1.0);
+        let traced = Traced::bending(scene, settings);
+        let bends = traced.map.ledger();
+        assert_eq!(bends, traced.books);
+        for (band, books) in traced.books.bands.iter().enumerate() {
+            assert!(books.relative_residual() < 1e-9, "{spectral:?} band {band}: {books:?}");
+            assert!(books.sampling_sigma() < 0.05, "{spectral:?} band {band}: {books:?}");
+            assert!(
+                books.sampling.abs() <= 4.0 * books.sampling_sigma() + 1e-12,
+                "{spectral:?} band {band}: {books:?}"
+            );
+        }
+        let survey = sonel_analysis::survey::survey(&traced.map, &traced.geometry);
+        let frequencies = [125.0, 250.0, 1000.0, 4000.0];
+        assert_eq!(sonel_analysis::survey::differences(&traced.books, &survey.ledger, &frequencies), [""; 0]);
+    }
+}
+
+/// Energy over time at each receiver in each band.
+fn heard(traced: &Traced, estimator: Estimator) -> Vec<Vec<Estimate>> {
+    let settings = RenderSettings { estimator, mirror_order: Some(0), ..RenderSettings::default() };
+    let rendering = traced.render(settings);
+    let receivers = traced.map.header().scene.receivers.len();
+    let band = |receiver, band| {
+        let (value, sigma) = batch_fluence(&rendering, receiver, band);
+        Estimate { value, sigma }
+    };
+    (0..receivers).map(|receiver| (0..4).map(|b| band(receiver, b)).collect()).collect()
+}
+
+/// Energy at receiver 0 of connections that no edge takes anything from, and of spheres of `radius` for what was bent since its
+/// last diffuse reflection: counted straight and bent.
+fn counted_twice(traced: &Traced, radius: f64) -> [f64; 4] {
+    let scene = &traced.map.header().scene;
+    let receiver = scene.receivers[0].position - traced.geometry.center();
+    let diffuse: Vec<f64> = (0..4).map(|band| scene.materials[0].diffuse(band)).collect();
+    let mut sums = [0.0; 4];
+    traced.for_each_segment(|_, share, segment| {
+        let (from, to) = (segment.start.as_dvec3(), segment.end.as_dvec3());
+        let along = to - from;
+        let at = (receiver - from).dot(along) / along.length_squared();
+        let crosses = (0.0..1.0).contains(&at) && from.lerp(to, at).distance(receiver) < radius;
+        if segment.history.bends > 0 && segment.history.diffused && crosses {
+            for (sum, energy) in sums.iter_mut().zip(segment.energy[0]) {
+                *sum += share * energy / (std::f64::consts::PI * radius * radius);
+            }
+        }
+        let Some(arrival) = segment.arrival else { return };
+        let offset = receiver - to;
+        let normal = arrival.side.sign() * traced.geometry.surface(arrival.surface).normal;
+        let departure = traced.geometry.leave(segment.end, arrival.surface, arrival.side);
+        if offset.dot(normal) > 0.0 && !traced.geometry.is_blocked(departure, receiver.as_vec3()) {
+            let solid = offset.dot(normal) / offset.length().powi(3) / std::f64::consts::PI;
+            for band in 0..4 {
+                sums[band] += share * segment.energy[0][band] * diffuse[band] * solid;
+            }
+        }
+    });
+    sums
+}
+
+/// What every packet brings to spheres must be what connections say of straight last ways and spheres of bent ones. Everything
+/// is scattered, so that all but the direct sound is compared.
+#[test]
+fn a_screen_in_a_reverberant_room_gives_the_same_answer_by_two_estimators() {
+    let scene = screened([0.2, 0.3, 0.2, 0.3], [1.0; 4], 1.0)
+        .with_receiver("behind", [9.0, 2.5, 1.4])
+        .with_receiver("in sight", [3.5, 6.5, 2.0]);
+    let settings = Settings { emissions: 160_000, ..Settings::default() };
+    let traced = Traced::bending(scene, settings);
+    let (spheres, connections) = (heard(&traced, Estimator::Sphere), heard(&traced, Estimator::Connection));
+    for (spheres, connections) in spheres.iter().zip(&connections) {
+        for (&spheres, &connections) in spheres.iter().zip(connections) {
+            let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * spheres.value };
+            agree(spheres, connections, within).unwrap();
+        }
+    }
+    let twice = counted_twice(&traced, 0.5);
+    for band in 0..2 {
+        let within = Within { sigmas: 4.0, maximal_sigma: f64::INFINITY };
+        assert!(within_sigmas(spheres[0][band], twice[band], within).is_err(), "counted straight and bent");
+    }
+}
+
+/// Bands that lead packets for one another must be heard as they are on paths of their own.
+#[test]
+fn bands_that_share_paths_past_edges_are_heard_as_on_their_own() {
+    let scene =
+        screened([0.2, 0.3, 0.2, 0.3], [0.6, 0.5, 0.7, 0.9], 1.0).with_receiver("behind", [9.0, 2.5, 1.4]);
+    let settings = Settings { emissions: 80_000, ..Settings::default() };
+    let shared = heard(&Traced::bending(scene.clone(), settings), Estimator::Connection);
+    let alone = Settings { emissions: 40_000, spectral: Spectral::PerBand, seed: 2, ..settings };
+    let alone = heard(&Traced::bending(scene, alone), Estimator::Connection);
+    for (&shared, &alone) in shared[0].iter().zip(&alone[0]) {
+        let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * alone.value };
+        agree(shared, alone, within).unwrap();
+        let spoilt = Estimate { value: 1.3 * shared.value, ..shared };
+        assert!(agree(spoilt, alone, within).is_err(), "a band that is weighed wrongly");
+    }
+}
