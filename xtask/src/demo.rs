@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::fs;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use serde_json::Value;
 
 use crate::workspace;
@@ -24,9 +24,9 @@ const COLUMNS: [(&str, &str); 4] = [
 /// Builds the programs, runs the three stages, prints the table.
 pub fn run() -> Result<()> {
     fs::create_dir_all(workspace::root().join(FOLDER)).with_context(|| format!("cannot create {FOLDER}"))?;
-    program("sonel-trace", &[SCENE, "-o", MAP])?;
-    program("sonel-render", &[MAP, "-o", RESPONSE])?;
-    let json = program("sonel-analyze", &["parameters", RESPONSE, "--format", "json"])?;
+    workspace::program("sonel-trace", &[SCENE, "-o", MAP])?;
+    workspace::program("sonel-render", &[MAP, "-o", RESPONSE])?;
+    let json = workspace::program("sonel-analyze", &["parameters", RESPONSE, "--format", "json"])?;
     let parameters = serde_json::from_str(&json).context("sonel-analyze parameters printed no JSON")?;
     print!("\n{}", table(&parameters)?);
     println!(
@@ -34,19 +34,6 @@ pub fn run() -> Result<()> {
     );
     println!("The map is {MAP}, the response {RESPONSE} (opens with numpy.load).");
     Ok(())
-}
-
-/// Runs one of the tools in release, its log on our stderr; returns its stdout.
-fn program(name: &str, arguments: &[&str]) -> Result<String> {
-    eprintln!("$ {name} {}", arguments.join(" "));
-    let mut run = workspace::cargo(&["run", "--quiet", "--release", "--package", name, "--"]);
-    let output = run
-        .args(arguments)
-        .stderr(std::process::Stdio::inherit())
-        .output()
-        .with_context(|| format!("cannot run {name}"))?;
-    ensure!(output.status.success(), "{name}: {}", output.status);
-    String::from_utf8(output.stdout).with_context(|| format!("{name} printed no UTF-8"))
 }
 
 /// One line per receiver and band.

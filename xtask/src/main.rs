@@ -2,11 +2,13 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a chore reports to the person who runs it")]
 
 mod accept;
+mod accuracy;
 mod bench;
 mod ci;
 mod cluster;
 mod demo;
 mod documentation;
+mod figures;
 mod hall;
 mod python;
 mod python_reader;
@@ -23,6 +25,12 @@ use clap::Parser;
 enum Chore {
     /// Run what must hold before an issue is closed and takes too long for every change
     Accept,
+    /// Run the sweeps behind docs/accuracy.md and draw its plots
+    Accuracy {
+        /// Only draw again what the last run left in target/accuracy
+        #[arg(long)]
+        redraw: bool,
+    },
     /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
     Bench,
     /// Check everything a change has to pass: format, tidy, lints, tests, Python reader, workflow, documentation
@@ -31,6 +39,12 @@ enum Chore {
     Cluster,
     /// Trace and render the seed room into target/demo and print its levels and reverberation times
     Demo,
+    /// Repeat the founding paper's experiment and write docs/paper
+    Figures {
+        /// Only draw again what the last run left in target/paper
+        #[arg(long)]
+        redraw: bool,
+    },
     /// Write scenes/hall/hall.obj and the figures in its README from the plan
     Hall,
     /// Check the Python reader of maps against sonel-render
@@ -42,10 +56,12 @@ enum Chore {
 fn main() -> ExitCode {
     let outcome = match Chore::parse() {
         Chore::Accept => accept::run(),
+        Chore::Accuracy { redraw } => accuracy::run(redraw),
         Chore::Bench => bench::run(),
         Chore::Ci => ci::run(),
         Chore::Cluster => cluster::check(),
         Chore::Demo => demo::run(),
+        Chore::Figures { redraw } => figures::run(redraw),
         Chore::Hall => hall::run(),
         Chore::PythonReader => python_reader::check(),
         Chore::Tidy => tidy::run(),

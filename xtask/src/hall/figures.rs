@@ -7,16 +7,6 @@ use sonel_acoustics::{Air, Bands, eyring_time, mean_free_path, sabine_time};
 
 use super::mesh::QuadMesh;
 
-const BEGIN: &str = "<!-- figures: begin -->\n";
-const END: &str = "<!-- figures: end -->";
-
-/// `readme` with the figures between its markers replaced.
-pub fn replace(readme: &str, figures: &str) -> Result<String> {
-    let (head, rest) = readme.split_once(BEGIN).context("the hall's README lost its first figures marker")?;
-    let (_, tail) = rest.split_once(END).context("the hall's README lost its last figures marker")?;
-    Ok(format!("{head}{BEGIN}{figures}{END}{tail}"))
-}
-
 /// The figures as markdown, with materials and air of the scene file's text.
 pub fn markdown(mesh: &QuadMesh, scene: &str) -> Result<String> {
     let scene: toml::Table = scene.parse().context("scenes/hall/scene.toml does not parse")?;

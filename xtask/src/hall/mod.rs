@@ -6,11 +6,9 @@ mod mesh;
 mod plan;
 mod shape;
 
-use std::fs;
+use anyhow::Result;
 
-use anyhow::{Context, Result};
-
-use crate::workspace;
+use crate::workspace::{self, read, write};
 use grid::Grid;
 use mesh::QuadMesh;
 
@@ -21,9 +19,9 @@ const README: &str = "scenes/hall/README.md";
 /// Rewrites the mesh and the figures in the README.
 pub fn run() -> Result<()> {
     let mesh = build();
-    write(MESH, &mesh.to_obj())?;
+    write(MESH, mesh.to_obj())?;
     let figures = figures::markdown(&mesh, &read(SCENE)?)?;
-    write(README, &figures::replace(&read(README)?, &figures)?)?;
+    write(README, &workspace::with_figures(&read(README)?, &figures)?)?;
     print!("{figures}");
     Ok(())
 }
@@ -32,14 +30,6 @@ fn build() -> QuadMesh {
     let extent = [(-plan::HALF_WIDTH, plan::HALF_WIDTH), (0, plan::LENGTH), (0, plan::CEILING)];
     let (solids, patches) = (plan::solids(), plan::patches());
     QuadMesh::weld(Grid::new(extent, plan::SHELL, &solids, &patches).faces(&patches))
-}
-
-fn read(path: &str) -> Result<String> {
-    fs::read_to_string(workspace::root().join(path)).with_context(|| format!("cannot read {path}"))
-}
-
-fn write(path: &str, text: &str) -> Result<()> {
-    fs::write(workspace::root().join(path), text).with_context(|| format!("cannot write {path}"))
 }
 
 #[cfg(test)]
@@ -77,7 +67,7 @@ mod tests {
     fn figures_in_the_readme_are_the_computed_ones() {
         let readme = read(README).unwrap();
         let figures = figures::markdown(&build(), &read(SCENE).unwrap()).unwrap();
-        assert_eq!(readme, figures::replace(&readme, &figures).unwrap(), "run `cargo xtask hall`");
+        assert_eq!(readme, workspace::with_figures(&readme, &figures).unwrap(), "run `cargo xtask hall`");
     }
 
     #[test]
