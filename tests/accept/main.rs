@@ -8,8 +8,10 @@ mod invariances;
 mod known_rooms;
 mod losses;
 mod memory;
+mod planning;
 #[path = "../stability/cases/mod.rs"]
 mod stability;
+mod stopping;
 mod uneven_box;
 
 /// Which form of the hard cases this binary runs.

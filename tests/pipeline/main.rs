@@ -5,6 +5,7 @@ mod comparison;
 mod effects;
 mod extend;
 mod figures;
+mod planning;
 mod reproducible;
 mod trial;
 

@@ -3,7 +3,7 @@
 use sonel_echogram::Response;
 
 use crate::decay::Echogram;
-use crate::figure::{Estimate, Figure, NoInterval, StandardError, Unsupported};
+use crate::figure::{Estimate, Figure, KernelShift, NoInterval, StandardError, Unsupported};
 use crate::jackknife;
 use crate::parameter::{LevelScale, Values};
 
@@ -130,7 +130,7 @@ pub fn figure(
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> Figure {
     let value = value?;
-    let estimate = |interval, error, without, weight, warning| Estimate {
+    let estimate = |interval, error, without, weight, warning, kernel| Estimate {
         value,
         interval,
         error,
@@ -138,13 +138,15 @@ pub fn figure(
         weight,
         warning,
         decay: None,
+        kernel,
     };
     let parts = match parts {
         Ok(parts) => parts,
-        Err(reason) => return Ok(estimate(Err(reason.clone()), None, Vec::new(), Vec::new(), None)),
+        Err(reason) => return Ok(estimate(Err(reason.clone()), None, Vec::new(), Vec::new(), None, None)),
     };
-    let PartSpread { half_width, error, warning, without, weight } = spread(parts, read)?;
-    Ok(estimate(Ok([value - half_width, value + half_width]), Some(error), without, weight, warning))
+    let PartSpread { half_width, error, warning, without, weight, kernel } = spread(parts, read)?;
+    let interval = Ok([value - half_width, value + half_width]);
+    Ok(estimate(interval, Some(error), without, weight, warning, kernel))
 }
 
 /// What the parts say of a figure.
@@ -154,6 +156,7 @@ struct PartSpread {
     warning: Option<String>,
     without: Vec<f64>,
     weight: Vec<f64>,
+    kernel: Option<KernelShift>,
 }
 
 /// Jackknife of what `read` makes of the parts of one band or, for figures over bands, of several.
@@ -170,25 +173,25 @@ fn spread(
     let without: Vec<f64> =
         (0..weight.len()).map(|g| take(&|part| &part.without[g])).collect::<Result<_, _>>()?;
     let spread = jackknife::spread(all, &without, weight);
-    let bias = bias(parts, &read, all, &without).unwrap_or(0.0);
+    let kernel = kernel_shift(parts, &read, all, &without);
     Ok(PartSpread {
-        half_width: spread.half_width + bias,
+        half_width: spread.half_width + kernel.map_or(0.0, KernelShift::bias),
         error: spread.error,
         warning: spread.warning,
         without,
         weight: weight.clone(),
+        kernel,
     })
 }
 
-/// How far the figure, `all` and `without` each batch, is off by the bias of discs and spheres, as far as its own noise lets
-/// see: the square of the shift less its variance. [`None`] where nothing is averaged over an area, or where the figure
-/// cannot be read off the corrected energies.
-fn bias(
+/// How the figure, `all` and `without` each batch, shifts when it is freed of the bias of discs and spheres. [`None`] where
+/// nothing is averaged over an area, or where the figure cannot be read off the corrected energies.
+fn kernel_shift(
     parts: &[&Parts],
     read: &impl Fn(&[&Values]) -> Result<f64, Unsupported>,
     all: f64,
     without: &[f64],
-) -> Option<f64> {
+) -> Option<KernelShift> {
     if parts.iter().all(|part| part.unbiased.is_none()) {
         return None;
     }
@@ -204,5 +207,5 @@ fn bias(
     });
     let shifts: Vec<f64> = shifts.collect::<Option<_>>()?;
     let sigma = jackknife::spread(shift, &shifts, &parts[0].weight).error.sigma;
-    Some((shift * shift - sigma * sigma).max(0.0).sqrt())
+    Some(KernelShift { shift, sigma })
 }

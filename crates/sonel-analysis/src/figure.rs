@@ -22,6 +22,26 @@ pub struct Estimate {
     pub warning: Option<String>,
     /// For reverberation times: how straight the decay is.
     pub decay: Option<DecayQuality>,
+    /// What discs and spheres do to it; none where nothing is averaged over an area.
+    pub kernel: Option<KernelShift>,
+}
+
+/// What becomes of a figure when it is freed of the bias of discs and spheres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KernelShift {
+    /// The figure freed of it less the figure, in the unit of the figure.
+    pub shift: f64,
+    /// Standard error of that shift. As the inner and the outer half of an area hold different sonels, it is twice the standard error
+    /// that the areas' sonels bring to the figure itself.
+    pub sigma: f64,
+}
+
+impl KernelShift {
+    /// How far the figure is off by its bias, as far as noise lets see: the square of the shift less its variance.
+    #[must_use]
+    pub fn bias(self) -> f64 {
+        (self.shift * self.shift - self.sigma * self.sigma).max(0.0).sqrt()
+    }
 }
 
 /// An interval of more than this many just-noticeable differences to either side says nothing, and its linear theory does not

@@ -422,7 +422,8 @@ impl<'a> Renderer<'a> {
     }
 
     /// Whether visibility rays own what mirrors show.
-    pub(crate) fn gathers_by_mirrors(&self) -> bool {
+    #[must_use]
+    pub fn gathers_by_mirrors(&self) -> bool {
         self.gather.as_ref().is_some_and(|(_, settings)| settings.by_mirrors)
     }
 

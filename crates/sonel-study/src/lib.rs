@@ -1,11 +1,24 @@
 //! Drivers above the stages.
 //!
 //! - [`effects`]: which effects a scene calls for;
+//! - [`forecast`]: what a run will find and cost;
+//! - [`judges`]: where a run is judged;
+//! - [`pilot`] and [`spread`]: how uncertain figures are, and what a longer run would make of it;
+//! - [`plan`]: sonels and rays for an accuracy;
 //! - [`response`]: all sources of a map rendered, and the response made of it;
 //! - [`tradeoff`]: what accuracy costs, with several settings and numbers of sonels;
-//! - [`trial`]: a scene traced, rendered and read in one go, with what each phase costs.
+//! - [`target`]: how certain figures shall be;
+//! - [`trial`]: a scene traced, rendered and read in one go, with what each phase costs;
+//! - [`until`]: runs that go on until their figures are certain enough.
 
 pub mod effects;
+pub mod forecast;
+pub mod judges;
+pub mod pilot;
+pub mod plan;
 pub mod response;
+pub mod spread;
+pub mod target;
 pub mod tradeoff;
 pub mod trial;
+pub mod until;

@@ -119,6 +119,8 @@ pub struct Heard {
     pub response: Response,
     /// Value and interval of every figure, source by source and receiver by receiver.
     pub figures: Vec<ReceiverFigures>,
+    /// Whether visibility rays gathered what mirrors show.
+    pub gathers: bool,
     /// What it cost.
     pub seconds: RenderSeconds,
 }
@@ -305,5 +307,6 @@ pub fn hear(
     let response = response::assemble(map, &renderer, receivers, &renderings);
     let figures = parameters(&response);
     seconds.figures = clock.process() - begin;
-    Ok(Heard { renderings, response, figures, seconds })
+    let gathers = renderer.gathers_by_mirrors();
+    Ok(Heard { renderings, response, figures, gathers, seconds })
 }

@@ -1,4 +1,4 @@
-//! What the programs share: clocks, choices, counts, inputs that are files, outputs that appear when complete, scenes, progress,
+//! What the programs share: clocks, choices, counts, times, plans, inputs that are files, outputs that appear when complete, scenes, progress,
 //! exit codes.
 
 pub mod choices;
@@ -6,9 +6,11 @@ pub mod clock;
 pub mod count;
 pub mod input;
 pub mod output;
+pub mod plan;
 pub mod progress;
 pub mod scene;
 pub mod store;
+pub mod time;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -43,9 +43,24 @@ impl Output {
         Ok(Self { target: target.to_owned(), file: BufWriter::with_capacity(1 << 20, file) })
     }
 
+    /// Where it will be.
+    #[must_use]
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
     /// What to write to.
     pub fn writer(&mut self) -> &mut BufWriter<NamedTempFile> {
         &mut self.file
+    }
+
+    /// The file as written so far, to be read before it is published.
+    ///
+    /// # Errors
+    /// When the disk is full.
+    pub fn file(&mut self) -> std::io::Result<&File> {
+        self.file.flush()?;
+        Ok(self.file.get_ref().as_file())
     }
 
     /// Puts the complete file in its place, replacing an older one in a single step.

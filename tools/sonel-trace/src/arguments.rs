@@ -6,15 +6,19 @@ use anyhow::bail;
 use clap::{Parser, ValueEnum};
 use sonel_console::choices::ModeArgument;
 use sonel_console::count::parse_count;
+use sonel_console::time::parse_time;
 use sonel_map::{Mode, Settings, ShardRange, Spectral};
 use sonel_scene::LONGEST_DURATION;
 use sonel_study::effects::EffectSpec;
+use sonel_study::target::Targets;
 
 /// Traces sonels through a scene and saves the sonel map.
 #[derive(Debug, Clone, Parser)]
 #[command(
     version,
     after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --sonels 200k --seed 7\n  \
+                  sonel-trace scenes/hall/scene.toml --plan\n  \
+                  sonel-trace scenes/hall/scene.toml -o hall.sonelmap --until \"level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
                   sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --extend room.sonelmap --sonels 1M"
 )]
 pub struct Arguments {
@@ -22,10 +26,11 @@ pub struct Arguments {
     #[arg(value_name = "SCENE.toml")]
     pub scene: PathBuf,
     /// Where the map goes; replaced only when the new one is complete.
-    #[arg(short, long, value_name = "MAP.sonelmap")]
-    pub output: PathBuf,
-    /// Emissions per source (per source and band with --spectral per-band), 50k where nothing is given; with --shard those
-    /// of all shards, with --extend those of the whole new map.
+    #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
+    pub output: Option<PathBuf>,
+    /// Emissions per source (per source and band with --spectral per-band); with --shard those of all shards, with --extend
+    /// those of the whole new map, with --until the most there may be. Where nothing is given, as many as a pilot finds
+    /// necessary for a twentieth of a just-noticeable difference, at least 50k and no more than 8 million segments.
     #[arg(long, value_name = "N", value_parser = parse_count)]
     pub sonels: Option<u64>,
     /// Seed of every random number; 1 where none is given.
@@ -53,6 +58,16 @@ pub struct Arguments {
     /// traced. The result is the map of the longer run, byte for byte; it may replace the old one.
     #[arg(long, value_name = "MAP.sonelmap")]
     pub extend: Option<PathBuf>,
+    /// Say what which accuracy costs and which intervals to expect; with --output, then run and say what became of it.
+    #[arg(long)]
+    pub plan: bool,
+    /// Add sonels until half of every 95 % interval at the scene's receivers is below its target; exit code 1 where that
+    /// is not reached. Figures: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    #[arg(long, value_name = "TARGETS")]
+    pub until: Option<Targets>,
+    /// Stop --until after this time by the clock: 60s, 5min, 2h.
+    #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
+    pub at_most: Option<f64>,
     /// Effects: auto (where nothing is given), all or none, then changes: auto,-air.
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
@@ -136,13 +151,19 @@ impl Arguments {
                 "--duration {duration} is no duration: give seconds above 0 and at most {LONGEST_DURATION}, an hour"
             ));
         }
-        if self.extend.is_some() && self.sonels.is_none() {
+        if self.extend.is_some() && self.sonels.is_none() && self.until.is_none() {
             problems.push("--extend needs --sonels N: the emissions of the whole new map".into());
         }
         if self.extend.is_some() && self.shard.is_some() {
             problems.push(
                 "--extend makes a whole map and --shard a part of one: trace the shards of the longer run, or leave \
                  --shard out"
+                    .into(),
+            );
+        }
+        if self.until.is_some() && self.shard.is_some() {
+            problems.push(
+                "--until looks at the whole run and --shard traces a part of it: find N with --plan, then trace shards"
                     .into(),
             );
         }

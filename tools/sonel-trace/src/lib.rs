@@ -2,21 +2,34 @@
 
 mod arguments;
 mod extension;
+mod judging;
+mod planning;
 mod report;
 
 use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use serde_json::{Value, json};
 use sonel_console::clock::CpuClock;
 use sonel_console::output::Output;
+use sonel_console::plan::{self as console, Comparison, Names};
 use sonel_console::progress::Progress;
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
 use sonel_geometry::Geometry;
 use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
+use sonel_renderer::RenderSettings;
 use sonel_scene::{Loaded, Scene};
 use sonel_study::effects::{self, Decision};
+use sonel_study::forecast::Effort;
+use sonel_study::pilot::Pilot;
+use sonel_study::plan::Plan;
+use sonel_study::spread::PLANNED;
+use sonel_study::trial::Room;
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
+
+use judging::{Goal, Judged};
+use planning::Planner;
 
 pub use arguments::Arguments;
 
@@ -33,13 +46,137 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         writeln!(log, "note: {note}")?;
     }
     let geometry = scene.geometry().context("the scene's walls cannot be used")?;
-    let Beginning { header, decisions, extended } = begin(arguments, settings, scene, &geometry)?;
-    let (scene, shard) = (&header.scene, header.shard);
+    let Beginning { mut header, decisions, extended: beginning } =
+        begin(arguments, settings, scene, &geometry)?;
+    let scene = header.scene.clone();
+    let room = Room::new(&scene, header.effects.clone())?;
+    let planner = Planner::new(&room, header.settings);
+    let mut pilot = None;
+    let mut planned = Value::Null;
+    if arguments.plan {
+        let plan = plan(&planner, &header)?;
+        if arguments.json {
+            planned = console::json(&plan);
+        } else {
+            writeln!(out, "effects:\n{}\n", report::effects(&header))?;
+            write!(out, "{}", console::table(&plan))?;
+        }
+        pilot = Some(plan.pilot);
+    }
+    let Some(path) = &arguments.output else {
+        if arguments.json {
+            writeln!(
+                out,
+                "{}",
+                json!({ "effects": report::effects_json(&header, &decisions), "plan": planned })
+            )?;
+        }
+        return Ok(Outcome::Done);
+    };
+    let create = || Output::create(path);
+    // Whatever is wrong with the output shall be said before the work is done.
+    drop(create()?);
+    let (traced, mut told, outcome) = match &arguments.until {
+        Some(targets) => {
+            let (sonels, seconds) = (arguments.sonels, arguments.at_most);
+            let goal = Goal { targets, sonels, seconds, watch: &watch, quiet: arguments.quiet };
+            run_until(&planner, &header, beginning, &goal, &create, log)?
+        }
+        None => {
+            if arguments.sonels.is_none() && arguments.extend.is_none() {
+                let (emissions, found) = match &pilot {
+                    Some(pilot) => (pilot.default_emissions(settings.batches, settings.emissions).0, None),
+                    None => planner.default_emissions(log)?,
+                };
+                header.settings.emissions = emissions;
+                pilot = pilot.or(found);
+            }
+            let before = watch.seconds().1;
+            let mut traced = trace(header, room.geometry(), beginning.as_ref(), create()?, arguments.quiet)?;
+            let seconds = watch.seconds().1 - before;
+            // A map that is replaced by its extension must not be open meanwhile.
+            drop(beginning);
+            let mut told = json!({});
+            if let Some(pilot) = pilot.filter(|_| arguments.shard.is_none()) {
+                let comparison = if arguments.plan {
+                    judging::compare_planned(&planner, &pilot, &mut traced, seconds)?
+                } else {
+                    costs(&pilot, &mut traced, seconds)?
+                };
+                writeln!(log, "{}", comparison.line())?;
+                told = comparison.json();
+            }
+            (traced, told, Outcome::Done)
+        }
+    };
+    let Traced { header, books, stored, output } = traced;
+    output.publish()?;
+    let run = report::Run {
+        header: &header,
+        decisions: &decisions,
+        books: &books,
+        stored,
+        seconds: watch.seconds(),
+    };
+    writeln!(log, "{}", report::summary(&run, path))?;
+    if arguments.json {
+        if arguments.plan {
+            told["plan"] = planned;
+        }
+        writeln!(out, "{}", report::json(&run, &told))?;
+    }
+    check(&books)?;
+    Ok(outcome)
+}
 
-    let mut output = Output::create(&arguments.output)?;
-    let tracer = Tracer::of(&header, &geometry);
+/// Traces until the goal is met, and says how far it came.
+fn run_until(
+    planner: &Planner<'_>,
+    header: &MapHeader,
+    beginning: Option<SonelMap>,
+    goal: &Goal<'_>,
+    create: &dyn Fn() -> anyhow::Result<Output>,
+    log: &mut dyn Write,
+) -> anyhow::Result<(Traced, Value, Outcome)> {
+    let Judged { traced, verdict, comparison, rays, looks } =
+        judging::until(planner, header, beginning, goal, create, log)?;
+    let reached = verdict.is_reached();
+    let said = if reached { "reached" } else { "NOT reached" };
+    let (sonels, targets) = (traced.header.settings.emissions, goal.targets);
+    writeln!(log, "{said} with {sonels} sonels and {rays} rays: {targets}\n{}", comparison.line())?;
+    let names = judging::names(planner);
+    let names = Names { pairs: &names, center_frequencies_hz: header.scene.bands.nominal() };
+    let mut told = comparison.json();
+    told["until"] = names.verdict_json(&verdict);
+    told["until"]["targets"] = json!(targets.to_string());
+    told["until"]["sonels"] = json!(sonels);
+    told["until"]["rays"] = json!(rays);
+    told["until"]["looks"] = json!(looks);
+    Ok((traced, told, if reached { Outcome::Done } else { Outcome::Missed }))
+}
+
+/// A traced map that is not published yet.
+struct Traced {
+    header: MapHeader,
+    books: Ledger,
+    /// Vertices.
+    stored: u64,
+    output: Output,
+}
+
+/// Traces the run of `header` into `output`, from `beginning` on.
+fn trace(
+    header: MapHeader,
+    geometry: &Geometry,
+    beginning: Option<&SonelMap>,
+    mut output: Output,
+    quiet: bool,
+) -> anyhow::Result<Traced> {
+    let (scene, shard) = (&header.scene, header.shard);
+    let target = output.target().to_owned();
+    let tracer = Tracer::of(&header, geometry);
     let total = tracer.packets(shard) * scene.sources.len() as u64;
-    let progress = Progress::begin("tracing", total, arguments.quiet);
+    let progress = Progress::begin("tracing", total, quiet);
     let mut writer = MapWriter::begin(output.writer())?;
     let mut done = 0;
     let sink = |chunk: TracedChunk| {
@@ -47,31 +184,34 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         progress.reach(done);
         writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
     };
-    let books = match &extended {
-        Some(map) => tracer.extend(map, sink),
+    let books = match beginning {
+        Some(beginning) => tracer.extend(beginning, sink),
         None => tracer.run(shard, sink),
     };
     progress.end();
-    let books = books.map_err(|error| describe(error, &arguments.output))?;
-    let vertices = writer.vertex_count();
-    writer.finish(&header).map_err(|error| describe(TraceError::Sink(error), &arguments.output))?;
-    // A map that is replaced by its extension must not be open meanwhile.
-    drop(extended);
-    output.publish()?;
+    let books = books.map_err(|error| describe(error, &target))?;
+    let stored = writer.vertex_count();
+    writer.finish(&header).map_err(|error| describe(TraceError::Sink(error), &target))?;
+    Ok(Traced { books, stored, output, header })
+}
 
-    let run = report::Run {
-        header: &header,
-        decisions: &decisions,
-        books: &books,
-        stored: vertices,
-        seconds: watch.seconds(),
-    };
-    writeln!(log, "{}", report::summary(&run, &arguments.output))?;
-    if arguments.json {
-        writeln!(out, "{}", report::json(&run))?;
-    }
-    check(&books)?;
-    Ok(Outcome::Done)
+/// The plan for the run of `header`.
+fn plan(planner: &Planner<'_>, header: &MapHeader) -> anyhow::Result<Plan> {
+    let pilot = planner.pilot(&PLANNED)?;
+    let bin = RenderSettings::default().bin;
+    Ok(Plan::new(pilot, &header.scene, &planner.judges, header.settings.batches, bin))
+}
+
+/// What the run of `traced` cost against what `pilot` said.
+fn costs(pilot: &Pilot, traced: &mut Traced, seconds: f64) -> anyhow::Result<Comparison> {
+    let Settings { emissions, batches, .. } = traced.header.settings;
+    let effort = Effort { emissions, rays: pilot.rays, batches };
+    Ok(Comparison {
+        predicted: Some(pilot.price(effort)),
+        trace: Some(seconds),
+        bytes: Some(traced.output.file()?.metadata()?.len() as f64),
+        ..Comparison::default()
+    })
 }
 
 /// What a run begins with.
@@ -96,7 +236,7 @@ fn begin(
     }
     scene.duration = arguments.duration.unwrap_or(scene.duration);
     let spec = arguments.effects.clone().unwrap_or_default();
-    let decisions = effects::decide(&spec, settings.mode, &mut scene, geometry, false, &CpuClock)?;
+    let decisions = effects::decide(&spec, settings.mode, &mut scene, geometry, arguments.plan, &CpuClock)?;
     let (tool_version, shard) = (env!("CARGO_PKG_VERSION").to_owned(), arguments.shard_range());
     let effects = decisions.iter().map(Decision::state).collect();
     let header = MapHeader { tool_version, settings, shard, effects, scene };

@@ -36,8 +36,26 @@ pub fn summary(run: &Run<'_>, output: &Path) -> String {
         .filter(|(_, fate)| run.books.fates.count(*fate) > 0)
         .map(|(name, fate)| format!("{} {name}", run.books.fates.count(*fate)))
         .collect();
-    let effects: Vec<String> = run
-        .header
+    format!(
+        "{}: {} packets in {} segments, {} vertices stored; {}\n\
+         energy ledger: largest relative residual {:.1e}\neffects:\n{}\n\
+         {:.2} s ({:.2} CPU seconds); written to {}",
+        run.header.scene.name,
+        run.books.fates.total(),
+        run.books.segments,
+        run.stored,
+        fates.join(", "),
+        run.books.worst_residual(),
+        effects(run.header),
+        run.seconds.0,
+        run.seconds.1,
+        output.display()
+    )
+}
+
+/// A line for each effect: whether it is on, and why.
+pub fn effects(header: &MapHeader) -> String {
+    let lines: Vec<String> = header
         .effects
         .iter()
         .map(|effect| {
@@ -49,25 +67,12 @@ pub fn summary(run: &Run<'_>, output: &Path) -> String {
             format!("  {:12} {state}: {}", effect.name, effect.reason)
         })
         .collect();
-    format!(
-        "{}: {} packets in {} segments, {} vertices stored; {}\n\
-         energy ledger: largest relative residual {:.1e}\neffects:\n{}\n\
-         {:.2} s ({:.2} CPU seconds); written to {}",
-        run.header.scene.name,
-        run.books.fates.total(),
-        run.books.segments,
-        run.stored,
-        fates.join(", "),
-        run.books.worst_residual(),
-        effects.join("\n"),
-        run.seconds.0,
-        run.seconds.1,
-        output.display()
-    )
+    lines.join("\n")
 }
 
-/// The report of docs/interface.md. Energies are per source: with S sources every band emits 1 on average over them.
-pub fn json(run: &Run<'_>) -> Value {
+/// The report of docs/interface.md, with what else is `told`. Energies are per source: with S sources every band emits 1 on
+/// average over them.
+pub fn json(run: &Run<'_>, told: &Value) -> Value {
     let sources = run.header.scene.sources.len() as f64;
     let ledger: Vec<Value> = run
         .header
@@ -92,7 +97,7 @@ pub fn json(run: &Run<'_>) -> Value {
         .collect();
     let fates: serde_json::Map<String, Value> =
         FATES.iter().map(|(name, fate)| ((*name).to_owned(), json!(run.books.fates.count(*fate)))).collect();
-    json!({
+    let mut report = json!({
         "emitted": run.books.fates.total(),
         "stored": run.stored,
         "segments": run.books.segments,
@@ -100,20 +105,25 @@ pub fn json(run: &Run<'_>) -> Value {
         "cpu_s": run.seconds.1,
         "fates": fates,
         "ledger": ledger,
-        "effects": effects(run),
-    })
+        "effects": effects_json(run.header, run.decisions),
+    });
+    for (key, value) in told.as_object().into_iter().flatten() {
+        report[key] = value.clone();
+    }
+    report
 }
 
-fn effects(run: &Run<'_>) -> Vec<Value> {
-    if run.decisions.is_empty() {
-        run.header.effects.iter().map(effect).collect()
+/// The effects as JSON, with their bounds where they were decided now.
+pub fn effects_json(header: &MapHeader, decisions: &[Decision]) -> Vec<Value> {
+    if decisions.is_empty() {
+        header.effects.iter().map(effect).collect()
     } else {
-        run.decisions.iter().map(decision).collect()
+        decisions.iter().map(decision).collect()
     }
 }
 
 /// An effect with what leaving it out would change.
-pub fn decision(decision: &Decision) -> Value {
+fn decision(decision: &Decision) -> Value {
     let mut value = effect(&decision.state());
     if let Some(bound) = &decision.bound {
         value["level_bound_db"] = json!(bound.level_db);

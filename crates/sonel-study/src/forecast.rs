@@ -1,0 +1,72 @@
+//! What a run of so many emissions and rays will find, and what it will cost, from a pilot.
+//!
+//! Variances fall as 1/N: batches are independent, and deterministic parts have none (docs/physics.md §7). Areas of discs and
+//! spheres shrink as N^(−1/3), and with them their bias; the sonels on them grow as N^(2/3) only,
+//! those on the discs of visibility rays with the number of rays too.
+
+use crate::pilot::{Costs, Pilot, Spread, Variance};
+use crate::spread::{HalfWidth, student_factor};
+
+/// A run as it is planned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Emissions per source (per source and band where bands do not share paths).
+    pub emissions: u64,
+    /// Visibility rays of a receiver.
+    pub rays: u32,
+    /// Batches.
+    pub batches: u32,
+}
+
+/// What an interval takes for bias where there is none, in standard errors of the shift that would show it: the mean of
+/// √(x² − 1), where that is real, for a normal x.
+const SPURIOUS: f64 = 0.325;
+
+/// CPU seconds and bytes of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Price {
+    /// CPU seconds of the trace.
+    pub trace: f64,
+    /// CPU seconds of rendering the judges.
+    pub render: f64,
+    /// Bytes of the map.
+    pub bytes: f64,
+}
+
+impl Pilot {
+    /// Half of the 95 % interval that the figure of `spread` will have, in just-noticeable differences.
+    ///
+    /// # Errors
+    /// Why nobody can say.
+    pub fn half_width<'a>(&self, spread: &'a Spread, effort: Effort) -> Result<HalfWidth, &'a str> {
+        let variance = spread.variance.as_ref().map_err(String::as_str)?;
+        let [sonels, areas, rays] = self.parts(variance, effort);
+        let noise = (sonels + areas + rays).sqrt();
+        let bias = variance.bias * self.fewer_on_areas(effort) + SPURIOUS * SPURIOUS * 4.0 * areas;
+        Ok(HalfWidth { noise: student_factor(effort.batches) * noise, bias: bias.sqrt() })
+    }
+
+    /// Variance from sonels, from the sonels on discs and in spheres, and from visibility rays, whose discs hold sonels too.
+    pub(crate) fn parts(&self, variance: &Variance, effort: Effort) -> [f64; 3] {
+        let (fewer, rays) = (self.fewer_on_areas(effort), f64::from(self.rays) / f64::from(effort.rays));
+        let sonels = variance.sonels * self.emissions as f64 / effort.emissions as f64;
+        [sonels, variance.areas * fewer, variance.rays * fewer * rays]
+    }
+
+    /// How many times fewer sonels were on an area in the pilot.
+    fn fewer_on_areas(&self, effort: Effort) -> f64 {
+        libm::pow(self.emissions as f64 / effort.emissions as f64, 2.0 / 3.0)
+    }
+
+    /// What `effort` costs.
+    #[must_use]
+    pub fn price(&self, effort: Effort) -> Price {
+        let Costs { trace, render, rays, bytes, .. } = self.costs;
+        let more_rays = (f64::from(effort.rays) / f64::from(self.rays) - 1.0) * rays;
+        Price {
+            trace: trace.at(effort.emissions),
+            render: (render.at(effort.emissions) + more_rays).max(0.0),
+            bytes: bytes.at(effort.emissions),
+        }
+    }
+}

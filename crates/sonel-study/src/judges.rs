@@ -1,0 +1,87 @@
+//! Where a run is judged: at the scene's receivers, or at a point amid the room where it names none.
+//!
+//! The point is that of a regular grid over the room's bounds, within it, which is farthest from every surface and source: errors there
+//! are those of most of the room (docs/physics.md §7, κ).
+
+use glam::DVec3;
+use sonel_geometry::Geometry;
+use sonel_renderer::ReceiverPoint;
+use sonel_scene::Scene;
+
+use crate::response::receivers_of;
+
+/// Points of the grid along an axis.
+const STEPS: u32 = 9;
+/// Its name in every output.
+const NAME: &str = "mid-room";
+
+/// Judges at the most: more would cost much and tell little.
+const MOST: usize = 16;
+
+/// The receivers that judge a run in `scene`, whose walls are `geometry`: those it names or, of very many, some from first to last.
+#[must_use]
+pub fn judges(scene: &Scene, geometry: &Geometry) -> Vec<ReceiverPoint> {
+    if scene.receivers.is_empty() { vec![mid_room(scene, geometry)] } else { some_of(receivers_of(scene)) }
+}
+
+/// Not too many of `receivers`, from first to last.
+#[must_use]
+pub fn some_of(receivers: Vec<ReceiverPoint>) -> Vec<ReceiverPoint> {
+    let count = receivers.len();
+    if count <= MOST {
+        return receivers;
+    }
+    (0..MOST).map(|judge| receivers[judge * (count - 1) / (MOST - 1)].clone()).collect()
+}
+
+fn mid_room(scene: &Scene, geometry: &Geometry) -> ReceiverPoint {
+    let (low, high) = geometry.bounds();
+    let along = |index: u32| f64::from(index + 1) / f64::from(STEPS + 1);
+    let clearance = |point: DVec3| {
+        let sources = scene.sources.iter().map(|source| source.position.distance(point));
+        sources.fold(geometry.distance_to_nearest_surface(point), f64::min)
+    };
+    let mut best = (f64::NEG_INFINITY, 0.5 * (low + high));
+    for index in 0..STEPS.pow(3) {
+        let at = DVec3::new(along(index % STEPS), along(index / STEPS % STEPS), along(index / STEPS / STEPS));
+        let point = low + at * (high - low);
+        if geometry.is_closed_room() && !geometry.contains(point) {
+            continue;
+        }
+        let clearance = clearance(point);
+        if clearance > best.0 {
+            best = (clearance, point);
+        }
+    }
+    ReceiverPoint { name: NAME.to_owned(), position: best.1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_acoustics::{Bands, Material};
+
+    fn scene() -> Scene {
+        let bands = Bands::octaves();
+        Scene::shoebox([10.0, 7.0, 3.0], Material::uniform("walls", 0.2, 0.5, bands.count()), bands)
+            .with_source("source", [2.0, 2.0, 1.5])
+    }
+
+    #[test]
+    fn a_room_without_receivers_is_judged_in_its_middle() {
+        let scene = scene();
+        let geometry = scene.geometry().unwrap();
+        let [judge] = &judges(&scene, &geometry)[..] else { panic!("one judge") };
+        assert!(geometry.contains(judge.position));
+        assert!((judge.position.z - 1.5).abs() < 1e-6, "{judge:?}");
+        assert!(geometry.distance_to_nearest_surface(judge.position) > 1.4, "{judge:?}");
+        assert!(judge.position.distance(scene.sources[0].position) > 1.4, "{judge:?}");
+    }
+
+    #[test]
+    fn receivers_of_the_scene_judge_themselves() {
+        let scene = scene().with_receiver("seat", [7.0, 5.0, 1.2]);
+        let geometry = scene.geometry().unwrap();
+        assert_eq!(judges(&scene, &geometry)[0].name, "seat");
+    }
+}

@@ -1,0 +1,275 @@
+//! How many sonels and rays it takes, for an accuracy given in just-noticeable differences or in targets.
+
+use sonel_acoustics::Bands;
+use sonel_renderer::ReceiverPoint;
+use sonel_scene::Scene;
+
+use crate::forecast::{Effort, Price};
+use crate::pilot::{Pilot, Spread};
+use crate::spread::{PLANNED, Place};
+use crate::target::Targets;
+
+/// Accuracies of a plan's rows [JND].
+pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
+/// What is aimed at where nobody says how many sonels [JND].
+pub const DEFAULT_ACCURACY: f64 = 0.05;
+/// Segments of a run that nobody sized: seconds to trace, and a map of about 130 MB.
+pub const DEFAULT_SEGMENTS: f64 = 8e6;
+/// More rays are taken where they have more than this part of the variance of the figure that decides: sonels and rays cost alike, and
+/// halves are never far from the optimum.
+const SHARE_OF_RAYS: f64 = 0.5;
+/// Most visibility rays of a plan: beyond that they cost more than sonels save.
+const MOST_RAYS: u32 = 1 << 17;
+/// Emissions of a batch at least: fewer make no estimate of their own.
+pub const LEAST_PER_BATCH: u64 = 32;
+/// Emissions beyond which nobody plans.
+const MOST_EMISSIONS: u64 = 1_000_000_000_000;
+
+/// A plan, accuracy by accuracy.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// What it rests on.
+    pub pilot: Pilot,
+    /// Names of source and receiver of every row of figures.
+    pub pairs: Vec<(String, String)>,
+    /// Band centres [Hz].
+    pub center_frequencies_hz: Vec<f64>,
+    /// One for each of [`STEPS`].
+    pub rows: Vec<Row>,
+}
+
+/// What an accuracy takes.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// The accuracy [JND].
+    pub just_noticeable: f64,
+    /// Sonels and rays.
+    pub effort: Effort,
+    /// Which figure needs them; none where the fewest will do.
+    pub limited_by: Option<Place>,
+    /// CPU seconds and bytes.
+    pub price: Price,
+    /// Own memory of trace and render, without the pages of the map [bytes].
+    pub memory: [f64; 2],
+    /// Widest 95 % half-width over the judges, in the figure's own unit, by band and [`PLANNED`]; none where it cannot be read.
+    pub widths: Vec<[Option<f64>; PLANNED.len()]>,
+}
+
+/// The least effort that keeps targets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Need {
+    /// Sonels and rays.
+    pub effort: Effort,
+    /// Which figure needs them; none where the fewest will do.
+    pub limited_by: Option<Place>,
+}
+
+impl Pilot {
+    /// What it takes to keep `targets` in `batches` batches with at least `rays` visibility rays.
+    #[must_use]
+    pub fn need(&self, targets: &Targets, batches: u32, rays: u32) -> Need {
+        let mut need = self.need_with(targets, Effort { emissions: 0, rays, batches });
+        while let Some(place) = need.limited_by
+            && need.effort.rays < MOST_RAYS
+            && self.ray_share(place, need.effort) > SHARE_OF_RAYS
+        {
+            need = self.need_with(targets, Effort { rays: 2 * need.effort.rays, ..need.effort });
+        }
+        need
+    }
+
+    /// As [`Self::need`], with the rays of `effort`.
+    fn need_with(&self, targets: &Targets, effort: Effort) -> Need {
+        let emissions = LEAST_PER_BATCH * u64::from(effort.batches);
+        let mut need = Need { effort: Effort { emissions, ..effort }, limited_by: None };
+        for spread in &self.spreads {
+            let Some(limit) = targets.limit(spread.place, spread.value) else { continue };
+            if self.exceeds(spread, need.effort, limit) {
+                need.effort.emissions = self.fewest(spread, need.effort, limit);
+                need.limited_by = Some(spread.place);
+            }
+        }
+        need
+    }
+
+    /// The share of visibility rays in the variance of the figure at `place`.
+    fn ray_share(&self, place: Place, effort: Effort) -> f64 {
+        let spread = self.spreads.iter().find(|spread| spread.place == place);
+        let variance = spread.and_then(|spread| spread.variance.as_ref().ok());
+        variance.map_or(0.0, |variance| {
+            let [sonels, areas, rays] = self.parts(variance, effort);
+            rays / (sonels + areas + rays)
+        })
+    }
+
+    fn exceeds(&self, spread: &Spread, effort: Effort, limit: f64) -> bool {
+        self.half_width(spread, effort).is_ok_and(|width| width.total() > limit)
+    }
+
+    /// The fewest emissions, in two digits, with which the figure of `spread` keeps `limit`.
+    fn fewest(&self, spread: &Spread, effort: Effort, limit: f64) -> u64 {
+        let (mut low, mut high) = (effort.emissions, effort.emissions);
+        while self.exceeds(spread, Effort { emissions: high, ..effort }, limit) && high < MOST_EMISSIONS {
+            (low, high) = (high, 2 * high);
+        }
+        while high - low > 1 + low / 1000 {
+            let middle = low + (high - low) / 2;
+            if self.exceeds(spread, Effort { emissions: middle, ..effort }, limit) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        two_digits_up(high)
+    }
+
+    /// Emissions where nobody says how many: a twentieth of a just-noticeable difference, at least `least`, and beyond that no more
+    /// than [`DEFAULT_SEGMENTS`] allow. Also whether that limit binds.
+    #[must_use]
+    pub fn default_emissions(&self, batches: u32, least: u64) -> (u64, bool) {
+        let wanted =
+            self.need(&Targets::just_noticeable(DEFAULT_ACCURACY), batches, self.rays).effort.emissions;
+        let most = most_by_default(self.costs.segments).max(least);
+        (wanted.clamp(least, most), wanted > most)
+    }
+}
+
+/// Emissions that [`DEFAULT_SEGMENTS`] allow where each has `segments` of them.
+#[must_use]
+pub fn most_by_default(segments: f64) -> u64 {
+    two_digits_up((DEFAULT_SEGMENTS / segments.max(1.0)) as u64)
+}
+
+/// The next number with two digits and zeros.
+fn two_digits_up(number: u64) -> u64 {
+    let mut unit = 1;
+    while number / unit >= 100 {
+        unit *= 10;
+    }
+    number.div_ceil(unit) * unit
+}
+
+impl Plan {
+    /// The plan for `scene`, judged at `judges`, in `batches` batches, with bins of `bin` [s].
+    #[must_use]
+    pub fn new(pilot: Pilot, scene: &Scene, judges: &[ReceiverPoint], batches: u32, bin: f64) -> Self {
+        let sources = scene.sources.iter();
+        let pairs = sources
+            .flat_map(|source| judges.iter().map(|judge| (source.name.clone(), judge.name.clone())))
+            .collect();
+        let bins = scene.duration / bin;
+        let rows = STEPS
+            .map(|step| {
+                let need = pilot.need(&Targets::just_noticeable(step), batches, pilot.rays);
+                Row {
+                    just_noticeable: step,
+                    effort: need.effort,
+                    limited_by: need.limited_by,
+                    price: pilot.price(need.effort),
+                    memory: memory(&pilot, need.effort, &scene.bands, judges.len() as f64, bins),
+                    widths: widths(&pilot, need.effort, scene.bands.count()),
+                }
+            })
+            .to_vec();
+        Self { pilot, pairs, center_frequencies_hz: scene.bands.nominal().to_vec(), rows }
+    }
+}
+
+/// Widest half-widths in the figures' own units, by band.
+fn widths(pilot: &Pilot, effort: Effort, bands: usize) -> Vec<[Option<f64>; PLANNED.len()]> {
+    (0..bands).map(|band| PLANNED.map(|parameter| pilot.widest(effort, band, parameter))).collect()
+}
+
+impl Pilot {
+    /// Widest half-width of `parameter` in `band` over the judges, in its own unit; none where it cannot be read.
+    #[must_use]
+    pub fn widest(&self, effort: Effort, band: usize, parameter: sonel_analysis::Parameter) -> Option<f64> {
+        let here = |spread: &&Spread| spread.place.band == band && spread.place.parameter == parameter;
+        self.spreads
+            .iter()
+            .filter(here)
+            .filter_map(|spread| {
+                let unit = parameter.just_noticeable(spread.value?);
+                Some(self.half_width(spread, effort).ok()?.total() * unit)
+            })
+            .reduce(f64::max)
+    }
+}
+
+/// Chunks under way while others are written, emissions of each.
+const CHUNKS: f64 = 64.0 * 512.0;
+/// What a program is by itself [bytes].
+const PROGRAM: f64 = 10e6;
+/// Receivers and batches in one sweep of the renderer.
+const SWEEP: [f64; 2] = [8.0, 8.0];
+/// Coarse bins of a batch.
+const COARSE: f64 = 222.0;
+
+/// Own memory of trace and render [bytes]: chunks under way; echograms of the batches of a sweep and of all receivers, and the coarse
+/// ones of all batches with their kernels.
+fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f64) -> [f64; 2] {
+    let lane_bytes = 32.0 * bands.count().div_ceil(4) as f64;
+    let trace = pilot.costs.bytes.each * CHUNKS.min(effort.emissions as f64);
+    let [together, batches] = SWEEP;
+    let fine = bins * lane_bytes * (receivers + batches * receivers.min(together));
+    let coarse = 2.0 * COARSE * lane_bytes * receivers * f64::from(effort.batches);
+    let rays = if pilot.gathers {
+        200.0 * f64::from(effort.rays) * batches / f64::from(effort.batches)
+    } else {
+        0.0
+    };
+    [PROGRAM + trace, PROGRAM + fine + coarse + rays]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pilot::{Costs, Variance};
+    use crate::spread::student_factor;
+    use sonel_analysis::Parameter;
+
+    /// A pilot of 10 000 emissions whose only figure has a σ of 0.1 JND, from sonels and rays as given.
+    fn pilot(sonels: f64, rays: f64) -> Pilot {
+        let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
+        let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
+        let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance) }];
+        let costs = Costs { segments: 40.0, ..Costs::default() };
+        Pilot { emissions: 10_000, rays: 1000, gathers: rays > 0.0, spreads, costs }
+    }
+
+    #[test]
+    fn a_tenth_of_the_width_takes_a_hundred_times_the_sonels() {
+        let pilot = pilot(0.01, 0.0);
+        let wide = pilot.need(&Targets::just_noticeable(0.2), 32, 1000).effort.emissions as f64;
+        let narrow = pilot.need(&Targets::just_noticeable(0.02), 32, 1000).effort.emissions as f64;
+        assert!((wide / (10_000.0 * (0.1 * student_factor(32) / 0.2).powi(2)) - 1.0).abs() < 0.1, "{wide}");
+        assert!((narrow / wide / 100.0 - 1.0).abs() < 0.1, "{narrow} {wide}");
+    }
+
+    #[test]
+    fn what_is_needed_keeps_the_target_and_little_less_does_not() {
+        let pilot = pilot(0.01, 0.0);
+        let need = pilot.need(&Targets::just_noticeable(0.1), 32, 1000);
+        let spread = &pilot.spreads[0];
+        assert!(pilot.half_width(spread, need.effort).unwrap().total() <= 0.1);
+        let less = Effort { emissions: need.effort.emissions * 4 / 5, ..need.effort };
+        assert!(pilot.half_width(spread, less).unwrap().total() > 0.1);
+    }
+
+    #[test]
+    fn rays_are_added_where_they_make_the_noise() {
+        let rays =
+            |sonels, rays| pilot(sonels, rays).need(&Targets::just_noticeable(0.1), 32, 1000).effort.rays;
+        assert_eq!(rays(0.01, 0.0), 1000);
+        assert_eq!(rays(0.008, 0.002), 1000);
+        assert!(rays(0.001, 0.009) >= 4000);
+    }
+
+    #[test]
+    fn defaults_have_a_floor_and_a_ceiling() {
+        assert_eq!(pilot(1e-9, 0.0).default_emissions(32, 50_000), (50_000, false));
+        assert_eq!(pilot(0.01, 0.0).default_emissions(32, 50_000).0, 170_000);
+        assert_eq!(pilot(1.0, 0.0).default_emissions(32, 50_000), (200_000, true));
+        assert_eq!([1, 99, 100, 101, 12_345].map(two_digits_up), [1, 99, 100, 110, 13_000]);
+    }
+}

@@ -1,0 +1,102 @@
+//! How uncertain the figures of a rendering are, in just-noticeable differences.
+//!
+//! In that unit figures of all kinds compare, and a reverberation time that is refused as too noisy still says how
+//! noisy it is.
+
+use sonel_analysis::figure::KernelShift;
+use sonel_analysis::{Figure, Parameter, ReceiverFigures, Unsupported, student};
+
+/// Figures that a plan predicts (docs/interface.md).
+pub const PLANNED: [Parameter; 4] =
+    [Parameter::Level, Parameter::T30, Parameter::EarlyDecayTime, Parameter::ClarityC80];
+
+/// A confidence of 95 %.
+const MISSED: f64 = 0.05;
+
+/// Student's t of a 95 % interval over `batches` batches, at least two.
+#[must_use]
+pub fn student_factor(batches: u32) -> f64 {
+    student::quantile(MISSED, batches.max(2) - 1)
+}
+
+/// Which figure: row of [`sonel_analysis::parameters`], band, parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Source and receiver, in the order of [`sonel_analysis::parameters`].
+    pub row: usize,
+    /// Index of the band.
+    pub band: usize,
+    /// The parameter.
+    pub parameter: Parameter,
+}
+
+/// How uncertain one figure is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Which one.
+    pub place: Place,
+    /// Its value, in the unit of its parameter; none where it is refused as too noisy.
+    pub value: Option<f64>,
+    /// Half of its 95 % interval, or why nobody can say.
+    pub half_width: Result<HalfWidth, String>,
+    /// What discs and spheres do to it, in just-noticeable differences; none where they do nothing.
+    pub kernel: Option<KernelShift>,
+}
+
+/// Half of a 95 % interval, in just-noticeable differences.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct HalfWidth {
+    /// From the spread of the batches.
+    pub noise: f64,
+    /// From the areas of discs and spheres.
+    pub bias: f64,
+}
+
+impl HalfWidth {
+    /// Both.
+    #[must_use]
+    pub fn total(self) -> f64 {
+        self.noise + self.bias
+    }
+}
+
+/// The readings of `parameters` in all `figures`.
+#[must_use]
+pub fn readings(figures: &[ReceiverFigures], parameters: &[Parameter]) -> Vec<Reading> {
+    let mut readings = Vec::new();
+    for (row, receiver) in figures.iter().enumerate() {
+        for (band, figures) in receiver.bands.iter().enumerate() {
+            for &parameter in parameters {
+                let figure = figures.figure(parameter);
+                let (value, half_width) = reading(figure, parameter);
+                let kernel = figure.as_ref().ok().and_then(|figure| {
+                    let unit = parameter.just_noticeable(figure.value);
+                    figure.kernel.map(|k| KernelShift { shift: k.shift / unit, sigma: k.sigma / unit })
+                });
+                let place = Place { row, band, parameter };
+                readings.push(Reading { place, value, half_width, kernel });
+            }
+        }
+    }
+    readings
+}
+
+fn reading(figure: &Figure, parameter: Parameter) -> (Option<f64>, Result<HalfWidth, String>) {
+    let estimate = match figure {
+        Ok(estimate) => estimate,
+        Err(Unsupported::Noisy { just_noticeable }) => {
+            return (None, Ok(HalfWidth { noise: *just_noticeable, bias: 0.0 }));
+        }
+        Err(reason) => return (None, Err(reason.to_string())),
+    };
+    let half_width = match (&estimate.interval, &estimate.error) {
+        (Ok([low, high]), Some(error)) => {
+            let unit = parameter.just_noticeable(estimate.value);
+            let noise = student::quantile(MISSED, error.freedom) * error.sigma;
+            Ok(HalfWidth { noise: noise / unit, bias: ((0.5 * (high - low) - noise) / unit).max(0.0) })
+        }
+        (Err(reason), _) => Err(reason.to_string()),
+        (_, None) => Err("its batches say nothing of its error".to_owned()),
+    };
+    (Some(estimate.value), half_width)
+}

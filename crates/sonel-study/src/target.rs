@@ -1,0 +1,213 @@
+//! How certain figures shall be: `t30<1%,level<0.1dB,c80<0.2dB`.
+//!
+//! A limit is for half of the 95 % interval of a figure in every band at every judge. Reverberation times are limited in per cent of
+//! themselves or in seconds, levels and clarity in dB, everything in just-noticeable differences (`jnd`).
+
+use std::fmt;
+use std::str::FromStr;
+
+use sonel_analysis::Parameter;
+use thiserror::Error;
+
+use crate::spread::{PLANNED, Place};
+
+/// Several limits, all to be kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Targets {
+    limits: Vec<(Parameter, Limit)>,
+}
+
+/// A limit to half of an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Limit {
+    /// In just-noticeable differences.
+    JustNoticeable(f64),
+    /// As a part of the value.
+    Relative(f64),
+    /// In the unit of the parameter.
+    Absolute(f64),
+}
+
+/// What cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum TargetError {
+    /// Not a limit at all.
+    #[error("\"{0}\" is no target: write FIGURE<LIMIT such as t30<1%, level<0.1dB or c80<0.2jnd")]
+    Form(String),
+    /// No such figure.
+    #[error(
+        "there is no figure \"{0}\": choose among level, g, edt, t20, t30, c50, c80, d50, ts (example: t30<1%)"
+    )]
+    Figure(String),
+    /// A unit that this figure does not have.
+    #[error("{figure} is not limited in \"{unit}\": write {figure}<{example} or {figure}<0.2jnd")]
+    Unit {
+        /// The figure.
+        figure: &'static str,
+        /// What stood there.
+        unit: String,
+        /// What might.
+        example: &'static str,
+    },
+    /// Not a number above zero.
+    #[error("\"{0}\" limits nothing: give a number above 0 (example: t30<1%)")]
+    Number(String),
+    /// The same figure again.
+    #[error("{0} is limited twice: give one limit a figure")]
+    Twice(&'static str),
+}
+
+/// Figures as they are written, with an example of a limit.
+const NAMES: [(Parameter, &str, &str); 9] = [
+    (Parameter::Level, "level", "0.1dB"),
+    (Parameter::Strength, "g", "0.1dB"),
+    (Parameter::EarlyDecayTime, "edt", "1%"),
+    (Parameter::T20, "t20", "1%"),
+    (Parameter::T30, "t30", "1%"),
+    (Parameter::ClarityC50, "c50", "0.2dB"),
+    (Parameter::ClarityC80, "c80", "0.2dB"),
+    (Parameter::DefinitionD50, "d50", "1%"),
+    (Parameter::CenterTime, "ts", "2ms"),
+];
+
+impl Targets {
+    /// Every planned figure within `limit` just-noticeable differences.
+    #[must_use]
+    pub fn just_noticeable(limit: f64) -> Self {
+        Self { limits: PLANNED.map(|parameter| (parameter, Limit::JustNoticeable(limit))).to_vec() }
+    }
+
+    /// The figures that are limited.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Parameter> {
+        self.limits.iter().map(|(parameter, _)| *parameter).collect()
+    }
+
+    /// Largest half-width of the figure at `place` in just-noticeable differences, where its value is `value`; none where it is not
+    /// limited, or limited in its own unit and without a value.
+    #[must_use]
+    pub fn limit(&self, place: Place, value: Option<f64>) -> Option<f64> {
+        let (parameter, limit) = self.limits.iter().find(|(parameter, _)| *parameter == place.parameter)?;
+        match limit {
+            Limit::JustNoticeable(limit) => Some(*limit),
+            // The unit of a relative figure is a part of its value, whatever that is.
+            Limit::Relative(limit) if parameter.is_noticed_relatively() => {
+                Some(limit / parameter.just_noticeable(1.0))
+            }
+            Limit::Relative(limit) => {
+                value.map(|value| limit * value.abs() / parameter.just_noticeable(value))
+            }
+            Limit::Absolute(limit) => value.map(|value| limit / parameter.just_noticeable(value)),
+        }
+    }
+}
+
+impl FromStr for Targets {
+    type Err = TargetError;
+
+    fn from_str(text: &str) -> Result<Self, TargetError> {
+        let mut limits: Vec<(Parameter, Limit)> = Vec::new();
+        for word in text.split(',').map(str::trim) {
+            let (name, limit) = word.split_once('<').ok_or_else(|| TargetError::Form(word.to_owned()))?;
+            let name = name.trim().to_lowercase();
+            let figure = NAMES.into_iter().find(|(_, known, _)| *known == name);
+            let (parameter, figure, example) = figure.ok_or(TargetError::Figure(name))?;
+            if limits.iter().any(|(known, _)| *known == parameter) {
+                return Err(TargetError::Twice(figure));
+            }
+            let limit = limit.trim().trim_start_matches('=').trim();
+            let digits = limit.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
+            let unit = limit[digits.len()..].to_owned();
+            let number = digits.trim().parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
+            let number = number.ok_or_else(|| TargetError::Number(word.to_owned()))?;
+            let limit = in_unit(parameter, number, &unit.to_lowercase());
+            limits.push((parameter, limit.ok_or(TargetError::Unit { figure, unit, example })?));
+        }
+        Ok(Self { limits })
+    }
+}
+
+/// A limit in `unit`, if the parameter has that unit.
+fn in_unit(parameter: Parameter, number: f64, unit: &str) -> Option<Limit> {
+    let (_, own, factor) = parameter.heading();
+    match unit {
+        "jnd" => Some(Limit::JustNoticeable(number)),
+        // D50 is itself a percentage.
+        "%" if own == "%" => Some(Limit::Absolute(number / factor)),
+        "%" if matches!(own, "s" | "ms") => Some(Limit::Relative(number / 100.0)),
+        "s" if matches!(own, "s" | "ms") => Some(Limit::Absolute(number)),
+        "ms" if matches!(own, "s" | "ms") => Some(Limit::Absolute(number / 1000.0)),
+        "db" if own == "dB" => Some(Limit::Absolute(number)),
+        _ => None,
+    }
+}
+
+impl fmt::Display for Targets {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, (parameter, limit)) in self.limits.iter().enumerate() {
+            let name = NAMES.iter().find(|(known, ..)| known == parameter).map_or("", |(_, name, _)| name);
+            let (_, own, factor) = parameter.heading();
+            f.write_str(if index > 0 { ", " } else { "" })?;
+            match limit {
+                Limit::JustNoticeable(limit) => write!(f, "{name} < {limit} JND")?,
+                Limit::Relative(limit) => write!(f, "{name} < {} %", 100.0 * limit)?,
+                Limit::Absolute(limit) => write!(f, "{name} < {} {own}", limit * factor)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limit(text: &str, parameter: Parameter, value: Option<f64>) -> Option<f64> {
+        let targets: Targets = text.parse().unwrap();
+        targets.limit(Place { row: 0, band: 0, parameter }, value)
+    }
+
+    #[test]
+    fn limits_are_read_in_every_unit_of_their_figure() {
+        let close = |a: Option<f64>, b: f64| assert!((a.unwrap() - b).abs() < 1e-12, "{a:?} {b}");
+        close(limit("t30<1%", Parameter::T30, None), 0.2);
+        close(limit("t30<20ms", Parameter::T30, Some(2.0)), 0.2);
+        close(limit("T30 < 0.02 s", Parameter::T30, Some(2.0)), 0.2);
+        close(limit("t20<0.5jnd", Parameter::T20, None), 0.5);
+        close(limit("edt<5%,level<0.1dB", Parameter::Level, None.or(Some(70.0))), 0.1);
+        close(limit("level<=0.1 dB", Parameter::Level, Some(70.0)), 0.1);
+        close(limit("d50<1%", Parameter::DefinitionD50, Some(0.5)), 0.2);
+        close(limit("ts<2ms", Parameter::CenterTime, Some(0.1)), 0.2);
+        close(limit("ts<2%", Parameter::CenterTime, Some(0.1)), 0.2);
+        assert_eq!(limit("t30<1%", Parameter::Level, Some(70.0)), None);
+        assert_eq!(limit("t30<20ms", Parameter::T30, None), None);
+    }
+
+    #[test]
+    fn wrong_targets_say_what_is_right() {
+        for (text, part) in [
+            ("", "t30<1%"),
+            ("t30", "FIGURE<LIMIT"),
+            ("t30>1%", "FIGURE<LIMIT"),
+            ("rt60<1%", "level, g, edt"),
+            ("t30<1dB", "t30<1%"),
+            ("level<1%", "level<0.1dB"),
+            ("t30<1", "t30<1%"),
+            ("t30<0%", "above 0"),
+            ("t30<-1%", "above 0"),
+            ("t30<nan%", "above 0"),
+            ("t30<%", "above 0"),
+            ("t30<1%,t30<2%", "twice"),
+            ("t30<1%,", "FIGURE<LIMIT"),
+        ] {
+            let error = text.parse::<Targets>().unwrap_err().to_string();
+            assert!(error.contains(part) && !error.contains('\n'), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn targets_are_shown_in_their_units() {
+        let targets: Targets = "t30<1%,ts<2ms,d50<1%,c80<0.2jnd".parse().unwrap();
+        assert_eq!(targets.to_string(), "t30 < 1 %, ts < 2 ms, d50 < 1 %, c80 < 0.2 JND");
+    }
+}

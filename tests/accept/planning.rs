@@ -1,0 +1,134 @@
+//! What a pilot predicts of error and time comes true within a factor of 1.5 in nine of ten scenes.
+
+use glam::dvec3;
+use sonel_acoustics::{Bands, Material};
+use sonel_console::clock::CpuClock;
+use sonel_geometry::Mesh;
+use sonel_map::Settings;
+use sonel_renderer::RenderSettings;
+use sonel_scene::Scene;
+use sonel_study::forecast::Effort;
+use sonel_study::judges::judges;
+use sonel_study::pilot::{self, Mission};
+use sonel_study::spread::{PLANNED, readings};
+use sonel_study::trial::{InMemory, Room, TrialSettings};
+use sonel_tests::{meshes, shipped};
+
+fn boxed(size: [f64; 3], absorption: f64, scattering: f64) -> Scene {
+    let bands = Bands::octaves();
+    let material = Material::uniform("walls", absorption, scattering, bands.count());
+    Scene::shoebox(size, material, bands)
+}
+
+/// Two rooms, joined by a door 1 m wide and 2 m high.
+fn coupled() -> Scene {
+    let mut scene = boxed([6.0, 5.0, 3.0], 0.12, 0.4);
+    scene.materials.push(Material::uniform("live", 0.05, 0.3, scene.bands.count()));
+    let mut mesh = Mesh::default();
+    let quad = |mesh: &mut Mesh, material, corners: [[f64; 3]; 4]| {
+        meshes::add_quad(mesh, material, corners.map(glam::DVec3::from));
+    };
+    // A single box 12 x 5 x 3 m, halves of different material, with a thin wall at x = 6 m that leaves the door open.
+    for (material, x0, x1) in [(0, 0.0, 6.0), (1, 6.0, 12.0)] {
+        quad(&mut mesh, material, [[x0, 0.0, 0.0], [x0, 5.0, 0.0], [x1, 5.0, 0.0], [x1, 0.0, 0.0]]);
+        quad(&mut mesh, material, [[x0, 0.0, 3.0], [x1, 0.0, 3.0], [x1, 5.0, 3.0], [x0, 5.0, 3.0]]);
+        quad(&mut mesh, material, [[x0, 0.0, 0.0], [x1, 0.0, 0.0], [x1, 0.0, 3.0], [x0, 0.0, 3.0]]);
+        quad(&mut mesh, material, [[x0, 5.0, 0.0], [x0, 5.0, 3.0], [x1, 5.0, 3.0], [x1, 5.0, 0.0]]);
+    }
+    quad(&mut mesh, 0, [[0.0, 0.0, 0.0], [0.0, 0.0, 3.0], [0.0, 5.0, 3.0], [0.0, 5.0, 0.0]]);
+    quad(&mut mesh, 1, [[12.0, 0.0, 0.0], [12.0, 5.0, 0.0], [12.0, 5.0, 3.0], [12.0, 0.0, 3.0]]);
+    quad(&mut mesh, 0, [[6.0, 0.0, 0.0], [6.0, 2.0, 0.0], [6.0, 2.0, 3.0], [6.0, 0.0, 3.0]]);
+    quad(&mut mesh, 0, [[6.0, 3.0, 0.0], [6.0, 5.0, 0.0], [6.0, 5.0, 3.0], [6.0, 3.0, 3.0]]);
+    quad(&mut mesh, 0, [[6.0, 2.0, 2.0], [6.0, 3.0, 2.0], [6.0, 3.0, 3.0], [6.0, 2.0, 3.0]]);
+    scene.mesh = mesh;
+    scene
+        .with_duration(1.6)
+        .with_source("source", [2.0, 1.5, 1.5])
+        .with_receiver("other room", [9.0, 3.4, 1.2])
+}
+
+/// A room with a free-standing screen between source and receiver.
+fn screened() -> Scene {
+    let mut scene = boxed([8.0, 6.0, 4.0], 0.15, 0.3);
+    let corners = [dvec3(4.0, 1.0, 0.5), dvec3(4.0, 5.0, 0.5), dvec3(4.0, 5.0, 2.8), dvec3(4.0, 1.0, 2.8)];
+    meshes::add_quad(&mut scene.mesh, 0, corners);
+    scene.with_source("source", [1.5, 2.5, 1.4]).with_receiver("behind the screen", [6.4, 3.4, 1.2])
+}
+
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let placed = |scene: Scene| {
+        scene.with_source("source", [1.6, 1.3, 1.4]).with_receiver("receiver", [4.4, 2.1, 1.1])
+    };
+    vec![
+        ("shoebox", shipped("shoebox")),
+        ("seed room", shipped("seed-room")),
+        ("hall", shipped("hall")),
+        ("dead box", placed(boxed([6.0, 5.0, 3.0], 0.6, 0.3))),
+        ("live box", placed(boxed([6.0, 5.0, 3.0], 0.04, 0.3))),
+        ("smooth box", placed(boxed([7.0, 5.0, 3.2], 0.15, 0.08))),
+        ("rough box", placed(boxed([10.0, 8.0, 5.0], 0.2, 1.0))),
+        ("corridor", placed(boxed([30.0, 2.5, 2.8], 0.1, 0.2))),
+        ("screen", screened()),
+        ("coupled rooms", coupled()),
+    ]
+}
+
+/// How far a prediction may be off.
+const FACTOR: f64 = 1.5;
+/// In how many cases it must not be.
+const SHARE: f64 = 0.9;
+/// Emissions of the runs that are predicted.
+const EMISSIONS: u64 = 50_000;
+
+/// Ratios of achieved to predicted.
+#[derive(Default)]
+struct Ratios(Vec<f64>);
+
+impl Ratios {
+    /// Part of them within the factor, had predictions been `scale` times as large.
+    fn within(&self, scale: f64) -> f64 {
+        let within = |ratio: &&f64| (1.0 / FACTOR..FACTOR).contains(&(**ratio / scale));
+        self.0.iter().filter(within).count() as f64 / self.0.len() as f64
+    }
+}
+
+/// Adds what was predicted and found of `scene` in one run: half-widths of every figure, and CPU seconds.
+fn compare(name: &str, scene: &Scene, errors: &mut Ratios, times: &mut Ratios) {
+    let room = Room::new(scene, Vec::new()).expect("walls");
+    let receivers = judges(scene, room.geometry());
+    let trace = Settings { emissions: EMISSIONS, ..Settings::default() };
+    let render = RenderSettings::default();
+    let effort = Effort { emissions: EMISSIONS, rays: render.rays, batches: trace.batches };
+    let mission = Mission { room: &room, trace, render, receivers: &receivers, parameters: &PLANNED };
+    let pilot = pilot::run(&mission, &CpuClock).expect("a pilot");
+    let settings = TrialSettings { trace, ..TrialSettings::default() };
+    let trial = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a run");
+    let mut here = Ratios::default();
+    for (spread, found) in pilot.spreads.iter().zip(readings(&trial.heard.figures, &PLANNED)) {
+        if let (Ok(predicted), Ok(found)) = (pilot.half_width(spread, effort), &found.half_width) {
+            here.0.push(found.total() / predicted.total());
+        }
+    }
+    let (price, traced, heard) = (pilot.price(effort), trial.traced.seconds, trial.heard.seconds);
+    let trace = (traced.trace + traced.write) / price.trace;
+    let render = (traced.open + heard.total() - heard.figures) / price.render;
+    println!(
+        "{name}: errors within {FACTOR}: {:.2}; time of trace {trace:.2}, of render {render:.2}",
+        here.within(1.0)
+    );
+    errors.0.extend(here.0);
+    times.0.extend([trace, render]);
+}
+
+#[test]
+fn predictions_come_true_in_nine_of_ten() {
+    let (mut errors, mut times) = (Ratios::default(), Ratios::default());
+    for (name, scene) in scenes() {
+        compare(name, &scene, &mut errors, &mut times);
+    }
+    println!("errors {:.3}, times {:.3}", errors.within(1.0), times.within(1.0));
+    // Known-wrong: predictions for four times, or a quarter, of the sonels.
+    assert!(errors.within(0.5) < SHARE && errors.within(2.0) < SHARE);
+    assert!(times.within(1.0) >= SHARE, "times: {:?}", times.0);
+    assert!(errors.within(1.0) >= SHARE, "errors: {}", errors.within(1.0));
+}

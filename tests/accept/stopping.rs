@@ -1,0 +1,67 @@
+//! Intervals of runs that stop when their targets are kept: coverage in the shoebox, where stopping is a matter of luck.
+//!
+//! The runs begin with fewer sonels than planned, so that they look more often than `sonel-trace --until` does.
+
+use sonel_analysis::Parameter;
+use sonel_map::Settings;
+use sonel_renderer::RenderSettings;
+use sonel_scene::Scene;
+use sonel_study::response::receivers_of;
+use sonel_study::spread::readings;
+use sonel_study::target::Targets;
+use sonel_study::trial::{InMemory, NoClock, Room, TrialSettings};
+use sonel_study::until::Verdict;
+use sonel_tests::shipped;
+
+const SEEDS: u64 = 120;
+/// Emissions of the first look: seven tenths of what the targets take.
+const FIRST: u64 = 5_800;
+const FIGURES: [Parameter; 3] = [Parameter::T30, Parameter::Level, Parameter::ClarityC80];
+const BAND: usize = 1;
+
+/// Values and half-widths of the figures when the run stops, and how often it was looked at.
+fn stopped(scene: &Scene, targets: &Targets, seed: u64) -> ([(f64, f64); FIGURES.len()], u32) {
+    let room = Room::new(scene, Vec::new()).expect("walls");
+    let receivers = receivers_of(scene);
+    let mut emissions = FIRST;
+    for looks in 1.. {
+        let trace = Settings { emissions, seed, ..Settings::default() };
+        let settings = TrialSettings { trace, render: RenderSettings::default() };
+        let trial = room.run(&settings, &receivers, &mut InMemory, &NoClock).expect("a run");
+        let found = readings(&trial.heard.figures, &targets.parameters());
+        let verdict = Verdict::new(&found, targets);
+        if verdict.is_reached() {
+            let band = &trial.heard.figures[0].bands[BAND];
+            let figures = FIGURES.map(|parameter| {
+                let estimate = band.figure(parameter).as_ref().expect("a supported figure");
+                let [low, high] = *estimate.interval.as_ref().expect("an interval");
+                (estimate.value, 0.5 * (high - low))
+            });
+            return (figures, looks);
+        }
+        emissions = verdict.next(emissions);
+    }
+    unreachable!("a run stops")
+}
+
+#[test]
+fn intervals_of_stopped_runs_cover_nine_tenths() {
+    let scene = shipped("shoebox");
+    let targets: Targets = "t30<1%,level<0.1dB,c80<0.2dB".parse().expect("targets");
+    let runs: Vec<_> = (1..=SEEDS).map(|seed| stopped(&scene, &targets, seed)).collect();
+    let looks = runs.iter().map(|(_, looks)| f64::from(*looks)).sum::<f64>() / SEEDS as f64;
+    println!("{looks:.2} looks");
+    assert!(looks > 1.5, "runs that stop at once are no test of stopping: {looks}");
+    for (index, parameter) in FIGURES.iter().enumerate() {
+        let truth = runs.iter().map(|(figures, _)| figures[index].0).sum::<f64>() / SEEDS as f64;
+        let covered = |scale: f64| {
+            let inside = |(figures, _): &&([(f64, f64); FIGURES.len()], u32)| {
+                (figures[index].0 - truth).abs() <= scale * figures[index].1
+            };
+            runs.iter().filter(inside).count() as f64 / SEEDS as f64
+        };
+        println!("{parameter:?}: coverage {:.3}", covered(1.0));
+        assert!(covered(1.0) >= 0.90, "{parameter:?}: {}", covered(1.0));
+        assert!(covered(0.5) < 0.90, "{parameter:?}: an interval of half the width is found out");
+    }
+}

@@ -1,0 +1,124 @@
+//! Plans and targets: what they promise comes true, and the run is that of the number of sonels it ends with.
+
+use clap::Parser;
+use serde_json::Value;
+use sonel_console::Outcome;
+use sonel_testkit::workshop::Workshop;
+
+use crate::{trace, workshop};
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).expect("JSON")
+}
+
+/// Runs `sonel-trace` with a target; how it ended, and its report.
+fn until(shop: &Workshop, map: &str, options: &[&str]) -> (Outcome, Value) {
+    let line = shop.line("sonel-trace", "scene.toml", map, &[options, &["--json"]].concat());
+    let arguments = sonel_trace::Arguments::try_parse_from(line).expect("sound options");
+    let mut out = Vec::new();
+    let outcome = sonel_trace::run(&arguments, &mut out, &mut Vec::new()).expect("a sound scene");
+    (outcome, json(&String::from_utf8(out).expect("text")))
+}
+
+#[test]
+fn a_run_until_a_target_is_the_run_of_its_number_of_sonels() {
+    let shop = workshop();
+    let (outcome, report) = until(&shop, "a.sonelmap", &["--until", "t30<1%,level<0.1dB,c80<0.2dB"]);
+    assert_eq!(outcome, Outcome::Done);
+    assert_eq!(report["until"]["reached"], true);
+    let worst = &report["until"]["worst"];
+    assert!(worst["half_width_jnd"].as_f64().unwrap() <= worst["limit_jnd"].as_f64().unwrap());
+    let sonels = report["until"]["sonels"].to_string();
+    trace(&shop, "b.sonelmap", &["--sonels", &sonels]).unwrap();
+    assert!(shop.bytes("a.sonelmap") == shop.bytes("b.sonelmap"), "{sonels} sonels");
+}
+
+#[test]
+fn what_is_out_of_reach_is_said_and_the_map_is_that_of_the_sonels_reached() {
+    let shop = workshop();
+    let (outcome, report) = until(&shop, "a.sonelmap", &["--until", "t30<0.01jnd", "--sonels", "3k"]);
+    assert_eq!(outcome, Outcome::Missed);
+    assert_eq!(
+        (&report["until"]["reached"], &report["until"]["sonels"]),
+        (&Value::Bool(false), &Value::from(3000))
+    );
+    trace(&shop, "b.sonelmap", &["--sonels", "3k"]).unwrap();
+    assert!(shop.bytes("a.sonelmap") == shop.bytes("b.sonelmap"));
+}
+
+#[test]
+fn a_map_goes_on_until_a_target() {
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    let map = shop.path("a.sonelmap").display().to_string();
+    let (outcome, report) = until(&shop, "b.sonelmap", &["--until", "t30<0.3jnd", "--extend", &map]);
+    assert_eq!(outcome, Outcome::Done);
+    trace(&shop, "c.sonelmap", &["--sonels", &report["until"]["sonels"].to_string()]).unwrap();
+    assert!(shop.bytes("b.sonelmap") == shop.bytes("c.sonelmap"));
+}
+
+#[test]
+fn the_default_number_is_a_function_of_the_scene() {
+    let shop = workshop();
+    let report = json(&trace(&shop, "a.sonelmap", &["--json"]).unwrap());
+    let sonels = report["emitted"].as_u64().unwrap();
+    assert!(sonels >= 50_000, "{sonels}");
+    trace(&shop, "b.sonelmap", &["--sonels", &sonels.to_string()]).unwrap();
+    assert!(shop.bytes("a.sonelmap") == shop.bytes("b.sonelmap"));
+    let [predicted, achieved] =
+        ["predicted", "achieved"].map(|key| report[key]["map_bytes"].as_f64().unwrap());
+    assert!((predicted / achieved - 1.0).abs() < 0.05, "{predicted} {achieved}");
+}
+
+#[test]
+fn plans_ask_for_more_where_less_uncertainty_is_wanted() {
+    let shop = workshop();
+    let scene = shop.path("scene.toml").display().to_string();
+    let arguments =
+        sonel_trace::Arguments::try_parse_from(["sonel-trace", &scene, "--plan", "--json", "--quiet"])
+            .unwrap();
+    let mut out = Vec::new();
+    assert_eq!(sonel_trace::run(&arguments, &mut out, &mut Vec::new()).unwrap(), Outcome::Done);
+    let plan = json(&String::from_utf8(out).unwrap());
+    let rows = plan["plan"]["rows"].as_array().unwrap();
+    let accuracies: Vec<f64> = rows.iter().map(|row| row["just_noticeable"].as_f64().unwrap()).collect();
+    assert_eq!(accuracies, [1.0, 0.5, 0.2, 0.1, 0.05]);
+    let sonels: Vec<u64> = rows.iter().map(|row| row["sonels"].as_u64().unwrap()).collect();
+    assert!(sonels.windows(2).all(|pair| pair[0] <= pair[1]) && sonels[4] > 10 * sonels[2], "{sonels:?}");
+    assert_eq!(plan["effects"].as_array().unwrap().len(), 6);
+    assert_eq!(rows[0]["half_widths"].as_array().unwrap().len(), 3);
+}
+
+/// Half-widths after a planned run within a factor of 1.5, two and a half standard deviations of both estimates; those planned for
+/// a quarter of the sonels are found out.
+#[test]
+fn predicted_intervals_come_true() {
+    let shop = workshop();
+    let report = json(&trace(&shop, "a.sonelmap", &["--plan", "--json", "--sonels", "40k"]).unwrap());
+    let widths = |key: &str| report[key]["half_widths_jnd"].as_object().unwrap().clone();
+    let (predicted, achieved) = (widths("predicted"), widths("achieved"));
+    assert_eq!(predicted.len(), 4);
+    let near = |scale: f64| {
+        predicted.iter().all(|(figure, width)| {
+            let ratio = achieved[figure].as_f64().unwrap() / (scale * width.as_f64().unwrap());
+            (1.0 / 1.5..1.5).contains(&ratio)
+        })
+    };
+    assert!(near(1.0), "{predicted:?} {achieved:?}");
+    assert!(!near(2.0));
+}
+
+#[test]
+fn targets_that_cannot_be_read_say_what_can() {
+    let shop = workshop();
+    for (options, part) in [
+        (&["--until", "rt60<1%"][..], "level, g, edt"),
+        (&["--until", "t30<1dB"], "t30<1%"),
+        (&["--until", "t30<1%", "--at-most", "soon"], "60s"),
+        (&["--until", "t30<1%", "--shard", "1/2"], "--plan"),
+        (&["--at-most", "60s"], "--until"),
+    ] {
+        let error = format!("{:#}", trace(&shop, "a.sonelmap", options).unwrap_err());
+        assert!(error.contains(part), "{options:?}: {error}");
+    }
+}

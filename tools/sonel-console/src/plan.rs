@@ -1,0 +1,259 @@
+//! Plans, targets and what became of them, for people and for programs.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+use sonel_analysis::Parameter;
+use sonel_study::forecast::Price;
+use sonel_study::plan::Plan;
+use sonel_study::spread::{HalfWidth, PLANNED, Place, Reading};
+use sonel_study::until::Verdict;
+
+/// The table of a plan.
+#[must_use]
+pub fn table(plan: &Plan) -> String {
+    let mut text = String::from(
+        "accuracy    sonels      rays  trace CPU  render CPU        map  own memory  needed by\n",
+    );
+    for row in &plan.rows {
+        let by = row.limited_by.map_or_else(|| "the fewest will do".to_owned(), |place| figure(plan, place));
+        let _ = writeln!(
+            text,
+            "{:>4} JND {:>11} {:>9} {:>10} {:>11} {:>10} {:>11}  {by}",
+            row.just_noticeable,
+            count(row.effort.emissions),
+            row.effort.rays,
+            seconds(row.price.trace),
+            seconds(row.price.render),
+            bytes(row.price.bytes),
+            bytes(row.memory[0].max(row.memory[1])),
+        );
+    }
+    text.push_str("\nhalf of the 95 % interval, the widest of all judges:\naccuracy      band");
+    for parameter in PLANNED {
+        let (symbol, unit, _) = parameter.heading();
+        let _ = write!(text, " {:>10}", format!("{symbol} [{unit}]"));
+    }
+    for row in &plan.rows {
+        for (frequency, widths) in plan.center_frequencies_hz.iter().zip(&row.widths) {
+            let _ = write!(text, "\n{:>4} JND {frequency:>6} Hz", row.just_noticeable);
+            for (width, parameter) in widths.iter().zip(PLANNED) {
+                let (_, _, factor) = parameter.heading();
+                let shown = width.map_or_else(|| "-".to_owned(), |width| format!("{:.4}", width * factor));
+                let _ = write!(text, " {shown:>10}");
+            }
+        }
+    }
+    text.push('\n');
+    for spread in &plan.pilot.spreads {
+        if let Err(reason) = &spread.variance {
+            let _ = writeln!(text, "{} cannot be read: {reason}", figure(plan, spread.place));
+        }
+    }
+    text
+}
+
+/// A plan as JSON.
+#[must_use]
+pub fn json(plan: &Plan) -> Value {
+    let rows: Vec<Value> = plan
+        .rows
+        .iter()
+        .map(|row| {
+            let bands: Vec<Value> = plan
+                .center_frequencies_hz
+                .iter()
+                .zip(&row.widths)
+                .map(|(frequency, widths)| {
+                    let mut band = json!({ "center_frequency_hz": frequency });
+                    for (width, parameter) in widths.iter().zip(PLANNED) {
+                        band[parameter.key()] = json!(width);
+                    }
+                    band
+                })
+                .collect();
+            json!({
+                "just_noticeable": row.just_noticeable,
+                "sonels": row.effort.emissions,
+                "rays": row.effort.rays,
+                "trace_cpu_s": row.price.trace,
+                "render_cpu_s": row.price.render,
+                "cpu_s": row.price.trace + row.price.render,
+                "map_bytes": row.price.bytes,
+                "trace_memory_bytes": row.memory[0],
+                "render_memory_bytes": row.memory[1],
+                "needed_by": row.limited_by.map(|place| named(&plan.pairs, &plan.center_frequencies_hz, place)),
+                "half_widths": bands,
+            })
+        })
+        .collect();
+    json!({
+        "judges": plan.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
+        "pilot": { "sonels": plan.pilot.emissions, "rays": plan.pilot.rays, "segments_per_sonel": plan.pilot.costs.segments },
+        "rows": rows,
+    })
+}
+
+/// What names the figures: pairs of source and receiver, and bands [Hz].
+pub struct Names<'a> {
+    /// Source and receiver of every row of figures.
+    pub pairs: &'a [(String, String)],
+    /// Band centres [Hz].
+    pub center_frequencies_hz: &'a [f64],
+}
+
+impl Names<'_> {
+    /// A figure in words: "T30 at seat 12, 125 Hz".
+    #[must_use]
+    pub fn figure(&self, place: Place) -> String {
+        let (symbol, ..) = place.parameter.heading();
+        format!("{symbol} at {}, {} Hz", self.pairs[place.row].1, self.center_frequencies_hz[place.band])
+    }
+
+    /// What a look at the figures found, in a line.
+    #[must_use]
+    pub fn verdict(&self, verdict: &Verdict) -> String {
+        let mut text = match verdict.worst {
+            None => "no figure is limited".to_owned(),
+            Some(worst) => format!(
+                "{} is {:.4} JND wide to either side, {:.2} times its limit",
+                self.figure(worst.place),
+                worst.half_width,
+                worst.excess()
+            ),
+        };
+        if let Some((place, reason)) = verdict.unreadable.first() {
+            let _ = write!(text, "; {} cannot be read: {reason}", self.figure(*place));
+            if verdict.unreadable.len() > 1 {
+                let _ = write!(text, ", nor can {} others", verdict.unreadable.len() - 1);
+            }
+        }
+        text
+    }
+
+    /// The same as JSON.
+    #[must_use]
+    pub fn verdict_json(&self, verdict: &Verdict) -> Value {
+        let named = |place| named(self.pairs, self.center_frequencies_hz, place);
+        json!({
+            "reached": verdict.is_reached(),
+            "worst": verdict.worst.map(|worst| {
+                let mut value = named(worst.place);
+                value["half_width_jnd"] = json!(worst.half_width);
+                value["limit_jnd"] = json!(worst.limit);
+                value
+            }),
+            "unreadable": verdict.unreadable.iter().map(|(place, reason)| {
+                let mut value = named(*place);
+                value["reason"] = json!(reason);
+                value
+            }).collect::<Vec<_>>(),
+        })
+    }
+}
+
+fn figure(plan: &Plan, place: Place) -> String {
+    Names { pairs: &plan.pairs, center_frequencies_hz: &plan.center_frequencies_hz }.figure(place)
+}
+
+fn named(pairs: &[(String, String)], frequencies: &[f64], place: Place) -> Value {
+    json!({
+        "figure": place.parameter.key(),
+        "source": pairs[place.row].0,
+        "receiver": pairs[place.row].1,
+        "center_frequency_hz": frequencies[place.band],
+    })
+}
+
+/// What was predicted of a run and what it was; whatever was not looked at is none.
+#[derive(Debug, Clone, Default)]
+pub struct Comparison {
+    /// Widest half-widths [JND] of figures: predicted and achieved.
+    pub widths: Vec<(Parameter, f64, f64)>,
+    /// Predicted cost.
+    pub predicted: Option<Price>,
+    /// CPU seconds of the trace.
+    pub trace: Option<f64>,
+    /// CPU seconds of the rendering.
+    pub render: Option<f64>,
+    /// Bytes of the map.
+    pub bytes: Option<f64>,
+}
+
+impl Comparison {
+    /// A line for the log: predicted against achieved.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let mut parts = Vec::new();
+        if let Some(price) = self.predicted {
+            let mut part = |name: &str, predicted: f64, achieved: Option<f64>, show: fn(f64) -> String| {
+                if let Some(achieved) = achieved {
+                    parts.push(format!("{name} {} / {}", show(predicted), show(achieved)));
+                }
+            };
+            part("trace", price.trace, self.trace, seconds);
+            part("render", price.render, self.render, seconds);
+            part("map", price.bytes, self.bytes, bytes);
+        }
+        for (parameter, predicted, achieved) in &self.widths {
+            parts.push(format!("{} {predicted:.4} / {achieved:.4} JND", parameter.heading().0));
+        }
+        format!("predicted / achieved: {}", parts.join(", "))
+    }
+
+    /// The same as JSON.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let widths = |pick: fn(&(Parameter, f64, f64)) -> f64| -> Value {
+            self.widths.iter().map(|width| (width.0.key().to_owned(), json!(pick(width)))).collect()
+        };
+        json!({
+            "predicted": {
+                "trace_cpu_s": self.predicted.map(|price| price.trace),
+                "render_cpu_s": self.render.and(self.predicted).map(|price| price.render),
+                "map_bytes": self.bytes.and(self.predicted).map(|price| price.bytes),
+                "half_widths_jnd": widths(|width| width.1),
+            },
+            "achieved": {
+                "trace_cpu_s": self.trace,
+                "render_cpu_s": self.render,
+                "map_bytes": self.bytes,
+                "half_widths_jnd": widths(|width| width.2),
+            },
+        })
+    }
+}
+
+/// The widest half-width [JND] of `parameter` among `readings`.
+#[must_use]
+pub fn widest(readings: &[Reading], parameter: Parameter) -> Option<f64> {
+    readings
+        .iter()
+        .filter(|reading| reading.place.parameter == parameter)
+        .filter_map(|reading| reading.half_width.as_ref().ok().copied().map(HalfWidth::total))
+        .reduce(f64::max)
+}
+
+fn count(number: u64) -> String {
+    match number {
+        0..10_000 => number.to_string(),
+        10_000..1_000_000 => format!("{}k", number / 1000),
+        1_000_000..1_000_000_000 => format!("{:.1}M", number as f64 / 1e6),
+        _ => format!("{:.1}G", number as f64 / 1e9),
+    }
+}
+
+fn seconds(seconds: f64) -> String {
+    match seconds {
+        s if s < 100.0 => format!("{s:.2} s"),
+        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+fn bytes(bytes: f64) -> String {
+    match bytes {
+        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
+        b => format!("{:.1} GB", b / 1e9),
+    }
+}

@@ -1,0 +1,206 @@
+//! `--until`: the run goes on until its figures are certain enough, and says how far it came.
+
+use std::io::Write;
+
+use sonel_analysis::Parameter;
+use sonel_console::Stopwatch;
+use sonel_console::clock::CpuClock;
+use sonel_console::output::Output;
+use sonel_console::plan::{Comparison, Names, widest};
+use sonel_map::{MapHeader, SonelMap};
+use sonel_renderer::RenderSettings;
+use sonel_study::forecast::Effort;
+use sonel_study::pilot::Pilot;
+use sonel_study::plan::LEAST_PER_BATCH;
+use sonel_study::spread::{Reading, readings};
+use sonel_study::target::Targets;
+use sonel_study::trial::{Heard, hear};
+use sonel_study::until::{MARGIN, Verdict};
+
+use crate::planning::Planner;
+use crate::{Traced, trace};
+
+/// Segments of a run at the most, unless --sonels says how many: a map of about 4 GB.
+const MOST_SEGMENTS: f64 = 2.7e8;
+/// A look is worth while if it has this many times the sonels of the last.
+const WORTH_WHILE: f64 = 1.1;
+
+/// A run that was judged.
+pub struct Judged {
+    /// The map.
+    pub traced: Traced,
+    /// What was found of the targets.
+    pub verdict: Verdict,
+    /// What was predicted and what came of it.
+    pub comparison: Comparison,
+    /// Visibility rays with which the targets are kept.
+    pub rays: u32,
+    /// How often the figures were looked at.
+    pub looks: u32,
+}
+
+/// What a run goes on for, and how far.
+pub struct Goal<'a> {
+    /// How certain the figures shall be.
+    pub targets: &'a Targets,
+    /// Emissions at the most, where somebody says so.
+    pub sonels: Option<u64>,
+    /// Seconds by the clock, where somebody says so.
+    pub seconds: Option<f64>,
+    /// Runs since the program began.
+    pub watch: &'a Stopwatch,
+    /// Whether nobody wants to see progress.
+    pub quiet: bool,
+}
+
+/// Traces and looks, until the targets are kept or a bound is met.
+pub fn until(
+    planner: &Planner<'_>,
+    header: &MapHeader,
+    beginning: Option<SonelMap>,
+    goal: &Goal<'_>,
+    create: &dyn Fn() -> anyhow::Result<Output>,
+    log: &mut dyn Write,
+) -> anyhow::Result<Judged> {
+    let Goal { targets, watch, .. } = *goal;
+    let parameters = targets.parameters();
+    let names = names(planner);
+    let names = Names { pairs: &names, center_frequencies_hz: header.scene.bands.nominal() };
+    let before_pilot = watch.seconds();
+    let pilot = planner.pilot(&parameters)?;
+    let after_pilot = watch.seconds();
+    // How many processors work: CPU seconds of the pilot per second by the clock.
+    let threads = ((after_pilot.1 - before_pilot.1) / (after_pilot.0 - before_pilot.0).max(1e-3)).max(1.0);
+    let batches = header.settings.batches;
+    let need = pilot.need(targets, batches, RenderSettings::default().rays).effort;
+    let most = goal.sonels.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
+    let known = beginning.as_ref().map_or(1, |map| map.header().settings.emissions);
+    writeln!(log, "{targets}: about {} sonels and {} rays needed", need.emissions, need.rays)?;
+    let affordable = |seconds: f64, each: f64| (seconds / each).max(1.0) as u64;
+    let mut emissions = (need.emissions as f64 * MARGIN) as u64;
+    let mut rays = need.rays;
+    if let Some(seconds) = goal.seconds {
+        let processor_seconds = (seconds - watch.seconds().0) * threads;
+        let cpu = |emissions, rays| {
+            let price = pilot.price(Effort { emissions, rays, batches });
+            price.trace + price.render
+        };
+        // Rays are paid for before the first sonel: no more than half of the time may go to them.
+        while rays > RenderSettings::default().rays && cpu(0, rays) > 0.5 * processor_seconds {
+            rays /= 2;
+        }
+        let each = (cpu(1_000_000, rays) - cpu(0, rays)) / 1e6;
+        emissions = emissions.min(affordable(processor_seconds - cpu(0, rays), each));
+    }
+    let rays = rays;
+    emissions = emissions.max(LEAST_PER_BATCH * u64::from(batches)).min(most).max(known);
+    let (mut looks, mut trace_seconds) = (0, 0.0);
+    let mut previous: Option<(Output, SonelMap)> = None;
+    let mut beginning = beginning;
+    loop {
+        let (begin, cpu) = watch.seconds();
+        let mut header = header.clone();
+        header.settings.emissions = emissions;
+        let known = previous.as_ref().map(|(_, map)| map).or(beginning.as_ref());
+        let mut traced = trace(header, planner.room.geometry(), known, create()?, goal.quiet)?;
+        trace_seconds += watch.seconds().1 - cpu;
+        beginning = None;
+        drop(previous);
+        let map = SonelMap::open(traced.output.file()?)?;
+        let (verdict, found, heard) = look(planner, &map, targets, rays)?;
+        looks += 1;
+        writeln!(log, "{emissions} sonels: {}", names.verdict(&verdict))?;
+        let next = next_number(
+            &verdict,
+            emissions,
+            most,
+            goal.seconds.map(|seconds| {
+                affordable(seconds - watch.seconds().0, (watch.seconds().0 - begin) / emissions as f64)
+            }),
+        );
+        let Some(next) = next else {
+            let effort = Effort { emissions, rays, batches };
+            let comparison = compare(&pilot, effort, &found, (trace_seconds, &heard), map.byte_length());
+            return Ok(Judged { traced, verdict, comparison, rays, looks });
+        };
+        previous = Some((traced.output, map));
+        emissions = next;
+    }
+}
+
+/// How many sonels the next look has, if there is one.
+fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: Option<u64>) -> Option<u64> {
+    if verdict.is_inside() {
+        return None;
+    }
+    let next = verdict.next(emissions).min(most).min(affordable.unwrap_or(u64::MAX));
+    (next as f64 >= WORTH_WHILE * emissions as f64).then_some(next)
+}
+
+/// Looks at the figures of `map`.
+fn look(
+    planner: &Planner<'_>,
+    map: &SonelMap,
+    targets: &Targets,
+    rays: u32,
+) -> anyhow::Result<(Verdict, Vec<Reading>, Heard)> {
+    let settings = RenderSettings { rays, ..RenderSettings::default() };
+    let heard = hear(map, planner.room.geometry(), &planner.judges, &settings, &CpuClock)?;
+    let found = readings(&heard.figures, &targets.parameters());
+    Ok((Verdict::new(&found, targets), found, heard))
+}
+
+/// Looks at a finished run that was planned.
+pub fn compare_planned(
+    planner: &Planner<'_>,
+    pilot: &Pilot,
+    traced: &mut Traced,
+    seconds: f64,
+) -> anyhow::Result<Comparison> {
+    let map = SonelMap::open(traced.output.file()?)?;
+    let (_, found, heard) = look(planner, &map, &Targets::just_noticeable(1.0), pilot.rays)?;
+    let settings = traced.header.settings;
+    let effort = Effort { emissions: settings.emissions, rays: pilot.rays, batches: settings.batches };
+    Ok(compare(pilot, effort, &found, (seconds, &heard), map.byte_length()))
+}
+
+fn compare(
+    pilot: &Pilot,
+    effort: Effort,
+    found: &[Reading],
+    (trace, heard): (f64, &Heard),
+    bytes: u64,
+) -> Comparison {
+    let mut parameters: Vec<_> = found.iter().map(|reading| reading.place.parameter).collect();
+    parameters.dedup();
+    let mut widths: Vec<(Parameter, f64, f64)> = Vec::new();
+    for parameter in parameters {
+        if widths.iter().any(|(known, ..)| *known == parameter) {
+            continue;
+        }
+        let predicted = pilot
+            .spreads
+            .iter()
+            .filter(|spread| spread.place.parameter == parameter)
+            .filter_map(|spread| Some(pilot.half_width(spread, effort).ok()?.total()))
+            .reduce(f64::max);
+        if let (Some(predicted), Some(achieved)) = (predicted, widest(found, parameter)) {
+            widths.push((parameter, predicted, achieved));
+        }
+    }
+    Comparison {
+        widths,
+        predicted: Some(pilot.price(effort)),
+        trace: Some(trace),
+        render: Some(heard.seconds.total() - heard.seconds.figures),
+        bytes: Some(bytes as f64),
+    }
+}
+
+/// Source and judge of every row of figures.
+pub fn names(planner: &Planner<'_>) -> Vec<(String, String)> {
+    let sources = planner.room.scene().sources.iter();
+    sources
+        .flat_map(|source| planner.judges.iter().map(|judge| (source.name.clone(), judge.name.clone())))
+        .collect()
+}
