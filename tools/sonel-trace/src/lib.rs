@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let Beginning { mut header, decisions, extended: beginning } =
         begin(arguments, settings, scene, &geometry)?;
     let scene = header.scene.clone();
-    let room = Room::new(&scene, header.effects.clone())?;
+    let room = Room::within(&scene, geometry, header.effects.clone());
     let planner = Planner::new(&room, header.settings);
     let mut pilot = None;
     let mut planned = Value::Null;
@@ -58,7 +58,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         if arguments.json {
             planned = console::json(&plan);
         } else {
-            writeln!(out, "effects:\n{}\n", report::effects(&header))?;
+            let effects = if decisions.is_empty() {
+                report::effects(&header)
+            } else {
+                let skips = effects::skips(&header.scene, header.settings.spectral);
+                report::weighed(&header, &decisions, &skips)
+            };
+            writeln!(out, "effects:\n{effects}\n")?;
             write!(out, "{}", console::table(&plan))?;
         }
         pilot = Some(plan.pilot);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use sonel_map::{EffectState, Fate, Ledger, MapHeader};
-use sonel_study::effects::Decision;
+use sonel_study::effects::{Bound, Decision, Skip};
 
 /// A finished run.
 pub struct Run<'a> {
@@ -68,6 +68,47 @@ pub fn effects(header: &MapHeader) -> String {
         })
         .collect();
     lines.join("\n")
+}
+
+/// A line for each effect with what leaving it out would change, band by band where it differs, and what it costs; then a line for
+/// each thing that the scene lets the stages skip.
+pub fn weighed(header: &MapHeader, decisions: &[Decision], skips: &[Skip]) -> String {
+    let nominal = header.scene.bands.nominal();
+    let of_effects = decisions.iter().map(|decision| {
+        let bound = decision.bound.as_ref().map_or(String::new(), in_words);
+        let cost =
+            if decision.cost.is_empty() { String::new() } else { format!("; costs {}", decision.cost) };
+        let name = decision.effect.name();
+        format!("  {name:12} {}{bound}: {}{cost}", state(&decision.on, nominal), decision.reason)
+    });
+    let of_skips = skips.iter().map(|skip| {
+        let done = if skip.skipped { "skipped" } else { "done" };
+        format!("  {}: {done}, {}", skip.what, skip.reason)
+    });
+    let lines: Vec<String> =
+        of_effects.chain(["skipped for what no surface does:".to_owned()]).chain(of_skips).collect();
+    lines.join("\n")
+}
+
+/// The most that leaving an effect out changes in any band.
+fn in_words(bound: &Bound) -> String {
+    let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    format!(
+        " (at most {:.2} dB and {:.2} % of T without it)",
+        most(&bound.level_db),
+        100.0 * most(&bound.decay)
+    )
+}
+
+/// On, off, or where it is off.
+fn state(on: &[bool], nominal: &[f64]) -> String {
+    let off: Vec<String> =
+        on.iter().zip(nominal).filter(|(on, _)| !**on).map(|(_, band)| band.to_string()).collect();
+    match off.len() {
+        0 => "on".to_owned(),
+        all if all == on.len() => "off".to_owned(),
+        _ => format!("on, but off at {} Hz", off.join(", ")),
+    }
 }
 
 /// The report of docs/interface.md, with what else is `told`. Energies are per source: with S sources every band emits 1 on
@@ -139,4 +180,23 @@ fn effect(effect: &EffectState) -> Value {
         _ => json!(effect.on),
     };
     json!({ "name": effect.name, "on": on, "reason": effect.reason })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_effect_says_where_it_is_off() {
+        let nominal = [125.0, 250.0, 500.0];
+        assert_eq!(state(&[true; 3], &nominal), "on");
+        assert_eq!(state(&[false; 3], &nominal), "off");
+        assert_eq!(state(&[false, true, false], &nominal), "on, but off at 125, 500 Hz");
+    }
+
+    #[test]
+    fn the_bound_is_that_of_the_worst_band() {
+        let bound = Bound { level_db: vec![0.01, 0.3, 0.2], decay: vec![0.02, 0.0, 0.001] };
+        assert_eq!(in_words(&bound), " (at most 0.30 dB and 2.00 % of T without it)");
+    }
 }
