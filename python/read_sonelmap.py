@@ -129,14 +129,14 @@ def reach(map):
     return np.where(on, REACH * wavelengths(map), -1.0)
 
 
-def at_edge(map, event, vertex):
-    """What passing an edge multiplies f and p of every band by, up to a common factor."""
+def at_edge(map, event, vertex, alive):
+    """What passing an edge multiplies f and p of the bands still alive by, up to a common factor."""
     _, distance, tangent = vertex["position"].astype(float)
     if event == PASSED:
         return (distance > reach(map)) * 1.0
     concentration = 4 * np.pi / (GAMMA * wavelengths(map))
     exponent = np.log(concentration) - (concentration * distance * tangent) ** 2 / 2
-    exponent = np.where(distance <= reach(map), exponent, -np.inf)
+    exponent = np.where(alive & (distance <= reach(map)), exponent, -np.inf)
     return np.exp(exponent - exponent.max())
 
 
@@ -281,7 +281,7 @@ def sonels(map, source):
             if event in (ESCAPED, EXPIRED, LOST):
                 break
             if event in (BENT, PASSED):
-                factor = at_edge(map, event, vertices[step])
+                factor = at_edge(map, event, vertices[step], drawing > 0)
                 feeding, drawing = feeding * factor, drawing * factor
                 continue
             if event == DIFFRACTED:

@@ -257,7 +257,9 @@ impl Renderer<'_> {
             let start = self.batches[batch as usize].packet(layout.hero(path.emission));
             let cosine = directions.direction(path.emission).dot(aim);
             weight.emit(emitter.directivity.factor(f64::from(cosine)), 1.0, start);
-            sweep(position, path.vertices, &self.table, &self.material_of, &mut weight, |segment| visit(segment));
+            sweep(position, path.vertices, &self.table, &self.material_of, &mut weight, |segment| {
+                visit(segment);
+            });
         }
     }
 

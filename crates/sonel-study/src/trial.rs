@@ -180,7 +180,7 @@ pub enum TrialError {
 }
 
 impl<'a> Room<'a> {
-    /// Makes `scene` ready. `effects` are those that [`crate::effects::apply`] decided for it; they go into the maps.
+    /// Makes `scene` ready. `effects` are those that [`crate::effects::decide`] decided for it; they go into the maps.
     ///
     /// # Errors
     /// When its mesh has no usable triangle.

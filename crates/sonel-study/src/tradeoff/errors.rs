@@ -19,14 +19,14 @@ pub fn unit(parameter: Parameter) -> &'static str {
     if parameter.is_noticed_relatively() { "%" } else { "dB" }
 }
 
-/// A twentieth of the just-noticeable difference of `parameter`, in [`unit`].
+/// A twentieth of the just-noticeable difference of `parameter`, in [`unit()`].
 #[must_use]
 pub fn target(parameter: Parameter) -> f64 {
     let reference = if parameter.is_noticed_relatively() { 100.0 } else { 1.0 };
     parameter.just_noticeable(reference) / 20.0
 }
 
-/// Error of `value` against `reference`, in [`unit`].
+/// Error of `value` against `reference`, in [`unit()`].
 #[must_use]
 pub fn error(parameter: Parameter, value: f64, reference: f64) -> f64 {
     if parameter.is_noticed_relatively() { 100.0 * (value / reference - 1.0) } else { value - reference }
@@ -53,9 +53,9 @@ pub struct Point {
     pub sonels: u64,
     /// CPU seconds of every repeat [s].
     pub seconds: Vec<f64>,
-    /// Error of every repeat and figure, in [`unit`]: [repeat][figure].
+    /// Error of every repeat and figure, in [`unit()`]: [repeat][figure].
     pub errors: Vec<Vec<f64>>,
-    /// 95 % half-width of the reference, root mean square over figures, in [`unit`].
+    /// 95 % half-width of the reference, root mean square over figures, in [`unit()`].
     pub reference_half_width: f64,
     /// Figures left out.
     pub refused: usize,
@@ -69,7 +69,7 @@ impl Point {
         kept.iter().sum::<f64>() / kept.len() as f64
     }
 
-    /// Standard deviation over repeats, root mean square over figures, in [`unit`]; one repeat may be left out.
+    /// Standard deviation over repeats, root mean square over figures, in [`unit()`]; one repeat may be left out.
     #[must_use]
     pub fn deviation(&self, left_out: Option<usize>) -> f64 {
         let runs: Vec<&Vec<f64>> = kept(&self.errors, left_out).collect();
@@ -88,7 +88,7 @@ impl Point {
         fit::ratio_over_repeats(self.errors.len(), deviation)
     }
 
-    /// Mean error over repeats and figures, in [`unit`]. Its interval includes that of the reference, as if all of its figures
+    /// Mean error over repeats and figures, in [`unit()`]. Its interval includes that of the reference, as if all of its figures
     /// were off together.
     #[must_use]
     pub fn bias(&self) -> Option<Measured> {
@@ -120,7 +120,7 @@ impl Point {
     }
 }
 
-/// A deviation below this is nothing, in [`unit`]: a few hundredths of a percent of the targets, and what rounding leaves of
+/// A deviation below this is nothing, in [`unit()`]: a few hundredths of a percent of the targets, and what rounding leaves of
 /// figures that nothing is sampled for.
 pub const NOTHING: f64 = 1e-4;
 
