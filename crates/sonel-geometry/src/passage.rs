@@ -103,6 +103,10 @@ impl EdgeLine {
 /// Square of the sine below which a way and an edge are parallel: nothing passes anything.
 const PARALLEL: f64 = 1e-12;
 
+/// An edge whose foot is nearer to the start of a way than this part of its distance stands abreast of the start, and is not passed:
+/// a distance in f32, as vertices hold it, would no longer tell the foot from the start, or from what is behind it.
+const ABREAST: f64 = 2e-3;
+
 /// Edges in a group.
 const GROUP: usize = 16;
 
@@ -229,7 +233,8 @@ impl EdgeIndex {
             let Some((at, along, squared)) = line.nearest(way.origin, way.direction) else { return };
             let before = first.map_or((way.to, 0), |first| (first.at, first.edge));
             let within = (at, edge) > behind && (at, edge) < before && along > 0.0 && along < line.length;
-            if within && squared <= reach_squared && squared >= self.least * self.least && counts(edge) {
+            let apart = squared >= self.least * self.least && at * at >= ABREAST * ABREAST * squared;
+            if within && apart && squared <= reach_squared && counts(edge) {
                 first = Some(Passage { edge, at, along, distance: squared.sqrt(), side: Side::Front });
             }
         });
@@ -308,6 +313,27 @@ mod tests {
         let index = EdgeIndex::new(geometry, |_| true);
         let local = |point: DVec3| point - geometry.center();
         index.first(geometry, &Way::between(local(from), local(to), reach), |_| true)
+    }
+
+    /// Starts beside the screen, ever nearer to being abreast of its top.
+    #[test]
+    fn a_foot_is_found_again_from_a_distance_in_f32() {
+        let geometry = screened();
+        let index = EdgeIndex::new(&geometry, |_| true);
+        let mut passed = 0;
+        for step in 0..400 {
+            let before = libm::pow(10.0, -f64::from(step) / 80.0);
+            let origin = dvec3(10.0 - before, 5.0, 3.3 + 0.002 * f64::from(step)) - geometry.center();
+            let direction = dvec3(1.0, 0.01, 0.0).normalize();
+            let way = Way { origin, direction, from: 0.0, to: 5.0, reach: 3.0 };
+            let Some(passage) = index.first(&geometry, &way, |_| true) else { continue };
+            passed += 1;
+            let line = index.lines()[passage.edge as usize];
+            let found = line.foot(origin, passage.along, f64::from(passage.distance as f32), passage.side);
+            let error = found.distance(origin + passage.at * direction);
+            assert!(error < 0.03 * passage.at, "{error:e} of {:e}", passage.at);
+        }
+        assert!((150..350).contains(&passed), "{passed} passages, and ways that start abreast");
     }
 
     #[test]
@@ -403,7 +429,12 @@ mod tests {
                 .filter_map(|line| line.nearest(origin, direction).map(|near| (near, line.length)));
             let expected = all
                 .filter(|&((at, along, squared), length)| {
-                    at > 0.0 && at < 30.0 && along > 0.0 && along < length && squared <= 4.0
+                    at * at >= ABREAST * ABREAST * squared
+                        && at > 0.0
+                        && at < 30.0
+                        && along > 0.0
+                        && along < length
+                        && squared <= 4.0
                 })
                 .map(|((at, ..), _)| at)
                 .fold(f64::INFINITY, f64::min);
