@@ -18,6 +18,8 @@ pub struct Parts {
     pub weight: Vec<f64>,
     /// The same readings freed of the bias of discs and spheres; none where there is no such bias.
     pub unbiased: Option<Readings>,
+    /// Whether no batch holds any energy, though the echogram may hold what single numbers cannot.
+    pub is_silent: bool,
 }
 
 /// Readings from all batches and without each of them.
@@ -68,6 +70,7 @@ impl Parts {
             unbiased: is_biased.then(|| unbiased(&batches, &differences, &read)),
             without,
             all: read(&mean_energy),
+            is_silent: mean_energy.iter().all(|energy| *energy <= 0.0),
             weight: batches.iter().map(|&(weight, _)| weight).collect(),
         })
     }
@@ -123,13 +126,13 @@ fn leave_out(mean: &[f64], weight: f64, batch: &[f32]) -> Vec<f64> {
         .collect()
 }
 
-/// The figure `value` with the interval that `read` finds from the parts.
+/// The figure `value` with the interval that `read` finds from the parts. What leaves here is finite or has a reason.
 pub fn figure(
     value: Result<f64, Unsupported>,
     parts: Result<&[&Parts], &NoInterval>,
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
 ) -> Figure {
-    let value = value?;
+    let value = finite(value)?;
     let estimate = |interval, error, without, weight, warning, kernel| Estimate {
         value,
         interval,
@@ -144,9 +147,21 @@ pub fn figure(
         Ok(parts) => parts,
         Err(reason) => return Ok(estimate(Err(reason.clone()), None, Vec::new(), Vec::new(), None, None)),
     };
+    let without_interval = |reason| Ok(estimate(Err(reason), None, Vec::new(), Vec::new(), None, None));
+    if parts.iter().any(|part| part.is_silent) {
+        return without_interval(NoInterval::TooQuiet);
+    }
     let PartSpread { half_width, error, warning, without, weight, kernel } = spread(parts, read)?;
-    let interval = Ok([value - half_width, value + half_width]);
-    Ok(estimate(interval, Some(error), without, weight, warning, kernel))
+    let interval = [value - half_width, value + half_width];
+    if !interval.iter().all(|end| end.is_finite()) {
+        return without_interval(NoInterval::BeyondNumbers);
+    }
+    Ok(estimate(Ok(interval), Some(error), without, weight, warning, kernel))
+}
+
+/// The one place where a number that is none would leave the readings.
+fn finite(value: Result<f64, Unsupported>) -> Result<f64, Unsupported> {
+    value.and_then(|value| if value.is_finite() { Ok(value) } else { Err(Unsupported::BeyondNumbers) })
 }
 
 /// What the parts say of a figure.

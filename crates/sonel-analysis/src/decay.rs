@@ -165,7 +165,12 @@ impl Piece {
     /// spread evenly.
     #[must_use]
     pub fn rate(&self) -> Option<f64> {
-        (self.after > 0.0).then(|| libm::log1p((self.before - self.after) / self.after) / self.width())
+        let nepers = || {
+            let fall = (self.before - self.after) / self.after;
+            // A piece may end in next to nothing, and the quotient in infinity.
+            if fall.is_finite() { libm::log1p(fall) } else { libm::log(self.before) - libm::log(self.after) }
+        };
+        (self.after > 0.0).then(|| nepers() / self.width())
     }
 
     fn at(&self, time: f64) -> f64 {

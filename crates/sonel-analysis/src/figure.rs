@@ -171,6 +171,9 @@ pub enum Unsupported {
         /// Half-width in just-noticeable differences.
         just_noticeable: f64,
     },
+    /// Energies so large or so small that the arithmetic leaves the range of doubles.
+    #[error("the energies are too large or too small to be reckoned with")]
+    BeyondNumbers,
     /// Speech needs all its octaves.
     #[error("speech needs the octaves 125 to 8000 Hz; missing: {missing}")]
     BandsMissing {
@@ -200,4 +203,10 @@ pub enum NoInterval {
     /// One batch has no spread.
     #[error("the response holds one batch: trace with --batches 2 or more")]
     OneBatch,
+    /// The batches, which are single numbers, cannot hold what the echogram holds.
+    #[error("the energy is below 1e-38 1/m², the least that the batches can hold")]
+    TooQuiet,
+    /// The spread leaves the range of doubles.
+    #[error("the spread of the batches is too large to be reckoned with")]
+    BeyondNumbers,
 }

@@ -335,3 +335,58 @@ fn a_real_difference_is_found_where_it_is() {
     let names: Vec<&str> = comparison.beyond_noise().map(|found| found.figure).collect();
     assert!(names.contains(&"level_db") && names.contains(&"strength_g_db"), "{names:?}");
 }
+
+/// Energies of any size a double can have, with falls from one end of its range to the other, batches that agree with them or
+/// not: every figure is a number with an interval of numbers, or has a reason.
+#[test]
+fn whatever_the_energies_a_figure_is_a_number_or_has_a_reason() {
+    const SIZES: [f64; 10] = [0.0, 1e-321, 1e-300, 1e-200, 1e-39, 1e-8, 1.0, 1e30, 1e200, 1e307];
+    let mut random = Uniform::new(31);
+    let (mut numbers, mut reasons) = (0, 0);
+    for case in 0..80 {
+        let mut strange = response(&[0.25; 4], certain);
+        // The direct sound at once puts the limits of clarity on borders.
+        strange.receiver_positions[0][0] = if case % 2 == 0 { 0.0 } else { 3.43 };
+        for band in strange.energy.chunks_exact_mut(1200) {
+            let fall = [1, 50, 51, 80, 200][random.below(5)];
+            let (early, late) = band.split_at_mut(fall);
+            for part in [early, late] {
+                let sizes = [SIZES[random.below(10)], SIZES[random.below(10)]];
+                part.iter_mut().for_each(|energy| *energy *= sizes[usize::from(random.below(4) == 0)]);
+            }
+        }
+        for energy in &mut strange.batches.as_mut().expect("four batches").energy {
+            *energy *= [0.0, 1e-36, 1.0, 1.0, 1e36][random.below(5)];
+        }
+        for receiver in parameters(&strange) {
+            let windows = receiver.bands.iter().flat_map(|band| &band.windows);
+            for figure in receiver.figures().chain(windows) {
+                let Ok(estimate) = figure else {
+                    reasons += 1;
+                    continue;
+                };
+                let ends = estimate.interval.clone().unwrap_or_default();
+                let decay = estimate.decay.map_or(0.0, |decay| {
+                    decay.non_linearity_permille + decay.curvature_percent.unwrap_or_default()
+                });
+                let sound = [estimate.value, ends[0], ends[1], decay].iter().all(|number| number.is_finite());
+                assert!(sound, "case {case}: {estimate:?}");
+                numbers += 1;
+            }
+            let printed = report::json(&[receiver]).to_string();
+            assert_eq!(printed.matches("null").count(), printed.matches("\"reason\"").count(), "{printed}");
+        }
+    }
+    assert!(numbers > 1000 && reasons > 1000, "{numbers} numbers, {reasons} reasons");
+}
+
+/// A level far below what the batches can hold is told without an interval, and the reason is not noise.
+#[test]
+fn what_is_too_quiet_for_the_batches_is_told_without_an_interval() {
+    let mut quiet = response(&[0.25; 4], |mean| vec![0.0; mean.len()]);
+    quiet.energy.iter_mut().for_each(|energy| *energy *= 1e-60);
+    let figures = parameters(&quiet);
+    let level = figures[0].bands[3].figure(Parameter::Level).as_ref().expect("a level");
+    assert!((-600.0..-500.0).contains(&level.value), "{}", level.value);
+    assert_eq!(level.interval, Err(NoInterval::TooQuiet));
+}

@@ -146,6 +146,7 @@ impl Spectrum {
             self.add(wave, std::slice::from_ref(wave), &once, least, &mut sum);
             self.add(wave, &field.waves[index + 1..], &twice, least, &mut sum);
         }
+        debug_assert!(sum.iter().all(|energy| energy.is_finite()), "{sum:?}");
         // The mean of a square: what rounding leaves below zero is zero.
         sum.iter().map(|energy| energy.max(0.0)).collect()
     }

@@ -48,6 +48,7 @@ impl Probe {
     #[inline]
     pub fn new(origin: Vec3, direction: Vec3, ignored: [Option<PlaneId>; 2]) -> Self {
         let size = direction.abs();
+        debug_assert!(origin.is_finite() && direction.is_finite() && size.max_element() > 0.0);
         let z = if size.x >= size.y && size.x >= size.z {
             0
         } else if size.y >= size.z {

@@ -276,6 +276,7 @@ impl ChunkLedger {
                 Event::Absorbed => {}
                 _ => accumulate(&mut book.truncated, remaining),
             }
+            debug_assert!(packet.iter().chain(remaining).all(|energy| energy.is_finite()));
             for lane in 0..4 {
                 book.sampling[lane] += packet[lane];
                 book.sampling_variance[lane] += packet[lane] * packet[lane];

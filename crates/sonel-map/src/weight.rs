@@ -142,6 +142,7 @@ impl PathWeight {
     #[inline]
     fn balance(&mut self, weighted: f64) {
         let factor = if weighted > 0.0 { self.numerator / weighted } else { 0.0 };
+        debug_assert!(factor.is_finite(), "{} / {weighted:e}", self.numerator);
         for (energy, products) in self.energy.iter_mut().zip(&self.products) {
             for lane in 0..4 {
                 energy[lane] = products.feeding[lane] * factor;

@@ -87,10 +87,21 @@ pub fn json(plan: &Plan) -> Value {
             })
         })
         .collect();
+    let unreadable: Vec<Value> = plan
+        .pilot
+        .spreads
+        .iter()
+        .filter_map(|spread| {
+            let mut value = named(&plan.pairs, &plan.center_frequencies_hz, spread.place);
+            value["reason"] = json!(spread.variance.as_ref().err()?);
+            Some(value)
+        })
+        .collect();
     json!({
         "judges": plan.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
         "pilot": { "sonels": plan.pilot.emissions, "rays": plan.pilot.rays, "segments_per_sonel": plan.pilot.costs.segments },
         "rows": rows,
+        "unreadable": unreadable,
     })
 }
 

@@ -230,5 +230,16 @@ pub fn figure(runs: &[&Run], cell: usize) -> Option<FigureErrors> {
     })
 }
 
+/// Why some of what is said of a figure is missing: of what its runs `found`, of the value of its reference.
+#[must_use]
+pub fn missing(found: Option<&FigureErrors>, reference: Option<(f64, Option<f64>)>) -> Option<&'static str> {
+    match (found, reference) {
+        (None, None) => Some("refused in one of the runs and in the reference"),
+        (None, Some(_)) => Some("refused in one of the runs"),
+        (Some(_), None) => Some("refused in the reference"),
+        (Some(figure), Some(_)) => figure.stated_half_width.is_none().then_some("a run states no interval"),
+    }
+}
+
 #[cfg(test)]
 mod tests;

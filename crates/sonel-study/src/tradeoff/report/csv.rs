@@ -69,12 +69,14 @@ pub fn figures_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Res
         "mean_half_width",
         "standard_deviation",
         "stated_half_width",
+        "reason",
     ])?;
     for (setting, sonels) in pairs(findings) {
         let runs = tradeoff.runs_of(setting, sonels);
         for (index, cell) in tradeoff.cells.iter().enumerate() {
             let found = errors::figure(&runs, index);
             let mean: Option<Measured> = found.as_ref().map(|figure| figure.mean);
+            let missing = errors::missing(found.as_ref(), tradeoff.reference.values[index]);
             table.write_record([
                 findings.name(setting).to_owned(),
                 sonels.to_string(),
@@ -87,6 +89,7 @@ pub fn figures_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Res
                 number(mean.and_then(|mean| mean.half_width())),
                 number(found.as_ref().map(|figure| figure.deviation)),
                 number(found.as_ref().and_then(|figure| figure.stated_half_width)),
+                missing.unwrap_or_default().to_owned(),
             ])?;
         }
     }

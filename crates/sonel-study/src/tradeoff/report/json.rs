@@ -36,7 +36,7 @@ fn setting(findings: &Findings<'_>, index: usize) -> Value {
     let Setting { name, trace, render } = &findings.tradeoff.sweep.settings[index];
     let verdict = &findings.verdicts[index];
     let line = findings.seconds_per_sonel(index);
-    json!({
+    let mut value = json!({
         "name": name,
         "survival": trace.survival,
         "mode": format!("{:?}", trace.mode).to_lowercase(),
@@ -44,33 +44,46 @@ fn setting(findings: &Findings<'_>, index: usize) -> Value {
         "estimator": estimator_name(render.estimator),
         "rays": render.rays,
         "radius_m": render.gather_radius,
-        "seconds_per_sonel": line.map(|line| measured(Some(line.slope))),
-        "overhead_s": line.map(|line| measured(Some(line.intercept))),
+        "seconds_per_sonel": measured(line.map(|line| line.slope), ONE_COUNT),
+        "overhead_s": measured(line.map(|line| line.intercept), ONE_COUNT),
         "to_a_twentieth_jnd": {
             "arrives": verdict.arrives(),
-            "cpu_s": measured(verdict.seconds),
-            "times_best": measured(verdict.times_best),
+            "cpu_s": measured(verdict.seconds, MISSING),
+            "times_best": measured(verdict.times_best, NO_BEST),
             "sonels": Some(verdict.sonels).filter(|sonels| sonels.is_finite()),
             "biases": verdict.biases,
         },
-    })
+    });
+    if !verdict.sonels.is_finite() {
+        value["to_a_twentieth_jnd"]["reason"] = json!(MISSING);
+    }
+    value
 }
+
+/// Why a setting has no line through its seconds.
+const ONE_COUNT: &str = "a line needs two numbers of sonels";
+/// Why a setting has no cost to an accuracy.
+const MISSING: &str = "a figure judged is refused in one of the runs or in the reference";
+/// Why a setting cannot be compared with the best.
+const NO_BEST: &str = "no setting arrives, the best takes no time, or figures are missing";
+/// Why errors have no deviation.
+const NO_SCATTER: &str = "nothing scatters, or too many figures are refused";
 
 fn curve(findings: &Findings<'_>, curve: &Curve) -> Value {
     json!({
         "setting": findings.name(curve.setting),
         "parameter": curve.parameter.key(),
         "unit": errors::unit(curve.parameter),
-        "slope": measured(curve.slope()),
-        "efficiency": measured(curve.efficiency()),
+        "slope": measured(curve.slope(), NO_SCATTER),
+        "efficiency": measured(curve.efficiency(), NO_SCATTER),
         "points": curve.points.iter().map(|point| json!({
             "sonels": point.sonels,
             "figures": point.errors[0].len(),
             "figures_refused": point.refused,
             "cpu_s": point.mean_seconds(None),
-            "standard_deviation": measured(point.measured_deviation()),
-            "bias": measured(point.bias()),
-            "efficiency": measured(point.efficiency()),
+            "standard_deviation": measured(point.measured_deviation(), NO_SCATTER),
+            "bias": measured(point.bias(), NO_SCATTER),
+            "efficiency": measured(point.efficiency(), NO_SCATTER),
         })).collect::<Vec<_>>(),
     })
 }
@@ -95,7 +108,8 @@ fn figures(findings: &Findings<'_>, index: usize, sonels: u64) -> Vec<Value> {
     let runs = tradeoff.runs_of(index, sonels);
     let figure = |(at, cell): (usize, &Cell)| {
         let found = errors::figure(&runs, at);
-        json!({
+        let missing = errors::missing(found.as_ref(), tradeoff.reference.values[at]);
+        let mut value = json!({
             "setting": findings.name(index),
             "sonels": sonels,
             "source": cell.source,
@@ -103,14 +117,28 @@ fn figures(findings: &Findings<'_>, index: usize, sonels: u64) -> Vec<Value> {
             "center_frequency_hz": cell.center_frequency_hz,
             "parameter": cell.parameter.key(),
             "reference": tradeoff.reference.values[at].map(|(value, _)| value),
-            "mean": measured(found.as_ref().map(|figure| figure.mean)),
+            "mean": measured(found.as_ref().map(|figure| figure.mean), missing.unwrap_or_default()),
             "standard_deviation": found.as_ref().map(|figure| figure.deviation),
             "stated_half_width": found.as_ref().and_then(|figure| figure.stated_half_width),
-        })
+        });
+        if let Some(missing) = missing {
+            value["reason"] = json!(missing);
+        }
+        value
     };
     tradeoff.cells.iter().enumerate().map(figure).collect()
 }
 
-fn measured(measured: Option<Measured>) -> Value {
-    json!({ "value": measured.map(|m| m.value), "ci95": measured.and_then(|m| m.interval) })
+/// A value with its interval, or why there is none: `missing`.
+fn measured(measured: Option<Measured>, missing: &str) -> Value {
+    let Some(Measured { value, interval }) = measured else {
+        return json!({ "value": null, "ci95": null, "reason": missing });
+    };
+    match interval {
+        Some(interval) => json!({ "value": value, "ci95": interval }),
+        None => json!({ "value": value, "ci95": null, "reason": TOO_FEW }),
+    }
 }
+
+/// Why a value has no interval.
+const TOO_FEW: &str = "too few repeats or numbers of sonels for an interval";
