@@ -154,12 +154,15 @@ pub(crate) fn lines(rows: &[EdgeRow], center: DVec3) -> Vec<EdgeLine> {
     rows.iter().map(|row| EdgeLine::new(row.ends.map(|end| DVec3::from_array(end) - center))).collect()
 }
 
+/// Length of an edge [m].
+pub(crate) fn length(row: &EdgeRow) -> f64 {
+    let [from, to] = row.ends.map(DVec3::from_array);
+    from.distance(to)
+}
+
 /// Whether the rows can be edges; the reason where not.
 pub(crate) fn check_rows(rows: &[EdgeRow]) -> Result<(), String> {
-    let is_sound = |row: &EdgeRow| {
-        let [from, to] = row.ends.map(DVec3::from_array);
-        from.distance(to).is_finite() && from.distance(to) > 0.0
-    };
+    let is_sound = |row: &EdgeRow| length(row).is_finite() && length(row) > 0.0;
     match rows.iter().position(|row| !is_sound(row)) {
         Some(edge) => Err(format!("edge {edge} has no two ends")),
         None => Ok(()),

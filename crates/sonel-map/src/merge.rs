@@ -12,7 +12,7 @@ use std::ops::Range;
 use thiserror::Error;
 
 use crate::error::MapError;
-use crate::format::{ChunkEntry, MAJOR, MINOR, aligned};
+use crate::format::{ChunkEntry, EdgeRow, MAJOR, MINOR, aligned};
 use crate::header::{MapHeader, ShardRange};
 use crate::ledger::Ledger;
 use crate::provenance::{self, Difference};
@@ -110,7 +110,8 @@ type Opener<'a> = dyn FnMut(usize) -> io::Result<File> + 'a;
 #[derive(Debug)]
 pub struct Merger {
     header: MapHeader,
-    places: Places,
+    surfaces: u32,
+    edges: Vec<EdgeRow>,
     parts: Vec<Part>,
 }
 
@@ -153,10 +154,8 @@ impl Merger {
                 let order = shards::order(&headers.shards);
                 let mut parts: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
                 Ok(Self {
-                    places: Places {
-                        surfaces: reference.surfaces.len() as u32,
-                        edges: reference.edges.len() as u32,
-                    },
+                    surfaces: reference.surfaces.len() as u32,
+                    edges: reference.edges,
                     header: MapHeader { shard, ..reference.header },
                     parts: order.into_iter().filter_map(|number| parts[number].take()).collect(),
                 })
@@ -194,6 +193,7 @@ impl Merger {
     ) -> Result<W, MergeError> {
         let mut writer = MapWriter::begin(out).map_err(MergeError::Output)?;
         let (mut chunk_bytes, mut copied) = (Vec::new(), 0);
+        let places = Places { surfaces: self.surfaces, edges: &self.edges };
         for source in 0..self.header.scene.sources.len() as u32 {
             for part in &self.parts {
                 let unusable = |error| MergeError::Unusable { map: part.name.clone(), error };
@@ -202,7 +202,7 @@ impl Merger {
                     part.chunks.iter().zip(&part.books).filter(|(chunk, _)| chunk.source == source);
                 for (chunk, books) in of_source {
                     let bytes = read_chunk(&mut file, chunk, &mut chunk_bytes).map_err(unusable)?;
-                    reader::check_chunk(chunk, bytes, self.places).map_err(unusable)?;
+                    reader::check_chunk(chunk, bytes, places).map_err(unusable)?;
                     writer.push_copy(chunk, bytes, books).map_err(MergeError::Output)?;
                     copied += u64::from(chunk.path_count);
                     progress(copied);

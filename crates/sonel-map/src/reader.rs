@@ -21,7 +21,7 @@ use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::record;
 use crate::surfaces;
 use crate::tiling;
-use crate::vertex::{EdgePlace, Vertex};
+use crate::vertex::{EdgePlace, Event, Vertex};
 
 /// An open map.
 #[derive(Debug)]
@@ -116,6 +116,9 @@ impl SonelMap {
         edges::check_rows(&edges).map_err(damaged)?;
         if header.bent_bands().is_some_and(|on| on.len() != bands) {
             return Err(damaged("not one state of bending per band".to_owned()));
+        }
+        if header.bent_bands().is_none() && !edges.is_empty() {
+            return Err(damaged("it names edges, and no band is bent".to_owned()));
         }
         if !center.is_finite() {
             return Err(damaged("the scene has no centre".to_owned()));
@@ -214,7 +217,7 @@ impl SonelMap {
 
     fn check_chunk(&self, chunk: &ChunkEntry, surfaces: u32) -> Result<(), MapError> {
         let bytes = self.chunk_bytes(chunk);
-        check_chunk(chunk, bytes, Places { surfaces, edges: self.edges.len() as u32 })?;
+        check_chunk(chunk, bytes, Places { surfaces, edges: &self.edges })?;
         tiling::check_padding(self.bytes.as_slice(), chunk.offset + bytes.len() as u64)
     }
 
@@ -280,15 +283,15 @@ pub(crate) fn compare_places(
         .map_err(|reason| MapError::ForeignSurfaces { reason })
 }
 
-/// How many surfaces and edges paths may name.
+/// What paths may name: surfaces, of which there are so many, and edges.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Places {
+pub(crate) struct Places<'a> {
     pub surfaces: u32,
-    pub edges: u32,
+    pub edges: &'a [EdgeRow],
 }
 
 /// Compares the `bytes` of `chunk` with its checksum and with the rules of the layout.
-pub(crate) fn check_chunk(chunk: &ChunkEntry, bytes: &[u8], places: Places) -> Result<(), MapError> {
+pub(crate) fn check_chunk(chunk: &ChunkEntry, bytes: &[u8], places: Places<'_>) -> Result<(), MapError> {
     let damaged = |reason: &str| MapError::Damaged { offset: chunk.offset, reason: reason.to_owned() };
     if <[u8; 32]>::from(blake3::hash(bytes)) != chunk.digest {
         return Err(damaged("a chunk of paths does not match its checksum"));
@@ -310,20 +313,27 @@ fn columns<'a>(chunk: &ChunkEntry, bytes: &'a [u8]) -> (&'a [u32], &'a [Vertex])
     (bytemuck::cast_slice(&head[..chunk.path_count as usize * 4]), bytemuck::cast_slice(vertices))
 }
 
-fn is_sound_path(path: &[Vertex], places: Places) -> bool {
+fn is_sound_path(path: &[Vertex], places: Places<'_>) -> bool {
     let Some((last, before)) = path.split_last() else { return false };
     let sound = |vertex: &Vertex, is_final: bool| {
         vertex.event().is_some_and(|event| {
             event.is_final() == is_final
                 && (!event.leaves_sonel() || vertex.surface().0 < places.surfaces)
-                && (!event.is_at_edge() || is_sound_passing(vertex.passing(), places.edges))
+                && (!event.is_at_edge() || is_sound_passing(event, vertex.passing(), places.edges))
         }) && vertex.position.is_finite()
     };
     sound(last, true) && before.iter().all(|vertex| sound(vertex, false))
 }
 
-fn is_sound_passing((edge, place): (u32, EdgePlace), edges: u32) -> bool {
-    edge < edges && place.along >= 0.0 && place.distance > 0.0
+/// Whether the edge exists, the place lies on it, and only what is bent has an angle.
+fn is_sound_passing(event: Event, (edge, place): (u32, EdgePlace), edges: &[EdgeRow]) -> bool {
+    let is_on = |row: &EdgeRow| {
+        let along = f64::from(place.along);
+        along >= 0.0 && along <= edges::length(row) * (1.0 + f64::from(f32::EPSILON))
+    };
+    edges.get(edge as usize).is_some_and(is_on)
+        && place.distance > 0.0
+        && (event == Event::Bent || place.tangent.abs() <= 0.0)
 }
 
 fn read_preamble(bytes: &[u8]) -> Result<Preamble, MapError> {

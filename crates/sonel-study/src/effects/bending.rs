@@ -21,7 +21,7 @@ pub(super) fn decide(wish: Wish, mode: Mode, scene: &Scene, geometry: &Geometry)
         Wish::Auto | Wish::Scene => (false, "left out unless asked for with +bending".to_owned()),
         Wish::On if mode == Mode::Paper => (false, "the paper bends nothing".to_owned()),
         Wish::On => {
-            (true, format!("{ASKED}: {count} edges, up to {REACH_WAVELENGTHS} wavelengths from them"))
+            (true, format!("{ASKED}, {count} edges, up to {REACH_WAVELENGTHS} wavelengths from them"))
         }
     };
     let bound = (count == 0).then(|| Bound::nothing(bands));

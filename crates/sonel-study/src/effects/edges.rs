@@ -53,11 +53,11 @@ pub(super) fn decide(
         return Ok(Decision { bound, ..decision(false, NO_EDGE.to_owned()) });
     }
     if let Some(on) = wish.decided().filter(|_| !weigh) {
-        return Ok(decision(on, format!("{ASKED}: {count} edges")));
+        return Ok(decision(on, format!("{ASKED}, {count} edges")));
     }
     let worth = weigh_edges(scene, geometry, clock)?;
     let on = wish.decided().unwrap_or_else(|| exceeding(&worth.bound).contains(&true));
-    let why = if wish == Wish::Auto { String::new() } else { format!("{ASKED}: ") };
+    let why = if wish == Wish::Auto { String::new() } else { format!("{ASKED}, ") };
     let reason = format!("{why}{} {}", describe(count, scene, geometry), worth.describe(scene));
     let cost = format!("{:.2} CPU-s a receiver", worth.seconds);
     Ok(Decision { bound: Some(worth.bound), cost, ..decision(on, reason) })
@@ -70,7 +70,7 @@ pub(super) fn decide_for_paper(wish: Wish, scene: &Scene, geometry: &Geometry) -
         (_, Wish::Off) => (false, ASKED.to_owned()),
         (0, _) => (false, NO_EDGE.to_owned()),
         (count, _) => {
-            (true, format!("the paper's: zones of half a wavelength on either side of {count} edges"))
+            (true, format!("as in the paper, in zones of half a wavelength on either side of {count} edges"))
         }
     };
     Decision::new(Effect::Diffraction, vec![on; bands], reason)

@@ -171,7 +171,7 @@ fn decide_directivity(wish: Wish, scene: &mut Scene) -> Decision {
     }
     let (on, reason) = match (directional, wish) {
         (0, _) => (false, "every source is omnidirectional".to_owned()),
-        (_, Wish::Off) => (false, format!("{ASKED}: sources treated as omnidirectional")),
+        (_, Wish::Off) => (false, format!("{ASKED}, sources treated as omnidirectional")),
         (count, _) => (true, format!("{count} of {} sources are directional", scene.sources.len())),
     };
     let bound = (directional == 0).then(|| Bound::nothing(bands));
@@ -199,6 +199,8 @@ mod tests {
             let geometry = scene.geometry().unwrap();
             let spec = spec.parse().unwrap();
             let decisions = decide(&spec, mode, &mut scene, &geometry, false, &NoClock).unwrap();
+            // They are printed behind a colon.
+            assert!(decisions.iter().all(|decision| !decision.reason.contains(':')), "{decisions:?}");
             decisions[Effect::Diffraction as usize].on.iter().all(|&on| on)
         };
         assert!(is_on(&panel, "auto", Mode::Paper) && !is_on(&panel, "auto,-diffraction", Mode::Paper));
