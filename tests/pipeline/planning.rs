@@ -5,7 +5,7 @@ use serde_json::Value;
 use sonel_console::Outcome;
 use sonel_testkit::workshop::Workshop;
 
-use crate::{trace, workshop};
+use crate::{render, trace, workshop};
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
@@ -121,4 +121,124 @@ fn targets_that_cannot_be_read_say_what_can() {
         let error = format!("{:#}", trace(&shop, "a.sonelmap", options).unwrap_err());
         assert!(error.contains(part), "{options:?}: {error}");
     }
+}
+
+/// Runs `sonel-render` with a target; how it ended, and its report.
+fn render_until(shop: &Workshop, map: &str, response: &str, options: &[&str]) -> (Outcome, Value) {
+    let line = shop.line("sonel-render", map, response, &[options, &["--json"]].concat());
+    let arguments = sonel_render::Arguments::try_parse_from(line).expect("sound options");
+    let mut out = Vec::new();
+    let outcome = sonel_render::run(&arguments, &mut out, &mut Vec::new()).expect("a sound map");
+    (outcome, json(&String::from_utf8(out).expect("text")))
+}
+
+#[test]
+fn a_rendering_until_a_target_is_that_of_its_number_of_rays() {
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "20k"]).unwrap();
+    // Rays that gather in small discs are most of the noise: they are added.
+    let gathered = ["--estimator", "gather", "--until", "level<0.06jnd"];
+    let (outcome, report) = render_until(&shop, "a.sonelmap", "a.npz", &gathered);
+    assert_eq!((outcome, &report["until"]["reached"]), (Outcome::Done, &Value::Bool(true)));
+    let worst = &report["until"]["worst"];
+    assert!(worst["half_width_jnd"].as_f64().unwrap() <= worst["limit_jnd"].as_f64().unwrap());
+    let rays = report["until"]["rays"].as_u64().unwrap();
+    assert!(rays > 16_384 && report["until"]["looks"].as_u64().unwrap() > 1, "{}", report["until"]);
+    render(&shop, "a.sonelmap", "b.npz", &["--estimator", "gather", "--rays", &rays.to_string()]).unwrap();
+    assert!(shop.bytes("a.npz") == shop.bytes("b.npz"), "{rays} rays");
+}
+
+#[test]
+fn rays_stop_where_they_may_be_no_more() {
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "20k"]).unwrap();
+    let gathered = ["--estimator", "gather", "--until", "level<0.06jnd"];
+    for bound in [["--rays", "2048"], ["--at-most", "0.001s"]] {
+        let (outcome, report) = render_until(&shop, "a.sonelmap", "a.npz", &[&gathered[..], &bound].concat());
+        assert_eq!((outcome, &report["until"]["looks"]), (Outcome::Missed, &Value::from(1)), "{bound:?}");
+        assert_eq!(report["until"]["reached"], false);
+    }
+}
+
+/// A map without rays is told how many sonels it lacks, and with them the target is near: within a factor of 1.5, two and a half
+/// standard deviations of both estimates.
+#[test]
+fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "4k"]).unwrap();
+    let (outcome, report) = render_until(&shop, "a.sonelmap", "a.npz", &["--until", "level<0.02jnd"]);
+    assert_eq!((outcome, &report["until"]["looks"]), (Outcome::Missed, &Value::from(1)));
+    render(&shop, "a.sonelmap", "b.npz", &[]).unwrap();
+    assert!(shop.bytes("a.npz") == shop.bytes("b.npz"));
+    let sonels = report["until"]["sonels_wanted"].as_u64().unwrap();
+    assert!(sonels > 8_000, "{sonels}");
+    let map = shop.path("a.sonelmap").display().to_string();
+    let achieved = |sonels: u64| {
+        let sonels = sonels.to_string();
+        trace(&shop, "longer.sonelmap", &["--extend", &map, "--sonels", &sonels]).unwrap();
+        let (_, report) = render_until(&shop, "longer.sonelmap", "c.npz", &["--until", "level<0.02jnd"]);
+        report["until"]["worst"]["half_width_jnd"].as_f64().unwrap() / 0.02
+    };
+    let near = |ratio: f64| (1.0 / 1.5..1.5).contains(&ratio);
+    let right = achieved(sonels);
+    assert!(near(right), "{right} with {sonels} sonels");
+    assert!(!near(achieved(sonels / 4)), "a quarter of them is found out");
+}
+
+#[test]
+fn plans_of_a_map_say_which_rays_and_which_sonels_are_wanting() {
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "20k"]).unwrap();
+    let options = ["--estimator", "gather", "--plan", "--json"];
+    let report = json(&render(&shop, "a.sonelmap", "a.npz", &options).unwrap());
+    render(&shop, "a.sonelmap", "b.npz", &options[..2]).unwrap();
+    assert!(shop.bytes("a.npz") == shop.bytes("b.npz"), "a plan changes nothing");
+    let rows = report["plan"]["rows"].as_array().unwrap();
+    let rays: Vec<u64> = rows.iter().map(|row| row["rays"].as_u64().unwrap()).collect();
+    assert!(rays.windows(2).all(|pair| pair[0] <= pair[1]) && rays[0] < rays[4], "{rays:?}");
+    assert!(rows[0]["sonels_wanted"].is_null(), "one just-noticeable difference is easy");
+    assert!(rows[4]["sonels_wanted"].as_u64().unwrap() > 20_000, "a twentieth is beyond 20 000 sonels");
+    assert!(rows.iter().all(|row| row["sonels"] == 20_000));
+}
+
+/// Half-widths of a planned rendering within a factor of 1.5, as above.
+#[test]
+fn what_is_predicted_of_a_rendering_comes_true() {
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "40k"]).unwrap();
+    let report = json(&render(&shop, "a.sonelmap", "a.npz", &["--plan", "--json"]).unwrap());
+    let widths = |key: &str| report[key]["half_widths_jnd"].as_object().unwrap().clone();
+    let (predicted, achieved) = (widths("predicted"), widths("achieved"));
+    let near = |scale: f64| {
+        predicted.iter().all(|(figure, width)| {
+            let ratio = achieved[figure].as_f64().unwrap() / (scale * width.as_f64().unwrap());
+            (1.0 / 1.5..1.5).contains(&ratio)
+        })
+    };
+    assert!(predicted.len() == 4 && near(1.0), "{predicted:?} {achieved:?}");
+    assert!(!near(2.0));
+    assert!(["predicted", "achieved"].iter().all(|key| report[key]["render_cpu_s"].as_f64().unwrap() > 0.0));
+}
+
+#[test]
+fn targets_and_plans_of_a_map_that_make_no_sense_are_errors() {
+    let shop = workshop();
+    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    for (options, part) in [
+        (&["--until", "rt60<1%"][..], "level, g, edt"),
+        (&["--until", "t30<1dB"], "t30<1%"),
+        (&["--until", "t30<1%", "--at-most", "soon"], "60s"),
+        (&["--at-most", "60s"], "--until"),
+        (&["--until", "t30<1%", "--rays", "0"], "0 is not in 1.."),
+    ] {
+        let error = format!("{:#}", render(&shop, "a.sonelmap", "a.npz", options).unwrap_err());
+        assert!(error.contains(part), "{options:?}: {error}");
+    }
+    let without_output = |line: &[&str]| {
+        let line = [&["sonel-render", "a.sonelmap"], line].concat();
+        sonel_render::Arguments::try_parse_from(line).map_err(|error| error.to_string())
+    };
+    assert!(without_output(&["--plan"]).is_ok());
+    assert!(without_output(&[]).unwrap_err().contains("--output"));
+    assert!(without_output(&["--plan", "--until", "t30<1%"]).unwrap_err().contains("--output"));
 }

@@ -427,6 +427,14 @@ impl<'a> Renderer<'a> {
         self.gather.as_ref().is_some_and(|(_, settings)| settings.by_mirrors)
     }
 
+    /// Whether visibility rays are cast from any of `receivers`: where they own what mirrors show, beside surfaces, and in the
+    /// paper's pass.
+    #[must_use]
+    pub fn casts_rays(&self, receivers: &[ReceiverPoint]) -> bool {
+        let beside_surfaces = || self.prepare(receivers).iter().any(PreparedReceiver::is_near_surface);
+        self.gathers_by_mirrors() || self.paper.is_some() || self.gather.is_some() && beside_surfaces()
+    }
+
     /// The estimator that owns `class`.
     #[must_use]
     pub fn owner(&self, class: PathClass) -> &'static str {

@@ -4,7 +4,7 @@
 //! spheres shrink as N^(−1/3), and with them their bias; the sonels on them grow as N^(2/3) only,
 //! those on the discs of visibility rays with the number of rays too.
 
-use crate::pilot::{Costs, Pilot, Spread, Variance};
+use crate::pilot::{Costs, Linear, Pilot, Spread, Variance};
 use crate::spread::{HalfWidth, student_factor};
 
 /// A run as it is planned.
@@ -58,14 +58,24 @@ impl Pilot {
         libm::pow(self.emissions as f64 / effort.emissions as f64, 2.0 / 3.0)
     }
 
+    /// The same with the costs of rendering `receivers` receivers where there were `judges`.
+    #[must_use]
+    pub fn heard_at(mut self, receivers: usize, judges: usize) -> Self {
+        let times = receivers as f64 / judges.max(1) as f64;
+        let Linear { fixed, each } = self.costs.render;
+        self.costs.render = Linear { fixed: times * fixed, each: times * each };
+        self.costs.rays *= times;
+        self
+    }
+
     /// What `effort` costs.
     #[must_use]
     pub fn price(&self, effort: Effort) -> Price {
-        let Costs { trace, render, rays, bytes, .. } = self.costs;
+        let Costs { trace, open, render, rays, bytes, .. } = self.costs;
         let more_rays = (f64::from(effort.rays) / f64::from(self.rays) - 1.0) * rays;
         Price {
             trace: trace.at(effort.emissions),
-            render: (render.at(effort.emissions) + more_rays).max(0.0),
+            render: open.at(effort.emissions) + (render.at(effort.emissions) + more_rays).max(0.0),
             bytes: bytes.at(effort.emissions),
         }
     }

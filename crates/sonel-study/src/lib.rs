@@ -2,6 +2,7 @@
 //!
 //! - [`effects`]: which effects a scene calls for;
 //! - [`forecast`]: what a run will find and cost;
+//! - [`hearing`]: rays for hearing a map, and the sonels that it lacks;
 //! - [`judges`]: where a run is judged;
 //! - [`pilot`] and [`spread`]: how uncertain figures are, and what a longer run would make of it;
 //! - [`plan`]: sonels and rays for an accuracy;
@@ -13,10 +14,12 @@
 
 pub mod effects;
 pub mod forecast;
+pub mod hearing;
 pub mod judges;
 pub mod pilot;
 pub mod plan;
 pub mod response;
+mod split;
 pub mod spread;
 pub mod target;
 pub mod tradeoff;

@@ -10,11 +10,12 @@
 //!
 //! Everything but the seconds is a function of scene and settings.
 
-use sonel_analysis::{Parameter, jackknife};
+use sonel_analysis::Parameter;
 use sonel_map::Settings;
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 
-use crate::spread::{Place, Reading, readings, student_factor};
+use crate::split::{self, HeardTwice};
+use crate::spread::{Place, Reading, readings};
 use crate::trial::{Clock, Heard, InMemory, NoClock, Room, TracedMap, TrialError, hear};
 
 /// Batches of the pilot.
@@ -27,8 +28,6 @@ const WORK: f64 = 3e6;
 const SHORTER: u32 = 4;
 /// How many times the rays are heard that tell their noise.
 const MORE_RAYS: u32 = 2;
-/// A shift beyond noise has a square of more than this times its variance.
-const BEYOND_NOISE: f64 = 2.0;
 /// Emissions that tell how long paths are.
 const FEW: u64 = 256;
 /// What tells the seeds of pilots from those of users: the golden ratio's bits.
@@ -41,8 +40,8 @@ pub struct Pilot {
     pub emissions: u64,
     /// Visibility rays of a receiver.
     pub rays: u32,
-    /// Whether visibility rays gather what mirrors show: then more of them help.
-    pub gathers: bool,
+    /// Whether visibility rays are cast: then more of them help.
+    pub casts_rays: bool,
     /// How uncertain each figure was.
     pub spreads: Vec<Spread>,
     /// What it cost.
@@ -78,7 +77,9 @@ pub struct Variance {
 pub struct Costs {
     /// CPU seconds of tracing and writing.
     pub trace: Linear,
-    /// CPU seconds of opening and rendering with the pilot's rays.
+    /// CPU seconds of opening the map and checking it.
+    pub open: Linear,
+    /// CPU seconds of rendering the pilot's receivers with the pilot's rays.
     pub render: Linear,
     /// CPU seconds of the pilot's rays once more.
     pub rays: f64,
@@ -158,22 +159,24 @@ impl Run {
 pub fn run(mission: &Mission<'_>, clock: &dyn Clock) -> Result<Pilot, TrialError> {
     let shorter = Run::of(mission, EMISSIONS.start() / u64::from(SHORTER), BATCHES / SHORTER, clock)?;
     let run = Run::of(mission, length(mission, &shorter), BATCHES, clock)?;
-    let gathers = run.heard.gathers;
-    let more = gathers.then(|| hear_more(mission, &run.traced, clock)).transpose()?;
+    let casts_rays = run.heard.casts_rays;
+    let more = casts_rays.then(|| hear_more(mission, &run.traced, clock)).transpose()?;
     let found = readings(&run.heard.figures, mission.parameters);
-    let spreads = found
-        .iter()
-        .map(|reading| {
-            let parameter = reading.place.parameter;
-            let share = more.as_ref().map_or(0.0, |more| ray_share(&run.heard, more, &found, parameter));
-            Spread { place: reading.place, value: reading.value, variance: variance(reading, share) }
-        })
-        .collect();
+    let others = more.as_ref().map(|more| HeardTwice {
+        figures: &run.heard.figures,
+        others: &more.figures,
+        // Rays of their own: the difference holds the noise of both.
+        excess: 1.0 + 1.0 / f64::from(MORE_RAYS),
+        batches: BATCHES,
+    });
+    let spreads = spreads(&found, BATCHES, |parameter| {
+        others.as_ref().map_or(0.0, |others| others.share(&found, parameter))
+    });
     let costs = costs(&shorter, &run, more.as_ref());
     Ok(Pilot {
         emissions: run.traced.map.header().settings.emissions,
         rays: mission.render.rays,
-        gathers,
+        casts_rays,
         spreads,
         costs,
     })
@@ -208,50 +211,14 @@ fn hear_more(mission: &Mission<'_>, traced: &TracedMap, clock: &dyn Clock) -> Re
     Ok(hear(&traced.map, mission.room.geometry(), mission.receivers, &render, clock)?)
 }
 
-/// The variance that the rays of `heard` bring to the figure at `place`: that of the difference to the same sonels heard with
-/// rays of their own, which holds the noise of both.
-fn ray_variance(heard: &Heard, more: &Heard, place: Place) -> f64 {
-    let figure = |heard: &'_ Heard| {
-        heard.figures[place.row].bands[place.band].figure(place.parameter).as_ref().ok().cloned()
+/// How uncertain the figures that were `found` in `batches` batches are, where visibility rays have a `share` of the variance.
+pub(crate) fn spreads(found: &[Reading], batches: u32, share: impl Fn(Parameter) -> f64) -> Vec<Spread> {
+    let spread = |reading: &Reading| Spread {
+        place: reading.place,
+        value: reading.value,
+        variance: split::parts(reading, batches, share(reading.place.parameter)),
     };
-    let (Some(first), Some(second)) = (figure(heard), figure(more)) else { return 0.0 };
-    let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| b - a).collect::<Vec<_>>();
-    let without = difference(&first.without, &second.without);
-    if without.len() < 2 || without.len() != first.weight.len() {
-        return 0.0;
-    }
-    let sigma = jackknife::spread(second.value - first.value, &without, &first.weight).error.sigma;
-    let unit = place.parameter.just_noticeable(first.value);
-    (sigma / unit) * (sigma / unit) / (1.0 + 1.0 / f64::from(MORE_RAYS))
-}
-
-/// The share of visibility rays in the variance of `parameter`: over all bands and judges together, as that of a single figure scatters
-/// too much.
-fn ray_share(heard: &Heard, more: &Heard, readings: &[Reading], parameter: Parameter) -> f64 {
-    let (mut rays, mut all) = (0.0, 0.0);
-    for reading in readings.iter().filter(|reading| reading.place.parameter == parameter) {
-        let (Some(_), Ok(width)) = (reading.value, &reading.half_width) else { continue };
-        let sigma = width.noise / student_factor(BATCHES);
-        // What a wild figure says counts as much as what a calm one does.
-        if sigma > 0.0 {
-            rays += (ray_variance(heard, more, reading.place) / (sigma * sigma)).min(1.0);
-            all += 1.0;
-        }
-    }
-    if all > 0.0 { rays / all } else { 0.0 }
-}
-
-/// The parts of the variance of one figure, of which visibility rays have `share`.
-fn variance(reading: &Reading, share: f64) -> Result<Variance, String> {
-    let sigma = reading.half_width.clone()?.noise / student_factor(BATCHES);
-    let all = sigma * sigma;
-    let rays = share * all;
-    let Some(kernel) = reading.kernel else {
-        return Ok(Variance { sonels: all - rays, areas: 0.0, rays, bias: 0.0 });
-    };
-    let areas = (0.25 * kernel.sigma * kernel.sigma).min(all - rays);
-    let bias = (kernel.shift * kernel.shift - BEYOND_NOISE * kernel.sigma * kernel.sigma).max(0.0);
-    Ok(Variance { sonels: all - rays - areas, areas, rays, bias })
+    found.iter().map(spread).collect()
 }
 
 fn costs(few: &Run, many: &Run, more: Option<&Heard>) -> Costs {
@@ -259,12 +226,13 @@ fn costs(few: &Run, many: &Run, more: Option<&Heard>) -> Costs {
         |of: &dyn Fn(&Run) -> f64| Linear::through((few.emissions, of(few)), (many.emissions, of(many)));
     // What is deterministic costs the same each time.
     let deterministic = few.heard.seconds.deterministic.min(many.heard.seconds.deterministic);
-    let render = line(&|run| run.traced.seconds.open + run.heard.seconds.prepare + run.heard.seconds.sweep);
+    let render = line(&|run| run.heard.seconds.sweep);
     let rays = more.map_or(0.0, |more| {
         ((more.seconds.sweep - many.heard.seconds.sweep) / f64::from(MORE_RAYS - 1)).max(0.0)
     });
     Costs {
         trace: line(&|run| run.traced.seconds.trace + run.traced.seconds.write),
+        open: line(&|run| run.traced.seconds.open + run.heard.seconds.prepare),
         render: Linear { fixed: render.fixed + deterministic, ..render },
         rays,
         bytes: line(&|run| run.traced.map.byte_length() as f64),

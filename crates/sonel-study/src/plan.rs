@@ -1,10 +1,12 @@
-//! How many sonels and rays it takes, for an accuracy given in just-noticeable differences or in targets.
+//! How many sonels and rays it takes, for an accuracy given in just-noticeable differences or in targets: before a trace, or before a
+//! rendering of a map whose sonels are given.
 
 use sonel_acoustics::Bands;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 
 use crate::forecast::{Effort, Price};
+use crate::hearing::Hearing;
 use crate::pilot::{Pilot, Spread};
 use crate::spread::{PLANNED, Place};
 use crate::target::Targets;
@@ -19,7 +21,7 @@ pub const DEFAULT_SEGMENTS: f64 = 8e6;
 /// halves are never far from the optimum.
 const SHARE_OF_RAYS: f64 = 0.5;
 /// Most visibility rays of a plan: beyond that they cost more than sonels save.
-const MOST_RAYS: u32 = 1 << 17;
+pub const MOST_RAYS: u32 = 1 << 17;
 /// Emissions of a batch at least: fewer make no estimate of their own.
 pub const LEAST_PER_BATCH: u64 = 32;
 /// Emissions beyond which nobody plans.
@@ -47,6 +49,8 @@ pub struct Row {
     pub effort: Effort,
     /// Which figure needs them; none where the fewest will do.
     pub limited_by: Option<Place>,
+    /// Sonels of a map that has this accuracy, where that at hand has it with no number of rays.
+    pub lacking: Option<u64>,
     /// CPU seconds and bytes.
     pub price: Price,
     /// Own memory of trace and render, without the pages of the map [bytes].
@@ -102,7 +106,8 @@ impl Pilot {
         })
     }
 
-    fn exceeds(&self, spread: &Spread, effort: Effort, limit: f64) -> bool {
+    /// Whether half of the interval of `spread` is wider than `limit`.
+    pub(crate) fn exceeds(&self, spread: &Spread, effort: Effort, limit: f64) -> bool {
         self.half_width(spread, effort).is_ok_and(|width| width.total() > limit)
     }
 
@@ -141,7 +146,7 @@ pub fn most_by_default(segments: f64) -> u64 {
 }
 
 /// The next number with two digits and zeros.
-fn two_digits_up(number: u64) -> u64 {
+pub(crate) fn two_digits_up(number: u64) -> u64 {
     let mut unit = 1;
     while number / unit >= 100 {
         unit *= 10;
@@ -150,28 +155,70 @@ fn two_digits_up(number: u64) -> u64 {
 }
 
 impl Plan {
-    /// The plan for `scene`, judged at `judges`, in `batches` batches, with bins of `bin` [s].
+    /// The plan for a trace of `scene`, judged at `judges`, in `batches` batches, with bins of `bin` [s].
     #[must_use]
-    pub fn new(pilot: Pilot, scene: &Scene, judges: &[ReceiverPoint], batches: u32, bin: f64) -> Self {
-        let sources = scene.sources.iter();
-        let pairs = sources
-            .flat_map(|source| judges.iter().map(|judge| (source.name.clone(), judge.name.clone())))
-            .collect();
-        let bins = scene.duration / bin;
-        let rows = STEPS
-            .map(|step| {
-                let need = pilot.need(&Targets::just_noticeable(step), batches, pilot.rays);
-                Row {
-                    just_noticeable: step,
-                    effort: need.effort,
-                    limited_by: need.limited_by,
-                    price: pilot.price(need.effort),
-                    memory: memory(&pilot, need.effort, &scene.bands, judges.len() as f64, bins),
-                    widths: widths(&pilot, need.effort, scene.bands.count()),
-                }
-            })
-            .to_vec();
+    pub fn of_trace(pilot: Pilot, scene: &Scene, judges: &[ReceiverPoint], batches: u32, bin: f64) -> Self {
+        let rows = STEPS.map(|step| {
+            let need = pilot.need(&Targets::just_noticeable(step), batches, pilot.rays);
+            let hearing = Hearing { effort: need.effort, limited_by: need.limited_by, lacking: None };
+            Row::new(step, hearing, &pilot, scene, judges.len(), bin)
+        });
+        Self::with_rows(rows.to_vec(), pilot, scene, judges)
+    }
+
+    /// The plan for rendering a map of `scene` with the sonels and batches of `map` at `receivers` receivers, judged at `judges`,
+    /// with bins of `bin` [s].
+    #[must_use]
+    pub fn of_map(
+        pilot: Pilot,
+        scene: &Scene,
+        judges: &[ReceiverPoint],
+        receivers: usize,
+        map: Effort,
+        bin: f64,
+    ) -> Self {
+        let pilot = pilot.heard_at(receivers, judges.len());
+        let rows = STEPS.map(|step| {
+            let hearing = pilot.hearing(&Targets::just_noticeable(step), map);
+            Row::new(step, hearing, &pilot, scene, receivers, bin)
+        });
+        Self::with_rows(rows.to_vec(), pilot, scene, judges)
+    }
+
+    fn with_rows(rows: Vec<Row>, pilot: Pilot, scene: &Scene, judges: &[ReceiverPoint]) -> Self {
+        let pairs = pairs(scene, judges);
         Self { pilot, pairs, center_frequencies_hz: scene.bands.nominal().to_vec(), rows }
+    }
+}
+
+/// Names of source and receiver of every row of figures.
+#[must_use]
+pub fn pairs(scene: &Scene, receivers: &[ReceiverPoint]) -> Vec<(String, String)> {
+    let sources = scene.sources.iter();
+    sources
+        .flat_map(|source| receivers.iter().map(|receiver| (source.name.clone(), receiver.name.clone())))
+        .collect()
+}
+
+impl Row {
+    fn new(
+        just_noticeable: f64,
+        hearing: Hearing,
+        pilot: &Pilot,
+        scene: &Scene,
+        receivers: usize,
+        bin: f64,
+    ) -> Self {
+        let Hearing { effort, limited_by, lacking } = hearing;
+        Self {
+            just_noticeable,
+            effort,
+            limited_by,
+            lacking,
+            price: pilot.price(effort),
+            memory: memory(pilot, effort, &scene.bands, receivers as f64, scene.duration / bin),
+            widths: widths(pilot, effort, scene.bands.count()),
+        }
     }
 }
 
@@ -213,7 +260,7 @@ fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f6
     let [together, batches] = SWEEP;
     let fine = bins * lane_bytes * (receivers + batches * receivers.min(together));
     let coarse = 2.0 * COARSE * lane_bytes * receivers * f64::from(effort.batches);
-    let rays = if pilot.gathers {
+    let rays = if pilot.casts_rays {
         200.0 * f64::from(effort.rays) * batches / f64::from(effort.batches)
     } else {
         0.0
@@ -234,7 +281,7 @@ mod tests {
         let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
         let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance) }];
         let costs = Costs { segments: 40.0, ..Costs::default() };
-        Pilot { emissions: 10_000, rays: 1000, gathers: rays > 0.0, spreads, costs }
+        Pilot { emissions: 10_000, rays: 1000, casts_rays: rays > 0.0, spreads, costs }
     }
 
     #[test]

@@ -119,8 +119,8 @@ pub struct Heard {
     pub response: Response,
     /// Value and interval of every figure, source by source and receiver by receiver.
     pub figures: Vec<ReceiverFigures>,
-    /// Whether visibility rays gathered what mirrors show.
-    pub gathers: bool,
+    /// Whether visibility rays were cast.
+    pub casts_rays: bool,
     /// What it cost.
     pub seconds: RenderSeconds,
 }
@@ -307,6 +307,6 @@ pub fn hear(
     let response = response::assemble(map, &renderer, receivers, &renderings);
     let figures = parameters(&response);
     seconds.figures = clock.process() - begin;
-    let gathers = renderer.gathers_by_mirrors();
-    Ok(Heard { renderings, response, figures, gathers, seconds })
+    let casts_rays = renderer.casts_rays(receivers);
+    Ok(Heard { renderings, response, figures, casts_rays, seconds })
 }

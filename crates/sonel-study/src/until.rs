@@ -14,6 +14,16 @@ pub const MARGIN: f64 = 1.15;
 /// Bounds of the growth from look to look.
 const GROWTH: [f64; 2] = [1.2, 8.0];
 
+/// A look is worth while if it has this many times the effort of the last.
+pub const WORTH_WHILE: f64 = 1.1;
+
+/// How many after `count`, where `needed` are; some more, as the need is an estimate.
+#[must_use]
+pub fn grown(count: u64, needed: f64) -> u64 {
+    let (count, [least, most]) = (count as f64, GROWTH);
+    (MARGIN * needed).clamp(least * count, most * count).ceil() as u64
+}
+
 /// What a look at the figures says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
@@ -82,8 +92,7 @@ impl Verdict {
     #[must_use]
     pub fn next(&self, count: u64) -> u64 {
         let excess = self.worst.map_or(1.0, |worst| worst.excess());
-        let [least, most] = GROWTH;
-        (count as f64 * (MARGIN * excess * excess).clamp(least, most)).ceil() as u64
+        grown(count, count as f64 * excess * excess)
     }
 }
 

@@ -4,19 +4,20 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 use sonel_analysis::Parameter;
-use sonel_study::forecast::Price;
-use sonel_study::plan::Plan;
+use sonel_study::forecast::{Effort, Price};
+use sonel_study::pilot::Pilot;
+use sonel_study::plan::{Plan, Row};
 use sonel_study::spread::{HalfWidth, PLANNED, Place, Reading};
 use sonel_study::until::Verdict;
 
-/// The table of a plan.
+/// The table of a plan for a trace.
 #[must_use]
-pub fn table(plan: &Plan) -> String {
+pub fn trace_table(plan: &Plan) -> String {
     let mut text = String::from(
         "accuracy    sonels      rays  trace CPU  render CPU        map  own memory  needed by\n",
     );
     for row in &plan.rows {
-        let by = row.limited_by.map_or_else(|| "the fewest will do".to_owned(), |place| figure(plan, place));
+        let by = needed_by(plan, row);
         let _ = writeln!(
             text,
             "{:>4} JND {:>11} {:>9} {:>10} {:>11} {:>10} {:>11}  {by}",
@@ -29,12 +30,62 @@ pub fn table(plan: &Plan) -> String {
             bytes(row.memory[0].max(row.memory[1])),
         );
     }
-    text.push_str("\nhalf of the 95 % interval, the widest of all judges:\naccuracy      band");
+    text + &widths(plan)
+}
+
+/// The table of a plan for rendering the map `label`, which has the sonels of the plan's rows.
+#[must_use]
+pub fn map_table(plan: &Plan, label: &str) -> String {
+    let sonels = plan.rows.first().map_or(0, |row| row.effort.emissions);
+    let mut text = format!("the map has {} sonels", count(sonels));
+    if !plan.pilot.casts_rays {
+        text.push_str("; no visibility rays are cast here, so only sonels help");
+    }
+    text.push_str("\naccuracy      rays  render CPU  own memory  sonels wanted  needed by\n");
+    for row in &plan.rows {
+        let _ = writeln!(
+            text,
+            "{:>4} JND {:>9} {:>11} {:>11} {:>14}  {}",
+            row.just_noticeable,
+            row.effort.rays,
+            seconds(row.price.render),
+            bytes(row.memory[1]),
+            row.lacking.map_or_else(|| "enough".to_owned(), count),
+            needed_by(plan, row),
+        );
+    }
+    if let Some((row, sonels)) = plan.rows.iter().find_map(|row| Some((row, row.lacking?))) {
+        let _ = writeln!(
+            text,
+            "from {} JND on the map has too few sonels for any number of rays: {}",
+            row.just_noticeable,
+            extension(label, sonels)
+        );
+    }
+    text + &widths(plan)
+}
+
+/// What makes a map longer.
+#[must_use]
+pub fn extension(label: &str, sonels: u64) -> String {
+    format!("sonel-trace SCENE.toml -o {label} --extend {label} --sonels {sonels}")
+}
+
+fn needed_by(plan: &Plan, row: &Row) -> String {
+    row.limited_by.map_or_else(|| "the fewest will do".to_owned(), |place| figure(plan, place))
+}
+
+/// The half-widths of a plan, and which figures have none.
+fn widths(plan: &Plan) -> String {
+    let mut text = String::from("\nhalf of the 95 % interval, the widest of all judges:\naccuracy      band");
     for parameter in PLANNED {
         let (symbol, unit, _) = parameter.heading();
         let _ = write!(text, " {:>10}", format!("{symbol} [{unit}]"));
     }
-    for row in &plan.rows {
+    // Rows of the same sonels and rays have the same widths.
+    let mut rows = plan.rows.clone();
+    rows.dedup_by_key(|row| row.effort);
+    for row in &rows {
         for (frequency, widths) in plan.center_frequencies_hz.iter().zip(&row.widths) {
             let _ = write!(text, "\n{:>4} JND {frequency:>6} Hz", row.just_noticeable);
             for (width, parameter) in widths.iter().zip(PLANNED) {
@@ -79,6 +130,7 @@ pub fn json(plan: &Plan) -> Value {
                 "trace_cpu_s": row.price.trace,
                 "render_cpu_s": row.price.render,
                 "cpu_s": row.price.trace + row.price.render,
+                "sonels_wanted": row.lacking,
                 "map_bytes": row.price.bytes,
                 "trace_memory_bytes": row.memory[0],
                 "render_memory_bytes": row.memory[1],
@@ -192,6 +244,25 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// The widest half-widths of the figures that were `found`, against those that `pilot` says of `effort`.
+    #[must_use]
+    pub fn of_widths(pilot: &Pilot, effort: Effort, found: &[Reading]) -> Self {
+        let mut widths: Vec<(Parameter, f64, f64)> = Vec::new();
+        for parameter in found.iter().map(|reading| reading.place.parameter) {
+            if widths.iter().any(|(known, ..)| *known == parameter) {
+                continue;
+            }
+            let spreads = pilot.spreads.iter().filter(|spread| spread.place.parameter == parameter);
+            let predicted = spreads
+                .filter_map(|spread| Some(pilot.half_width(spread, effort).ok()?.total()))
+                .reduce(f64::max);
+            if let (Some(predicted), Some(achieved)) = (predicted, widest(found, parameter)) {
+                widths.push((parameter, predicted, achieved));
+            }
+        }
+        Self { widths, predicted: Some(pilot.price(effort)), ..Self::default() }
+    }
+
     /// A line for the log: predicted against achieved.
     #[must_use]
     pub fn line(&self) -> String {
@@ -220,7 +291,7 @@ impl Comparison {
         };
         json!({
             "predicted": {
-                "trace_cpu_s": self.predicted.map(|price| price.trace),
+                "trace_cpu_s": self.trace.and(self.predicted).map(|price| price.trace),
                 "render_cpu_s": self.render.and(self.predicted).map(|price| price.render),
                 "map_bytes": self.bytes.and(self.predicted).map(|price| price.bytes),
                 "half_widths_jnd": widths(|width| width.1),
@@ -236,8 +307,7 @@ impl Comparison {
 }
 
 /// The widest half-width [JND] of `parameter` among `readings`.
-#[must_use]
-pub fn widest(readings: &[Reading], parameter: Parameter) -> Option<f64> {
+fn widest(readings: &[Reading], parameter: Parameter) -> Option<f64> {
     readings
         .iter()
         .filter(|reading| reading.place.parameter == parameter)

@@ -5,21 +5,25 @@ use std::path::PathBuf;
 use clap::Parser;
 use glam::DVec3;
 use sonel_console::choices::EstimatorArgument;
+use sonel_console::time::parse_time;
 use sonel_renderer::ReceiverPoint;
+use sonel_study::target::Targets;
 
 /// Renders echograms at any receivers from a sonel map.
 #[derive(Debug, Clone, Parser)]
 #[command(
     version,
-    after_help = "Example:\n  sonel-render room.sonelmap -o room.npz --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6"
+    after_help = "Examples:\n  sonel-render room.sonelmap -o room.npz --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
+                  sonel-render hall.sonelmap --plan\n  \
+                  sonel-render hall.sonelmap -o hall.npz --until \"t30<1%,level<0.1dB,c80<0.2dB\" --at-most 60s"
 )]
 pub struct Arguments {
     /// The map; it carries its scene.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
     /// Where the response goes; replaced only when the new one is complete.
-    #[arg(short, long, value_name = "RESPONSE.npz")]
-    pub output: PathBuf,
+    #[arg(short, long, value_name = "RESPONSE.npz", required_unless_present = "plan")]
+    pub output: Option<PathBuf>,
     /// A receiver in the scene's axes [m]; may be repeated. Without any, those of the scene.
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
@@ -41,10 +45,9 @@ pub struct Arguments {
     /// Radius of the discs in which rays gather [m]; by default it follows from the room and the number of sonels.
     #[arg(long, value_name = "METRES")]
     pub radius: Option<f64>,
-
-    /// Visibility rays of one receiver, where rays gather.
-    #[arg(long, value_name = "M", default_value_t = 16_384, value_parser = clap::value_parser!(u32).range(1..))]
-    pub rays: u32,
+    /// Visibility rays of one receiver, where rays gather; 16384 where nothing is given. With --until the most there may be.
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
+    pub rays: Option<u32>,
     /// Seed of the renderer's own choices; the map's where none is given.
     #[arg(long)]
     pub seed: Option<u64>,
@@ -57,6 +60,17 @@ pub struct Arguments {
     /// No attenuation by air.
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
+    /// Say which accuracy takes how many rays, and where the map has too few sonels for any; with --output, then render and say
+    /// what became of it.
+    #[arg(long)]
+    pub plan: bool,
+    /// Add rays until half of every 95 % interval is below its target; exit code 1 where that is not reached, with the sonels
+    /// it would take where rays cannot help. Figures: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    #[arg(long, value_name = "TARGETS", requires = "output")]
+    pub until: Option<Targets>,
+    /// Begin no further look of --until that would end after this time by the clock: 60s, 5min, 2h.
+    #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
+    pub at_most: Option<f64>,
     /// Print shares per path class, estimators and timings as JSON.
     #[arg(long)]
     pub json: bool,

@@ -1,34 +1,76 @@
 //! From renderings to a response file and its report.
 
+use anyhow::Context;
 use serde_json::{Value, json};
+use sonel_console::Stopwatch;
+use sonel_console::progress::Progress;
 use sonel_echogram::Response;
+use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings, Renderer, Rendering};
-use sonel_study::response::assemble;
+use sonel_study::response;
+
+/// Steps of the progress bar.
+const PROGRESS_STEPS: u64 = 1000;
+
+/// What is rendered, and where.
+pub struct Job<'a> {
+    /// The map.
+    pub map: &'a SonelMap,
+    /// Its walls.
+    pub geometry: &'a Geometry,
+    /// What names the map in messages.
+    pub label: &'a str,
+    /// Where.
+    pub receivers: &'a [ReceiverPoint],
+    /// Runs since the program began.
+    pub watch: &'a Stopwatch,
+    /// Whether nobody wants to see progress.
+    pub quiet: bool,
+}
 
 /// What was rendered, and how.
 pub struct Run<'a> {
     /// From which map.
     pub map: &'a SonelMap,
     /// By whom.
-    pub renderer: &'a Renderer<'a>,
+    pub renderer: Renderer<'a>,
     /// How.
-    pub settings: &'a RenderSettings,
-    /// Where.
-    pub receivers: &'a [ReceiverPoint],
+    pub settings: RenderSettings,
+    /// By source.
+    pub renderings: Vec<Rendering>,
+    /// Everything that was heard.
+    pub response: Response,
+    /// (wall, CPU) seconds since the program began when rendering itself began.
+    pub opened: (f64, f64),
+    /// CPU seconds of checking the map and rendering.
+    pub seconds: f64,
+}
+
+impl<'a> Job<'a> {
+    /// Renders with `settings`.
+    pub fn render(&self, settings: RenderSettings) -> anyhow::Result<Run<'a>> {
+        let Self { map, geometry, label, receivers, watch, quiet } = *self;
+        let begin = watch.seconds().1;
+        let renderer = Renderer::new(map, geometry, settings.clone()).with_context(|| label.to_owned())?;
+        let opened = watch.seconds();
+        let steps = PROGRESS_STEPS * map.header().scene.sources.len() as u64;
+        let progress = Progress::begin("rendering", steps, quiet);
+        let renderings = response::render(map, &renderer, receivers, &mut |source, share| {
+            progress.reach(source as u64 * PROGRESS_STEPS + (share * PROGRESS_STEPS as f64) as u64);
+        })?;
+        progress.end();
+        let seconds = watch.seconds().1 - begin;
+        let response = response::assemble(map, &renderer, receivers, &renderings);
+        let run = Run { map, renderer, settings, renderings, response, opened, seconds };
+        let metadata = run.metadata();
+        Ok(Run { response: Response { metadata, ..run.response }, ..run })
+    }
 }
 
 impl Run<'_> {
-    /// The response of `renderings`, one per source.
-    pub fn response(&self, renderings: &[Rendering]) -> Response {
-        Response {
-            metadata: self.metadata(renderings),
-            ..assemble(self.map, self.renderer, self.receivers, renderings)
-        }
-    }
-
     /// Provenance: everything that decided the response and nothing that depends on machine or clock.
-    fn metadata(&self, renderings: &[Rendering]) -> Value {
+    fn metadata(&self) -> Value {
         let header = self.map.header();
         json!({
             "tool": "sonel-render",
@@ -49,7 +91,7 @@ impl Run<'_> {
                 "radius_m": self.settings.gather_radius,
                 "air_attenuation": self.renderer.attenuation(),
             },
-            "sources": renderings.iter().map(|rendering| self.shares(rendering)).collect::<Vec<_>>(),
+            "sources": self.renderings.iter().map(|rendering| self.shares(rendering)).collect::<Vec<_>>(),
         })
     }
 
@@ -78,15 +120,18 @@ impl Run<'_> {
         })
     }
 
-    /// What `--json` prints.
-    pub fn report(&self, renderings: &[Rendering], opened: (f64, f64), total: (f64, f64)) -> Value {
-        let mut report = self.metadata(renderings);
+    /// What `--json` prints, with what else is `told`.
+    pub fn report(&self, total: (f64, f64), told: &Value) -> Value {
+        let mut report = self.response.metadata.clone();
         report["timings"] = json!({
-            "open_wall_s": opened.0,
-            "open_cpu_s": opened.1,
+            "open_wall_s": self.opened.0,
+            "open_cpu_s": self.opened.1,
             "wall_s": total.0,
             "cpu_s": total.1,
         });
+        for (key, value) in told.as_object().into_iter().flatten() {
+            report[key] = value.clone();
+        }
         report
     }
 }

@@ -2,24 +2,27 @@
 
 mod arguments;
 mod assemble;
+mod judging;
+mod planning;
 mod receivers;
 
 use std::io::Write;
 
 use anyhow::{Context, bail};
+use serde_json::{Value, json};
 use sonel_acoustics::Air as AirState;
 use sonel_console::output::Output;
-use sonel_console::progress::Progress;
+use sonel_console::plan as console;
 use sonel_console::{Outcome, Stopwatch, input, use_threads};
 use sonel_map::SonelMap;
 use sonel_renderer::{Air, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
-use sonel_study::{effects, response};
+use sonel_study::effects;
+
+use assemble::Job;
+use judging::{Goal, Judged};
 
 pub use arguments::{Arguments, Grid};
-
-/// Steps of the progress bar.
-const PROGRESS_STEPS: u64 = 1000;
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -34,44 +37,62 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let scene = &map.header().scene;
     let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
     let settings = render_settings(arguments, scene)?;
-    let renderer = Renderer::new(&map, &geometry, settings.clone()).with_context(|| label.clone())?;
-    let opened = watch.seconds();
     let receivers = receivers::gather(arguments, scene, &geometry, log)?;
+    let opened = watch.seconds().1;
+    let (map, geometry, quiet) = (&map, &geometry, arguments.quiet);
+    let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, quiet };
+    // Whatever is wrong with the output shall be said before the work is done.
+    let output = arguments.output.as_deref().map(Output::create).transpose()?;
+    let plan = arguments.plan.then(|| planning::plan(&job, &settings)).transpose()?;
+    if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
+        write!(out, "{}", console::map_table(plan, &label))?;
+    }
+    let planned = plan.as_ref().map_or(Value::Null, console::json);
+    let Some(mut output) = output else {
+        if arguments.json {
+            writeln!(out, "{}", json!({ "plan": planned }))?;
+        }
+        return Ok(Outcome::Done);
+    };
 
-    let mut output = Output::create(&arguments.output)?;
-    let steps = PROGRESS_STEPS * scene.sources.len() as u64;
-    let progress = Progress::begin("rendering", steps, arguments.quiet);
-    let renderings = response::render(&map, &renderer, &receivers, &mut |source, share| {
-        progress.reach(source as u64 * PROGRESS_STEPS + (share * PROGRESS_STEPS as f64) as u64);
-    })?;
-    progress.end();
-    let run = assemble::Run { map: &map, renderer: &renderer, settings: &settings, receivers: &receivers };
-    let response = run.response(&renderings);
-    response
-        .write(output.writer())
-        .with_context(|| format!("cannot write {}", arguments.output.display()))?;
+    let (run, mut told, outcome) = match &arguments.until {
+        Some(targets) => {
+            let goal = Goal { targets, rays: arguments.rays, seconds: arguments.at_most };
+            let Judged { run, verdict, told } = judging::until(&job, &settings, &goal, log)?;
+            (run, told, if verdict.is_reached() { Outcome::Done } else { Outcome::Missed })
+        }
+        None => (job.render(settings)?, json!({}), Outcome::Done),
+    };
+    let target = output.target().display().to_string();
+    run.response.write(output.writer()).with_context(|| format!("cannot write {target}"))?;
     output.publish()?;
 
     let (wall, cpu) = watch.seconds();
     writeln!(
         log,
-        "{}: {} receivers, {} sources; {wall:.2} s ({cpu:.2} CPU seconds); written to {}",
+        "{}: {} receivers, {} sources; {wall:.2} s ({cpu:.2} CPU seconds); written to {target}",
         scene.name,
         receivers.len(),
         scene.sources.len(),
-        arguments.output.display()
     )?;
-    log_classes(&renderer, &renderings, log)?;
-    let missing = effects::missing(map.header(), &geometry, &receivers, &renderings);
+    log_classes(&run.renderer, &run.renderings, log)?;
+    let missing = effects::missing(map.header(), geometry, &receivers, &run.renderings);
     for sentence in &missing {
         writeln!(log, "warning: {sentence}")?;
     }
-    if arguments.json {
-        let mut report = run.report(&renderings, opened, (wall, cpu));
-        report["warnings"] = missing.into();
-        writeln!(out, "{report}")?;
+    if let Some(plan) = &plan {
+        let comparison = planning::compare(plan, &job, &run, opened);
+        writeln!(log, "{}", comparison.line())?;
+        for (key, value) in comparison.json().as_object().into_iter().flatten() {
+            told[key] = value.clone();
+        }
+        told["plan"] = planned;
     }
-    Ok(Outcome::Done)
+    if arguments.json {
+        told["warnings"] = missing.into();
+        writeln!(out, "{}", run.report((wall, cpu), &told))?;
+    }
+    Ok(outcome)
 }
 
 fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<RenderSettings> {
@@ -79,7 +100,7 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<Rende
         bin: arguments.bin,
         estimator: arguments.estimator.into(),
         mirror_order: arguments.order,
-        rays: arguments.rays,
+        rays: arguments.rays.unwrap_or(RenderSettings::default().rays),
         gather_radius: arguments.radius,
         seed: arguments.seed,
         air: air(arguments, scene)?,

@@ -63,7 +63,7 @@ pub struct Arguments {
     pub plan: bool,
     /// Add sonels until half of every 95 % interval at the scene's receivers is below its target; exit code 1 where that
     /// is not reached. Figures: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
-    #[arg(long, value_name = "TARGETS")]
+    #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
     /// Stop --until after this time by the clock: 60s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]

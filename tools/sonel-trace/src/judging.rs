@@ -2,28 +2,25 @@
 
 use std::io::Write;
 
-use sonel_analysis::Parameter;
 use sonel_console::Stopwatch;
 use sonel_console::clock::CpuClock;
 use sonel_console::output::Output;
-use sonel_console::plan::{Comparison, Names, widest};
+use sonel_console::plan::{Comparison, Names};
 use sonel_map::{MapHeader, SonelMap};
 use sonel_renderer::RenderSettings;
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::Pilot;
-use sonel_study::plan::LEAST_PER_BATCH;
+use sonel_study::plan::{LEAST_PER_BATCH, pairs};
 use sonel_study::spread::{Reading, readings};
 use sonel_study::target::Targets;
 use sonel_study::trial::{Heard, hear};
-use sonel_study::until::{MARGIN, Verdict};
+use sonel_study::until::{MARGIN, Verdict, WORTH_WHILE};
 
 use crate::planning::Planner;
 use crate::{Traced, trace};
 
 /// Segments of a run at the most, unless --sonels says how many: a map of about 4 GB.
 const MOST_SEGMENTS: f64 = 2.7e8;
-/// A look is worth while if it has this many times the sonels of the last.
-const WORTH_WHILE: f64 = 1.1;
 
 /// A run that was judged.
 pub struct Judged {
@@ -64,8 +61,8 @@ pub fn until(
 ) -> anyhow::Result<Judged> {
     let Goal { targets, watch, .. } = *goal;
     let parameters = targets.parameters();
-    let names = names(planner);
-    let names = Names { pairs: &names, center_frequencies_hz: header.scene.bands.nominal() };
+    let pairs = pairs(&header.scene, &planner.judges);
+    let names = Names { pairs: &pairs, center_frequencies_hz: header.scene.bands.nominal() };
     let before_pilot = watch.seconds();
     let pilot = planner.pilot(&parameters)?;
     let after_pilot = watch.seconds();
@@ -120,7 +117,7 @@ pub fn until(
         );
         let Some(next) = next else {
             let effort = Effort { emissions, rays, batches };
-            let comparison = compare(&pilot, effort, &found, (trace_seconds, &heard), map.byte_length());
+            let comparison = compared(&pilot, effort, &found, (trace_seconds, &heard), map.byte_length());
             return Ok(Judged { traced, verdict, comparison, rays, looks });
         };
         previous = Some((traced.output, map));
@@ -161,46 +158,20 @@ pub fn compare_planned(
     let (_, found, heard) = look(planner, &map, &Targets::just_noticeable(1.0), pilot.rays)?;
     let settings = traced.header.settings;
     let effort = Effort { emissions: settings.emissions, rays: pilot.rays, batches: settings.batches };
-    Ok(compare(pilot, effort, &found, (seconds, &heard), map.byte_length()))
+    Ok(compared(pilot, effort, &found, (seconds, &heard), map.byte_length()))
 }
 
-fn compare(
+fn compared(
     pilot: &Pilot,
     effort: Effort,
     found: &[Reading],
     (trace, heard): (f64, &Heard),
     bytes: u64,
 ) -> Comparison {
-    let mut parameters: Vec<_> = found.iter().map(|reading| reading.place.parameter).collect();
-    parameters.dedup();
-    let mut widths: Vec<(Parameter, f64, f64)> = Vec::new();
-    for parameter in parameters {
-        if widths.iter().any(|(known, ..)| *known == parameter) {
-            continue;
-        }
-        let predicted = pilot
-            .spreads
-            .iter()
-            .filter(|spread| spread.place.parameter == parameter)
-            .filter_map(|spread| Some(pilot.half_width(spread, effort).ok()?.total()))
-            .reduce(f64::max);
-        if let (Some(predicted), Some(achieved)) = (predicted, widest(found, parameter)) {
-            widths.push((parameter, predicted, achieved));
-        }
-    }
     Comparison {
-        widths,
-        predicted: Some(pilot.price(effort)),
         trace: Some(trace),
         render: Some(heard.seconds.total() - heard.seconds.figures),
         bytes: Some(bytes as f64),
+        ..Comparison::of_widths(pilot, effort, found)
     }
-}
-
-/// Source and judge of every row of figures.
-pub fn names(planner: &Planner<'_>) -> Vec<(String, String)> {
-    let sources = planner.room.scene().sources.iter();
-    sources
-        .flat_map(|source| planner.judges.iter().map(|judge| (source.name.clone(), judge.name.clone())))
-        .collect()
 }

@@ -23,7 +23,7 @@ use sonel_scene::{Loaded, Scene};
 use sonel_study::effects::{self, Decision};
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::Pilot;
-use sonel_study::plan::Plan;
+use sonel_study::plan::{Plan, pairs};
 use sonel_study::spread::PLANNED;
 use sonel_study::trial::Room;
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
                 report::weighed(&header, &decisions, &skips)
             };
             writeln!(out, "effects:\n{effects}\n")?;
-            write!(out, "{}", console::table(&plan))?;
+            write!(out, "{}", console::trace_table(&plan))?;
         }
         pilot = Some(plan.pilot);
     }
@@ -150,7 +150,7 @@ fn run_until(
     let said = if reached { "reached" } else { "NOT reached" };
     let (sonels, targets) = (traced.header.settings.emissions, goal.targets);
     writeln!(log, "{said} with {sonels} sonels and {rays} rays: {targets}\n{}", comparison.line())?;
-    let names = judging::names(planner);
+    let names = pairs(&header.scene, &planner.judges);
     let names = Names { pairs: &names, center_frequencies_hz: header.scene.bands.nominal() };
     let mut told = comparison.json();
     told["until"] = names.verdict_json(&verdict);
@@ -205,7 +205,7 @@ fn trace(
 fn plan(planner: &Planner<'_>, header: &MapHeader) -> anyhow::Result<Plan> {
     let pilot = planner.pilot(&PLANNED)?;
     let bin = RenderSettings::default().bin;
-    Ok(Plan::new(pilot, &header.scene, &planner.judges, header.settings.batches, bin))
+    Ok(Plan::of_trace(pilot, &header.scene, &planner.judges, header.settings.batches, bin))
 }
 
 /// What the run of `traced` cost against what `pilot` said.

@@ -1,0 +1,158 @@
+//! How many visibility rays it takes to hear a map, and how many sonels it lacks where no number of rays is enough.
+//!
+//! The sonels of a map are given, and so is their part of the variance; rays shrink theirs (see [`crate::forecast`]). Where no rays are cast,
+//! only sonels help.
+
+use sonel_analysis::{Parameter, ReceiverFigures};
+
+use crate::forecast::Effort;
+use crate::pilot::{Costs, Pilot, Spread, spreads};
+use crate::plan::{MOST_RAYS, two_digits_up};
+use crate::split::HeardTwice;
+use crate::spread::{Place, readings};
+use crate::target::Targets;
+
+/// Rays of a receiver in a batch at least: fewer leave the strata of their directions empty.
+const LEAST_PER_BATCH: u32 = 16;
+
+/// What it takes to hear a map as certainly as targets ask.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hearing {
+    /// The map's sonels, and the rays.
+    pub effort: Effort,
+    /// Which figure needs the rays, or lacks the sonels; none where the fewest rays will do.
+    pub limited_by: Option<Place>,
+    /// Sonels of a map that keeps the targets with those rays; none where this one does.
+    pub lacking: Option<u64>,
+}
+
+/// A look at a map: its figures heard with so many rays.
+#[derive(Debug, Clone)]
+pub struct Look {
+    /// Visibility rays of a receiver.
+    pub rays: u32,
+    /// What was found.
+    pub figures: Vec<ReceiverFigures>,
+}
+
+impl Pilot {
+    /// What two looks at the map of the sonels and batches of `map` tell of a third, in place of a pilot: `last` with more rays than `before`,
+    /// those of `before` among them. Where no rays are cast one look tells all. Nothing is known of costs.
+    #[must_use]
+    pub fn of_looks(before: Option<&Look>, last: &Look, parameters: &[Parameter], map: Effort) -> Self {
+        let found = readings(&last.figures, parameters);
+        // The later look is a mean of the rays of the earlier and of new ones: its rays' variance is that of the difference over the factor of
+        // their numbers less one.
+        let twice = before.map(|before| HeardTwice {
+            figures: &last.figures,
+            others: &before.figures,
+            excess: f64::from(last.rays) / f64::from(before.rays) - 1.0,
+            batches: map.batches,
+        });
+        let share = |parameter| twice.as_ref().map_or(0.0, |twice| twice.share(&found, parameter));
+        Self {
+            emissions: map.emissions,
+            rays: last.rays,
+            casts_rays: twice.is_some(),
+            spreads: spreads(&found, map.batches, share),
+            costs: Costs::default(),
+        }
+    }
+
+    /// What it takes to keep `targets` in a map of the sonels and batches of `map`. Where rays do not matter they are those of `map`.
+    #[must_use]
+    pub fn hearing(&self, targets: &Targets, map: Effort) -> Hearing {
+        let rays = if self.casts_rays { LEAST_PER_BATCH * map.batches } else { map.rays };
+        let mut hearing = Hearing { effort: Effort { rays, ..map }, limited_by: None, lacking: None };
+        for spread in &self.spreads {
+            let Some(limit) = targets.limit(spread.place, spread.value) else { continue };
+            if !self.exceeds(spread, hearing.effort, limit) {
+                continue;
+            }
+            match self.fewest_rays(spread, hearing.effort, limit) {
+                Some(rays) => {
+                    hearing.effort.rays = rays;
+                    hearing.limited_by = Some(spread.place);
+                }
+                None => return self.lacking(targets, map),
+            }
+        }
+        hearing
+    }
+
+    /// The same where rays are not enough.
+    fn lacking(&self, targets: &Targets, map: Effort) -> Hearing {
+        let need = self.need(targets, map.batches, map.rays);
+        let effort = Effort { rays: need.effort.rays, ..map };
+        Hearing { effort, limited_by: need.limited_by, lacking: Some(need.effort.emissions) }
+    }
+
+    /// The fewest rays, in two digits, with which the figure of `spread` keeps `limit`; none where the most do not.
+    fn fewest_rays(&self, spread: &Spread, effort: Effort, limit: f64) -> Option<u32> {
+        let exceeds = |rays| self.exceeds(spread, Effort { rays, ..effort }, limit);
+        if !self.casts_rays || exceeds(MOST_RAYS) {
+            return None;
+        }
+        let (mut low, mut high) = (effort.rays, MOST_RAYS);
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            if exceeds(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Some((two_digits_up(u64::from(high)) as u32).min(MOST_RAYS))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pilot::Variance;
+    use crate::spread::student_factor;
+
+    const MAP: Effort = Effort { emissions: 10_000, rays: 1000, batches: 32 };
+
+    /// A pilot as large as the map, whose only figure has variances from sonels and rays as given [JND²].
+    fn pilot(sonels: f64, rays: f64) -> Pilot {
+        let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
+        let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
+        let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance) }];
+        Pilot { emissions: 10_000, rays: 1000, casts_rays: rays > 0.0, spreads, costs: Costs::default() }
+    }
+
+    fn hearing(pilot: &Pilot, limit: f64) -> Hearing {
+        pilot.hearing(&Targets::just_noticeable(limit), MAP)
+    }
+
+    #[test]
+    fn rays_are_as_many_as_the_rest_of_the_variance_leaves_room_for() {
+        // In units of the squared limit, sonels have a half: the other half is met by twice the rays.
+        let limit = 0.1_f64;
+        let square = (limit / student_factor(32)).powi(2);
+        let found = hearing(&pilot(0.5 * square, square), limit);
+        assert_eq!((found.effort.rays, found.lacking), (2000, None));
+        assert_eq!(found.limited_by.unwrap().parameter, Parameter::T30);
+    }
+
+    #[test]
+    fn what_rays_cannot_reach_takes_sonels() {
+        let found = hearing(&pilot(0.01, 1e-6), 0.1);
+        let sonels = 10_000.0 * (0.1 * student_factor(32) / 0.1).powi(2);
+        assert!((found.lacking.unwrap() as f64 / sonels - 1.0).abs() < 0.1, "{found:?}");
+        assert_eq!(found.effort.emissions, MAP.emissions);
+    }
+
+    #[test]
+    fn where_no_rays_are_cast_they_are_left_alone() {
+        let found = hearing(&pilot(1e-6, 0.0), 0.1);
+        assert_eq!((found.effort, found.limited_by, found.lacking), (MAP, None, None));
+        assert_eq!(hearing(&pilot(1.0, 0.0), 0.1).effort.rays, MAP.rays);
+    }
+
+    #[test]
+    fn easy_targets_take_the_fewest_rays() {
+        assert_eq!(hearing(&pilot(1e-9, 1e-9), 1.0).effort.rays, 512);
+    }
+}

@@ -1,0 +1,183 @@
+//! `--until`: rays are added until the figures are certain enough; else it is said how far they came, and what it would take.
+
+use std::io::Write;
+
+use serde_json::{Value, json};
+use sonel_console::plan::{Names, extension};
+use sonel_renderer::RenderSettings;
+use sonel_study::hearing::{Hearing, Look};
+use sonel_study::pilot::Pilot;
+use sonel_study::plan::{MOST_RAYS, pairs};
+use sonel_study::spread::readings;
+use sonel_study::target::Targets;
+use sonel_study::until::{Verdict, WORTH_WHILE, grown};
+
+use crate::assemble::{Job, Run};
+use crate::planning::effort;
+
+/// The second look has so many times the rays of the first: enough to tell what they bring.
+const SECOND_LOOK: u32 = 2;
+
+/// What a rendering goes on for, and how far.
+pub struct Goal<'a> {
+    /// How certain the figures shall be.
+    pub targets: &'a Targets,
+    /// Rays at the most, where somebody says so.
+    pub rays: Option<u32>,
+    /// Seconds by the clock since the program began, where somebody says so.
+    pub seconds: Option<f64>,
+}
+
+/// A rendering that was judged.
+pub struct Judged<'a> {
+    /// The last one.
+    pub run: Run<'a>,
+    /// What was found of the targets.
+    pub verdict: Verdict,
+    /// What is said of it on stdout.
+    pub told: Value,
+}
+
+/// Renders and looks, until the targets are kept, a bound is met, or more rays cannot help. The looks are their own pilot: where the
+/// first is not enough, a second with more rays tells what rays bring.
+pub fn until<'a>(
+    job: &Job<'a>,
+    settings: &RenderSettings,
+    goal: &Goal<'_>,
+    log: &mut dyn Write,
+) -> anyhow::Result<Judged<'a>> {
+    let header = job.map.header();
+    let (parameters, pairs) = (goal.targets.parameters(), pairs(&header.scene, job.receivers));
+    let names = Names { pairs: &pairs, center_frequencies_hz: header.scene.bands.nominal() };
+    let most = goal.rays.unwrap_or(MOST_RAYS);
+    let (mut rays, mut looks) = (RenderSettings::default().rays.min(most), 0);
+    let mut before: Option<Look> = None;
+    loop {
+        let begin = job.watch.seconds().0;
+        let run = job.render(RenderSettings { rays, ..settings.clone() })?;
+        let look = Look { rays, figures: sonel_analysis::parameters(&run.response) };
+        looks += 1;
+        let verdict = Verdict::new(&readings(&look.figures, &parameters), goal.targets);
+        writeln!(log, "{rays} rays: {}", names.verdict(&verdict))?;
+        let outlook = if verdict.is_inside() {
+            Outlook::Inside
+        } else if before.is_none() && run.renderer.casts_rays(job.receivers) {
+            Outlook::Unknown
+        } else {
+            let map = effort(job, rays);
+            let pilot = Pilot::of_looks(before.as_ref(), &look, &parameters, map);
+            Outlook::Known(pilot.hearing(goal.targets, map))
+        };
+        let now = job.watch.seconds().0;
+        // A look costs no more than in proportion to its rays.
+        let affordable =
+            goal.seconds.map_or(f64::INFINITY, |end| f64::from(rays) * (end - now) / (now - begin).max(1e-3));
+        match outlook.next(rays, most.min(affordable.max(0.0) as u32)) {
+            Some(next) => (rays, before) = (next, Some(look)),
+            None => {
+                let mut told = names.verdict_json(&verdict);
+                told["targets"] = json!(goal.targets.to_string());
+                told["rays"] = json!(rays);
+                told["looks"] = json!(looks);
+                told["rays_wanted"] = json!(outlook.rays_wanted());
+                told["sonels_wanted"] = json!(outlook.sonels_wanted());
+                let said = if verdict.is_reached() { "reached" } else { "NOT reached" };
+                writeln!(log, "{said} with {rays} rays: {}", goal.targets)?;
+                if let Some(advice) = outlook.advice(job.label) {
+                    writeln!(log, "{advice}")?;
+                }
+                return Ok(Judged { run, verdict, told: json!({ "until": told }) });
+            }
+        }
+    }
+}
+
+/// What the looks so far say of the next.
+#[derive(Debug, Clone, Copy)]
+enum Outlook {
+    /// Nothing is wanting, as far as figures can be read.
+    Inside,
+    /// One look does not tell whether rays would help.
+    Unknown,
+    /// What it takes.
+    Known(Hearing),
+}
+
+impl Outlook {
+    /// The rays of the next look after one with `rays`, where one with at most `most` is worth while.
+    fn next(self, rays: u32, most: u32) -> Option<u32> {
+        let wanted = match self {
+            Self::Unknown => u64::from(SECOND_LOOK * rays),
+            Self::Known(Hearing { lacking: None, effort, .. }) => grown(rays.into(), f64::from(effort.rays)),
+            Self::Inside | Self::Known(_) => return None,
+        };
+        let next = wanted.min(most.into()) as u32;
+        (f64::from(next) >= WORTH_WHILE * f64::from(rays)).then_some(next)
+    }
+
+    /// Rays that would do.
+    fn rays_wanted(self) -> Option<u32> {
+        match self {
+            Self::Known(Hearing { lacking: None, effort, .. }) => Some(effort.rays),
+            _ => None,
+        }
+    }
+
+    /// Sonels of a map that would do, where no number of rays does.
+    fn sonels_wanted(self) -> Option<u64> {
+        match self {
+            Self::Known(hearing) => hearing.lacking,
+            _ => None,
+        }
+    }
+
+    /// What to do where this was not enough.
+    fn advice(self, label: &str) -> Option<String> {
+        match self {
+            Self::Inside => None,
+            Self::Unknown => Some(
+                "one look does not tell whether rays or sonels are wanting: allow more of either".to_owned(),
+            ),
+            Self::Known(Hearing { lacking: Some(sonels), effort, .. }) => Some(format!(
+                "rays alone cannot, the map has too few sonels: about {sonels} and {} rays would do: {}",
+                effort.rays,
+                extension(label, sonels)
+            )),
+            Self::Known(hearing) => Some(format!("about {} rays would do", hearing.effort.rays)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_study::forecast::Effort;
+
+    fn known(rays: u32, lacking: Option<u64>) -> Outlook {
+        let effort = Effort { emissions: 1000, rays, batches: 32 };
+        Outlook::Known(Hearing { effort, limited_by: None, lacking })
+    }
+
+    #[test]
+    fn a_second_look_tells_what_rays_bring_and_the_third_aims_beyond() {
+        assert_eq!(Outlook::Unknown.next(1000, 9999), Some(2000));
+        assert_eq!(known(4000, None).next(2000, 9999), Some(4600));
+        assert_eq!(known(4000, None).next(2000, 3000), Some(3000));
+    }
+
+    #[test]
+    fn nobody_looks_again_in_vain() {
+        assert_eq!(Outlook::Inside.next(1000, 9999), None);
+        assert_eq!(known(4000, Some(9)).next(1000, 9999), None);
+        assert_eq!(known(4000, None).next(1000, 1050), None);
+        assert_eq!(Outlook::Unknown.next(1000, 0), None);
+    }
+
+    #[test]
+    fn what_is_wanting_is_said() {
+        let advice = known(4000, Some(70_000)).advice("a.sonelmap").unwrap();
+        assert!(advice.contains("--extend a.sonelmap --sonels 70000"), "{advice}");
+        assert!(known(4000, None).advice("a.sonelmap").unwrap().contains("4000 rays"));
+        assert_eq!(Outlook::Inside.advice("a.sonelmap"), None);
+    }
+}

@@ -1,0 +1,46 @@
+//! How many rays a map takes: a pilot asked before it is rendered.
+
+use sonel_console::clock::CpuClock;
+use sonel_console::plan::Comparison;
+use sonel_renderer::RenderSettings;
+use sonel_study::forecast::Effort;
+use sonel_study::judges::some_of;
+use sonel_study::pilot::{self, Mission};
+use sonel_study::plan::Plan;
+use sonel_study::spread::{PLANNED, readings};
+use sonel_study::trial::Room;
+
+use crate::assemble::{Job, Run};
+
+/// The sonels and batches of the map, heard with `rays` rays.
+pub fn effort(job: &Job<'_>, rays: u32) -> Effort {
+    let traced = job.map.header().settings;
+    Effort { emissions: traced.emissions, rays, batches: traced.batches }
+}
+
+/// The plan for rendering the map with `settings`: its scene is traced again, shortly and with other random numbers, and judged at the
+/// receivers or, of very many, some of them.
+pub fn plan(job: &Job<'_>, settings: &RenderSettings) -> anyhow::Result<Plan> {
+    let header = job.map.header();
+    let room = Room::within(&header.scene, header.scene.geometry()?, header.effects.clone());
+    let judges = some_of(job.receivers.to_vec());
+    let mission = Mission {
+        room: &room,
+        trace: header.settings,
+        render: settings.clone(),
+        receivers: &judges,
+        parameters: &PLANNED,
+    };
+    let pilot = pilot::run(&mission, &CpuClock)?;
+    let map = effort(job, settings.rays);
+    Ok(Plan::of_map(pilot, &header.scene, &judges, job.receivers.len(), map, settings.bin))
+}
+
+/// What `plan` said of `run` and what came of it; `opened` are the CPU seconds of opening the map.
+pub fn compare(plan: &Plan, job: &Job<'_>, run: &Run<'_>, opened: f64) -> Comparison {
+    let found = readings(&sonel_analysis::parameters(&run.response), &PLANNED);
+    Comparison {
+        render: Some(opened + run.seconds),
+        ..Comparison::of_widths(&plan.pilot, effort(job, run.settings.rays), &found)
+    }
+}
