@@ -52,17 +52,23 @@ impl Traced {
     /// Traces `scene` with all bands bent at edges.
     #[must_use]
     pub fn bending(scene: Scene, settings: Settings) -> Self {
-        let on = vec![true; scene.bands.count()];
-        let state = EffectState { name: "bending".to_owned(), on, reason: String::new() };
-        Self::with_effects(scene, settings, vec![state])
+        Self::with(&["bending"], scene, settings)
     }
 
     /// Traces `scene` into a map that says its edges diffract.
     #[must_use]
     pub fn diffracting(scene: Scene, settings: Settings) -> Self {
+        Self::with(&["diffraction"], scene, settings)
+    }
+
+    /// Traces `scene` with `effects` on in all bands.
+    #[must_use]
+    pub fn with(effects: &[&str], scene: Scene, settings: Settings) -> Self {
         let on = vec![true; scene.bands.count()];
-        let state = EffectState { name: "diffraction".to_owned(), on, reason: String::new() };
-        Self::with_effects(scene, settings, vec![state])
+        let state =
+            |&name: &&str| EffectState { name: name.to_owned(), on: on.clone(), reason: String::new() };
+        let states = effects.iter().map(state).collect();
+        Self::with_effects(scene, settings, states)
     }
 
     fn with_effects(scene: Scene, settings: Settings, effects: Vec<EffectState>) -> Self {

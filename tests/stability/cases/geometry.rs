@@ -6,6 +6,7 @@ use sonel_map::{Fate, Settings};
 use sonel_renderer::{DiscreteArrival, Estimator, RenderSettings};
 use sonel_scene::Scene;
 use sonel_testkit::uniform::Uniform;
+use sonel_testkit::z_test::{Estimate, Within, agree};
 use sonel_tests::estimates::{Windows, agree_in_windows, windows};
 use sonel_tests::meshes;
 use sonel_tests::uneven_box::{BORDERS, SIZE, WILD};
@@ -32,19 +33,25 @@ fn heard(mesh: Mesh, seed: u64) -> (Vec<Windows>, Vec<DiscreteArrival>) {
 fn differences(mesh: Mesh) -> Vec<String> {
     let (well, chains) = heard(Mesh::shoebox(SIZE, [0, 1, 2, 3, 4, 5]), 1);
     let (badly, found) = heard(mesh, 2);
+    let mut wrong = other_chains(&chains, &found);
+    for (band, (well, badly)) in well.iter().zip(&badly).enumerate() {
+        wrong.extend(agree_in_windows(badly, well, LARGEST_ERROR).err().map(|e| format!("band {band}: {e}")));
+    }
+    wrong
+}
+
+/// Mirror chains that are missing, or longer or louder by more than 1e-4.
+fn other_chains(chains: &[DiscreteArrival], found: &[DiscreteArrival]) -> Vec<String> {
     let mut wrong = Vec::new();
     if chains.len() != found.len() {
         wrong.push(format!("{} mirror chains instead of {}", found.len(), chains.len()));
     }
-    for (chain, found) in chains.iter().zip(&found) {
+    for (chain, found) in chains.iter().zip(found) {
         let energies = chain.energy.iter().zip(&found.energy);
         let worst = energies.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
         if (chain.length / found.length - 1.0).abs() > 1e-4 || worst > 1e-4 {
             wrong.push(format!("{found:?} instead of {chain:?}"));
         }
-    }
-    for (band, (well, badly)) in well.iter().zip(&badly).enumerate() {
-        wrong.extend(agree_in_windows(badly, well, LARGEST_ERROR).err().map(|e| format!("band {band}: {e}")));
     }
     wrong
 }
@@ -89,6 +96,45 @@ fn needles_and_triangles_without_area_are_of_no_consequence() {
 fn t_junctions_are_of_no_consequence() {
     let mesh = meshes::divided(&box_of_walls(), |_, wall| wall % 2 == 0);
     sounds_like_the_box(meshes::divided(&mesh, |triangle, _| triangle % 3 == 0));
+}
+
+/// A second box that shares the wall x = 6 m and its corners: three faces meet in each of its four edges.
+fn with_a_box_beside(mesh: Mesh) -> Mesh {
+    let mut both = mesh;
+    let corners = [dvec3(6.0, 0.0, 0.0), dvec3(6.0, 5.0, 0.0), dvec3(6.0, 5.0, 4.0), dvec3(6.0, 0.0, 4.0)];
+    let far = corners.map(|corner| corner.with_x(9.0));
+    for side in 0..4 {
+        let next = (side + 1) % 4;
+        meshes::add_quad(&mut both, 2, [corners[side], corners[next], far[next], far[side]]);
+    }
+    meshes::add_quad(&mut both, 2, far);
+    both
+}
+
+/// The first box sounds as it does alone, in all its chains and in the energy of every band; in the second there is silence.
+#[test]
+fn edges_of_three_faces_keep_two_rooms_apart() {
+    let (well, chains) = heard(box_of_walls(), 1);
+    let (beside, found) = heard(with_a_box_beside(box_of_walls()), 2);
+    let wrong = other_chains(&chains, &found);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    // The errors of windows at the most add up.
+    let all = |windows: &Windows| Estimate {
+        value: windows.iter().map(|window| window.value).sum(),
+        sigma: windows.iter().map(|window| window.sigma).sum(),
+    };
+    for (well, beside) in well.iter().zip(&beside) {
+        let within = Within { sigmas: 4.0, maximal_sigma: LARGEST_ERROR * all(well).value };
+        agree(all(beside), all(well), within).expect("the box alone");
+    }
+    let scene = Scene { mesh: with_a_box_beside(box_of_walls()), receivers: Vec::new(), ..WILD.scene() };
+    let next_door = Traced::new(
+        scene.with_receiver("next door", [7.5, 2.0, 2.0]),
+        Settings { emissions: 1_000, ..Settings::default() },
+    );
+    assert_eq!(next_door.books.fates.count(Fate::Lost), 0);
+    let rendering = next_door.render(RenderSettings::default());
+    assert!(rendering.classes.iter().flat_map(|(_, energy)| energy).all(|energy| energy.abs() < 1e-300));
 }
 
 #[test]
@@ -147,8 +193,20 @@ fn rooms() -> Vec<(&'static str, Mesh, Vec<DVec3>)> {
             meshes::sphere(5.0, form(5, 7)),
             vec![DVec3::ZERO, dvec3(4.9, 0.3, 0.2), dvec3(1.0, -2.0, 3.0)],
         ),
+        ("four sheets in one edge", pinwheel(), vec![dvec3(1.5, 1.2, 1.3), dvec3(4.2, 3.7, 2.1)]),
         ("hall", hall.mesh, seats),
     ]
+}
+
+/// The box with four sheets that meet in an upright edge in its middle, and two that meet in its ends.
+fn pinwheel() -> Mesh {
+    let mut mesh = box_of_walls();
+    let [low, high] = [dvec3(3.0, 2.5, 1.0), dvec3(3.0, 2.5, 3.0)];
+    for along in [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y] {
+        meshes::add_quad(&mut mesh, 2, [low, low + along, high + along, high]);
+        meshes::add(&mut mesh, 2, [high, high + along, high + 0.5 * along + 0.5 * DVec3::Z]);
+    }
+    mesh
 }
 
 #[test]

@@ -38,7 +38,10 @@ fn traced(scene: Scene) -> Traced {
 
 /// Renders `traced` at one position, or says why not.
 fn at(traced: &Traced, position: DVec3, settings: RenderSettings) -> Result<Rendering, String> {
-    let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+    heard(&Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map"), position)
+}
+
+fn heard(renderer: &Renderer<'_>, position: DVec3) -> Result<Rendering, String> {
     let receiver = ReceiverPoint { name: "here".to_owned(), position };
     let borders = [vec![0.0, 0.05, 0.2]];
     renderer.render(0, &[receiver], &borders, &mut |_| {}).map_err(|error| error.to_string())
@@ -83,10 +86,11 @@ fn places() -> Vec<(&'static str, DVec3)> {
 fn every_place_is_heard_or_refused() {
     let traced = traced(room(0.5, true));
     let mut refused = Vec::new();
-    for (place, position) in places() {
-        for estimator in [Estimator::Auto, Estimator::Gather, Estimator::Connection, Estimator::Sphere] {
-            let settings = RenderSettings { estimator, rays: 1_024, ..RenderSettings::default() };
-            match at(&traced, position, settings) {
+    for estimator in [Estimator::Auto, Estimator::Gather, Estimator::Connection, Estimator::Sphere] {
+        let settings = RenderSettings { estimator, rays: 1_024, ..RenderSettings::default() };
+        let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+        for (place, position) in places() {
+            match heard(&renderer, position) {
                 Ok(rendering) => {
                     let energies: Vec<f64> = (0..200).map(|bin| rendering.total.get(0, bin, 0)).collect();
                     let sound = energies.iter().all(|energy| energy.is_finite() && *energy >= 0.0);
@@ -97,6 +101,7 @@ fn every_place_is_heard_or_refused() {
             }
         }
     }
+    refused.sort();
     refused.dedup();
     println!("refused:\n  {}", refused.join("\n  "));
     assert!(refused.iter().all(|reason| reason.contains("outside the closed room: move it")), "{refused:?}");
@@ -218,6 +223,34 @@ fn a_shadow_boundary_has_two_sides_and_no_third() {
     assert!(direct.abs() < 1e-300 || (direct / lit[0] - 1.0).abs() < 1e-2, "{direct:e}");
     let diffuse = PathClass::Diffuse as usize;
     assert!((lit[diffuse] / dark[diffuse] - 1.0).abs() < 0.01, "{lit:?} {dark:?}");
+}
+
+/// A source at every place where no receiver would be put: refused with a sentence, or every packet is accounted for.
+#[test]
+fn every_place_of_a_source_is_sound_or_refused() {
+    let mut refused = 0;
+    for (place, position) in places() {
+        let mut scene = room(0.5, true);
+        scene.sources[0].position = position;
+        let geometry = scene.geometry().expect("a box");
+        let settings = Settings { emissions: form(500, 50_000), ..Settings::default() };
+        let tracer = sonel_tracer::Tracer::new(&scene, &geometry, settings);
+        match tracer.run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(())) {
+            Ok(summary) => {
+                assert_eq!(
+                    summary.fates.count(Fate::Lost) + summary.fates.count(Fate::Escaped),
+                    0,
+                    "{place}"
+                );
+                assert!(summary.worst_residual() < 1e-9, "{place}: {}", summary.worst_residual());
+            }
+            Err(error) => {
+                refused += 1;
+                assert!(error.to_string().contains("outside the air"), "{place}: {error}");
+            }
+        }
+    }
+    assert!((1..8).contains(&refused), "{refused} places are refused");
 }
 
 /// Behind the screen at the source's image in it: the chain that would be of no length does not exist.

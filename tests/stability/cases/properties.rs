@@ -7,7 +7,7 @@ use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_analysis::{Parameter, parameters};
 use sonel_geometry::Mesh;
 use sonel_map::{Fate, Settings};
-use sonel_renderer::{CoarseEchogram, Estimator, RenderSettings};
+use sonel_renderer::{CoarseEchogram, Estimator, PathClass, RenderSettings};
 use sonel_scene::Scene;
 use sonel_testkit::z_test::{Estimate, Within, agree};
 use sonel_tests::change::{exchanged, moved};
@@ -88,8 +88,13 @@ fn borders(duration: f64) -> [f64; 4] {
 
 /// Energies of both bands between [`borders`].
 fn heard(scene: Scene, settings: Settings, estimator: Estimator) -> Vec<Windows> {
+    heard_with(&[], scene, settings, estimator)
+}
+
+/// The same with `effects`.
+fn heard_with(effects: &[&str], scene: Scene, settings: Settings, estimator: Estimator) -> Vec<Windows> {
     let borders = borders(scene.duration);
-    let traced = Traced::new(scene, settings);
+    let traced = Traced::with(effects, scene, settings);
     let settings = RenderSettings { estimator, rays: 4_096, ..RenderSettings::default() };
     windows(&traced, settings, &borders).swap_remove(0)
 }
@@ -291,5 +296,86 @@ fn books_close_and_outputs_are_finite_in_any_room() {
             }
         }
         Ok(())
+    });
+}
+
+/// Edges that diffract, and packets that bend at them.
+const EDGES: [&str; 2] = ["diffraction", "bending"];
+
+fn screened(room: Room) -> Room {
+    Room { screen: true, ..room }
+}
+
+/// What is diffracted may go either way, in rooms with everything else that may.
+#[test]
+fn diffracted_sound_may_go_either_way_in_any_room() {
+    in_rooms(9, |room| {
+        let scene = screened(room).scene();
+        let there = heard_with(&EDGES[..1], scene.clone(), settings(1), Estimator::Auto);
+        must_agree(&there, &heard_with(&EDGES[..1], exchanged(scene, 0), settings(2), Estimator::Auto))
+    });
+}
+
+/// The deterministic part of a screened room and of the box alone: energies of direct sound, mirror chains and edges in both
+/// bands.
+fn deterministic(effects: &[&str], scene: Scene) -> [f64; 2] {
+    let traced = Traced::with(effects, scene, Settings { emissions: 64, ..settings(1) });
+    let rendering = traced.render(RenderSettings { mirror_order: Some(2), ..RenderSettings::default() });
+    let classes = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+    [0, 1].map(|band| classes.iter().map(|&class| rendering.classes[class as usize].1[band]).sum())
+}
+
+/// Edges redistribute: what is heard over a screen is at most the sum of all free fields, of the source and its images in walls
+/// that reflect everything, times the square of a wave and half a one for each of its three free edges.
+#[test]
+fn edges_add_no_energy_to_the_free_fields_of_any_room() {
+    const LIMIT: f64 = 2.5 * 2.5;
+    let largest = std::cell::Cell::new(0.0_f64);
+    in_rooms(10, |room| {
+        let found = deterministic(&EDGES[..1], screened(room.clone()).scene());
+        let mut rigid = Room { screen: false, ..room };
+        rigid.absorption = [[0.0; 6]; 2];
+        rigid.scattering = [[0.0; 6]; 2];
+        // The screen's own images lie in the room, where the box has none: at most as many again for each of its sides.
+        let free = deterministic(&[], rigid.scene()).map(|free| 3.0 * free);
+        let part = found.iter().zip(free).map(|(found, free)| found / free).fold(0.0, f64::max);
+        largest.set(largest.get().max(part));
+        if found.iter().all(|energy| energy.is_finite()) && part < LIMIT {
+            Ok(())
+        } else {
+            Err(format!("{part}"))
+        }
+    });
+    println!("over screens at most {:.2} of the free fields", largest.get());
+    assert!(100.0 * largest.get() > LIMIT, "edges louder by 20 dB are noticed");
+}
+
+/// Bent packets and diffracted sound: books closed, nobody lost, the same bits on one thread and on three, and again.
+#[test]
+fn edges_keep_books_and_bits_in_any_room() {
+    in_rooms(11, |room| {
+        let scene = screened(room).scene();
+        let run = |threads: usize, seed: u64| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| {
+                let few = Settings { emissions: form(600, 6_000), ..settings(seed) };
+                let traced = Traced::with(&EDGES, scene.clone(), few);
+                let response = traced.respond(RenderSettings { rays: 512, ..RenderSettings::default() });
+                let bits: Vec<u64> = response.energy.iter().map(|energy| energy.to_bits()).collect();
+                (traced.map.digest(), bits, response, traced.books)
+            })
+        };
+        let (digest, bits, response, books) = run(1, 1);
+        if books.worst_residual() > 1e-9 || books.fates.count(Fate::Lost) > 0 {
+            return Err(format!("residual {:e}, {:?}", books.worst_residual(), books.fates));
+        }
+        if !response.energy.iter().all(|energy| energy.is_finite() && *energy >= 0.0) {
+            return Err("an energy is none".to_owned());
+        }
+        let (again, bits_again, ..) = run(3, 1);
+        if again != digest || bits_again != bits {
+            return Err("other bits on three threads".to_owned());
+        }
+        if run(1, 2).1 == bits { Err("another seed makes no difference".to_owned()) } else { Ok(()) }
     });
 }
