@@ -19,12 +19,19 @@ use sonel_tests::{Traced, shipped};
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first pool");
+    let chosen: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     for name in ["shoebox", "seed-room", "hall"] {
+        if !chosen.is_empty() && !chosen.iter().any(|word| word == name) {
+            continue;
+        }
         let scene = shipped(name);
         println!("{name}: {} triangles, {} bands", scene.mesh.triangles.len(), scene.bands.count());
         measure(scene);
     }
 }
+
+/// From so many edges on bending takes minutes, and is not measured.
+const MANY_EDGES: usize = 100;
 
 fn measure(scene: Scene) {
     let settings = Settings { emissions: 20_000, ..Settings::default() };
@@ -58,7 +65,10 @@ fn measure(scene: Scene) {
         "  tracing      {tracing:7.2} M segments/s   {:.2} of bare closest-hit rays ({bare:.2} M/s)",
         tracing / bare
     );
-    measure_bending(&scene, &geometry, settings);
+    if geometry.diffracting_edges().count() < MANY_EDGES {
+        measure_bending(&scene, &geometry, settings);
+        measure_edges(&scene);
+    }
     measure_writing(&scene, &geometry, settings);
     for count in [1, 16] {
         measure_connections(&traced, count);
@@ -83,6 +93,27 @@ fn measure_bending(scene: &Scene, geometry: &Geometry, settings: Settings) {
         "  with bending {:.2} of the time per segment, {ratio:.2} of the time",
         ratio * straight_segments / bent_segments as f64
     );
+}
+
+/// How much longer a segment takes from the source to the echogram of one receiver, everything at its defaults, with edges that
+/// diffract or bend.
+fn measure_edges(scene: &Scene) {
+    let settings = Settings { emissions: 4_000, ..Settings::default() };
+    let segments = |traced: &Traced| {
+        black_box(traced.render(RenderSettings::default()));
+        traced.books.segments
+    };
+    type Trace = fn(Scene, Settings) -> Traced;
+    for (name, trace) in [("exact edges", Traced::diffracting as Trace), ("bending", Traced::bending)] {
+        let mut straight = 0;
+        let run = |trace: Trace| segments(&trace(scene.clone(), settings));
+        let (with, without, passed) = in_turn(|| run(trace), || straight = run(Traced::new));
+        let ratio = with.as_secs_f64() / without.as_secs_f64();
+        println!(
+            "  {name}, trace and render: {:.3} of the time per segment, {ratio:.3} of the time",
+            ratio * straight as f64 / passed as f64
+        );
+    }
 }
 
 /// How much longer tracing takes when the map goes to a file.

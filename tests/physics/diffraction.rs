@@ -269,3 +269,25 @@ fn a_room_without_edges_pays_nothing() {
     let without = Traced::new(room, settings).render(RenderSettings::default());
     assert_eq!((with.classes, with.arrivals), (without.classes, without.arrivals));
 }
+
+/// Off a thin rigid sheet the sound that it scatters is opposite on both sides, and none in its plane beside it: there it is as
+/// if the sheet were not there, and a receiver that crosses the plane hears no step. So it is beside the long rims of a strip,
+/// past which what comes from the other rim is diffracted again; rims that are not much longer than far apart step.
+#[test]
+fn the_plane_of_a_strip_is_crossed_without_a_step() {
+    let source = [-3.0, 0.2, 0.4];
+    let step = |width: [f64; 2], beside: f64| {
+        let scene = |receivers: &[[f64; 3]]| open_scene(screen(width, [-0.8, 1.2]), 0.0, source, receivers);
+        largest_step(scene, [-0.0035, 0.3, beside], [1.0, 0.0, 0.0], 8)
+    };
+    for beside in [1.25, 1.5, 2.2] {
+        let strip = step([-4.0, 4.0], beside);
+        assert!(strip < 0.1, "{beside} m: {strip} dB");
+        let mesh = screen([-4.0, 4.0], [-0.8, 1.2]);
+        let heard = heard(&rendered(open_scene(mesh, 0.0, source, &[[1e-5, 0.3, beside]])), 1);
+        let free = free_field(DVec3::from(source).distance(DVec3::new(0.0, 0.3, beside)), 0.0);
+        let off = heard[0].iter().map(|energy| (10.0 * (energy / free).log10()).abs()).fold(0.0, f64::max);
+        assert!(off < 0.1, "{beside} m: {off} dB off the free field");
+    }
+    assert!(step([-1.0, 1.5], 1.25) > 0.5, "a known limit, and what this test would find");
+}

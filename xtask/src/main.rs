@@ -7,6 +7,7 @@ mod bench;
 mod ci;
 mod cluster;
 mod demo;
+mod diffraction;
 mod documentation;
 mod figures;
 mod hall;
@@ -39,6 +40,12 @@ enum Chore {
     Cluster,
     /// Trace and render the seed room into target/demo and print its levels and reverberation times
     Demo,
+    /// Draw the plots of docs/diffraction.md: laws of screens, and what edges do in the hall
+    Diffraction {
+        /// Only draw again what the last run left in target/diffraction
+        #[arg(long)]
+        redraw: bool,
+    },
     /// Repeat the founding paper's experiment and write docs/paper
     Figures {
         /// Only draw again what the last run left in target/paper
@@ -61,6 +68,7 @@ fn main() -> ExitCode {
         Chore::Ci => ci::run(),
         Chore::Cluster => cluster::check(),
         Chore::Demo => demo::run(),
+        Chore::Diffraction { redraw } => diffraction::run(redraw),
         Chore::Figures { redraw } => figures::run(redraw),
         Chore::Hall => hall::run(),
         Chore::PythonReader => python_reader::check(),

@@ -1,7 +1,7 @@
 //! Where the workspace is, and running programs in it.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
 use anyhow::{Context, Result, ensure};
 
@@ -47,16 +47,24 @@ pub fn cargo(arguments: &[&str]) -> Command {
 }
 
 /// Runs one of the tools in release, its log on our stderr; returns its stdout.
+///
+/// # Errors
+/// When it cannot be run or fails.
 pub fn program(name: &str, arguments: &[&str]) -> Result<String> {
-    eprintln!("$ {name} {}", arguments.join(" "));
-    let mut run = cargo(&["run", "--quiet", "--release", "--package", name, "--"]);
-    let output = run
-        .args(arguments)
-        .stderr(std::process::Stdio::inherit())
-        .output()
-        .with_context(|| format!("cannot run {name}"))?;
+    let output = output(name, arguments)?;
     ensure!(output.status.success(), "{name}: {}", output.status);
     String::from_utf8(output.stdout).with_context(|| format!("{name} printed no UTF-8"))
+}
+
+/// The same with whatever exit code it ends.
+///
+/// # Errors
+/// When it cannot be run.
+pub fn output(name: &str, arguments: &[&str]) -> Result<Output> {
+    eprintln!("$ {name} {}", arguments.join(" "));
+    let mut run = cargo(&["run", "--quiet", "--release", "--package", name, "--"]);
+    let run = run.args(arguments).stderr(std::process::Stdio::inherit());
+    run.output().with_context(|| format!("cannot run {name}"))
 }
 
 /// `page` with what stands between its markers `<!-- figures: begin -->` and `<!-- figures: end -->` replaced by `figures`.

@@ -15,7 +15,7 @@
 use std::f64::consts::PI;
 
 use crate::complex::Complex;
-use crate::contour::nodes;
+use crate::contour::{SIX, nodes};
 use crate::edge_path::{EdgePath, Lit};
 use crate::wedge::{Wedge, WedgePoint, index};
 
@@ -141,8 +141,8 @@ impl DoublePath {
         let length = libm::hypot(first + beyond, offset);
         let (of_source, of_receiver) = (source.halves(), receiver.halves());
         let (nu, next_nu) = (index(source.wedge.angle()), index(receiver.wedge.angle()));
-        let outer = nodes(smallest_k, scale(&of_source, nu, first, beyond, length));
-        let inner = nodes(smallest_k, scale(&of_receiver, next_nu, width, last, length));
+        let outer = nodes(smallest_k, scale(&of_source, nu, first, beyond, length), SIX);
+        let inner = nodes(smallest_k, scale(&of_receiver, next_nu, width, last, length), SIX);
         let factor = 0.5 * nu * next_nu / (16.0 * PI * PI);
         let mut values = vec![Complex::ZERO; outer.len() * inner.len()];
         for (row, &(u, weight)) in values.chunks_exact_mut(inner.len()).zip(&outer) {

@@ -19,7 +19,7 @@
 use std::f64::consts::PI;
 
 use crate::complex::Complex;
-use crate::contour::nodes;
+use crate::contour::{TEN, nodes};
 use crate::wedge::{Wedge, WedgePoint, apex, index};
 
 /// Nearest that a source or receiver comes to the line of the edge, relative to the length of the path: nearer ones are
@@ -192,7 +192,7 @@ impl Unfolded {
         let rise = half_from * half_from;
         let scale = if rise > 0.0 { self.scale_of_end(rise, length) } else { self.scale_of_apex() };
         let turn = share * -self.index / (4.0 * PI);
-        let nodes = nodes(smallest_k, scale)
+        let nodes = nodes(smallest_k, scale, TEN)
             .into_iter()
             .map(|(t, weight)| {
                 // L² − L_e² over 4 r_S r_R t², the rise of (cosh η − 1)/2 per t².

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use sonel_diffraction::double::Side;
-use sonel_diffraction::{Complex, DoublePath, EdgePath, Field, Lit, Wave, Wedge, WedgePoint};
+use sonel_diffraction::{Complex, DoublePath, EdgePath, Field, Lit, Wave, WedgePoint};
 use sonel_geometry::PlaneId;
 
 use super::view::{Leg, stretches};
@@ -32,6 +32,13 @@ const BESIDE: f64 = 1e-7;
 struct PairedEdge<'a> {
     edge: &'a RoomEdge,
     joined_at_second: bool,
+}
+
+impl PairedEdge<'_> {
+    /// Angle about the edge of the face that joins the pair [rad].
+    fn joint(&self) -> f64 {
+        if self.joined_at_second { self.edge.wedge.angle() } else { 0.0 }
+    }
 }
 
 /// A mirror image in a plane at an edge.
@@ -157,27 +164,30 @@ impl<'a> Family<'a> {
         }
     }
 
-    /// `edge` of a pair with the source or receiver at `point` about it. Where that lies in the plane of the face between the
-    /// edges, rounding decides whether it sees the `other` edge past this one. The wave over that edge alone and the wave over
-    /// both must take it the same, or half of the sound is missing or there twice.
+    /// `edge` of a pair with the source or receiver, `end`, at `point` about it. Where that lies in the plane of the face between
+    /// the edges, rounding decides whether it sees the `other` edge past this one, and of a sheet on which side. The wave over
+    /// that edge alone and the wave over both must take it the same, or half of the sound is missing or there twice.
     fn side<'b>(
         &self,
         edge: &PairedEdge<'b>,
-        point: WedgePoint,
+        (end, point): (DVec3, WedgePoint),
         part: [f64; 2],
-        other: &Wedge,
+        other: &PairedEdge<'_>,
         leg: &Leg,
     ) -> Side<'b> {
         let (wedge, geometry) = (&edge.edge.wedge, self.at.geometry);
-        let joint = if edge.joined_at_second { wedge.angle() } else { 0.0 };
+        let joint = edge.joint();
         let past = (point.angle - joint).abs() - PI;
         let doubt = f64::from(geometry.resolution()) / point.radius.max(f64::MIN_POSITIVE);
         let mut point = point;
         if past.abs() <= doubt {
             let both = |place| leg.arrives(geometry, place) && leg.goes_on(geometry, place);
-            let is_alone = other.locate(leg.source).is_some()
-                && other.locate(leg.receiver).is_some()
-                && !stretches(other, both).is_empty();
+            let beyond = &other.edge.wedge;
+            let is_there = beyond.locate(end).is_some_and(|at| (at.angle - other.joint()).abs() < PI);
+            let is_alone = is_there
+                && beyond.locate(leg.source).is_some()
+                && beyond.locate(leg.receiver).is_some()
+                && !stretches(beyond, both).is_empty();
             let turn = PI + if is_alone { -BESIDE } else { BESIDE };
             point.angle = if edge.joined_at_second { joint - turn } else { turn };
         }
@@ -197,8 +207,10 @@ impl<'a> Family<'a> {
             return;
         };
         let offset = (leg.receiver - leg.source).dot(wedge.direction());
-        let sides =
-            [self.side(first, source, part, next, leg), self.side(second, receiver, next_part, wedge, leg)];
+        let sides = [
+            self.side(first, (leg.source, source), part, second, leg),
+            self.side(second, (leg.receiver, receiver), next_part, first, leg),
+        ];
         let path = DoublePath::new(sides[0], sides[1], width, offset, self.edges.spectrum.smallest_k());
         let length = path.length();
         // Unfolded about both edges the way is straight.

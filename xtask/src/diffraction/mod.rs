@@ -1,0 +1,165 @@
+//! The plots and tables of docs/diffraction.md: what a screen takes by every law that is around, and what edges do in the hall.
+
+mod hall;
+mod laws;
+
+use std::fmt::Write;
+
+use anyhow::{Context, Result};
+use glam::DVec2;
+use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
+
+use crate::workspace;
+use laws::{Arrangement, LAWS, Losses};
+
+const PAGE: &str = "docs/diffraction.md";
+const PLOTS: &str = "docs/diffraction";
+
+/// Bands of the second plot [Hz].
+const OCTAVES: [f64; 6] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
+/// Source and receiver this far from the screen [m].
+const AWAY: f64 = 10.0;
+/// The band in which the Fresnel number is swept [Hz].
+const SWEPT: f64 = 4000.0;
+
+/// Computes the laws, runs the hall unless an older run is to be drawn again, and rewrites plots and tables.
+pub fn run(redraw: bool) -> Result<()> {
+    if !redraw {
+        hall::conduct()?;
+    }
+    let changes = hall::changes()?;
+    let mut sheets = vec![("fresnel.svg", fresnel_sheet()), ("bands.svg", bands_sheet())];
+    sheets.extend(hall::sheets(&changes));
+    for (file, sheet) in sheets {
+        let mut svg = Vec::new();
+        plot::svg(&sheet, &mut svg).with_context(|| format!("cannot draw {file}"))?;
+        workspace::write(&format!("{PLOTS}/{file}"), svg)?;
+    }
+    workspace::write(&format!("{PLOTS}/fresnel.csv"), fresnel_csv()?)?;
+    workspace::write(&format!("{PLOTS}/hall.csv"), hall::csv(&changes)?)?;
+    let tables = format!("{}\n{}", bands_table()?, hall::markdown(&changes)?);
+    workspace::write(PAGE, workspace::with_figures(&workspace::read(PAGE)?, &tables)?)?;
+    print!("{tables}");
+    Ok(())
+}
+
+/// Source and receiver as far below the edge as each other.
+fn below(depth: f64) -> Arrangement {
+    Arrangement { source: DVec2::new(-AWAY, -depth), receiver: DVec2::new(AWAY, -depth) }
+}
+
+/// A source level with the edge, and a receiver where the Fresnel number in the swept band is `number`.
+fn at_fresnel_number(number: f64) -> Losses {
+    let at = |height: f64| Arrangement {
+        source: DVec2::new(-AWAY, 0.0),
+        receiver: DVec2::new(AWAY, height.copysign(-number)),
+    };
+    let wanted = 0.5 * number.abs() * laws::SPEED / SWEPT;
+    let (mut low, mut high) = (0.0, 1e3);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if at(middle).detour() < wanted { low = middle } else { high = middle }
+    }
+    at(0.5 * (low + high)).losses(SWEPT)
+}
+
+/// Fresnel numbers about the boundary, and into the shadow.
+fn numbers() -> [Vec<f64>; 2] {
+    let about = (-30..=30).map(|step| 0.1 * f64::from(step) + 1e-3).collect();
+    let deep = (0..=40).map(|step| 0.01 * 10_f64.powf(0.1 * f64::from(step))).collect();
+    [about, deep]
+}
+
+/// A series a law.
+fn by_law(losses: &[(f64, Losses)]) -> Vec<Series> {
+    let series = |(law, name): (usize, &&str)| {
+        let point = |(x, of): &(f64, Losses)| Some(Point::new(*x, of.by_law[law]?));
+        let mark = if law < 2 { Mark::Line } else { Mark::Dashed };
+        Series::new(*name, mark, losses.iter().filter_map(point).collect())
+    };
+    LAWS.iter().enumerate().map(series).collect()
+}
+
+fn fresnel_sheet() -> Sheet {
+    let swept = |numbers: &[f64]| -> Vec<(f64, Losses)> {
+        numbers.iter().map(|&number| (number, at_fresnel_number(number))).collect()
+    };
+    let [about, deep] = numbers();
+    let y = || Axis::linear("insertion loss [dB]");
+    let about = Panel {
+        title: "About the boundary".to_owned(),
+        x: Axis::linear("Fresnel number N"),
+        y: y().from_to(-5.0, 25.0),
+        series: by_law(&swept(&about)),
+    };
+    let deep = Panel {
+        title: "Into the shadow".to_owned(),
+        x: Axis::logarithmic("Fresnel number N"),
+        y: y().from_to(0.0, 40.0),
+        series: by_law(&swept(&deep)),
+    };
+    Sheet {
+        title: "A rigid screen, octave of 4 kHz, 10 m + 10 m, the source level with the edge".to_owned(),
+        rows: vec![vec![about, deep]],
+    }
+}
+
+fn bands_sheet() -> Sheet {
+    let panel = |depth: f64| {
+        let losses: Vec<(f64, Losses)> = OCTAVES.map(|band| (band, below(depth).losses(band))).into();
+        Panel {
+            title: format!("{depth} m below the edge"),
+            x: Axis::logarithmic("band [Hz]").with_ticks(OCTAVES.into()),
+            y: Axis::linear("insertion loss [dB]").from_to(0.0, 35.0),
+            series: by_law(&losses),
+        }
+    };
+    Sheet {
+        title: "A rigid screen, source and receiver 10 m from it".to_owned(),
+        rows: vec![vec![panel(1.0), panel(3.0)]],
+    }
+}
+
+fn cell(loss: &Option<f64>) -> String {
+    loss.map_or_else(|| "∞".to_owned(), |loss| format!("{loss:.2}"))
+}
+
+fn fresnel_csv() -> Result<String> {
+    let mut text = format!("fresnel_number,{}\n", LAWS.join(","));
+    for number in numbers().concat() {
+        let losses =
+            at_fresnel_number(number).by_law.map(|loss| loss.map_or(String::new(), |l| format!("{l:.3}")));
+        writeln!(text, "{number:.4},{}", losses.join(","))?;
+    }
+    Ok(text)
+}
+
+fn bands_table() -> Result<String> {
+    let mut text = format!(
+        "Insertion loss of a rigid screen, source and receiver 10 m from it [dB].\n\n| below the edge | band | N | {} |\n|---|---|---|{}\n",
+        LAWS.join(" | "),
+        "---|".repeat(LAWS.len())
+    );
+    for depth in [1.0, 3.0] {
+        for band in OCTAVES {
+            let losses = below(depth).losses(band);
+            let cells = losses.by_law.iter().map(cell).collect::<Vec<_>>().join(" | ");
+            writeln!(text, "| {depth} m | {band} Hz | {:.2} | {cells} |", losses.fresnel)?;
+        }
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_checked_in_is_what_is_computed() {
+        assert!(
+            workspace::read(PAGE).unwrap().contains(&bands_table().unwrap()),
+            "run `cargo xtask diffraction`"
+        );
+        assert_eq!(workspace::read(&format!("{PLOTS}/fresnel.csv")).unwrap(), fresnel_csv().unwrap());
+    }
+}
