@@ -105,8 +105,20 @@ fn strangers(text: &str) -> Vec<&str> {
 }
 
 /// Keys whose null says by itself what it means (docs/interface.md): an option that was not given, measures of noise
-/// where there is none, a plan for which the fewest sonels will do.
-const SPEAKING_NULLS: [&str; 5] = ["order", "radius_m", "effective_sample_size", "significance", "needed_by"];
+/// where there is none, a plan for which the fewest sonels will do, a cost that was no part of the run, a target that wants no more.
+const SPEAKING_NULLS: [&str; 11] = [
+    "order",
+    "radius_m",
+    "effective_sample_size",
+    "significance",
+    "needed_by",
+    "trace_cpu_s",
+    "render_cpu_s",
+    "map_bytes",
+    "worst",
+    "rays_wanted",
+    "sonels_wanted",
+];
 
 /// Paths of nulls without a reason beside them.
 fn unexplained(value: &Value, path: &str, explained: bool, found: &mut Vec<String>) {
@@ -211,9 +223,24 @@ fn whatever_the_scene_figures_are_numbers_or_have_reasons() {
 fn plans_of_hopeless_rooms_have_reasons() {
     let mut wrong = Vec::new();
     let hopeless = [0, 3, 6].map(|index| hard_cases().swap_remove(index));
-    for (name, scene, mesh, _, _) in hopeless.into_iter().take(form(2, 3)) {
+    for (name, scene, mesh, tracing, _) in hopeless.into_iter().take(form(2, 3)) {
         let shop = Workshop::with(&scene);
         shop.write("room.obj", mesh);
+        trace(&shop, "a.sonelmap", tracing).expect("a sound scene");
+        for options in [&["--plan"][..], &["--until", "level<0.1dB,t30<1%", "--rays", "512"]] {
+            let what = format!("{name}, render {}", options[0]);
+            for is_json in [false, true] {
+                let json = is_json.then_some("--json");
+                let options: Vec<&str> = options.iter().copied().chain(json).collect();
+                match render(&shop, "a.sonelmap", "a.npz", &options) {
+                    Ok([out, log]) => {
+                        wrong.extend(judge(&what, &out, is_json));
+                        wrong.extend(judge(&what, &log, false));
+                    }
+                    Err(reason) => wrong.extend(judge(&what, &reason, false)),
+                }
+            }
+        }
         let plan = trace(&shop, "unused.sonelmap", &["--plan"]);
         wrong.extend(judge(name, &plan.map_or_else(|error| error, |said| said.concat()), false));
         if let Ok([out, _]) = trace(&shop, "unused.sonelmap", &["--plan", "--json"]) {
