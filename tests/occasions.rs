@@ -3,6 +3,7 @@
 use glam::{DVec3, dvec3};
 use sonel_acoustics::{Air, BandWidth, Bands, Directivity, Material};
 use sonel_analysis::{Figure, Parameter};
+use sonel_console::clock::CpuClock;
 use sonel_geometry::Mesh;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::RenderSettings;
@@ -17,20 +18,25 @@ use crate::{meshes, shipped};
 pub struct Outcome {
     /// Decisions of `auto`.
     pub decisions: Vec<Decision>,
+    /// What the other run had.
+    pub others: Vec<Decision>,
     /// Largest change of a level against all effects, per band [dB].
     pub level_db: Vec<f64>,
     /// Largest relative change of T30, per band.
     pub decay: Vec<f64>,
+    /// CPU seconds of the other run, in units of those of `auto`.
+    pub time: f64,
 }
 
 impl Outcome {
-    /// The sum of the bounds of what `auto` left out, per band: (level [dB], relative change of T30).
+    /// The sum of the bounds of what `auto` left out and the other run did not, per band: (level [dB], relative change of T30).
     #[must_use]
     pub fn promised(&self) -> Vec<(f64, f64)> {
         (0..self.level_db.len())
             .map(|band| {
-                let left_out = self.decisions.iter().filter(|decision| !decision.on[band]);
-                let bounds = left_out.filter_map(|decision| decision.bound.as_ref());
+                let both = self.decisions.iter().zip(&self.others);
+                let left_out = both.filter(|(decision, other)| other.on[band] && !decision.on[band]);
+                let bounds = left_out.filter_map(|(decision, _)| decision.bound.as_ref());
                 bounds
                     .fold((0.0, 0.0), |sum, bound| (sum.0 + bound.level_db[band], sum.1 + bound.decay[band]))
             })
@@ -38,9 +44,19 @@ impl Outcome {
     }
 }
 
+/// A scene traced and heard.
+pub struct Run {
+    /// What was heard.
+    pub heard: Heard,
+    /// What was decided.
+    pub decisions: Vec<Decision>,
+    /// CPU seconds of both passes, without those of the decision.
+    pub seconds: f64,
+}
+
 /// Traces and hears `scene` with the effects of `spec`, `emissions` packets.
 #[must_use]
-pub fn heard(scene: &Scene, spec: &str, emissions: u64) -> (Heard, Vec<Decision>) {
+pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
     let mut scene = scene.clone();
     let geometry = scene.geometry().expect("walls");
     let spec: EffectSpec = spec.parse().expect("a specification");
@@ -52,18 +68,18 @@ pub fn heard(scene: &Scene, spec: &str, emissions: u64) -> (Heard, Vec<Decision>
         trace: Settings { emissions, seed: 7, ..Settings::default() },
         render: RenderSettings { rays: 4096, ..RenderSettings::default() },
     };
-    let trial = room.run(&settings, &receivers_of(&scene), &mut InMemory, &NoClock).expect("a run");
-    (trial.heard, decisions)
+    let trial = room.run(&settings, &receivers_of(&scene), &mut InMemory, &CpuClock).expect("a run");
+    Run { seconds: trial.traced.seconds.total() + trial.heard.seconds.total(), heard: trial.heard, decisions }
 }
 
 /// `auto` against `other` in the same packets.
 #[must_use]
 pub fn against(scene: &Scene, other: &str, emissions: u64) -> Outcome {
-    let ((auto, decisions), (other, _)) = (heard(scene, "auto", emissions), heard(scene, other, emissions));
+    let (auto, other) = (run(scene, "auto", emissions), run(scene, other, emissions));
     let bands = scene.bands.count();
     let change = |parameter: Parameter, change: fn(f64, f64) -> f64| -> Vec<f64> {
         let mut largest = vec![0.0_f64; bands];
-        for (one, other) in auto.figures.iter().zip(&other.figures) {
+        for (one, other) in auto.heard.figures.iter().zip(&other.heard.figures) {
             for (band, (one, other)) in one.bands.iter().zip(&other.bands).enumerate() {
                 let found = changed(one.figure(parameter), other.figure(parameter), change);
                 largest[band] = largest[band].max(found);
@@ -72,7 +88,9 @@ pub fn against(scene: &Scene, other: &str, emissions: u64) -> Outcome {
         largest
     };
     Outcome {
-        decisions,
+        time: other.seconds / auto.seconds,
+        decisions: auto.decisions,
+        others: other.decisions,
         level_db: change(Parameter::Level, |one, other| (one - other).abs()),
         decay: change(Parameter::T30, |one, other| (one / other - 1.0).abs()),
     }
@@ -144,6 +162,14 @@ fn shelf(mesh: &mut Mesh, z: f64, low: [f64; 2], high: [f64; 2]) {
     );
 }
 
+/// A diffuse room with a screen that touches nothing, the length of its edges [m] and the surface of everything [m²].
+#[must_use]
+pub fn floating_screen() -> (Scene, f64, f64) {
+    let mut scene = shoebox("floating screen", [7.0, 5.0, 3.0], 0.1, 1.0, octaves(&[1000.0, 2000.0]));
+    screen(&mut scene.mesh, 4.0, [1.0, 4.0], [0.5, 2.5]);
+    (scene, 2.0 * (3.0 + 2.0), 2.0 * (35.0 + 21.0 + 15.0) + 2.0 * 6.0)
+}
+
 fn air(temperature_celsius: f64, relative_humidity_percent: f64) -> Air {
     Air { temperature_celsius, relative_humidity_percent, ..Air::default() }
 }
@@ -154,6 +180,25 @@ fn with_cardioid(mut scene: Scene) -> Scene {
     scene.sources[0].directivity = Directivity::Cardioid;
     scene.sources[0].aim = DVec3::NEG_X;
     scene
+}
+
+/// The same in 63 and 125 Hz only, where edges bend most; of rooms whose materials are alike in all bands.
+#[must_use]
+pub fn in_low_bands(scene: &Scene) -> Scene {
+    let bands = octaves(&[63.0, 125.0]);
+    let uniform = |material: &Material| {
+        Material::uniform(&material.name, material.absorption[0], material.scattering[0], bands.count())
+    };
+    let materials = scene.materials.iter().map(uniform).collect();
+    let mut low = Scene::from_parts(scene.mesh.clone(), materials, bands.clone(), scene.duration);
+    low.name.clone_from(&scene.name);
+    for source in &scene.sources {
+        low = low.with_source(&source.name, source.position.to_array());
+    }
+    for receiver in &scene.receivers {
+        low = low.with_receiver(&receiver.name, receiver.position.to_array());
+    }
+    low
 }
 
 /// Twenty-one of them.

@@ -1,8 +1,12 @@
 //! What `auto` leaves out changes no more than promised, and what it leaves in is missed where it is left out: one scene an effect, and one that
 //! needs none. All of them are in tests/accept.
 
-use sonel_study::effects::{Effect, LEVEL_DB};
-use sonel_tests::occasions::{against, scenes};
+use std::f64::consts::{PI, TAU};
+
+use sonel_map::Mode;
+use sonel_study::effects::{Bound, Decision, Effect, LEVEL_DB, decide};
+use sonel_study::trial::NoClock;
+use sonel_tests::occasions::{against, floating_screen, scenes};
 
 const EMISSIONS: u64 = 1_000;
 /// Rounding of decibels and regressions.
@@ -38,4 +42,43 @@ fn what_auto_leaves_in_is_missed() {
         assert!(outcome.decisions[effect as usize].on.contains(&true), "{name}");
         assert!(outcome.level_db.iter().any(|&change| change > LEVEL_DB), "{name}: {:?}", outcome.level_db);
     }
+}
+
+fn bending(scene: &sonel_scene::Scene, spec: &str) -> Decision {
+    let (mut scene, geometry) = (scene.clone(), scene.geometry().expect("walls"));
+    let spec = spec.parse().expect("a specification");
+    let mut decisions = decide(&spec, Mode::Accurate, &mut scene, &geometry, false, &NoClock).expect("a run");
+    decisions.swap_remove(Effect::Bending as usize)
+}
+
+fn bound(scene: &sonel_scene::Scene) -> Bound {
+    bending(scene, "auto,-diffraction").bound.expect("a closed room")
+}
+
+/// In a diffuse field a way of the mean length 4V/S passes an edge of length L nearer than b with the probability 2πbL/S (the mean shadow of
+/// a cylinder is a quarter of its surface), and is turned there by b₀/b, at most by one: ⟨½ θ²⟩ = π L b₀ (2 − b₀/5λ)/S.
+#[test]
+fn ways_are_turned_in_a_diffuse_field_as_chords_tell() {
+    let (scene, length, surface) = floating_screen();
+    let found = bound(&scene).decay;
+    for (band, wavelength) in scene.wavelengths().into_iter().enumerate() {
+        let nearest = 0.87 * wavelength / (2.0 * TAU);
+        let expected = |length: f64| PI * length * nearest * (2.0 - nearest / (5.0 * wavelength)) / surface;
+        let ratio = found[band] / expected(length);
+        assert!((ratio - 1.0).abs() < 0.25, "band {band}: {} instead of {}", found[band], expected(length));
+        let short = found[band] / expected(0.6 * length);
+        assert!((short - 1.0).abs() > 0.25, "edges that are shorter by two fifths are told apart");
+    }
+}
+
+#[test]
+fn bending_is_weighed_and_left_out_unless_asked_for() {
+    let by_name = |name: &str| scenes().into_iter().find(|scene| scene.name == name).expect("one of them");
+    let seats = bending(&by_name("seat rows"), "auto");
+    let bound = seats.bound.expect("a closed room");
+    assert!(bound.decay[0] > 0.02 && bound.decay.is_sorted_by(|low, high| low > high), "{:?}", bound.decay);
+    assert!(!seats.on.contains(&true) && seats.reason.contains("% of T at 63 Hz"), "{}", seats.reason);
+    assert!(bending(&by_name("seat rows"), "auto,+bending").on.iter().all(|&on| on));
+    assert_eq!(bending(&by_name("dead booth"), "auto,+bending").bound.expect("nothing").decay, [0.0; 8]);
+    assert_eq!(bending(&by_name("barrier outdoors"), "auto").bound, None);
 }

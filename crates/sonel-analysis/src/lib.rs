@@ -28,7 +28,7 @@ pub mod modulation;
 pub mod outlier;
 pub mod parameter;
 pub mod plot;
-mod reading;
+pub mod reading;
 pub mod receiver;
 pub mod regression;
 pub mod report;

@@ -152,7 +152,7 @@ pub fn decide(
                 Ok(edges::decide_for_paper(spec.wish(effect), scene, geometry))
             }
             Effect::Diffraction => edges::decide(spec.wish(effect), scene, geometry, weigh, clock),
-            Effect::Bending => Ok(bending::decide(spec.wish(effect), mode, scene, geometry)),
+            Effect::Bending => bending::decide(spec.wish(effect), mode, scene, geometry, weigh, clock),
             Effect::Air => Ok(air.clone()),
             Effect::Directivity => Ok(directivity.clone()),
             _ => Ok(Decision::new(effect, vec![false; scene.bands.count()], "not built yet".to_owned())),
