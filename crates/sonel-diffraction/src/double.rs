@@ -269,6 +269,40 @@ mod tests {
         }
     }
 
+    /// Against boundary elements, which know of no edge: a line source behind a rigid slab 8 m high, over its top and under its
+    /// foot. A line source hears √(2πL/(jk)) of what a point source does. What is left out runs along a side from the top to the foot.
+    #[test]
+    fn a_slab_shades_as_boundary_elements_say() {
+        use sonel_testkit::analytic::boundary_elements::Section;
+        const HEIGHT: f64 = 8.0;
+        // Below the resonances of the section.
+        for (width, k) in [(0.5, 2.0), (0.5, 5.0), (1.5, 1.9)] {
+            for (source, receiver) in [([3.0, 1.5], [4.0, 2.0]), ([2.0, 2.5], [5.0, 0.5])] {
+                // [beside, below] from the upper edge; from the lower one the other way up.
+                let about =
+                    |[beside, below]: [f64; 2]| (beside.hypot(below), PI + libm::atan2(below, beside));
+                let turned = |[beside, below]: [f64; 2]| about([beside, HEIGHT - below]);
+                let over = [
+                    path(about(source), about(receiver), width, 0.0),
+                    path(turned(source), turned(receiver), width, 0.0),
+                ];
+                let line = |path: &DoublePath, share: f64| {
+                    let spread = (2.0 * PI * path.length() / k).sqrt() * share;
+                    path.endless_amplitude(k) * Complex::unit(-k * path.length() - 0.25 * PI) * spread
+                };
+                let section = Section { low: [0.0, -HEIGHT], high: [width, 0.0] };
+                let (re, im) =
+                    section.pressure([-source[0], -source[1]], [width + receiver[0], -receiver[1]], k);
+                let exact = Complex::new(re, im);
+                let error = |share: f64| {
+                    (line(&over[0], share) + line(&over[1], share) - exact).modulus() / exact.modulus()
+                };
+                assert!(error(1.0) < 0.1, "{width} m, k {k}, {source:?}: {}", error(1.0));
+                assert!(error(2.0) > 0.5, "the wave along the face counted twice is rejected");
+            }
+        }
+    }
+
     /// A receiver rises over the plane of the top: the first edge comes into sight, and both together have no step.
     #[test]
     fn a_receiver_that_rises_over_the_top_hears_no_step() {

@@ -12,8 +12,10 @@
 //! | edge of a wedge | diffracted field, by adding up its parts | [`wedge_edge`] |
 //! | absorbing half plane | Kirchhoff's, small angles | [`knife_edge`] |
 //! | two edges of a barrier | what goes over both, by adding up its parts | [`double_edge`] |
+//! | rigid cylinder of rectangular section | line source, to discretisation | [`boundary_elements`] |
 //! | diffuse shoebox | decay, echogram and steady state, to discretisation | [`diffuse_box`] |
 
+pub mod boundary_elements;
 pub mod diffuse_box;
 pub mod diffuse_sphere;
 pub mod double_edge;

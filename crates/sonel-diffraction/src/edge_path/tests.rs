@@ -256,6 +256,98 @@ fn on_the_edge_the_field_is_that_of_the_solid_angle() {
     }
 }
 
+/// What an edge that is as good as endless and all waves that it leaves lit make together, at wave number `k` [1/m].
+fn everything(angle: f64, source: WedgePoint, receiver: WedgePoint, k: f64) -> Complex {
+    let middle = |point: WedgePoint| WedgePoint { along: point.along + 2e4, ..point };
+    let (source, receiver) = (middle(source), middle(receiver));
+    let (between, sum) = (receiver.angle - source.angle, receiver.angle + source.angle);
+    let turns = [between, sum, 2.0 * angle - sum];
+    let [direct, first, second] = turns.map(|turn| Some(turn.abs() < PI));
+    let lit = Lit { direct, faces: [first, second], within: 1e-6 };
+    let path = EdgePath::new(&wedge(angle, 4e4), source, receiver, [0.0, 4e4], lit, 1.0);
+    let wave = |turn: f64| {
+        let across = source.radius.powi(2) + receiver.radius.powi(2)
+            - 2.0 * source.radius * receiver.radius * turn.cos();
+        let way = (across + (source.along - receiver.along).powi(2)).sqrt();
+        Complex::unit(-k * way) * (1.0 / way)
+    };
+    let clear = turns.into_iter().filter(|turn| turn.abs() < PI).map(wave);
+    path.field(k).into_iter().chain(clear).fold(Complex::ZERO, |a, b| a + b)
+}
+
+/// A ridge of a millionth of a degree is a wall: the direct wave and one image, also where the image lies on the ridge.
+#[test]
+fn an_edge_of_nearly_no_angle_is_a_wall() {
+    for receiver in [20.0, 100.0, 119.999, 120.0, 120.001, 170.0] {
+        let (source, receiver) = (at(4.0, 60.0, 0.0), at(3.0, receiver, 1.0));
+        for k in [2.0, 70.0] {
+            let wall = everything(PI, source, receiver, k);
+            let ridge = |beyond: f64| (everything(PI + beyond, source, receiver, k) - wall).modulus();
+            assert!(ridge(2e-8) < 1e-5, "{}: {}", receiver.angle, ridge(2e-8));
+            assert!(ridge(2e-2) > 1e-4, "a ridge of a degree is heard: {}", ridge(2e-2));
+        }
+    }
+}
+
+/// A fold of nearly no solid is a sheet.
+#[test]
+fn a_wedge_of_nearly_no_solid_is_a_sheet() {
+    for degrees in [10.0, 130.0, 245.0, 300.0, 350.0] {
+        let (source, receiver) = (at(4.0, 60.0, 0.0), at(3.0, degrees, 1.0));
+        for k in [2.0, 70.0] {
+            let sheet = everything(TAU, source, receiver, k);
+            let fold = |less: f64| (everything(TAU - less, source, receiver, k) - sheet).modulus();
+            assert!(
+                fold(1e-8) < 1e-5 && fold(1e-2) > fold(1e-8),
+                "{degrees}°: {} {}",
+                fold(1e-8),
+                fold(1e-2)
+            );
+        }
+    }
+}
+
+/// On the line of an edge, beyond its end, nothing arrives from it; beside the line it grows as the distance to the power ν.
+#[test]
+fn on_the_line_of_an_edge_nothing_arrives_from_it() {
+    for (angle, degrees) in [(TAU, 300.0), (1.5 * PI, 200.0)] {
+        for k in [2.0, 70.0] {
+            let field = |radius: f64| {
+                let (source, receiver) = (at(3.0, 60.0, 1.0), at(radius, degrees, 5.0));
+                let path =
+                    EdgePath::new(&wedge(angle, 2.0), source, receiver, [0.0, 2.0], Lit::default(), 1.0);
+                path.field(k).into_iter().fold(Complex::ZERO, |a, b| a + b).modulus()
+            };
+            assert!(field(0.0) < 1e-3 * field(0.1), "{}", field(0.0));
+            let growth = (field(1e-4) / field(1e-6)).log10() / 2.0;
+            assert!((growth - PI / angle).abs() < 0.01, "{growth}");
+        }
+    }
+}
+
+/// Edges much shorter than the wavelength radiate as much as they are long.
+#[test]
+fn an_edge_shorter_than_the_wavelength_fades_with_its_length() {
+    let k = 2.0;
+    let loudness = |length: f64| {
+        let part = [25.0 - 0.5 * length, 25.0 + 0.5 * length];
+        let path = EdgePath::new(
+            &wedge(TAU, 50.0),
+            at(4.0, 70.0, 25.0),
+            at(3.0, 300.0, 25.5),
+            part,
+            Lit::default(),
+            k,
+        );
+        path.field(k).into_iter().fold(Complex::ZERO, |a, b| a + b).modulus()
+    };
+    for length in [0.3, 0.03, 0.003] {
+        let ratio = loudness(length) / loudness(0.5 * length);
+        assert!((ratio - 2.0).abs() < 0.01, "{length} m: {ratio}");
+    }
+    assert!((loudness(30.0) / loudness(15.0) - 2.0).abs() > 0.5, "long ones do not");
+}
+
 #[test]
 fn exchange_of_source_and_receiver_changes_nothing() {
     let (a, b) = (at(4.0, 20.0, 3.0), at(0.7, 250.0, 8.0));
