@@ -52,9 +52,10 @@ impl Pilot {
         let share = |parameter| twice.as_ref().map_or(0.0, |twice| twice.share(&found, parameter));
         Self {
             emissions: map.emissions,
+            batches: map.batches,
             rays: last.rays,
             casts_rays: twice.is_some(),
-            spreads: spreads(&found, map.batches, share),
+            spreads: spreads(&found, (map.emissions, map.batches), share),
             costs: Costs::default(),
         }
     }
@@ -118,8 +119,15 @@ mod tests {
     fn pilot(sonels: f64, rays: f64) -> Pilot {
         let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
         let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
-        let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance) }];
-        Pilot { emissions: 10_000, rays: 1000, casts_rays: rays > 0.0, spreads, costs: Costs::default() }
+        let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];
+        Pilot {
+            emissions: 10_000,
+            batches: 96,
+            rays: 1000,
+            casts_rays: rays > 0.0,
+            spreads,
+            costs: Costs::default(),
+        }
     }
 
     fn hearing(pilot: &Pilot, limit: f64) -> Hearing {

@@ -21,6 +21,7 @@ pub mod plan;
 pub mod response;
 mod split;
 pub mod spread;
+mod tails;
 pub mod target;
 pub mod tradeoff;
 pub mod trial;

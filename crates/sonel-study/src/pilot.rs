@@ -2,9 +2,9 @@
 //!
 //! - Its random numbers are not those of the run that it plans, so that the number of emissions it asks for and the run's
 //!   own estimates are independent: intervals of a run planned by a pilot cover as ever.
-//! - It has 96 batches, so that the variance of a figure is good to 15 %, and is longer where that costs little: late decay may
-//!   be carried by few strong paths, whose variance itself scatters.
-//! - What visibility rays add to the variance is told from what sonels add by hearing the same map with other and more rays; what
+//! - It has 96 batches, so that the variance of a figure is good to 15 %, and is longer where that costs little, or where the kurtosis of the
+//!   batches says that few strong paths carry a figure, whose variance itself scatters (see [`crate::tails`]).
+//! - What visibility rays add to the variance is told from what sonels add by hearing the same map with other and fewer rays; what
 //!   the sonels on discs and in spheres add, whose area shrinks as there are more, by the inner and outer halves of the areas.
 //! - A shorter run beside it tells fixed times from times per emission.
 //!
@@ -16,28 +16,36 @@ use sonel_renderer::{ReceiverPoint, RenderSettings};
 
 use crate::split::{self, HeardTwice};
 use crate::spread::{Place, Reading, readings};
+use crate::tails;
 use crate::trial::{Clock, Heard, InMemory, NoClock, Room, TracedMap, TrialError, hear};
 
 /// Batches of the pilot.
 const BATCHES: u32 = 96;
-/// Emissions of the shortest pilot, and of the longest.
-const EMISSIONS: std::ops::RangeInclusive<u64> = 12_288..=49_152;
+/// Emissions of pilots, the most first.
+const EMISSIONS: [u64; 3] = [49_152, 24_576, 12_288];
 /// A pilot longer than the shortest has at most so many segments times rays to judges and along the path.
-const WORK: f64 = 3e6;
+const WORK: f64 = 1.2e6;
+/// The same where few strong paths carry a figure.
+const WORK_FOR_TAILS: f64 = 5e6;
 /// The shorter run has this part of the shortest pilot's emissions and of its batches.
 const SHORTER: u32 = 4;
-/// How many times the rays are heard that tell their noise.
-const MORE_RAYS: u32 = 2;
+/// A part of the rays tells the noise of all.
+const FEWER_RAYS: u32 = 2;
 /// Emissions that tell how long paths are.
 const FEW: u64 = 256;
 /// What tells the seeds of pilots from those of users: the golden ratio's bits.
 const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// The part of a run's time that its pilot may take in CPU seconds, even if a single processor works.
+pub const SHARE_OF_TIME: f64 = 0.3;
 
 /// What a pilot found.
 #[derive(Debug, Clone)]
 pub struct Pilot {
     /// Emissions per source of each of its runs (per source and band where bands do not share paths).
     pub emissions: u64,
+    /// Its batches.
+    pub batches: u32,
     /// Visibility rays of a receiver.
     pub rays: u32,
     /// Whether visibility rays are cast: then more of them help.
@@ -57,6 +65,9 @@ pub struct Spread {
     pub value: Option<f64>,
     /// Its variance, or why nobody can say.
     pub variance: Result<Variance, String>,
+    /// Excess kurtosis that a batch of a single emission would have: large where few strong paths carry the figure, so that its
+    /// variance is itself uncertain.
+    pub tail: f64,
 }
 
 /// Squares of standard errors in just-noticeable differences.
@@ -102,8 +113,12 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// Through two points (emissions, cost), the first with fewer; neither part is below zero.
+    /// Through two points (emissions, cost), the first with fewer; neither part is below zero. Through a single one there is no fixed part, so
+    /// that more emissions cost less than it says.
     fn through(few: (f64, f64), many: (f64, f64)) -> Self {
+        if few.0 >= many.0 {
+            return Self { fixed: 0.0, each: many.1 / many.0 };
+        }
         let each = ((many.1 - few.1) / (many.0 - few.0)).clamp(LEAST_EACH * many.1 / many.0, many.1 / many.0);
         Self { fixed: (many.1 - each * many.0).max(0.0), each }
     }
@@ -127,6 +142,9 @@ pub struct Mission<'a> {
     pub receivers: &'a [ReceiverPoint],
     /// Which figures matter.
     pub parameters: &'a [Parameter],
+    /// CPU seconds that a pilot may take, where the clock matters; its shortest form, a quarter of the shortest otherwise, takes what it
+    /// takes.
+    pub seconds: Option<f64>,
 }
 
 /// One of a pilot's runs.
@@ -150,6 +168,16 @@ impl Run {
         let heard = hear(&traced.map, mission.room.geometry(), mission.receivers, &render, clock)?;
         Ok(Self { emissions: settings.emissions as f64, traced, heard })
     }
+
+    /// CPU seconds of a run of so many emissions in [`BATCHES`] batches that is heard twice where rays are cast; at the most, as every
+    /// phase but that of the deterministic parts is taken to grow in proportion.
+    fn seconds_of(&self, emissions: u64) -> f64 {
+        let (traced, heard) = (self.traced.seconds, self.heard.seconds);
+        let more = emissions as f64 / self.emissions;
+        let hearings = if self.heard.casts_rays { 2.0 } else { 1.0 };
+        let hearing = heard.deterministic + f64::from(SHORTER) * heard.figures + more * heard.sweep;
+        more * (traced.total() + heard.prepare) + hearings * hearing
+    }
 }
 
 /// Runs a pilot.
@@ -157,29 +185,51 @@ impl Run {
 /// # Errors
 /// As [`Room::trace`] and [`hear`].
 pub fn run(mission: &Mission<'_>, clock: &dyn Clock) -> Result<Pilot, TrialError> {
-    let shorter = Run::of(mission, EMISSIONS.start() / u64::from(SHORTER), BATCHES / SHORTER, clock)?;
-    let run = Run::of(mission, length(mission, &shorter), BATCHES, clock)?;
-    let casts_rays = run.heard.casts_rays;
-    let more = casts_rays.then(|| hear_more(mission, &run.traced, clock)).transpose()?;
+    let begin = clock.process();
+    let least = EMISSIONS[EMISSIONS.len() - 1];
+    let shorter = Run::of(mission, least / u64::from(SHORTER), BATCHES / SHORTER, clock)?;
+    let ends_in_time = |emissions| {
+        let end = mission.seconds.map_or(f64::INFINITY, |seconds| begin + seconds);
+        clock.process() + shorter.seconds_of(emissions) <= end
+    };
+    let mut run = None;
+    if !is_heavy(mission, &shorter)
+        && let Some(emissions) = lengths(mission, &shorter, WORK).find(|&emissions| ends_in_time(emissions))
+    {
+        run = Some(Run::of(mission, emissions, BATCHES, clock)?);
+    }
+    if is_heavy(mission, run.as_ref().unwrap_or(&shorter)) {
+        let known = run.as_ref().map_or(0.0, |run| run.emissions);
+        let longer = |emissions: &u64| *emissions as f64 > known && ends_in_time(*emissions);
+        if let Some(emissions) = lengths(mission, &shorter, WORK_FOR_TAILS).find(longer) {
+            run = Some(Run::of(mission, emissions, BATCHES, clock)?);
+        }
+    }
+    let Some(run) = run else { return Ok(found(mission, &shorter, &shorter, None)) };
+    let fewer = run.heard.casts_rays.then(|| hear_fewer(mission, &run.traced, clock)).transpose()?;
+    Ok(found(mission, &shorter, &run, fewer.as_ref()))
+}
+
+/// What the runs say.
+fn found(mission: &Mission<'_>, shorter: &Run, run: &Run, fewer: Option<&Heard>) -> Pilot {
     let found = readings(&run.heard.figures, mission.parameters);
-    let others = more.as_ref().map(|more| HeardTwice {
+    let others = fewer.map(|fewer| HeardTwice {
         figures: &run.heard.figures,
-        others: &more.figures,
+        others: &fewer.figures,
         // Rays of their own: the difference holds the noise of both.
-        excess: 1.0 + 1.0 / f64::from(MORE_RAYS),
-        batches: BATCHES,
+        excess: 1.0 + f64::from(FEWER_RAYS),
+        batches: run.traced.map.header().settings.batches,
     });
-    let spreads = spreads(&found, BATCHES, |parameter| {
-        others.as_ref().map_or(0.0, |others| others.share(&found, parameter))
-    });
-    let costs = costs(&shorter, &run, more.as_ref());
-    Ok(Pilot {
-        emissions: run.traced.map.header().settings.emissions,
+    let share = |parameter| others.as_ref().map_or(0.0, |others| others.share(&found, parameter));
+    let Settings { emissions, batches, .. } = run.traced.map.header().settings;
+    Pilot {
+        emissions,
+        batches,
         rays: mission.render.rays,
-        casts_rays,
-        spreads,
-        costs,
-    })
+        casts_rays: run.heard.casts_rays,
+        spreads: spreads(&found, (emissions, batches), share),
+        costs: costs(shorter, run, fewer),
+    }
 }
 
 /// Segments per emission of the run that is planned: a few packets traced and not heard.
@@ -192,43 +242,53 @@ pub fn segments(mission: &Mission<'_>) -> Result<f64, TrialError> {
     Ok(traced.books.segments as f64 / (FEW * mission.room.scene().sources.len() as u64) as f64)
 }
 
-/// As many emissions as are cheap, but for a power of two.
-fn length(mission: &Mission<'_>, shorter: &Run) -> u64 {
-    let work =
-        shorter.traced.books.segments as f64 / shorter.emissions * (1 + mission.receivers.len()) as f64;
-    let mut emissions = *EMISSIONS.start();
-    while 2 * emissions <= *EMISSIONS.end() && work * 2.0 * emissions as f64 <= WORK {
-        emissions *= 2;
-    }
-    emissions
+/// Whether few strong paths carry a figure of `run`: only more emissions find them.
+fn is_heavy(mission: &Mission<'_>, run: &Run) -> bool {
+    let found = readings(&run.heard.figures, mission.parameters);
+    mission.parameters.iter().any(|&parameter| tails::pooled(&found, parameter) > tails::HEAVY)
 }
 
-/// The same map, heard with more rays and other choices.
-fn hear_more(mission: &Mission<'_>, traced: &TracedMap, clock: &dyn Clock) -> Result<Heard, TrialError> {
+/// Emissions of pilots that have at most `limit` work, and of the shortest; the most first.
+fn lengths(mission: &Mission<'_>, shorter: &Run, limit: f64) -> impl Iterator<Item = u64> {
+    let segments = shorter.traced.books.segments as f64 / shorter.emissions;
+    let work = segments * (1 + mission.receivers.len()) as f64;
+    let least = EMISSIONS[EMISSIONS.len() - 1];
+    EMISSIONS.into_iter().filter(move |&emissions| emissions == least || work * emissions as f64 <= limit)
+}
+
+/// The same map, heard with fewer rays and other choices.
+fn hear_fewer(mission: &Mission<'_>, traced: &TracedMap, clock: &dyn Clock) -> Result<Heard, TrialError> {
     let seed = traced.map.header().settings.seed.wrapping_mul(SEED);
-    let rays = mission.render.rays.saturating_mul(MORE_RAYS);
+    let rays = mission.render.rays.div_ceil(FEWER_RAYS);
     let render = RenderSettings { seed: Some(seed), rays, ..mission.render.clone() };
     Ok(hear(&traced.map, mission.room.geometry(), mission.receivers, &render, clock)?)
 }
 
-/// How uncertain the figures that were `found` in `batches` batches are, where visibility rays have a `share` of the variance.
-pub(crate) fn spreads(found: &[Reading], batches: u32, share: impl Fn(Parameter) -> f64) -> Vec<Spread> {
+/// How uncertain the figures are that were `found` in a run of so many emissions and batches, where visibility rays have a `share` of
+/// the variance.
+pub(crate) fn spreads(
+    found: &[Reading],
+    (emissions, batches): (u64, u32),
+    share: impl Fn(Parameter) -> f64,
+) -> Vec<Spread> {
     let spread = |reading: &Reading| Spread {
         place: reading.place,
         value: reading.value,
         variance: split::parts(reading, batches, share(reading.place.parameter)),
+        tail: tails::pooled(found, reading.place.parameter) * emissions as f64 / f64::from(batches),
     };
     found.iter().map(spread).collect()
 }
 
-fn costs(few: &Run, many: &Run, more: Option<&Heard>) -> Costs {
+fn costs(few: &Run, many: &Run, fewer: Option<&Heard>) -> Costs {
     let line =
         |of: &dyn Fn(&Run) -> f64| Linear::through((few.emissions, of(few)), (many.emissions, of(many)));
     // What is deterministic costs the same each time.
     let deterministic = few.heard.seconds.deterministic.min(many.heard.seconds.deterministic);
     let render = line(&|run| run.heard.seconds.sweep);
-    let rays = more.map_or(0.0, |more| {
-        ((more.seconds.sweep - many.heard.seconds.sweep) / f64::from(MORE_RAYS - 1)).max(0.0)
+    let rays = fewer.map_or(0.0, |fewer| {
+        let saved = many.heard.seconds.sweep - fewer.seconds.sweep;
+        (saved / (1.0 - 1.0 / f64::from(FEWER_RAYS))).max(0.0)
     });
     Costs {
         trace: line(&|run| run.traced.seconds.trace + run.traced.seconds.write),
@@ -237,5 +297,70 @@ fn costs(few: &Run, many: &Run, more: Option<&Heard>) -> Costs {
         rays,
         bytes: line(&|run| run.traced.map.byte_length() as f64),
         segments: many.traced.books.segments as f64 / many.emissions,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::judges::judges;
+    use crate::plan::Plan;
+    use crate::spread::PLANNED;
+    use sonel_acoustics::{BandWidth, Bands, Material};
+    use sonel_scene::Scene;
+    use std::sync::Mutex;
+
+    /// A second passes whenever somebody asks for the time.
+    #[derive(Default)]
+    struct Ticking(Mutex<f64>);
+
+    impl Clock for Ticking {
+        fn process(&self) -> f64 {
+            let mut time = self.0.lock().expect("nobody panicked");
+            *time += 1.0;
+            *time
+        }
+
+        fn thread(&self) -> f64 {
+            0.0
+        }
+    }
+
+    /// A pilot of a box with as much `scattering` that may take `seconds`.
+    fn pilot(scattering: f64, seconds: Option<f64>) -> Pilot {
+        let bands = Bands::new(vec![500.0], BandWidth::Octave).expect("an octave");
+        let walls = Material::uniform("walls", 0.3, scattering, bands.count());
+        let scene = Scene::shoebox([6.0, 5.0, 3.0], walls, bands)
+            .with_duration(0.8)
+            .with_source("source", [1.0, 1.0, 1.5])
+            .with_receiver("seat", [4.2, 3.4, 1.2]);
+        let room = Room::new(&scene, Vec::new()).expect("walls");
+        let receivers = judges(&scene, room.geometry());
+        let mission = Mission {
+            room: &room,
+            trace: Settings::default(),
+            render: RenderSettings::default(),
+            receivers: &receivers,
+            parameters: &PLANNED,
+            seconds,
+        };
+        let pilot = run(&mission, &Ticking::default()).expect("a sound scene");
+        let plan = Plan::of_trace(pilot.clone(), &scene, &receivers, 32, 0.001);
+        assert!(plan.rows.iter().all(|row| row.price.trace.is_finite() && row.effort.emissions > 0));
+        pilot
+    }
+
+    #[test]
+    fn pilots_are_as_long_as_their_time_and_what_they_find_let_them() {
+        assert!(pilot(0.9, None).emissions >= 12_288);
+        assert_eq!(pilot(0.9, None).emissions, pilot(0.9, Some(1e6)).emissions);
+        let hasty = pilot(0.9, Some(3.0));
+        assert_eq!((hasty.emissions, hasty.batches), (3072, 24));
+    }
+
+    /// Hardly any scattering: few paths reach the sphere late.
+    #[test]
+    fn heavy_tails_make_pilots_longer() {
+        assert!(pilot(0.01, None).emissions > pilot(0.9, None).emissions);
     }
 }

@@ -2,6 +2,7 @@
 //! rendering of a map whose sonels are given.
 
 use sonel_acoustics::Bands;
+use sonel_analysis::Parameter;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 
@@ -56,7 +57,16 @@ pub struct Row {
     /// Own memory of trace and render, without the pages of the map [bytes].
     pub memory: [f64; 2],
     /// Widest 95 % half-width over the judges, in the figure's own unit, by band and [`PLANNED`]; none where it cannot be read.
-    pub widths: Vec<[Option<f64>; PLANNED.len()]>,
+    pub widths: Vec<[Option<Width>; PLANNED.len()]>,
+}
+
+/// Half of a 95 % interval that is predicted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Width {
+    /// What to expect.
+    pub expected: f64,
+    /// Between which bounds it is found in 19 of 20 runs ([`Pilot::range`]).
+    pub range: [f64; 2],
 }
 
 /// The least effort that keeps targets.
@@ -223,23 +233,46 @@ impl Row {
 }
 
 /// Widest half-widths in the figures' own units, by band.
-fn widths(pilot: &Pilot, effort: Effort, bands: usize) -> Vec<[Option<f64>; PLANNED.len()]> {
-    (0..bands).map(|band| PLANNED.map(|parameter| pilot.widest(effort, band, parameter))).collect()
+fn widths(pilot: &Pilot, effort: Effort, bands: usize) -> Vec<[Option<Width>; PLANNED.len()]> {
+    (0..bands).map(|band| PLANNED.map(|parameter| pilot.widest_in_band(effort, band, parameter))).collect()
 }
 
 impl Pilot {
     /// Widest half-width of `parameter` in `band` over the judges, in its own unit; none where it cannot be read.
     #[must_use]
-    pub fn widest(&self, effort: Effort, band: usize, parameter: sonel_analysis::Parameter) -> Option<f64> {
-        let here = |spread: &&Spread| spread.place.band == band && spread.place.parameter == parameter;
-        self.spreads
-            .iter()
-            .filter(here)
-            .filter_map(|spread| {
-                let unit = parameter.just_noticeable(spread.value?);
-                Some(self.half_width(spread, effort).ok()?.total() * unit)
-            })
-            .reduce(f64::max)
+    pub fn widest_in_band(&self, effort: Effort, band: usize, parameter: Parameter) -> Option<Width> {
+        let here = self.of_parameter(parameter).filter(|spread| spread.place.band == band);
+        here.filter_map(|spread| {
+            Some(self.width(spread, effort)?.times(parameter.just_noticeable(spread.value?)))
+        })
+        .reduce(Width::wider)
+    }
+
+    /// Widest half-width of `parameter` over bands and judges, in just-noticeable differences; none where it cannot be read.
+    #[must_use]
+    pub fn widest(&self, effort: Effort, parameter: Parameter) -> Option<Width> {
+        self.of_parameter(parameter).filter_map(|spread| self.width(spread, effort)).reduce(Width::wider)
+    }
+
+    fn of_parameter(&self, parameter: Parameter) -> impl Iterator<Item = &Spread> {
+        self.spreads.iter().filter(move |spread| spread.place.parameter == parameter)
+    }
+
+    fn width(&self, spread: &Spread, effort: Effort) -> Option<Width> {
+        let expected = self.half_width(spread, effort).ok()?.total();
+        Some(Width { expected, range: self.range(spread, effort).ok()? })
+    }
+}
+
+impl Width {
+    fn times(self, unit: f64) -> Self {
+        Self { expected: unit * self.expected, range: self.range.map(|bound| unit * bound) }
+    }
+
+    /// Of the wider of two.
+    fn wider(self, other: Self) -> Self {
+        let [low, high] = [0, 1].map(|bound: usize| self.range[bound].max(other.range[bound]));
+        Self { expected: self.expected.max(other.expected), range: [low, high] }
     }
 }
 
@@ -273,15 +306,14 @@ mod tests {
     use super::*;
     use crate::pilot::{Costs, Variance};
     use crate::spread::student_factor;
-    use sonel_analysis::Parameter;
 
     /// A pilot of 10 000 emissions whose only figure has a σ of 0.1 JND, from sonels and rays as given.
     fn pilot(sonels: f64, rays: f64) -> Pilot {
         let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
         let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
-        let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance) }];
+        let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];
         let costs = Costs { segments: 40.0, ..Costs::default() };
-        Pilot { emissions: 10_000, rays: 1000, casts_rays: rays > 0.0, spreads, costs }
+        Pilot { emissions: 10_000, batches: 96, rays: 1000, casts_rays: rays > 0.0, spreads, costs }
     }
 
     #[test]

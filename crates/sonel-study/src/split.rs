@@ -8,8 +8,8 @@ use sonel_analysis::{Parameter, ReceiverFigures, jackknife};
 use crate::pilot::Variance;
 use crate::spread::{Place, Reading, student_factor};
 
-/// A shift beyond noise has a square of more than this times its variance.
-const BEYOND_NOISE: f64 = 2.0;
+/// A shift is a bias where it is beyond so many of its standard errors; less is found once in three times where there is none.
+const BEYOND_NOISE: f64 = 3.0;
 
 /// The figures of the same sonels, heard twice.
 pub(crate) struct HeardTwice<'a> {
@@ -66,6 +66,6 @@ pub(crate) fn parts(reading: &Reading, batches: u32, share: f64) -> Result<Varia
         return Ok(Variance { sonels: all - rays, areas: 0.0, rays, bias: 0.0 });
     };
     let areas = (0.25 * kernel.sigma * kernel.sigma).min(all - rays);
-    let bias = (kernel.shift * kernel.shift - BEYOND_NOISE * kernel.sigma * kernel.sigma).max(0.0);
-    Ok(Variance { sonels: all - rays - areas, areas, rays, bias })
+    let bias = if kernel.shift.abs() > BEYOND_NOISE * kernel.sigma { kernel.bias() } else { 0.0 };
+    Ok(Variance { sonels: all - rays - areas, areas, rays, bias: bias * bias })
 }

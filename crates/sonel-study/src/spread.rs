@@ -6,6 +6,8 @@
 use sonel_analysis::figure::KernelShift;
 use sonel_analysis::{Figure, Parameter, ReceiverFigures, Unsupported, student};
 
+use crate::tails::excess_kurtosis;
+
 /// Figures that a plan predicts (docs/interface.md).
 pub const PLANNED: [Parameter; 4] =
     [Parameter::Level, Parameter::T30, Parameter::EarlyDecayTime, Parameter::ClarityC80];
@@ -41,6 +43,8 @@ pub struct Reading {
     pub half_width: Result<HalfWidth, String>,
     /// What discs and spheres do to it, in just-noticeable differences; none where they do nothing.
     pub kernel: Option<KernelShift>,
+    /// Excess kurtosis of the batches: above zero where few of them are far from the others.
+    pub excess_kurtosis: f64,
 }
 
 /// Half of a 95 % interval, in just-noticeable differences.
@@ -74,7 +78,8 @@ pub fn readings(figures: &[ReceiverFigures], parameters: &[Parameter]) -> Vec<Re
                     figure.kernel.map(|k| KernelShift { shift: k.shift / unit, sigma: k.sigma / unit })
                 });
                 let place = Place { row, band, parameter };
-                readings.push(Reading { place, value, half_width, kernel });
+                let excess_kurtosis = figure.as_ref().map_or(0.0, |figure| excess_kurtosis(&figure.without));
+                readings.push(Reading { place, value, half_width, kernel, excess_kurtosis });
             }
         }
     }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use sonel_analysis::Parameter;
 use sonel_study::forecast::{Effort, Price};
 use sonel_study::pilot::Pilot;
-use sonel_study::plan::{Plan, Row};
+use sonel_study::plan::{Plan, Row, Width};
 use sonel_study::spread::{HalfWidth, PLANNED, Place, Reading};
 use sonel_study::until::Verdict;
 
@@ -77,10 +77,12 @@ fn needed_by(plan: &Plan, row: &Row) -> String {
 
 /// The half-widths of a plan, and which figures have none.
 fn widths(plan: &Plan) -> String {
-    let mut text = String::from("\nhalf of the 95 % interval, the widest of all judges:\naccuracy      band");
+    let mut text = String::from(
+        "\nhalf of the 95 % interval, the widest of all judges, and where it is in 19 of 20 runs:\naccuracy      band",
+    );
     for parameter in PLANNED {
         let (symbol, unit, _) = parameter.heading();
-        let _ = write!(text, " {:>10}", format!("{symbol} [{unit}]"));
+        let _ = write!(text, " {:>21}", format!("{symbol} [{unit}]"));
     }
     // Rows of the same sonels and rays have the same widths.
     let mut rows = plan.rows.clone();
@@ -90,8 +92,13 @@ fn widths(plan: &Plan) -> String {
             let _ = write!(text, "\n{:>4} JND {frequency:>6} Hz", row.just_noticeable);
             for (width, parameter) in widths.iter().zip(PLANNED) {
                 let (_, _, factor) = parameter.heading();
-                let shown = width.map_or_else(|| "-".to_owned(), |width| format!("{:.4}", width * factor));
-                let _ = write!(text, " {shown:>10}");
+                let shown = width.map_or_else(
+                    || "-".to_owned(),
+                    |Width { expected, range: [low, high] }| {
+                        format!("{:.3} ({:.3} … {:.3})", expected * factor, low * factor, high * factor)
+                    },
+                );
+                let _ = write!(text, " {shown:>21}");
             }
         }
     }
@@ -118,7 +125,8 @@ pub fn json(plan: &Plan) -> Value {
                 .map(|(frequency, widths)| {
                     let mut band = json!({ "center_frequency_hz": frequency });
                     for (width, parameter) in widths.iter().zip(PLANNED) {
-                        band[parameter.key()] = json!(width);
+                        band[parameter.key()] = json!(width.map(|width| width.expected));
+                        band["ranges"][parameter.key()] = json!(width.map(|width| width.range));
                     }
                     band
                 })
@@ -232,7 +240,7 @@ fn named(pairs: &[(String, String)], frequencies: &[f64], place: Place) -> Value
 #[derive(Debug, Clone, Default)]
 pub struct Comparison {
     /// Widest half-widths [JND] of figures: predicted and achieved.
-    pub widths: Vec<(Parameter, f64, f64)>,
+    pub widths: Vec<(Parameter, Width, f64)>,
     /// Predicted cost.
     pub predicted: Option<Price>,
     /// CPU seconds of the trace.
@@ -247,16 +255,12 @@ impl Comparison {
     /// The widest half-widths of the figures that were `found`, against those that `pilot` says of `effort`.
     #[must_use]
     pub fn of_widths(pilot: &Pilot, effort: Effort, found: &[Reading]) -> Self {
-        let mut widths: Vec<(Parameter, f64, f64)> = Vec::new();
+        let mut widths: Vec<(Parameter, Width, f64)> = Vec::new();
         for parameter in found.iter().map(|reading| reading.place.parameter) {
-            if widths.iter().any(|(known, ..)| *known == parameter) {
-                continue;
-            }
-            let spreads = pilot.spreads.iter().filter(|spread| spread.place.parameter == parameter);
-            let predicted = spreads
-                .filter_map(|spread| Some(pilot.half_width(spread, effort).ok()?.total()))
-                .reduce(f64::max);
-            if let (Some(predicted), Some(achieved)) = (predicted, widest(found, parameter)) {
+            if widths.iter().all(|(known, ..)| *known != parameter)
+                && let (Some(predicted), Some(achieved)) =
+                    (pilot.widest(effort, parameter), widest(found, parameter))
+            {
                 widths.push((parameter, predicted, achieved));
             }
         }
@@ -278,7 +282,9 @@ impl Comparison {
             part("map", price.bytes, self.bytes, bytes);
         }
         for (parameter, predicted, achieved) in &self.widths {
-            parts.push(format!("{} {predicted:.4} / {achieved:.4} JND", parameter.heading().0));
+            let Width { expected, range: [low, high] } = predicted;
+            let symbol = parameter.heading().0;
+            parts.push(format!("{symbol} {expected:.3} ({low:.3} … {high:.3}) / {achieved:.3} JND"));
         }
         format!("predicted / achieved: {}", parts.join(", "))
     }
@@ -286,21 +292,22 @@ impl Comparison {
     /// The same as JSON.
     #[must_use]
     pub fn json(&self) -> Value {
-        let widths = |pick: fn(&(Parameter, f64, f64)) -> f64| -> Value {
-            self.widths.iter().map(|width| (width.0.key().to_owned(), json!(pick(width)))).collect()
+        let widths = |pick: fn(&(Parameter, Width, f64)) -> Value| -> Value {
+            self.widths.iter().map(|width| (width.0.key().to_owned(), pick(width))).collect()
         };
         json!({
             "predicted": {
                 "trace_cpu_s": self.trace.and(self.predicted).map(|price| price.trace),
                 "render_cpu_s": self.render.and(self.predicted).map(|price| price.render),
                 "map_bytes": self.bytes.and(self.predicted).map(|price| price.bytes),
-                "half_widths_jnd": widths(|width| width.1),
+                "half_widths_jnd": widths(|width| json!(width.1.expected)),
+                "ranges_jnd": widths(|width| json!(width.1.range)),
             },
             "achieved": {
                 "trace_cpu_s": self.trace,
                 "render_cpu_s": self.render,
                 "map_bytes": self.bytes,
-                "half_widths_jnd": widths(|width| width.2),
+                "half_widths_jnd": widths(|width| json!(width.2)),
             },
         })
     }

@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, quiet };
     // Whatever is wrong with the output shall be said before the work is done.
     let output = arguments.output.as_deref().map(Output::create).transpose()?;
-    let plan = arguments.plan.then(|| planning::plan(&job, &settings)).transpose()?;
+    let plan = arguments.plan.then(|| planning::plan(&job, &settings, arguments.at_most)).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
         write!(out, "{}", console::map_table(plan, &label))?;
     }

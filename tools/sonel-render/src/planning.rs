@@ -5,7 +5,7 @@ use sonel_console::plan::Comparison;
 use sonel_renderer::RenderSettings;
 use sonel_study::forecast::Effort;
 use sonel_study::judges::some_of;
-use sonel_study::pilot::{self, Mission};
+use sonel_study::pilot::{self, Mission, SHARE_OF_TIME};
 use sonel_study::plan::Plan;
 use sonel_study::spread::{PLANNED, readings};
 use sonel_study::trial::Room;
@@ -19,8 +19,8 @@ pub fn effort(job: &Job<'_>, rays: u32) -> Effort {
 }
 
 /// The plan for rendering the map with `settings`: its scene is traced again, shortly and with other random numbers, and judged at the
-/// receivers or, of very many, some of them.
-pub fn plan(job: &Job<'_>, settings: &RenderSettings) -> anyhow::Result<Plan> {
+/// receivers or, of very many, some of them. Where all may take so many seconds, the pilot takes a part of them.
+pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> anyhow::Result<Plan> {
     let header = job.map.header();
     let room = Room::within(&header.scene, header.scene.geometry()?, header.effects.clone());
     let judges = some_of(job.receivers.to_vec());
@@ -30,6 +30,7 @@ pub fn plan(job: &Job<'_>, settings: &RenderSettings) -> anyhow::Result<Plan> {
         render: settings.clone(),
         receivers: &judges,
         parameters: &PLANNED,
+        seconds: at_most.map(|seconds| SHARE_OF_TIME * seconds),
     };
     let pilot = pilot::run(&mission, &CpuClock)?;
     let map = effort(job, settings.rays);

@@ -9,7 +9,7 @@ use sonel_console::plan::{Comparison, Names};
 use sonel_map::{MapHeader, SonelMap};
 use sonel_renderer::RenderSettings;
 use sonel_study::forecast::Effort;
-use sonel_study::pilot::Pilot;
+use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
 use sonel_study::plan::{LEAST_PER_BATCH, pairs};
 use sonel_study::spread::{Reading, readings};
 use sonel_study::target::Targets;
@@ -64,7 +64,8 @@ pub fn until(
     let pairs = pairs(&header.scene, &planner.judges);
     let names = Names { pairs: &pairs, center_frequencies_hz: header.scene.bands.nominal() };
     let before_pilot = watch.seconds();
-    let pilot = planner.pilot(&parameters)?;
+    let left = goal.seconds.map(|seconds| SHARE_OF_TIME * (seconds - before_pilot.0).max(0.0));
+    let pilot = planner.pilot(&parameters, left)?;
     let after_pilot = watch.seconds();
     // How many processors work: CPU seconds of the pilot per second by the clock.
     let threads = ((after_pilot.1 - before_pilot.1) / (after_pilot.0 - before_pilot.0).max(1e-3)).max(1.0);
@@ -72,7 +73,14 @@ pub fn until(
     let need = pilot.need(targets, batches, RenderSettings::default().rays).effort;
     let most = goal.sonels.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
     let known = beginning.as_ref().map_or(1, |map| map.header().settings.emissions);
-    writeln!(log, "{targets}: about {} sonels and {} rays needed", need.emissions, need.rays)?;
+    writeln!(
+        log,
+        "{targets}: about {} sonels and {} rays needed, as a pilot of {} sonels and {:.2} s says",
+        need.emissions,
+        need.rays,
+        pilot.emissions,
+        after_pilot.0 - before_pilot.0
+    )?;
     let affordable = |seconds: f64, each: f64| (seconds / each).max(1.0) as u64;
     let mut emissions = (need.emissions as f64 * MARGIN) as u64;
     let mut rays = need.rays;

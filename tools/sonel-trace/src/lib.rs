@@ -22,7 +22,7 @@ use sonel_renderer::RenderSettings;
 use sonel_scene::{Loaded, Scene};
 use sonel_study::effects::{self, Decision};
 use sonel_study::forecast::Effort;
-use sonel_study::pilot::Pilot;
+use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
 use sonel_study::plan::{Plan, pairs};
 use sonel_study::spread::PLANNED;
 use sonel_study::trial::Room;
@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let mut pilot = None;
     let mut planned = Value::Null;
     if arguments.plan {
-        let plan = plan(&planner, &header)?;
+        let plan = plan(&planner, &header, arguments.at_most)?;
         if arguments.json {
             planned = console::json(&plan);
         } else {
@@ -201,9 +201,9 @@ fn trace(
     Ok(Traced { books, stored, output, header })
 }
 
-/// The plan for the run of `header`.
-fn plan(planner: &Planner<'_>, header: &MapHeader) -> anyhow::Result<Plan> {
-    let pilot = planner.pilot(&PLANNED)?;
+/// The plan for the run of `header`, which may take so many seconds.
+fn plan(planner: &Planner<'_>, header: &MapHeader, at_most: Option<f64>) -> anyhow::Result<Plan> {
+    let pilot = planner.pilot(&PLANNED, at_most.map(|seconds| SHARE_OF_TIME * seconds))?;
     let bin = RenderSettings::default().bin;
     Ok(Plan::of_trace(pilot, &header.scene, &planner.judges, header.settings.batches, bin))
 }

@@ -28,18 +28,19 @@ impl<'a> Planner<'a> {
         Self { room, settings, judges: judges(room.scene(), room.geometry()) }
     }
 
-    /// Runs a pilot that looks at `parameters`.
-    pub fn pilot(&self, parameters: &[Parameter]) -> Result<Pilot, TrialError> {
-        pilot::run(&self.mission(parameters), &CpuClock)
+    /// Runs a pilot that looks at `parameters`, in so many CPU `seconds` where they are limited.
+    pub fn pilot(&self, parameters: &[Parameter], seconds: Option<f64>) -> Result<Pilot, TrialError> {
+        pilot::run(&self.mission(parameters, seconds), &CpuClock)
     }
 
-    fn mission<'b>(&'b self, parameters: &'b [Parameter]) -> Mission<'b> {
+    fn mission<'b>(&'b self, parameters: &'b [Parameter], seconds: Option<f64>) -> Mission<'b> {
         Mission {
             room: self.room,
             trace: self.settings,
             render: RenderSettings::default(),
             receivers: &self.judges,
             parameters,
+            seconds,
         }
     }
 
@@ -50,7 +51,7 @@ impl<'a> Planner<'a> {
             return Ok((least, None));
         }
         // Where paths are so long that no more than the least would be taken anyway, nobody needs to know how many should be.
-        let segments = pilot::segments(&self.mission(&PLANNED))?;
+        let segments = pilot::segments(&self.mission(&PLANNED, None))?;
         if most_by_default(segments) <= least {
             writeln!(
                 log,
@@ -58,7 +59,7 @@ impl<'a> Planner<'a> {
             )?;
             return Ok((least, None));
         }
-        let pilot = match self.pilot(&PLANNED) {
+        let pilot = match self.pilot(&PLANNED, None) {
             Ok(pilot) => pilot,
             Err(TrialError::Render(error)) => {
                 writeln!(log, "{least} sonels: nobody can judge this scene ({error})")?;
