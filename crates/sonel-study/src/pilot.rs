@@ -3,7 +3,7 @@
 //! - Its random numbers are not those of the run that it plans, so that the number of emissions it asks for and the run's
 //!   own estimates are independent: intervals of a run planned by a pilot cover as ever.
 //! - It has 96 batches, so that the variance of a figure is good to 15 %, and is longer where that costs little, or where the kurtosis of the
-//!   batches says that few strong paths carry a figure, whose variance itself scatters (see [`crate::tails`]).
+//!   batches says that few strong paths carry a figure, whose variance itself scatters (`tails`).
 //! - What visibility rays add to the variance is told from what sonels add by hearing the same map with other and fewer rays; what
 //!   the sonels on discs and in spheres add, whose area shrinks as there are more, by the inner and outer halves of the areas.
 //! - A shorter run beside it tells fixed times from times per emission.
@@ -94,6 +94,8 @@ pub struct Costs {
     pub render: Linear,
     /// CPU seconds of the pilot's rays once more.
     pub rays: f64,
+    /// CPU seconds of reading the figures, for each batch.
+    pub figures: f64,
     /// Bytes of the map.
     pub bytes: Linear,
     /// Segments per emission.
@@ -295,6 +297,7 @@ fn costs(few: &Run, many: &Run, fewer: Option<&Heard>) -> Costs {
         open: line(&|run| run.traced.seconds.open + run.heard.seconds.prepare),
         render: Linear { fixed: render.fixed + deterministic, ..render },
         rays,
+        figures: many.heard.seconds.figures / f64::from(many.traced.map.header().settings.batches),
         bytes: line(&|run| run.traced.map.byte_length() as f64),
         segments: many.traced.books.segments as f64 / many.emissions,
     }

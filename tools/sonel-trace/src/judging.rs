@@ -22,6 +22,9 @@ use crate::{Traced, trace};
 /// Segments of a run at the most, unless --sonels says how many: a map of about 4 GB.
 const MOST_SEGMENTS: f64 = 2.7e8;
 
+/// The part of the time left that a first look is planned for: prices are predictions.
+const RESERVE: f64 = 0.85;
+
 /// A run that was judged.
 pub struct Judged {
     /// The map.
@@ -67,8 +70,8 @@ pub fn until(
     let left = goal.seconds.map(|seconds| SHARE_OF_TIME * (seconds - before_pilot.0).max(0.0));
     let pilot = planner.pilot(&parameters, left)?;
     let after_pilot = watch.seconds();
-    // How many processors work: CPU seconds of the pilot per second by the clock.
-    let threads = ((after_pilot.1 - before_pilot.1) / (after_pilot.0 - before_pilot.0).max(1e-3)).max(1.0);
+    // How many processors work for us: CPU seconds of the pilot per second by the clock.
+    let processors = (after_pilot.1 - before_pilot.1) / (after_pilot.0 - before_pilot.0).max(1e-3);
     let batches = header.settings.batches;
     let need = pilot.need(targets, batches, RenderSettings::default().rays).effort;
     let most = goal.sonels.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
@@ -85,10 +88,10 @@ pub fn until(
     let mut emissions = (need.emissions as f64 * MARGIN) as u64;
     let mut rays = need.rays;
     if let Some(seconds) = goal.seconds {
-        let processor_seconds = (seconds - watch.seconds().0) * threads;
+        let processor_seconds = RESERVE * (seconds - watch.seconds().0) * processors;
         let cpu = |emissions, rays| {
             let price = pilot.price(Effort { emissions, rays, batches });
-            price.trace + price.render
+            price.trace + price.render + pilot.costs.figures * f64::from(batches)
         };
         // Rays are paid for before the first sonel: no more than half of the time may go to them.
         while rays > RenderSettings::default().rays && cpu(0, rays) > 0.5 * processor_seconds {
