@@ -71,6 +71,13 @@ pub fn extension(label: &str, sonels: u64) -> String {
     format!("sonel-trace SCENE.toml -o {label} --extend {label} --sonels {sonels}")
 }
 
+/// What to say where more seconds were `spent` than --at-most allows.
+#[must_use]
+pub fn overrun(at_most: Option<f64>, spent: f64) -> Option<String> {
+    let at_most = at_most.filter(|seconds| spent > *seconds)?;
+    Some(format!("--at-most {at_most} s is exceeded by {:.1} s", spent - at_most))
+}
+
 fn needed_by(plan: &Plan, row: &Row) -> String {
     row.limited_by.map_or_else(|| "the fewest will do".to_owned(), |place| figure(plan, place))
 }

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use serde_json::{Value, json};
-use sonel_console::plan::{Names, extension};
+use sonel_console::plan::{Names, extension, overrun};
 use sonel_renderer::RenderSettings;
 use sonel_study::hearing::{Hearing, Look};
 use sonel_study::pilot::Pilot;
@@ -83,8 +83,9 @@ pub fn until<'a>(
                 told["sonels_wanted"] = json!(outlook.sonels_wanted());
                 let said = if verdict.is_reached() { "reached" } else { "NOT reached" };
                 writeln!(log, "{said} with {rays} rays: {}", goal.targets)?;
-                if let Some(advice) = outlook.advice(job.label) {
-                    writeln!(log, "{advice}")?;
+                for sentence in [outlook.advice(job.label), overrun(goal.seconds, now)].into_iter().flatten()
+                {
+                    writeln!(log, "{sentence}")?;
                 }
                 return Ok(Judged { run, verdict, told: json!({ "until": told }) });
             }

@@ -150,9 +150,8 @@ fn run_until(
     let said = if reached { "reached" } else { "NOT reached" };
     let (sonels, targets) = (traced.header.settings.emissions, goal.targets);
     writeln!(log, "{said} with {sonels} sonels and {rays} rays: {targets}\n{}", comparison.line())?;
-    let spent = goal.watch.seconds().0;
-    if let Some(seconds) = goal.seconds.filter(|seconds| spent > *seconds) {
-        writeln!(log, "--at-most {seconds} s is exceeded by {:.1} s", spent - seconds)?;
+    if let Some(overrun) = console::overrun(goal.seconds, goal.watch.seconds().0) {
+        writeln!(log, "{overrun}")?;
     }
     let names = pairs(&header.scene, &planner.judges);
     let names = Names { pairs: &names, center_frequencies_hz: header.scene.bands.nominal() };
