@@ -276,18 +276,21 @@ fn a_room_without_edges_pays_nothing() {
 #[test]
 fn the_plane_of_a_strip_is_crossed_without_a_step() {
     let source = [-3.0, 0.2, 0.4];
-    let step = |width: [f64; 2], beside: f64| {
-        let scene = |receivers: &[[f64; 3]]| open_scene(screen(width, [-0.8, 1.2]), 0.0, source, receivers);
+    let step = |width: [f64; 2], absorption: f64, beside: f64| {
+        let scene =
+            |receivers: &[[f64; 3]]| open_scene(screen(width, [-0.8, 1.2]), absorption, source, receivers);
         largest_step(scene, [-0.0035, 0.3, beside], [1.0, 0.0, 0.0], 8)
     };
     for beside in [1.25, 1.5, 2.2] {
-        let strip = step([-4.0, 4.0], beside);
-        assert!(strip < 0.1, "{beside} m: {strip} dB");
+        for absorption in [0.0, 0.6] {
+            let strip = step([-4.0, 4.0], absorption, beside);
+            assert!(strip < 0.1, "α = {absorption}, {beside} m: {strip} dB");
+        }
         let mesh = screen([-4.0, 4.0], [-0.8, 1.2]);
         let heard = heard(&rendered(open_scene(mesh, 0.0, source, &[[1e-5, 0.3, beside]])), 1);
         let free = free_field(DVec3::from(source).distance(DVec3::new(0.0, 0.3, beside)), 0.0);
         let off = heard[0].iter().map(|energy| (10.0 * (energy / free).log10()).abs()).fold(0.0, f64::max);
         assert!(off < 0.1, "{beside} m: {off} dB off the free field");
     }
-    assert!(step([-1.0, 1.5], 1.25) > 0.5, "a known limit, and what this test would find");
+    assert!(step([-1.0, 1.5], 0.0, 1.25) > 0.5, "a known limit, and what this test would find");
 }
