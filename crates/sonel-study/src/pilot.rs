@@ -26,7 +26,7 @@ const EMISSIONS: [u64; 3] = [49_152, 24_576, 12_288];
 /// A pilot longer than the shortest has at most so many segments times rays to judges and along the path.
 const WORK: f64 = 1.2e6;
 /// The same where few strong paths carry a figure.
-const WORK_FOR_TAILS: f64 = 5e6;
+const WORK_FOR_TAILS: f64 = 1e7;
 /// The shorter run has this part of the shortest pilot's emissions and of its batches.
 const SHORTER: u32 = 4;
 /// A part of the rays tells the noise of all.
