@@ -17,9 +17,9 @@ const KEPT: [&str; 6] =
 const ESTIMATORS: [&str; 4] = ["--estimator", "auto,connection,gather,sphere", "--mode", "accurate,paper"];
 const SURVIVALS: [&str; 2] = ["--survival", "0.15,0,0.05,0.4,1"];
 
-/// Scenes with the sonels and repeats that take about a minute each.
+/// Scenes with the sonels and repeats that take a few minutes each.
 const SCENES: [(&str, &str, &str); 3] =
-    [("shoebox", "1k,4k,16k,64k", "12"), ("seed-room", "1k,4k,16k", "10"), ("hall", "2k,8k", "6")];
+    [("shoebox", "1k,4k,16k,64k", "12"), ("seed-room", "1k,4k,16k", "10"), ("hall", "8k,32k", "5")];
 
 /// Grids of 1, 10, 100 and 1000 receivers in each scene, and the sonels they are rendered from.
 const GRIDS: [(&str, &str, [&str; 4]); 3] = [
@@ -28,7 +28,7 @@ const GRIDS: [(&str, &str, [&str; 4]); 3] = [
     ("hall", "1k", ["0,20,4", "-5:5:5,15:20:2,4", "-5:5:10,12:22:10,4", "-5:5:10,12:22:10,4:7:10"]),
 ];
 
-/// Runs all sweeps, about ten minutes on a quiet machine, unless older runs are to be drawn again; then copies what the pages
+/// Runs all sweeps, about twenty minutes on a quiet machine, unless older runs are to be drawn again; then copies what the pages
 /// show.
 pub fn run(redraw: bool) -> Result<()> {
     std::fs::create_dir_all(workspace::root().join(FOLDER))?;
