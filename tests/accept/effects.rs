@@ -73,7 +73,7 @@ fn every_effect_is_missed_where_it_is_needed() {
 
 /// Packets that tell bending from noise: every run finds paths of its own.
 const BENT_EMISSIONS: u64 = 60_000;
-/// What one interval in a hundred of those compared here exceeds, in units of 95 % half-widths.
+/// Standard errors that one of the forty changes compared here exceeds in one run of ten; a 95 % half-width is two.
 const SURE: f64 = 3.0;
 
 /// Change of a figure and its 95 % half-width.

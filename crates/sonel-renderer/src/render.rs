@@ -64,6 +64,20 @@ pub enum Estimator {
     Paper,
 }
 
+impl Estimator {
+    /// Its word in docs/interface.md.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Connection => "connection",
+            Self::Gather => "gather",
+            Self::Sphere => "sphere",
+            Self::Paper => "paper",
+        }
+    }
+}
+
 /// Which air sound travels through.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Air {

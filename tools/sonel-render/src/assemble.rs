@@ -7,7 +7,7 @@ use sonel_console::progress::Progress;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
-use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_study::response;
 
 /// Steps of the progress bar.
@@ -85,7 +85,7 @@ impl Run<'_> {
             "survival": header.settings.survival,
             "options": {
                 "bin_s": self.settings.bin,
-                "estimator": estimator(self.settings.estimator),
+                "estimator": self.settings.estimator.name(),
                 "order": self.settings.mirror_order,
                 "rays": self.settings.rays,
                 "radius_m": self.settings.gather_radius,
@@ -133,16 +133,6 @@ impl Run<'_> {
             report[key] = value.clone();
         }
         report
-    }
-}
-
-fn estimator(estimator: Estimator) -> &'static str {
-    match estimator {
-        Estimator::Auto => "auto",
-        Estimator::Connection => "connection",
-        Estimator::Gather => "gather",
-        Estimator::Sphere => "sphere",
-        Estimator::Paper => "paper",
     }
 }
 

@@ -91,7 +91,7 @@ impl Change {
             Self::Mode(Mode::Accurate) => "accurate".to_owned(),
             Self::Mode(Mode::Paper) => "paper".to_owned(),
             Self::Survival(survival) => format!("β {survival}"),
-            Self::Estimator(estimator) => estimator_name(*estimator).to_owned(),
+            Self::Estimator(estimator) => estimator.name().to_owned(),
             Self::Rays(rays) => format!("{rays} rays"),
             Self::Radius(radius) => format!("h {radius} m"),
         }
@@ -115,18 +115,6 @@ impl Change {
             Self::Rays(rays) => setting.render.rays = *rays,
             Self::Radius(radius) => setting.render.gather_radius = Some(*radius),
         }
-    }
-}
-
-/// The word of docs/interface.md for `estimator`.
-#[must_use]
-pub fn estimator_name(estimator: Estimator) -> &'static str {
-    match estimator {
-        Estimator::Auto => "auto",
-        Estimator::Connection => "connection",
-        Estimator::Gather => "gather",
-        Estimator::Sphere => "sphere",
-        Estimator::Paper => "paper",
     }
 }
 

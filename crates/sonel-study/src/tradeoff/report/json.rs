@@ -7,7 +7,7 @@ use super::csv::pairs;
 use crate::tradeoff::errors::{self, Curve};
 use crate::tradeoff::fit::Measured;
 use crate::tradeoff::runs::Cell;
-use crate::tradeoff::sweep::{Setting, estimator_name};
+use crate::tradeoff::sweep::Setting;
 use crate::tradeoff::verdict;
 
 /// The sweep, its errors and what follows.
@@ -41,7 +41,7 @@ fn setting(findings: &Findings<'_>, index: usize) -> Value {
         "survival": trace.survival,
         "mode": format!("{:?}", trace.mode).to_lowercase(),
         "spectral": format!("{:?}", trace.spectral).to_lowercase(),
-        "estimator": estimator_name(render.estimator),
+        "estimator": render.estimator.name(),
         "rays": render.rays,
         "radius_m": render.gather_radius,
         "seconds_per_sonel": measured(line.map(|line| line.slope), ONE_COUNT),
