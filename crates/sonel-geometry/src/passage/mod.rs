@@ -1,0 +1,206 @@
+//! Where straight ways pass edges: the search for edges near a ray, and what is asked at the foot of the shortest distance.
+//!
+//! A way passes an edge where the shortest distance between both lies within both. At the foot of that distance the edge
+//! must be in sight, the nearest of all edges in sight, and the foot must lie in one of the edge's sectors of air: what is
+//! said of an edge is then said by one edge at a time, and not through walls.
+//!
+//! Both searches, for feet on a way and for rivals about a foot, walk a hierarchy of boxes over blocks of edges and leave with the
+//! first few they find; rays are cast last, and towards the likeliest rival first. What is left out cannot be found, so the
+//! answer is that of the definition.
+
+mod air;
+mod boxes;
+mod few;
+mod lanes;
+mod line;
+mod search;
+
+use crate::{Departure, Edge, Geometry, Side};
+use air::Air;
+use boxes::Hierarchy;
+use few::Near;
+use glam::DVec3;
+pub use line::EdgeLine;
+use search::{Feet, Rivals};
+
+/// How a straight way passes an edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passage {
+    /// Which edge: a number of [`EdgeIndex::lines`].
+    pub edge: u32,
+    /// How far on the way its foot is [m].
+    pub at: f64,
+    /// Where on the edge the nearest point is, from its first end [m].
+    pub along: f64,
+    /// The shortest distance [m].
+    pub distance: f64,
+    /// Which way round the edge: front for counterclockwise about its direction.
+    pub side: Side,
+}
+
+/// What is asked of the edges about a way.
+#[derive(Debug, Clone, Copy)]
+pub struct Way {
+    /// Where it starts, about the scene's centre [m].
+    pub origin: DVec3,
+    /// Unit direction.
+    pub direction: DVec3,
+    /// Part of the way that counts: from … to, exclusive [m].
+    pub from: f64,
+    /// See `from`.
+    pub to: f64,
+    /// Largest distance of an edge [m].
+    pub reach: f64,
+}
+
+/// The edges of a scene made ready for ways.
+#[derive(Debug)]
+pub struct EdgeIndex {
+    lines: Vec<EdgeLine>,
+    air: Vec<Air>,
+    hierarchy: Hierarchy,
+    least: f64,
+}
+
+/// A place on a way at the distance from an edge at which it passes it.
+#[derive(Debug, Clone, Copy)]
+struct Foot {
+    position: DVec3,
+    near: Near,
+    distance: f64,
+}
+
+impl EdgeIndex {
+    /// The diffracting edges of `geometry` that `chosen` picks, numbered in their order.
+    #[must_use]
+    pub fn new(geometry: &Geometry, chosen: impl Fn(&Edge) -> bool) -> Self {
+        let (mut lines, mut air) = (Vec::new(), Vec::new());
+        for edge in geometry.diffracting_edges().filter(|&edge| chosen(edge)) {
+            lines.push(EdgeLine::new(edge.ends.map(|end| end - geometry.center())));
+            air.push(Air::new(&edge.sectors[0]));
+        }
+        let least = f64::from(geometry.lift());
+        Self { hierarchy: Hierarchy::new(&lines, least), lines, air, least }
+    }
+
+    /// The lines of its edges.
+    #[must_use]
+    pub fn lines(&self) -> &[EdgeLine] {
+        &self.lines
+    }
+
+    /// Distance below which no edge is passed, nor a foot is apart from where a way starts [m]: that by which rays leave
+    /// surfaces.
+    #[must_use]
+    pub fn least_distance(&self) -> f64 {
+        self.least
+    }
+
+    /// The first passage on a way, of edges that `counts` accepts.
+    #[must_use]
+    pub fn first(&self, geometry: &Geometry, way: &Way, counts: impl Fn(u32) -> bool) -> Option<Passage> {
+        let mut behind = (way.from, u32::MAX);
+        let mut rival = None;
+        loop {
+            let mut feet = Feet::new(way, self.least, &counts, behind);
+            self.hierarchy.search(&mut feet);
+            let stands = |near: &&Near| self.stands(geometry, &Foot::new(way, near), &mut rival);
+            if let Some(near) = feet.few.found().iter().find(stands) {
+                return Some(self.passage(way, near));
+            }
+            behind = feet.few.next()?;
+        }
+    }
+
+    fn passage(&self, way: &Way, near: &Near) -> Passage {
+        let line = &self.lines[near.edge as usize];
+        let outward = way.origin + near.order * way.direction - line.point(near.along);
+        let turns = line.along.cross(outward).dot(way.direction) >= 0.0;
+        Passage {
+            edge: near.edge,
+            at: near.order,
+            along: near.along,
+            distance: near.squared.sqrt(),
+            side: if turns { Side::Front } else { Side::Back },
+        }
+    }
+
+    /// Whether a passage is one: its foot sees the edge, in a sector of its air, and sees no other edge nearer. A `rival` that was
+    /// seen from the foot before is asked for first, and left there.
+    ///
+    /// The edge itself is looked for last: most are not the nearest.
+    fn stands(&self, geometry: &Geometry, foot: &Foot, rival: &mut Option<u32>) -> bool {
+        let (edge, along) = (foot.near.edge, foot.near.along);
+        if !self.air_holds(foot.position, edge, along)
+            || rival.is_some_and(|rival| self.is_before(geometry, foot, rival))
+        {
+            return false;
+        }
+        if let Some(found) = self.rival(geometry, foot) {
+            *rival = Some(found);
+            return false;
+        }
+        self.is_clear(geometry, foot.position, edge, along)
+    }
+
+    /// Whether an edge is nearer to the foot than the one passed, and in sight.
+    fn is_before(&self, geometry: &Geometry, foot: &Foot, edge: u32) -> bool {
+        let (squared, along) = self.lines[edge as usize].distance_squared(foot.position);
+        edge != foot.near.edge
+            && squared < foot.limit()
+            && self.air_holds(foot.position, edge, along)
+            && self.is_clear(geometry, foot.position, edge, along)
+    }
+
+    /// An edge that is nearer to the foot than the one passed, and in sight.
+    fn rival(&self, geometry: &Geometry, foot: &Foot) -> Option<u32> {
+        let mut behind = few::BEFORE_ALL;
+        loop {
+            let mut rivals = Rivals::new(foot, behind);
+            self.hierarchy.search(&mut rivals);
+            let is_seen = |near: &&Near| {
+                self.air_holds(foot.position, near.edge, near.along)
+                    && self.is_clear(geometry, foot.position, near.edge, near.along)
+            };
+            if let Some(near) = rivals.few.found().iter().find(is_seen) {
+                return Some(near.edge);
+            }
+            behind = rivals.few.next()?;
+        }
+    }
+
+    /// Whether an edge diffracts from its point at `along` towards a point.
+    fn air_holds(&self, point: DVec3, edge: u32, along: f64) -> bool {
+        self.air[edge as usize].holds(point - self.lines[edge as usize].point(along))
+    }
+
+    /// Whether nothing is between a point of the air and the point at `along` of an edge.
+    fn is_clear(&self, geometry: &Geometry, from: DVec3, edge: u32, along: f64) -> bool {
+        let point = self.lines[edge as usize].point(along);
+        !geometry.is_blocked(Departure::free(from.as_vec3()), point.as_vec3())
+    }
+}
+
+impl Foot {
+    fn new(way: &Way, near: &Near) -> Self {
+        let position = way.origin + near.order * way.direction;
+        Self { position, near: *near, distance: near.squared.sqrt() }
+    }
+
+    /// Square of the distance within which other edges are nearer [m²].
+    fn limit(&self) -> f64 {
+        self.distance * self.distance
+    }
+}
+
+impl Way {
+    /// All of the way between two points about the scene's centre [m].
+    #[must_use]
+    pub fn between(from: DVec3, to: DVec3, reach: f64) -> Self {
+        let length = from.distance(to);
+        Self { origin: from, direction: (to - from) / length, from: 0.0, to: length, reach }
+    }
+}
+
+#[cfg(test)]
+mod tests;
