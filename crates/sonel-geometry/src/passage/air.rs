@@ -26,8 +26,8 @@ impl Air {
 
     /// Whether the sector holds what is at `offset` from a point of the edge.
     ///
-    /// In front of the first face it does, as the sector spans more than π. Behind that it does in front of the second one. The angle is computed only
-    /// where rounding leaves the sign of that height open.
+    /// In front of the first face it does, as the sector spans more than π. Behind that it does in front of the second
+    /// one. The angle is computed only where rounding leaves the sign of that height open.
     #[inline]
     pub fn holds(&self, offset: DVec3) -> bool {
         let above = offset.dot(self.normal);

@@ -1,8 +1,5 @@
 //! The first few of many, in an order of their own.
 
-/// How many are kept: of most ways the first or second edge that comes near is passed.
-pub(super) const FEW: usize = 6;
-
 /// An edge that comes near.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Near {
@@ -26,18 +23,18 @@ impl Near {
 /// An order and number before those of all edges.
 pub(super) const BEFORE_ALL: (f64, u32) = (-1.0, 0);
 
-/// The first [`FEW`] of all edges offered that come behind a given one.
+/// The first `N` of all edges offered that come behind a given one.
 #[derive(Debug)]
-pub(super) struct Few {
+pub(super) struct Few<const N: usize> {
     behind: (f64, u32),
-    found: [Near; FEW],
+    found: [Near; N],
     count: usize,
 }
 
-impl Few {
+impl<const N: usize> Few<N> {
     /// None yet, of those behind an order and number.
     pub fn behind(behind: (f64, u32)) -> Self {
-        Self { behind, found: [Near::default(); FEW], count: 0 }
+        Self { behind, found: [Near::default(); N], count: 0 }
     }
 
     /// Takes one in, if it is among the first.
@@ -63,7 +60,7 @@ impl Few {
     }
 
     fn is_full(&self) -> bool {
-        self.count == FEW
+        self.count == N
     }
 
     /// The order behind which all are.
@@ -73,13 +70,13 @@ impl Few {
 
     /// Behind which there may be more; none where all were found.
     pub fn next(&self) -> Option<(f64, u32)> {
-        self.is_full().then(|| self.found[FEW - 1].key())
+        self.is_full().then(|| self.found[N - 1].key())
     }
 
     /// The largest order that is still asked for, of those up to `limit`.
     #[inline]
     pub fn limit(&self, limit: f64) -> f64 {
-        if self.is_full() { self.found[FEW - 1].order } else { limit }
+        if self.is_full() { self.found[N - 1].order } else { limit }
     }
 
     /// Those found, in order.
@@ -98,7 +95,7 @@ mod tests {
         let mut behind = (1.0, 11);
         let mut walked = Vec::new();
         loop {
-            let mut few = Few::behind(behind);
+            let mut few = Few::<6>::behind(behind);
             for (edge, &order) in orders.iter().enumerate() {
                 few.offer(Near { order, edge: edge as u32, ..Near::default() });
             }

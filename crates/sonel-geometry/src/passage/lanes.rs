@@ -1,113 +1,88 @@
-//! Edges side by side, so that a way or a point is compared with several at once.
+//! Edges four by four, so that a way or a point is compared with several at once: which of them may be what is looked for.
+//!
+//! In f32 and without a division, with allowances for rounding: nothing that is looked for is left out, and what is let through is
+//! decided exactly elsewhere.
 
 use super::line::EdgeLine;
-use glam::DVec3;
+use super::question::{Point, Ray};
+use glam::Vec4;
 
 /// Edges in a block.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 4;
 
-/// Up to [`LANES`] edges. Unused lanes have no length, and nothing is nearest to what lies within them.
+/// Roundings that heights and distances along lines suffer, in units of the last place of the coordinates. Each is a sum of a few
+/// products of two numbers with an error of one or two.
+const ALLOWANCE: f32 = 128.0;
+
+/// Up to [`LANES`] edges. Unused lanes repeat the first.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
-    /// Origin and direction, by axis and lane.
-    origin: [[f64; LANES]; 3],
-    along: [[f64; LANES]; 3],
-    length: [f64; LANES],
+    /// Origin and direction, by axis.
+    origin: [Vec4; 3],
+    along: [Vec4; 3],
+    length: Vec4,
     /// Their numbers.
-    pub edges: [u32; LANES],
-    /// Used lanes.
-    pub count: usize,
+    edges: [u32; LANES],
+    count: usize,
 }
-
-/// Where a way's line is nearest to those of the edges of a block.
-pub(super) struct Approaches {
-    /// How far on the way [m].
-    pub at: [f64; LANES],
-    /// How far on the edge [m].
-    pub along: [f64; LANES],
-    /// Square of the distance [m²].
-    pub squared: [f64; LANES],
-    /// Whether it is within the edge at all, and neither is parallel to the other.
-    pub is_on_edge: [bool; LANES],
-}
-
-/// Where the edges of a block are nearest to a point.
-pub(super) struct Distances {
-    /// Square of the distance [m²].
-    pub squared: [f64; LANES],
-    /// How far on the edge [m].
-    pub along: [f64; LANES],
-}
-
-/// Square of the sine below which a way and an edge are parallel: nothing passes anything.
-const PARALLEL: f64 = 1e-12;
 
 impl Block {
-    /// A block of `edges`, at most [`LANES`] of those along `lines`.
+    /// A block of `edges`, at least one and at most [`LANES`] of those along `lines`.
     pub fn new(edges: &[u32], lines: &[EdgeLine]) -> Self {
-        let mut block = Self {
-            origin: [[0.0; LANES]; 3],
-            along: [[0.0; LANES]; 3],
-            length: [0.0; LANES],
-            edges: [u32::MAX; LANES],
+        let of = |lane: usize| &lines[edges[if lane < edges.len() { lane } else { 0 }] as usize];
+        let gather = |value: &dyn Fn(&EdgeLine) -> f64| {
+            Vec4::from_array(std::array::from_fn(|lane| value(of(lane)) as f32))
+        };
+        Self {
+            origin: [0, 1, 2].map(|axis| gather(&|line| line.origin[axis])),
+            along: [0, 1, 2].map(|axis| gather(&|line| line.along[axis])),
+            length: gather(&|line| line.length),
+            edges: std::array::from_fn(|lane| edges.get(lane).copied().unwrap_or(u32::MAX)),
             count: edges.len(),
-        };
-        for (lane, &edge) in edges.iter().enumerate() {
-            let line = &lines[edge as usize];
-            for axis in 0..3 {
-                block.origin[axis][lane] = line.origin[axis];
-                block.along[axis][lane] = line.along[axis];
-            }
-            block.length[lane] = line.length;
-            block.edges[lane] = edge;
         }
-        block
     }
 
-    /// The shortest distances between the line from `origin` in a unit `direction` and those of the edges.
+    /// The edges whose shortest distance from a ray may lie within both and its reach.
+    ///
+    /// Each is asked times 1 − s², s the slant: the distance along the ray is h s − r then, that along the edge
+    /// h (1 − s²) + s (h s − r), and the square of the distance (o² − h²)(1 − s²) − (h s − r)².
     #[inline]
-    pub fn approaches(&self, origin: DVec3, direction: DVec3) -> Approaches {
-        let mut found = Approaches {
-            at: [0.0; LANES],
-            along: [0.0; LANES],
-            squared: [0.0; LANES],
-            is_on_edge: [false; LANES],
-        };
-        let [ox, oy, oz] = &self.origin;
-        let [ax, ay, az] = &self.along;
-        for lane in 0..LANES {
-            let (x, y, z) = (origin.x - ox[lane], origin.y - oy[lane], origin.z - oz[lane]);
-            let slant = direction.x * ax[lane] + direction.y * ay[lane] + direction.z * az[lane];
-            let height = x * ax[lane] + y * ay[lane] + z * az[lane];
-            let behind = x * direction.x + y * direction.y + z * direction.z;
-            let across_squared = 1.0 - slant * slant;
-            let at = (height * slant - behind) / across_squared;
-            let aside = x * x + y * y + z * z - height * height - at * at * across_squared;
-            let along = height + at * slant;
-            found.at[lane] = at;
-            found.along[lane] = along;
-            found.squared[lane] = if aside > 0.0 { aside } else { 0.0 };
-            found.is_on_edge[lane] =
-                (across_squared >= PARALLEL) & (along > 0.0) & (along < self.length[lane]);
-        }
-        found
+    pub fn beside(&self, ray: &Ray, [from, to]: [f32; 2]) -> impl Iterator<Item = u32> {
+        let ([ox, oy, oz], [ax, ay, az]) = (&self.origin, &self.along);
+        let ([px, py, pz], [dx, dy, dz]) = (ray.origin, ray.direction);
+        let (x, y, z) = (Vec4::splat(px) - ox, Vec4::splat(py) - oy, Vec4::splat(pz) - oz);
+        let slant = dx * ax + dy * ay + dz * az;
+        let height = x * ax + y * ay + z * az;
+        let behind = x * dx + y * dy + z * dz;
+        let across = 1.0 - slant * slant;
+        let at = height * slant - behind;
+        let along = height * across + at * slant;
+        let aside = (x * x + y * y + z * z - height * height) * across - at * at;
+        let slip = ALLOWANCE * ray.rounding;
+        let beside = at.cmpge(from * across - slip)
+            & at.cmple(to * across + slip)
+            & along.cmpge(Vec4::splat(-2.0 * slip))
+            & along.cmple(self.length * across + 2.0 * slip)
+            & aside.cmple(ray.reach * ray.reach * across + 4.0 * slip * ray.scale);
+        self.named(beside.bitmask())
     }
 
-    /// The distances of the edges from a `point`.
+    /// The edges that may be nearer to a point than the square of a distance [m²].
     #[inline]
-    pub fn distances(&self, point: DVec3) -> Distances {
-        let mut found = Distances { squared: [0.0; LANES], along: [0.0; LANES] };
-        let [ox, oy, oz] = &self.origin;
-        let [ax, ay, az] = &self.along;
-        for lane in 0..LANES {
-            let (x, y, z) = (point.x - ox[lane], point.y - oy[lane], point.z - oz[lane]);
-            let along = (x * ax[lane] + y * ay[lane] + z * az[lane]).clamp(0.0, self.length[lane]);
-            let x = point.x - (ox[lane] + along * ax[lane]);
-            let y = point.y - (oy[lane] + along * ay[lane]);
-            let z = point.z - (oz[lane] + along * az[lane]);
-            found.squared[lane] = x * x + y * y + z * z;
-            found.along[lane] = along;
-        }
-        found
+    pub fn about(&self, point: &Point, squared: f32) -> impl Iterator<Item = u32> {
+        let ([ox, oy, oz], [ax, ay, az]) = (&self.origin, &self.along);
+        let [px, py, pz] = point.position;
+        let (x, y, z) = (Vec4::splat(px) - ox, Vec4::splat(py) - oy, Vec4::splat(pz) - oz);
+        let along = (x * ax + y * ay + z * az).max(Vec4::ZERO).min(self.length);
+        let (x, y, z) = (x - along * ax, y - along * ay, z - along * az);
+        let slip = ALLOWANCE * point.rounding * point.scale;
+        self.named((x * x + y * y + z * z).cmple(Vec4::splat(squared + slip)).bitmask())
+    }
+
+    /// The edges in the lanes that a mask names.
+    #[inline]
+    fn named(&self, mask: u32) -> impl Iterator<Item = u32> {
+        let edges = self.edges;
+        super::question::lanes(mask & ((1 << self.count) - 1)).map(move |lane| edges[lane])
     }
 }

@@ -28,6 +28,21 @@ impl EdgeLine {
         self.origin + along * self.along
     }
 
+    /// Where the line from `origin` in a unit `direction` is nearest to that of the edge: how far on both lines [m], and the
+    /// square of the distance [m²]. [`None`] where they are parallel.
+    #[inline]
+    pub(super) fn nearest(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
+        let offset = origin - self.origin;
+        let (slant, height) = (direction.dot(self.along), offset.dot(self.along));
+        let across_squared = 1.0 - slant * slant;
+        if across_squared < PARALLEL {
+            return None;
+        }
+        let at = (height * slant - offset.dot(direction)) / across_squared;
+        let aside = offset.length_squared() - height * height - at * at * across_squared;
+        Some((at, height + at * slant, aside.max(0.0)))
+    }
+
     /// The foot of a way that starts at `from` and passes the edge at `distance` from its point at `along`, on `side`: where the
     /// way touches the cylinder of that radius.
     #[must_use]
@@ -55,32 +70,20 @@ impl EdgeLine {
     }
 
     /// Square of the distance of a point from the edge [m²], and where its nearest point is [m].
+    #[inline]
     pub(super) fn distance_squared(&self, point: DVec3) -> (f64, f64) {
         let along = (point - self.origin).dot(self.along).clamp(0.0, self.length);
         (point.distance_squared(self.point(along)), along)
     }
 }
 
+/// Square of the sine below which a way and an edge are parallel: nothing passes anything.
+const PARALLEL: f64 = 1e-12;
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::dvec3;
-
-    impl EdgeLine {
-        /// Where the line from `origin` in a unit `direction` is nearest to that of the edge: how far on both lines [m], and the
-        /// square of the distance [m²]. [`None`] where they are parallel.
-        pub(in crate::passage) fn nearest(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
-            let offset = origin - self.origin;
-            let (slant, height) = (direction.dot(self.along), offset.dot(self.along));
-            let across_squared = 1.0 - slant * slant;
-            if across_squared < 1e-12 {
-                return None;
-            }
-            let at = (height * slant - offset.dot(direction)) / across_squared;
-            let aside = offset.length_squared() - height * height - at * at * across_squared;
-            Some((at, height + at * slant, aside.max(0.0)))
-        }
-    }
 
     #[test]
     fn feet_are_found_again_from_where_a_way_started() {

@@ -11,15 +11,17 @@
 mod air;
 mod boxes;
 mod few;
+mod hierarchy;
 mod lanes;
 mod line;
+mod question;
 mod search;
 
 use crate::{Departure, Edge, Geometry, Side};
 use air::Air;
-use boxes::Hierarchy;
 use few::Near;
 use glam::DVec3;
+use hierarchy::Hierarchy;
 pub use line::EdgeLine;
 use search::{Feet, Rivals};
 
@@ -60,6 +62,7 @@ pub struct EdgeIndex {
     air: Vec<Air>,
     hierarchy: Hierarchy,
     least: f64,
+    extent: f64,
 }
 
 /// A place on a way at the distance from an edge at which it passes it.
@@ -80,7 +83,8 @@ impl EdgeIndex {
             air.push(Air::new(&edge.sectors[0]));
         }
         let least = f64::from(geometry.lift());
-        Self { hierarchy: Hierarchy::new(&lines, least), lines, air, least }
+        let extent = f64::from(geometry.extent());
+        Self { hierarchy: Hierarchy::new(&lines), lines, air, least, extent }
     }
 
     /// The lines of its edges.
@@ -102,7 +106,7 @@ impl EdgeIndex {
         let mut behind = (way.from, u32::MAX);
         let mut rival = None;
         loop {
-            let mut feet = Feet::new(way, self.least, &counts, behind);
+            let mut feet = Feet::new(self, way, &counts, behind);
             self.hierarchy.search(&mut feet);
             let stands = |near: &&Near| self.stands(geometry, &Foot::new(way, near), &mut rival);
             if let Some(near) = feet.few.found().iter().find(stands) {
@@ -144,6 +148,7 @@ impl EdgeIndex {
     }
 
     /// Whether an edge is nearer to the foot than the one passed, and in sight.
+    #[inline]
     fn is_before(&self, geometry: &Geometry, foot: &Foot, edge: u32) -> bool {
         let (squared, along) = self.lines[edge as usize].distance_squared(foot.position);
         edge != foot.near.edge
@@ -156,7 +161,7 @@ impl EdgeIndex {
     fn rival(&self, geometry: &Geometry, foot: &Foot) -> Option<u32> {
         let mut behind = few::BEFORE_ALL;
         loop {
-            let mut rivals = Rivals::new(foot, behind);
+            let mut rivals = Rivals::new(self, foot, behind);
             self.hierarchy.search(&mut rivals);
             let is_seen = |near: &&Near| {
                 self.air_holds(foot.position, near.edge, near.along)
@@ -170,11 +175,13 @@ impl EdgeIndex {
     }
 
     /// Whether an edge diffracts from its point at `along` towards a point.
+    #[inline]
     fn air_holds(&self, point: DVec3, edge: u32, along: f64) -> bool {
         self.air[edge as usize].holds(point - self.lines[edge as usize].point(along))
     }
 
     /// Whether nothing is between a point of the air and the point at `along` of an edge.
+    #[inline]
     fn is_clear(&self, geometry: &Geometry, from: DVec3, edge: u32, along: f64) -> bool {
         let point = self.lines[edge as usize].point(along);
         !geometry.is_blocked(Departure::free(from.as_vec3()), point.as_vec3())

@@ -1,98 +1,106 @@
 //! What is looked for among edges: feet on a way, and rivals about a foot.
 
-use super::boxes::{Boxes, Ray, Search, WIDTH};
+use super::boxes::Boxes;
 use super::few::{Few, Near};
-use super::lanes::{Block, LANES};
-use super::{Foot, Way};
+use super::hierarchy::Search;
+use super::lanes::Block;
+use super::question::{Point, Ray};
+use super::{EdgeIndex, Foot, Way};
 use glam::DVec3;
-use std::array::from_fn;
 
 /// An edge whose foot is nearer to the start of a way than this part of its distance stands abreast of the start, and is not passed:
 /// a distance in f32, as vertices hold it, would no longer tell the foot from the start, or from what is behind it.
 const ABREAST: f64 = 2e-3;
 
+/// Feet looked for at a time: of most ways one of the first is passed.
+const FEET: usize = 8;
+/// Rivals looked for at a time: one of the nearest is in sight most often.
+const RIVALS: usize = 4;
+
 /// The first feet on a way, of edges that `counts` accepts.
 pub(super) struct Feet<'a, C> {
+    index: &'a EdgeIndex,
     way: &'a Way,
     ray: Ray,
-    least_squared: f64,
     counts: C,
     /// In the order in which they are passed.
-    pub few: Few,
+    pub few: Few<FEET>,
 }
 
 impl<'a, C: Fn(u32) -> bool> Feet<'a, C> {
-    /// Of edges no nearer than `least` [m], behind a foot and edge.
-    pub fn new(way: &'a Way, least: f64, counts: C, behind: (f64, u32)) -> Self {
-        let ray = Ray::new(way.origin, way.direction);
-        Self { way, ray, least_squared: least * least, counts, few: Few::behind(behind) }
+    /// Those behind a foot and edge.
+    pub fn new(index: &'a EdgeIndex, way: &'a Way, counts: C, behind: (f64, u32)) -> Self {
+        let ray = Ray::new(way.origin, way.direction, way.to, way.reach, index.extent);
+        Self { index, way, ray, counts, few: Few::behind(behind) }
     }
 
     /// Where feet are still looked for: from … to [m].
-    fn part(&self) -> [f64; 2] {
-        [self.few.start(), self.few.limit(self.way.to)]
+    #[inline]
+    fn part(&self) -> [f32; 2] {
+        [self.few.start() as f32, self.few.limit(self.way.to) as f32]
     }
 }
 
 impl<C: Fn(u32) -> bool> Search for Feet<'_, C> {
     #[inline]
-    fn enters(&self, boxes: &Boxes) -> [bool; WIDTH] {
-        boxes.beside(&self.ray, self.part(), self.way.reach)
+    fn enters(&self, boxes: &Boxes) -> u32 {
+        boxes.beside(&self.ray, self.part())
     }
 
     #[inline]
     fn take(&mut self, block: &Block) {
-        let near = block.approaches(self.way.origin, self.way.direction);
-        let (from, to, reach_squared) = (self.few.start(), self.way.to, self.way.reach * self.way.reach);
-        let is_passed: [bool; LANES] = from_fn(|lane| {
-            let (at, squared) = (near.at[lane], near.squared[lane]);
-            near.is_on_edge[lane]
-                & (at >= from)
-                & (at < to)
-                & (squared >= self.least_squared)
-                & (squared <= reach_squared)
-                & (at * at >= ABREAST * ABREAST * squared)
-        });
-        for lane in (0..LANES).filter(|&lane| is_passed[lane]) {
-            let edge = block.edges[lane];
-            if (self.counts)(edge) {
-                let (order, along, squared) = (near.at[lane], near.along[lane], near.squared[lane]);
-                self.few.offer(Near { order, edge, along, squared });
+        let way = self.way;
+        for edge in block.beside(&self.ray, self.part()) {
+            let line = &self.index.lines[edge as usize];
+            let Some((at, along, squared)) = line.nearest(way.origin, way.direction) else { continue };
+            let is_on_both = at < way.to && along > 0.0 && along < line.length;
+            let is_apart =
+                squared >= self.index.least * self.index.least && at * at >= ABREAST * ABREAST * squared;
+            if is_on_both && is_apart && squared <= way.reach * way.reach && (self.counts)(edge) {
+                self.few.offer(Near { order: at, edge, along, squared });
             }
         }
     }
 }
 
 /// The edges nearest to a foot, of those nearer than the one that is passed there.
-pub(super) struct Rivals {
+pub(super) struct Rivals<'a> {
+    index: &'a EdgeIndex,
     position: DVec3,
+    point: Point,
     edge: u32,
     limit: f64,
     /// In the order of their distances.
-    pub few: Few,
+    pub few: Few<RIVALS>,
 }
 
-impl Rivals {
+impl<'a> Rivals<'a> {
     /// Those behind a square of a distance and an edge.
-    pub fn new(foot: &Foot, behind: (f64, u32)) -> Self {
-        let (position, edge) = (foot.position, foot.near.edge);
-        Self { position, edge, limit: foot.limit(), few: Few::behind(behind) }
+    pub fn new(index: &'a EdgeIndex, foot: &Foot, behind: (f64, u32)) -> Self {
+        let point = Point::new(foot.position, index.extent);
+        let (position, edge, limit) = (foot.position, foot.near.edge, foot.limit());
+        Self { index, position, point, edge, limit, few: Few::behind(behind) }
+    }
+
+    /// Square of the distance within which rivals are still looked for [m²], never less for being in f32.
+    #[inline]
+    fn within(&self) -> f32 {
+        self.few.limit(self.limit) as f32 * (1.0 + 4.0 * f32::EPSILON)
     }
 }
 
-impl Search for Rivals {
+impl Search for Rivals<'_> {
     #[inline]
-    fn enters(&self, boxes: &Boxes) -> [bool; WIDTH] {
-        boxes.about(self.position, self.few.limit(self.limit))
+    fn enters(&self, boxes: &Boxes) -> u32 {
+        boxes.about(&self.point, self.within())
     }
 
     #[inline]
     fn take(&mut self, block: &Block) {
-        let near = block.distances(self.position);
-        for lane in 0..block.count {
-            let (squared, edge) = (near.squared[lane], block.edges[lane]);
+        for edge in block.about(&self.point, self.within()) {
+            let (squared, along) = self.index.lines[edge as usize].distance_squared(self.position);
             if squared < self.limit && edge != self.edge {
-                self.few.offer(Near { order: squared, edge, along: near.along[lane], squared });
+                self.few.offer(Near { order: squared, edge, along, squared });
             }
         }
     }

@@ -178,7 +178,7 @@ fn what_is_found_is_what_the_definition_says() {
             ways += 1;
             passed += usize::from(found.is_some());
             // Of all that come near, others than the first are passed: the rays matter.
-            let mut feet = search::Feet::new(&way, index.least, |_| true, (way.from, u32::MAX));
+            let mut feet = search::Feet::new(&index, &way, |_| true, (way.from, u32::MAX));
             index.hierarchy.search(&mut feet);
             let nearest = feet.few.found().first().map(|near| (near.edge, near.order));
             hidden += usize::from(nearest != found);
