@@ -8,7 +8,7 @@
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
 use glam::DVec3;
-use sonel_geometry::{EdgeIndex, EdgeLine, Geometry, Way};
+use sonel_geometry::{EdgeIndex, EdgeLine, Geometry, Passage, Way};
 use sonel_map::{EdgeTable, Lanes, bending_edges};
 
 /// The edges of a room that bend, with what they do to the bands.
@@ -73,14 +73,13 @@ impl Bends {
             direction,
             from: self.index.least_distance() / steepness.max(f64::MIN_POSITIVE),
             to: from.distance(foot) + self.index.least_distance(),
-            reach: self.reach,
+            reach: self.table.reach(energy),
         };
-        while let Some(passage) = self.index.first(geometry, &way, |_| true) {
+        while let Some(passage) = self.next(geometry, &way, |_| true) {
             if passage.edge == edge {
                 return true;
             }
-            self.table.keep_straight(passage.distance, energy);
-            way.from = passage.at;
+            self.keep_past(&passage, &mut way, energy);
         }
         false
     }
@@ -93,8 +92,8 @@ impl Bends {
         to: DVec3,
         energy: &mut [Lanes],
     ) {
-        let way = Way { from: distance, ..Way::between(foot, to, self.reach) };
-        self.keep_past(geometry, way, |other| other != edge, energy);
+        let way = Way { from: distance, ..Way::between(foot, to, self.table.reach(energy)) };
+        self.keep_unbent(geometry, way, |other| other != edge, energy);
     }
 
     /// Takes from `energy` what does not arrive straight at `to` from `from`, both about the scene's centre [m], where
@@ -107,23 +106,34 @@ impl Bends {
         to: DVec3,
         energy: &mut [Lanes],
     ) {
-        let mut way = Way::between(from, to, self.reach);
+        let mut way = Way::between(from, to, self.table.reach(energy));
         way.from = self.index.least_distance() / steepness.max(f64::MIN_POSITIVE);
-        self.keep_past(geometry, way, |_| true, energy);
+        self.keep_unbent(geometry, way, |_| true, energy);
     }
 
-    /// Takes from `energy` what the edges on `way` bend. Only edges nearer than those before take more.
-    fn keep_past(
+    /// Takes from `energy` what the edges on `way` bend.
+    fn keep_unbent(
         &self,
         geometry: &Geometry,
         mut way: Way,
         counts: impl Fn(u32) -> bool,
         energy: &mut [Lanes],
     ) {
-        while let Some(passage) = self.index.first(geometry, &way, &counts) {
-            self.table.keep_straight(passage.distance, energy);
-            way.reach = passage.distance;
-            way.from = passage.at;
+        while let Some(passage) = self.next(geometry, &way, &counts) {
+            self.keep_past(&passage, &mut way, energy);
         }
+    }
+
+    /// The first passage on `way`; none is looked for where no band has any energy left.
+    fn next(&self, geometry: &Geometry, way: &Way, counts: impl Fn(u32) -> bool) -> Option<Passage> {
+        if way.reach < 0.0 { None } else { self.index.first(geometry, way, counts) }
+    }
+
+    /// Takes from `energy` what is bent at `passage`, and leaves what of `way` matters to the bands that still have some: what is
+    /// behind, and within their reach.
+    fn keep_past(&self, passage: &Passage, way: &mut Way, energy: &mut [Lanes]) {
+        self.table.keep_straight(passage.distance, energy);
+        way.reach = self.table.reach(energy);
+        way.from = passage.at;
     }
 }
