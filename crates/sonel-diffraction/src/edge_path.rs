@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 
 use crate::complex::Complex;
 use crate::contour::{TEN, nodes};
-use crate::wedge::{Wedge, WedgePoint, apex, index};
+use crate::wedge::{Wedge, WedgePoint, apex, index, rapidity};
 
 /// Nearest that a source or receiver comes to the line of the edge, relative to the length of the path: nearer ones are
 /// taken to be there, where the field is within as much of its limit on the edge.
@@ -86,9 +86,11 @@ impl EdgePath {
         lit: Lit,
         smallest_k: f64,
     ) -> Self {
+        let way = apex(source, receiver);
+        // An edge that the shortest way passes beside cuts nothing off: whether a wave is there is not its concern.
+        let lit = if part[0] <= way && way <= part[1] { lit } else { Lit::default() };
         let path = Unfolded::new(wedge.angle(), source, receiver, lit);
-        let way = apex(path.source, path.receiver);
-        let [low, high] = part.map(|z| path.position(z));
+        let [low, high] = part.map(|z| rapidity(path.source, path.receiver, z));
         let mut pieces = Vec::with_capacity(3);
         if low < 0.0 && high > 0.0 {
             pieces.push(path.piece(0.0, path.shortest, 2.0, smallest_k));
@@ -170,12 +172,6 @@ impl Unfolded {
             receiver,
             index,
         }
-    }
-
-    /// η of the point at `along` [m] from the edge's start; 0 on the shortest way.
-    fn position(&self, along: f64) -> f64 {
-        libm::asinh((along - self.source.along) / self.source.radius)
-            + libm::asinh((along - self.receiver.along) / self.receiver.radius)
     }
 
     /// Length of the way over the point at `along` [m].

@@ -72,6 +72,24 @@ impl Wedge {
         self.along
     }
 
+    /// Unit vector from the edge into the first face.
+    #[must_use]
+    pub fn inward(&self) -> DVec3 {
+        self.inward
+    }
+
+    /// The place in the plane of the first face that is beyond the edge as far and as high as `point`.
+    pub(crate) fn beyond(&self, point: WedgePoint) -> DVec3 {
+        self.at(point.along) - self.inward * point.radius
+    }
+
+    /// A point in the plane of a face, taken to be on it: at `angle` [rad].
+    pub(crate) fn in_plane(&self, point: DVec3, angle: f64) -> WedgePoint {
+        let offset = point - self.start;
+        let along = offset.dot(self.along);
+        WedgePoint { radius: (offset - self.along * along).length(), angle, along }
+    }
+
     /// Where `point` is about the wedge; [`None`] where it is within the solid.
     #[must_use]
     pub fn locate(&self, point: DVec3) -> Option<WedgePoint> {
@@ -99,6 +117,14 @@ pub fn apex(source: WedgePoint, receiver: WedgePoint) -> f64 {
     let radii = source.radius + receiver.radius;
     let share = if radii > 0.0 { source.radius / radii } else { 0.5 };
     source.along + (receiver.along - source.along) * share
+}
+
+/// η of the place at `along` [m] on the edge: how far it is from the shortest way over the edge, as an angle where that is small.
+/// Neither point is on the line of the edge.
+#[must_use]
+pub fn rapidity(source: WedgePoint, receiver: WedgePoint, along: f64) -> f64 {
+    let of = |point: WedgePoint| libm::asinh((along - point.along) / point.radius);
+    of(source) + of(receiver)
 }
 
 /// ν = π/θ_w of a wedge whose air spans `angle` [rad].

@@ -7,11 +7,13 @@
 //!
 //! Reference: docs/physics.md §5.1, docs/diffraction.md.
 
+mod corner;
+mod twice;
+
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use sonel_diffraction::double::Side;
-use sonel_diffraction::{Complex, DoublePath, EdgePath, Field, Lit, Wave, WedgePoint};
+use sonel_diffraction::{Cell, Complex, EdgePath, Field, Lit, Wave, WedgePoint};
 use sonel_geometry::PlaneId;
 
 use super::view::{Leg, stretches};
@@ -24,22 +26,6 @@ const SAME_IMAGE: f64 = 64.0;
 /// Ways over edges that differ by no more than this are one arrival [m]: in shadow, where nothing else is heard, what follows
 /// within 30 ms; beside a clear path, a few milliseconds.
 const SAME_ARRIVAL: [f64; 2] = [10.0, 1.0];
-
-/// How far beside a boundary a place counts that lies on it [rad]: beyond what `sonel_diffraction` takes for the boundary.
-const BESIDE: f64 = 1e-7;
-
-/// An edge of a pair.
-struct PairedEdge<'a> {
-    edge: &'a RoomEdge,
-    joined_at_second: bool,
-}
-
-impl PairedEdge<'_> {
-    /// Angle about the edge of the face that joins the pair [rad].
-    fn joint(&self) -> f64 {
-        if self.joined_at_second { self.edge.wedge.angle() } else { 0.0 }
-    }
-}
 
 /// A mirror image in a plane at an edge.
 struct Image {
@@ -55,6 +41,16 @@ struct Image {
     ways: Vec<f64>,
     /// Least L_edge − L_image over its edges [m].
     clearance: f64,
+}
+
+impl Image {
+    /// What the plane leaves of a term of the image whose clearance is `away` [m].
+    pub fn reflected(&self, cell: &Cell, away: f64) -> f64 {
+        let mirrored = self.amplitude[cell.band];
+        // Deep in the image's shadow a face is rigid, on the boundary it is the mirror that it is there.
+        let rigid = if self.lit.is_some() { 0.0 } else { 1.0 - faded(cell.k, away) };
+        mirrored + (1.0 - mirrored) * rigid
+    }
 }
 
 /// All waves of a base path.
@@ -106,30 +102,31 @@ impl<'a> Family<'a> {
     }
 
     fn gather(&mut self, reflections: &[Reflection]) {
-        let (source, receiver) = (self.at.radiator.position, self.at.receiver);
+        let receiver = self.beside_corners(reflections);
         for edge in &self.edges.edges {
-            match self.base {
-                None => self.add(edge, Leg { source, receiver, mirror: None }, reflections),
-                Some(&mirror) => {
-                    let before = Leg { source: self.origin, receiver, mirror: Some((mirror, true)) };
-                    let after =
-                        Leg { source, receiver: mirror.image(receiver), mirror: Some((mirror, false)) };
-                    self.add(edge, before, reflections);
-                    self.add(edge, after, reflections);
-                }
+            for leg in self.legs(receiver) {
+                self.add(edge, leg, reflections);
             }
         }
         if self.base.is_none() {
-            let leg = Leg { source, receiver, mirror: None };
+            let leg = Leg { source: self.at.radiator.position, receiver, mirror: None };
             for pair in &self.edges.pairs {
-                let [first, second] = pair.edges.map(|(edge, joined_at_second)| PairedEdge {
-                    edge: &self.edges.edges[edge],
-                    joined_at_second,
-                });
-                self.add_pair(&first, &second, pair.width, &leg);
-                self.add_pair(&second, &first, pair.width, &leg);
+                self.add_pair(pair, &leg, reflections);
             }
         }
+    }
+
+    /// The base path to `receiver` [m], unfolded about an edge on either side of its mirror.
+    fn legs(&self, receiver: DVec3) -> impl Iterator<Item = Leg> + use<> {
+        let source = self.at.radiator.position;
+        let [first, second] = match self.base {
+            None => [Some(Leg { source, receiver, mirror: None }), None],
+            Some(&mirror) => [
+                Some(Leg { source: self.origin, receiver, mirror: Some((mirror, true)) }),
+                Some(Leg { source, receiver: mirror.image(receiver), mirror: Some((mirror, false)) }),
+            ],
+        };
+        first.into_iter().chain(second)
     }
 
     /// Adds what `edge` does to the base path on `leg`.
@@ -146,7 +143,7 @@ impl<'a> Family<'a> {
         let lit = Lit {
             direct: Some(self.clear),
             faces: images.map(|image| Some(self.images[image].lit.is_some())),
-            within: f64::from(self.at.geometry.resolution()) / source.radius.min(receiver.radius).max(1e-3),
+            within: doubt(self.at, source, receiver),
         };
         let away = [0, 1].map(|face| clearance(edge, source, receiver, face));
         for part in stretches {
@@ -162,70 +159,6 @@ impl<'a> Family<'a> {
             let image = &mut self.images[image];
             image.clearance = image.clearance.min(away);
         }
-    }
-
-    /// `edge` of a pair with the source or receiver, `end`, at `point` about it. Where that lies in the plane of the face between
-    /// the edges, rounding decides whether it sees the `other` edge past this one, and of a sheet on which side. The wave over
-    /// that edge alone and the wave over both must take it the same, or half of the sound is missing or there twice.
-    fn side<'b>(
-        &self,
-        edge: &PairedEdge<'b>,
-        (end, point): (DVec3, WedgePoint),
-        part: [f64; 2],
-        other: &PairedEdge<'_>,
-        leg: &Leg,
-    ) -> Side<'b> {
-        let (wedge, geometry) = (&edge.edge.wedge, self.at.geometry);
-        let joint = edge.joint();
-        let past = (point.angle - joint).abs() - PI;
-        let doubt = f64::from(geometry.resolution()) / point.radius.max(f64::MIN_POSITIVE);
-        let mut point = point;
-        if past.abs() <= doubt {
-            let both = |place| leg.arrives(geometry, place) && leg.goes_on(geometry, place);
-            let beyond = &other.edge.wedge;
-            let is_there = beyond.locate(end).is_some_and(|at| (at.angle - other.joint()).abs() < PI);
-            let is_alone = is_there
-                && beyond.locate(leg.source).is_some()
-                && beyond.locate(leg.receiver).is_some()
-                && !stretches(beyond, both).is_empty();
-            let turn = PI + if is_alone { -BESIDE } else { BESIDE };
-            point.angle = if edge.joined_at_second { joint - turn } else { turn };
-        }
-        Side { wedge, point, joined_at_second: edge.joined_at_second, part }
-    }
-
-    /// Adds what goes over `pair` from the one edge to the other, if the source sees the first and the receiver the second.
-    fn add_pair(&mut self, first: &PairedEdge<'_>, second: &PairedEdge<'_>, width: f64, leg: &Leg) {
-        let (wedge, next) = (&first.edge.wedge, &second.edge.wedge);
-        let located = (wedge.locate(leg.source), next.locate(leg.receiver));
-        let (Some(source), Some(receiver)) = located else { return };
-        let geometry = self.at.geometry;
-        let part = longest(stretches(wedge, |point| leg.arrives(geometry, point)));
-        let (Some(part), Some(next_part)) =
-            (part, longest(stretches(next, |point| leg.goes_on(geometry, point))))
-        else {
-            return;
-        };
-        let offset = (leg.receiver - leg.source).dot(wedge.direction());
-        let sides = [
-            self.side(first, (leg.source, source), part, second, leg),
-            self.side(second, (leg.receiver, receiver), next_part, first, leg),
-        ];
-        let path = DoublePath::new(sides[0], sides[1], width, offset, self.edges.spectrum.smallest_k());
-        let length = path.length();
-        // Unfolded about both edges the way is straight.
-        let share = |before: f64| before / (source.radius + width + receiver.radius).max(f64::MIN_POSITIVE);
-        let (z, next_z) = (share(source.radius) * offset, share(source.radius + width) * offset);
-        let point = wedge.at(source.along + z);
-        let last = point + wedge.direction() * (next_z - z);
-        let last = next.at((last - next.at(0.0)).dot(next.direction()));
-        let strength = self.at.radiator.factor(leg.leaving(point)).sqrt();
-        let cells = self.edges.spectrum.cells().iter();
-        let amplitude =
-            cells.map(|cell| path.amplitude(cell.k) * (strength * self.through(cell.band, length))).collect();
-        self.waves.push(Wave { length, amplitude });
-        self.ways.push(length);
-        self.detours.push((length, leg.towards(last)));
     }
 
     /// The waves of `path` to the base path and to the images in its faces.
@@ -244,13 +177,10 @@ impl<'a> Family<'a> {
             self.ways.push(path.detour());
             for face in [0, 1] {
                 let image = &mut self.images[images[face]];
-                let scaled = cells.iter().zip(&terms).map(|(cell, term)| {
-                    let mirrored = image.amplitude[cell.band];
-                    // Deep in the image's shadow a face is rigid, on the boundary it is the mirror that it is there.
-                    let rigid = if image.lit.is_some() { 0.0 } else { 1.0 - faded(cell.k, away[face]) };
-                    term[1 + face] * (mirrored + (1.0 - mirrored) * rigid)
-                });
-                image.waves.push(Wave { length, amplitude: scaled.collect() });
+                let terms = cells.iter().zip(&terms);
+                let scaled = terms.map(|(cell, term)| term[1 + face] * image.reflected(cell, away[face]));
+                let amplitude = scaled.collect();
+                image.waves.push(Wave { length, amplitude });
                 image.ways.push(path.detour());
             }
         }
@@ -469,8 +399,9 @@ fn clearance(edge: &RoomEdge, source: WedgePoint, receiver: WedgePoint, face: us
     excess / (detour + (detour * detour - excess).max(0.0).sqrt())
 }
 
-fn longest(stretches: Vec<[f64; 2]>) -> Option<[f64; 2]> {
-    stretches.into_iter().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
+/// Angle [rad] about a boundary within which f32 does not tell on which side of it `receiver` is.
+fn doubt(at: &Listening<'_>, source: WedgePoint, receiver: WedgePoint) -> f64 {
+    f64::from(at.geometry.resolution()) / source.radius.min(receiver.radius).max(1e-3)
 }
 
 fn same_image(at: &Listening<'_>) -> f64 {

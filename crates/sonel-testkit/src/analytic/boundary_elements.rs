@@ -16,7 +16,7 @@ use crate::quadrature::integrate;
 /// Elements in a wavelength.
 const ELEMENTS: f64 = 24.0;
 /// A complex number, (re, im).
-type Number = (f64, f64);
+pub(super) type Number = (f64, f64);
 type Point = [f64; 2];
 
 /// A section between two corners [m].
@@ -110,7 +110,7 @@ fn negative((re, im): Number) -> Number {
     (-re, -im)
 }
 
-fn product(a: Number, b: Number) -> Number {
+pub(super) fn product(a: Number, b: Number) -> Number {
     (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
 }
 
@@ -119,8 +119,8 @@ fn quotient(a: Number, b: Number) -> Number {
     product(a, (b.0 / square, -b.1 / square))
 }
 
-/// Solves `matrix` x = `right` by elimination; the pivots are the diagonal, which ½ makes large.
-fn solve(mut matrix: Vec<Vec<Number>>, mut right: Vec<Number>) -> Vec<Number> {
+/// Solves `matrix` x = `right` by elimination; the pivots are the diagonal, which has to be large.
+pub(super) fn solve(mut matrix: Vec<Vec<Number>>, mut right: Vec<Number>) -> Vec<Number> {
     let size = right.len();
     for column in 0..size {
         for row in column + 1..size {

@@ -1,0 +1,94 @@
+//! Receivers in line with the source and a corner.
+//!
+//! Where two edges meet, each ends where its own wave is cut off. Off the line through the corner each says how much of the wave is
+//! behind it; on the line, where both the boundary and the end of each are in doubt, only one bit is known, whether the wave is there,
+//! and two halves of two edges are not what a corner leaves. The field is continuous, so such a receiver is heard a few resolutions
+//! beside the line, where it is lit or shaded as it is here.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use sonel_diffraction::wedge::rapidity;
+use sonel_geometry::Departure;
+
+use super::super::RoomEdge;
+use super::super::view::Leg;
+use super::{Family, Reflection, doubt, find};
+
+/// So many times what is in doubt counts as the corner: the doubt is then too small a part of a right angle to be heard beyond.
+const CLOSE: f64 = 16.0;
+/// So many times what is in doubt the receiver is moved, out of all doubt from anywhere there.
+const BESIDE: f64 = 32.0;
+
+/// The waves of an edge: the direct one, and the images in its faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum CutOff {
+    Direct,
+    Image(usize),
+}
+
+impl Family<'_> {
+    /// The receiver [m], or a place beside it if a corner is in line with it.
+    pub(super) fn beside_corners(&self, reflections: &[Reflection]) -> DVec3 {
+        let receiver = self.at.receiver;
+        for edge in &self.edges.edges {
+            for leg in self.legs(receiver) {
+                let Some((wave, step)) = self.corner_in_line(edge, &leg) else { continue };
+                let along = edge.wedge.direction();
+                let across = (leg.receiver - leg.source).cross(along).normalize_or_zero();
+                let places = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
+                    .map(|(u, v): (f64, f64)| receiver + (along * u + across * v) * step);
+                let same = |place: &DVec3| {
+                    self.is_there(edge, wave, *place) == self.is_known(edge, wave, reflections)
+                };
+                if let Some(place) = places.into_iter().find(same) {
+                    return place;
+                }
+            }
+        }
+        receiver
+    }
+
+    /// Which wave on `leg` is cut off by `edge` just where that ends, and how far to go from there [m].
+    fn corner_in_line(&self, edge: &RoomEdge, leg: &Leg) -> Option<(CutOff, f64)> {
+        let (source, receiver) = (edge.wedge.locate(leg.source)?, edge.wedge.locate(leg.receiver)?);
+        let within = doubt(self.at, source, receiver);
+        if source.radius <= 0.0 || receiver.radius <= 0.0 {
+            return None;
+        }
+        let sum = source.angle + receiver.angle;
+        let turns = [
+            (CutOff::Direct, (source.angle - receiver.angle).abs()),
+            (CutOff::Image(0), sum),
+            (CutOff::Image(1), 2.0 * edge.wedge.angle() - sum),
+        ];
+        // Images of a base path with a reflection have two, which nobody can be asked about.
+        let known = if self.base.is_some() { &turns[..1] } else { &turns };
+        let (wave, _) = *known.iter().find(|(_, turn)| (turn - PI).abs() <= CLOSE * within)?;
+        let ends = [0.0, edge.wedge.length()];
+        let at_end = ends.into_iter().any(|end| rapidity(source, receiver, end).abs() <= CLOSE * within);
+        at_end.then_some((wave, BESIDE * within * receiver.radius))
+    }
+
+    /// Whether a wave is there, as the rest of the room has it.
+    fn is_known(&self, edge: &RoomEdge, wave: CutOff, reflections: &[Reflection]) -> bool {
+        match wave {
+            CutOff::Direct => self.clear,
+            CutOff::Image(face) => {
+                find(self.at, reflections, edge.faces[face].image(self.at.radiator.position)).is_some()
+            }
+        }
+    }
+
+    /// Whether a wave reaches `place` [m].
+    fn is_there(&self, edge: &RoomEdge, wave: CutOff, place: DVec3) -> bool {
+        let (geometry, source) = (self.at.geometry, self.at.radiator.position);
+        match (wave, self.base) {
+            (CutOff::Direct, None) => {
+                !geometry.is_blocked(Departure::free(source.as_vec3()), place.as_vec3())
+            }
+            (CutOff::Direct, Some(mirror)) => mirror.reflection(geometry, source, place).is_some(),
+            (CutOff::Image(face), _) => edge.faces[face].reflection(geometry, source, place).is_some(),
+        }
+    }
+}

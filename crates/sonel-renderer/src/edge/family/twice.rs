@@ -1,0 +1,168 @@
+//! What goes over two edges: of a thick barrier by [`DoublePath`], of a sheet by [`SheetPath`].
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use sonel_diffraction::double::Side;
+use sonel_diffraction::sheet::Rim;
+use sonel_diffraction::{Complex, DoublePath, SheetPath, Wave, WedgePoint};
+
+use super::super::pair::{EdgePair, Joint};
+use super::super::view::{Leg, stretches};
+use super::super::{Reflection, RoomEdge};
+use super::{Family, clearance};
+
+/// How far beside a boundary a place counts that lies on it [rad]: beyond what `sonel_diffraction` takes for the boundary.
+const BESIDE: f64 = 1e-7;
+
+/// An edge of a pair.
+struct PairedEdge<'a> {
+    edge: &'a RoomEdge,
+    joined_at_second: bool,
+}
+
+impl PairedEdge<'_> {
+    /// Angle about the edge of the face that joins the pair [rad].
+    fn joint(&self) -> f64 {
+        if self.joined_at_second { self.edge.wedge.angle() } else { 0.0 }
+    }
+
+    /// As a rim, of which `part` is seen.
+    fn rim(&self, leg: &Leg, part: [f64; 2]) -> Option<Rim<'_>> {
+        let wedge = &self.edge.wedge;
+        let (source, receiver) = (wedge.locate(leg.source)?, wedge.locate(leg.receiver)?);
+        Some(Rim { wedge, source, receiver, turned: self.joined_at_second, part })
+    }
+}
+
+impl Family<'_> {
+    /// `edge` of a pair with the source or receiver, `end`, at `point` about it. Where that lies in the plane of the face between
+    /// the edges, rounding decides whether it sees the `other` edge past this one. The wave over that edge alone and the wave over both
+    /// must take it the same, or half of the sound is missing or there twice.
+    fn side<'b>(
+        &self,
+        edge: &PairedEdge<'b>,
+        (end, point): (DVec3, WedgePoint),
+        part: [f64; 2],
+        other: &PairedEdge<'_>,
+        leg: &Leg,
+    ) -> Side<'b> {
+        let (wedge, geometry) = (&edge.edge.wedge, self.at.geometry);
+        let joint = edge.joint();
+        let past = (point.angle - joint).abs() - PI;
+        let doubt = f64::from(geometry.resolution()) / point.radius.max(f64::MIN_POSITIVE);
+        let mut point = point;
+        if past.abs() <= doubt {
+            let both = |place| leg.arrives(geometry, place) && leg.goes_on(geometry, place);
+            let beyond = &other.edge.wedge;
+            let is_there = beyond.locate(end).is_some_and(|at| (at.angle - other.joint()).abs() < PI);
+            let is_alone = is_there
+                && beyond.locate(leg.source).is_some()
+                && beyond.locate(leg.receiver).is_some()
+                && !stretches(beyond, both).is_empty();
+            let turn = PI + if is_alone { -BESIDE } else { BESIDE };
+            point.angle = if edge.joined_at_second { joint - turn } else { turn };
+        }
+        Side { wedge, point, joined_at_second: edge.joined_at_second, part }
+    }
+
+    /// Adds what goes over `pair` in either order, if the source sees the first and the receiver the second edge.
+    pub(super) fn add_pair(&mut self, pair: &EdgePair, leg: &Leg, reflections: &[Reflection]) {
+        let [one, other] = pair
+            .edges
+            .map(|(edge, joined_at_second)| PairedEdge { edge: &self.edges.edges[edge], joined_at_second });
+        for (first, second) in [(&one, &other), (&other, &one)] {
+            match pair.joint {
+                Joint::Face(width) => self.add_over_face(first, second, width, leg),
+                Joint::Sheet => self.add_over_sheet(first, second, leg, reflections),
+            }
+        }
+    }
+
+    /// Adds what goes over a face of `width` [m] from the `first` edge to the `second`.
+    fn add_over_face(&mut self, first: &PairedEdge<'_>, second: &PairedEdge<'_>, width: f64, leg: &Leg) {
+        let (wedge, next) = (&first.edge.wedge, &second.edge.wedge);
+        let located = (wedge.locate(leg.source), next.locate(leg.receiver));
+        let (Some(source), Some(receiver)) = located else { return };
+        let geometry = self.at.geometry;
+        let part = longest(stretches(wedge, |point| leg.arrives(geometry, point)));
+        let (Some(part), Some(next_part)) =
+            (part, longest(stretches(next, |point| leg.goes_on(geometry, point))))
+        else {
+            return;
+        };
+        let offset = (leg.receiver - leg.source).dot(wedge.direction());
+        let sides = [
+            self.side(first, (leg.source, source), part, second, leg),
+            self.side(second, (leg.receiver, receiver), next_part, first, leg),
+        ];
+        let path = DoublePath::new(sides[0], sides[1], width, offset, self.edges.spectrum.smallest_k());
+        let length = path.length();
+        // Unfolded about both edges the way is straight.
+        let share = |before: f64| before / (source.radius + width + receiver.radius).max(f64::MIN_POSITIVE);
+        let (z, next_z) = (share(source.radius) * offset, share(source.radius + width) * offset);
+        let point = wedge.at(source.along + z);
+        let last = point + wedge.direction() * (next_z - z);
+        let last = next.at((last - next.at(0.0)).dot(next.direction()));
+        let strength = self.at.radiator.factor(leg.leaving(point)).sqrt();
+        let cells = self.edges.spectrum.cells().iter();
+        let amplitude =
+            cells.map(|cell| path.amplitude(cell.k) * (strength * self.through(cell.band, length))).collect();
+        self.waves.push(Wave { length, amplitude });
+        self.ways.push(length);
+        self.detours.push((length, leg.towards(last)));
+    }
+
+    /// Adds what goes over a sheet from the `first` rim to the `second`: to the base path and to its images in the sheet, as what
+    /// goes over the first rim alone.
+    fn add_over_sheet(
+        &mut self,
+        first: &PairedEdge<'_>,
+        second: &PairedEdge<'_>,
+        leg: &Leg,
+        reflections: &[Reflection],
+    ) {
+        let geometry = self.at.geometry;
+        let part = longest(stretches(&first.edge.wedge, |point| leg.arrives(geometry, point)));
+        let next_part = longest(stretches(&second.edge.wedge, |point| leg.goes_on(geometry, point)));
+        let (Some(part), Some(next_part)) = (part, next_part) else { return };
+        let (Some(rim), Some(next)) = (first.rim(leg, part), second.rim(leg, next_part)) else { return };
+        let nearest = [rim.source, rim.receiver, next.source, next.receiver].map(|point| point.radius);
+        let within =
+            f64::from(geometry.resolution()) / nearest.into_iter().fold(f64::INFINITY, f64::min).max(1e-3);
+        let path = SheetPath::new(rim, next, within, self.edges.spectrum.smallest_k());
+        let length = path.length();
+        let point = |edge: &PairedEdge<'_>, end: usize, part: [f64; 2]| {
+            let [from, to] = path.ways()[end].ends;
+            edge.edge.wedge.at(sonel_diffraction::wedge::apex(from, to).clamp(part[0], part[1]))
+        };
+        let strength = self.at.radiator.factor(leg.leaving(point(first, 0, part))).sqrt();
+        let towards = leg.towards(point(second, 1, next_part));
+        // All rims of a sheet have one image.
+        let image = self.image(first.edge, leg, 0, reflections);
+        let cells = self.edges.spectrum.cells();
+        let (mut base, mut mirrored) = (vec![Complex::ZERO; cells.len()], vec![Complex::ZERO; cells.len()]);
+        for (way, edge) in path.ways().iter().zip([first.edge, second.edge]) {
+            let [from, to] = way.ends;
+            let away = [0, 1].map(|face| clearance(edge, from, to, face));
+            for (index, cell) in cells.iter().enumerate() {
+                let through = strength * self.through(cell.band, length);
+                let [direct, of_faces @ ..] = way.amplitudes(cell.k, length).map(|term| term * through);
+                base[index] += direct;
+                for (term, away) in of_faces.into_iter().zip(away) {
+                    mirrored[index] += term * self.images[image].reflected(cell, away);
+                }
+            }
+        }
+        self.waves.push(Wave { length, amplitude: base });
+        self.ways.push(length);
+        let image = &mut self.images[image];
+        image.waves.push(Wave { length, amplitude: mirrored });
+        image.ways.push(length);
+        self.detours.push((length, towards));
+    }
+}
+
+fn longest(stretches: Vec<[f64; 2]>) -> Option<[f64; 2]> {
+    stretches.into_iter().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
+}
