@@ -21,6 +21,34 @@ pub struct Bends {
     bent: Vec<(usize, f64)>,
 }
 
+/// Where a straight way begins or ends.
+#[derive(Debug, Clone, Copy)]
+pub struct WayEnd {
+    /// About the scene's centre [m].
+    pub place: DVec3,
+    /// Cosine of the way with the normal of the surface there; none in the air.
+    pub steepness: Option<f64>,
+}
+
+impl WayEnd {
+    /// An end in the air.
+    #[must_use]
+    pub fn in_air(place: DVec3) -> Self {
+        Self { place, steepness: None }
+    }
+
+    /// An end at a surface to whose normal the way has the cosine `steepness`.
+    #[must_use]
+    pub fn at_surface(place: DVec3, steepness: f64) -> Self {
+        Self { place, steepness: Some(steepness) }
+    }
+
+    /// How far from it a way is as high as `lift` above its surface [m].
+    fn lifted(self, lift: f64) -> f64 {
+        self.steepness.map_or(0.0, |steepness| lift / steepness.max(f64::MIN_POSITIVE))
+    }
+}
+
 impl Bends {
     /// Those of `geometry`, which must be the edges of `table`.
     #[must_use]
@@ -96,18 +124,13 @@ impl Bends {
         self.keep_unbent(geometry, way, |other| other != edge, energy);
     }
 
-    /// Takes from `energy` what does not arrive straight at `to` from `from`, both about the scene's centre [m], where
-    /// `steepness` is the cosine with the normal of the surface that is left.
+    /// Takes from `energy` what does not go straight from one place to the other.
     #[inline]
-    pub fn keep_straight(
-        &self,
-        geometry: &Geometry,
-        (from, steepness): (DVec3, f64),
-        to: DVec3,
-        energy: &mut [Lanes],
-    ) {
-        let mut way = Way::between(from, to, self.table.reach(energy));
-        way.from = self.index.least_distance() / steepness.max(f64::MIN_POSITIVE);
+    pub fn keep_straight(&self, geometry: &Geometry, [from, to]: [WayEnd; 2], energy: &mut [Lanes]) {
+        let lift = self.index.least_distance();
+        let mut way = Way::between(from.place, to.place, self.table.reach(energy));
+        way.from = from.lifted(lift);
+        way.to -= to.lifted(lift);
         self.keep_unbent(geometry, way, |_| true, energy);
     }
 

@@ -8,6 +8,7 @@ use glam::Vec3;
 use sonel_geometry::{Departure, Side};
 use sonel_map::{Lanes, coefficients::EventRow};
 
+use crate::bending::WayEnd;
 use crate::deposit::{Deposits, add_lanes};
 use crate::kernel::KernelDifference;
 use crate::receiver::PreparedReceiver;
@@ -124,8 +125,8 @@ pub fn connect(
             }
         }
         if let Some(bends) = medium.bends {
-            let from = (sonel.position.as_dvec3(), f64::from(projected) / distance);
-            bends.keep_straight(medium.geometry, from, receiver.exact, scratch);
+            let from = WayEnd::at_surface(sonel.position.as_dvec3(), f64::from(projected) / distance);
+            bends.keep_straight(medium.geometry, [from, WayEnd::in_air(receiver.exact)], scratch);
         }
         deposits.add(index, bin, length, scratch, medium);
     }

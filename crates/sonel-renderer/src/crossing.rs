@@ -14,7 +14,7 @@ use crate::render::Medium;
 pub struct OthersOwn {
     /// K: mirror chains from the source.
     pub mirror_order: u32,
-    /// K′: mirror images of the receiver.
+    /// K′: mirror images of the receiver, as long as nothing was bent behind the last diffuse reflection.
     pub image_order: u32,
     /// Whether connections own … D R, as long as it was not bent more than once on its last way.
     pub diffuse: bool,
@@ -27,7 +27,7 @@ pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
     match (history.diffused, history.specular_run) {
         (false, run) => run > others.mirror_order,
         (true, 0) => !others.diffuse || history.bends > 1,
-        (true, run) => run > others.image_order,
+        (true, run) => run > others.image_order || history.bends > 0,
     }
 }
 
@@ -88,6 +88,7 @@ mod tests {
         assert!(owns(history(2, true), others));
         assert!(!owns(bent(0, true, 1), others), "connection over an edge");
         assert!(owns(bent(0, true, 2), others));
+        assert!(owns(bent(1, true, 1), others), "images do not follow bends");
         assert!(!owns(bent(0, false, 1), others), "direct sound is left to the edges");
         let alone = OthersOwn { mirror_order: 0, image_order: 0, diffuse: false };
         assert!(!owns(history(0, false), alone), "direct sound");

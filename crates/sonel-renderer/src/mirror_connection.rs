@@ -14,6 +14,7 @@ use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, warp};
 
 use crate::alias::AliasTable;
+use crate::bending::{Bends, WayEnd};
 use crate::connection::{ClassDeposits, DiffuseSonel};
 use crate::mirror::lattice::ImageLattice;
 use crate::mirror::tree::ImageTree;
@@ -37,6 +38,8 @@ const BLIND_SHARE: f64 = 0.1;
 /// The images of one receiver and how they are chosen.
 #[derive(Debug)]
 pub struct ReceiverImages {
+    /// About the scene's centre [m].
+    receiver: DVec3,
     images: Vec<Image>,
     /// 1 / P(image).
     inverse_probability: Vec<f64>,
@@ -100,6 +103,7 @@ impl ReceiverImages {
         };
         let total: f64 = weights.iter().sum();
         (total > 0.0).then(|| Self {
+            receiver: receiver.exact,
             inverse_probability: weights.iter().map(|weight| total / weight).collect(),
             choice: AliasTable::new(&weights),
             images,
@@ -139,10 +143,16 @@ impl ReceiverImages {
         let distance = squared.sqrt();
         let length = sonel.length + distance;
         let Some(bin) = medium.bins.bin(length) else { return };
-        if let Some(tree) = &self.tree
-            && !tree.connects(medium.geometry, index, from, sonel.departure)
-        {
-            return;
+        let mut feet = Vec::new();
+        if let Some(tree) = &self.tree {
+            let reflected = |place, normal| {
+                if medium.bends.is_some() {
+                    feet.push((place, normal));
+                }
+            };
+            if !tree.connects(medium.geometry, index, (from, sonel.departure), reflected) {
+                return;
+            }
         }
         let weight = projected / (distance * squared) * self.inverse_probability[index];
         for ((scratch, radiosity), factor) in scratch.iter_mut().zip(sonel.radiosity).zip(&image.factor) {
@@ -150,7 +160,31 @@ impl ReceiverImages {
                 scratch[lane] = radiosity[lane] * factor[lane] * weight;
             }
         }
+        if let Some(bends) = medium.bends {
+            feet.insert(0, (from, sonel.normal.as_dvec3()));
+            keep_straight(bends, medium.geometry, &feet, self.receiver, scratch);
+        }
         deposits.add(receiver, bin, length, scratch, medium);
+    }
+}
+
+/// Takes from `energy` what edges bend on the way over `feet`, places on surfaces [m] with their normals, to a receiver in the air.
+fn keep_straight(
+    bends: &Bends,
+    geometry: &Geometry,
+    feet: &[(DVec3, DVec3)],
+    receiver: DVec3,
+    energy: &mut [Lanes],
+) {
+    let next = feet.iter().skip(1).map(|&(place, normal)| (place, Some(normal))).chain([(receiver, None)]);
+    for (&(place, normal), (to, its_normal)) in feet.iter().zip(next) {
+        let direction = (to - place).normalize_or_zero();
+        let steepness = |normal: DVec3| direction.dot(normal).abs();
+        let ends = [
+            WayEnd::at_surface(place, steepness(normal)),
+            WayEnd { place: to, steepness: its_normal.map(steepness) },
+        ];
+        bends.keep_straight(geometry, ends, energy);
     }
 }
 

@@ -278,13 +278,6 @@ impl<'a> Renderer<'a> {
         let diffracts =
             map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
         let bends = map.edge_table();
-        if bends.is_some() && matches!(settings.estimator, Estimator::Gather | Estimator::Paper) {
-            return Err(RenderError::Settings(
-                "the map's packets are bent at edges, which visibility rays do not follow: choose another --estimator, or \
-                 trace with --effects auto,-bending"
-                    .to_owned(),
-            ));
-        }
         // Edges tell all bands apart.
         let classes = if diffracts || bends.is_some() {
             BandClasses::separate(scene.bands.count())
@@ -298,22 +291,24 @@ impl<'a> Renderer<'a> {
         let bands = classes.count();
         let table = CoefficientTable::grouped(&scene.materials, &classes, traced.survival).with_edges(bends);
         Ok(Self {
-            image_order: if settings.estimator == Estimator::Auto && table.edges().is_none() {
+            image_order: if settings.estimator == Estimator::Auto {
                 image_order(geometry, &table)
             } else {
                 0
             },
             gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
-                let gather = gather_settings(&settings, geometry, traced, bins.reach);
-                let by_mirrors = gather.by_mirrors && table.edges().is_none();
-                (Sheet::all(geometry), GatherSettings { by_mirrors, ..gather })
+                (Sheet::all(geometry), gather_settings(&settings, geometry, traced, bins.reach))
             }),
             paper: (settings.estimator == Estimator::Paper)
                 .then(|| Paper::new(geometry, map.header(), &settings)),
             edges: (diffracts && settings.estimator != Estimator::Paper)
                 .then(|| Edges::new(geometry, &table, &scene.bands, scene.speed_of_sound))
                 .flatten(),
-            bends: table.edges().map(|edges| Bends::new(geometry, edges, bands)),
+            // The paper's rays know of no bends: they gather what arrives, however it came.
+            bends: table
+                .edges()
+                .filter(|_| settings.estimator != Estimator::Paper)
+                .map(|edges| Bends::new(geometry, edges, bands)),
             air: AirTable::new(&attenuation, bins.reach),
             carried_air: AirTable::new(&carried, bins.reach),
             attenuation,
@@ -462,9 +457,6 @@ impl<'a> Renderer<'a> {
             PathClass::Diffuse if self.bends.is_some() && self.connects_diffuse() => {
                 "connection, straight or over one edge; receiver sphere where it is bent more often"
             }
-            PathClass::DiffuseMirror | PathClass::LongDiffuseMirror if self.bends.is_some() => {
-                "receiver sphere"
-            }
             PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with gather",
             PathClass::Diffuse if self.connects_diffuse() => "connection",
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => "gather",
@@ -494,8 +486,8 @@ impl<'a> Renderer<'a> {
                 )
             }
             _ if forced => "asked for".to_owned(),
-            PathClass::DiffuseMirror | PathClass::LongDiffuseMirror if self.bends.is_some() => {
-                "packets are bent at edges, which images and visibility rays do not follow".to_owned()
+            PathClass::LongDiffuseMirror if self.bends.is_some() => {
+                "images and visibility rays do not follow what edges bend".to_owned()
             }
             PathClass::Diffuse => "unbiased and calm but beside a surface".to_owned(),
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => {

@@ -6,6 +6,7 @@ use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
 use super::disc::{Sheet, View};
+use crate::bending::WayEnd;
 use crate::connection::normal_on;
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
@@ -49,8 +50,8 @@ pub fn place(surface: SurfaceId, side: sonel_geometry::Side) -> u32 {
     2 * surface.0 + u32::from(side == sonel_geometry::Side::Back)
 }
 
-/// Casts the rays of one receiver in one batch and hands every disc to `found`. Where edges bend, rays that go on by mirrors
-/// would have to be bent too, so they gather at the first surface alone. `stream` is that of the receiver and batch.
+/// Casts the rays of one receiver in one batch and hands every disc to `found`. Where edges bend, a ray carries the bands alone that
+/// go straight past all of them. `stream` is that of the receiver and batch.
 pub fn cast(
     medium: &Medium<'_>,
     table: &CoefficientTable,
@@ -68,6 +69,7 @@ pub fn cast(
         let mut throughput = vec![[4.0 / f64::from(settings.rays); 4]; sonel_map::lanes_of(table.bands())];
         let (mut length, mut reflections) = (0.0, 0_u32);
         let mut at: Vec3 = receiver.1.position;
+        let mut end = WayEnd::in_air(receiver.1.exact);
         while let Some(hit) = geometry.closest_hit(departure, direction) {
             length += f64::from(at.distance(hit.position));
             if length > settings.reach {
@@ -78,15 +80,18 @@ pub fn cast(
             let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
             let seen_directly = reflections == 0;
             let share = if seen_directly { receiver.1.gathered_share(hit.position, normal) } else { 1.0 };
-            if share > 0.0 && !row.is_mirror {
+            let gathers = share > 0.0 && !row.is_mirror;
+            let start = WayEnd::at_surface(hit.position.as_dvec3(), f64::from(direction.dot(normal).abs()));
+            if let Some(bends) = medium.bends
+                && (gathers || settings.by_mirrors)
+            {
+                bends.keep_straight(geometry, [start, end], &mut throughput);
+            }
+            if gathers {
                 let sheet = &sheets[hit.surface.0 as usize];
                 let centre = sheet.flat(hit.position.as_dvec3());
                 let view = sheet.view(hit.side, centre, settings.radius);
-                let mut weight = product(&throughput, &row.diffuse.energy, share / view.area);
-                if let Some(bends) = medium.bends {
-                    let from = (hit.position.as_dvec3(), f64::from(direction.dot(normal).abs()));
-                    bends.keep_straight(geometry, from, receiver.1.exact, &mut weight);
-                }
+                let weight = product(&throughput, &row.diffuse.energy, share / view.area);
                 found(GatherPoint {
                     receiver: receiver.0,
                     place: place(hit.surface, hit.side),
@@ -97,7 +102,7 @@ pub fn cast(
                     seen_directly,
                 });
             }
-            if !settings.by_mirrors {
+            if !settings.by_mirrors || throughput.iter().flatten().all(|&band| band <= 0.0) {
                 break;
             }
             // Roulette with the strongest band's reflection: no band's throughput grows.
@@ -108,7 +113,7 @@ pub fn cast(
             throughput = product(&throughput, &row.specular.energy, 1.0 / survival);
             direction = (direction - 2.0 * direction.dot(normal) * normal).normalize();
             departure = geometry.leave(hit.position, hit.surface, hit.side);
-            at = hit.position;
+            (at, end) = (hit.position, start);
             reflections += 1;
         }
     }
