@@ -84,6 +84,7 @@ class SonelMap:
         self.surfaces = self.section("surfaces", SURFACE)
         self.chunks = self.section("chunks", CHUNK)
         self.edges = self.section("edges", EDGE)["ends"] if "edges" in self.sections else np.zeros((0, 2, 3))
+        self.reach = self.section("edges.reach", "<f8") if "edges.reach" in self.sections else np.zeros(1)
 
     def section(self, name, dtype):
         """The rows of a section."""
@@ -115,7 +116,7 @@ def coefficients(map):
     return factors, roulette * factors
 
 
-GAMMA, REACH = 0.87, 5.0
+GAMMA = 0.87
 
 
 def wavelengths(map):
@@ -124,9 +125,8 @@ def wavelengths(map):
 
 
 def reach(map):
-    """Largest distance from an edge at which each band is bent [m]; below zero where bending is off."""
-    on = next((effect["on"] for effect in map.header["effects"] if effect["name"] == "bending"), 0)
-    return np.where(on, REACH * wavelengths(map), -1.0)
+    """Largest distance from an edge at which each band is bent [m]; below zero where it is not."""
+    return np.where(map.reach > 0, map.reach, -1.0)
 
 
 def at_edge(map, event, vertex, alive):

@@ -12,6 +12,8 @@ use std::path::Path;
 use sonel_analysis::map_comparison;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
+use sonel_map::edges::whole_reach;
+use sonel_map::header::BENDING;
 use sonel_map::{
     BatchStart, CoefficientTable, EffectState, EmissionDirections, Ledger, PathWeight, Segment, Settings,
     SonelMap, sweep,
@@ -65,8 +67,11 @@ impl Traced {
     #[must_use]
     pub fn with(effects: &[&str], scene: Scene, settings: Settings) -> Self {
         let on = vec![true; scene.bands.count()];
-        let state =
-            |&name: &&str| EffectState { name: name.to_owned(), on: on.clone(), reason: String::new() };
+        let reach = whole_reach(&scene.wavelengths());
+        let state = |&name: &&str| EffectState {
+            reach: if name == BENDING { reach.clone() } else { Vec::new() },
+            ..EffectState::new(name, on.clone(), String::new())
+        };
         let states = effects.iter().map(state).collect();
         Self::with_effects(scene, settings, states)
     }

@@ -72,10 +72,11 @@ pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
     Run { seconds: trial.traced.seconds.total() + trial.heard.seconds.total(), heard: trial.heard, decisions }
 }
 
-/// `auto` against `other` in the same packets.
+/// `auto` against `other` in the same packets, none of them bent: those that are find paths of their own.
 #[must_use]
 pub fn against(scene: &Scene, other: &str, emissions: u64) -> Outcome {
-    let (auto, other) = (run(scene, "auto", emissions), run(scene, other, emissions));
+    let straight = |spec: &str| run(scene, &format!("{spec},-bending"), emissions);
+    let (auto, other) = (straight("auto"), straight(other));
     let bands = scene.bands.count();
     let change = |parameter: Parameter, change: fn(f64, f64) -> f64| -> Vec<f64> {
         let mut largest = vec![0.0_f64; bands];
@@ -182,7 +183,7 @@ fn with_cardioid(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The same in 63 and 125 Hz only, where edges bend most; of rooms whose materials are alike in all bands.
+/// The same in 63 and 125 Hz only, where edges bend most, with the coefficients of the lowest band in both.
 #[must_use]
 pub fn in_low_bands(scene: &Scene) -> Scene {
     let bands = octaves(&[63.0, 125.0]);

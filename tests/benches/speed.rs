@@ -77,9 +77,9 @@ fn measure(scene: Scene) {
 
 /// How much longer a segment takes where edges bend.
 fn measure_bending(scene: &Scene, geometry: &Geometry, settings: Settings) {
-    let on = vec![true; scene.bands.count()];
-    let segments = |bent: Option<&[bool]>| {
-        let tracer = sonel_tracer::Tracer::bending(scene, geometry, settings, bent);
+    let reach = sonel_map::edges::whole_reach(&scene.wavelengths());
+    let segments = |reach: Option<&[f64]>| {
+        let tracer = sonel_tracer::Tracer::bending(scene, geometry, settings, reach);
         let books = tracer.run(sonel_map::ShardRange::WHOLE, |chunk| {
             black_box(&chunk);
             Ok::<(), std::convert::Infallible>(())
@@ -87,7 +87,7 @@ fn measure_bending(scene: &Scene, geometry: &Geometry, settings: Settings) {
         books.expect("a tight room").segments
     };
     let straight_segments = segments(None) as f64;
-    let (bent, straight, bent_segments) = in_turn(|| segments(Some(&on)), || segments(None));
+    let (bent, straight, bent_segments) = in_turn(|| segments(Some(&reach)), || segments(None));
     let ratio = bent.as_secs_f64() / straight.as_secs_f64();
     println!(
         "  with bending {:.2} of the time per segment, {ratio:.2} of the time",

@@ -5,6 +5,7 @@ use std::convert::Infallible;
 use glam::DVec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::{Mesh, MeshTriangle};
+use sonel_map::edges::whole_reach;
 use sonel_map::{Event, Settings, ShardRange, Spectral};
 use sonel_renderer::{Estimator, RenderSettings};
 use sonel_scene::Scene;
@@ -70,7 +71,7 @@ fn packets_behind_a_knife_edge_are_as_many_as_their_law_says() {
     let bins =
         [(0.2, -0.2), (1.3, 0.7), (2.5, 1.5), (-2.0, -3.0)].map(|(low, high)| [height(low), height(high)]);
     let mut counts = [0_u32; 4];
-    Tracer::bending(&scene, &geometry, settings, Some(&[true]))
+    Tracer::bending(&scene, &geometry, settings, Some(&whole_reach(&scene.wavelengths())))
         .run(ShardRange::WHOLE, |chunk| {
             for vertex in &chunk.paths.vertices {
                 if vertex.event() == Some(Event::Absorbed) && vertex.position.x > 0.0 {

@@ -3,8 +3,10 @@
 
 use std::f64::consts::{PI, TAU};
 
+use sonel_acoustics::Material;
 use sonel_map::Mode;
-use sonel_study::effects::{Bound, Decision, Effect, LEVEL_DB, decide};
+use sonel_map::edges::whole_reach;
+use sonel_study::effects::{Bound, DECAY, Decision, Effect, LEVEL_DB, decide};
 use sonel_study::trial::NoClock;
 use sonel_tests::occasions::{against, floating_screen, scenes};
 
@@ -71,14 +73,58 @@ fn ways_are_turned_in_a_diffuse_field_as_chords_tell() {
     }
 }
 
+fn by_name(name: &str) -> sonel_scene::Scene {
+    scenes().into_iter().find(|scene| scene.name == name).expect("one of them")
+}
+
 #[test]
-fn bending_is_weighed_and_left_out_unless_asked_for() {
-    let by_name = |name: &str| scenes().into_iter().find(|scene| scene.name == name).expect("one of them");
+fn bending_is_on_where_its_bound_exceeds_the_thresholds() {
     let seats = bending(&by_name("seat rows"), "auto");
-    let bound = seats.bound.expect("a closed room");
+    let bound = seats.bound.as_ref().expect("a closed room");
     assert!(bound.decay[0] > 0.02 && bound.decay.is_sorted_by(|low, high| low > high), "{:?}", bound.decay);
-    assert!(!seats.on.contains(&true) && seats.reason.contains("% of T at 63 Hz"), "{}", seats.reason);
-    assert!(bending(&by_name("seat rows"), "auto,+bending").on.iter().all(|&on| on));
+    for (band, &on) in seats.on.iter().enumerate() {
+        assert_eq!(
+            on,
+            bound.level_db[band] > LEVEL_DB || bound.decay[band] > DECAY,
+            "band {band}: {bound:?}"
+        );
+    }
+    assert!(seats.on[0] && seats.reason.contains("% of T at 63 Hz"), "{}", seats.reason);
+    assert!(!bending(&by_name("Enclosure with a screen"), "auto").on.contains(&true));
+    assert!(bending(&by_name("Enclosure with a screen"), "all").on.iter().all(|&on| on));
     assert_eq!(bending(&by_name("dead booth"), "auto,+bending").bound.expect("nothing").decay, [0.0; 8]);
-    assert_eq!(bending(&by_name("barrier outdoors"), "auto").bound, None);
+    // Nothing tells what it is worth in the open.
+    let outdoors = bending(&by_name("barrier outdoors"), "auto");
+    assert!(outdoors.bound.is_none() && outdoors.on.iter().all(|&on| on));
+}
+
+/// What lies beyond the reach is left out as an effect is that does not matter.
+#[test]
+fn edges_bend_as_far_as_it_matters() {
+    let scene = by_name("seat rows");
+    let seats = bending(&scene, "auto");
+    let rest = seats.rest.as_ref().expect("a closed room");
+    assert!(
+        rest.level_db.iter().all(|&db| db <= LEVEL_DB) && rest.decay.iter().all(|&t| t <= DECAY),
+        "{rest:?}"
+    );
+    let whole = whole_reach(&scene.wavelengths());
+    for ((&reach, whole), &on) in seats.reach.iter().zip(&whole).zip(&seats.on) {
+        assert!(if on { reach > 0.0 && reach < 0.5 * whole } else { reach <= 0.0 }, "{reach} of {whole}");
+    }
+    assert_eq!(bending(&scene, "auto,+bending").reach, whole);
+    // Steps are half octaves: what a tenth of the reach would leave out does matter.
+    assert!(rest.decay[0] > 0.2 * DECAY, "{rest:?}");
+}
+
+/// Ways that meet nothing that absorbs sustain a decay; what edges turn away from them ends sooner where some walls absorb more than others.
+#[test]
+fn walls_that_differ_count_for_more() {
+    let scene = by_name("seat rows");
+    let (alike, mut uneven) = (bound(&scene), scene.clone());
+    uneven.materials.push(Material::uniform("absorber", 0.8, 0.3, scene.bands.count()));
+    uneven.mesh.triangles[0].material = 1;
+    uneven.mesh.triangles[1].material = 1;
+    let differing = bound(&uneven);
+    assert!(differing.decay[0] > 2.0 * alike.decay[0], "{:?} {:?}", differing.decay, alike.decay);
 }

@@ -1,6 +1,6 @@
 //! Edges that bend packets, and what passing one means to every band.
 //!
-//! A packet led by band k that passes an edge at the distance b is bent where b is at most [`REACH_WAVELENGTHS`] of the band's wavelengths, by an
+//! A packet led by band k that passes an edge at the distance b is bent where b is within the band's reach, at most [`REACH_WAVELENGTHS`] of its wavelengths, by an
 //! angle with the density of [`sonel_diffraction::bending`]; else it goes straight on. Bands share paths as they do at
 //! surfaces (docs/physics.md §2): what band j does to its energy is what a packet led by it would do, f_j = p_j, so a
 //! bend keeps the energy of a band over all angles, and a band that would not have taken the way has none there.
@@ -14,6 +14,7 @@ use sonel_geometry::{EdgeIndex, EdgeLine, Geometry};
 
 use crate::coefficients::{Lanes, to_lanes};
 use crate::format::EdgeRow;
+use crate::header::{BENDING, MapHeader};
 use crate::vertex::EdgePlace;
 
 /// Least angle of the air about an edge that bends [rad], five quarters of π: what is blunter shades hardly more than a
@@ -24,6 +25,12 @@ const BLUNTEST: f64 = 1.25 * core::f64::consts::PI;
 #[must_use]
 pub fn bending_edges(geometry: &Geometry) -> EdgeIndex {
     EdgeIndex::new(geometry, |edge| edge.sectors.iter().any(|sector| sector.angle >= BLUNTEST))
+}
+
+/// The largest reach of bands of the given `wavelengths` [m]: beyond it an edge turns nothing by as much as a degree.
+#[must_use]
+pub fn whole_reach(wavelengths: &[f64]) -> Vec<f64> {
+    wavelengths.iter().map(|wavelength| REACH_WAVELENGTHS * wavelength).collect()
 }
 
 /// What passing edges means to the bands.
@@ -39,13 +46,10 @@ pub struct EdgeTable {
 }
 
 impl EdgeTable {
-    /// Edges along `lines` for bands of the given `wavelengths` [m], of which those that are `on` are bent.
+    /// Edges along `lines` for bands of the given `wavelengths` [m], each bent up to its `reach` [m] and not at all where that is zero.
     #[must_use]
-    pub fn new(lines: Vec<EdgeLine>, wavelengths: &[f64], on: &[bool]) -> Self {
-        let reach = wavelengths
-            .iter()
-            .zip(on)
-            .map(|(length, &on)| if on { REACH_WAVELENGTHS * length } else { -1.0 });
+    pub fn new(lines: Vec<EdgeLine>, wavelengths: &[f64], reach: &[f64]) -> Self {
+        let reach = reach.iter().map(|&reach| if reach > 0.0 { reach } else { -1.0 });
         let concentration: Vec<f64> = wavelengths.iter().map(|&length| concentration(length)).collect();
         Self {
             lines,
@@ -169,6 +173,23 @@ pub(crate) fn check_rows(rows: &[EdgeRow]) -> Result<(), String> {
     }
 }
 
+/// Whether `header` says of each of its `bands` how far from edges it is bent; the reason where not.
+pub(crate) fn check_reach(header: &MapHeader, bands: usize) -> Result<(), String> {
+    let Some(bending) = header.effects.iter().find(|effect| effect.name == BENDING) else { return Ok(()) };
+    if !bending.on.contains(&true) {
+        let nothing = bending.reach.iter().all(|&reach| reach == 0.0);
+        return if nothing { Ok(()) } else { Err("edges have a reach, and no band is bent".to_owned()) };
+    }
+    let agrees = |(&on, &reach): (&bool, &f64)| reach.is_finite() && reach >= 0.0 && (reach > 0.0) == on;
+    if bending.on.len() != bands || bending.reach.len() != bands {
+        return Err("not one state and one reach of bending per band".to_owned());
+    }
+    if !bending.on.iter().zip(&bending.reach).all(agrees) {
+        return Err("bands are bent within a reach, or not and without any".to_owned());
+    }
+    Ok(())
+}
+
 /// Whether the rows are those of `geometry`, within what its positions can tell apart; the first difference where not.
 pub(crate) fn compare(rows: &[EdgeRow], geometry: &Geometry) -> Result<(), String> {
     let ours = self::rows(geometry);
@@ -200,7 +221,7 @@ mod tests {
         EdgeTable::new(
             vec![EdgeLine::new([DVec3::ZERO, DVec3::Z])],
             &[1.0, 0.5, 0.1, 1.0],
-            &[true, true, true, false],
+            &[5.0, 2.5, 0.5, 0.0],
         )
     }
 

@@ -86,7 +86,7 @@ impl ShardRange {
 }
 
 /// Whether an effect was simulated, per band, and why.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EffectState {
     /// Its name in `--effects`.
     pub name: String,
@@ -94,6 +94,16 @@ pub struct EffectState {
     pub on: Vec<bool>,
     /// The reason in words.
     pub reason: String,
+    /// How far from an edge it acts, per band [m], zero where it is off; empty for effects that know no such distance.
+    pub reach: Vec<f64>,
+}
+
+impl EffectState {
+    /// An effect that acts everywhere or nowhere.
+    #[must_use]
+    pub fn new(name: &str, on: Vec<bool>, reason: String) -> Self {
+        Self { name: name.to_owned(), on, reason, reach: Vec::new() }
+    }
 }
 
 /// The effect under which a map states that packets are bent at edges.
@@ -117,11 +127,11 @@ pub struct MapHeader {
 }
 
 impl MapHeader {
-    /// Which bands are bent at edges; [`None`] where none is.
+    /// How far from an edge every band is bent [m], zero in bands that are not; [`None`] where none is.
     #[must_use]
-    pub fn bent_bands(&self) -> Option<&[bool]> {
+    pub fn bending_reach(&self) -> Option<&[f64]> {
         let effect = self.effects.iter().find(|effect| effect.name == BENDING)?;
-        effect.on.contains(&true).then_some(&effect.on[..])
+        effect.on.contains(&true).then_some(&effect.reach[..])
     }
 
     /// Wavelength at the centre of every band in which edges diffract [m], zero in the others; [`None`] where they do in none.

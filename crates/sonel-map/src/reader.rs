@@ -16,7 +16,7 @@ use crate::edges::{self, EdgeTable};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
 use crate::format::{ChunkEntry, ChunkFates, EdgeRow, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow};
-use crate::header::{MapHeader, ShardRange};
+use crate::header::{BENDING, MapHeader, ShardRange};
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::record;
 use crate::surfaces;
@@ -111,13 +111,19 @@ impl SonelMap {
         let bands = sections.header.scene.nominal_frequencies.len();
         let books = read_books(&chunks, fates, terms, bands).map_err(damaged)?;
         let center = DVec3::from_array(sections.header.center);
-        let header = record::header(sections.header, mesh).map_err(damaged)?;
+        let reach = if sections.has("edges.reach") {
+            sections.rows::<f64>("edges.reach")?.to_vec()
+        } else {
+            Vec::new()
+        };
+        let mut header = record::header(sections.header, mesh).map_err(damaged)?;
+        if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
+            bending.reach = reach;
+        }
         surfaces::check_rows(&surfaces, header.scene.materials.len()).map_err(damaged)?;
         edges::check_rows(&edges).map_err(damaged)?;
-        if header.bent_bands().is_some_and(|on| on.len() != bands) {
-            return Err(damaged("not one state of bending per band".to_owned()));
-        }
-        if header.bent_bands().is_none() && !edges.is_empty() {
+        edges::check_reach(&header, bands).map_err(damaged)?;
+        if header.bending_reach().is_none() && !edges.is_empty() {
             return Err(damaged("it names edges, and no band is bent".to_owned()));
         }
         if !center.is_finite() {
@@ -195,9 +201,9 @@ impl SonelMap {
     /// What passing edges means to the bands; [`None`] where nothing is bent.
     #[must_use]
     pub fn edge_table(&self) -> Option<EdgeTable> {
-        let on = self.header.bent_bands().filter(|_| !self.edges.is_empty())?;
+        let reach = self.header.bending_reach().filter(|_| !self.edges.is_empty())?;
         let scene = &self.header.scene;
-        Some(EdgeTable::new(edges::lines(&self.edges, self.center), &scene.wavelengths(), on))
+        Some(EdgeTable::new(edges::lines(&self.edges, self.center), &scene.wavelengths(), reach))
     }
 
     /// Compares every chunk with its checksum and with the rules of the layout, on all cores. `surfaces` is the number of

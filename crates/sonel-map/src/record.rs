@@ -132,10 +132,8 @@ pub fn header(record: HeaderRecord, mesh: Mesh) -> Result<MapHeader, String> {
     let effects = record
         .effects
         .into_iter()
-        .map(|effect| EffectState {
-            name: effect.name,
-            on: effect.on.iter().map(|&on| on != 0).collect(),
-            reason: effect.reason,
+        .map(|effect| {
+            EffectState::new(&effect.name, effect.on.iter().map(|&on| on != 0).collect(), effect.reason)
         })
         .collect();
     let scene = scene(record.scene, mesh)?;

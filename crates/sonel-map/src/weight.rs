@@ -177,6 +177,7 @@ fn sum(lanes: Lanes) -> f64 {
 mod tests {
     use super::*;
     use crate::coefficients::{CoefficientTable, to_lanes};
+    use crate::edges::whole_reach;
     use sonel_acoustics::Material;
 
     fn material(absorption: [f64; 3], scattering: [f64; 3]) -> Material {
@@ -248,7 +249,7 @@ mod tests {
     fn edges_keep_the_energy_of_every_band() {
         let wavelengths = [3.0, 1.0, 0.3];
         let line = sonel_geometry::EdgeLine::new([glam::DVec3::ZERO, glam::DVec3::Z]);
-        let edges = EdgeTable::new(vec![line], &wavelengths, &[true; 3]);
+        let edges = EdgeTable::new(vec![line], &wavelengths, &whole_reach(&wavelengths));
         let expected = |distance: f32, spoilt: f64| {
             let mut sums = [0.0; 3];
             for (hero, wavelength) in wavelengths.into_iter().enumerate() {

@@ -119,8 +119,9 @@ impl<W: Write + Seek> MapWriter<W> {
             self.take_section("chunk.fates", |writer| std::mem::take(&mut writer.fates))?,
             self.take_section("chunk.ledger", |writer| std::mem::take(&mut writer.terms))?,
         ];
-        if header.bent_bands().is_some() {
+        if let Some(reach) = header.bending_reach() {
             sections.push(self.section("edges", bytemuck::cast_slice(&edges::rows(&geometry)))?);
+            sections.push(self.section("edges.reach", bytemuck::cast_slice(reach))?);
         }
         let record = record::header_record(header, geometry.center(), sections);
         let bytes = codec::encode(&record).map_err(MapError::Limit)?;

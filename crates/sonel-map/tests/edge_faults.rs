@@ -9,6 +9,7 @@ use std::io::Cursor;
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Geometry, MeshTriangle, Side};
+use sonel_map::edges::whole_reach;
 use sonel_map::{
     ChunkPaths, CoefficientTable, EdgePlace, EffectState, Event, Fates, Ledger, MapError, MapHeader,
     MapWriter, PathWeight, SonelMap, Vertex, sweep,
@@ -35,7 +36,8 @@ fn header(bends: bool) -> MapHeader {
     }
     if bends {
         let reason = "asked for".to_owned();
-        header.effects.push(EffectState { name: "bending".to_owned(), on: vec![true; 3], reason });
+        let reach = whole_reach(&header.scene.wavelengths());
+        header.effects.push(EffectState { reach, ..EffectState::new("bending", vec![true; 3], reason) });
     }
     header
 }
@@ -188,6 +190,22 @@ fn sections_of_edges_that_are_cut_off_or_missing_are_refused() {
     assert_eq!(sound[states..states + 3], [1; 3], "the states of the bands");
     let error = read(&forged::in_header(&sound, states, &[0; 3])).expect_err("edges without bending");
     assert!(error.to_string().contains("no band is bent"), "{error}");
+}
+
+#[test]
+fn a_reach_that_contradicts_the_effect_is_refused() {
+    let sound = bytes(true);
+    let row =
+        |band: usize, value: f64| forged::in_section(&sound, "edges.reach", 8 * band, &value.to_le_bytes());
+    for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = read(&row(1, value)).expect_err("no reach");
+        assert!(error.to_string().contains("within a reach"), "{value}: {error}");
+    }
+    assert_eq!(touch(&read(&row(1, 0.3)).unwrap()), 6);
+    let stated_at = forged::section(&sound, "edges.reach").stated_at;
+    for length in [0_u64, 8, 16, 32] {
+        assert!(read(&forged::in_header(&sound, stated_at + 8, &length.to_le_bytes())).is_err(), "{length}");
+    }
 }
 
 #[test]

@@ -320,7 +320,7 @@ mod tests {
         };
         let geometry = Geometry::build(mesh).unwrap();
         let lines = sonel_map::bending_edges(&geometry).lines().to_vec();
-        let table = EdgeTable::new(lines, wavelengths, &vec![true; wavelengths.len()]);
+        let table = EdgeTable::new(lines, wavelengths, &sonel_map::edges::whole_reach(wavelengths));
         Bends::new(&geometry, &table, wavelengths.len())
     }
 

@@ -296,9 +296,8 @@ impl<'a> Renderer<'a> {
             } else {
                 0
             },
-            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
-                (Sheet::all(geometry), gather_settings(&settings, geometry, traced, bins.reach))
-            }),
+            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather)
+                .then(|| (Sheet::all(geometry), gather_settings(&settings, geometry, traced, bins.reach))),
             paper: (settings.estimator == Estimator::Paper)
                 .then(|| Paper::new(geometry, map.header(), &settings)),
             edges: (diffracts && settings.estimator != Estimator::Paper)

@@ -9,12 +9,13 @@ use std::io::{Cursor, Seek, Write};
 use sonel_analysis::{ReceiverFigures, parameters};
 use sonel_echogram::Response;
 use sonel_geometry::{Geometry, GeometryError};
-use sonel_map::{EffectState, Ledger, MapError, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
+use sonel_map::{EffectState, Ledger, MapError, MapHeader, MapWriter, Mode, Settings, ShardRange, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
 use thiserror::Error;
 
+use crate::effects::bending;
 use crate::response;
 
 /// CPU seconds since any moment, which must not change during a trial.
@@ -258,6 +259,7 @@ pub(crate) fn trace(
     let mut writer = MapWriter::begin(store.begin().map_err(MapError::from)?)?;
     let mut write = 0.0;
     let tool_version = env!("CARGO_PKG_VERSION").to_owned();
+    let effects = if settings.mode == Mode::Paper { bending::left_out(effects) } else { effects };
     let header =
         MapHeader { tool_version, settings, shard: ShardRange::WHOLE, effects, scene: scene.clone() };
     let books = Tracer::of(&header, geometry).run(ShardRange::WHOLE, |chunk: TracedChunk| {

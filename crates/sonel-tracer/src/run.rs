@@ -107,18 +107,19 @@ impl<'a> Tracer<'a> {
         Self::bending(scene, geometry, settings, None)
     }
 
-    /// As [`Self::new`], but the bands that are `bent` are bent at edges.
+    /// As [`Self::new`], but each band is bent at edges up to its `reach` [m], where that is above zero.
     #[must_use]
     pub fn bending(
         scene: &'a Scene,
         geometry: &'a Geometry,
         settings: Settings,
-        bent: Option<&[bool]>,
+        reach: Option<&[f64]>,
     ) -> Self {
         let bands = scene.bands.count();
         let layout = settings.layout(bands);
-        let edges =
-            bent.map(|bent| (bending_edges(geometry), bent)).filter(|(edges, _)| !edges.lines().is_empty());
+        let edges = reach
+            .map(|reach| (bending_edges(geometry), reach))
+            .filter(|(edges, _)| !edges.lines().is_empty());
         // Edges tell all bands apart.
         let classes = match &edges {
             Some(_) => BandClasses::separate(bands),
@@ -132,9 +133,9 @@ impl<'a> Tracer<'a> {
         let surroundings = Surroundings {
             geometry,
             table: CoefficientTable::grouped(&scene.materials, &classes, settings.survival).with_edges(
-                edges
-                    .as_ref()
-                    .map(|(edges, bent)| EdgeTable::new(edges.lines().to_vec(), &scene.wavelengths(), bent)),
+                edges.as_ref().map(|(edges, reach)| {
+                    EdgeTable::new(edges.lines().to_vec(), &scene.wavelengths(), reach)
+                }),
             ),
             edges: edges.map(|(edges, _)| edges),
             surfaces,
@@ -157,7 +158,7 @@ impl<'a> Tracer<'a> {
     #[must_use]
     pub fn of(header: &'a MapHeader, geometry: &'a Geometry) -> Self {
         let (scene, settings) = (&header.scene, header.settings);
-        let mut tracer = Self::bending(scene, geometry, settings, header.bent_bands());
+        let mut tracer = Self::bending(scene, geometry, settings, header.bending_reach());
         if settings.mode == Mode::Paper
             && let Some(wavelengths) = header.diffracted_wavelengths()
         {

@@ -6,6 +6,7 @@ use std::io::Cursor;
 use glam::DVec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::{Mesh, MeshTriangle};
+use sonel_map::edges::whole_reach;
 use sonel_map::{EffectState, Event, MapHeader, MapWriter, Mode, Settings, ShardRange, SonelMap, Spectral};
 use sonel_scene::{Scene, Source};
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
@@ -56,17 +57,14 @@ fn settings(emissions: u64) -> Settings {
 
 /// Provenance of a run of which edges diffract, or bend packets where it is not the paper's.
 fn header(scene: &Scene, settings: Settings) -> MapHeader {
-    let effect = |name: &str, on| EffectState {
-        name: name.to_owned(),
-        on: vec![on; 3],
-        reason: "asked for".to_owned(),
-    };
+    let effect = |name: &str, on| EffectState::new(name, vec![on; 3], "asked for".to_owned());
     let bending = settings.mode == Mode::Accurate;
+    let reach = if bending { whole_reach(&scene.wavelengths()) } else { Vec::new() };
     MapHeader {
         tool_version: "test".to_owned(),
         settings,
         shard: ShardRange::WHOLE,
-        effects: vec![effect("diffraction", true), effect("bending", bending)],
+        effects: vec![effect("diffraction", true), EffectState { reach, ..effect("bending", bending) }],
         scene: scene.clone(),
     }
 }

@@ -21,31 +21,29 @@ const SEATS: [(&str, &str); 6] = [
     ("beside the stage", "-10.2,9.4,1.2"),
 ];
 
-/// The hall as it is, and with all surfaces scattering: bands that are bent soon have paths of their own, and mirrored paths are then left
-/// to receiver spheres, whose noise would hide everything.
-const SCENES: [&str; 2] = ["scenes/hall/scene.toml", "target/diffraction/scattering.toml"];
+const SCENE: &str = "scenes/hall/scene.toml";
 
-/// A run: name, index of the scene, effects, further options of tracing and of rendering.
-type Run = (&'static str, usize, &'static str, &'static [&'static str], &'static [&'static str]);
+/// A run: name, effects, further options of tracing and of rendering.
+type Run = (&'static str, &'static str, &'static [&'static str], &'static [&'static str]);
 
 const RUNS: [Run; 6] = [
-    ("off", 0, "auto,-diffraction", &["--sonels", "20k"], &[]),
-    ("exact", 0, "auto,+diffraction", &["--sonels", "20k"], &[]),
-    ("paper-off", 0, "auto,-diffraction", &["--sonels", "20k", "--mode", "paper"], &["--estimator", "paper"]),
-    ("paper", 0, "auto,+diffraction", &["--sonels", "20k", "--mode", "paper"], &["--estimator", "paper"]),
-    ("straight", 1, "auto,-diffraction", &["--sonels", "60k", "--duration", "0.5"], &[]),
-    ("bending", 1, "auto,-diffraction,+bending", &["--sonels", "60k", "--duration", "0.5"], &[]),
+    ("off", "auto,-diffraction,-bending", &["--sonels", "20k"], &[]),
+    ("exact", "auto,+diffraction,-bending", &["--sonels", "20k"], &[]),
+    ("paper-off", "auto,-diffraction", &["--sonels", "20k", "--mode", "paper"], &["--estimator", "paper"]),
+    ("paper", "auto,+diffraction", &["--sonels", "20k", "--mode", "paper"], &["--estimator", "paper"]),
+    // Bands that are bent have paths of their own, and other ones than without: noise is that of fewer packets, twice.
+    ("straight", "auto,-diffraction,-bending", &["--sonels", "160k"], &[]),
+    ("bending", "auto,-diffraction", &["--sonels", "160k"], &[]),
 ];
 
 /// What is compared with what, and as what.
-const COMPARISONS: [(&str, &str, &str); 3] = [
-    ("exact", "off", "exact"),
-    ("paper", "paper-off", "the paper's"),
-    ("bending", "straight", "bending, all scatters"),
-];
+const COMPARISONS: [(&str, &str, &str); 3] =
+    [("exact", "off", "exact"), ("paper", "paper-off", "the paper's"), ("bending", "straight", "bending")];
 
 /// Figures shown: key, label.
 const FIGURES: [(&str, &str); 2] = [("level_db", "level [dB]"), ("clarity_c80_db", "C80 [dB]")];
+/// Written down, not drawn: [s].
+const DECAY: &str = "t30_s";
 
 /// A figure with edges less the same without.
 pub struct Change {
@@ -53,35 +51,24 @@ pub struct Change {
     seat: String,
     center_frequency_hz: f64,
     figure: String,
-    /// [dB].
+    /// In the figure's unit.
     value: f64,
-    /// Of the 95 % interval [dB].
+    /// Of the 95 % interval.
     half_width: f64,
 }
 
 /// Traces and renders everything.
 pub fn conduct() -> Result<()> {
-    workspace::write(SCENES[1], scattering(&workspace::read(SCENES[0])?))?;
     let seats: Vec<String> = SEATS.iter().map(|(name, place)| format!("--receiver={name}={place}")).collect();
     let seats: Vec<&str> = seats.iter().map(String::as_str).collect();
-    for (name, scene, effects, tracing, rendering) in RUNS {
+    for (name, effects, tracing, rendering) in RUNS {
         let (map, response) = (file(name, "sonelmap"), file(name, "npz"));
-        let words = [SCENES[scene], "-o", &map, "--effects", effects, "--quiet"];
+        let words = [SCENE, "-o", &map, "--effects", effects, "--quiet"];
         workspace::program("sonel-trace", &[&words[..], tracing].concat())?;
         let words = [&map, "-o", &response, "--quiet"];
         workspace::program("sonel-render", &[&words[..], &seats, rendering].concat())?;
     }
     Ok(())
-}
-
-/// The scene with every scattering coefficient at 1, to stand in [`FOLDER`].
-fn scattering(scene: &str) -> String {
-    let line = |line: &str| match line.split_once(" = ") {
-        Some(("scattering", _)) => "scattering = 1.0".to_owned(),
-        Some(("mesh", _)) => "mesh = \"../../scenes/hall/hall.obj\"".to_owned(),
-        _ => line.to_owned(),
-    };
-    scene.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
 fn file(name: &str, kind: &str) -> String {
@@ -90,6 +77,7 @@ fn file(name: &str, kind: &str) -> String {
 
 /// What the runs say, by model, seat, band and figure.
 pub fn changes() -> Result<Vec<Change>> {
+    let keys: Vec<&str> = FIGURES.iter().map(|(key, _)| *key).chain([DECAY]).collect();
     let mut changes = Vec::new();
     for (with, without, model) in COMPARISONS {
         let output = workspace::output(
@@ -100,7 +88,7 @@ pub fn changes() -> Result<Vec<Change>> {
         ensure!(output.status.code().is_some_and(|code| code <= 1), "sonel-analyze diff: {}", output.status);
         let json: Value = serde_json::from_slice(&output.stdout)?;
         let list = json["differences"].as_array().context("no differences")?;
-        for entry in list.iter().filter(|entry| FIGURES.iter().any(|(key, _)| entry["figure"] == *key)) {
+        for entry in list.iter().filter(|entry| keys.iter().any(|key| entry["figure"] == *key)) {
             let number = |value: &Value| value.as_f64().context("a figure is missing");
             let interval = &entry["difference"]["ci95"];
             changes.push(Change {
@@ -155,28 +143,36 @@ pub fn sheets(changes: &[Change]) -> Vec<(&'static str, Sheet)> {
 
 /// All changes as CSV.
 pub fn csv(changes: &[Change]) -> Result<String> {
-    let mut text = "model,seat,center_frequency_hz,figure,difference_db,half_width_db\n".to_owned();
+    let mut text = "model,seat,center_frequency_hz,figure,difference,half_width\n".to_owned();
     for Change { model, seat, center_frequency_hz, figure, value, half_width } in changes {
         writeln!(text, "{model},\"{seat}\",{center_frequency_hz},{figure},{value:.4},{half_width:.4}")?;
     }
     Ok(text)
 }
 
-/// Changes of the level as a table.
+/// Changes of levels by all models, and of T30 by bending, as tables.
 pub fn markdown(changes: &[Change]) -> Result<String> {
-    let mut text = String::from(
-        "Level with edges less level without them [dB], 95 % intervals; the last three seats are in the source's shadow.\n\n| seat | edges |",
-    );
+    let models = COMPARISONS.map(|(_, _, model)| model);
+    let levels = table(changes, FIGURES[0].0, &models)?;
+    let decays = table(changes, DECAY, &models[2..])?;
+    Ok(format!(
+        "Level with edges less level without them [dB], 95 % intervals; the last three seats are in the source's shadow.\n\n{levels}\n\
+         T30 with bending less T30 without [s].\n\n{decays}"
+    ))
+}
+
+fn table(changes: &[Change], figure: &str, models: &[&str]) -> Result<String> {
+    let mut text = String::from("| seat | edges |");
     let bands: Vec<f64> =
         chosen(changes, ("exact", SEATS[0].0, FIGURES[0].0)).map(|c| c.center_frequency_hz).collect();
     bands.iter().try_for_each(|band| write!(text, " {band} Hz |"))?;
     writeln!(text, "\n|---|---|{}", "---|".repeat(bands.len()))?;
     for (seat, _) in SEATS {
-        for (_, _, model) in COMPARISONS {
+        for model in models {
             write!(text, "| {seat} | {model} |")?;
             for band in &bands {
                 let of_band = |c: &&Change| c.center_frequency_hz.total_cmp(band).is_eq();
-                match chosen(changes, (model, seat, FIGURES[0].0)).find(of_band) {
+                match chosen(changes, (model, seat, figure)).find(of_band) {
                     Some(Change { value, half_width, .. }) => {
                         write!(text, " {value:+.2} ± {half_width:.2} |")?;
                     }

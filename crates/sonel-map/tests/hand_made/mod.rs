@@ -46,11 +46,7 @@ pub fn header(emissions: u64) -> MapHeader {
         tool_version: "by hand".to_owned(),
         settings: Settings { emissions, seed: 11, batches: 2, ..Settings::default() },
         shard: ShardRange::WHOLE,
-        effects: vec![EffectState {
-            name: "air".to_owned(),
-            on: vec![false, true, true],
-            reason: "asked for".to_owned(),
-        }],
+        effects: vec![EffectState::new("air", vec![false, true, true], "asked for".to_owned())],
         scene: scene(),
     }
 }

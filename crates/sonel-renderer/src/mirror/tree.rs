@@ -142,7 +142,9 @@ impl ImageTree {
         let mut factor = vec![[0.0; 4]; self.lanes];
         for node in &self.nodes {
             let departure = Departure::free(receiver.as_vec3());
-            let Some(leaving) = self.validate(geometry, node, (receiver, departure), |_, _| ()) else { continue };
+            let Some(leaving) = self.validate(geometry, node, (receiver, departure), |_, _| ()) else {
+                continue;
+            };
             self.specular_factor(geometry, table, node, &mut factor);
             let directivity = self.radiator.factor(leaving);
             for value in factor.iter_mut().flatten() {

@@ -118,11 +118,8 @@ fn weigh_edges(scene: &Scene, geometry: &Geometry, clock: &dyn Clock) -> Result<
     let (listeners, described) = listeners(scene, geometry);
     let heard = |on: bool| -> Result<Heard, TrialError> {
         let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
-        let state = EffectState {
-            name: Effect::Diffraction.name().to_owned(),
-            on: vec![on; scene.bands.count()],
-            reason: String::new(),
-        };
+        let state =
+            EffectState::new(Effect::Diffraction.name(), vec![on; scene.bands.count()], String::new());
         let traced = trace(scene, geometry, vec![state], settings, &mut InMemory, clock)?;
         let render =
             RenderSettings { rays: RAYS, mirror_order: Some(MIRROR_ORDER), ..RenderSettings::default() };

@@ -6,7 +6,7 @@
 //! is off, with that reason, whatever was asked for.
 
 mod air;
-mod bending;
+pub(crate) mod bending;
 mod edges;
 mod shadow;
 mod skips;
@@ -104,17 +104,24 @@ pub struct Decision {
     pub reason: String,
     /// What it costs, in words; empty where it is nothing.
     pub cost: String,
+    /// How far from edges it acts, see [`EffectState::reach`] [m].
+    pub reach: Vec<f64>,
+    /// What the part of it changes at most that is left out where it is on; none where that is nothing.
+    pub rest: Option<Bound>,
 }
 
 impl Decision {
     fn new(effect: Effect, on: Vec<bool>, reason: String) -> Self {
-        Self { effect, on, bound: None, reason, cost: String::new() }
+        Self { effect, on, bound: None, reason, cost: String::new(), reach: Vec::new(), rest: None }
     }
 
     /// What a map says of it.
     #[must_use]
     pub fn state(&self) -> EffectState {
-        EffectState { name: self.effect.name().to_owned(), on: self.on.clone(), reason: self.reason.clone() }
+        EffectState {
+            reach: self.reach.clone(),
+            ..EffectState::new(self.effect.name(), self.on.clone(), self.reason.clone())
+        }
     }
 }
 

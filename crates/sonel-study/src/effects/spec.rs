@@ -37,15 +37,6 @@ pub(super) enum Wish {
 }
 
 impl Wish {
-    /// Whether the effect is on, where it was asked for by its name or everything was refused.
-    pub fn asked_by_name(self) -> Option<bool> {
-        match self {
-            Self::Auto | Self::Scene => None,
-            Self::On => Some(true),
-            Self::Off => Some(false),
-        }
-    }
-
     /// Whether the effect is on, where that was asked.
     pub fn decided(self) -> Option<bool> {
         match self {
