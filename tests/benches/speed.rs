@@ -30,7 +30,7 @@ fn main() {
     }
 }
 
-/// From so many edges on bending takes minutes, and is not measured.
+/// From so many edges on the exact ones take minutes, and are not measured.
 const MANY_EDGES: usize = 100;
 
 fn measure(scene: Scene) {
@@ -65,14 +65,15 @@ fn measure(scene: Scene) {
         "  tracing      {tracing:7.2} M segments/s   {:.2} of bare closest-hit rays ({bare:.2} M/s)",
         tracing / bare
     );
+    measure_bending(&scene, &geometry, settings);
     if geometry.diffracting_edges().count() < MANY_EDGES {
-        measure_bending(&scene, &geometry, settings);
         measure_edges(&scene);
     }
     measure_writing(&scene, &geometry, settings);
     for count in [1, 16] {
         measure_connections(&traced, count);
     }
+    measure_bent_rendering(&scene, settings);
 }
 
 /// How much longer a segment takes where edges bend.
@@ -92,6 +93,23 @@ fn measure_bending(scene: &Scene, geometry: &Geometry, settings: Settings) {
     println!(
         "  with bending {:.2} of the time per segment, {ratio:.2} of the time",
         ratio * straight_segments / bent_segments as f64
+    );
+}
+
+/// How much longer a segment takes to be heard through connections where edges bend.
+fn measure_bent_rendering(scene: &Scene, settings: Settings) {
+    let few = Settings { emissions: settings.emissions / 10, ..settings };
+    let (straight, bent) = (Traced::new(scene.clone(), few), Traced::bending(scene.clone(), few));
+    let settings = RenderSettings { estimator: sonel_renderer::Estimator::Connection, ..Default::default() };
+    let (with, without, ()) = in_turn(
+        || drop(black_box(bent.render(settings.clone()))),
+        || black_box(straight.render(settings.clone())),
+    );
+    let ratio = with.as_secs_f64() / without.as_secs_f64();
+    let segments = |traced: &Traced| traced.books.segments as f64;
+    println!(
+        "  with bending rendering takes {:.2} of the time per segment, {ratio:.2} of the time",
+        ratio * segments(&straight) / segments(&bent)
     );
 }
 
