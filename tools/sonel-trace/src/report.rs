@@ -179,7 +179,11 @@ fn effect(effect: &EffectState) -> Value {
         Some(&first) if uniform => json!(first),
         _ => json!(effect.on),
     };
-    json!({ "name": effect.name, "on": on, "reason": effect.reason })
+    let mut value = json!({ "name": effect.name, "on": on, "reason": effect.reason });
+    if !effect.reach.is_empty() {
+        value["reach_m"] = json!(effect.reach);
+    }
+    value
 }
 
 #[cfg(test)]
