@@ -104,7 +104,17 @@ fn changes(parameter: Parameter, without: &Heard, with: &Heard) -> Vec<(usize, C
 
 /// Closed rooms with edges, in their low bands only: there bending is strongest, and bands that differ less share more of their paths.
 fn rooms_with_edges() -> Vec<Scene> {
-    ["office screen", "seat rows", "reflector array", "balcony", "coupled rooms", "Concert hall"]
+    let names = [
+        "small tile",
+        "office screen",
+        "seat rows",
+        "reflector array",
+        "balcony",
+        "coupled rooms",
+        "Enclosure with a screen",
+        "Concert hall",
+    ];
+    names
         .into_iter()
         .map(|name| {
             let scene = scenes().into_iter().find(|scene| scene.name == name).expect("one of them");

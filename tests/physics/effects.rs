@@ -98,6 +98,21 @@ fn bending_is_on_where_its_bound_exceeds_the_thresholds() {
     assert!(outdoors.bound.is_none() && outdoors.on.iter().all(|&on| on));
 }
 
+/// Who asks for less gets less: whole just-noticeable differences may be missing.
+#[test]
+fn a_coarser_threshold_leaves_out_more() {
+    let scene = by_name("seat rows");
+    let [fine, coarse] = ["auto", "auto:1"].map(|spec| bending(&scene, spec));
+    let count = |decision: &Decision| decision.on.iter().filter(|&&on| on).count();
+    assert!(count(&coarse) > 0 && count(&coarse) < count(&fine), "{:?} {:?}", coarse.on, fine.on);
+    assert!(coarse.reach[0] < 0.5 * fine.reach[0], "{:?} {:?}", coarse.reach, fine.reach);
+    let rest = coarse.rest.expect("a closed room");
+    assert!(
+        rest.decay.iter().all(|&t| t <= 10.0 * DECAY) && rest.decay.iter().any(|&t| t > DECAY),
+        "{rest:?}"
+    );
+}
+
 /// What lies beyond the reach is left out as an effect is that does not matter.
 #[test]
 fn edges_bend_as_far_as_it_matters() {

@@ -99,7 +99,8 @@ pub struct Tradeoff {
     /// How long echograms are simulated [s], instead of the scene's duration.
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// Effects: auto (where nothing is given), all or none, then changes: auto,-air.
+    /// Effects: auto (where nothing is given), all or none, then changes: auto,-air; auto:1 leaves
+    /// out what changes less than 1 just-noticeable difference, auto a tenth
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
 }

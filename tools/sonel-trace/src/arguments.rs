@@ -68,7 +68,8 @@ pub struct Arguments {
     /// Stop --until after this time by the clock: 60s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
-    /// Effects: auto (where nothing is given), all or none, then changes: auto,-air.
+    /// Effects: auto (where nothing is given), all or none, then changes: auto,-air; auto:1 leaves
+    /// out what changes less than 1 just-noticeable difference, auto a tenth
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
     /// Print counts, fates and the energy ledger as JSON.

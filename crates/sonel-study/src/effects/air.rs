@@ -18,7 +18,7 @@ use sonel_geometry::Geometry;
 use sonel_scene::Scene;
 
 use super::spec::Wish;
-use super::{ASKED, Bound, Decision, Effect, exceeding};
+use super::{ASKED, Bound, Decision, Effect, Question};
 
 /// How many times more slowly than Eyring's a room may decay: seven times does a box of mirrors (10 × 8 × 3 m, α = 0.05) whose floor alone absorbs
 /// (α = 0.6, T30 4.2 s for Eyring's 0.60 s), 2.6 times with s = 0.1.
@@ -27,7 +27,8 @@ const SLOWEST: f64 = 8.0;
 const LONGEST_WAY: f64 = 4.0;
 
 /// Decides on air, and changes the scene's as was asked.
-pub(super) fn decide(wish: Wish, scene: &mut Scene, geometry: &Geometry) -> Decision {
+pub(super) fn decide(asked: Question, scene: &mut Scene, geometry: &Geometry) -> Decision {
+    let wish = asked.wish;
     match wish {
         Wish::Off => scene.air_attenuation.fill(0.0),
         Wish::On => {
@@ -47,7 +48,7 @@ pub(super) fn decide(wish: Wish, scene: &mut Scene, geometry: &Geometry) -> Deci
         level_db: losses.iter().map(|loss| 10.0 * LOG10_E * libm::log1p(loss.most)).collect(),
         decay: losses.iter().map(|loss| loss.most).collect(),
     };
-    let on = if wish == Wish::Auto { exceeding(&bound) } else { attenuates };
+    let on = if wish == Wish::Auto { asked.exceeding(&bound) } else { attenuates };
     let reason = if wish == Wish::Auto { reason(scene, &losses) } else { ASKED.to_owned() };
     Decision {
         bound: Some(bound),

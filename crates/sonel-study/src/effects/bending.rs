@@ -24,7 +24,7 @@ use sonel_map::{EdgeTable, EffectState, Mode, PathWeight, Segment, Settings, Son
 use sonel_scene::Scene;
 
 use super::spec::Wish;
-use super::{ASKED, Bound, Decision, Effect, exceeding};
+use super::{ASKED, Bound, Decision, Effect, Question};
 use crate::trial::{Clock, InMemory, TrialError, trace};
 
 /// Packets of the short run.
@@ -34,15 +34,16 @@ const LEGS: f64 = 2.0;
 /// Reaches that are weighed: the whole one and halves of it, half octaves apart.
 const REACHES: usize = 25;
 
-/// Decides on bending; `weigh` asks for the bound even if it was decided about.
+/// Decides on bending.
 pub(super) fn decide(
-    wish: Wish,
+    asked: Question,
     mode: Mode,
     scene: &Scene,
     geometry: &Geometry,
-    weigh: bool,
     clock: &dyn Clock,
 ) -> Result<Decision, TrialError> {
+    let wish = asked.wish;
+    let is_weighed = wish == Wish::Auto || asked.weigh;
     let bands = scene.bands.count();
     let edges = bending_edges(geometry);
     let count = edges.lines().len();
@@ -53,7 +54,7 @@ pub(super) fn decide(
     if mode == Mode::Paper {
         return Ok(off(PAPER));
     }
-    let worth = if geometry.is_closed_room() && (wish == Wish::Auto || weigh) {
+    let worth = if geometry.is_closed_room() && is_weighed {
         Some(Worth::of(scene, geometry, &edges, clock)?)
     } else {
         None
@@ -61,16 +62,21 @@ pub(super) fn decide(
     let (reach, why) = match (wish.decided(), &worth) {
         (Some(true), _) => (whole_reach(&scene.wavelengths()), format!("{ASKED}, {count} edges")),
         (Some(false), _) => (vec![0.0; bands], ASKED.to_owned()),
-        (None, Some(worth)) => (worth.reach(), format!("{count} edges")),
+        (None, Some(worth)) => (worth.reach(asked), format!("{count} edges")),
         (None, None) => (
             whole_reach(&scene.wavelengths()),
             format!("in the open nothing else fills shadows, {count} edges"),
         ),
     };
     let on: Vec<bool> = reach.iter().map(|&reach| reach > 0.0).collect();
+    let cost = if on.contains(&true) && is_weighed {
+        cost(scene, geometry, &reach, worth.as_ref(), clock)?
+    } else {
+        String::new()
+    };
     let reason = format!("{why}{}", in_words(scene, &reach, worth.as_ref()));
     Ok(Decision {
-        cost: cost(scene, &reach, worth.as_ref()),
+        cost,
         rest: worth.as_ref().map(|worth| worth.beyond(&reach)),
         bound: worth.map(|worth| worth.bound()),
         reach: if on.contains(&true) { reach } else { Vec::new() },
@@ -163,12 +169,12 @@ impl Worth {
     }
 
     /// The shortest reach of each band beyond which nothing matters; zero where nothing matters at all.
-    fn reach(&self) -> Vec<f64> {
+    fn reach(&self, asked: Question) -> Vec<f64> {
         let mut reach: Vec<f64> =
             self.wavelengths.iter().map(|&wavelength| nth_reach(wavelength, 0)).collect();
         for step in (0..=REACHES).skip(1) {
             let rest = self.bound_of(|band| self.outside[band][step]);
-            for (band, matters) in exceeding(&rest).into_iter().enumerate() {
+            for (band, matters) in asked.exceeding(&rest).into_iter().enumerate() {
                 if !matters {
                     reach[band] = if step == REACHES { 0.0 } else { nth_reach(self.wavelengths[band], step) };
                 }
@@ -260,21 +266,38 @@ fn in_words(scene: &Scene, reach: &[f64], worth: Option<&Worth>) -> String {
     words
 }
 
-/// What bending costs, in words.
-fn cost(scene: &Scene, reach: &[f64], worth: Option<&Worth>) -> String {
+/// What bending costs, in words: time a segment as two short runs take it, and what bands share no longer.
+fn cost(
+    scene: &Scene,
+    geometry: &Geometry,
+    reach: &[f64],
+    worth: Option<&Worth>,
+    clock: &dyn Clock,
+) -> Result<String, TrialError> {
+    let on = reach.iter().map(|&reach| reach > 0.0).collect();
+    let bent =
+        EffectState { reach: reach.to_vec(), ..EffectState::new(Effect::Bending.name(), on, String::new()) };
+    let seconds = |effects: Vec<EffectState>| -> Result<f64, TrialError> {
+        let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
+        let traced = trace(scene, geometry, effects, settings, &mut InMemory, clock)?;
+        Ok(traced.seconds.trace / traced.books.segments as f64)
+    };
+    let ratio = seconds(vec![bent])? / seconds(Vec::new())?;
     let nominal = scene.bands.nominal();
-    let Some(worth) = worth.filter(|_| reach.iter().any(|&reach| reach > 0.0)) else {
-        return if reach.iter().any(|&reach| reach > 0.0) { PARTED.to_owned() } else { String::new() };
-    };
-    let share = |band: usize| {
-        format!("{:.0} % of the ways at {} Hz", 100.0 * worth.bent(band, reach[band]), nominal[band])
-    };
-    let shares: Vec<String> = ends_of_bent(reach).map(share).collect();
-    format!("{PARTED}: {} are bent", shares.join(", "))
+    let shares: Vec<String> = worth
+        .into_iter()
+        .flat_map(|worth| ends_of_bent(reach).map(move |band| (band, worth.bent(band, reach[band]))))
+        .map(|(band, share)| format!("{:.0} % of those at {} Hz", 100.0 * share, nominal[band]))
+        .collect();
+    let of = if shares.is_empty() { String::new() } else { format!(" ({})", shares.join(", ")) };
+    let parted = format!("what bands would share of the ways that are bent{of}");
+    // Without a clock there are no times.
+    Ok(if ratio.is_finite() {
+        format!("{ratio:.1} times the time a segment traced, and {parted}")
+    } else {
+        parted
+    })
 }
-
-/// Bands that are bent differently take paths of their own.
-const PARTED: &str = "time for every edge passed, and the paths that bands would share";
 
 /// The first and the last band that is bent, or the one.
 fn ends_of_bent(reach: &[f64]) -> impl Iterator<Item = usize> + '_ {

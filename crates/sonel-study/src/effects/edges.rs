@@ -16,7 +16,7 @@ use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_scene::Scene;
 
 use super::spec::Wish;
-use super::{ASKED, Bound, Decision, Effect, exceeding};
+use super::{ASKED, Bound, Decision, Effect, Question};
 use crate::response::receivers_of;
 use crate::trial::{Clock, Heard, InMemory, TrialError, hear, trace};
 
@@ -40,14 +40,14 @@ const STEP_IN_SLOPE: f64 = 1.5;
 /// What a level that has no interval may be wrong by [dB].
 const UNKNOWN_DB: f64 = 3.0;
 
-/// Decides on diffraction; `weigh` asks for the bound even if it was decided about.
+/// Decides on diffraction.
 pub(super) fn decide(
-    wish: Wish,
+    asked: Question,
     scene: &Scene,
     geometry: &Geometry,
-    weigh: bool,
     clock: &dyn Clock,
 ) -> Result<Decision, TrialError> {
+    let wish = asked.wish;
     let bands = scene.bands.count();
     let count = geometry.diffracting_edges().count();
     let decision = |on: bool, reason: String| Decision::new(Effect::Diffraction, vec![on; bands], reason);
@@ -55,11 +55,11 @@ pub(super) fn decide(
         let bound = Some(Bound::nothing(bands));
         return Ok(Decision { bound, ..decision(false, NO_EDGE.to_owned()) });
     }
-    if let Some(on) = wish.decided().filter(|_| !weigh) {
+    if let Some(on) = wish.decided().filter(|_| !asked.weigh) {
         return Ok(decision(on, format!("{ASKED}, {count} edges")));
     }
     let worth = weigh_edges(scene, geometry, clock)?;
-    let on = wish.decided().unwrap_or_else(|| exceeding(&worth.bound).contains(&true));
+    let on = wish.decided().unwrap_or_else(|| asked.exceeding(&worth.bound).contains(&true));
     let why = if wish == Wish::Auto { String::new() } else { format!("{ASKED}, ") };
     let reason = format!("{why}{} {}", describe(count, scene, geometry), worth.describe(scene));
     let cost = format!("{:.2} CPU-s a receiver", worth.seconds);

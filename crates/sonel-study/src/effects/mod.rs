@@ -12,7 +12,7 @@ mod shadow;
 mod skips;
 mod spec;
 
-use sonel_acoustics::Directivity;
+use sonel_acoustics::{Directivity, just_noticeable};
 use sonel_geometry::Geometry;
 use sonel_map::{EffectState, Mode};
 use sonel_scene::Scene;
@@ -25,10 +25,12 @@ pub use spec::{EffectSpec, EffectSpecError};
 use crate::trial::{Clock, TrialError};
 use spec::Wish;
 
-/// Change of a level below which an effect may be left out: a tenth of a just-noticeable difference.
-pub const LEVEL_DB: f64 = 0.1;
-/// Relative change of a reverberation time below which an effect may be left out: a tenth of a just-noticeable difference.
-pub const DECAY: f64 = 0.005;
+/// Just-noticeable differences below which an effect may be left out, unless the specification names other ones.
+pub const THRESHOLD: f64 = 0.1;
+/// The change of a level that this is [dB].
+pub const LEVEL_DB: f64 = THRESHOLD * just_noticeable::LEVEL_DB;
+/// The relative change of a reverberation time that this is.
+pub const DECAY: f64 = THRESHOLD * just_noticeable::EARLY_DECAY_TIME;
 
 /// The reason of effects that the user decided about.
 const ASKED: &str = "asked for";
@@ -125,14 +127,24 @@ impl Decision {
     }
 }
 
-/// Bands in which a bound exceeds either threshold.
-fn exceeding(bound: &Bound) -> Vec<bool> {
-    bound
-        .level_db
-        .iter()
-        .zip(&bound.decay)
-        .map(|(&level, &decay)| level > LEVEL_DB || decay > DECAY)
-        .collect()
+/// What is asked of an effect.
+#[derive(Debug, Clone, Copy)]
+struct Question {
+    wish: Wish,
+    /// Just-noticeable differences below which it may be left out.
+    threshold: f64,
+    /// Whether the bound is asked for even if the effect was decided about.
+    weigh: bool,
+}
+
+impl Question {
+    /// Bands in which `bound` is beyond the threshold.
+    fn exceeding(&self, bound: &Bound) -> Vec<bool> {
+        let (level_db, decay) =
+            (self.threshold * just_noticeable::LEVEL_DB, self.threshold * just_noticeable::EARLY_DECAY_TIME);
+        let exceeds = |(&level, &time): (&f64, &f64)| level > level_db || time > decay;
+        bound.level_db.iter().zip(&bound.decay).map(exceeds).collect()
+    }
 }
 
 /// Decides every effect for `scene`, whose walls are `geometry` and which is traced in `mode`, and changes the scene accordingly: air switched on or off,
@@ -150,7 +162,8 @@ pub fn decide(
     clock: &dyn Clock,
 ) -> Result<Vec<Decision>, TrialError> {
     // Air and directivity first: the short run is heard with them.
-    let air = air::decide(spec.wish(Effect::Air), scene, geometry);
+    let asked = |effect| Question { wish: spec.wish(effect), threshold: spec.threshold(), weigh };
+    let air = air::decide(asked(Effect::Air), scene, geometry);
     let directivity = decide_directivity(spec.wish(Effect::Directivity), scene);
     Effect::ALL
         .into_iter()
@@ -158,8 +171,8 @@ pub fn decide(
             Effect::Diffraction if mode == Mode::Paper => {
                 Ok(edges::decide_for_paper(spec.wish(effect), scene, geometry))
             }
-            Effect::Diffraction => edges::decide(spec.wish(effect), scene, geometry, weigh, clock),
-            Effect::Bending => bending::decide(spec.wish(effect), mode, scene, geometry, weigh, clock),
+            Effect::Diffraction => edges::decide(asked(effect), scene, geometry, clock),
+            Effect::Bending => bending::decide(asked(effect), mode, scene, geometry, clock),
             Effect::Air => Ok(air.clone()),
             Effect::Directivity => Ok(directivity.clone()),
             _ => Ok(Decision::new(effect, vec![false; scene.bands.count()], "not built yet".to_owned())),

@@ -1,11 +1,12 @@
 //! `--effects SPEC`: `auto`, `all` or `none`, then changes in order: `auto,-air,+directivity`. `all` is everything that the scene has: a scene
-//! that states no attenuation by air gets it by `+air` only.
+//! that states no attenuation by air gets it by `+air` only. `auto:1` leaves out what changes less than 1 just-noticeable difference instead of
+//! a tenth.
 
 use std::str::FromStr;
 
 use thiserror::Error;
 
-use super::Effect;
+use super::{Effect, THRESHOLD};
 
 /// A specification that cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -13,6 +14,11 @@ pub enum EffectSpecError {
     /// The first word is none of the three bases.
     #[error("effects begin with auto, all or none, not with \"{0}\" (example: auto,-air)")]
     Base(String),
+    /// A threshold that is none.
+    #[error(
+        "auto:{0} leaves out what changes less than {0} just-noticeable differences: give a number above 0, as auto:0.5"
+    )]
+    Threshold(String),
     /// A change without a sign.
     #[error("write +{0} or -{0}: a change of effects says whether it adds or removes")]
     Sign(String),
@@ -48,14 +54,15 @@ impl Wish {
 }
 
 /// What the user asked for.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EffectSpec {
     wishes: [Wish; 6],
+    threshold: f64,
 }
 
 impl Default for EffectSpec {
     fn default() -> Self {
-        Self { wishes: [Wish::Auto; 6] }
+        Self { wishes: [Wish::Auto; 6], threshold: THRESHOLD }
     }
 }
 
@@ -64,6 +71,11 @@ impl EffectSpec {
     pub(super) fn wish(&self, effect: Effect) -> Wish {
         self.wishes[effect as usize]
     }
+
+    /// Just-noticeable differences below which `auto` leaves an effect out.
+    pub(super) fn threshold(&self) -> f64 {
+        self.threshold
+    }
 }
 
 impl FromStr for EffectSpec {
@@ -71,11 +83,14 @@ impl FromStr for EffectSpec {
 
     fn from_str(text: &str) -> Result<Self, EffectSpecError> {
         let mut words = text.split(',').map(str::trim);
-        let base = match words.next().unwrap_or_default() {
-            "auto" => Wish::Auto,
-            "all" => Wish::Scene,
-            "none" => Wish::Off,
-            other => return Err(EffectSpecError::Base(other.to_owned())),
+        let (base, threshold) = match words.next().unwrap_or_default() {
+            "auto" => (Wish::Auto, THRESHOLD),
+            "all" => (Wish::Scene, THRESHOLD),
+            "none" => (Wish::Off, THRESHOLD),
+            other => match other.strip_prefix("auto:") {
+                Some(threshold) => (Wish::Auto, read_threshold(threshold)?),
+                None => return Err(EffectSpecError::Base(other.to_owned())),
+            },
         };
         let mut wishes = [base; 6];
         for word in words {
@@ -88,8 +103,13 @@ impl FromStr for EffectSpec {
             let effect = effect.ok_or_else(|| EffectSpecError::Unknown(name.to_owned()))?;
             wishes[effect as usize] = wish;
         }
-        Ok(Self { wishes })
+        Ok(Self { wishes, threshold })
     }
+}
+
+fn read_threshold(text: &str) -> Result<f64, EffectSpecError> {
+    let threshold = text.parse().ok().filter(|threshold: &f64| threshold.is_finite() && *threshold > 0.0);
+    threshold.ok_or_else(|| EffectSpecError::Threshold(text.to_owned()))
 }
 
 #[cfg(test)]
@@ -102,6 +122,12 @@ mod tests {
         assert_eq!(spec.wishes[Effect::Air as usize], Wish::Off);
         assert_eq!(spec.wishes[Effect::Diffraction as usize], Wish::On);
         assert_eq!(spec.wishes[Effect::Bending as usize], Wish::Auto);
+        assert!((spec.threshold() - 0.1).abs() < 1e-12);
+        let coarse: EffectSpec = "auto:1,-air".parse().unwrap();
+        assert_eq!(
+            (coarse.threshold(), coarse.wishes),
+            (1.0, "auto,-air".parse::<EffectSpec>().unwrap().wishes)
+        );
     }
 
     #[test]
@@ -109,6 +135,10 @@ mod tests {
         let error = |text: &str| text.parse::<EffectSpec>().unwrap_err().to_string();
         assert!(error("some").contains("auto, all or none"));
         assert!(error("auto,air").contains("+air or -air"));
+        for threshold in ["", "0", "-1", "nan", "loud"] {
+            assert!(error(&format!("auto:{threshold}")).contains("number above 0"));
+        }
+        assert!(error("all:1").contains("auto, all or none"));
         assert!(error("auto,+echo").contains("diffraction, bending"));
     }
 }
