@@ -2,7 +2,7 @@
 //!
 //! - [`wedge`] places points about an edge, [`edge_path`] is the field of one edge of any length at any distance;
 //! - [`double`] is the field over two parallel edges, as of a thick barrier;
-//! - [`sheet`] is the field over two rims of a thin sheet, parallel or not;
+//! - [`face`] is the field over two edges of a face, parallel or not, as of a panel or a box;
 //! - [`bending`] is what passing an edge does to a packet of energy, which knows no phase;
 //! - [`spectrum`] takes means over frequency bands, flat per Hz.
 //!
@@ -14,13 +14,13 @@ pub mod complex;
 mod contour;
 pub mod double;
 pub mod edge_path;
-pub mod sheet;
+pub mod face;
 pub mod spectrum;
 pub mod wedge;
 
 pub use complex::Complex;
 pub use double::DoublePath;
 pub use edge_path::{EdgePath, Lit};
-pub use sheet::SheetPath;
+pub use face::FacePath;
 pub use spectrum::{Cell, Field, Spectrum, Wave};
 pub use wedge::{Wedge, WedgePoint, apex};

@@ -54,6 +54,12 @@ impl Wedge {
         self.angle
     }
 
+    /// Whether it is the rim of a sheet, which has air all around.
+    #[must_use]
+    pub fn is_rim(&self) -> bool {
+        TAU - self.angle <= ON_FACE
+    }
+
     /// Length of the edge [m].
     #[must_use]
     pub fn length(&self) -> f64 {
@@ -72,15 +78,16 @@ impl Wedge {
         self.along
     }
 
-    /// Unit vector from the edge into the first face.
+    /// Unit vector from the edge into its first or its `second` face.
     #[must_use]
-    pub fn inward(&self) -> DVec3 {
-        self.inward
+    pub fn inward(&self, second: bool) -> DVec3 {
+        let (sine, cosine) = if second { libm::sincos(self.angle) } else { (0.0, 1.0) };
+        self.inward * cosine + self.normal * sine
     }
 
-    /// The place in the plane of the first face that is beyond the edge as far and as high as `point`.
-    pub(crate) fn beyond(&self, point: WedgePoint) -> DVec3 {
-        self.at(point.along) - self.inward * point.radius
+    /// The place in the plane of the first or the `second` face that is beyond the edge as far and as high as `point`.
+    pub(crate) fn beyond(&self, point: WedgePoint, second: bool) -> DVec3 {
+        self.at(point.along) - self.inward(second) * point.radius
     }
 
     /// A point in the plane of a face, taken to be on it: at `angle` [rad].

@@ -13,6 +13,7 @@
 //! | absorbing half plane | Kirchhoff's, small angles | [`knife_edge`] |
 //! | two edges of a barrier | what goes over both, by adding up its parts | [`double_edge`] |
 //! | rigid cylinder of rectangular section | line source, to discretisation | [`boundary_elements`] |
+//! | rigid box | point source, to discretisation | [`rigid_box`] |
 //! | thin rigid rectangle | point source, to discretisation | [`rigid_sheet`] |
 //! | diffuse shoebox | decay, echogram and steady state, to discretisation | [`diffuse_box`] |
 
@@ -24,6 +25,7 @@ mod form_factor;
 pub mod half_plane;
 pub mod knife_edge;
 mod patches;
+pub mod rigid_box;
 pub mod rigid_sheet;
 pub mod specular_box;
 pub mod wedge_edge;

@@ -5,7 +5,7 @@
 //! image in it with the terms that belong to that ([`family`]). The family replaces the base path and those images:
 //! their energies are never added to it. Which part of an edge takes part is what both ends see of it ([`view`]).
 //!
-//! Over two edges of a thick barrier and two rims of a sheet ([`pair`]) the direct path is diffracted twice.
+//! Over two edges of a face or a sheet ([`pair`]) the direct path is diffracted twice.
 //!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
 //! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
@@ -41,7 +41,7 @@ pub(crate) struct RoomEdge {
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
     edges: Vec<RoomEdge>,
-    /// Parallel edges of thick obstacles, and rims of sheets.
+    /// Edges of one face.
     pairs: Vec<EdgePair>,
     /// Planes without edges in which base paths are mirrored.
     mirrors: Vec<PlaneMirror>,

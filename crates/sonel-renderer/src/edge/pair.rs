@@ -1,102 +1,111 @@
 //! Pairs of edges that sound goes over one after the other: parallel edges of one face, as those of the top of a thick barrier, and
-//! rims of a sheet.
-
-use std::f64::consts::TAU;
+//! any edges of a convex face or sheet.
 
 use glam::DVec3;
 
 use super::RoomEdge;
 
 /// More pairs than this are no barriers and panels but a tessellated hall, where they would cost more than all else: then none is
-/// diffracted twice. The concert hall among the scenes has 206.
+/// diffracted twice. The concert hall among the scenes has 213 without the corners of solids, and 834 with them.
 const PAIR_LIMIT: usize = 256;
 /// Sine [1] and angle [rad] within which edges are parallel, and whole turns; ends as far apart [m] are one corner.
 const PARALLEL: f64 = 1e-6;
 
 /// Two edges that sound goes over, in either order.
 pub(crate) struct EdgePair {
-    /// Index of each, and whether it has as its second face what joins them: of sheets, the first face of the first edge.
+    /// Index of each, and whether the face is its second one.
     pub edges: [(usize, bool); 2],
     /// What joins them.
     pub joint: Joint,
 }
 
-/// What joins two edges.
+/// How two edges of a face run.
 pub(crate) enum Joint {
-    /// A face of a solid, of this width [m] between their lines.
+    /// In parallel over a face of a solid, of this width [m] between their lines.
     Face(f64),
-    /// Both sides of a sheet.
-    Sheet,
+    /// Any way over a convex face, or over both sides of a sheet.
+    Corner,
 }
 
-/// All pairs among `edges`; none where they are too many.
+/// An edge of a face: index of the edge, and which of its faces it is.
+type Border = (usize, usize);
+
+/// All pairs among `edges`: none where they are too many, and none over the corners of solids where they are with those.
 pub(crate) fn pairs(edges: &[RoomEdge]) -> Vec<EdgePair> {
-    let (rims, solid): (Vec<usize>, Vec<usize>) = (0..edges.len()).partition(|&edge| is_rim(&edges[edge]));
-    let mut pairs = Vec::new();
-    for sheet in sheets(edges, &rims) {
-        for (count, &i) in sheet.iter().enumerate() {
-            for &j in &sheet[..count] {
-                if pairs.len() >= PAIR_LIMIT {
+    let (mut pairs, mut corners) = (Vec::new(), Vec::new());
+    for face in faces(edges) {
+        let is_convex = face.iter().all(|&one| face.iter().all(|&other| is_within(edges, one, other)));
+        for (count, &(i, of_i)) in face.iter().enumerate() {
+            for &(j, of_j) in &face[..count] {
+                if pairs.len() > PAIR_LIMIT {
                     return Vec::new();
                 }
-                let turned = !edges[i].faces[0].faces_with(&edges[j].faces[0]);
-                pairs.push(EdgePair { edges: [(i, false), (j, turned)], joint: Joint::Sheet });
+                let pair = |joint| EdgePair { edges: [(i, of_i == 1), (j, of_j == 1)], joint };
+                let of_sheet = edges[i].wedge.is_rim() && edges[j].wedge.is_rim();
+                match across(&edges[i], &edges[j]) {
+                    Some(width) if !of_sheet => pairs.push(pair(Joint::Face(width))),
+                    // The sides of a sheet are two faces, and what goes over both is counted once.
+                    _ if of_sheet && is_convex && !pairs.iter().any(|known| joins(known, [i, j])) => {
+                        pairs.push(pair(Joint::Corner));
+                    }
+                    _ if !of_sheet && is_convex && corners.len() <= PAIR_LIMIT => {
+                        corners.push(pair(Joint::Corner));
+                    }
+                    _ => {}
+                }
             }
         }
     }
-    for (count, &i) in solid.iter().enumerate() {
-        for &j in &solid[..count] {
-            if pairs.len() > PAIR_LIMIT {
-                return Vec::new();
-            }
-            let Some(width) = across(&edges[i], &edges[j]) else { continue };
-            pairs.extend(joints(&edges[i], &edges[j]).map(|faces| EdgePair {
-                edges: [(i, faces[0] == 1), (j, faces[1] == 1)],
-                joint: Joint::Face(width),
-            }));
-        }
+    if pairs.len() + corners.len() <= PAIR_LIMIT {
+        pairs.extend(corners);
     }
     pairs
 }
 
-fn is_rim(edge: &RoomEdge) -> bool {
-    edge.wedge.angle() > TAU - PARALLEL
+fn joins(pair: &EdgePair, edges: [usize; 2]) -> bool {
+    pair.edges.map(|(edge, _)| edge) == edges
 }
 
-/// The `rims` of each convex sheet: those in one plane that share surfaces or corners.
-fn sheets(edges: &[RoomEdge], rims: &[usize]) -> Vec<Vec<usize>> {
-    let mut left = rims.to_vec();
-    let mut sheets = Vec::new();
-    while let Some(first) = left.pop() {
-        let mut sheet = vec![first];
-        let mut reached = 0;
-        while reached < sheet.len() {
-            let (more, rest) = left.iter().partition(|&&rim| touch(&edges[sheet[reached]], &edges[rim]));
-            sheet.extend::<Vec<usize>>(more);
-            left = rest;
-            reached += 1;
-        }
-        if sheet.iter().all(|&rim| sheet.iter().all(|&other| is_within(&edges[rim], &edges[other]))) {
-            sheets.push(sheet);
+/// The borders of each face: those in one plane, turned to one side, that share surfaces or corners.
+fn faces(edges: &[RoomEdge]) -> Vec<Vec<Border>> {
+    let plane = |&(edge, face): &Border| edges[edge].faces[face].plane;
+    let mut borders: Vec<Border> = (0..edges.len()).flat_map(|edge| [(edge, 0), (edge, 1)]).collect();
+    borders.sort_by_key(plane);
+    let mut faces = Vec::new();
+    for of_plane in borders.chunk_by(|one, other| plane(one) == plane(other)) {
+        let mut left = of_plane.to_vec();
+        while let Some(first) = left.pop() {
+            let mut face = vec![first];
+            let mut reached = 0;
+            while reached < face.len() {
+                let (more, rest) = left.iter().partition(|&&border| touch(edges, face[reached], border));
+                face.extend::<Vec<Border>>(more);
+                left = rest;
+                reached += 1;
+            }
+            face.sort_unstable();
+            faces.push(face);
         }
     }
-    sheets
+    faces
 }
 
 fn ends(edge: &RoomEdge) -> [DVec3; 2] {
     [edge.wedge.at(0.0), edge.wedge.at(edge.wedge.length())]
 }
 
-/// Whether two rims in one plane are of one sheet.
-fn touch(first: &RoomEdge, second: &RoomEdge) -> bool {
-    let (one, other) = (&first.faces[0], &second.faces[0]);
-    let corner = |end: DVec3| ends(second).iter().any(|other| end.distance(*other) <= PARALLEL);
-    one.plane == other.plane && (one.surface == other.surface || ends(first).into_iter().any(corner))
+/// Whether two borders in one plane are of one face.
+fn touch(edges: &[RoomEdge], (i, of_i): Border, (j, of_j): Border) -> bool {
+    let (one, other) = (&edges[i].faces[of_i], &edges[j].faces[of_j]);
+    let corner = |end: DVec3| ends(&edges[j]).iter().any(|other| end.distance(*other) <= PARALLEL);
+    one.faces_with(other) && (one.surface == other.surface || ends(&edges[i]).into_iter().any(corner))
 }
 
-/// Whether `other` is on the sheet's side of `rim`.
-fn is_within(rim: &RoomEdge, other: &RoomEdge) -> bool {
-    ends(other).into_iter().all(|end| (end - rim.wedge.at(0.0)).dot(rim.wedge.inward()) >= -PARALLEL)
+/// Whether an edge is on the face's side of a border of it.
+fn is_within(edges: &[RoomEdge], (border, face): Border, (other, _): Border) -> bool {
+    let wedge = &edges[border].wedge;
+    let inward = wedge.inward(face == 1);
+    ends(&edges[other]).into_iter().all(|end| (end - wedge.at(0.0)).dot(inward) >= -PARALLEL)
 }
 
 /// The distance between two edges that lie beside one another, in parallel [m].
@@ -111,13 +120,4 @@ fn across(first: &RoomEdge, second: &RoomEdge) -> Option<f64> {
         return None;
     }
     Some((b.at(0.0) - a.at(0.0)).reject_from_normalized(a.direction()).length())
-}
-
-/// The faces by which two edges are joined.
-fn joints<'a>(first: &'a RoomEdge, second: &'a RoomEdge) -> impl Iterator<Item = [usize; 2]> + 'a {
-    let same = |&[i, j]: &[usize; 2]| {
-        let (one, other) = (&first.faces[i], &second.faces[j]);
-        one.surface == other.surface && one.faces_with(other)
-    };
-    [[0, 0], [0, 1], [1, 0], [1, 1]].into_iter().filter(same)
 }

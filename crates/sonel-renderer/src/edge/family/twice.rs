@@ -1,11 +1,11 @@
-//! What goes over two edges: of a thick barrier by [`DoublePath`], of a sheet by [`SheetPath`].
+//! What goes over two edges: parallel ones of a solid by [`DoublePath`], others by [`FacePath`].
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 use sonel_diffraction::double::Side;
-use sonel_diffraction::sheet::Rim;
-use sonel_diffraction::{Complex, DoublePath, SheetPath, Wave, WedgePoint};
+use sonel_diffraction::face::FaceEdge;
+use sonel_diffraction::{Complex, DoublePath, FacePath, Wave, WedgePoint};
 
 use super::super::pair::{EdgePair, Joint};
 use super::super::view::{Leg, stretches};
@@ -14,6 +14,9 @@ use super::{Family, clearance};
 
 /// How far beside a boundary a place counts that lies on it [rad]: beyond what `sonel_diffraction` takes for the boundary.
 const BESIDE: f64 = 1e-7;
+
+/// How many resolutions from a plane a place may lie in it.
+const IN_PLANE: f64 = 8.0;
 
 /// An edge of a pair.
 struct PairedEdge<'a> {
@@ -25,13 +28,6 @@ impl PairedEdge<'_> {
     /// Angle about the edge of the face that joins the pair [rad].
     fn joint(&self) -> f64 {
         if self.joined_at_second { self.edge.wedge.angle() } else { 0.0 }
-    }
-
-    /// As a rim, of which `part` is seen.
-    fn rim(&self, leg: &Leg, part: [f64; 2]) -> Option<Rim<'_>> {
-        let wedge = &self.edge.wedge;
-        let (source, receiver) = (wedge.locate(leg.source)?, wedge.locate(leg.receiver)?);
-        Some(Rim { wedge, source, receiver, turned: self.joined_at_second, part })
     }
 }
 
@@ -47,20 +43,13 @@ impl Family<'_> {
         other: &PairedEdge<'_>,
         leg: &Leg,
     ) -> Side<'b> {
-        let (wedge, geometry) = (&edge.edge.wedge, self.at.geometry);
+        let wedge = &edge.edge.wedge;
         let joint = edge.joint();
         let past = (point.angle - joint).abs() - PI;
-        let doubt = f64::from(geometry.resolution()) / point.radius.max(f64::MIN_POSITIVE);
+        let doubt = f64::from(self.at.geometry.resolution()) / point.radius.max(f64::MIN_POSITIVE);
         let mut point = point;
         if past.abs() <= doubt {
-            let both = |place| leg.arrives(geometry, place) && leg.goes_on(geometry, place);
-            let beyond = &other.edge.wedge;
-            let is_there = beyond.locate(end).is_some_and(|at| (at.angle - other.joint()).abs() < PI);
-            let is_alone = is_there
-                && beyond.locate(leg.source).is_some()
-                && beyond.locate(leg.receiver).is_some()
-                && !stretches(beyond, both).is_empty();
-            let turn = PI + if is_alone { -BESIDE } else { BESIDE };
+            let turn = PI + if self.is_alone(other, end, leg) { -BESIDE } else { BESIDE };
             point.angle = if edge.joined_at_second { joint - turn } else { turn };
         }
         Side { wedge, point, joined_at_second: edge.joined_at_second, part }
@@ -74,7 +63,7 @@ impl Family<'_> {
         for (first, second) in [(&one, &other), (&other, &one)] {
             match pair.joint {
                 Joint::Face(width) => self.add_over_face(first, second, width, leg),
-                Joint::Sheet => self.add_over_sheet(first, second, leg, reflections),
+                Joint::Corner => self.add_over_corner(first, second, leg, reflections),
             }
         }
     }
@@ -113,9 +102,33 @@ impl Family<'_> {
         self.detours.push((length, leg.towards(last)));
     }
 
-    /// Adds what goes over a sheet from the `first` rim to the `second`: to the base path and to its images in the sheet, as what
-    /// goes over the first rim alone.
-    fn add_over_sheet(
+    /// Whether `edge` alone is heard by `end` along the face of the pair, or from it: where rounding decides, as it was decided for
+    /// that edge.
+    fn is_alone(&self, edge: &PairedEdge<'_>, end: DVec3, leg: &Leg) -> bool {
+        let (wedge, geometry) = (&edge.edge.wedge, self.at.geometry);
+        let Some(at) = wedge.locate(end) else { return false };
+        let before = (at.angle - edge.joint()).abs() < PI;
+        let height = at.radius * libm::sin(at.angle - edge.joint());
+        let beyond_doubt = height.abs() > IN_PLANE * f64::from(geometry.resolution());
+        if !before || wedge.is_rim() || beyond_doubt {
+            return before;
+        }
+        let both = |place| leg.arrives(geometry, place) && leg.goes_on(geometry, place);
+        let is_heard = wedge.locate(leg.source).is_some() && wedge.locate(leg.receiver).is_some();
+        is_heard && !stretches(wedge, both).is_empty()
+    }
+
+    /// As an edge of the face of the pair, of which `part` is seen.
+    fn face_edge<'b>(&self, edge: &PairedEdge<'b>, leg: &Leg, part: [f64; 2]) -> FaceEdge<'b> {
+        let (wedge, ends) = (&edge.edge.wedge, [leg.source, leg.receiver]);
+        let alone = ends.map(|end| self.is_alone(edge, end, leg));
+        let ends = ends.map(|end| wedge.locate(end));
+        FaceEdge { wedge, ends, alone, at_second: edge.joined_at_second, part }
+    }
+
+    /// Adds what goes over a face from the `first` edge to the `second`, whichever way they run: to the base path and to its images
+    /// in the faces of the first edge, as what goes over that alone.
+    fn add_over_corner(
         &mut self,
         first: &PairedEdge<'_>,
         second: &PairedEdge<'_>,
@@ -123,14 +136,17 @@ impl Family<'_> {
         reflections: &[Reflection],
     ) {
         let geometry = self.at.geometry;
+        if first.edge.wedge.locate(leg.source).is_none() || second.edge.wedge.locate(leg.receiver).is_none() {
+            return;
+        }
         let part = longest(stretches(&first.edge.wedge, |point| leg.arrives(geometry, point)));
         let next_part = longest(stretches(&second.edge.wedge, |point| leg.goes_on(geometry, point)));
         let (Some(part), Some(next_part)) = (part, next_part) else { return };
-        let (Some(rim), Some(next)) = (first.rim(leg, part), second.rim(leg, next_part)) else { return };
-        let nearest = [rim.source, rim.receiver, next.source, next.receiver].map(|point| point.radius);
-        let within =
-            f64::from(geometry.resolution()) / nearest.into_iter().fold(f64::INFINITY, f64::min).max(1e-3);
-        let path = SheetPath::new(rim, next, within, self.edges.spectrum.smallest_k());
+        let edges = [self.face_edge(first, leg, part), self.face_edge(second, leg, next_part)];
+        let nearest = edges.iter().flat_map(|edge| edge.ends).flatten().map(|point| point.radius);
+        let within = f64::from(geometry.resolution()) / nearest.fold(f64::INFINITY, f64::min).max(1e-3);
+        let smallest_k = self.edges.spectrum.smallest_k();
+        let Some(path) = FacePath::new(edges[0], edges[1], within, smallest_k) else { return };
         let length = path.length();
         let point = |edge: &PairedEdge<'_>, end: usize, part: [f64; 2]| {
             let [from, to] = path.ways()[end].ends;
@@ -138,27 +154,30 @@ impl Family<'_> {
         };
         let strength = self.at.radiator.factor(leg.leaving(point(first, 0, part))).sqrt();
         let towards = leg.towards(point(second, 1, next_part));
-        // All rims of a sheet have one image.
-        let image = self.image(first.edge, leg, 0, reflections);
         let cells = self.edges.spectrum.cells();
-        let (mut base, mut mirrored) = (vec![Complex::ZERO; cells.len()], vec![Complex::ZERO; cells.len()]);
+        let mut base = vec![Complex::ZERO; cells.len()];
         for (way, edge) in path.ways().iter().zip([first.edge, second.edge]) {
             let [from, to] = way.ends;
-            let away = [0, 1].map(|face| clearance(edge, from, to, face));
-            for (index, cell) in cells.iter().enumerate() {
-                let through = strength * self.through(cell.band, length);
-                let [direct, of_faces @ ..] = way.amplitudes(cell.k, length).map(|term| term * through);
-                base[index] += direct;
-                for (term, away) in of_faces.into_iter().zip(away) {
-                    mirrored[index] += term * self.images[image].reflected(cell, away);
-                }
+            let terms: Vec<[Complex; 3]> = cells
+                .iter()
+                .map(|cell| {
+                    let through = strength * self.through(cell.band, length);
+                    way.amplitudes(cell.k, length).map(|term| term * through)
+                })
+                .collect();
+            base.iter_mut().zip(&terms).for_each(|(sum, term)| *sum += term[0]);
+            for face in [0, 1] {
+                let image = self.image(edge, leg, face, reflections);
+                let (image, away) = (&mut self.images[image], clearance(edge, from, to, face));
+                let terms = cells.iter().zip(&terms);
+                let scaled = terms.map(|(cell, term)| term[1 + face] * image.reflected(cell, away));
+                let amplitude = scaled.collect();
+                image.waves.push(Wave { length, amplitude });
+                image.ways.push(length);
             }
         }
         self.waves.push(Wave { length, amplitude: base });
         self.ways.push(length);
-        let image = &mut self.images[image];
-        image.waves.push(Wave { length, amplitude: mirrored });
-        image.ways.push(length);
         self.detours.push((length, towards));
     }
 }
