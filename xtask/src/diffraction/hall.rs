@@ -59,6 +59,7 @@ pub struct Change {
 
 /// Traces and renders everything.
 pub fn conduct() -> Result<()> {
+    std::fs::create_dir_all(workspace::root().join(FOLDER))?;
     let seats: Vec<String> = SEATS.iter().map(|(name, place)| format!("--receiver={name}={place}")).collect();
     let seats: Vec<&str> = seats.iter().map(String::as_str).collect();
     for (name, effects, tracing, rendering) in RUNS {
