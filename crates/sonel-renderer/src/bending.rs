@@ -124,8 +124,9 @@ impl Bends {
         self.keep_unbent(geometry, way, |other| other != edge, energy);
     }
 
-    /// Takes from `energy` what does not go straight from one place to the other.
-    #[inline]
+    /// Takes from `energy` what does not go straight from one place to the other. A call, since most rooms have no edge and connections no
+    /// room for it.
+    #[inline(never)]
     pub fn keep_straight(&self, geometry: &Geometry, [from, to]: [WayEnd; 2], energy: &mut [Lanes]) {
         let lift = self.index.least_distance();
         let mut way = Way::between(from.place, to.place, self.table.reach(energy));

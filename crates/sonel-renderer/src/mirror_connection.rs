@@ -143,16 +143,10 @@ impl ReceiverImages {
         let distance = squared.sqrt();
         let length = sonel.length + distance;
         let Some(bin) = medium.bins.bin(length) else { return };
-        let mut feet = Vec::new();
-        if let Some(tree) = &self.tree {
-            let reflected = |place, normal| {
-                if medium.bends.is_some() {
-                    feet.push((place, normal));
-                }
-            };
-            if !tree.connects(medium.geometry, index, (from, sonel.departure), reflected) {
-                return;
-            }
+        if let Some(tree) = &self.tree
+            && !tree.connects(medium.geometry, index, from, sonel.departure)
+        {
+            return;
         }
         let weight = projected / (distance * squared) * self.inverse_probability[index];
         for ((scratch, radiosity), factor) in scratch.iter_mut().zip(sonel.radiosity).zip(&image.factor) {
@@ -160,31 +154,36 @@ impl ReceiverImages {
                 scratch[lane] = radiosity[lane] * factor[lane] * weight;
             }
         }
-        if let Some(bends) = medium.bends {
-            feet.insert(0, (from, sonel.normal.as_dvec3()));
-            keep_straight(bends, medium.geometry, &feet, self.receiver, scratch);
+        if let (Some(bends), Some(tree)) = (medium.bends, &self.tree) {
+            let start = (from, sonel.normal.as_dvec3());
+            let feet = tree.feet(medium.geometry, index, from);
+            keep_straight(bends, medium.geometry, start, &feet, self.receiver, scratch);
         }
         deposits.add(receiver, bin, length, scratch, medium);
     }
 }
 
-/// Takes from `energy` what edges bend on the way over `feet`, places on surfaces [m] with their normals, to a receiver in the air.
+/// Takes from `energy` what edges bend on the way from `start` over `feet`, places on surfaces [m] with their normals, to a receiver in
+/// the air.
 fn keep_straight(
     bends: &Bends,
     geometry: &Geometry,
+    start: (DVec3, DVec3),
     feet: &[(DVec3, DVec3)],
     receiver: DVec3,
     energy: &mut [Lanes],
 ) {
-    let next = feet.iter().skip(1).map(|&(place, normal)| (place, Some(normal))).chain([(receiver, None)]);
-    for (&(place, normal), (to, its_normal)) in feet.iter().zip(next) {
+    let (mut place, mut normal) = start;
+    let ends = feet.iter().map(|&(foot, normal)| (foot, Some(normal))).chain([(receiver, None)]);
+    for (to, its_normal) in ends {
         let direction = (to - place).normalize_or_zero();
         let steepness = |normal: DVec3| direction.dot(normal).abs();
-        let ends = [
+        let way = [
             WayEnd::at_surface(place, steepness(normal)),
             WayEnd { place: to, steepness: its_normal.map(steepness) },
         ];
-        bends.keep_straight(geometry, ends, energy);
+        bends.keep_straight(geometry, way, energy);
+        (place, normal) = (to, its_normal.unwrap_or(normal));
     }
 }
 

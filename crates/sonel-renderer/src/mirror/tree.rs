@@ -142,7 +142,7 @@ impl ImageTree {
         let mut factor = vec![[0.0; 4]; self.lanes];
         for node in &self.nodes {
             let departure = Departure::free(receiver.as_vec3());
-            let Some(leaving) = self.validate(geometry, node, (receiver, departure), |_, _| ()) else {
+            let Some(leaving) = self.validate(geometry, node, receiver, departure) else {
                 continue;
             };
             self.specular_factor(geometry, table, node, &mut factor);
@@ -190,17 +190,24 @@ impl ImageTree {
             .collect()
     }
 
-    /// Whether the chain of image number `image` leads from `point`, left by `departure`, to the origin of the tree. `reflected` hears
-    /// where it is mirrored, in order [m], and the normal of the surface there.
+    /// Whether the chain of image number `image` leads from `point`, left by `departure`, to the origin of the tree.
     #[must_use]
-    pub fn connects(
-        &self,
-        geometry: &Geometry,
-        image: usize,
-        (point, departure): (DVec3, Departure),
-        reflected: impl FnMut(DVec3, DVec3),
-    ) -> bool {
-        self.validate(geometry, &self.nodes[image], (point, departure), reflected).is_some()
+    pub fn connects(&self, geometry: &Geometry, image: usize, point: DVec3, departure: Departure) -> bool {
+        self.validate(geometry, &self.nodes[image], point, departure).is_some()
+    }
+
+    /// Where the chain of image number `image` from `point` is mirrored, in order [m], and the normals of the surfaces there.
+    #[must_use]
+    pub fn feet(&self, geometry: &Geometry, image: usize, mut point: DVec3) -> Vec<(DVec3, DVec3)> {
+        let mut feet = Vec::new();
+        let mut link = Some(&self.nodes[image]);
+        while let Some(node) = link {
+            let Some(foot) = crossing(geometry, node.mirror, point, node.image) else { break };
+            feet.push((foot, geometry.surface(node.mirror.surface).normal));
+            point = foot;
+            link = node.parent.map(|parent| &self.nodes[parent as usize]);
+        }
+        feet
     }
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
@@ -222,14 +229,8 @@ impl ImageTree {
     }
 
     /// Follows the chain backwards from `from`, which is left by `departure`. Returns the offset from the origin of the
-    /// tree to the first reflection where the whole path is clear. `reflected` hears of every mirror as in [`Self::connects`].
-    fn validate(
-        &self,
-        geometry: &Geometry,
-        leaf: &Node,
-        (from, departure): (DVec3, Departure),
-        mut reflected: impl FnMut(DVec3, DVec3),
-    ) -> Option<DVec3> {
+    /// tree to the first reflection where the whole path is clear.
+    fn validate(&self, geometry: &Geometry, leaf: &Node, from: DVec3, departure: Departure) -> Option<DVec3> {
         let lit = &self.sides[leaf.sides.0 as usize..leaf.sides.1 as usize];
         let tolerance = f64::from(geometry.resolution());
         if lit.iter().any(|side| side.dot(from - leaf.image) < -tolerance) {
@@ -247,7 +248,6 @@ impl ImageTree {
             }
             departure = geometry.leave(hit.position, surface, side);
             point = reflection;
-            reflected(point, geometry.surface(surface).normal);
             match node.parent {
                 Some(parent) => node = &self.nodes[parent as usize],
                 None => break,
