@@ -16,7 +16,7 @@ pub enum EffectSpecError {
     Base(String),
     /// A threshold that is none.
     #[error(
-        "auto:{0} leaves out what changes less than {0} just-noticeable differences: give a number above 0, as auto:0.5"
+        "\"{0}\" is no threshold: give auto a number above 0 of just-noticeable differences, as in auto:0.5"
     )]
     Threshold(String),
     /// A change without a sign.
