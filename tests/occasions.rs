@@ -32,16 +32,25 @@ impl Outcome {
     /// The sum of the bounds of what `auto` left out and the other run did not, per band: (level [dB], relative change of T30).
     #[must_use]
     pub fn promised(&self) -> Vec<(f64, f64)> {
-        (0..self.level_db.len())
-            .map(|band| {
-                let both = self.decisions.iter().zip(&self.others);
-                let left_out = both.filter(|(decision, other)| other.on[band] && !decision.on[band]);
-                let bounds = left_out.filter_map(|(decision, _)| decision.bound.as_ref());
-                bounds
-                    .fold((0.0, 0.0), |sum, bound| (sum.0 + bound.level_db[band], sum.1 + bound.decay[band]))
-            })
-            .collect()
+        promised(&self.decisions, &self.others)
     }
+}
+
+/// The sum of the bounds of what `decisions` leave out, or bend less far, and `others` do not, per band: (level [dB], relative change of T30).
+#[must_use]
+pub fn promised(decisions: &[Decision], others: &[Decision]) -> Vec<(f64, f64)> {
+    let left_out = |band: usize| {
+        decisions.iter().zip(others).filter(move |(_, other)| other.on[band]).filter_map(
+            move |(decision, _)| {
+                if decision.on[band] { decision.rest.as_ref() } else { decision.bound.as_ref() }
+            },
+        )
+    };
+    let sum = |band: usize| {
+        left_out(band)
+            .fold((0.0, 0.0), |sum, bound| (sum.0 + bound.level_db[band], sum.1 + bound.decay[band]))
+    };
+    (0..decisions[0].on.len()).map(sum).collect()
 }
 
 /// A scene traced and heard.
