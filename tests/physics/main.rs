@@ -10,6 +10,7 @@ mod effects;
 mod free_field;
 mod invariances;
 mod kernels;
+mod mirrored_edges;
 mod mirrors;
 mod paper;
 mod uneven_box;

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 
 use crate::complex::Complex;
 use crate::contour::{SIX, nodes};
-use crate::edge_path::{EdgePath, Lit};
+use crate::edge_path::{EdgePath, Lit, WAVES};
 use crate::wedge::{Wedge, WedgePoint, index};
 
 /// A path over two parallel edges.
@@ -31,6 +31,8 @@ pub struct DoublePath {
     values: Vec<Complex>,
     /// Each edge with its ends and without, over the unfolded way.
     ends: [[EdgePath; 2]; 2],
+    /// How much each edge has to say about which wave the field belongs to.
+    weights: [f64; 2],
 }
 
 /// An edge as seen from the source or the receiver beyond it.
@@ -49,6 +51,18 @@ pub struct Side<'a> {
 impl Side<'_> {
     fn joint(&self) -> f64 {
         if self.joined_at_second { self.wedge.angle() } else { 0.0 }
+    }
+
+    /// Square height over the plane of the face that joins the edges [m²].
+    fn square_height(&self) -> f64 {
+        let height = self.point.radius * libm::sin(self.point.angle - self.joint());
+        height * height
+    }
+
+    /// The other edge about this one: `beyond` [m] from it on the face, `offset` [m] along it from the source or receiver.
+    #[must_use]
+    pub fn far(&self, beyond: f64, offset: f64) -> WedgePoint {
+        WedgePoint { radius: beyond, angle: self.joint(), along: self.point.along + offset }
     }
 
     /// ½ν(φ_i) less the nearest multiple of π, of the four terms towards the face that joins the edges.
@@ -128,7 +142,10 @@ impl DoublePath {
         // edge whose boundary is nearer is the inner one.
         let closeness = |side: Side<'_>| side.halves().iter().map(|half| half.abs()).fold(PI, f64::min);
         if closeness(source) < closeness(receiver) {
-            return Self::inwards(receiver, source, width, back(source, receiver, offset), smallest_k);
+            let mut path = Self::inwards(receiver, source, width, back(source, receiver, offset), smallest_k);
+            path.ends.reverse();
+            path.weights.reverse();
+            return path;
         }
         Self::inwards(source, receiver, width, offset, smallest_k)
     }
@@ -171,7 +188,11 @@ impl DoublePath {
         let (outer, inner) = (square(outer), square(inner));
         let ends =
             [ends(source, beyond, offset, smallest_k), ends(receiver, width + first, -offset, smallest_k)];
-        Self { length, outer, inner, values, ends }
+        // In the plane of the face the field goes on as that of the edge beyond it, wave by wave.
+        let [of_source, of_receiver] = [source, receiver].map(|side| side.square_height());
+        let sum = of_source + of_receiver;
+        let weights = if sum > 0.0 { [of_source / sum, of_receiver / sum] } else { [0.5; 2] };
+        Self { length, outer, inner, values, ends, weights }
     }
 
     /// Length of the shortest way over both edges [m].
@@ -189,6 +210,20 @@ impl DoublePath {
             let inner = row.iter().zip(&fall).fold(Complex::ZERO, |sum, (value, fall)| sum + *value * *fall);
             sum + inner * libm::exp(-k * p)
         })
+    }
+
+    /// [`DoublePath::amplitude`] by the wave that it belongs to, as the source's edge has it and as the receiver's: the direct one, the
+    /// images in the first and in the second face of that edge. The field is the sum of all six.
+    #[must_use]
+    pub fn amplitudes(&self, k: f64) -> [[Complex; WAVES]; 2] {
+        let amplitude = self.amplitude(k);
+        let mut shares = self.ends.iter().zip(self.weights).map(|([finite, _], weight)| {
+            let terms = finite.field(k);
+            let whole = terms.into_iter().fold(Complex::ZERO, |sum, term| sum + term);
+            let scale = if whole.square_of_modulus() > 0.0 { amplitude / whole } else { Complex::ZERO };
+            terms.map(|term| term * scale * weight)
+        });
+        std::array::from_fn(|_| shares.next().expect("two edges"))
     }
 
     /// Amplitude at wave number `k`, to be multiplied by e^(−jk length) [1/m]: that of infinite edges times what the ends of
@@ -210,10 +245,9 @@ fn back(source: Side<'_>, receiver: Side<'_>, offset: f64) -> f64 {
 
 /// An edge over the unfolded way, which ends at `beyond` [m] from it, with its ends and without.
 fn ends(side: Side<'_>, beyond: f64, offset: f64, smallest_k: f64) -> [EdgePath; 2] {
-    let along = side.point.along + offset;
-    let far = WedgePoint { radius: beyond, angle: side.joint(), along };
+    let far = side.far(beyond, offset);
     let reach = ENDLESS * (side.point.radius + beyond + offset.abs());
-    let endless = [side.point.along.min(along) - reach, side.point.along.max(along) + reach];
+    let endless = [side.point.along.min(far.along) - reach, side.point.along.max(far.along) + reach];
     [side.part, endless]
         .map(|part| EdgePath::new(side.wedge, side.point, far, part, Lit::default(), smallest_k))
 }
@@ -345,6 +379,19 @@ mod tests {
             let error = 20.0 * (double.modulus() / single.modulus()).log10();
             assert!(error.abs() < 0.4, "k {k}: {error} dB");
         }
+    }
+
+    #[test]
+    fn the_waves_are_all_of_the_field_whichever_edge_is_the_inner_one() {
+        let [there, back] = [((4.0, 4.2), (3.0, 3.9)), ((3.0, 3.9), (4.0, 4.2))]
+            .map(|(source, receiver)| path(source, receiver, WIDTH, 0.0));
+        let sum = |path: &DoublePath| {
+            path.amplitudes(9.0).into_iter().flatten().fold(Complex::ZERO, |sum, wave| sum + wave)
+        };
+        assert!((sum(&there) - there.amplitude(9.0)).modulus() < 1e-12 * there.amplitude(9.0).modulus());
+        let [[one, other], exchanged] = [there.amplitudes(9.0), back.amplitudes(9.0)];
+        assert!((one[1] - exchanged[1][1]).modulus() < 1e-4 * one[1].modulus());
+        assert!((one[1] - other[1]).modulus() > 1e-2 * one[1].modulus(), "each edge has its own say");
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub mod wedge;
 
 pub use complex::Complex;
 pub use double::DoublePath;
-pub use edge_path::{EdgePath, Lit};
+pub use edge_path::{EdgePath, Lit, WAVES};
 pub use face::FacePath;
 pub use spectrum::{Cell, Field, Spectrum, Wave};
 pub use wedge::{Wedge, WedgePoint, apex};

@@ -48,6 +48,25 @@ impl Wedge {
         })
     }
 
+    /// The same wedge with its edge between two other places on its line [m from its start], the first one before the second.
+    #[must_use]
+    pub fn between(&self, [start, end]: [f64; 2]) -> Self {
+        Self { start: self.at(start), length: end - start, ..*self }
+    }
+
+    /// Its image in the plane normal · x = `offset` [m].
+    #[must_use]
+    pub fn image(&self, normal: DVec3, offset: f64) -> Self {
+        let turned = |direction: DVec3| direction - 2.0 * direction.dot(normal) * normal;
+        Self {
+            start: turned(self.start) + 2.0 * offset * normal,
+            along: turned(self.along),
+            inward: turned(self.inward),
+            normal: turned(self.normal),
+            ..*self
+        }
+    }
+
     /// Angle of the air [rad].
     #[must_use]
     pub fn angle(&self) -> f64 {
@@ -163,6 +182,26 @@ mod tests {
         let first = corner().locate(DVec3::new(1.0, -1e-12, 0.0)).unwrap();
         assert!(first.angle.abs() < 1e-12);
         assert!(corner().locate(DVec3::Z).unwrap().radius <= 0.0);
+    }
+
+    #[test]
+    fn an_image_has_its_air_where_the_mirror_shows_it() {
+        let (wedge, normal) = (corner(), DVec3::new(0.6, 0.0, 0.8));
+        let image = |point: DVec3| point + 2.0 * (0.3 - point.dot(normal)) * normal;
+        for point in [DVec3::new(0.4, 2.0, 1.0), DVec3::new(-1.0, -0.2, 5.0)] {
+            let (there, here) = (wedge.image(normal, 0.3).locate(image(point)), wedge.locate(point));
+            let (there, here) = (there.unwrap(), here.unwrap());
+            assert!((there.angle - here.angle).abs() < 1e-12 && (there.along - here.along).abs() < 1e-12);
+        }
+        assert!(wedge.image(normal, 0.3).locate(image(DVec3::new(1.0, -1.0, 0.0))).is_none());
+    }
+
+    #[test]
+    fn a_part_of_an_edge_is_on_its_line() {
+        let part = corner().between([-1.0, 2.5]);
+        assert!((part.length() - 3.5).abs() < 1e-12);
+        let point = part.locate(DVec3::new(0.0, 2.0, 1.0)).unwrap();
+        assert!((point.angle - FRAC_PI_2).abs() < 1e-12 && (point.along - 2.0).abs() < 1e-12);
     }
 
     #[test]

@@ -13,11 +13,11 @@ mod twice;
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use sonel_diffraction::{Cell, Complex, EdgePath, Field, Lit, Wave, WedgePoint};
+use sonel_diffraction::{Cell, Complex, EdgePath, Field, Lit, Spectrum, Wave, WedgePoint};
 use sonel_geometry::PlaneId;
 
 use super::view::{Leg, stretches};
-use super::{EdgeArrival, Edges, Listening, PlaneMirror, Reflection, RoomEdge};
+use super::{EdgeArrival, Listening, PlaneMirror, Reflection, RoomEdge, World};
 use crate::direct::spread;
 
 /// Positions of images that differ by no more than this many resolutions are the same.
@@ -55,9 +55,9 @@ impl Image {
 
 /// All waves of a base path.
 pub(super) struct Family<'a> {
-    edges: &'a Edges,
+    world: &'a World,
+    spectrum: &'a Spectrum,
     at: &'a Listening<'a>,
-    base: Option<&'a PlaneMirror>,
     /// Where the base path seems to come from [m].
     origin: DVec3,
     /// Index of the base path among the reflections; none for the direct path.
@@ -72,21 +72,21 @@ pub(super) struct Family<'a> {
 }
 
 impl<'a> Family<'a> {
-    /// The family of the direct path, or of the one mirrored by `base`.
+    /// The family of the direct path, or of the one that the mirror of `world` shows.
     pub fn new(
-        edges: &'a Edges,
+        world: &'a World,
+        spectrum: &'a Spectrum,
         at: &'a Listening<'a>,
-        base: Option<&'a PlaneMirror>,
         reflections: &[Reflection],
     ) -> Self {
         let source = at.radiator.position;
-        let origin = base.map_or(source, |mirror| mirror.image(source));
-        let reflection = base.and_then(|_| find(at, reflections, origin));
-        let clear = if base.is_some() { reflection.is_some() } else { at.clear };
+        let origin = world.mirror.map_or(source, |mirror| mirror.image(source));
+        let reflection = world.mirror.and_then(|_| find(at, reflections, origin));
+        let clear = if world.mirror.is_some() { reflection.is_some() } else { at.clear };
         let mut family = Self {
-            edges,
+            world,
+            spectrum,
             at,
-            base,
             origin,
             reflection,
             clear,
@@ -95,42 +95,30 @@ impl<'a> Family<'a> {
             images: Vec::new(),
             detours: Vec::new(),
         };
-        if base.is_none_or(|mirror| mirror.height(source) > 0.0 && mirror.height(at.receiver) > 0.0) {
+        let before = |mirror: PlaneMirror| mirror.height(source) > 0.0 && mirror.height(at.receiver) > 0.0;
+        if world.mirror.is_none_or(before) {
             family.gather(reflections);
         }
         family
     }
 
     fn gather(&mut self, reflections: &[Reflection]) {
-        let receiver = self.beside_corners(reflections);
-        for edge in &self.edges.edges {
-            for leg in self.legs(receiver) {
-                self.add(edge, leg, reflections);
-            }
+        let leg = self.leg(self.beside_corners(reflections));
+        for edge in &self.world.edges {
+            self.add(edge, &leg, reflections);
         }
-        if self.base.is_none() {
-            let leg = Leg { source: self.at.radiator.position, receiver, mirror: None };
-            for pair in &self.edges.pairs {
-                self.add_pair(pair, &leg, reflections);
-            }
+        for pair in &self.world.pairs {
+            self.add_pair(pair, &leg, reflections);
         }
     }
 
-    /// The base path to `receiver` [m], unfolded about an edge on either side of its mirror.
-    fn legs(&self, receiver: DVec3) -> impl Iterator<Item = Leg> + use<> {
-        let source = self.at.radiator.position;
-        let [first, second] = match self.base {
-            None => [Some(Leg { source, receiver, mirror: None }), None],
-            Some(&mirror) => [
-                Some(Leg { source: self.origin, receiver, mirror: Some((mirror, true)) }),
-                Some(Leg { source, receiver: mirror.image(receiver), mirror: Some((mirror, false)) }),
-            ],
-        };
-        first.into_iter().chain(second)
+    /// The base path to `receiver` [m].
+    fn leg(&self, receiver: DVec3) -> Leg {
+        Leg { source: self.origin, receiver, mirror: self.world.mirror }
     }
 
     /// Adds what `edge` does to the base path on `leg`.
-    fn add(&mut self, edge: &RoomEdge, leg: Leg, reflections: &[Reflection]) {
+    fn add(&mut self, edge: &RoomEdge, leg: &Leg, reflections: &[Reflection]) {
         let located = (edge.wedge.locate(leg.source), edge.wedge.locate(leg.receiver));
         let (Some(source), Some(receiver)) = located else { return };
         let geometry = self.at.geometry;
@@ -139,7 +127,7 @@ impl<'a> Family<'a> {
         if stretches.is_empty() {
             return;
         }
-        let images = [0, 1].map(|face| self.image(edge, &leg, face, reflections));
+        let images = [0, 1].map(|face| self.image(edge, leg, face, reflections));
         let lit = Lit {
             direct: Some(self.clear),
             faces: images.map(|image| Some(self.images[image].lit.is_some())),
@@ -147,7 +135,7 @@ impl<'a> Family<'a> {
         };
         let away = [0, 1].map(|face| clearance(edge, source, receiver, face));
         for part in stretches {
-            let k = self.edges.spectrum.smallest_k();
+            let k = self.spectrum.smallest_k();
             let path = EdgePath::new(&edge.wedge, source, receiver, part, lit, k);
             let way = sonel_diffraction::wedge::apex(source, receiver).clamp(part[0], part[1]);
             let point = edge.wedge.at(way);
@@ -163,11 +151,10 @@ impl<'a> Family<'a> {
 
     /// The waves of `path` to the base path and to the images in its faces.
     fn add_waves(&mut self, path: &EdgePath, strength: f64, images: [usize; 2], away: [f64; 2]) {
-        let cells = self.edges.spectrum.cells();
+        let cells = self.spectrum.cells();
         // √((1−α)(1−s)) of the base's mirror, and the air on the way.
-        let through: Vec<f64> = (0..self.edges.spectrum.bands())
-            .map(|band| self.through(band, path.detour()) * strength)
-            .collect();
+        let through: Vec<f64> =
+            (0..self.spectrum.bands()).map(|band| self.through(band, path.detour()) * strength).collect();
         for (piece, length) in path.lengths().enumerate() {
             let terms: Vec<[Complex; 3]> = cells
                 .iter()
@@ -189,7 +176,7 @@ impl<'a> Family<'a> {
     /// Amplitude that the base's mirror and `length` [m] of air leave in `band`.
     fn through(&self, band: usize, length: f64) -> f64 {
         let air = libm::exp(-0.5 * self.at.attenuation[band] * length);
-        self.base.map_or(air, |mirror| air * self.specular(mirror, band).sqrt())
+        self.world.mirror.map_or(air, |mirror| air * self.specular(&mirror, band).sqrt())
     }
 
     fn specular(&self, mirror: &PlaneMirror, band: usize) -> f64 {
@@ -200,27 +187,29 @@ impl<'a> Family<'a> {
     /// Index of the image of the base path in a face of `edge`, on `leg`.
     fn image(&mut self, edge: &RoomEdge, leg: &Leg, face: usize, reflections: &[Reflection]) -> usize {
         let mirror = &edge.faces[face];
-        let position = match leg.mirror {
-            Some((base, false)) => base.image(mirror.image(leg.source)),
-            _ => mirror.image(leg.source),
-        };
+        let position = mirror.image(leg.source);
         let same = |image: &Image| {
             image.plane == mirror.plane && image.position.distance(position) <= same_image(self.at)
         };
         if let Some(known) = self.images.iter().position(same) {
             return known;
         }
-        let bands = self.edges.spectrum.bands();
+        let bands = self.spectrum.bands();
         self.images.push(Image {
             plane: mirror.plane,
             position,
-            lit: find(self.at, reflections, position),
+            lit: self.find_image(reflections, position),
             amplitude: (0..bands).map(|band| self.specular(mirror, band).sqrt()).collect(),
             waves: Vec::new(),
             ways: Vec::new(),
             clearance: f64::INFINITY,
         });
         self.images.len() - 1
+    }
+
+    /// Index of the image at `position` among the reflections; where the source lies in a face its image is the base path itself.
+    fn find_image(&self, reflections: &[Reflection], position: DVec3) -> Option<usize> {
+        find(self.at, reflections, position).filter(|&found| Some(found) != self.reflection)
     }
 
     /// Shares the energy of the family out: to the reflections that it contains, as ratios, and to arrivals of its own.
@@ -276,7 +265,7 @@ impl<'a> Family<'a> {
         for (length, towards) in detours {
             if arrivals.last().is_none_or(|last| length > last.length + together) {
                 let shaded = !(self.clear && arrivals.is_empty());
-                let order = u32::from(self.base.is_some());
+                let order = u32::from(self.world.mirror.is_some());
                 arrivals.push(EdgeArrival { length, towards, order, shaded, energy: Vec::new() });
             }
         }
@@ -290,7 +279,7 @@ impl<'a> Family<'a> {
                     .filter(|(_, way)| within(way))
                     .map(|(wave, _)| wave.clone())
                     .collect();
-                self.edges.spectrum.energy(&chosen)
+                self.spectrum.energy(&chosen)
             };
             let mut energy = part(&self.waves, &self.ways);
             for image in self.images.iter().filter(|image| image.lit.is_none()) {
@@ -302,12 +291,12 @@ impl<'a> Family<'a> {
     }
 
     fn energies_of_images(&self) -> Vec<Vec<f64>> {
-        self.images.iter().map(|image| self.edges.spectrum.energy(&image.waves)).collect()
+        self.images.iter().map(|image| self.spectrum.energy(&image.waves)).collect()
     }
 
     /// What interference does to all of the family, per band: its energy over the sum of those of its parts.
     fn gain(&self, arrivals: &[EdgeArrival], of_images: &[Vec<f64>]) -> Vec<f64> {
-        let own = self.edges.spectrum.energy(&self.waves);
+        let own = self.spectrum.energy(&self.waves);
         let crossed = self.cross_terms();
         let lit = |band: usize| -> f64 {
             self.images
@@ -342,7 +331,7 @@ impl<'a> Family<'a> {
             Some(reflection) => reflections[reflection].factor.clone(),
             None => {
                 let factor = self.at.radiator.factor(self.at.receiver - self.at.radiator.position);
-                vec![factor; self.edges.spectrum.bands()]
+                vec![factor; self.spectrum.bands()]
             }
         }
     }
@@ -351,13 +340,13 @@ impl<'a> Family<'a> {
     fn geometric(&self, length: f64, factor: &[f64]) -> Wave {
         let amplitude =
             |band: usize| (factor[band] * libm::exp(-self.at.attenuation[band] * length)).sqrt() / length;
-        let cells = self.edges.spectrum.cells().iter();
+        let cells = self.spectrum.cells().iter();
         Wave { length, amplitude: cells.map(|cell| Complex::real(amplitude(cell.band))).collect() }
     }
 
     /// 2 Re of the products of the base path with the images and of the images with one another, per band, faded [1/m²].
     fn cross_terms(&self) -> Vec<f64> {
-        let spectrum = &self.edges.spectrum;
+        let spectrum = self.spectrum;
         let weight: Vec<Vec<f64>> = self
             .images
             .iter()

@@ -1,6 +1,7 @@
 //! Planes as mirrors: images of points, and mirror paths between two points.
 
 use glam::DVec3;
+use sonel_diffraction::Wedge;
 use sonel_geometry::{Departure, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::CoefficientTable;
 
@@ -44,23 +45,45 @@ impl PlaneMirror {
         point - 2.0 * self.height(point) * self.normal
     }
 
-    /// Where the mirror path from `from` to `to` is reflected, if it is clear.
+    /// Image of `other` in this plane.
     #[must_use]
-    pub fn reflection(&self, geometry: &Geometry, from: DVec3, to: DVec3) -> Option<DVec3> {
-        let (above, below) = (self.height(from), self.height(to));
-        if above <= 0.0 || below <= 0.0 {
-            return None;
-        }
-        let image = self.image(to);
-        let point = from + (image - from) * (above / (above + below));
-        let direction = (image - from).normalize().as_vec3();
-        let hit = geometry.closest_hit(Departure::free(from.as_vec3()), direction)?;
-        if geometry.surface(hit.surface).plane != self.plane {
-            return None;
-        }
-        let departure = geometry.leave(hit.position, hit.surface, hit.side);
-        (!geometry.is_blocked(departure, to.as_vec3())).then_some(point)
+    pub fn image_of(&self, other: &Self) -> Self {
+        let normal = other.normal - 2.0 * other.normal.dot(self.normal) * self.normal;
+        Self { normal, offset: normal.dot(self.image(other.normal * other.offset)), ..*other }
     }
+
+    /// Image of `wedge`.
+    #[must_use]
+    pub fn image_of_wedge(&self, wedge: &Wedge) -> Wedge {
+        wedge.image(self.normal, self.offset)
+    }
+
+    /// Unit normal towards the air.
+    #[must_use]
+    pub fn normal(&self) -> DVec3 {
+        self.normal
+    }
+}
+
+/// Whether the path from `from` over `mirrors`, one after the other, to `to` is clear.
+#[must_use]
+pub(crate) fn reflects(geometry: &Geometry, mirrors: &[PlaneMirror], from: DVec3, to: DVec3) -> bool {
+    let (mut at, mut departure) = (from, Departure::free(from.as_vec3()));
+    for (done, mirror) in mirrors.iter().enumerate() {
+        let image = mirrors[done..].iter().rev().fold(to, |point, mirror| mirror.image(point));
+        let (above, below) = (mirror.height(at), -mirror.height(image));
+        if above <= 0.0 || below <= 0.0 {
+            return false;
+        }
+        let direction = (image - at).normalize().as_vec3();
+        let Some(hit) = geometry.closest_hit(departure, direction) else { return false };
+        if geometry.surface(hit.surface).plane != mirror.plane {
+            return false;
+        }
+        at += (image - at) * (above / (above + below));
+        departure = geometry.leave(hit.position, hit.surface, hit.side);
+    }
+    !geometry.is_blocked(departure, to.as_vec3())
 }
 
 /// All planes that mirror anything in any band, from every side that faces air, each once.

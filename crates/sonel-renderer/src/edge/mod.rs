@@ -5,7 +5,8 @@
 //! image in it with the terms that belong to that ([`family`]). The family replaces the base path and those images:
 //! their energies are never added to it. Which part of an edge takes part is what both ends see of it ([`view`]).
 //!
-//! Over two edges of a face or a sheet ([`pair`]) the direct path is diffracted twice.
+//! Over two edges of a face or a sheet ([`pair`]) base paths are diffracted twice. What a plane mirrors meets the edges of the room
+//! doubled about it ([`world`]).
 //!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
 //! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
@@ -16,6 +17,7 @@ mod family;
 mod mirror;
 mod pair;
 mod view;
+mod world;
 
 use glam::DVec3;
 use sonel_acoustics::Bands;
@@ -25,26 +27,17 @@ use sonel_map::{CoefficientTable, Lanes};
 
 use crate::mirror::{MirrorArrival, Radiator};
 use mirror::PlaneMirror;
-use pair::{EdgePair, pairs};
+use world::{RoomEdge, World};
 
 /// Base paths with a reflection are diffracted as long as planes times edges are no more than this.
 const PAIR_LIMIT: usize = 2000;
-
-/// An edge of the room.
-pub(crate) struct RoomEdge {
-    /// About the scene's centre.
-    wedge: Wedge,
-    /// The plane of each face, and on which side of its normal the air is.
-    faces: [PlaneMirror; 2],
-}
+/// More pairs than this over all mirrored base paths, a third of a second for each receiver, and they are diffracted once.
+const MIRRORED_PAIR_LIMIT: usize = 1024;
 
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
-    edges: Vec<RoomEdge>,
-    /// Edges of one face.
-    pairs: Vec<EdgePair>,
-    /// Planes without edges in which base paths are mirrored.
-    mirrors: Vec<PlaneMirror>,
+    /// As each base path meets them: the direct one first, then those in every plane without edges.
+    worlds: Vec<World>,
     spectrum: Spectrum,
 }
 
@@ -96,16 +89,7 @@ impl Edges {
         bands: &Bands,
         speed_of_sound: f64,
     ) -> Option<Self> {
-        let local = |point: DVec3| point - geometry.center();
-        let edges: Vec<RoomEdge> = geometry
-            .diffracting_edges()
-            .flat_map(|edge| edge.sectors.iter().map(move |sector| (edge, sector)))
-            .filter_map(|(edge, sector)| {
-                let wedge = Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)?;
-                let faces = sector.faces.map(|(surface, side)| PlaneMirror::new(geometry, surface, side));
-                Some(RoomEdge { wedge, faces })
-            })
-            .collect();
+        let edges = room_edges(geometry);
         if edges.is_empty() {
             return None;
         }
@@ -117,7 +101,13 @@ impl Edges {
             mirrors.clear();
         }
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
-        Some(Self { pairs: pairs(&edges), edges, mirrors, spectrum: Spectrum::new(&borders, speed_of_sound) })
+        let mut worlds: Vec<World> =
+            mirrors.iter().map(|mirror| World::doubled(geometry, &edges, mirror)).collect();
+        if worlds.iter().map(|world| world.pairs.len()).sum::<usize>() > MIRRORED_PAIR_LIMIT {
+            worlds.iter_mut().for_each(|world| world.pairs.clear());
+        }
+        worlds.insert(0, World::new(edges));
+        Some(Self { worlds, spectrum: Spectrum::new(&borders, speed_of_sound) })
     }
 
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the
@@ -125,9 +115,9 @@ impl Edges {
     pub fn hear(&self, at: &Listening<'_>, reflections: &mut [Reflection]) -> Vec<EdgeArrival> {
         let mut arrivals = Vec::new();
         // The images in the planes at the edges have one reflection more than their base.
-        let mirrors = if at.complete_order >= 2 { &self.mirrors[..] } else { &[] };
-        for base in std::iter::once(None).chain(mirrors.iter().map(Some)) {
-            arrivals.extend(family::Family::new(self, at, base, reflections).hear(reflections));
+        let worlds = if at.complete_order >= 2 { &self.worlds[..] } else { &self.worlds[..1] };
+        for world in worlds {
+            arrivals.extend(family::Family::new(world, &self.spectrum, at, reflections).hear(reflections));
         }
         arrivals
     }
@@ -143,6 +133,20 @@ impl Reflection {
             ratio: vec![1.0; bands],
         }
     }
+}
+
+/// The edges of `geometry` that diffract, each once for every sector of air into which it does.
+fn room_edges(geometry: &Geometry) -> Vec<RoomEdge> {
+    let local = |point: DVec3| point - geometry.center();
+    geometry
+        .diffracting_edges()
+        .flat_map(|edge| edge.sectors.iter().map(move |sector| (edge, sector)))
+        .filter_map(|(edge, sector)| {
+            let wedge = Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)?;
+            let faces = sector.faces.map(|(surface, side)| PlaneMirror::new(geometry, surface, side));
+            Some(RoomEdge { wedge, faces })
+        })
+        .collect()
 }
 
 fn flat(lanes: &[Lanes], bands: usize) -> Vec<f64> {

@@ -28,13 +28,18 @@ pub(crate) enum Joint {
 }
 
 /// An edge of a face: index of the edge, and which of its faces it is.
-type Border = (usize, usize);
+pub(crate) type Border = (usize, usize);
 
-/// All pairs among `edges`: none where they are too many, and none over the corners of solids where they are with those.
-pub(crate) fn pairs(edges: &[RoomEdge]) -> Vec<EdgePair> {
+/// Whether no edge of a face reaches beyond another one of it.
+pub(crate) fn is_convex(edges: &[RoomEdge], face: &[Border]) -> bool {
+    face.iter().all(|&one| face.iter().all(|&other| is_within(edges, one, other)))
+}
+
+/// All pairs among `edges` over `faces`: none where they are too many, and none over the corners of solids where they are with those.
+pub(crate) fn pairs(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<EdgePair> {
     let (mut pairs, mut corners) = (Vec::new(), Vec::new());
-    for face in faces(edges) {
-        let is_convex = face.iter().all(|&one| face.iter().all(|&other| is_within(edges, one, other)));
+    for face in faces {
+        let is_convex = is_convex(edges, face);
         for (count, &(i, of_i)) in face.iter().enumerate() {
             for &(j, of_j) in &face[..count] {
                 if pairs.len() > PAIR_LIMIT {
@@ -67,7 +72,7 @@ fn joins(pair: &EdgePair, edges: [usize; 2]) -> bool {
 }
 
 /// The borders of each face: those in one plane, turned to one side, that share surfaces or corners.
-fn faces(edges: &[RoomEdge]) -> Vec<Vec<Border>> {
+pub(crate) fn faces(edges: &[RoomEdge]) -> Vec<Vec<Border>> {
     let plane = |&(edge, face): &Border| edges[edge].faces[face].plane;
     let mut borders: Vec<Border> = (0..edges.len()).flat_map(|edge| [(edge, 0), (edge, 1)]).collect();
     borders.sort_by_key(plane);

@@ -8,61 +8,73 @@ use glam::DVec3;
 use sonel_diffraction::Wedge;
 use sonel_geometry::{Departure, Geometry};
 
-use super::mirror::PlaneMirror;
+use super::mirror::{PlaneMirror, reflects};
 
 /// Points at which an edge is looked at.
 const POINTS: usize = 9;
 /// Halvings of the distance between two of them where a stretch ends: to a thousandth of the edge and less.
 const HALVINGS: usize = 8;
 
-/// A base path unfolded about an edge: straight from `source` to the edge and on to `receiver`, one of which may be a mirror
-/// image.
+/// How far before a mirror, in lifts, an edge's foot on it is looked at.
+const OFF_THE_MIRROR: f64 = 16.0;
+
+/// Where a base path begins and ends, unfolded about its mirror if it has one: the source is then an image, and what of an edge is
+/// behind the mirror is the image of what is before it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leg {
-    /// Where the sound comes from, unfolded [m].
+    /// Where the sound seems to come from [m].
     pub source: DVec3,
-    /// Where it goes, unfolded [m].
+    /// Where it is heard [m].
     pub receiver: DVec3,
-    /// The mirror, and whether the sound meets it before the edge.
-    pub mirror: Option<(PlaneMirror, bool)>,
+    /// The mirror.
+    pub mirror: Option<PlaneMirror>,
 }
 
 impl Leg {
-    /// Whether the sound of `source` reaches `point`.
+    /// Whether the sound of the source reaches `point`.
     pub fn arrives(&self, geometry: &Geometry, point: DVec3) -> bool {
-        let mirror = self.mirror.filter(|(_, before)| *before).map(|(mirror, _)| mirror);
-        sees(geometry, self.source, mirror, point)
+        let Some(mirror) = self.mirror else { return sees(geometry, self.source, point) };
+        let (behind, point) = before(geometry, &mirror, point);
+        let source = mirror.image(self.source);
+        if behind { sees(geometry, source, point) } else { reflects(geometry, &[mirror], source, point) }
     }
 
-    /// Whether the sound from `point` reaches `receiver`.
+    /// Whether the sound from `point` reaches the receiver.
     pub fn goes_on(&self, geometry: &Geometry, point: DVec3) -> bool {
-        let mirror = self.mirror.filter(|(_, before)| !before).map(|(mirror, _)| mirror);
-        sees(geometry, self.receiver, mirror, point)
+        let Some(mirror) = self.mirror else { return sees(geometry, self.receiver, point) };
+        let (behind, point) = before(geometry, &mirror, point);
+        if behind {
+            reflects(geometry, &[mirror], self.receiver, point)
+        } else {
+            sees(geometry, self.receiver, point)
+        }
     }
 
     /// Unit direction from the receiver to where sound from `point` on the edge seems to come from.
     pub fn towards(&self, point: DVec3) -> DVec3 {
-        match &self.mirror {
-            Some((mirror, false)) => (mirror.image(point) - mirror.image(self.receiver)).normalize_or_zero(),
-            _ => (point - self.receiver).normalize_or_zero(),
-        }
+        (point - self.receiver).normalize_or_zero()
     }
 
     /// Direction in which the sound leaves the source for `point` on the edge [m].
     pub fn leaving(&self, point: DVec3) -> DVec3 {
         match &self.mirror {
-            Some((mirror, true)) => mirror.image(point) - mirror.image(self.source),
-            _ => point - self.source,
+            Some(mirror) => mirror.image(point) - mirror.image(self.source),
+            None => point - self.source,
         }
     }
 }
 
-/// Whether `from`, or the image of it that `mirror` shows, is seen from `point`.
-fn sees(geometry: &Geometry, from: DVec3, mirror: Option<PlaneMirror>, point: DVec3) -> bool {
-    match mirror {
-        None => !geometry.is_blocked(Departure::free(from.as_vec3()), point.as_vec3()),
-        Some(mirror) => mirror.reflection(geometry, mirror.image(from), point).is_some(),
-    }
+/// Whether `point` is behind `mirror`, and where it is or has its image before that.
+fn before(geometry: &Geometry, mirror: &PlaneMirror, point: DVec3) -> (bool, DVec3) {
+    let height = mirror.height(point);
+    let least = OFF_THE_MIRROR * f64::from(geometry.lift());
+    let lifted = if height.abs() < least { mirror.normal() * (least - height.abs()) } else { DVec3::ZERO };
+    if height < 0.0 { (true, mirror.image(point) + lifted) } else { (false, point + lifted) }
+}
+
+/// Whether `from` is seen from `point`.
+fn sees(geometry: &Geometry, from: DVec3, point: DVec3) -> bool {
+    !geometry.is_blocked(Departure::free(from.as_vec3()), point.as_vec3())
 }
 
 /// The stretches of an edge, from its start [m], of which `seen` holds.

@@ -9,11 +9,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use sonel_diffraction::wedge::rapidity;
-use sonel_geometry::Departure;
 
-use super::super::RoomEdge;
+use super::super::mirror::{PlaneMirror, reflects};
 use super::super::view::Leg;
-use super::{Family, Reflection, doubt, find};
+use super::super::world::{PERPENDICULAR, RoomEdge};
+use super::{Family, Reflection, doubt};
 
 /// So many times what is in doubt counts as the corner: the doubt is then too small a part of a right angle to be heard beyond.
 const CLOSE: f64 = 16.0;
@@ -31,19 +31,17 @@ impl Family<'_> {
     /// The receiver [m], or a place beside it if a corner is in line with it.
     pub(super) fn beside_corners(&self, reflections: &[Reflection]) -> DVec3 {
         let receiver = self.at.receiver;
-        for edge in &self.edges.edges {
-            for leg in self.legs(receiver) {
-                let Some((wave, step)) = self.corner_in_line(edge, &leg) else { continue };
-                let along = edge.wedge.direction();
-                let across = (leg.receiver - leg.source).cross(along).normalize_or_zero();
-                let places = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
-                    .map(|(u, v): (f64, f64)| receiver + (along * u + across * v) * step);
-                let same = |place: &DVec3| {
-                    self.is_there(edge, wave, *place) == self.is_known(edge, wave, reflections)
-                };
-                if let Some(place) = places.into_iter().find(same) {
-                    return place;
-                }
+        let leg = self.leg(receiver);
+        for edge in &self.world.edges {
+            let Some((wave, step)) = self.corner_in_line(edge, &leg) else { continue };
+            let along = edge.wedge.direction();
+            let across = (receiver - leg.source).cross(along).normalize_or_zero();
+            let places = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
+                .map(|(u, v): (f64, f64)| receiver + (along * u + across * v) * step);
+            let same =
+                |place: &DVec3| self.is_there(edge, wave, *place) == self.is_known(edge, wave, reflections);
+            if let Some(place) = places.into_iter().find(same) {
+                return place;
             }
         }
         receiver
@@ -62,9 +60,7 @@ impl Family<'_> {
             (CutOff::Image(0), sum),
             (CutOff::Image(1), 2.0 * edge.wedge.angle() - sum),
         ];
-        // Images of a base path with a reflection have two, which nobody can be asked about.
-        let known = if self.base.is_some() { &turns[..1] } else { &turns };
-        let (wave, _) = *known.iter().find(|(_, turn)| (turn - PI).abs() <= CLOSE * within)?;
+        let (wave, _) = *turns.iter().find(|(_, turn)| (turn - PI).abs() <= CLOSE * within)?;
         let ends = [0.0, edge.wedge.length()];
         let at_end = ends.into_iter().any(|end| rapidity(source, receiver, end).abs() <= CLOSE * within);
         at_end.then_some((wave, BESIDE * within * receiver.radius))
@@ -75,7 +71,7 @@ impl Family<'_> {
         match wave {
             CutOff::Direct => self.clear,
             CutOff::Image(face) => {
-                find(self.at, reflections, edge.faces[face].image(self.at.radiator.position)).is_some()
+                self.find_image(reflections, edge.faces[face].image(self.origin)).is_some()
             }
         }
     }
@@ -83,12 +79,20 @@ impl Family<'_> {
     /// Whether a wave reaches `place` [m].
     fn is_there(&self, edge: &RoomEdge, wave: CutOff, place: DVec3) -> bool {
         let (geometry, source) = (self.at.geometry, self.at.radiator.position);
-        match (wave, self.base) {
-            (CutOff::Direct, None) => {
-                !geometry.is_blocked(Departure::free(source.as_vec3()), place.as_vec3())
+        let reaches = |mirrors: &[PlaneMirror]| reflects(geometry, mirrors, source, place);
+        match (wave, self.world.mirror) {
+            (CutOff::Direct, None) => reaches(&[]),
+            (CutOff::Direct, Some(base)) => reaches(&[base]),
+            (CutOff::Image(face), None) => reaches(&[edge.faces[face]]),
+            (CutOff::Image(face), Some(base)) => {
+                // The face is one of the room or the image of one; the order decides which of the two it is, unless it is at a right
+                // angle to the base's mirror and is both.
+                let (shown, own) = (base.image_of(&edge.faces[face]), edge.faces[face]);
+                let is_real = base.height(edge.wedge.at(0.5 * edge.wedge.length())) >= 0.0;
+                let is_both = own.normal().dot(base.normal()).abs() <= PERPENDICULAR;
+                (is_real || is_both) && reaches(&[base, own])
+                    || (!is_real || is_both) && reaches(&[shown, base])
             }
-            (CutOff::Direct, Some(mirror)) => mirror.reflection(geometry, source, place).is_some(),
-            (CutOff::Image(face), _) => edge.faces[face].reflection(geometry, source, place).is_some(),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use sonel_diffraction::double::Side;
 use sonel_diffraction::face::FaceEdge;
-use sonel_diffraction::{Complex, DoublePath, FacePath, Wave, WedgePoint};
+use sonel_diffraction::{Complex, DoublePath, FacePath, WAVES, Wave, WedgePoint};
 
 use super::super::pair::{EdgePair, Joint};
 use super::super::view::{Leg, stretches};
@@ -59,17 +59,24 @@ impl Family<'_> {
     pub(super) fn add_pair(&mut self, pair: &EdgePair, leg: &Leg, reflections: &[Reflection]) {
         let [one, other] = pair
             .edges
-            .map(|(edge, joined_at_second)| PairedEdge { edge: &self.edges.edges[edge], joined_at_second });
+            .map(|(edge, joined_at_second)| PairedEdge { edge: &self.world.edges[edge], joined_at_second });
         for (first, second) in [(&one, &other), (&other, &one)] {
             match pair.joint {
-                Joint::Face(width) => self.add_over_face(first, second, width, leg),
+                Joint::Face(width) => self.add_over_face(first, second, width, leg, reflections),
                 Joint::Corner => self.add_over_corner(first, second, leg, reflections),
             }
         }
     }
 
     /// Adds what goes over a face of `width` [m] from the `first` edge to the `second`.
-    fn add_over_face(&mut self, first: &PairedEdge<'_>, second: &PairedEdge<'_>, width: f64, leg: &Leg) {
+    fn add_over_face(
+        &mut self,
+        first: &PairedEdge<'_>,
+        second: &PairedEdge<'_>,
+        width: f64,
+        leg: &Leg,
+        reflections: &[Reflection],
+    ) {
         let (wedge, next) = (&first.edge.wedge, &second.edge.wedge);
         let located = (wedge.locate(leg.source), next.locate(leg.receiver));
         let (Some(source), Some(receiver)) = located else { return };
@@ -85,7 +92,7 @@ impl Family<'_> {
             self.side(first, (leg.source, source), part, second, leg),
             self.side(second, (leg.receiver, receiver), next_part, first, leg),
         ];
-        let path = DoublePath::new(sides[0], sides[1], width, offset, self.edges.spectrum.smallest_k());
+        let path = DoublePath::new(sides[0], sides[1], width, offset, self.spectrum.smallest_k());
         let length = path.length();
         // Unfolded about both edges the way is straight.
         let share = |before: f64| before / (source.radius + width + receiver.radius).max(f64::MIN_POSITIVE);
@@ -94,11 +101,21 @@ impl Family<'_> {
         let last = point + wedge.direction() * (next_z - z);
         let last = next.at((last - next.at(0.0)).dot(next.direction()));
         let strength = self.at.radiator.factor(leg.leaving(point)).sqrt();
-        let cells = self.edges.spectrum.cells().iter();
-        let amplitude =
-            cells.map(|cell| path.amplitude(cell.k) * (strength * self.through(cell.band, length))).collect();
-        self.waves.push(Wave { length, amplitude });
-        self.ways.push(length);
+        let [from_source, from_receiver] = sides;
+        let back = if wedge.direction().dot(next.direction()) < 0.0 { offset } else { -offset };
+        let ends = [
+            [source, from_source.far(width + receiver.radius, offset)],
+            [receiver, from_receiver.far(width + source.radius, back)],
+        ];
+        let cells = self.spectrum.cells();
+        let terms: Vec<[[Complex; WAVES]; 2]> = cells
+            .iter()
+            .map(|cell| {
+                let through = strength * self.through(cell.band, length);
+                path.amplitudes(cell.k).map(|terms| terms.map(|term| term * through))
+            })
+            .collect();
+        self.add_by_wave([(first.edge, ends[0]), (second.edge, ends[1])], length, &terms, leg, reflections);
         self.detours.push((length, leg.towards(last)));
     }
 
@@ -145,7 +162,7 @@ impl Family<'_> {
         let edges = [self.face_edge(first, leg, part), self.face_edge(second, leg, next_part)];
         let nearest = edges.iter().flat_map(|edge| edge.ends).flatten().map(|point| point.radius);
         let within = f64::from(geometry.resolution()) / nearest.fold(f64::INFINITY, f64::min).max(1e-3);
-        let smallest_k = self.edges.spectrum.smallest_k();
+        let smallest_k = self.spectrum.smallest_k();
         let Some(path) = FacePath::new(edges[0], edges[1], within, smallest_k) else { return };
         let length = path.length();
         let point = |edge: &PairedEdge<'_>, end: usize, part: [f64; 2]| {
@@ -154,31 +171,43 @@ impl Family<'_> {
         };
         let strength = self.at.radiator.factor(leg.leaving(point(first, 0, part))).sqrt();
         let towards = leg.towards(point(second, 1, next_part));
-        let cells = self.edges.spectrum.cells();
-        let mut base = vec![Complex::ZERO; cells.len()];
-        for (way, edge) in path.ways().iter().zip([first.edge, second.edge]) {
-            let [from, to] = way.ends;
-            let terms: Vec<[Complex; 3]> = cells
-                .iter()
-                .map(|cell| {
-                    let through = strength * self.through(cell.band, length);
-                    way.amplitudes(cell.k, length).map(|term| term * through)
-                })
-                .collect();
-            base.iter_mut().zip(&terms).for_each(|(sum, term)| *sum += term[0]);
+        let cells = self.spectrum.cells();
+        let terms: Vec<[[Complex; WAVES]; 2]> = cells
+            .iter()
+            .map(|cell| {
+                let through = strength * self.through(cell.band, length);
+                [0, 1].map(|way| path.ways()[way].amplitudes(cell.k, length).map(|term| term * through))
+            })
+            .collect();
+        let edges = [0, 1].map(|way| ([first.edge, second.edge][way], path.ways()[way].ends));
+        self.add_by_wave(edges, length, &terms, leg, reflections);
+        self.detours.push((length, towards));
+    }
+
+    /// Adds what comes over two edges in `length` [m]: to the base path, and to its images in the faces of each edge as what goes
+    /// over that alone between two points about it.
+    fn add_by_wave(
+        &mut self,
+        edges: [(&RoomEdge, [WedgePoint; 2]); 2],
+        length: f64,
+        terms: &[[[Complex; WAVES]; 2]],
+        leg: &Leg,
+        reflections: &[Reflection],
+    ) {
+        let amplitude = terms.iter().map(|[one, other]| one[0] + other[0]).collect();
+        self.waves.push(Wave { length, amplitude });
+        self.ways.push(length);
+        for (way, (edge, [from, to])) in edges.into_iter().enumerate() {
             for face in [0, 1] {
                 let image = self.image(edge, leg, face, reflections);
                 let (image, away) = (&mut self.images[image], clearance(edge, from, to, face));
-                let terms = cells.iter().zip(&terms);
-                let scaled = terms.map(|(cell, term)| term[1 + face] * image.reflected(cell, away));
-                let amplitude = scaled.collect();
+                let cells = self.spectrum.cells().iter().zip(terms);
+                let amplitude =
+                    cells.map(|(cell, terms)| terms[way][1 + face] * image.reflected(cell, away)).collect();
                 image.waves.push(Wave { length, amplitude });
                 image.ways.push(length);
             }
         }
-        self.waves.push(Wave { length, amplitude: base });
-        self.ways.push(length);
-        self.detours.push((length, towards));
     }
 }
 

@@ -1,0 +1,202 @@
+//! Edges and a mirror: what stands on a rigid floor is half of what stands there twice, and nobody hears a step who passes by.
+
+use glam::{DVec3, dvec3};
+use sonel_acoustics::{BandWidth, Bands, Material};
+use sonel_geometry::Mesh;
+use sonel_map::Settings;
+use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings, Renderer};
+use sonel_scene::Scene;
+use sonel_study::response::receivers_of;
+use sonel_tests::{Traced, meshes};
+
+const DURATION: f64 = 0.3;
+const BANDS: usize = 6;
+const SOURCE: DVec3 = dvec3(-4.0, -0.3, 0.9);
+
+/// Materials: of the obstacles, of the floor, and nothing.
+const OBSTACLE: u32 = 0;
+const FLOOR: u32 = 1;
+const VOID: u32 = 2;
+
+/// A hall of nothing but its floor, 24 m × 20 m × 8 m, the origin in the middle of the floor.
+fn hall(floor: u32) -> Mesh {
+    let mut mesh = Mesh::shoebox([24.0, 20.0, 8.0], [VOID, VOID, VOID, VOID, floor, VOID]);
+    mesh.vertices.iter_mut().for_each(|vertex| *vertex -= dvec3(12.0, 10.0, 0.0));
+    mesh
+}
+
+/// Adds a box without its foot.
+fn add_standing_box(mesh: &mut Mesh, low: DVec3, high: DVec3) {
+    let mut whole = Mesh::default();
+    meshes::add_box(&mut whole, OBSTACLE, low, high);
+    for triangle in 0..whole.triangles.len() {
+        let corners = meshes::corners(&whole, triangle);
+        if corners.iter().any(|corner| corner.z > low.z) {
+            meshes::add(mesh, OBSTACLE, corners);
+        }
+    }
+}
+
+/// Adds what has the outline `[x, z]` from wall to wall.
+fn add_from_wall_to_wall(mesh: &mut Mesh, outline: &[[f64; 2]]) {
+    for side in outline.windows(2) {
+        let [[a, b], [c, d]] = [0, 1].map(|end| [-10.0, 10.0].map(|y| dvec3(side[end][0], y, side[end][1])));
+        meshes::add_quad(mesh, OBSTACLE, [a, b, d, c]);
+    }
+}
+
+/// Adds a sheet in the plane x = 0, 6 m wide.
+fn add_sheet(mesh: &mut Mesh, [low, high]: [f64; 2]) {
+    let corners = [[-3.0, low], [3.0, low], [3.0, high], [-3.0, high]].map(|[y, z]| dvec3(0.0, y, z));
+    meshes::add_quad(mesh, OBSTACLE, corners);
+}
+
+/// What is heard of a source without noise: the direct path, mirror images of up to two reflections, edges.
+struct Field {
+    traced: Traced,
+    ear: ReceiverPoint,
+}
+
+impl Field {
+    fn new(mesh: Mesh, absorption: f64, source: DVec3, effects: &[&str]) -> Self {
+        let bands = Bands::new(vec![125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0], BandWidth::Octave);
+        let materials = [("obstacle", absorption), ("floor", absorption), ("void", 1.0)]
+            .map(|(name, absorption)| Material::uniform(name, absorption, 0.0, BANDS));
+        let mut scene = Scene::from_parts(mesh, materials.to_vec(), bands.expect("octaves"), DURATION)
+            .with_source("source", source.to_array())
+            .with_receiver("ear", [5.0, 5.0, 5.0])
+            .without_air_attenuation();
+        scene.speed_of_sound = 343.0;
+        let ear = receivers_of(&scene).swap_remove(0);
+        let settings = Settings { emissions: 32, ..Settings::default() };
+        Self { traced: Traced::with(effects, scene, settings), ear }
+    }
+
+    /// Energies at each of `places` [1/m²].
+    fn heard(&self, places: &[DVec3]) -> Vec<[f64; BANDS]> {
+        let settings = RenderSettings { mirror_order: Some(2), ..RenderSettings::default() };
+        let Traced { map, geometry, .. } = &self.traced;
+        let renderer = Renderer::new(map, geometry, settings).expect("a sound map");
+        let at = |&position: &DVec3| {
+            let receiver = ReceiverPoint { position, ..self.ear.clone() };
+            let borders = [vec![0.0, DURATION]];
+            let rendering = renderer.render(0, &[receiver], &borders, &mut |_| {}).expect("a sound receiver");
+            let classes = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+            let energy = |band| classes.iter().map(|&c| rendering.classes[c as usize].1[band]).sum();
+            std::array::from_fn(energy)
+        };
+        places.iter().map(at).collect()
+    }
+
+    /// Largest change of any band within a millimetre about `place`, on the way `along` [dB].
+    fn largest_step(&self, place: DVec3, along: DVec3) -> f64 {
+        let offsets = [-2.5, -1.5, -0.5, -0.001, 0.0, 0.001, 0.5, 1.5, 2.5];
+        let places = offsets.map(|millimetres| place + 0.001 * millimetres * along);
+        let levels: Vec<[f64; BANDS]> =
+            self.heard(&places).iter().map(|energies| energies.map(|energy| 10.0 * energy.log10())).collect();
+        let steps =
+            levels.windows(2).flat_map(|pair| (0..BANDS).map(|band| (pair[0][band] - pair[1][band]).abs()));
+        steps.fold(0.0, f64::max)
+    }
+}
+
+/// A barrier as wide as the hall, thick or thin, sheets that stand on the floor and above it: a receiver crosses the planes of the top, of the
+/// sides and of the sheets, and the boundaries of the direct sound, of the sound mirrored in the floor, and of both mirrored in an
+/// obstacle.
+#[test]
+fn walks_past_obstacles_on_a_floor_have_no_steps() {
+    let on_the_line = |over: [f64; 2], from: DVec3, x: f64| {
+        dvec3(x, 0.4, over[1] + (x - over[0]) * (over[1] - from.z) / (over[0] - from.x))
+    };
+    let image = SOURCE * dvec3(1.0, 1.0, -1.0);
+    let (mut thick, mut thin, mut standing, mut hanging) =
+        (hall(FLOOR), hall(FLOOR), hall(FLOOR), hall(FLOOR));
+    add_from_wall_to_wall(&mut thick, &[[0.0, 0.0], [0.0, 2.0], [0.8, 2.0], [0.8, 0.0]]);
+    add_from_wall_to_wall(&mut thin, &[[0.0, 0.0], [0.0, 2.0]]);
+    add_sheet(&mut standing, [0.0, 2.0]);
+    add_sheet(&mut hanging, [1.0, 2.0]);
+    let top = [0.0, 2.0];
+    let over_the_top = [
+        (on_the_line(top, SOURCE, 3.0), DVec3::Z),
+        (on_the_line(top, image, 3.0), DVec3::Z),
+        (on_the_line(top, SOURCE, -3.0), DVec3::Z),
+    ];
+    // Mirrored in the obstacle and in the floor.
+    let before = [(on_the_line(top, image * dvec3(-1.0, 1.0, 1.0), -2.0), DVec3::Z)];
+    let planes =
+        [dvec3(0.0, 0.4, 2.1), dvec3(0.0, 0.4, 2.6), dvec3(0.0, 3.5, 1.3)].map(|place| (place, DVec3::X));
+    let beside = [(dvec3(3.0, 5.7, 1.6), DVec3::Y)];
+    let sides = [
+        (dvec3(3.0, 0.4, 2.0), DVec3::Z),
+        (dvec3(0.8, 0.4, 2.5), DVec3::X),
+        (dvec3(0.0, 0.4, 2.5), DVec3::X),
+    ];
+    for (name, mesh, walks) in [
+        ("a thick barrier", &thick, [&over_the_top[..2], &sides, &before].concat()),
+        ("a screen from wall to wall", &thin, [&over_the_top[..], &planes[..2]].concat()),
+        ("a sheet on the floor", &standing, [&over_the_top[..], &planes, &beside].concat()),
+        ("a sheet above the floor", &hanging, [&over_the_top[..], &planes, &beside].concat()),
+    ] {
+        for absorption in [0.0, 0.6] {
+            let field = Field::new(mesh.clone(), absorption, SOURCE, &["diffraction"]);
+            for &(place, along) in &walks {
+                let step = field.largest_step(place, along);
+                assert!(step < 0.1, "{name}, α = {absorption}, {place}: {step} dB");
+            }
+        }
+    }
+    let without = Field::new(thick, 0.0, SOURCE, &[]);
+    let step = without.largest_step(over_the_top[1].0, DVec3::Z);
+    assert!(step > 1.0, "the sound mirrored in the floor begins at once without edges: {step} dB");
+}
+
+/// What runs from a lower edge of a box over the floor and past the next lower edge would be diffracted there: they are edges of different
+/// objects, of the box and of its image.
+#[test]
+fn an_image_that_hides_behind_its_object_is_a_known_limit() {
+    let mut mesh = hall(FLOOR);
+    meshes::add_box(&mut mesh, OBSTACLE, dvec3(0.0, -3.0, 1.1), dvec3(0.8, 3.0, 2.0));
+    let (edge, image) = (dvec3(0.8, 0.4, 1.1), dvec3(0.0, 0.4, -1.1));
+    let in_line = edge + 0.7 * (edge - image);
+    let step = Field::new(mesh, 0.0, SOURCE, &["diffraction"]).largest_step(in_line, DVec3::X);
+    assert!(step > 0.3, "a known limit, and what these walks would find: {step} dB");
+}
+
+/// A box on a rigid floor is the upper half of a box of twice the height, and what the floor mirrors comes from a source under it.
+#[test]
+fn a_box_on_a_floor_is_half_a_box() {
+    let (low, high) = (dvec3(0.0, -3.0, 0.0), dvec3(0.8, 3.0, 2.0));
+    let [on_floor, on_nothing] = [FLOOR, VOID].map(|floor| {
+        let mut mesh = hall(floor);
+        add_standing_box(&mut mesh, low, high);
+        Field::new(mesh, 0.0, SOURCE, &["diffraction"])
+    });
+    let twice_as_high = |source| {
+        let mut mesh = Mesh::shoebox([24.0, 20.0, 16.0], [VOID; 6]);
+        mesh.vertices.iter_mut().for_each(|vertex| *vertex -= dvec3(12.0, 10.0, 8.0));
+        meshes::add_box(&mut mesh, OBSTACLE, low.with_z(-high.z), high);
+        Field::new(mesh, 0.0, source, &["diffraction"])
+    };
+    let [image, beside] = [SOURCE.z, SOURCE.z + 0.05].map(|depth| twice_as_high(SOURCE.with_z(-depth)));
+    let places = [
+        dvec3(3.0, 0.4, 0.7),
+        dvec3(3.0, 2.4, 1.7),
+        dvec3(1.1, -0.4, 0.2),
+        dvec3(3.0, 4.4, 0.7),
+        dvec3(-2.0, 0.4, 0.7),
+        dvec3(0.4, 0.4, 2.7),
+        dvec3(5.0, 0.4, 2.2),
+    ];
+    let [with, without, image, beside] =
+        [&on_floor, &on_nothing, &image, &beside].map(|field| field.heard(&places));
+    let largest_error = |expected: &[[f64; BANDS]]| {
+        let all = (0..places.len()).flat_map(|at| (0..BANDS).map(move |band| (at, band)));
+        let error = |(at, band): (usize, usize)| {
+            let mirrored: f64 = with[at][band] - without[at][band];
+            10.0 * (mirrored / expected[at][band]).log10()
+        };
+        all.map(|cell| error(cell).abs()).fold(0.0, f64::max)
+    };
+    assert!(largest_error(&image) < 0.1, "{} dB", largest_error(&image));
+    assert!(largest_error(&beside) > 0.1, "a source five centimetres lower is noticed");
+}
