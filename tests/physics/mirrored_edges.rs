@@ -115,6 +115,10 @@ fn walks_past_obstacles_on_a_floor_have_no_steps() {
     add_from_wall_to_wall(&mut thin, &[[0.0, 0.0], [0.0, 2.0]]);
     add_sheet(&mut standing, [0.0, 2.0]);
     add_sheet(&mut hanging, [1.0, 2.0]);
+    let mut open = Mesh::default();
+    let corners = [[-30.0, -30.0], [30.0, -30.0], [30.0, 30.0], [-30.0, 30.0]].map(|[x, y]| dvec3(x, y, 0.0));
+    meshes::add_quad(&mut open, FLOOR, corners);
+    add_sheet(&mut open, [0.0, 2.0]);
     let top = [0.0, 2.0];
     let over_the_top = [
         (on_the_line(top, SOURCE, 3.0), DVec3::Z),
@@ -125,7 +129,7 @@ fn walks_past_obstacles_on_a_floor_have_no_steps() {
     let before = [(on_the_line(top, image * dvec3(-1.0, 1.0, 1.0), -2.0), DVec3::Z)];
     let planes =
         [dvec3(0.0, 0.4, 2.1), dvec3(0.0, 0.4, 2.6), dvec3(0.0, 3.5, 1.3)].map(|place| (place, DVec3::X));
-    let beside = [(dvec3(3.0, 5.7, 1.6), DVec3::Y)];
+    let beside = [(dvec3(3.0, 5.475, 1.6), DVec3::Y)];
     let sides = [
         (dvec3(3.0, 0.4, 2.0), DVec3::Z),
         (dvec3(0.8, 0.4, 2.5), DVec3::X),
@@ -135,6 +139,7 @@ fn walks_past_obstacles_on_a_floor_have_no_steps() {
         ("a thick barrier", &thick, [&over_the_top[..2], &sides, &before].concat()),
         ("a screen from wall to wall", &thin, [&over_the_top[..], &planes[..2]].concat()),
         ("a sheet on the floor", &standing, [&over_the_top[..], &planes, &beside].concat()),
+        ("a sheet on a floor in the open", &open, [&over_the_top[..], &planes, &beside].concat()),
         ("a sheet above the floor", &hanging, [&over_the_top[..], &planes, &beside].concat()),
     ] {
         for absorption in [0.0, 0.6] {

@@ -14,7 +14,6 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use sonel_diffraction::{Cell, Complex, EdgePath, Field, Lit, Spectrum, Wave, WedgePoint};
-use sonel_geometry::PlaneId;
 
 use super::view::{Leg, stretches};
 use super::{EdgeArrival, Listening, PlaneMirror, Reflection, RoomEdge, World};
@@ -29,13 +28,10 @@ const SAME_ARRIVAL: [f64; 2] = [10.0, 1.0];
 
 /// A mirror image in a plane at an edge.
 struct Image {
-    plane: PlaneId,
     /// Where it is, about the scene's centre [m].
     position: DVec3,
     /// Index of the reflection that it is, where it reaches the receiver.
     lit: Option<usize>,
-    /// √((1−α)(1−s)) of the plane, per band.
-    amplitude: Vec<f64>,
     waves: Vec<Wave>,
     /// The shortest way over the edge of each wave [m].
     ways: Vec<f64>,
@@ -44,25 +40,33 @@ struct Image {
 }
 
 impl Image {
-    /// What the plane leaves of a term of the image whose clearance is `away` [m].
-    pub fn reflected(&self, cell: &Cell, away: f64) -> f64 {
-        let mirrored = self.amplitude[cell.band];
+    /// What a plane that mirrors the amplitude `mirrored` leaves of a term of the image whose clearance is `away` [m].
+    pub fn reflected(&self, mirrored: f64, cell: &Cell, away: f64) -> f64 {
         // Deep in the image's shadow a face is rigid, on the boundary it is the mirror that it is there.
         let rigid = if self.lit.is_some() { 0.0 } else { 1.0 - faded(cell.k, away) };
         mirrored + (1.0 - mirrored) * rigid
     }
 }
 
+/// A straight way to the receiver, and the edges that it meets.
+#[derive(Clone, Copy)]
+struct Course<'a> {
+    world: &'a World,
+    /// Where it seems to come from [m].
+    origin: DVec3,
+    /// Whether it is clear.
+    clear: bool,
+}
+
 /// All waves of a base path.
 pub(super) struct Family<'a> {
-    world: &'a World,
     spectrum: &'a Spectrum,
     at: &'a Listening<'a>,
-    /// Where the base path seems to come from [m].
-    origin: DVec3,
+    base: Course<'a>,
+    /// The one that is followed: the base path, or an image of it in a plane with edges.
+    course: Course<'a>,
     /// Index of the base path among the reflections; none for the direct path.
     reflection: Option<usize>,
-    clear: bool,
     waves: Vec<Wave>,
     /// The shortest way over the edge of each wave [m].
     ways: Vec<f64>,
@@ -72,49 +76,74 @@ pub(super) struct Family<'a> {
 }
 
 impl<'a> Family<'a> {
-    /// The family of the direct path, or of the one that the mirror of `world` shows.
+    /// The family of the direct path, or of the one that the mirror of `world` shows; `images` show those of the direct path that are
+    /// cut off by edges beside their planes, too.
     pub fn new(
         world: &'a World,
+        images: &'a [World],
         spectrum: &'a Spectrum,
         at: &'a Listening<'a>,
         reflections: &[Reflection],
     ) -> Self {
-        let source = at.radiator.position;
-        let origin = world.mirror.map_or(source, |mirror| mirror.image(source));
-        let reflection = world.mirror.and_then(|_| find(at, reflections, origin));
-        let clear = if world.mirror.is_some() { reflection.is_some() } else { at.clear };
+        let base = Course::new(world, at, reflections);
+        let reflection = world.mirror.and_then(|_| find(at, reflections, base.origin));
         let mut family = Self {
-            world,
             spectrum,
             at,
-            origin,
+            base,
+            course: base,
             reflection,
-            clear,
             waves: Vec::new(),
             ways: Vec::new(),
             images: Vec::new(),
             detours: Vec::new(),
         };
-        let before = |mirror: PlaneMirror| mirror.height(source) > 0.0 && mirror.height(at.receiver) > 0.0;
-        if world.mirror.is_none_or(before) {
-            family.gather(reflections);
-        }
+        let is_before = |world: &&World| {
+            let heights =
+                |mirror: PlaneMirror| [at.radiator.position, at.receiver].map(|end| mirror.height(end));
+            world.mirror.is_none_or(|mirror| heights(mirror).iter().all(|&height| height > 0.0))
+        };
+        let courses: Vec<Course<'_>> = std::iter::once(world)
+            .chain(images)
+            .filter(is_before)
+            .map(|world| Course::new(world, at, reflections))
+            .collect();
+        family.gather(&courses, reflections);
         family
     }
 
-    fn gather(&mut self, reflections: &[Reflection]) {
-        let leg = self.leg(self.beside_corners(reflections));
-        for edge in &self.world.edges {
-            self.add(edge, &leg, reflections);
-        }
-        for pair in &self.world.pairs {
-            self.add_pair(pair, &leg, reflections);
+    fn gather(&mut self, courses: &[Course<'a>], reflections: &[Reflection]) {
+        let beside = courses.iter().find_map(|course| self.beside_corners(course, reflections));
+        let receiver = beside.unwrap_or(self.at.receiver);
+        for &course in courses {
+            self.course = course;
+            let (waves, ways) = (std::mem::take(&mut self.waves), std::mem::take(&mut self.ways));
+            self.follow(&course.leg(receiver), reflections);
+            let found = (std::mem::replace(&mut self.waves, waves), std::mem::replace(&mut self.ways, ways));
+            let is_base = std::ptr::eq(course.world, self.base.world);
+            let (waves, ways) = if is_base {
+                (&mut self.waves, &mut self.ways)
+            } else if found.0.is_empty() {
+                continue;
+            } else {
+                let image = self.image_at(course.origin, reflections);
+                let image = &mut self.images[image];
+                (&mut image.waves, &mut image.ways)
+            };
+            waves.extend(found.0);
+            ways.extend(found.1);
         }
     }
 
-    /// The base path to `receiver` [m].
-    fn leg(&self, receiver: DVec3) -> Leg {
-        Leg { source: self.origin, receiver, mirror: self.world.mirror }
+    /// Adds what edges do to the course on `leg`.
+    fn follow(&mut self, leg: &Leg, reflections: &[Reflection]) {
+        let world = self.course.world;
+        for edge in &world.edges {
+            self.add(edge, leg, reflections);
+        }
+        for pair in &world.pairs {
+            self.add_pair(pair, leg, reflections);
+        }
     }
 
     /// Adds what `edge` does to the base path on `leg`.
@@ -129,7 +158,7 @@ impl<'a> Family<'a> {
         }
         let images = [0, 1].map(|face| self.image(edge, leg, face, reflections));
         let lit = Lit {
-            direct: Some(self.clear),
+            direct: Some(self.course.clear),
             faces: images.map(|image| Some(self.images[image].lit.is_some())),
             within: doubt(self.at, source, receiver),
         };
@@ -141,18 +170,31 @@ impl<'a> Family<'a> {
             let point = edge.wedge.at(way);
             let strength = self.at.radiator.factor(leg.leaving(point)).sqrt();
             self.detours.push((path.detour(), leg.towards(point)));
-            self.add_waves(&path, strength, images, away);
+            self.add_waves(&path, strength, edge, images, away);
         }
         for (image, away) in images.into_iter().zip(away) {
             let image = &mut self.images[image];
             image.clearance = image.clearance.min(away);
         }
+        if !std::ptr::eq(self.course.world, self.base.world) {
+            let image = self.image_at(leg.source, reflections);
+            let away = excess(source, receiver, (source.angle - receiver.angle).abs());
+            let image = &mut self.images[image];
+            image.clearance = image.clearance.min(away);
+        }
     }
 
-    /// The waves of `path` to the base path and to the images in its faces.
-    fn add_waves(&mut self, path: &EdgePath, strength: f64, images: [usize; 2], away: [f64; 2]) {
+    /// The waves of `path` to the course and to the images in the faces of its `edge`.
+    fn add_waves(
+        &mut self,
+        path: &EdgePath,
+        strength: f64,
+        edge: &RoomEdge,
+        images: [usize; 2],
+        away: [f64; 2],
+    ) {
         let cells = self.spectrum.cells();
-        // √((1−α)(1−s)) of the base's mirror, and the air on the way.
+        // √((1−α)(1−s)) of the course's mirror, and the air on the way.
         let through: Vec<f64> =
             (0..self.spectrum.bands()).map(|band| self.through(band, path.detour()) * strength).collect();
         for (piece, length) in path.lengths().enumerate() {
@@ -163,9 +205,11 @@ impl<'a> Family<'a> {
             self.waves.push(Wave { length, amplitude: terms.iter().map(|term| term[0]).collect() });
             self.ways.push(path.detour());
             for face in [0, 1] {
+                let mirrored = self.mirrored(&edge.faces[face]);
                 let image = &mut self.images[images[face]];
-                let terms = cells.iter().zip(&terms);
-                let scaled = terms.map(|(cell, term)| term[1 + face] * image.reflected(cell, away[face]));
+                let scaled = cells.iter().zip(&terms).map(|(cell, term)| {
+                    term[1 + face] * image.reflected(mirrored[cell.band], cell, away[face])
+                });
                 let amplitude = scaled.collect();
                 image.waves.push(Wave { length, amplitude });
                 image.ways.push(path.detour());
@@ -173,10 +217,15 @@ impl<'a> Family<'a> {
         }
     }
 
-    /// Amplitude that the base's mirror and `length` [m] of air leave in `band`.
+    /// Amplitude that the course's mirror and `length` [m] of air leave in `band`.
     fn through(&self, band: usize, length: f64) -> f64 {
         let air = libm::exp(-0.5 * self.at.attenuation[band] * length);
-        self.world.mirror.map_or(air, |mirror| air * self.specular(&mirror, band).sqrt())
+        self.course.world.mirror.map_or(air, |mirror| air * self.specular(&mirror, band).sqrt())
+    }
+
+    /// √((1−α)(1−s)) of a plane, per band.
+    fn mirrored(&self, plane: &PlaneMirror) -> Vec<f64> {
+        (0..self.spectrum.bands()).map(|band| self.specular(plane, band).sqrt()).collect()
     }
 
     fn specular(&self, mirror: &PlaneMirror, band: usize) -> f64 {
@@ -184,22 +233,20 @@ impl<'a> Family<'a> {
         self.at.table.material(material).specular.energy[band / 4][band % 4]
     }
 
-    /// Index of the image of the base path in a face of `edge`, on `leg`.
+    /// Index of the image of the course in a face of `edge`, on `leg`.
     fn image(&mut self, edge: &RoomEdge, leg: &Leg, face: usize, reflections: &[Reflection]) -> usize {
-        let mirror = &edge.faces[face];
-        let position = mirror.image(leg.source);
-        let same = |image: &Image| {
-            image.plane == mirror.plane && image.position.distance(position) <= same_image(self.at)
-        };
+        self.image_at(edge.faces[face].image(leg.source), reflections)
+    }
+
+    /// Index of the image at `position` [m].
+    fn image_at(&mut self, position: DVec3, reflections: &[Reflection]) -> usize {
+        let same = |image: &Image| image.position.distance(position) <= same_image(self.at);
         if let Some(known) = self.images.iter().position(same) {
             return known;
         }
-        let bands = self.spectrum.bands();
         self.images.push(Image {
-            plane: mirror.plane,
             position,
             lit: self.find_image(reflections, position),
-            amplitude: (0..bands).map(|band| self.specular(mirror, band).sqrt()).collect(),
             waves: Vec::new(),
             ways: Vec::new(),
             clearance: f64::INFINITY,
@@ -217,12 +264,12 @@ impl<'a> Family<'a> {
         if self.detours.is_empty() {
             return Vec::new();
         }
-        let straight = self.origin.distance(self.at.receiver);
-        if self.clear {
+        let straight = self.base.origin.distance(self.at.receiver);
+        if self.base.clear {
             let factor = self.factor_of_base(reflections);
             self.waves.push(self.geometric(straight, &factor));
             self.ways.push(straight);
-            self.detours.push((straight, (self.origin - self.at.receiver) / straight));
+            self.detours.push((straight, (self.base.origin - self.at.receiver) / straight));
         }
         for image in 0..self.images.len() {
             if let Some(lit) = self.images[image].lit {
@@ -260,12 +307,12 @@ impl<'a> Family<'a> {
     fn arrivals(&self) -> Vec<EdgeArrival> {
         let mut detours = self.detours.clone();
         detours.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let together = SAME_ARRIVAL[usize::from(self.clear)];
+        let together = SAME_ARRIVAL[usize::from(self.base.clear)];
         let mut arrivals: Vec<EdgeArrival> = Vec::new();
         for (length, towards) in detours {
             if arrivals.last().is_none_or(|last| length > last.length + together) {
-                let shaded = !(self.clear && arrivals.is_empty());
-                let order = u32::from(self.world.mirror.is_some());
+                let shaded = !(self.base.clear && arrivals.is_empty());
+                let order = u32::from(self.base.world.mirror.is_some());
                 arrivals.push(EdgeArrival { length, towards, order, shaded, energy: Vec::new() });
             }
         }
@@ -368,6 +415,25 @@ impl<'a> Family<'a> {
     }
 }
 
+impl<'a> Course<'a> {
+    /// The direct path, or the one that the mirror of `world` shows.
+    fn new(world: &'a World, at: &Listening<'_>, reflections: &[Reflection]) -> Self {
+        let source = at.radiator.position;
+        match world.mirror {
+            None => Self { world, origin: source, clear: at.clear },
+            Some(mirror) => {
+                let origin = mirror.image(source);
+                Self { world, origin, clear: find(at, reflections, origin).is_some() }
+            }
+        }
+    }
+
+    /// It to `receiver` [m].
+    fn leg(&self, receiver: DVec3) -> Leg {
+        Leg { source: self.origin, receiver, mirror: self.world.mirror }
+    }
+}
+
 /// 1/(1 + N²) of the Fresnel number N of a clearance [m] at wave number `k`.
 fn faded(k: f64, clearance: f64) -> f64 {
     let number = 2.0 * clearance * k / TAU;
@@ -376,10 +442,12 @@ fn faded(k: f64, clearance: f64) -> f64 {
 
 /// Way over the edge less the straight one from the image in `face` [m]; grows on both sides of the image's boundary.
 fn clearance(edge: &RoomEdge, source: WedgePoint, receiver: WedgePoint, face: usize) -> f64 {
-    let turn = match face {
-        0 => source.angle + receiver.angle,
-        _ => 2.0 * edge.wedge.angle() - source.angle - receiver.angle,
-    };
+    let sum = source.angle + receiver.angle;
+    excess(source, receiver, if face == 0 { sum } else { 2.0 * edge.wedge.angle() - sum })
+}
+
+/// Way over the edge less the straight one of a wave that turns about it by `turn` [rad], in m.
+fn excess(source: WedgePoint, receiver: WedgePoint, turn: f64) -> f64 {
     // Beyond a whole turn the image is as far off as it can be.
     let half = libm::cos(0.5 * turn.min(TAU));
     let (sum, offset) = (source.radius + receiver.radius, receiver.along - source.along);

@@ -36,8 +36,12 @@ const MIRRORED_PAIR_LIMIT: usize = 1024;
 
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
-    /// As each base path meets them: the direct one first, then those in every plane without edges.
-    worlds: Vec<World>,
+    /// As the direct path meets them.
+    direct: World,
+    /// As its images in planes with edges meet those that are before the plane.
+    images: Vec<World>,
+    /// As base paths meet them that planes without edges mirror.
+    mirrored: Vec<World>,
     spectrum: Spectrum,
 }
 
@@ -93,21 +97,29 @@ impl Edges {
         if edges.is_empty() {
             return None;
         }
-        let mut mirrors = mirror::planes(geometry, table);
-        mirrors.retain(|mirror| {
-            !edges.iter().any(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane))
-        });
-        if mirrors.len() * edges.len() > PAIR_LIMIT {
-            mirrors.clear();
+        let has_edges = |mirror: &PlaneMirror| {
+            edges.iter().any(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane))
+        };
+        let (mut with_edges, mut without) =
+            mirror::planes(geometry, table).into_iter().partition::<Vec<PlaneMirror>, _>(has_edges);
+        if without.len() * edges.len() > PAIR_LIMIT {
+            without.clear();
+        }
+        if (without.len() + with_edges.len()) * edges.len() > PAIR_LIMIT {
+            with_edges.clear();
+        }
+        let doubled = |mirrors: Vec<PlaneMirror>| -> Vec<World> {
+            let worlds = mirrors.iter().map(|mirror| World::doubled(geometry, &edges, mirror));
+            worlds.filter(|world| !world.edges.is_empty()).collect()
+        };
+        let (mut images, mut mirrored) = (doubled(with_edges), doubled(without));
+        let worlds = || mirrored.iter().chain(&images);
+        if worlds().map(|world| world.pairs.len()).sum::<usize>() > MIRRORED_PAIR_LIMIT {
+            mirrored.iter_mut().chain(&mut images).for_each(|world| world.pairs.clear());
         }
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
-        let mut worlds: Vec<World> =
-            mirrors.iter().map(|mirror| World::doubled(geometry, &edges, mirror)).collect();
-        if worlds.iter().map(|world| world.pairs.len()).sum::<usize>() > MIRRORED_PAIR_LIMIT {
-            worlds.iter_mut().for_each(|world| world.pairs.clear());
-        }
-        worlds.insert(0, World::new(edges));
-        Some(Self { worlds, spectrum: Spectrum::new(&borders, speed_of_sound) })
+        let spectrum = Spectrum::new(&borders, speed_of_sound);
+        Some(Self { direct: World::new(edges), images, mirrored, spectrum })
     }
 
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the
@@ -115,9 +127,13 @@ impl Edges {
     pub fn hear(&self, at: &Listening<'_>, reflections: &mut [Reflection]) -> Vec<EdgeArrival> {
         let mut arrivals = Vec::new();
         // The images in the planes at the edges have one reflection more than their base.
-        let worlds = if at.complete_order >= 2 { &self.worlds[..] } else { &self.worlds[..1] };
-        for world in worlds {
-            arrivals.extend(family::Family::new(world, &self.spectrum, at, reflections).hear(reflections));
+        let (mirrored, images) =
+            if at.complete_order >= 2 { (&self.mirrored[..], &self.images[..]) } else { (&[][..], &[][..]) };
+        let bases =
+            std::iter::once((&self.direct, images)).chain(mirrored.iter().map(|world| (world, &[][..])));
+        for (world, images) in bases {
+            let family = family::Family::new(world, images, &self.spectrum, at, reflections);
+            arrivals.extend(family.hear(reflections));
         }
         arrivals
     }

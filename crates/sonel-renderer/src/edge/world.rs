@@ -7,7 +7,7 @@
 //! source, edge, mirror, another edge or the same, receiver is a way over two edges of the doubled face.
 
 use sonel_diffraction::Wedge;
-use sonel_geometry::Geometry;
+use sonel_geometry::{Departure, Geometry};
 
 use super::mirror::PlaneMirror;
 use super::pair::{Border, EdgePair, faces, is_convex, pairs};
@@ -16,6 +16,9 @@ use super::pair::{Border, EdgePair, faces, is_convex, pairs};
 pub(crate) const PERPENDICULAR: f64 = 1e-6;
 /// Resolutions within which an end lies in the mirror.
 const IN_MIRROR: f64 = 8.0;
+
+/// How far off a face, in lifts, the mirror that it stands on is felt for.
+const FELT: f64 = 16.0;
 
 /// An edge of the room, or the image of one.
 #[derive(Debug, Clone, Copy)]
@@ -48,12 +51,19 @@ impl World {
     pub fn doubled(geometry: &Geometry, real: &[RoomEdge], mirror: &PlaneMirror) -> Self {
         let within = IN_MIRROR * f64::from(geometry.resolution());
         let before: Vec<RoomEdge> = real.iter().filter_map(|edge| edge.before(mirror, within)).collect();
+        // What meets the mirror in an edge that diffracts goes round that and not on in an image.
+        let goes_round = |face: &PlaneMirror| {
+            let has = |edge: &RoomEdge, plane| edge.faces.iter().any(|of| of.plane == plane);
+            real.iter().any(|edge| has(edge, mirror.plane) && has(edge, face.plane))
+        };
         let mut edges = Vec::new();
         // Where each edge and its image are among them.
         let mut halves: Vec<[usize; 2]> = Vec::new();
         for edge in &before {
             let first = edges.len();
-            if let Some(whole) = edge.with_its_image(mirror, within) {
+            if let Some(whole) = edge.with_its_image(mirror, within)
+                && !edge.faces.iter().any(goes_round)
+            {
                 edges.push(whole);
                 halves.push([first; 2]);
             } else {
@@ -70,13 +80,19 @@ impl World {
             let mut whole = borders(&mut half(0).chain(half(1)));
             whole.sort_unstable();
             whole.dedup();
-            if stands(geometry, &before, &face, mirror, within) && is_convex(&edges, &whole) {
+            let planes: Vec<&PlaneMirror> = face.iter().map(|&(edge, of)| &before[edge].faces[of]).collect();
+            let is_whole = !planes.iter().any(|face| goes_round(face))
+                && stands(geometry, &planes, mirror, within)
+                && is_convex(&edges, &whole);
+            if is_whole {
                 doubled.push(whole);
             } else {
                 doubled.extend([0, 1].map(|image| borders(&mut half(image))));
             }
         }
-        Self { mirror: Some(*mirror), pairs: pairs(&edges, &doubled), edges }
+        let mut pairs = pairs(&edges, &doubled);
+        pairs.retain(|pair| is_mirrored(geometry, &edges, pair, mirror));
+        Self { mirror: Some(*mirror), edges, pairs }
     }
 }
 
@@ -117,23 +133,30 @@ impl RoomEdge {
     }
 }
 
-/// Whether `face`, some of `edges`, is at a right angle to `mirror` and stands on it.
-fn stands(
-    geometry: &Geometry,
-    edges: &[RoomEdge],
-    face: &[Border],
-    mirror: &PlaneMirror,
-    within: f64,
-) -> bool {
-    let planes = || face.iter().map(|&(edge, of)| &edges[edge].faces[of]);
+/// Whether a face in `planes`, which are one, is at a right angle to `mirror` and stands on it.
+fn stands(geometry: &Geometry, planes: &[&PlaneMirror], mirror: &PlaneMirror, within: f64) -> bool {
     let mesh = geometry.mesh();
     let at_foot = |triangle: u32| {
         let corners = mesh.triangles[triangle as usize].corners;
         let height = |corner: u32| mirror.height(mesh.vertices[corner as usize] - geometry.center());
         corners.iter().filter(|&&corner| height(corner).abs() <= within).count() >= 2
     };
-    planes().all(|plane| mirror.normal().dot(plane.normal()).abs() <= PERPENDICULAR)
-        && planes().any(|plane| geometry.surface(plane.surface).triangles.iter().any(|&t| at_foot(t)))
+    planes.iter().all(|plane| mirror.normal().dot(plane.normal()).abs() <= PERPENDICULAR)
+        && planes.iter().any(|plane| geometry.surface(plane.surface).triangles.iter().any(|&t| at_foot(t)))
+}
+
+/// Whether there is a mirror, which may have an end, between the edges of a pair that are not on one side of it.
+fn is_mirrored(geometry: &Geometry, edges: &[RoomEdge], pair: &EdgePair, mirror: &PlaneMirror) -> bool {
+    let [from, to] = pair.edges.map(|(edge, _)| edges[edge].wedge.at(0.5 * edges[edge].wedge.length()));
+    let [above, below] = [mirror.height(from), -mirror.height(to)];
+    if above * below <= 0.0 {
+        return true;
+    }
+    let (edge, at_second) = pair.edges[0];
+    let off = mirror.normal() + edges[edge].faces[usize::from(at_second)].normal();
+    let foot = from + (to - from) * (above / (above + below)) + off * (FELT * f64::from(geometry.lift()));
+    let hit = geometry.closest_hit(Departure::free(foot.as_vec3()), -mirror.normal().as_vec3());
+    hit.is_some_and(|hit| geometry.surface(hit.surface).plane == mirror.plane)
 }
 
 #[cfg(test)]

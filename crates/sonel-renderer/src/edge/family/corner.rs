@@ -13,7 +13,7 @@ use sonel_diffraction::wedge::rapidity;
 use super::super::mirror::{PlaneMirror, reflects};
 use super::super::view::Leg;
 use super::super::world::{PERPENDICULAR, RoomEdge};
-use super::{Family, Reflection, doubt};
+use super::{Course, Family, Reflection, doubt};
 
 /// So many times what is in doubt counts as the corner: the doubt is then too small a part of a right angle to be heard beyond.
 const CLOSE: f64 = 16.0;
@@ -28,23 +28,19 @@ enum CutOff {
 }
 
 impl Family<'_> {
-    /// The receiver [m], or a place beside it if a corner is in line with it.
-    pub(super) fn beside_corners(&self, reflections: &[Reflection]) -> DVec3 {
+    /// A place beside the receiver [m] if a corner that `course` meets is in line with it.
+    pub(super) fn beside_corners(&self, course: &Course<'_>, reflections: &[Reflection]) -> Option<DVec3> {
         let receiver = self.at.receiver;
-        let leg = self.leg(receiver);
-        for edge in &self.world.edges {
-            let Some((wave, step)) = self.corner_in_line(edge, &leg) else { continue };
+        let leg = course.leg(receiver);
+        course.world.edges.iter().find_map(|edge| {
+            let (wave, step) = self.corner_in_line(edge, &leg)?;
             let along = edge.wedge.direction();
             let across = (receiver - leg.source).cross(along).normalize_or_zero();
             let places = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
                 .map(|(u, v): (f64, f64)| receiver + (along * u + across * v) * step);
-            let same =
-                |place: &DVec3| self.is_there(edge, wave, *place) == self.is_known(edge, wave, reflections);
-            if let Some(place) = places.into_iter().find(same) {
-                return place;
-            }
-        }
-        receiver
+            let is_known = self.is_known(course, edge, wave, reflections);
+            places.into_iter().find(|place| self.is_there(course, edge, wave, *place) == is_known)
+        })
     }
 
     /// Which wave on `leg` is cut off by `edge` just where that ends, and how far to go from there [m].
@@ -67,20 +63,26 @@ impl Family<'_> {
     }
 
     /// Whether a wave is there, as the rest of the room has it.
-    fn is_known(&self, edge: &RoomEdge, wave: CutOff, reflections: &[Reflection]) -> bool {
+    fn is_known(
+        &self,
+        course: &Course<'_>,
+        edge: &RoomEdge,
+        wave: CutOff,
+        reflections: &[Reflection],
+    ) -> bool {
         match wave {
-            CutOff::Direct => self.clear,
+            CutOff::Direct => course.clear,
             CutOff::Image(face) => {
-                self.find_image(reflections, edge.faces[face].image(self.origin)).is_some()
+                self.find_image(reflections, edge.faces[face].image(course.origin)).is_some()
             }
         }
     }
 
     /// Whether a wave reaches `place` [m].
-    fn is_there(&self, edge: &RoomEdge, wave: CutOff, place: DVec3) -> bool {
+    fn is_there(&self, course: &Course<'_>, edge: &RoomEdge, wave: CutOff, place: DVec3) -> bool {
         let (geometry, source) = (self.at.geometry, self.at.radiator.position);
         let reaches = |mirrors: &[PlaneMirror]| reflects(geometry, mirrors, source, place);
-        match (wave, self.world.mirror) {
+        match (wave, course.world.mirror) {
             (CutOff::Direct, None) => reaches(&[]),
             (CutOff::Direct, Some(base)) => reaches(&[base]),
             (CutOff::Image(face), None) => reaches(&[edge.faces[face]]),

@@ -57,9 +57,10 @@ impl Family<'_> {
 
     /// Adds what goes over `pair` in either order, if the source sees the first and the receiver the second edge.
     pub(super) fn add_pair(&mut self, pair: &EdgePair, leg: &Leg, reflections: &[Reflection]) {
-        let [one, other] = pair
-            .edges
-            .map(|(edge, joined_at_second)| PairedEdge { edge: &self.world.edges[edge], joined_at_second });
+        let [one, other] = pair.edges.map(|(edge, joined_at_second)| PairedEdge {
+            edge: &self.course.world.edges[edge],
+            joined_at_second,
+        });
         for (first, second) in [(&one, &other), (&other, &one)] {
             match pair.joint {
                 Joint::Face(width) => self.add_over_face(first, second, width, leg, reflections),
@@ -199,11 +200,14 @@ impl Family<'_> {
         self.ways.push(length);
         for (way, (edge, [from, to])) in edges.into_iter().enumerate() {
             for face in [0, 1] {
+                let mirrored = self.mirrored(&edge.faces[face]);
                 let image = self.image(edge, leg, face, reflections);
                 let (image, away) = (&mut self.images[image], clearance(edge, from, to, face));
                 let cells = self.spectrum.cells().iter().zip(terms);
-                let amplitude =
-                    cells.map(|(cell, terms)| terms[way][1 + face] * image.reflected(cell, away)).collect();
+                let scaled = cells.map(|(cell, terms)| {
+                    terms[way][1 + face] * image.reflected(mirrored[cell.band], cell, away)
+                });
+                let amplitude = scaled.collect();
                 image.waves.push(Wave { length, amplitude });
                 image.ways.push(length);
             }
