@@ -13,5 +13,7 @@ mod kernels;
 mod mirrored_edges;
 mod mirrors;
 mod paper;
+mod planes;
+
 mod uneven_box;
 mod watertight;

@@ -26,7 +26,7 @@ pub(crate) const TEN: &Rule = &[
 ];
 
 /// k t² where the exponential is spent: e^(−30) is 1e-13.
-const SPENT: f64 = 30.0;
+pub(crate) const SPENT: f64 = 30.0;
 /// Panels at most: the smallest scale is then 2^-38 of the longest.
 const PANELS: i32 = 38;
 /// The first panel ends below the smallest scale by this factor.

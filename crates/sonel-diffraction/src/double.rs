@@ -6,8 +6,7 @@
 //!
 //! Both integrals are taken along paths of steepest descent as in [`crate::edge_path`]: the outer one as if the second edge
 //! did not bend the way, the inner one for every (complex) point of the first edge. With u and t along them the exponential is
-//! e^(−jk L_0) e^(−k(u² + t²)). Edges count as infinite here; [`DoublePath::amplitude`] takes their ends from the first-order
-//! fields of the unfolded way. Sound that runs back and forth between the edges is of higher order and left out: 0.4 dB
+//! e^(−jk L_0) e^(−k(u² + t²)). Edges count as infinite here; what their ends leave is for [`crate::face`] to say. Sound that runs back and forth between the edges is of higher order and left out: 0.4 dB
 //! where they are much nearer to one another than the wavelength, less beyond (docs/diffraction.md).
 //!
 //! Reference: [Svensson1999] (docs/references.md).
@@ -16,7 +15,7 @@ use std::f64::consts::PI;
 
 use crate::complex::Complex;
 use crate::contour::{SIX, nodes};
-use crate::edge_path::{EdgePath, Lit, WAVES};
+use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, index};
 
 /// A path over two parallel edges.
@@ -29,10 +28,6 @@ pub struct DoublePath {
     inner: Vec<f64>,
     /// Integrand with weights, `[outer][inner]` [1/m].
     values: Vec<Complex>,
-    /// Each edge with its ends and without, over the unfolded way.
-    ends: [[EdgePath; 2]; 2],
-    /// How much each edge has to say about which wave the field belongs to.
-    weights: [f64; 2],
 }
 
 /// An edge as seen from the source or the receiver beyond it.
@@ -44,25 +39,11 @@ pub struct Side<'a> {
     pub point: WedgePoint,
     /// Whether the face that joins the edges is its second one.
     pub joined_at_second: bool,
-    /// The part of it that is seen, from its start [m].
-    pub part: [f64; 2],
 }
 
 impl Side<'_> {
     fn joint(&self) -> f64 {
         if self.joined_at_second { self.wedge.angle() } else { 0.0 }
-    }
-
-    /// Square height over the plane of the face that joins the edges [m²].
-    fn square_height(&self) -> f64 {
-        let height = self.point.radius * libm::sin(self.point.angle - self.joint());
-        height * height
-    }
-
-    /// The other edge about this one: `beyond` [m] from it on the face, `offset` [m] along it from the source or receiver.
-    #[must_use]
-    pub fn far(&self, beyond: f64, offset: f64) -> WedgePoint {
-        WedgePoint { radius: beyond, angle: self.joint(), along: self.point.along + offset }
     }
 
     /// ½ν(φ_i) less the nearest multiple of π, of the four terms towards the face that joins the edges.
@@ -142,10 +123,7 @@ impl DoublePath {
         // edge whose boundary is nearer is the inner one.
         let closeness = |side: Side<'_>| side.halves().iter().map(|half| half.abs()).fold(PI, f64::min);
         if closeness(source) < closeness(receiver) {
-            let mut path = Self::inwards(receiver, source, width, back(source, receiver, offset), smallest_k);
-            path.ends.reverse();
-            path.weights.reverse();
-            return path;
+            return Self::inwards(receiver, source, width, back(source, receiver, offset), smallest_k);
         }
         Self::inwards(source, receiver, width, offset, smallest_k)
     }
@@ -186,13 +164,7 @@ impl DoublePath {
         }
         let square = |nodes: Vec<(f64, f64)>| nodes.into_iter().map(|(t, _)| t * t).collect();
         let (outer, inner) = (square(outer), square(inner));
-        let ends =
-            [ends(source, beyond, offset, smallest_k), ends(receiver, width + first, -offset, smallest_k)];
-        // In the plane of the face the field goes on as that of the edge beyond it, wave by wave.
-        let [of_source, of_receiver] = [source, receiver].map(|side| side.square_height());
-        let sum = of_source + of_receiver;
-        let weights = if sum > 0.0 { [of_source / sum, of_receiver / sum] } else { [0.5; 2] };
-        Self { length, outer, inner, values, ends, weights }
+        Self { length, outer, inner, values }
     }
 
     /// Length of the shortest way over both edges [m].
@@ -201,40 +173,33 @@ impl DoublePath {
         self.length
     }
 
-    /// Amplitude of infinite edges at wave number `k`, to be multiplied by e^(−jk length) [1/m].
+    /// Amplitudes at every wave number, to be multiplied by e^(−jk length) [1/m].
     #[must_use]
-    pub fn endless_amplitude(&self, k: f64) -> Complex {
-        let fall: Vec<f64> = self.inner.iter().map(|p| libm::exp(-k * p)).collect();
-        let rows = self.values.chunks_exact(self.inner.len()).zip(&self.outer);
-        rows.fold(Complex::ZERO, |sum, (row, p)| {
-            let inner = row.iter().zip(&fall).fold(Complex::ZERO, |sum, (value, fall)| sum + *value * *fall);
-            sum + inner * libm::exp(-k * p)
-        })
+    pub fn amplitudes(&self, numbers: &WaveNumbers) -> Vec<Complex> {
+        let count = numbers.values().len();
+        let decays = |nodes: &[f64]| {
+            let mut decays = vec![0.0; nodes.len() * count];
+            for (decays, p) in decays.chunks_exact_mut(count).zip(nodes) {
+                numbers.decay(*p, decays);
+            }
+            decays
+        };
+        let (outer, inner) = (decays(&self.outer), decays(&self.inner));
+        let mut sums = vec![Complex::ZERO; count];
+        for (values, outer) in self.values.chunks_exact(self.inner.len()).zip(outer.chunks_exact(count)) {
+            for (value, inner) in values.iter().zip(inner.chunks_exact(count)) {
+                for ((sum, outer), inner) in sums.iter_mut().zip(outer).zip(inner) {
+                    *sum += *value * (outer * inner);
+                }
+            }
+        }
+        sums
     }
 
-    /// [`DoublePath::amplitude`] by the wave that it belongs to, as the source's edge has it and as the receiver's: the direct one, the
-    /// images in the first and in the second face of that edge. The field is the sum of all six.
-    #[must_use]
-    pub fn amplitudes(&self, k: f64) -> [[Complex; WAVES]; 2] {
-        let amplitude = self.amplitude(k);
-        let mut shares = self.ends.iter().zip(self.weights).map(|([finite, _], weight)| {
-            let terms = finite.field(k);
-            let whole = terms.into_iter().fold(Complex::ZERO, |sum, term| sum + term);
-            let scale = if whole.square_of_modulus() > 0.0 { amplitude / whole } else { Complex::ZERO };
-            terms.map(|term| term * scale * weight)
-        });
-        std::array::from_fn(|_| shares.next().expect("two edges"))
-    }
-
-    /// Amplitude at wave number `k`, to be multiplied by e^(−jk length) [1/m]: that of infinite edges times what the ends of
-    /// each leave of its first-order field.
+    /// Amplitude at one wave number `k` [1/m].
     #[must_use]
     pub fn amplitude(&self, k: f64) -> Complex {
-        let total = |path: &EdgePath| path.field(k).into_iter().fold(Complex::ZERO, |sum, term| sum + term);
-        self.ends.iter().fold(self.endless_amplitude(k), |amplitude, [finite, endless]| {
-            let whole = total(endless);
-            if whole.square_of_modulus() > 0.0 { amplitude * total(finite) / whole } else { amplitude }
-        })
+        self.amplitudes(&k.into())[0]
     }
 }
 
@@ -243,21 +208,10 @@ fn back(source: Side<'_>, receiver: Side<'_>, offset: f64) -> f64 {
     if source.wedge.direction().dot(receiver.wedge.direction()) < 0.0 { offset } else { -offset }
 }
 
-/// An edge over the unfolded way, which ends at `beyond` [m] from it, with its ends and without.
-fn ends(side: Side<'_>, beyond: f64, offset: f64, smallest_k: f64) -> [EdgePath; 2] {
-    let far = side.far(beyond, offset);
-    let reach = ENDLESS * (side.point.radius + beyond + offset.abs());
-    let endless = [side.point.along.min(far.along) - reach, side.point.along.max(far.along) + reach];
-    [side.part, endless]
-        .map(|part| EdgePath::new(side.wedge, side.point, far, part, Lit::default(), smallest_k))
-}
-
-/// An edge that reaches so many lengths of the way beyond it has no end.
-const ENDLESS: f64 = 1e3;
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::edge_path::{EdgePath, Lit};
     use glam::DVec3;
 
     const WIDTH: f64 = 1.5;
@@ -273,7 +227,6 @@ mod tests {
             wedge: &wedge,
             point: WedgePoint { radius, angle, along },
             joined_at_second: false,
-            part: [0.0, 2e4],
         };
         DoublePath::new(side(source, 1e4), side(receiver, 1e4 + offset), width, offset, 1.0)
     }
@@ -288,7 +241,7 @@ mod tests {
             ((2.0, 4.5), (3.0, 2.8), 0.4),
         ] {
             for k in [2.0, 6.0] {
-                let found = path(source, receiver, WIDTH, offset).endless_amplitude(k)
+                let found = path(source, receiver, WIDTH, offset).amplitude(k)
                     * Complex::unit(-k * path(source, receiver, WIDTH, offset).length());
                 let parts = sonel_testkit::analytic::double_edge::DoubleEdge {
                     angles: [1.5 * PI; 2],
@@ -322,7 +275,7 @@ mod tests {
                 ];
                 let line = |path: &DoublePath, share: f64| {
                     let spread = (2.0 * PI * path.length() / k).sqrt() * share;
-                    path.endless_amplitude(k) * Complex::unit(-k * path.length() - 0.25 * PI) * spread
+                    path.amplitude(k) * Complex::unit(-k * path.length() - 0.25 * PI) * spread
                 };
                 let section = Section { low: [0.0, -HEIGHT], high: [width, 0.0] };
                 let (re, im) =
@@ -346,7 +299,7 @@ mod tests {
             // About the second edge from the top through the air: π on the plane of the top.
             let angle = PI - libm::atan2(height, 6.0);
             let double = path((4.0, 4.2), (radius, angle), WIDTH, 0.0);
-            let mut sum = double.endless_amplitude(k) * Complex::unit(-k * double.length());
+            let mut sum = double.amplitude(k) * Complex::unit(-k * double.length());
             if height > 0.0 {
                 let seen = WedgePoint {
                     radius: (6.0 + WIDTH).hypot(height),
@@ -374,24 +327,11 @@ mod tests {
         let angle = 0.5 * PI - below;
         let thin = EdgePath::new(&sheet, at(angle), at(2.0 * PI - angle), [0.0, 2e4], Lit::default(), 1.0);
         for k in [2.0, 9.0, 40.0] {
-            let double = path((radius, PI + below), (radius, PI + below), 1e-3, 0.0).endless_amplitude(k);
+            let double = path((radius, PI + below), (radius, PI + below), 1e-3, 0.0).amplitude(k);
             let single = thin.field(k).into_iter().fold(Complex::ZERO, |sum, term| sum + term);
             let error = 20.0 * (double.modulus() / single.modulus()).log10();
             assert!(error.abs() < 0.4, "k {k}: {error} dB");
         }
-    }
-
-    #[test]
-    fn the_waves_are_all_of_the_field_whichever_edge_is_the_inner_one() {
-        let [there, back] = [((4.0, 4.2), (3.0, 3.9)), ((3.0, 3.9), (4.0, 4.2))]
-            .map(|(source, receiver)| path(source, receiver, WIDTH, 0.0));
-        let sum = |path: &DoublePath| {
-            path.amplitudes(9.0).into_iter().flatten().fold(Complex::ZERO, |sum, wave| sum + wave)
-        };
-        assert!((sum(&there) - there.amplitude(9.0)).modulus() < 1e-12 * there.amplitude(9.0).modulus());
-        let [[one, other], exchanged] = [there.amplitudes(9.0), back.amplitudes(9.0)];
-        assert!((one[1] - exchanged[1][1]).modulus() < 1e-4 * one[1].modulus());
-        assert!((one[1] - other[1]).modulus() > 1e-2 * one[1].modulus(), "each edge has its own say");
     }
 
     #[test]

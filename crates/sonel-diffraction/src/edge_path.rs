@@ -19,7 +19,8 @@
 use std::f64::consts::PI;
 
 use crate::complex::Complex;
-use crate::contour::{TEN, nodes};
+use crate::contour::{Rule, TEN, nodes};
+use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex, index, rapidity};
 
 /// Nearest that a source or receiver comes to the line of the edge, relative to the length of the path: nearer ones are
@@ -70,6 +71,8 @@ struct Unfolded {
     index: f64,
     /// ½ν(φ_i) less the nearest multiple of π: of the two direct terms and the two faces'.
     halves: [f64; 4],
+    /// Their sines and cosines.
+    turns: [(f64, f64); 4],
     /// Length over the apex [m].
     shortest: f64,
 }
@@ -86,21 +89,35 @@ impl EdgePath {
         lit: Lit,
         smallest_k: f64,
     ) -> Self {
+        Self::by(TEN, wedge, source, receiver, part, lit, smallest_k)
+    }
+
+    /// The same with the nodes of `rule`.
+    pub(crate) fn by(
+        rule: &Rule,
+        wedge: &Wedge,
+        source: WedgePoint,
+        receiver: WedgePoint,
+        part: [f64; 2],
+        lit: Lit,
+        smallest_k: f64,
+    ) -> Self {
         let way = apex(source, receiver);
         // An edge that the shortest way passes beside cuts nothing off: whether a wave is there is not its concern.
         let lit = if part[0] <= way && way <= part[1] { lit } else { Lit::default() };
         let path = Unfolded::new(wedge.angle(), source, receiver, lit);
         let [low, high] = part.map(|z| rapidity(path.source, path.receiver, z));
         let mut pieces = Vec::with_capacity(3);
+        let nodes = |scale| nodes(smallest_k, scale, rule);
         if low < 0.0 && high > 0.0 {
-            pieces.push(path.piece(0.0, path.shortest, 2.0, smallest_k));
-            pieces.push(path.piece(-low, path.length(part[0]), -1.0, smallest_k));
-            pieces.push(path.piece(high, path.length(part[1]), -1.0, smallest_k));
+            pieces.push(path.piece(0.0, path.shortest, 2.0, nodes));
+            pieces.push(path.piece(-low, path.length(part[0]), -1.0, nodes));
+            pieces.push(path.piece(high, path.length(part[1]), -1.0, nodes));
         } else {
             let (near, far) = if low.abs() < high.abs() { (0, 1) } else { (1, 0) };
             let at = [low.abs(), high.abs()];
-            pieces.push(path.piece(at[near], path.length(part[near]), 1.0, smallest_k));
-            pieces.push(path.piece(at[far], path.length(part[far]), -1.0, smallest_k));
+            pieces.push(path.piece(at[near], path.length(part[near]), 1.0, nodes));
+            pieces.push(path.piece(at[far], path.length(part[far]), -1.0, nodes));
         }
         Self { detour: path.length(way.clamp(part[0], part[1])), pieces }
     }
@@ -116,30 +133,69 @@ impl EdgePath {
         self.pieces.iter().map(|piece| piece.length)
     }
 
-    /// Slowly varying amplitudes of piece `piece` at wave number `k`: by wave, to be multiplied by e^(−jk length) [1/m].
+    /// Slowly varying amplitudes of piece `piece` at every wave number: by wave, to be multiplied by e^(−jk length) [1/m].
     #[must_use]
-    pub fn amplitudes(&self, piece: usize, k: f64) -> [Complex; WAVES] {
-        let mut sum = [Complex::ZERO; WAVES];
-        for (p, values) in &self.pieces[piece].nodes {
-            let decay = libm::exp(-k * p);
-            for (sum, value) in sum.iter_mut().zip(values) {
-                *sum += *value * decay;
-            }
-        }
-        sum
+    pub fn amplitudes(&self, piece: usize, numbers: &WaveNumbers) -> Vec<[Complex; WAVES]> {
+        self.pieces[piece].amplitudes(numbers, |values| *values)
     }
 
-    /// The field at wave number `k` by wave, relative to a source of free field e^(−jkr)/r [1/m].
+    /// The field at every wave number by wave, relative to a source of free field e^(−jkr)/r [1/m].
     #[must_use]
-    pub fn field(&self, k: f64) -> [Complex; WAVES] {
-        let mut sum = [Complex::ZERO; WAVES];
-        for (piece, length) in self.lengths().enumerate() {
-            let turn = Complex::unit(-k * length);
-            for (sum, amplitude) in sum.iter_mut().zip(self.amplitudes(piece, k)) {
-                *sum += amplitude * turn;
+    pub fn fields(&self, numbers: &WaveNumbers) -> Vec<[Complex; WAVES]> {
+        self.sum(numbers, |values| *values)
+    }
+
+    /// The field of all waves together at every wave number [1/m].
+    #[must_use]
+    pub fn totals(&self, numbers: &WaveNumbers) -> Vec<Complex> {
+        let totals = self.sum(numbers, |&[direct, first, second]| [direct + first + second]);
+        totals.into_iter().map(|[total]| total).collect()
+    }
+
+    fn sum<const N: usize>(
+        &self,
+        numbers: &WaveNumbers,
+        of: impl Fn(&[Complex; WAVES]) -> [Complex; N],
+    ) -> Vec<[Complex; N]> {
+        let mut sums = vec![[Complex::ZERO; N]; numbers.values().len()];
+        for piece in &self.pieces {
+            let amplitudes = piece.amplitudes(numbers, &of);
+            for ((sum, amplitudes), k) in sums.iter_mut().zip(amplitudes).zip(numbers.values()) {
+                let turn = Complex::unit(-k * piece.length);
+                for (sum, amplitude) in sum.iter_mut().zip(amplitudes) {
+                    *sum += amplitude * turn;
+                }
             }
         }
-        sum
+        sums
+    }
+
+    /// The field at one wave number `k` [1/m].
+    #[must_use]
+    pub fn field(&self, k: f64) -> [Complex; WAVES] {
+        self.fields(&k.into())[0]
+    }
+}
+
+impl Piece {
+    /// What `of` takes from the integrand, integrated.
+    fn amplitudes<const N: usize>(
+        &self,
+        numbers: &WaveNumbers,
+        of: impl Fn(&[Complex; WAVES]) -> [Complex; N],
+    ) -> Vec<[Complex; N]> {
+        let mut sums = vec![[Complex::ZERO; N]; numbers.values().len()];
+        let mut decays = vec![0.0; sums.len()];
+        for (p, values) in &self.nodes {
+            let values = of(values);
+            let left = numbers.decay(*p, &mut decays);
+            for (sum, &decay) in sums.iter_mut().zip(left) {
+                for (sum, value) in sum.iter_mut().zip(values) {
+                    *sum += value * decay;
+                }
+            }
+        }
+        sums
     }
 }
 
@@ -160,13 +216,15 @@ impl Unfolded {
             if positive { size } else { -size }
         };
         let (between, sum) = (receiver.angle - source.angle, receiver.angle + source.angle);
+        let halves = [
+            half(PI - between, lit.direct),
+            half(PI + between, lit.direct),
+            half(PI - sum, lit.faces[0]),
+            half(PI + sum, lit.faces[1]),
+        ];
         Self {
-            halves: [
-                half(PI - between, lit.direct),
-                half(PI + between, lit.direct),
-                half(PI - sum, lit.faces[0]),
-                half(PI + sum, lit.faces[1]),
-            ],
+            turns: halves.map(libm::sincos),
+            halves,
             shortest: libm::hypot(source.radius + receiver.radius, offset),
             source,
             receiver,
@@ -181,14 +239,14 @@ impl Unfolded {
     }
 
     /// `share` times the stretch from η = `from` outwards, where the way has `length` [m].
-    fn piece(&self, from: f64, length: f64, share: f64, smallest_k: f64) -> Piece {
+    fn piece(&self, from: f64, length: f64, share: f64, nodes: impl Fn(f64) -> Vec<(f64, f64)>) -> Piece {
         let product = self.source.radius * self.receiver.radius;
         let half_from = libm::sinh(0.5 * from);
         // (cosh η − 1)/2 where the stretch begins.
         let rise = half_from * half_from;
         let scale = if rise > 0.0 { self.scale_of_end(rise, length) } else { self.scale_of_apex() };
         let turn = share * -self.index / (4.0 * PI);
-        let nodes = nodes(smallest_k, scale, TEN)
+        let nodes = nodes(scale)
             .into_iter()
             .map(|(t, weight)| {
                 // L² − L_e² over 4 r_S r_R t², the rise of (cosh η − 1)/2 per t².
@@ -213,10 +271,9 @@ impl Unfolded {
     /// Σ β by wave, from sinh ½νη: cosh νη − cos 2h = 2 (sinh² ½νη + sin² h).
     fn terms(&self, sine: Complex) -> [Complex; WAVES] {
         let square = sine * sine;
-        let [a, b, first, second] = self.halves.map(|half| {
-            let (sine, cosine) = libm::sincos(half);
-            Complex::real(sine * cosine) / (square + Complex::real(sine * sine))
-        });
+        let [a, b, first, second] = self
+            .turns
+            .map(|(sine, cosine)| Complex::real(sine * cosine) / (square + Complex::real(sine * sine)));
         [a + b, first, second]
     }
 

@@ -2,9 +2,9 @@
 //!
 //! - [`wedge`] places points about an edge, [`edge_path`] is the field of one edge of any length at any distance;
 //! - [`double`] is the field over two parallel edges, as of a thick barrier;
-//! - [`face`] is the field over two edges of a face, parallel or not, as of a panel or a box;
+//! - [`face`] is the field over two edges of a face, parallel or not, as of a panel, and over three edges of a box;
 //! - [`bending`] is what passing an edge does to a packet of energy, which knows no phase;
-//! - [`spectrum`] takes means over frequency bands, flat per Hz.
+//! - [`spectrum`] takes means over frequency bands, flat per Hz; [`wave_numbers`] are those that they ask for.
 //!
 //! The crate knows no mesh and no room: who asks says where the faces are and which part of the edge is seen
 //! (docs/diffraction.md).
@@ -16,6 +16,7 @@ pub mod double;
 pub mod edge_path;
 pub mod face;
 pub mod spectrum;
+pub mod wave_numbers;
 pub mod wedge;
 
 pub use complex::Complex;
@@ -23,4 +24,5 @@ pub use double::DoublePath;
 pub use edge_path::{EdgePath, Lit, WAVES};
 pub use face::FacePath;
 pub use spectrum::{Cell, Field, Spectrum, Wave};
+pub use wave_numbers::WaveNumbers;
 pub use wedge::{Wedge, WedgePoint, apex};

@@ -7,6 +7,7 @@
 use std::f64::consts::TAU;
 
 use crate::complex::Complex;
+use crate::wave_numbers::WaveNumbers;
 
 /// Cells of an octave: the midpoint rule errs by less than 0.01 dB for amplitudes that fall as 1/f.
 const CELLS_PER_OCTAVE: f64 = 8.0;
@@ -31,6 +32,7 @@ pub struct Cell {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spectrum {
     cells: Vec<Cell>,
+    wave_numbers: WaveNumbers,
     bands: usize,
 }
 
@@ -58,13 +60,20 @@ impl Spectrum {
                 cells.push(Cell { k, half, weight: (to - from) / (high - low), band });
             }
         }
-        Self { cells, bands: bands.len() }
+        let wave_numbers = WaveNumbers::new(cells.iter().map(|cell| cell.k).collect());
+        Self { cells, wave_numbers, bands: bands.len() }
     }
 
     /// The cells.
     #[must_use]
     pub fn cells(&self) -> &[Cell] {
         &self.cells
+    }
+
+    /// The wave numbers in the middle of the cells.
+    #[must_use]
+    pub fn wave_numbers(&self) -> &WaveNumbers {
+        &self.wave_numbers
     }
 
     /// Number of bands.

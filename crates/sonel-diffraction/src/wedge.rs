@@ -6,6 +6,9 @@ use std::f64::consts::{PI, TAU};
 /// Angles [rad] within which a point counts as on a face rather than behind it.
 const ON_FACE: f64 = 1e-7;
 
+/// Sine of the angle [1] within which edges are parallel, and how far beside one another they lie at least [m].
+const PARALLEL: f64 = 1e-6;
+
 /// A rigid wedge with a finite edge. The air about it spans an angle above 0 and up to 2π.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wedge {
@@ -102,6 +105,21 @@ impl Wedge {
     pub fn inward(&self, second: bool) -> DVec3 {
         let (sine, cosine) = if second { libm::sincos(self.angle) } else { (0.0, 1.0) };
         self.inward * cosine + self.normal * sine
+    }
+
+    /// The distance to the line of `other` [m], where that runs in parallel beside this edge.
+    #[must_use]
+    pub fn across(&self, other: &Self) -> Option<f64> {
+        if self.along.cross(other.along).length() > PARALLEL {
+            return None;
+        }
+        let along = |place: f64| (other.at(place) - self.start).dot(self.along);
+        let (low, high) = (along(0.0), along(other.length));
+        if low.max(high) <= 0.0 || low.min(high) >= self.length {
+            return None;
+        }
+        let width = (other.start - self.start).reject_from_normalized(self.along).length();
+        (width > PARALLEL).then_some(width)
     }
 
     /// The place in the plane of the first or the `second` face that is beyond the edge as far and as high as `point`.

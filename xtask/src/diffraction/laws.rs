@@ -79,7 +79,7 @@ impl Arrangement {
             spectrum.smallest_k(),
         );
         let amplitude = |piece: usize, k: f64| {
-            path.amplitudes(piece, k).into_iter().fold(Complex::ZERO, |sum, term| sum + term)
+            path.amplitudes(piece, &k.into())[0].into_iter().fold(Complex::ZERO, |sum, term| sum + term)
         };
         let wave = |(piece, length): (usize, f64)| Wave {
             length,

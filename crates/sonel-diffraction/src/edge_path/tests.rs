@@ -28,7 +28,9 @@ fn waves(path: &EdgePath, spectrum: &Spectrum) -> Vec<Wave> {
             amplitude: spectrum
                 .cells()
                 .iter()
-                .map(|cell| path.amplitudes(piece, cell.k).into_iter().fold(Complex::ZERO, |a, b| a + b))
+                .map(|cell| {
+                    path.amplitudes(piece, &cell.k.into())[0].into_iter().fold(Complex::ZERO, |a, b| a + b)
+                })
                 .collect(),
         })
         .collect()
@@ -193,7 +195,7 @@ fn largest_step(all_on_the_direct_path: bool) -> f64 {
                     .enumerate()
                     .map(|(piece, length)| {
                         let sum = |k: f64| {
-                            let terms = path.amplitudes(piece, k);
+                            let terms = path.amplitudes(piece, &k.into())[0];
                             (0..WAVES).fold(Complex::ZERO, |sum, i| sum + terms[i] * of_group[i])
                         };
                         Wave { length, amplitude: spectrum.cells().iter().map(|cell| sum(cell.k)).collect() }

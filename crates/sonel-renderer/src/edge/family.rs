@@ -8,7 +8,7 @@
 //! Reference: docs/physics.md §5.1, docs/diffraction.md.
 
 mod corner;
-mod twice;
+mod several;
 
 use std::f64::consts::{PI, TAU};
 
@@ -141,9 +141,7 @@ impl<'a> Family<'a> {
         for edge in &world.edges {
             self.add(edge, leg, reflections);
         }
-        for pair in &world.pairs {
-            self.add_pair(pair, leg, reflections);
-        }
+        self.add_passages(&world.passages, leg, reflections);
     }
 
     /// Adds what `edge` does to the base path on `leg`.
@@ -198,9 +196,11 @@ impl<'a> Family<'a> {
         let through: Vec<f64> =
             (0..self.spectrum.bands()).map(|band| self.through(band, path.detour()) * strength).collect();
         for (piece, length) in path.lengths().enumerate() {
+            let amplitudes = path.amplitudes(piece, self.spectrum.wave_numbers());
             let terms: Vec<[Complex; 3]> = cells
                 .iter()
-                .map(|cell| path.amplitudes(piece, cell.k).map(|term| term * through[cell.band]))
+                .zip(amplitudes)
+                .map(|(cell, terms)| terms.map(|term| term * through[cell.band]))
                 .collect();
             self.waves.push(Wave { length, amplitude: terms.iter().map(|term| term[0]).collect() });
             self.ways.push(path.detour());

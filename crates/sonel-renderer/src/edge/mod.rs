@@ -5,7 +5,7 @@
 //! image in it with the terms that belong to that ([`family`]). The family replaces the base path and those images:
 //! their energies are never added to it. Which part of an edge takes part is what both ends see of it ([`view`]).
 //!
-//! Over two edges of a face or a sheet ([`pair`]) base paths are diffracted twice. What a plane mirrors meets the edges of the room
+//! Over two edges of a face or a sheet and over three of a solid ([`passage`]) base paths are diffracted several times. What a plane mirrors meets the edges of the room
 //! doubled about it ([`world`]).
 //!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
@@ -15,7 +15,7 @@
 
 mod family;
 mod mirror;
-mod pair;
+mod passage;
 mod view;
 mod world;
 
@@ -31,8 +31,9 @@ use world::{RoomEdge, World};
 
 /// Base paths with a reflection are diffracted as long as planes times edges are no more than this.
 const PAIR_LIMIT: usize = 2000;
-/// More pairs than this over all mirrored base paths, a third of a second for each receiver, and they are diffracted once.
-const MIRRORED_PAIR_LIMIT: usize = 1024;
+/// More passages than this over all mirrored base paths, a third of a second for each receiver, and they go without those over three
+/// edges, or without all.
+const PASSAGE_LIMIT: usize = 1024;
 
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
@@ -113,9 +114,12 @@ impl Edges {
             worlds.filter(|world| !world.edges.is_empty()).collect()
         };
         let (mut images, mut mirrored) = (doubled(with_edges), doubled(without));
-        let worlds = || mirrored.iter().chain(&images);
-        if worlds().map(|world| world.pairs.len()).sum::<usize>() > MIRRORED_PAIR_LIMIT {
-            mirrored.iter_mut().chain(&mut images).for_each(|world| world.pairs.clear());
+        for most in [2, 0] {
+            let worlds = || mirrored.iter().chain(&images);
+            if worlds().map(|world| world.passages.len()).sum::<usize>() > PASSAGE_LIMIT {
+                let shorter = |world: &mut World| world.passages.retain(|way| way.edges.len() <= most);
+                mirrored.iter_mut().chain(&mut images).for_each(shorter);
+            }
         }
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);

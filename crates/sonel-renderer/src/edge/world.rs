@@ -10,7 +10,7 @@ use sonel_diffraction::Wedge;
 use sonel_geometry::{Departure, Geometry};
 
 use super::mirror::PlaneMirror;
-use super::pair::{Border, EdgePair, faces, is_convex, pairs};
+use super::passage::{Border, Passage, faces, is_convex, passages};
 
 /// Sine of the angle within which a direction is perpendicular [1].
 pub(crate) const PERPENDICULAR: f64 = 1e-6;
@@ -34,16 +34,16 @@ pub(crate) struct World {
     /// The mirror about which it is doubled; none for the direct path.
     pub mirror: Option<PlaneMirror>,
     pub edges: Vec<RoomEdge>,
-    /// Edges of one face.
-    pub pairs: Vec<EdgePair>,
+    /// Edges that are passed one after the other.
+    pub passages: Vec<Passage>,
 }
 
 impl World {
     /// The room of `edges` as it is.
     #[must_use]
     pub fn new(edges: Vec<RoomEdge>) -> Self {
-        let pairs = pairs(&edges, &faces(&edges));
-        Self { mirror: None, edges, pairs }
+        let passages = passages(&edges, &faces(&edges));
+        Self { mirror: None, edges, passages }
     }
 
     /// What of the room of `real` edges is before `mirror`, and its image.
@@ -83,16 +83,16 @@ impl World {
             let planes: Vec<&PlaneMirror> = face.iter().map(|&(edge, of)| &before[edge].faces[of]).collect();
             let is_whole = !planes.iter().any(|face| goes_round(face))
                 && stands(geometry, &planes, mirror, within)
-                && is_convex(&edges, &whole);
+                && (is_convex(&edges, &whole) || whole.iter().all(|&(edge, _)| edges[edge].wedge.is_rim()));
             if is_whole {
                 doubled.push(whole);
             } else {
                 doubled.extend([0, 1].map(|image| borders(&mut half(image))));
             }
         }
-        let mut pairs = pairs(&edges, &doubled);
-        pairs.retain(|pair| is_mirrored(geometry, &edges, pair, mirror));
-        Self { mirror: Some(*mirror), edges, pairs }
+        let mut passages = passages(&edges, &doubled);
+        passages.retain(|passage| is_mirrored(geometry, &edges, passage, mirror));
+        Self { mirror: Some(*mirror), edges, passages }
     }
 }
 
@@ -145,24 +145,28 @@ fn stands(geometry: &Geometry, planes: &[&PlaneMirror], mirror: &PlaneMirror, wi
         && planes.iter().any(|plane| geometry.surface(plane.surface).triangles.iter().any(|&t| at_foot(t)))
 }
 
-/// Whether there is a mirror, which may have an end, between the edges of a pair that are not on one side of it.
-fn is_mirrored(geometry: &Geometry, edges: &[RoomEdge], pair: &EdgePair, mirror: &PlaneMirror) -> bool {
-    let [from, to] = pair.edges.map(|(edge, _)| edges[edge].wedge.at(0.5 * edges[edge].wedge.length()));
-    let [above, below] = [mirror.height(from), -mirror.height(to)];
-    if above * below <= 0.0 {
-        return true;
-    }
-    let (edge, at_second) = pair.edges[0];
-    let off = mirror.normal() + edges[edge].faces[usize::from(at_second)].normal();
-    let foot = from + (to - from) * (above / (above + below)) + off * (FELT * f64::from(geometry.lift()));
-    let hit = geometry.closest_hit(Departure::free(foot.as_vec3()), -mirror.normal().as_vec3());
-    hit.is_some_and(|hit| geometry.surface(hit.surface).plane == mirror.plane)
+/// Whether there is a mirror, which may have an end, between neighbouring edges of a passage that are not on one side of it.
+fn is_mirrored(geometry: &Geometry, edges: &[RoomEdge], passage: &Passage, mirror: &PlaneMirror) -> bool {
+    passage.edges.windows(2).all(|pair| {
+        let [from, to] = [&pair[0], &pair[1]].map(|passed| {
+            let wedge = &edges[passed.edge].wedge;
+            wedge.at(0.5 * wedge.length())
+        });
+        let [above, below] = [mirror.height(from), -mirror.height(to)];
+        if above * below <= 0.0 {
+            return true;
+        }
+        let face = &edges[pair[0].edge].faces[usize::from(pair[0].at_second[1])];
+        let off = (mirror.normal() + face.normal()) * (FELT * f64::from(geometry.lift()));
+        let foot = from + (to - from) * (above / (above + below)) + off;
+        let hit = geometry.closest_hit(Departure::free(foot.as_vec3()), -mirror.normal().as_vec3());
+        hit.is_some_and(|hit| geometry.surface(hit.surface).plane == mirror.plane)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::edge::pair::Joint;
     use glam::dvec3;
     use sonel_geometry::{Mesh, MeshTriangle, Side, SurfaceId};
 
@@ -200,17 +204,16 @@ mod tests {
         lengths.sort_by(f64::total_cmp);
         assert_eq!(lengths.len(), 4);
         assert!(lengths.iter().zip([2.0, 2.0, 4.0, 4.0]).all(|(a, b)| (a - b).abs() < 1e-6), "{lengths:?}");
-        assert_eq!(world.pairs.len(), 6, "each rim with each");
-        assert!(world.pairs.iter().all(|pair| matches!(pair.joint, Joint::Corner)));
+        assert_eq!(world.passages.len(), 6, "each rim with each");
     }
 
     #[test]
     fn a_screen_above_a_floor_and_its_image_are_two() {
         let world = doubled(0.5);
-        assert_eq!((world.edges.len(), world.pairs.len()), (8, 12));
+        assert_eq!((world.edges.len(), world.passages.len()), (8, 12));
         let mirror = world.mirror.unwrap();
         let is_before = |edge: usize| mirror.height(world.edges[edge].wedge.at(0.0)) > 0.0;
-        let [one, other] = [0, 1].map(|of| world.pairs.iter().map(move |pair| pair.edges[of].0));
+        let [one, other] = [0, 1].map(|of| world.passages.iter().map(move |way| way.edges[of].edge));
         assert!(one.zip(other).all(|(one, other)| is_before(one) == is_before(other)));
     }
 }

@@ -1,0 +1,62 @@
+//! The wave numbers at which a field is asked for, and what decays with them.
+
+use crate::contour::SPENT;
+
+/// Wave numbers [1/m], ascending.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WaveNumbers {
+    values: Vec<f64>,
+    /// Index of the one that is half as large: e^(−kp) is then the square of what it is there.
+    halves: Vec<Option<usize>>,
+}
+
+impl WaveNumbers {
+    /// These wave numbers [1/m].
+    #[must_use]
+    pub fn new(values: Vec<f64>) -> Self {
+        let half = |(index, k): (usize, &f64)| {
+            values[..index].iter().position(|half| (k - 2.0 * half).abs() <= 4.0 * f64::EPSILON * k)
+        };
+        Self { halves: values.iter().enumerate().map(half).collect(), values }
+    }
+
+    /// Them [1/m].
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// e^(−kp), `p` in [m], of those at which it is not spent; written to `decays`, which has a place for each.
+    pub(crate) fn decay<'a>(&self, p: f64, decays: &'a mut [f64]) -> &'a [f64] {
+        let left = self.values.partition_point(|k| k * p <= SPENT);
+        for (index, (k, half)) in self.values[..left].iter().zip(&self.halves).enumerate() {
+            decays[index] = match half {
+                Some(half) => decays[*half] * decays[*half],
+                None => libm::exp(-k * p),
+            };
+        }
+        &decays[..left]
+    }
+}
+
+impl From<f64> for WaveNumbers {
+    fn from(k: f64) -> Self {
+        Self::new(vec![k])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn octaves_are_squares() {
+        let numbers = WaveNumbers::new(vec![1.1, 1.7, 2.2, 3.4, 4.4, 5.0]);
+        assert_eq!(numbers.halves, [None, None, Some(0), Some(1), Some(2), None]);
+        let mut decays = [0.0; 6];
+        for (decay, k) in numbers.decay(0.7, &mut decays).iter().zip(numbers.values()) {
+            assert!((decay / (-0.7 * k).exp() - 1.0).abs() < 1e-14);
+        }
+        assert_eq!(numbers.decay(10.0, &mut decays).len(), 3, "beyond e^(−30) nothing is asked for");
+    }
+}

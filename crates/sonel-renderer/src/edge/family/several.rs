@@ -1,0 +1,146 @@
+//! What goes over several edges, one after the other ([`FacePath`]).
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use sonel_diffraction::face::{End, FaceEdge};
+use sonel_diffraction::{Complex, FacePath, Wave};
+
+use super::super::passage::{Passage, Passed};
+use super::super::view::{Leg, stretches};
+use super::super::{Reflection, RoomEdge};
+use super::{Family, clearance};
+
+/// How many resolutions from a plane a place may lie in it.
+const IN_PLANE: f64 = 8.0;
+
+/// What of an edge is seen, as one stretch [m]: by the source and by the receiver.
+type Seen = [Option<[f64; 2]>; 2];
+
+impl Family<'_> {
+    /// Adds what goes over `passages` in either direction, where the source sees the first and the receiver the last edge.
+    pub(super) fn add_passages(&mut self, passages: &[Passage], leg: &Leg, reflections: &[Reflection]) {
+        let edges = self.course.world.edges.iter().enumerate();
+        let seen: Vec<Seen> = edges
+            .map(|(index, edge)| {
+                let is_passed =
+                    passages.iter().any(|way| way.edges.iter().any(|passed| passed.edge == index));
+                if is_passed { self.seen(edge, leg) } else { [None; 2] }
+            })
+            .collect();
+        for passage in passages {
+            let back: Vec<Passed> = passage.edges.iter().rev().map(|passed| passed.exchanged()).collect();
+            for edges in [&passage.edges, &back] {
+                self.add_passage(edges, &passage.outline, &seen, leg, reflections);
+            }
+        }
+    }
+
+    fn seen(&self, edge: &RoomEdge, leg: &Leg) -> Seen {
+        let geometry = self.at.geometry;
+        let longest = |stretches: Vec<[f64; 2]>| {
+            stretches.into_iter().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
+        };
+        [
+            longest(stretches(&edge.wedge, |point| leg.arrives(geometry, point))),
+            longest(stretches(&edge.wedge, |point| leg.goes_on(geometry, point))),
+        ]
+    }
+
+    /// An end of the way beyond the edge `passed`, which is joined by a face to the edge `next`. Where it lies in the plane of that
+    /// face rounding decides whether it sees that edge past this one. The waves over the other edges alone and over all must
+    /// take it the same, or half of the sound is missing or there twice.
+    fn end(
+        &self,
+        passed: Passed,
+        (next, joint): (Passed, usize),
+        point: DVec3,
+        sees_next: bool,
+    ) -> Option<End> {
+        let edges = &self.course.world.edges;
+        let next_edge = &edges[next.edge].wedge;
+        let before = next_edge.locate(point).is_some_and(|at| {
+            let face = if next.at_second[joint] { next_edge.angle() } else { 0.0 };
+            let height = at.radius * libm::sin(at.angle - face);
+            let in_doubt = height.abs() <= IN_PLANE * f64::from(self.at.geometry.resolution());
+            let before = (at.angle - face).abs() < PI;
+            if before && in_doubt && !next_edge.is_rim() { sees_next } else { before }
+        });
+        Some(End { point: edges[passed.edge].wedge.locate(point)?, before })
+    }
+
+    /// Adds what goes over `passed`: to the base path and to its images in the faces of the edges that lead.
+    fn add_passage(
+        &mut self,
+        passed: &[Passed],
+        outline: &[[DVec3; 2]],
+        seen: &[Seen],
+        leg: &Leg,
+        reflections: &[Reflection],
+    ) {
+        let &[first, second, ..] = passed else { return };
+        let &[.., before, last] = passed else { return };
+        let (Some(part), Some(last_part)) = (seen[first.edge][0], seen[last.edge][1]) else { return };
+        let source = self.end(first, (second, 0), leg.source, seen[second.edge][0].is_some());
+        let receiver = self.end(last, (before, 1), leg.receiver, seen[before.edge][1].is_some());
+        let (Some(source), Some(receiver)) = (source, receiver) else { return };
+        let edges = &self.course.world.edges;
+        let mut of_faces: Vec<FaceEdge<'_>> = passed
+            .iter()
+            .map(|&Passed { edge, at_second }| {
+                let wedge = &edges[edge].wedge;
+                FaceEdge { wedge, at_second, part: [0.0, wedge.length()], outline }
+            })
+            .collect();
+        of_faces[0].part = part;
+        of_faces[passed.len() - 1].part = last_part;
+        let nearest = source.point.radius.min(receiver.point.radius).max(1e-3);
+        let within = f64::from(self.at.geometry.resolution()) / nearest;
+        let smallest_k = self.spectrum.smallest_k();
+        if let Some(path) = FacePath::new(&of_faces, [source, receiver], within, smallest_k) {
+            self.add_path(&path, passed, leg, reflections);
+        }
+    }
+
+    /// Adds a path over `passed`. What belongs to images of the base path that are not lit is added to it as it is: both are heard as
+    /// one field.
+    fn add_path(&mut self, path: &FacePath, passed: &[Passed], leg: &Leg, reflections: &[Reflection]) {
+        let (edges, cells) = (&self.course.world.edges, self.spectrum.cells());
+        let length = path.length();
+        let [from, to] = path.crossings();
+        let first = edges[passed[0].edge].wedge.at(from);
+        let last = edges[passed[passed.len() - 1].edge].wedge.at(to);
+        let strength = self.at.radiator.factor(leg.leaving(first)).sqrt();
+        let through: Vec<f64> =
+            (0..self.spectrum.bands()).map(|band| self.through(band, length) * strength).collect();
+        let amplitudes = path.amplitudes(self.spectrum.wave_numbers());
+        let is_base = std::ptr::eq(self.course.world, self.base.world);
+        let mut course = vec![Complex::ZERO; cells.len()];
+        for (lead, terms) in path.leads().zip(&amplitudes) {
+            let edge = &edges[passed[lead.edge].edge];
+            let [from, to] = lead.ends;
+            for ((sum, terms), cell) in course.iter_mut().zip(terms).zip(cells) {
+                *sum += terms[0] * through[cell.band];
+            }
+            for face in [0, 1] {
+                let mirrored = self.mirrored(&edge.faces[face]);
+                let image = self.image(edge, leg, face, reflections);
+                let (image, away) = (&mut self.images[image], clearance(edge, from, to, face));
+                let scaled = cells.iter().zip(terms).map(|(cell, terms)| {
+                    let reflected = image.reflected(mirrored[cell.band], cell, away);
+                    terms[1 + face] * (through[cell.band] * reflected)
+                });
+                if is_base && image.lit.is_none() {
+                    course.iter_mut().zip(scaled).for_each(|(sum, term)| *sum += term);
+                } else {
+                    let amplitude = scaled.collect();
+                    image.waves.push(Wave { length, amplitude });
+                    image.ways.push(length);
+                }
+            }
+        }
+        self.waves.push(Wave { length, amplitude: course });
+        self.ways.push(length);
+        self.detours.push((length, leg.towards(last)));
+    }
+}

@@ -1,0 +1,148 @@
+//! Receivers that cross the planes of the faces of sheets and solids, where one edge more or less is in sight: nothing may step.
+
+use glam::{DVec3, dvec3};
+use sonel_geometry::Mesh;
+use sonel_testkit::analytic::free_field;
+use sonel_testkit::uniform::Uniform;
+use sonel_tests::meshes::{add_box, add_quad};
+
+use super::diffraction::{heard, largest_change, open_scene, rendered, screen};
+
+/// How far from the plane [m]: steps of 1 mm, and of a micrometre about the plane itself.
+const OFFSETS: [f64; 9] = [-3.5e-3, -2.5e-3, -1.5e-3, -0.5e-3, -1e-6, 0.0, 1e-6, 0.5e-3, 1.5e-3];
+/// Those next to the plane.
+const CLOSE: std::ops::Range<usize> = 4..7;
+
+/// Energies at [`OFFSETS`] along `normal` from `at`.
+fn crossed(mesh: &Mesh, absorption: f64, source: DVec3, at: DVec3, normal: DVec3) -> Vec<Vec<f64>> {
+    let receivers = OFFSETS.map(|offset| (at + offset * normal).to_array());
+    let scene = open_scene(mesh.clone(), absorption, source.to_array(), &receivers);
+    heard(&rendered(scene), receivers.len())
+}
+
+/// A closed box in the middle of a room that swallows everything.
+fn boxed(size: DVec3) -> Mesh {
+    let mut mesh = Mesh::shoebox([60.0; 3], [1; 6]);
+    mesh.vertices.iter_mut().for_each(|vertex| *vertex -= 30.0);
+    add_box(&mut mesh, 0, DVec3::ZERO, size);
+    mesh
+}
+
+/// The same scene with so many boxes far away that nothing is diffracted more than once.
+fn crowded(mut mesh: Mesh) -> Mesh {
+    for place in 0..22 {
+        let low = dvec3(25.0, f64::from(place) - 11.0, 25.0);
+        add_box(&mut mesh, 0, low, low + DVec3::splat(0.5));
+    }
+    mesh
+}
+
+/// A sheet in the plane x = 0 of rectangles [[y, y], [z, z]].
+fn pieces(rectangles: &[[[f64; 2]; 2]]) -> Mesh {
+    let mut mesh = Mesh::default();
+    for [y, z] in rectangles {
+        let corner = |i: usize, j: usize| dvec3(0.0, y[i], z[j]);
+        add_quad(&mut mesh, 0, [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)]);
+    }
+    mesh
+}
+
+fn angled() -> Mesh {
+    pieces(&[[[-1.0, 1.0], [-0.8, 0.0]], [[-1.0, 0.0], [0.0, 1.2]]])
+}
+
+fn forked() -> Mesh {
+    pieces(&[[[-1.5, 1.5], [-0.8, -0.2]], [[-1.5, -0.6], [-0.2, 1.2]], [[0.8, 1.5], [-0.2, 0.9]]])
+}
+
+fn with_a_window() -> Mesh {
+    pieces(&[
+        [[-2.0, 2.0], [-1.5, -0.4]],
+        [[-2.0, 2.0], [0.8, 2.0]],
+        [[-2.0, -0.9], [-0.4, 0.8]],
+        [[0.7, 2.0], [-0.4, 0.8]],
+    ])
+}
+
+/// Off a thin rigid sheet the sound that it scatters is opposite on both sides, and none in its plane beside it: there it is as
+/// if the sheet were not there, and a receiver that crosses the plane hears no step, beside a rim, a corner and a notch and in a window,
+/// whatever the shape.
+#[test]
+fn the_plane_of_a_sheet_is_crossed_without_a_step() {
+    let source = dvec3(-3.0, 0.2, 0.4);
+    let beside = |width: f64| {
+        let half = 0.5 * width;
+        let places =
+            [[0.1, 1.25], [0.9 * half, 1.4], [half + 0.1, 1.3], [half + 0.05, 0.3], [-half - 1.0, -0.5]];
+        (screen([-half, half], [-0.8, 1.2]), places.to_vec())
+    };
+    let sheets = [
+        beside(0.7),
+        beside(2.5),
+        beside(8.0),
+        (angled(), vec![[-0.5, 1.25], [0.1, 0.1], [0.4, 0.6], [1.1, -0.3], [2.0, 1.5], [-1.3, 0.3]]),
+        (forked(), vec![[0.1, -0.1], [0.2, 0.7], [0.7, 1.1], [1.0, 1.2], [2.3, 0.4], [-1.6, 1.4]]),
+        (with_a_window(), vec![[0.0, 0.2], [0.65, 0.75], [-0.8, 0.0], [2.1, 0.3], [0.3, 2.3], [-2.4, -1.9]]),
+    ];
+    for (mesh, places) in sheets {
+        for (place, absorption) in places.iter().flat_map(|place| [(place, 0.0), (place, 0.6)]) {
+            let at = dvec3(0.0, place[0], place[1]);
+            let energies = crossed(&mesh, absorption, source, at, DVec3::X);
+            let step = largest_change(&energies);
+            assert!(step < 0.1, "α = {absorption}, {at}: {step} dB");
+            let free = free_field(source.distance(at), 0.0);
+            // Where sheets absorb, what they scatter is not opposite on both sides.
+            for energy in energies[CLOSE].iter().flatten().filter(|_| absorption <= 0.0) {
+                let off = 10.0 * (energy / free).log10();
+                assert!(off.abs() < 0.1, "{at}: {off} dB off the free field");
+            }
+        }
+    }
+    let (at, mesh) = (dvec3(0.0, -0.5, 1.25), crowded(angled()));
+    let step = largest_change(&crossed(&mesh, 0.0, source, at, DVec3::X));
+    assert!(step > 0.3, "what this test would find, where edges are too many for second order: {step} dB");
+}
+
+/// About solids a receiver that crosses the plane of a face hears no step, in the plane itself and a micrometre off it neither, in sight
+/// of the source and where nothing comes over less than two edges: what comes over the far edges goes on over the near ones.
+#[test]
+fn the_planes_of_a_box_are_crossed_without_a_step() {
+    let mesh = boxed(dvec3(2.0, 1.0, 0.75));
+    let sources = [dvec3(-2.0, 0.3, 2.0), dvec3(-1.5, -1.5, 0.4)];
+    for (source, at, normal) in [
+        (sources[0], dvec3(-0.3, 0.5, 0.75), DVec3::Z),
+        (sources[0], dvec3(1.0, 1.2, 0.75), DVec3::Z),
+        (sources[0], dvec3(1.0, 1.8, 0.75), DVec3::Z),
+        (sources[0], dvec3(2.2, 1.2, 0.75), DVec3::Z),
+        (sources[1], dvec3(2.2, 1.0, 0.3), DVec3::Y),
+        (sources[1], dvec3(2.0, 1.2, 0.2), DVec3::X),
+    ] {
+        let step = largest_change(&crossed(&mesh, 0.0, source, at, normal));
+        assert!(step < 0.1, "{source}, {at}: {step} dB");
+    }
+    let step = largest_change(&crossed(&crowded(mesh), 0.0, sources[1], dvec3(2.2, 1.0, 0.3), DVec3::Y));
+    assert!(step > 1.0, "what this test would find, where edges are too many for second order: {step} dB");
+}
+
+/// The same within a micrometre, anywhere about a box, a wall and a board; where a field is all interference, it may change by more
+/// within a millimetre.
+#[test]
+fn no_plane_of_a_solid_is_heard_within_a_micrometre() {
+    let mut random = Uniform::new(11);
+    for size in [dvec3(2.0, 1.0, 0.75), dvec3(4.0, 0.3, 2.0), dvec3(1.2, 0.8, 0.03)] {
+        let mesh = boxed(size);
+        for source in [dvec3(-2.0, 0.31, 1.97), dvec3(-1.5, 0.13, 0.011), dvec3(-0.3, 0.1, -1.0)] {
+            for place in 0..6 {
+                let axis = place % 3;
+                let mut at = DVec3::from_array([0; 3].map(|_| random.next_f64())) - 0.5;
+                at = at * (size + 2.0) + 0.5 * size;
+                at[axis] = if place % 2 == 0 { 0.0 } else { size[axis] };
+                if at.distance(at.clamp(DVec3::ZERO, size)) > 0.05 {
+                    let energies = crossed(&mesh, 0.6, source, at, DVec3::AXES[axis]);
+                    let step = largest_change(&energies[CLOSE]);
+                    assert!(step < 0.1, "{size}, {source}, {at}: {step} dB");
+                }
+            }
+        }
+    }
+}
