@@ -108,8 +108,8 @@ impl Spectrum {
         let across = |cell: &Cell| Complex::unit(cell.half * wave.length);
         TurnedWave {
             length: wave.length,
-            amplitude: self.cells.iter().zip(&wave.amplitude).map(at_receiver).collect(),
-            across: self.cells.iter().map(across).collect(),
+            amplitude: Parts::new(self.cells.iter().zip(&wave.amplitude).map(at_receiver)),
+            across: Parts::new(self.cells.iter().map(across)),
             largest_square: wave.amplitude.iter().map(|a| a.square_of_modulus()).fold(0.0, f64::max),
         }
     }
@@ -127,6 +127,14 @@ impl Spectrum {
     /// The same of one wave, each cell times `weights`, without products that cannot exceed `least` [1/m²].
     fn add(&self, a: &TurnedWave, b: &[TurnedWave], weights: &[f64], least: f64, sum: &mut [f64]) {
         let narrowest = self.cells.iter().map(|cell| cell.half).fold(f64::INFINITY, f64::min);
+        // With the weights and the half widths, which all waves share.
+        let scaled: Vec<f64> =
+            weights.iter().zip(&self.cells).map(|(weight, cell)| weight / cell.half).collect();
+        let scaled = Parts {
+            re: a.amplitude.re.iter().zip(&scaled).map(|(a, scale)| a * scale).collect(),
+            im: a.amplitude.im.iter().zip(&scaled).map(|(a, scale)| a * scale).collect(),
+        };
+        let mut cells = vec![0.0; self.cells.len()];
         for b in b {
             let difference = a.length - b.length;
             // The mean over a cell falls as the turns of the two against one another within it.
@@ -135,11 +143,18 @@ impl Spectrum {
             if bound < least {
                 continue;
             }
-            for (index, cell) in self.cells.iter().enumerate() {
-                let product = (a.amplitude[index] * b.amplitude[index].conjugate()).re;
-                let turn = (a.across[index] * b.across[index].conjugate()).im;
-                sum[cell.band] += weights[index] * product * sinc(cell.half * difference, turn);
+            if (narrowest * difference).abs() < SMALL {
+                for (index, cell) in self.cells.iter().enumerate() {
+                    let product = a.amplitude.with_conjugate(&b.amplitude, index).re;
+                    let turn = a.across.with_conjugate(&b.across, index).im;
+                    cells[index] += weights[index] * product * sinc(cell.half * difference, turn);
+                }
+            } else {
+                scaled.add_turned(&b.amplitude, &a.across, &b.across, 1.0 / difference, &mut cells);
             }
+        }
+        for (cell, part) in self.cells.iter().zip(cells) {
+            sum[cell.band] += part;
         }
     }
 
@@ -173,16 +188,51 @@ pub struct Field {
 struct TurnedWave {
     length: f64,
     /// amplitude e^(−jk length) in the middle of each cell [1/m].
-    amplitude: Vec<Complex>,
+    amplitude: Parts,
     /// e^(j half length): how far the wave turns from the middle of each cell to its end.
-    across: Vec<Complex>,
+    across: Parts,
     /// Largest |amplitude|² of any cell [1/m²].
     largest_square: f64,
 }
 
+/// One complex number a cell, as real and imaginary parts, which processors multiply by the row.
+#[derive(Debug, Clone, PartialEq)]
+struct Parts {
+    re: Vec<f64>,
+    im: Vec<f64>,
+}
+
+impl Parts {
+    fn new(numbers: impl Iterator<Item = Complex>) -> Self {
+        let (re, im) = numbers.map(|number| (number.re, number.im)).unzip();
+        Self { re, im }
+    }
+
+    /// The number at `index` times the conjugate of another one.
+    fn with_conjugate(&self, other: &Self, index: usize) -> Complex {
+        Complex::new(self.re[index], self.im[index])
+            * Complex::new(other.re[index], other.im[index]).conjugate()
+    }
+
+    /// Adds Re(self other*) Im(turn other_turn*) `scale` of each cell to `sum`.
+    fn add_turned(&self, other: &Self, turn: &Self, other_turn: &Self, scale: f64, sum: &mut [f64]) {
+        let count = sum.len();
+        let rows = [self, other, turn, other_turn].map(|parts| (&parts.re[..count], &parts.im[..count]));
+        let [(a_re, a_im), (b_re, b_im), (turn_re, turn_im), (other_re, other_im)] = rows;
+        for cell in 0..count {
+            let product = a_re[cell] * b_re[cell] + a_im[cell] * b_im[cell];
+            let sine = turn_im[cell] * other_re[cell] - turn_re[cell] * other_im[cell];
+            sum[cell] += product * sine * scale;
+        }
+    }
+}
+
+/// Angle [rad] below which sin x / x is taken from its series.
+const SMALL: f64 = 1e-3;
+
 /// sin x / x, where sin x is known; rounding of a small sine is avoided.
 fn sinc(x: f64, sine: f64) -> f64 {
-    if x.abs() < 1e-3 { 1.0 - x * x / 6.0 } else { sine / x }
+    if x.abs() < SMALL { 1.0 - x * x / 6.0 } else { sine / x }
 }
 
 #[cfg(test)]
