@@ -8,7 +8,10 @@
 //! Reference: docs/physics.md §5.1, docs/diffraction.md.
 
 mod corner;
+mod course;
 mod several;
+
+pub(crate) use course::Course;
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,7 +19,7 @@ use glam::DVec3;
 use sonel_diffraction::{Cell, Complex, EdgePath, Field, Lit, Spectrum, Wave, WedgePoint};
 
 use super::view::{Leg, stretches};
-use super::{EdgeArrival, Listening, PlaneMirror, Reflection, RoomEdge, World};
+use super::{EdgeArrival, Listening, PlaneMirror, Reflection, RoomEdge};
 use crate::direct::spread;
 
 /// Positions of images that differ by no more than this many resolutions are the same.
@@ -39,25 +42,6 @@ struct Image {
     clearance: f64,
 }
 
-impl Image {
-    /// What a plane that mirrors the amplitude `mirrored` leaves of a term of the image whose clearance is `away` [m].
-    pub fn reflected(&self, mirrored: f64, cell: &Cell, away: f64) -> f64 {
-        // Deep in the image's shadow a face is rigid, on the boundary it is the mirror that it is there.
-        let rigid = if self.lit.is_some() { 0.0 } else { 1.0 - faded(cell.k, away) };
-        mirrored + (1.0 - mirrored) * rigid
-    }
-}
-
-/// A straight way to the receiver, and the edges that it meets.
-#[derive(Clone, Copy)]
-struct Course<'a> {
-    world: &'a World,
-    /// Where it seems to come from [m].
-    origin: DVec3,
-    /// Whether it is clear.
-    clear: bool,
-}
-
 /// All waves of a base path.
 pub(super) struct Family<'a> {
     spectrum: &'a Spectrum,
@@ -76,69 +60,59 @@ pub(super) struct Family<'a> {
 }
 
 impl<'a> Family<'a> {
-    /// The family of the direct path, or of the one that the mirror of `world` shows; `images` show those of the direct path that are
-    /// cut off by edges beside their planes, too.
+    /// The family of the first of `courses`; the others lead to what belongs to it, too.
     pub fn new(
-        world: &'a World,
-        images: &'a [World],
+        courses: &[Course<'a>],
         spectrum: &'a Spectrum,
         at: &'a Listening<'a>,
         reflections: &[Reflection],
     ) -> Self {
-        let base = Course::new(world, at, reflections);
-        let reflection = world.mirror.and_then(|_| find(at, reflections, base.origin));
+        let base = &courses[0];
         let mut family = Self {
             spectrum,
             at,
-            base,
-            course: base,
-            reflection,
+            course: base.clone(),
+            base: base.clone(),
+            reflection: find(at, reflections, base.origin).filter(|_| base.shown),
             waves: Vec::new(),
             ways: Vec::new(),
             images: Vec::new(),
             detours: Vec::new(),
         };
-        let is_before = |world: &&World| {
-            let heights =
-                |mirror: PlaneMirror| [at.radiator.position, at.receiver].map(|end| mirror.height(end));
-            world.mirror.is_none_or(|mirror| heights(mirror).iter().all(|&height| height > 0.0))
-        };
-        let courses: Vec<Course<'_>> = std::iter::once(world)
-            .chain(images)
-            .filter(is_before)
-            .map(|world| Course::new(world, at, reflections))
-            .collect();
-        family.gather(&courses, reflections);
+        family.gather(courses, reflections);
         family
     }
 
     fn gather(&mut self, courses: &[Course<'a>], reflections: &[Reflection]) {
         let beside = courses.iter().find_map(|course| self.beside_corners(course, reflections));
         let receiver = beside.unwrap_or(self.at.receiver);
-        for &course in courses {
-            self.course = course;
-            let (waves, ways) = (std::mem::take(&mut self.waves), std::mem::take(&mut self.ways));
-            self.follow(&course.leg(receiver), reflections);
-            let found = (std::mem::replace(&mut self.waves, waves), std::mem::replace(&mut self.ways, ways));
-            let is_base = std::ptr::eq(course.world, self.base.world);
-            let (waves, ways) = if is_base {
-                (&mut self.waves, &mut self.ways)
-            } else if found.0.is_empty() {
+        for course in courses {
+            self.course = course.clone();
+            if !self.is_image() {
+                self.follow(&course.leg(receiver), reflections);
                 continue;
-            } else {
+            }
+            let base = (std::mem::take(&mut self.waves), std::mem::take(&mut self.ways));
+            self.follow(&course.leg(receiver), reflections);
+            let waves = std::mem::replace(&mut self.waves, base.0);
+            let ways = std::mem::replace(&mut self.ways, base.1);
+            if !waves.is_empty() {
                 let image = self.image_at(course.origin, reflections);
-                let image = &mut self.images[image];
-                (&mut image.waves, &mut image.ways)
-            };
-            waves.extend(found.0);
-            ways.extend(found.1);
+                self.images[image].waves.extend(waves);
+                self.images[image].ways.extend(ways);
+            }
         }
+    }
+
+    /// Whether the course leads from an image of the family and not from where its base path does.
+    fn is_image(&self) -> bool {
+        self.course.shown != self.base.shown
     }
 
     /// Adds what edges do to the course on `leg`.
     fn follow(&mut self, leg: &Leg, reflections: &[Reflection]) {
         let world = self.course.world;
-        for edge in &world.edges {
+        for edge in &world.edges[world.alone.clone()] {
             self.add(edge, leg, reflections);
         }
         self.add_passages(&world.passages, leg, reflections);
@@ -154,13 +128,18 @@ impl<'a> Family<'a> {
         if stretches.is_empty() {
             return;
         }
+        let stretches = if self.course.is_behind() {
+            within(stretches, self.course.world.behind_mirror(edge))
+        } else {
+            stretches
+        };
         let images = [0, 1].map(|face| self.image(edge, leg, face, reflections));
         let lit = Lit {
             direct: Some(self.course.clear),
             faces: images.map(|image| Some(self.images[image].lit.is_some())),
             within: doubt(self.at, source, receiver),
         };
-        let away = [0, 1].map(|face| clearance(edge, source, receiver, face));
+        let left = [0, 1].map(|face| self.left(images[face], edge, face, [source, receiver]));
         for part in stretches {
             let k = self.spectrum.smallest_k();
             let path = EdgePath::new(&edge.wedge, source, receiver, part, lit, k);
@@ -168,29 +147,24 @@ impl<'a> Family<'a> {
             let point = edge.wedge.at(way);
             let strength = self.at.radiator.factor(leg.leaving(point)).sqrt();
             self.detours.push((path.detour(), leg.towards(point)));
-            self.add_waves(&path, strength, edge, images, away);
+            self.add_waves(&path, strength, images, &left);
         }
-        for (image, away) in images.into_iter().zip(away) {
-            let image = &mut self.images[image];
-            image.clearance = image.clearance.min(away);
+        let mut keep_off = |image: usize, turn: f64| {
+            let clearance = &mut self.images[image].clearance;
+            *clearance = clearance.min(excess(source, receiver, turn));
+        };
+        for (face, image) in images.into_iter().enumerate() {
+            keep_off(image, turn(edge, source, receiver, face));
         }
-        if !std::ptr::eq(self.course.world, self.base.world) {
+        if self.is_image() {
             let image = self.image_at(leg.source, reflections);
-            let away = excess(source, receiver, (source.angle - receiver.angle).abs());
-            let image = &mut self.images[image];
-            image.clearance = image.clearance.min(away);
+            let clearance = &mut self.images[image].clearance;
+            *clearance = clearance.min(excess(source, receiver, (source.angle - receiver.angle).abs()));
         }
     }
 
-    /// The waves of `path` to the course and to the images in the faces of its `edge`.
-    fn add_waves(
-        &mut self,
-        path: &EdgePath,
-        strength: f64,
-        edge: &RoomEdge,
-        images: [usize; 2],
-        away: [f64; 2],
-    ) {
+    /// The waves of `path` to the course and to the images in the faces of its edge, of which so much is `left` in every cell.
+    fn add_waves(&mut self, path: &EdgePath, strength: f64, images: [usize; 2], left: &[Vec<f64>; 2]) {
         let cells = self.spectrum.cells();
         // √((1−α)(1−s)) of the course's mirror, and the air on the way.
         let through: Vec<f64> =
@@ -205,12 +179,9 @@ impl<'a> Family<'a> {
             self.waves.push(Wave { length, amplitude: terms.iter().map(|term| term[0]).collect() });
             self.ways.push(path.detour());
             for face in [0, 1] {
-                let mirrored = self.mirrored(&edge.faces[face]);
                 let image = &mut self.images[images[face]];
-                let scaled = cells.iter().zip(&terms).map(|(cell, term)| {
-                    term[1 + face] * image.reflected(mirrored[cell.band], cell, away[face])
-                });
-                let amplitude = scaled.collect();
+                let amplitude =
+                    terms.iter().zip(&left[face]).map(|(term, &left)| term[1 + face] * left).collect();
                 image.waves.push(Wave { length, amplitude });
                 image.ways.push(path.detour());
             }
@@ -220,17 +191,33 @@ impl<'a> Family<'a> {
     /// Amplitude that the course's mirror and `length` [m] of air leave in `band`.
     fn through(&self, band: usize, length: f64) -> f64 {
         let air = libm::exp(-0.5 * self.at.attenuation[band] * length);
-        self.course.world.mirror.map_or(air, |mirror| air * self.specular(&mirror, band).sqrt())
+        air * self.course.mirrored[band]
     }
 
-    /// √((1−α)(1−s)) of a plane, per band.
-    fn mirrored(&self, plane: &PlaneMirror) -> Vec<f64> {
-        (0..self.spectrum.bands()).map(|band| self.specular(plane, band).sqrt()).collect()
-    }
-
-    fn specular(&self, mirror: &PlaneMirror, band: usize) -> f64 {
-        let material = self.at.geometry.surface(mirror.surface).material;
-        self.at.table.material(material).specular.energy[band / 4][band % 4]
+    /// What the plane of a face of `edge` leaves in every cell of a term of the `image` in it between two points about the edge.
+    fn left(&self, image: usize, edge: &RoomEdge, face: usize, [from, to]: [WedgePoint; 2]) -> Vec<f64> {
+        let turn = turn(edge, from, to, face);
+        let (away, plane) = (excess(from, to, turn), &edge.faces[face]);
+        let mirrored: Vec<f64> = self.at.specular(plane).map(f64::sqrt).collect();
+        let lit = self.images[image].lit.is_some();
+        // Nobody knows whether an image of three reflections is lit, so it fades towards where it may be.
+        let middle = edge.wedge.at(0.5 * edge.wedge.length());
+        let may_be_lit = |mirror: &PlaneMirror| {
+            mirror.height(middle) < 0.0 && !mirror.is_across(plane) && !mirror.is_turned_from(plane)
+        };
+        let unknown = self.course.is_behind() && self.course.world.mirror.as_ref().is_some_and(may_be_lit);
+        let of = |cell: &Cell| {
+            let mirrored = mirrored[cell.band];
+            // Deep in the image's shadow a face is rigid, on the boundary it is the mirror that it is there.
+            let dark = 1.0 - faded(cell.k, away);
+            match unknown {
+                true if turn > PI => dark,
+                true => 0.0,
+                false if lit => mirrored,
+                false => mirrored + (1.0 - mirrored) * dark,
+            }
+        };
+        self.spectrum.cells().iter().map(of).collect()
     }
 
     /// Index of the image of the course in a face of `edge`, on `leg`.
@@ -312,7 +299,7 @@ impl<'a> Family<'a> {
         for (length, towards) in detours {
             if arrivals.last().is_none_or(|last| length > last.length + together) {
                 let shaded = !(self.base.clear && arrivals.is_empty());
-                let order = u32::from(self.base.world.mirror.is_some());
+                let order = u32::from(self.base.shown);
                 arrivals.push(EdgeArrival { length, towards, order, shaded, energy: Vec::new() });
             }
         }
@@ -415,38 +402,25 @@ impl<'a> Family<'a> {
     }
 }
 
-impl<'a> Course<'a> {
-    /// The direct path, or the one that the mirror of `world` shows.
-    fn new(world: &'a World, at: &Listening<'_>, reflections: &[Reflection]) -> Self {
-        let source = at.radiator.position;
-        match world.mirror {
-            None => Self { world, origin: source, clear: at.clear },
-            Some(mirror) => {
-                let origin = mirror.image(source);
-                Self { world, origin, clear: find(at, reflections, origin).is_some() }
-            }
-        }
-    }
-
-    /// It to `receiver` [m].
-    fn leg(&self, receiver: DVec3) -> Leg {
-        Leg { source: self.origin, receiver, mirror: self.world.mirror }
-    }
-}
-
 /// 1/(1 + N²) of the Fresnel number N of a clearance [m] at wave number `k`.
 fn faded(k: f64, clearance: f64) -> f64 {
     let number = 2.0 * clearance * k / TAU;
     1.0 / (1.0 + number * number)
 }
 
-/// Way over the edge less the straight one from the image in `face` [m]; grows on both sides of the image's boundary.
-fn clearance(edge: &RoomEdge, source: WedgePoint, receiver: WedgePoint, face: usize) -> f64 {
-    let sum = source.angle + receiver.angle;
-    excess(source, receiver, if face == 0 { sum } else { 2.0 * edge.wedge.angle() - sum })
+/// What of `stretches` is within `part` [m].
+fn within(stretches: Vec<[f64; 2]>, part: [f64; 2]) -> Vec<[f64; 2]> {
+    let cut = stretches.into_iter().map(|[low, high]| [low.max(part[0]), high.min(part[1])]);
+    cut.filter(|[low, high]| low < high).collect()
 }
 
-/// Way over the edge less the straight one of a wave that turns about it by `turn` [rad], in m.
+/// By how much [rad] a wave turns about `edge` that seems to come from the image in `face`: π on the image's boundary.
+fn turn(edge: &RoomEdge, source: WedgePoint, receiver: WedgePoint, face: usize) -> f64 {
+    let sum = source.angle + receiver.angle;
+    if face == 0 { sum } else { 2.0 * edge.wedge.angle() - sum }
+}
+
+/// Way over the edge less the straight one of a wave that turns about it by `turn` [rad], in m; grows on both sides of its boundary.
 fn excess(source: WedgePoint, receiver: WedgePoint, turn: f64) -> f64 {
     // Beyond a whole turn the image is as far off as it can be.
     let half = libm::cos(0.5 * turn.min(TAU));

@@ -5,6 +5,9 @@ use sonel_diffraction::Wedge;
 use sonel_geometry::{Departure, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::CoefficientTable;
 
+/// Sine of the angle within which directions are perpendicular [1].
+pub(crate) const PERPENDICULAR: f64 = 1e-6;
+
 /// A plane seen from the side of its normal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlaneMirror {
@@ -56,6 +59,18 @@ impl PlaneMirror {
     #[must_use]
     pub fn image_of_wedge(&self, wedge: &Wedge) -> Wedge {
         wedge.image(self.normal, self.offset)
+    }
+
+    /// Whether it is at a right angle to `other`.
+    #[must_use]
+    pub fn is_across(&self, other: &Self) -> bool {
+        self.normal.dot(other.normal).abs() <= PERPENDICULAR
+    }
+
+    /// Whether it is turned to the opposite side of `other`.
+    #[must_use]
+    pub fn is_turned_from(&self, other: &Self) -> bool {
+        (self.normal + other.normal).length() <= PERPENDICULAR
     }
 
     /// Unit normal towards the air.

@@ -5,8 +5,8 @@
 //! image in it with the terms that belong to that ([`family`]). The family replaces the base path and those images:
 //! their energies are never added to it. Which part of an edge takes part is what both ends see of it ([`view`]).
 //!
-//! Over two edges of a face or a sheet and over three of a solid ([`passage`]) base paths are diffracted several times. What a plane mirrors meets the edges of the room
-//! doubled about it ([`world`]).
+//! Over two edges of a face or a sheet and over three of a solid ([`passage`]) base paths are diffracted several times. What a plane
+//! mirrors meets the edges of the room doubled about it ([`world`]).
 //!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
 //! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
@@ -26,13 +26,14 @@ use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes};
 
 use crate::mirror::{MirrorArrival, Radiator};
+use family::{Course, Family};
 use mirror::PlaneMirror;
 use world::{RoomEdge, World};
 
 /// Base paths with a reflection are diffracted as long as planes times edges are no more than this.
 const PAIR_LIMIT: usize = 2000;
-/// More passages than this over all mirrored base paths, a third of a second for each receiver, and they go without those over three
-/// edges, or without all.
+/// More passages than this by way of all mirrors, a third of a second for each receiver, and they go without those over three edges, or
+/// without all.
 const PASSAGE_LIMIT: usize = 1024;
 
 /// All edges that diffract, and what they have to be asked with.
@@ -41,6 +42,8 @@ pub(crate) struct Edges {
     direct: World,
     /// As its images in planes with edges meet those that are before the plane.
     images: Vec<World>,
+    /// What the images of edges add to the direct path, and what is taken away for it.
+    behind: Vec<[World; 2]>,
     /// As base paths meet them that planes without edges mirror.
     mirrored: Vec<World>,
     spectrum: Spectrum,
@@ -109,21 +112,25 @@ impl Edges {
         if (without.len() + with_edges.len()) * edges.len() > PAIR_LIMIT {
             with_edges.clear();
         }
-        let doubled = |mirrors: Vec<PlaneMirror>| -> Vec<World> {
-            let worlds = mirrors.iter().map(|mirror| World::doubled(geometry, &edges, mirror));
-            worlds.filter(|world| !world.edges.is_empty()).collect()
+        let direct = World::new(edges);
+        let doubled = |mirrors: &[PlaneMirror]| {
+            let worlds = mirrors.iter().map(|mirror| World::doubled(geometry, &direct.edges, mirror));
+            worlds.filter(|world| !world.edges.is_empty()).collect::<Vec<World>>()
         };
-        let (mut images, mut mirrored) = (doubled(with_edges), doubled(without));
+        let (mut images, mut mirrored) = (doubled(&with_edges), doubled(&without));
+        let behind = with_edges.iter().chain(&without).map(|mirror| World::behind(geometry, &direct, mirror));
+        let mut behind: Vec<[World; 2]> = behind.filter(|[world, _]| !world.alone.is_empty()).collect();
+        let mut in_mirrors: Vec<&mut World> =
+            images.iter_mut().chain(&mut mirrored).chain(behind.iter_mut().flatten()).collect();
         for most in [2, 0] {
-            let worlds = || mirrored.iter().chain(&images);
-            if worlds().map(|world| world.passages.len()).sum::<usize>() > PASSAGE_LIMIT {
-                let shorter = |world: &mut World| world.passages.retain(|way| way.edges.len() <= most);
-                mirrored.iter_mut().chain(&mut images).for_each(shorter);
+            if in_mirrors.iter().map(|world| world.passages.len()).sum::<usize>() > PASSAGE_LIMIT {
+                let shorten = |world: &mut &mut World| world.passages.retain(|way| way.edges.len() <= most);
+                in_mirrors.iter_mut().for_each(shorten);
             }
         }
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);
-        Some(Self { direct: World::new(edges), images, mirrored, spectrum })
+        Some(Self { direct, images, behind, mirrored, spectrum })
     }
 
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the
@@ -131,15 +138,26 @@ impl Edges {
     pub fn hear(&self, at: &Listening<'_>, reflections: &mut [Reflection]) -> Vec<EdgeArrival> {
         let mut arrivals = Vec::new();
         // The images in the planes at the edges have one reflection more than their base.
-        let (mirrored, images) =
-            if at.complete_order >= 2 { (&self.mirrored[..], &self.images[..]) } else { (&[][..], &[][..]) };
-        let bases =
-            std::iter::once((&self.direct, images)).chain(mirrored.iter().map(|world| (world, &[][..])));
-        for (world, images) in bases {
-            let family = family::Family::new(world, images, &self.spectrum, at, reflections);
-            arrivals.extend(family.hear(reflections));
+        let (mut direct, mut mirrored) = (vec![Course::direct(&self.direct, at)], Vec::new());
+        if at.complete_order >= 2 {
+            let image = |world| Course::image(world, at, reflections);
+            direct.extend(self.images.iter().filter_map(image));
+            direct.extend(self.behind.iter().filter_map(|worlds| Course::behind(worlds, at)).flatten());
+            mirrored.extend(self.mirrored.iter().filter_map(image).map(|course| vec![course]));
+        }
+        for courses in std::iter::once(direct).chain(mirrored) {
+            arrivals.extend(Family::new(&courses, &self.spectrum, at, reflections).hear(reflections));
         }
         arrivals
+    }
+}
+
+impl Listening<'_> {
+    /// (1−α)(1−s) of a plane, per band.
+    fn specular(&self, mirror: &PlaneMirror) -> impl Iterator<Item = f64> + use<'_> {
+        let material = self.geometry.surface(mirror.surface).material;
+        let energy = &self.table.material(material).specular.energy;
+        (0..self.table.bands()).map(|band| energy[band / 4][band % 4])
     }
 }
 

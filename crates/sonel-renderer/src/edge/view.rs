@@ -18,7 +18,7 @@ const HALVINGS: usize = 8;
 /// How far before a mirror, in lifts, an edge's foot on it is looked at.
 const OFF_THE_MIRROR: f64 = 16.0;
 
-/// Where a base path begins and ends, unfolded about its mirror if it has one: the source is then an image, and what of an edge is
+/// Where a base path begins and ends, unfolded about its mirror if it has one: the source may then be an image, and what of an edge is
 /// behind the mirror is the image of what is before it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leg {
@@ -28,6 +28,8 @@ pub(crate) struct Leg {
     pub receiver: DVec3,
     /// The mirror.
     pub mirror: Option<PlaneMirror>,
+    /// Whether the source is an image in it.
+    pub shown: bool,
 }
 
 impl Leg {
@@ -35,8 +37,12 @@ impl Leg {
     pub fn arrives(&self, geometry: &Geometry, point: DVec3) -> bool {
         let Some(mirror) = self.mirror else { return sees(geometry, self.source, point) };
         let (behind, point) = before(geometry, &mirror, point);
-        let source = mirror.image(self.source);
-        if behind { sees(geometry, source, point) } else { reflects(geometry, &[mirror], source, point) }
+        let source = if self.shown { mirror.image(self.source) } else { self.source };
+        if behind == self.shown {
+            sees(geometry, source, point)
+        } else {
+            reflects(geometry, &[mirror], source, point)
+        }
     }
 
     /// Whether the sound from `point` reaches the receiver.
@@ -58,8 +64,8 @@ impl Leg {
     /// Direction in which the sound leaves the source for `point` on the edge [m].
     pub fn leaving(&self, point: DVec3) -> DVec3 {
         match &self.mirror {
-            Some(mirror) => mirror.image(point) - mirror.image(self.source),
-            None => point - self.source,
+            Some(mirror) if self.shown => mirror.image(point) - mirror.image(self.source),
+            _ => point - self.source,
         }
     }
 }

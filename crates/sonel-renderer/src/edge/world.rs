@@ -6,14 +6,14 @@
 //! mirror, receiver over an image. A face that stands on the mirror goes on in its image, and an edge that ends there does:
 //! source, edge, mirror, another edge or the same, receiver is a way over two edges of the doubled face.
 
+use std::ops::Range;
+
 use sonel_diffraction::Wedge;
-use sonel_geometry::{Departure, Geometry};
+use sonel_geometry::{Departure, Geometry, PlaneId};
 
 use super::mirror::PlaneMirror;
 use super::passage::{Border, Passage, faces, is_convex, passages};
 
-/// Sine of the angle within which a direction is perpendicular [1].
-pub(crate) const PERPENDICULAR: f64 = 1e-6;
 /// Resolutions within which an end lies in the mirror.
 const IN_MIRROR: f64 = 8.0;
 
@@ -34,6 +34,8 @@ pub(crate) struct World {
     /// The mirror about which it is doubled; none for the direct path.
     pub mirror: Option<PlaneMirror>,
     pub edges: Vec<RoomEdge>,
+    /// Those that are met alone.
+    pub alone: Range<usize>,
     /// Edges that are passed one after the other.
     pub passages: Vec<Passage>,
 }
@@ -43,56 +45,157 @@ impl World {
     #[must_use]
     pub fn new(edges: Vec<RoomEdge>) -> Self {
         let passages = passages(&edges, &faces(&edges));
-        Self { mirror: None, edges, passages }
+        Self { mirror: None, alone: 0..edges.len(), edges, passages }
     }
 
     /// What of the room of `real` edges is before `mirror`, and its image.
     #[must_use]
     pub fn doubled(geometry: &Geometry, real: &[RoomEdge], mirror: &PlaneMirror) -> Self {
-        let within = IN_MIRROR * f64::from(geometry.resolution());
-        let before: Vec<RoomEdge> = real.iter().filter_map(|edge| edge.before(mirror, within)).collect();
-        // What meets the mirror in an edge that diffracts goes round that and not on in an image.
-        let goes_round = |face: &PlaneMirror| {
-            let has = |edge: &RoomEdge, plane| edge.faces.iter().any(|of| of.plane == plane);
-            real.iter().any(|edge| has(edge, mirror.plane) && has(edge, face.plane))
+        let halves = Halves::new(geometry, real, mirror);
+        let (edges, places, _) = halves.edges();
+        let passages = halves.passages(&edges, &places);
+        Self { mirror: Some(*mirror), alone: 0..edges.len(), edges, passages }
+    }
+
+    /// What the image in `mirror` adds to the `room` for a path that meets the mirror before the first and after the last edge: the ways that
+    /// go over an image, and, to be taken away, those over edges of the room that go on in theirs.
+    #[must_use]
+    pub fn behind(geometry: &Geometry, room: &Self, mirror: &PlaneMirror) -> [Self; 2] {
+        let halves = Halves::new(geometry, &room.edges, mirror);
+        let (edges, places, real) = halves.edges();
+        let mut passages = halves.passages(&edges, &places);
+        passages.retain(|way| way.edges.iter().any(|passed| passed.edge >= real));
+        let with_images = Self { mirror: Some(*mirror), alone: real..edges.len(), edges, passages };
+        let goes_on: Vec<Option<bool>> = room
+            .edges
+            .iter()
+            .map(|edge| edge.before(mirror, halves.within).map(|edge| halves.whole(&edge).is_some()))
+            .collect();
+        let is_in_both = |way: &&Passage| {
+            let edges = || way.edges.iter().map(|passed| goes_on[passed.edge]);
+            edges().all(|edge| edge.is_some()) && edges().any(|edge| edge == Some(true))
         };
-        let mut edges = Vec::new();
-        // Where each edge and its image are among them.
-        let mut halves: Vec<[usize; 2]> = Vec::new();
-        for edge in &before {
-            let first = edges.len();
-            if let Some(whole) = edge.with_its_image(mirror, within)
-                && !edge.faces.iter().any(goes_round)
-            {
-                edges.push(whole);
-                halves.push([first; 2]);
-            } else {
-                edges.extend([*edge, edge.image(mirror)]);
-                halves.push([first, first + 1]);
-            }
+        let passages = room.passages.iter().filter(is_in_both).cloned().collect();
+        [with_images, Self { mirror: None, edges: room.edges.clone(), alone: 0..0, passages }]
+    }
+
+    /// The part of an edge that is behind the mirror [m].
+    #[must_use]
+    pub fn behind_mirror(&self, edge: &RoomEdge) -> [f64; 2] {
+        let length = edge.wedge.length();
+        let Some(mirror) = self.mirror else { return [0.0; 2] };
+        let [low, high] = [0.0, length].map(|end| mirror.height(edge.wedge.at(end)));
+        let crossing = || length * low / (low - high);
+        match (low < 0.0, high < 0.0) {
+            (true, true) => [0.0, length],
+            (true, false) => [0.0, crossing()],
+            (false, true) => [crossing(), length],
+            (false, false) => [0.0; 2],
         }
+    }
+}
+
+/// A room about to be doubled.
+struct Halves<'a> {
+    geometry: &'a Geometry,
+    mirror: &'a PlaneMirror,
+    /// Resolution [m] of what is in the mirror.
+    within: f64,
+    /// Edges before the mirror.
+    before: Vec<RoomEdge>,
+    /// Planes that meet the mirror in an edge that diffracts: they go round that and not on in an image.
+    round: Vec<PlaneId>,
+}
+
+impl<'a> Halves<'a> {
+    fn new(geometry: &'a Geometry, real: &[RoomEdge], mirror: &'a PlaneMirror) -> Self {
+        let within = IN_MIRROR * f64::from(geometry.resolution());
+        let before = real.iter().filter_map(|edge| edge.before(mirror, within)).collect();
+        let at_mirror = real.iter().filter(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane));
+        let round = at_mirror.flat_map(|edge| edge.faces.map(|face| face.plane)).collect();
+        Self { geometry, mirror, within, before, round }
+    }
+
+    /// An edge and its image as one, if it stands on the mirror.
+    fn whole(&self, edge: &RoomEdge) -> Option<RoomEdge> {
+        let goes_on = edge.faces.iter().all(|face| !self.round.contains(&face.plane));
+        edge.with_its_image(self.mirror, self.within).filter(|_| goes_on)
+    }
+
+    /// The edges before the mirror and behind it, where each and its image are among them, and how many of them have no part behind it: the
+    /// first ones.
+    fn edges(&self) -> (Vec<RoomEdge>, Vec<[usize; 2]>, usize) {
+        let wholes: Vec<Option<RoomEdge>> = self.before.iter().map(|edge| self.whole(edge)).collect();
+        let is_whole = |edge: &usize| wholes[*edge].is_some();
+        let (whole, apart): (Vec<usize>, Vec<usize>) = (0..self.before.len()).partition(is_whole);
+        let mut edges: Vec<RoomEdge> = apart.iter().map(|&edge| self.before[edge]).collect();
+        edges.extend(whole.iter().filter_map(|&edge| wholes[edge]));
+        edges.extend(apart.iter().map(|&edge| self.before[edge].image(self.mirror)));
+        let mut places = vec![[0; 2]; self.before.len()];
+        for (place, &edge) in apart.iter().enumerate() {
+            places[edge] = [place, self.before.len() + place];
+        }
+        for (place, &edge) in whole.iter().enumerate() {
+            places[edge] = [apart.len() + place; 2];
+        }
+        (edges, places, apart.len())
+    }
+
+    /// The passages among `edges`, of which `places` says for each before the mirror where it and its image are.
+    fn passages(&self, edges: &[RoomEdge], places: &[[usize; 2]]) -> Vec<Passage> {
         let mut doubled = Vec::new();
-        for face in faces(&before) {
-            let half = |image: usize| face.iter().map(move |&(edge, of)| (edge, of, image));
-            let borders = |half: &mut dyn Iterator<Item = (usize, usize, usize)>| {
-                half.map(|(edge, of, image)| (halves[edge][image], of)).collect::<Vec<Border>>()
-            };
-            let mut whole = borders(&mut half(0).chain(half(1)));
+        for face in faces(&self.before) {
+            let [real, image] = [0, 1].map(|half| -> Vec<Border> {
+                face.iter().map(|&(edge, of)| (places[edge][half], of)).collect()
+            });
+            let mut whole = [real.clone(), image.clone()].concat();
             whole.sort_unstable();
             whole.dedup();
-            let planes: Vec<&PlaneMirror> = face.iter().map(|&(edge, of)| &before[edge].faces[of]).collect();
-            let is_whole = !planes.iter().any(|face| goes_round(face))
-                && stands(geometry, &planes, mirror, within)
-                && (is_convex(&edges, &whole) || whole.iter().all(|&(edge, _)| edges[edge].wedge.is_rim()));
-            if is_whole {
+            let of_sheet = || whole.iter().all(|&(edge, _)| edges[edge].wedge.is_rim());
+            if self.stands(&face) && (is_convex(edges, &whole) || of_sheet()) {
                 doubled.push(whole);
             } else {
-                doubled.extend([0, 1].map(|image| borders(&mut half(image))));
+                doubled.extend([real, image]);
             }
         }
-        let mut passages = passages(&edges, &doubled);
-        passages.retain(|passage| is_mirrored(geometry, &edges, passage, mirror));
-        Self { mirror: Some(*mirror), edges, passages }
+        let mut passages = passages(edges, &doubled);
+        passages.retain(|way| self.is_mirrored(edges, way));
+        passages
+    }
+
+    /// Whether a face stands on the mirror at a right angle.
+    fn stands(&self, face: &[Border]) -> bool {
+        let (mesh, center) = (self.geometry.mesh(), self.geometry.center());
+        let is_at_foot = |triangle: u32| {
+            let corners = mesh.triangles[triangle as usize].corners;
+            let height = |corner: u32| self.mirror.height(mesh.vertices[corner as usize] - center);
+            corners.iter().filter(|&&corner| height(corner).abs() <= self.within).count() >= 2
+        };
+        let planes = || face.iter().map(|&(edge, of)| &self.before[edge].faces[of]);
+        planes().all(|plane| self.mirror.is_across(plane) && !self.round.contains(&plane.plane))
+            && planes().any(|plane| {
+                self.geometry.surface(plane.surface).triangles.iter().any(|&triangle| is_at_foot(triangle))
+            })
+    }
+
+    /// Whether there is a mirror, which may have an end, between edges that sound passes one after the other on different sides of it.
+    fn is_mirrored(&self, edges: &[RoomEdge], way: &Passage) -> bool {
+        way.edges.windows(2).all(|pair| {
+            let [from, to] = [pair[0], pair[1]].map(|passed| {
+                let wedge = &edges[passed.edge].wedge;
+                wedge.at(0.5 * wedge.length())
+            });
+            let [above, below] = [self.mirror.height(from), -self.mirror.height(to)];
+            if above * below <= 0.0 {
+                return true;
+            }
+            let face = &edges[pair[0].edge].faces[usize::from(pair[0].at_second[1])];
+            let off = (self.mirror.normal() + face.normal()) * (FELT * f64::from(self.geometry.lift()));
+            let foot = from + (to - from) * (above / (above + below)) + off;
+            let departure = Departure::free(foot.as_vec3());
+            let hit = self.geometry.closest_hit(departure, -self.mirror.normal().as_vec3());
+            hit.is_some_and(|hit| self.geometry.surface(hit.surface).plane == self.mirror.plane)
+        })
     }
 }
 
@@ -124,44 +227,13 @@ impl RoomEdge {
         let sine = self.wedge.direction().cross(mirror.normal()).length();
         let [low, high] = [0.0, length].map(|end| mirror.height(self.wedge.at(end)).abs());
         let wedge = match (low <= within, high <= within) {
-            _ if sine > PERPENDICULAR => return None,
+            _ if sine > super::mirror::PERPENDICULAR => return None,
             (true, _) => self.wedge.between([-length, length]),
             (_, true) => self.wedge.between([0.0, 2.0 * length]),
             _ => return None,
         };
         Some(Self { wedge, ..*self })
     }
-}
-
-/// Whether a face in `planes`, which are one, is at a right angle to `mirror` and stands on it.
-fn stands(geometry: &Geometry, planes: &[&PlaneMirror], mirror: &PlaneMirror, within: f64) -> bool {
-    let mesh = geometry.mesh();
-    let at_foot = |triangle: u32| {
-        let corners = mesh.triangles[triangle as usize].corners;
-        let height = |corner: u32| mirror.height(mesh.vertices[corner as usize] - geometry.center());
-        corners.iter().filter(|&&corner| height(corner).abs() <= within).count() >= 2
-    };
-    planes.iter().all(|plane| mirror.normal().dot(plane.normal()).abs() <= PERPENDICULAR)
-        && planes.iter().any(|plane| geometry.surface(plane.surface).triangles.iter().any(|&t| at_foot(t)))
-}
-
-/// Whether there is a mirror, which may have an end, between neighbouring edges of a passage that are not on one side of it.
-fn is_mirrored(geometry: &Geometry, edges: &[RoomEdge], passage: &Passage, mirror: &PlaneMirror) -> bool {
-    passage.edges.windows(2).all(|pair| {
-        let [from, to] = [&pair[0], &pair[1]].map(|passed| {
-            let wedge = &edges[passed.edge].wedge;
-            wedge.at(0.5 * wedge.length())
-        });
-        let [above, below] = [mirror.height(from), -mirror.height(to)];
-        if above * below <= 0.0 {
-            return true;
-        }
-        let face = &edges[pair[0].edge].faces[usize::from(pair[0].at_second[1])];
-        let off = (mirror.normal() + face.normal()) * (FELT * f64::from(geometry.lift()));
-        let foot = from + (to - from) * (above / (above + below)) + off;
-        let hit = geometry.closest_hit(Departure::free(foot.as_vec3()), -mirror.normal().as_vec3());
-        hit.is_some_and(|hit| geometry.surface(hit.surface).plane == mirror.plane)
-    })
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use sonel_diffraction::wedge::rapidity;
 
 use super::super::mirror::{PlaneMirror, reflects};
 use super::super::view::Leg;
-use super::super::world::{PERPENDICULAR, RoomEdge};
+use super::super::world::RoomEdge;
 use super::{Course, Family, Reflection, doubt};
 
 /// So many times what is in doubt counts as the corner: the doubt is then too small a part of a right angle to be heard beyond.
@@ -30,6 +30,9 @@ enum CutOff {
 impl Family<'_> {
     /// A place beside the receiver [m] if a corner that `course` meets is in line with it.
     pub(super) fn beside_corners(&self, course: &Course<'_>, reflections: &[Reflection]) -> Option<DVec3> {
+        if course.is_behind() {
+            return None;
+        }
         let receiver = self.at.receiver;
         let leg = course.leg(receiver);
         course.world.edges.iter().find_map(|edge| {
@@ -91,7 +94,7 @@ impl Family<'_> {
                 // angle to the base's mirror and is both.
                 let (shown, own) = (base.image_of(&edge.faces[face]), edge.faces[face]);
                 let is_real = base.height(edge.wedge.at(0.5 * edge.wedge.length())) >= 0.0;
-                let is_both = own.normal().dot(base.normal()).abs() <= PERPENDICULAR;
+                let is_both = own.is_across(&base);
                 (is_real || is_both) && reaches(&[base, own])
                     || (!is_real || is_both) && reaches(&[shown, base])
             }

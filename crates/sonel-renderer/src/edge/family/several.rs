@@ -9,7 +9,7 @@ use sonel_diffraction::{Complex, FacePath, Wave};
 use super::super::passage::{Passage, Passed};
 use super::super::view::{Leg, stretches};
 use super::super::{Reflection, RoomEdge};
-use super::{Family, clearance};
+use super::Family;
 
 /// How many resolutions from a plane a place may lie in it.
 const IN_PLANE: f64 = 8.0;
@@ -114,23 +114,23 @@ impl Family<'_> {
         let through: Vec<f64> =
             (0..self.spectrum.bands()).map(|band| self.through(band, length) * strength).collect();
         let amplitudes = path.amplitudes(self.spectrum.wave_numbers());
-        let is_base = std::ptr::eq(self.course.world, self.base.world);
         let mut course = vec![Complex::ZERO; cells.len()];
         for (lead, terms) in path.leads().zip(&amplitudes) {
             let edge = &edges[passed[lead.edge].edge];
-            let [from, to] = lead.ends;
             for ((sum, terms), cell) in course.iter_mut().zip(terms).zip(cells) {
                 *sum += terms[0] * through[cell.band];
             }
             for face in [0, 1] {
-                let mirrored = self.mirrored(&edge.faces[face]);
                 let image = self.image(edge, leg, face, reflections);
-                let (image, away) = (&mut self.images[image], clearance(edge, from, to, face));
-                let scaled = cells.iter().zip(terms).map(|(cell, terms)| {
-                    let reflected = image.reflected(mirrored[cell.band], cell, away);
-                    terms[1 + face] * (through[cell.band] * reflected)
-                });
-                if is_base && image.lit.is_none() {
+                let left = self.left(image, edge, face, lead.ends);
+                let scaled = cells
+                    .iter()
+                    .zip(terms)
+                    .zip(left)
+                    .map(|((cell, terms), left)| terms[1 + face] * (through[cell.band] * left));
+                let is_image = self.is_image();
+                let image = &mut self.images[image];
+                if !is_image && image.lit.is_none() {
                     course.iter_mut().zip(scaled).for_each(|(sum, term)| *sum += term);
                 } else {
                     let amplitude = scaled.collect();
