@@ -10,12 +10,18 @@ use super::diffraction::{heard, largest_change, open_scene, rendered, screen};
 
 /// How far from the plane [m]: steps of 1 mm, and of a micrometre about the plane itself.
 const OFFSETS: [f64; 9] = [-3.5e-3, -2.5e-3, -1.5e-3, -0.5e-3, -1e-6, 0.0, 1e-6, 0.5e-3, 1.5e-3];
-/// Those next to the plane.
-const CLOSE: std::ops::Range<usize> = 4..7;
+/// Those next to the plane: what f32 cannot tell from it, in a room of 60 m, and beyond.
+const CLOSE: [f64; 5] = [-3e-4, -1e-4, 0.0, 1e-4, 3e-4];
 
-/// Energies at [`OFFSETS`] along `normal` from `at`.
-fn crossed(mesh: &Mesh, absorption: f64, source: DVec3, at: DVec3, normal: DVec3) -> Vec<Vec<f64>> {
-    let receivers = OFFSETS.map(|offset| (at + offset * normal).to_array());
+/// Energies at `offsets` [m] along `normal` from `at`.
+fn crossed(
+    mesh: &Mesh,
+    absorption: f64,
+    source: DVec3,
+    (at, normal): (DVec3, DVec3),
+    offsets: &[f64],
+) -> Vec<Vec<f64>> {
+    let receivers: Vec<[f64; 3]> = offsets.iter().map(|offset| (at + offset * normal).to_array()).collect();
     let scene = open_scene(mesh.clone(), absorption, source.to_array(), &receivers);
     heard(&rendered(scene), receivers.len())
 }
@@ -87,19 +93,19 @@ fn the_plane_of_a_sheet_is_crossed_without_a_step() {
     for (mesh, places) in sheets {
         for (place, absorption) in places.iter().flat_map(|place| [(place, 0.0), (place, 0.6)]) {
             let at = dvec3(0.0, place[0], place[1]);
-            let energies = crossed(&mesh, absorption, source, at, DVec3::X);
+            let energies = crossed(&mesh, absorption, source, (at, DVec3::X), &OFFSETS);
             let step = largest_change(&energies);
             assert!(step < 0.1, "α = {absorption}, {at}: {step} dB");
             let free = free_field(source.distance(at), 0.0);
             // Where sheets absorb, what they scatter is not opposite on both sides.
-            for energy in energies[CLOSE].iter().flatten().filter(|_| absorption <= 0.0) {
+            for energy in energies[4..7].iter().flatten().filter(|_| absorption <= 0.0) {
                 let off = 10.0 * (energy / free).log10();
                 assert!(off.abs() < 0.1, "{at}: {off} dB off the free field");
             }
         }
     }
     let (at, mesh) = (dvec3(0.0, -0.5, 1.25), crowded(angled()));
-    let step = largest_change(&crossed(&mesh, 0.0, source, at, DVec3::X));
+    let step = largest_change(&crossed(&mesh, 0.0, source, (at, DVec3::X), &OFFSETS));
     assert!(step > 0.3, "what this test would find, where edges are too many for second order: {step} dB");
 }
 
@@ -117,29 +123,49 @@ fn the_planes_of_a_box_are_crossed_without_a_step() {
         (sources[1], dvec3(2.2, 1.0, 0.3), DVec3::Y),
         (sources[1], dvec3(2.0, 1.2, 0.2), DVec3::X),
     ] {
-        let step = largest_change(&crossed(&mesh, 0.0, source, at, normal));
+        let step = largest_change(&crossed(&mesh, 0.0, source, (at, normal), &OFFSETS));
         assert!(step < 0.1, "{source}, {at}: {step} dB");
     }
-    let step = largest_change(&crossed(&crowded(mesh), 0.0, sources[1], dvec3(2.2, 1.0, 0.3), DVec3::Y));
+    let walk = (dvec3(2.2, 1.0, 0.3), DVec3::Y);
+    let step = largest_change(&crossed(&crowded(mesh), 0.0, sources[1], walk, &OFFSETS));
     assert!(step > 1.0, "what this test would find, where edges are too many for second order: {step} dB");
 }
 
-/// The same within a micrometre, anywhere about a box, a wall and a board; where a field is all interference, it may change by more
-/// within a millimetre.
+/// Where the source itself lies in the plane of a face, or on the line of an edge, all along the face would be for rounding to say: still
+/// nothing begins at once, in that plane and in others, though levels change by more within a millimetre.
 #[test]
-fn no_plane_of_a_solid_is_heard_within_a_micrometre() {
+fn a_source_in_the_plane_of_a_face_makes_no_step() {
+    let mesh = boxed(dvec3(2.0, 1.0, 0.75));
+    for (source, at, normal) in [
+        (dvec3(-2.0, 1.0, 0.4), dvec3(3.29, 1.0, 0.4), DVec3::Y),
+        (dvec3(-2.0, 1.0, 0.4), dvec3(2.2934, 1.0, 0.8738), DVec3::Y),
+        (dvec3(-2.0, 1.0, 0.4), dvec3(2.2, 0.4, 0.75), DVec3::Z),
+        (dvec3(-1.5, -1.5, 0.75), dvec3(2.263, 0.7, 0.75), DVec3::Z),
+        (dvec3(-2.0, 1.0, 0.75), dvec3(2.22, 1.0, 0.65), DVec3::Y),
+        (dvec3(-2.0, 1.0, 0.75), dvec3(2.29, -0.29, 0.75), DVec3::Z),
+    ] {
+        let close = [-1.5e-4, -1.2e-4, -1.1e-4, -1e-4, -0.9e-4, 0.0, 1e-4, 1.1e-4, 1.2e-4, 1.5e-4];
+        let step = largest_change(&crossed(&mesh, 0.6, source, (at, normal), &close));
+        assert!(step < 0.1, "{source}, {at}: {step} dB");
+    }
+}
+
+/// The same anywhere about a box, a wall and a board, nearer to the plane: where a field is all interference, it may change by more within
+/// a millimetre.
+#[test]
+fn no_plane_of_a_solid_is_heard() {
     let mut random = Uniform::new(11);
     for size in [dvec3(2.0, 1.0, 0.75), dvec3(4.0, 0.3, 2.0), dvec3(1.2, 0.8, 0.03)] {
         let mesh = boxed(size);
         for source in [dvec3(-2.0, 0.31, 1.97), dvec3(-1.5, 0.13, 0.011), dvec3(-0.3, 0.1, -1.0)] {
-            for place in 0..6 {
+            for place in 0..5 {
                 let axis = place % 3;
                 let mut at = DVec3::from_array([0; 3].map(|_| random.next_f64())) - 0.5;
                 at = at * (size + 2.0) + 0.5 * size;
                 at[axis] = if place % 2 == 0 { 0.0 } else { size[axis] };
                 if at.distance(at.clamp(DVec3::ZERO, size)) > 0.05 {
-                    let energies = crossed(&mesh, 0.6, source, at, DVec3::AXES[axis]);
-                    let step = largest_change(&energies[CLOSE]);
+                    let walk = (at, DVec3::AXES[axis]);
+                    let step = largest_change(&crossed(&mesh, 0.6, source, walk, &CLOSE));
                     assert!(step < 0.1, "{size}, {source}, {at}: {step} dB");
                 }
             }

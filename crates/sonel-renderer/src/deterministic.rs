@@ -1,12 +1,13 @@
 //! The classes without noise, L R and L S^k R with what edges do to them, at every receiver.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use sonel_map::coefficients::to_lanes;
 use sonel_map::{Lanes, lanes_of};
 
 use crate::deposit::{Deposits, add_lanes};
 use crate::direct::{direct_path, spread};
-use crate::edge::{EdgeArrival, Listening, Reflection};
+use crate::edge::{EdgeArrival, Listening, RECEIVER_OUT, Reflection};
 use crate::mirror::{MirrorChains, Radiator};
 use crate::receiver::PreparedReceiver;
 use crate::render::{PathClass, Renderer};
@@ -91,8 +92,9 @@ impl Renderer<'_> {
             order,
             over_edges: false,
         };
-        let direct = direct_path(self.geometry, radiator.position, receiver.exact);
-        let (over_edges, mut reflections) = self.hear_edges(radiator, chains, receiver, direct.is_some());
+        let place = self.beside_planes(receiver.exact, RECEIVER_OUT);
+        let direct = direct_path(self.geometry, radiator.position, place);
+        let (over_edges, mut reflections) = self.hear_edges(radiator, chains, place, direct.is_some());
         // Beside a clear direct path edges are many and weak: they are heard but not listed.
         let is_direct = |arrival: &EdgeArrival| !arrival.shaded;
         let clear = over_edges.iter().any(is_direct);
@@ -114,7 +116,7 @@ impl Renderer<'_> {
             deposit(0, bare(length, (-direction).to_array(), 0), &energy, true);
         }
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
-        chains.visit(self.geometry, &self.table, receiver.exact, self.bins.reach, |found| {
+        chains.visit(self.geometry, &self.table, place, self.bins.reach, |found| {
             let spreading = spread(found.length);
             for (energy, factor) in energy.iter_mut().zip(found.factor) {
                 *energy = factor.map(|factor| factor * spreading);
@@ -136,19 +138,24 @@ impl Renderer<'_> {
         part
     }
 
+    /// A source's or receiver's place [m] as edges are asked about it, `out` [resolutions] of the planes that it lies in.
+    pub(crate) fn beside_planes(&self, place: DVec3, out: f64) -> DVec3 {
+        self.edges.as_ref().map_or(place, |edges| edges.beside_planes(self.geometry, place, out))
+    }
+
     /// What edges bring, and the mirror images of low order in the order of their visit, with what edges do to them.
     fn hear_edges(
         &self,
         radiator: Radiator,
         chains: &MirrorChains,
-        receiver: &PreparedReceiver,
+        receiver: DVec3,
         clear: bool,
     ) -> (Vec<EdgeArrival>, std::vec::IntoIter<Reflection>) {
         let Some(edges) = &self.edges else { return (Vec::new(), Vec::new().into_iter()) };
         let mut reflections = Vec::new();
-        chains.visit(self.geometry, &self.table, receiver.exact, self.bins.reach, |found| {
+        chains.visit(self.geometry, &self.table, receiver, self.bins.reach, |found| {
             if found.order <= EDGE_ORDER {
-                reflections.push(Reflection::new(found, receiver.exact, self.table.bands()));
+                reflections.push(Reflection::new(found, receiver, self.table.bands()));
             }
         });
         let at = Listening {
@@ -156,7 +163,7 @@ impl Renderer<'_> {
             table: &self.table,
             attenuation: &self.attenuation,
             radiator,
-            receiver: receiver.exact,
+            receiver,
             clear,
             complete_order: chains.order(),
         };

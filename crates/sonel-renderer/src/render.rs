@@ -14,7 +14,7 @@ use thiserror::Error;
 use crate::air::AirTable;
 use crate::bending::Bends;
 use crate::deposit::TimeBins;
-use crate::edge::Edges;
+use crate::edge::{Edges, SOURCE_OUT};
 use crate::gather::GatherSettings;
 use crate::gather::disc::Sheet;
 use crate::mirror::{MirrorChains, Radiator};
@@ -387,7 +387,8 @@ impl<'a> Renderer<'a> {
         }
         let prepared = self.prepare(receivers);
         let emitter = &self.map.header().scene.sources[source];
-        let radiator = Radiator::new(emitter, self.geometry.center());
+        let mut radiator = Radiator::new(emitter, self.geometry.center());
+        radiator.position = self.beside_planes(radiator.position, SOURCE_OUT);
         let chains = MirrorChains::enumerate(
             self.geometry,
             &self.table,

@@ -36,6 +36,13 @@ const PAIR_LIMIT: usize = 2000;
 /// without all.
 const PASSAGE_LIMIT: usize = 1024;
 
+/// How many resolutions from a plane a place may lie in it.
+const IN_PLANE: f64 = 8.0;
+/// How many resolutions out of a plane a source in it is moved, and a receiver. Where both are in one plane the field depends on which
+/// is how much farther off it: as far as the receiver can be without being moved, and where it is moved to, is next to nothing.
+pub(crate) const SOURCE_OUT: f64 = 128.0;
+pub(crate) const RECEIVER_OUT: f64 = 16.0;
+
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
     /// As the direct path meets them.
@@ -131,6 +138,18 @@ impl Edges {
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);
         Some(Self { direct, images, behind, mirrored, spectrum })
+    }
+
+    /// The place of a source or receiver [m], or one beside it if it lies in the plane of a face: whether it sees an edge past the face
+    /// would be for rounding to say, for each edge on its own. The field is continuous across the plane. `out` is how far [resolutions].
+    #[must_use]
+    pub fn beside_planes(&self, geometry: &Geometry, place: DVec3, out: f64) -> DVec3 {
+        let resolution = f64::from(geometry.resolution());
+        let faces = self.direct.edges.iter().flat_map(|edge| &edge.faces);
+        faces.fold(place, |place, face| {
+            let in_plane = face.height(place).abs() <= IN_PLANE * resolution;
+            if in_plane { place + face.normal() * (out * resolution) } else { place }
+        })
     }
 
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the

@@ -160,3 +160,59 @@ fn reaches(from: &RoomEdge, to: &RoomEdge) -> bool {
     let inward = from.wedge.inward(false);
     ends(to).into_iter().any(|end| (end - from.wedge.at(0.0)).dot(inward) > CORNER)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+    use sonel_geometry::{Geometry, Mesh, MeshTriangle};
+
+    /// Passages over two edges and over three of an open mesh of rectangles.
+    fn counts(rectangles: &[[DVec3; 4]]) -> [usize; 2] {
+        let mut mesh = Mesh::default();
+        for corners in rectangles {
+            let first = mesh.vertices.len() as u32;
+            mesh.vertices.extend(corners);
+            let triangles = [[0, 1, 2], [0, 2, 3]].map(|corners: [u32; 3]| corners.map(|c| first + c));
+            mesh.triangles.extend(triangles.map(|corners| MeshTriangle { corners, material: 0 }));
+        }
+        let edges = super::super::room_edges(&Geometry::build(mesh).unwrap());
+        let found = passages(&edges, &faces(&edges));
+        [2, 3].map(|count| found.iter().filter(|passage| passage.edges.len() == count).count())
+    }
+
+    fn rectangle([y0, y1]: [f64; 2], [z0, z1]: [f64; 2]) -> [DVec3; 4] {
+        [dvec3(0.0, y0, z0), dvec3(0.0, y1, z0), dvec3(0.0, y1, z1), dvec3(0.0, y0, z1)]
+    }
+
+    /// Boxes without a floor, seen from outside: four edges about the top and four upright ones.
+    fn covers(count: u32) -> Vec<[DVec3; 4]> {
+        (0..count)
+            .flat_map(|place| {
+                let at = |i: usize, z: f64| {
+                    let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.7], [0.0, 0.7]][i % 4];
+                    dvec3(corner[0], corner[1] + 3.0 * f64::from(place), z)
+                };
+                let sides = (0..4).map(move |i| [at(i, 0.0), at(i + 1, 0.0), at(i + 1, 0.5), at(i, 0.5)]);
+                sides.chain([[at(0, 0.5), at(1, 0.5), at(2, 0.5), at(3, 0.5)]]).collect::<Vec<_>>()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn rims_of_a_sheet_are_joined_where_either_sees_the_other() {
+        assert_eq!(counts(&[rectangle([0.0, 2.0], [0.0, 1.0])]), [6, 0]);
+        // Of the six rims of an L the two of its notch do not see one another, nor does either see the rim beyond its own line.
+        let angled = [rectangle([0.0, 2.0], [0.0, 1.0]), rectangle([0.0, 1.0], [1.0, 2.0])];
+        assert_eq!(counts(&angled), [12, 0]);
+    }
+
+    #[test]
+    fn too_many_passages_are_none() {
+        let [two, three] = counts(&covers(1));
+        assert!(two > 0 && three > 0, "{two} {three}");
+        let many = counts(&covers(40));
+        assert_eq!(many[1], 0, "{many:?}");
+        assert!(many[0] <= LIMIT, "{many:?}");
+    }
+}

@@ -11,9 +11,6 @@ use super::super::view::{Leg, stretches};
 use super::super::{Reflection, RoomEdge};
 use super::Family;
 
-/// How many resolutions from a plane a place may lie in it.
-const IN_PLANE: f64 = 8.0;
-
 /// What of an edge is seen, as one stretch [m]: by the source and by the receiver.
 type Seen = [Option<[f64; 2]>; 2];
 
@@ -47,25 +44,12 @@ impl Family<'_> {
         ]
     }
 
-    /// An end of the way beyond the edge `passed`, which is joined by a face to the edge `next`. Where it lies in the plane of that
-    /// face rounding decides whether it sees that edge past this one. The waves over the other edges alone and over all must
-    /// take it the same, or half of the sound is missing or there twice.
-    fn end(
-        &self,
-        passed: Passed,
-        (next, joint): (Passed, usize),
-        point: DVec3,
-        sees_next: bool,
-    ) -> Option<End> {
+    /// An end of the way beyond the edge `passed`, which is joined to the edge `next` by a face of that.
+    fn end(&self, passed: Passed, (next, joint): (Passed, usize), point: DVec3) -> Option<End> {
         let edges = &self.course.world.edges;
         let next_edge = &edges[next.edge].wedge;
-        let before = next_edge.locate(point).is_some_and(|at| {
-            let face = if next.at_second[joint] { next_edge.angle() } else { 0.0 };
-            let height = at.radius * libm::sin(at.angle - face);
-            let in_doubt = height.abs() <= IN_PLANE * f64::from(self.at.geometry.resolution());
-            let before = (at.angle - face).abs() < PI;
-            if before && in_doubt && !next_edge.is_rim() { sees_next } else { before }
-        });
+        let face = if next.at_second[joint] { next_edge.angle() } else { 0.0 };
+        let before = next_edge.locate(point).is_some_and(|at| (at.angle - face).abs() < PI);
         Some(End { point: edges[passed.edge].wedge.locate(point)?, before })
     }
 
@@ -81,8 +65,8 @@ impl Family<'_> {
         let &[first, second, ..] = passed else { return };
         let &[.., before, last] = passed else { return };
         let (Some(part), Some(last_part)) = (seen[first.edge][0], seen[last.edge][1]) else { return };
-        let source = self.end(first, (second, 0), leg.source, seen[second.edge][0].is_some());
-        let receiver = self.end(last, (before, 1), leg.receiver, seen[before.edge][1].is_some());
+        let source = self.end(first, (second, 0), leg.source);
+        let receiver = self.end(last, (before, 1), leg.receiver);
         let (Some(source), Some(receiver)) = (source, receiver) else { return };
         let edges = &self.course.world.edges;
         let mut of_faces: Vec<FaceEdge<'_>> = passed
