@@ -1,10 +1,12 @@
 //! Receivers that cross the planes of the faces of sheets and solids, where one edge more or less is in sight: nothing may step.
 
+use std::f64::consts::TAU;
+
 use glam::{DVec3, dvec3};
 use sonel_geometry::Mesh;
 use sonel_testkit::analytic::free_field;
 use sonel_testkit::uniform::Uniform;
-use sonel_tests::meshes::{add_box, add_quad};
+use sonel_tests::meshes::{add, add_box, add_quad};
 
 use super::diffraction::{heard, largest_change, open_scene, rendered, screen};
 
@@ -34,11 +36,14 @@ fn boxed(size: DVec3) -> Mesh {
     mesh
 }
 
-/// The same scene with so many boxes far away that nothing is diffracted more than once.
+/// The same scene with a sheet far away that has so many rims that nothing is diffracted more than once.
 fn crowded(mut mesh: Mesh) -> Mesh {
-    for place in 0..22 {
-        let low = dvec3(25.0, f64::from(place) - 11.0, 25.0);
-        add_box(&mut mesh, 0, low, low + DVec3::splat(0.5));
+    let corner = |at: u32| {
+        let (sine, cosine) = (TAU * f64::from(at % 48) / 48.0).sin_cos();
+        dvec3(25.0, 4.0 * cosine, 25.0 + 4.0 * sine)
+    };
+    for at in 0..48 {
+        add(&mut mesh, 0, [dvec3(25.0, 0.0, 25.0), corner(at), corner(at + 1)]);
     }
     mesh
 }

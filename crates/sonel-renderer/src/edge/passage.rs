@@ -6,10 +6,11 @@ use glam::DVec3;
 
 use super::RoomEdge;
 
-/// More ways than this over two edges, or over three, are no barriers, panels and boxes but a tessellated hall, where they would cost
-/// more than all else: then it has none of them. The concert hall among the scenes has 213 over two edges without the corners of
-/// solids, and 834 with them.
-const LIMIT: usize = 256;
+/// More ways than this over two edges are no barriers, panels and boxes but a tessellated hall, where they would cost more than all else: then
+/// it has none of them. The concert hall among the scenes has 213 over two edges without the corners of solids, and 834 with them.
+const LIMIT: usize = 1024;
+/// The same of ways over three edges.
+const LONGER_LIMIT: usize = 256;
 /// How far two places are apart that are one corner, and beyond a line that counts as on it [m].
 const CORNER: f64 = 1e-6;
 
@@ -68,7 +69,7 @@ pub(crate) fn passages(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<Passage
         passages.extend(corners);
     }
     let longer = about_corners(edges, &passages);
-    if longer.len() <= LIMIT {
+    if longer.len() <= LONGER_LIMIT {
         passages.extend(longer);
     }
     passages
@@ -83,7 +84,7 @@ fn about_corners(edges: &[RoomEdge], pairs: &[Passage]) -> Vec<Passage> {
         for other in &pairs[..count] {
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let (near, far) = (one.edges[i], other.edges[j]);
-                if near.edge == far.edge && near.at_second != far.at_second && longer.len() <= LIMIT {
+                if near.edge == far.edge && near.at_second != far.at_second && longer.len() <= LONGER_LIMIT {
                     let middle = Passed { edge: near.edge, at_second: [near.at_second[0], far.at_second[0]] };
                     let edges = vec![one.edges[1 - i], middle, other.edges[1 - j]];
                     longer.push(Passage { edges, outline: Arc::default() });
@@ -211,7 +212,7 @@ mod tests {
     fn too_many_passages_are_none() {
         let [two, three] = counts(&covers(1));
         assert!(two > 0 && three > 0, "{two} {three}");
-        let many = counts(&covers(40));
+        let many = counts(&covers(80));
         assert_eq!(many[1], 0, "{many:?}");
         assert!(many[0] <= LIMIT, "{many:?}");
     }
