@@ -39,7 +39,7 @@ pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
 pub use geometry::Geometry;
 pub use mesh::{Mesh, MeshTriangle};
-pub use passage::{EdgeIndex, EdgeLine, Passage, Way};
+pub use passage::{EdgeIndex, EdgeLine, Nearby, Passage, Way};
 pub use ray::{Departure, Hit};
 pub use sectors::AirSector;
 pub use shoebox::Shoebox;

@@ -71,6 +71,12 @@ impl EdgeTable {
         reach
     }
 
+    /// How far from edges `band` is bent [m]; below zero where nowhere.
+    #[must_use]
+    pub fn reach_of(&self, band: usize) -> f64 {
+        self.reach[band / 4][band % 4]
+    }
+
     /// Whether `band` is bent at `distance` from an edge [m].
     #[inline]
     #[must_use]

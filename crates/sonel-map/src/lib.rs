@@ -4,7 +4,7 @@
 //! surface and what it did there. Energies in any band follow from the points and the coefficient table in one running
 //! product, so one map serves any air, source level, directivity and, within limits, other materials.
 //!
-//! - [`edges`]: edges that bend packets, and what that means to each band;
+//! - [`edges`]: edges that bend packets, and what that means to each band; [`course`]: which of them a packet passes;
 //! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
 //! - [`vertex`]: the 16-byte record of one arrival;
 //! - [`classes`]: bands that nothing tells apart;
@@ -24,6 +24,7 @@ compile_error!(
 pub mod classes;
 mod codec;
 pub mod coefficients;
+pub mod course;
 pub mod edges;
 pub mod emission;
 pub mod error;
@@ -44,6 +45,7 @@ pub mod writer;
 
 pub use classes::BandClasses;
 pub use coefficients::{CoefficientTable, Lanes, lanes_of};
+pub use course::Course;
 pub use edges::{EdgeTable, bending_edges};
 pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart, Spectral};
 pub use error::MapError;

@@ -59,7 +59,7 @@ pub(crate) struct Audience<'a> {
     /// The receivers.
     pub receivers: &'a [PreparedReceiver],
     images: Vec<Option<ReceiverImages>>,
-    /// By receiver, where edges bend.
+    /// By receiver, where edges bend and no rays turn at them.
     edges: Vec<EdgeChoice>,
     others: Vec<OthersOwn>,
     /// By receiver and fine bin.
@@ -142,11 +142,12 @@ impl Renderer<'_> {
                 mirror_order,
                 image_order: self.owned_order(images.as_ref()),
                 diffuse: self.connects_diffuse(),
+                bent: self.gathers_by_mirrors(),
             })
             .collect();
         let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
-        let edges =
-            self.bends.iter().flat_map(|bends| receivers.iter().map(|r| EdgeChoice::new(bends, r.exact)));
+        let connected = self.bends.iter().filter(|_| !self.gathers_by_mirrors());
+        let edges = connected.flat_map(|bends| receivers.iter().map(|r| EdgeChoice::new(bends, r.exact)));
         Audience { receivers, edges: edges.collect(), images, others, coarse_bins }
     }
 

@@ -1,15 +1,15 @@
-//! What bending leaves of the straight way from a sonel to a receiver.
+//! Which bands come the way that a connection or a visibility ray has found.
 //!
 //! A packet that goes there passes the same edges as a traced one, by the same rules: a band within whose reach it passes any is
-//! bent and arrives elsewhere. So the connection carries the bands alone that go straight on. Ways that are bent once have
-//! connections of their own ([`crate::bent_connection`]), the rest is heard by the spheres of [`crate::crossing`]. No energy is
-//! counted straight and bent.
+//! bent there, and arrives elsewhere unless the way turns there, too. So a straight connection carries the bands alone that go straight on;
+//! ways that turn have connections of their own ([`crate::bent_connection`]) or are those of rays ([`crate::gather`]), and what is left is
+//! heard by the spheres of [`crate::crossing`]. No energy is counted straight and bent.
 //!
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
 use glam::DVec3;
-use sonel_geometry::{EdgeIndex, EdgeLine, Geometry, Passage, Way};
-use sonel_map::{EdgeTable, Lanes, bending_edges};
+use sonel_geometry::{EdgeIndex, EdgeLine, Geometry, Nearby, Passage, Way};
+use sonel_map::{Course, EdgeTable, Lanes, bending_edges};
 
 /// The edges of a room that bend, with what they do to the bands.
 pub struct Bends {
@@ -19,6 +19,19 @@ pub struct Bends {
     reach: f64,
     /// Number and concentration of the bands that are bent, as of the law of bending.
     bent: Vec<(usize, f64)>,
+}
+
+/// Where a packet is bent, and by which edge.
+#[derive(Debug, Clone, Copy)]
+pub struct Turn {
+    /// Number of the edge.
+    pub edge: u32,
+    /// The foot of its shortest distance from the way before, about the scene's centre [m].
+    pub foot: DVec3,
+    /// That distance [m].
+    pub distance: f64,
+    /// Unit direction of the packet before.
+    pub before: DVec3,
 }
 
 /// Where a straight way begins or ends.
@@ -44,7 +57,8 @@ impl WayEnd {
     }
 
     /// How far from it a way is as high as `lift` above its surface [m].
-    fn lifted(self, lift: f64) -> f64 {
+    #[must_use]
+    pub fn lifted(self, lift: f64) -> f64 {
         self.steepness.map_or(0.0, |steepness| lift / steepness.max(f64::MIN_POSITIVE))
     }
 }
@@ -88,76 +102,101 @@ impl Bends {
         &self.bent
     }
 
-    /// Whether a packet that leaves `from` in `direction` passes `edge` at `foot`; takes from `energy` what is bent before.
-    pub fn keep_bent_at(
-        &self,
-        geometry: &Geometry,
-        (from, steepness): (DVec3, f64),
-        (edge, foot, direction): (u32, DVec3, DVec3),
-        energy: &mut [Lanes],
-    ) -> bool {
-        let mut way = Way {
-            origin: from,
-            direction,
-            from: self.index.least_distance() / steepness.max(f64::MIN_POSITIVE),
-            to: from.distance(foot) + self.index.least_distance(),
-            reach: self.table.reach(energy),
-        };
-        while let Some(passage) = self.next(geometry, &way, |_| true) {
-            if passage.edge == edge {
-                return true;
-            }
-            self.keep_past(&passage, &mut way, energy);
-        }
-        false
+    /// The first passage on `way`, of any edge but those in `passed`.
+    #[must_use]
+    pub fn next(&self, geometry: &Geometry, way: &Way, passed: &[Turn]) -> Option<Passage> {
+        let counts = |edge: u32| passed.iter().all(|turn| turn.edge != edge);
+        if way.reach < 0.0 { None } else { self.index.first(geometry, way, counts) }
     }
 
-    /// Takes from `energy` what is bent again between a `foot` where `edge` was passed at `distance` [m], and `to`.
-    pub fn keep_bent_once(
-        &self,
-        geometry: &Geometry,
-        (edge, foot, distance): (u32, DVec3, f64),
-        to: DVec3,
-        energy: &mut [Lanes],
-    ) {
-        let way = Way { from: distance, ..Way::between(foot, to, self.table.reach(energy)) };
-        self.keep_unbent(geometry, way, |other| other != edge, energy);
+    /// Calls `found` for all edges that `way` comes near, seen or not.
+    pub fn nearby(&self, way: &Way, found: impl FnMut(Nearby)) {
+        self.index.nearby(way, found);
+    }
+
+    /// How far from edges `band` is bent [m].
+    #[must_use]
+    pub fn reach_of_band(&self, band: usize) -> f64 {
+        self.table.reach_of(band)
+    }
+
+    /// The edge within `reach` [m] that is passed at `place` by whatever has its foot there, and the point of it that is nearest.
+    #[must_use]
+    pub fn nearest(&self, geometry: &Geometry, place: DVec3, reach: f64) -> Option<(u32, DVec3)> {
+        let (edge, along) = self.index.nearest(geometry, place, reach)?;
+        let line = &self.lines()[edge as usize];
+        (along > 0.0 && along < line.length).then(|| (edge, line.point(along)))
+    }
+
+    /// The largest distance at which any band of `energy` is bent [m]; below zero where none is.
+    #[must_use]
+    pub fn reach_of(&self, energy: &[Lanes]) -> f64 {
+        self.table.reach(energy)
+    }
+
+    /// Distance that packets keep from surfaces and feet in passing edges [m].
+    #[must_use]
+    pub fn least_distance(&self) -> f64 {
+        self.index.least_distance()
     }
 
     /// Takes from `energy` what does not go straight from one place to the other. A call, since most rooms have no edge and connections no
     /// room for it.
     #[inline(never)]
-    pub fn keep_straight(&self, geometry: &Geometry, [from, to]: [WayEnd; 2], energy: &mut [Lanes]) {
-        let lift = self.index.least_distance();
-        let mut way = Way::between(from.place, to.place, self.table.reach(energy));
-        way.from = from.lifted(lift);
-        way.to -= to.lifted(lift);
-        self.keep_unbent(geometry, way, |_| true, energy);
+    pub fn keep_straight(&self, geometry: &Geometry, ends: [WayEnd; 2], energy: &mut [Lanes]) {
+        self.keep_turned(geometry, ends, &[], energy);
     }
 
-    /// Takes from `energy` what the edges on `way` bend.
+    /// Takes from `energy` what does not go from one place to the other by `turns`, all of them and no others, in this order.
+    pub fn keep_turned(
+        &self,
+        geometry: &Geometry,
+        [from, to]: [WayEnd; 2],
+        turns: &[Turn],
+        energy: &mut [Lanes],
+    ) {
+        let lift = self.index.least_distance();
+        let mut course = Course::new(from.lifted(lift));
+        let mut place = from.place;
+        for turn in turns {
+            let way = Way {
+                origin: place,
+                direction: turn.before,
+                from: course.clear,
+                to: place.distance(turn.foot) + lift,
+                reach: self.table.reach(energy),
+            };
+            if !self.keep_unbent(geometry, way, &course, Some(turn.edge), energy) {
+                energy.fill([0.0; 4]);
+                return;
+            }
+            course.bend(turn.edge, turn.distance);
+            place = turn.foot;
+        }
+        let mut way = Way::between(place, to.place, self.table.reach(energy));
+        way.from = course.clear;
+        way.to -= to.lifted(lift);
+        self.keep_unbent(geometry, way, &course, None, energy);
+    }
+
+    /// Takes from `energy` what the edges on `way` bend before `last` is passed; whether that is passed.
     fn keep_unbent(
         &self,
         geometry: &Geometry,
         mut way: Way,
-        counts: impl Fn(u32) -> bool,
+        course: &Course,
+        last: Option<u32>,
         energy: &mut [Lanes],
-    ) {
-        while let Some(passage) = self.next(geometry, &way, &counts) {
-            self.keep_past(&passage, &mut way, energy);
+    ) -> bool {
+        while let Some(passage) = course.next(&self.index, geometry, &way) {
+            if Some(passage.edge) == last {
+                return true;
+            }
+            // What matters to the bands that are left is behind, and within their reach.
+            self.table.keep_straight(passage.distance, energy);
+            way.reach = self.table.reach(energy);
+            way.from = passage.at;
         }
-    }
-
-    /// The first passage on `way`; none is looked for where no band has any energy left.
-    fn next(&self, geometry: &Geometry, way: &Way, counts: impl Fn(u32) -> bool) -> Option<Passage> {
-        if way.reach < 0.0 { None } else { self.index.first(geometry, way, counts) }
-    }
-
-    /// Takes from `energy` what is bent at `passage`, and leaves what of `way` matters to the bands that still have some: what is
-    /// behind, and within their reach.
-    fn keep_past(&self, passage: &Passage, way: &mut Way, energy: &mut [Lanes]) {
-        self.table.keep_straight(passage.distance, energy);
-        way.reach = self.table.reach(energy);
-        way.from = passage.at;
+        false
     }
 }

@@ -11,7 +11,7 @@
 //! from small angles, where with x = ψ r √(c/L), L = l₁l₂/(l₁ + l₂) and c of the law of bending the integrand is x φ(x (x − B)), B the
 //! x of the straight line (negative in shadow) and φ the normal density: see `Proposal`.
 //!
-//! Ways that are bent more than once, or mirrored besides, are left to the spheres.
+//! Ways that are bent more than once, or mirrored besides, are left to the spheres. Where visibility rays turn, they bring these ways, too.
 //!
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
@@ -24,7 +24,7 @@ use sonel_map::Lanes;
 use sonel_sampling::{Stream, warp};
 
 use crate::alias::AliasTable;
-use crate::bending::Bends;
+use crate::bending::{Bends, Turn, WayEnd};
 use crate::connection::{ClassDeposits, DiffuseSonel};
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
@@ -285,11 +285,12 @@ pub fn connect_bent(
     if is_nothing(scratch)
         || medium.geometry.is_blocked(sonel.departure, foot)
         || medium.geometry.is_blocked(Departure::free(foot), receiver.position)
-        || !bends.keep_bent_at(medium.geometry, (from, cosine), (edge, way.foot, way.direction), scratch)
     {
         return;
     }
-    bends.keep_bent_once(medium.geometry, (edge, way.foot, way.distance), receiver.exact, scratch);
+    let ends = [WayEnd::at_surface(from, cosine), WayEnd::in_air(receiver.exact)];
+    let turn = Turn { edge, foot: way.foot, distance: way.distance, before: way.direction };
+    bends.keep_turned(medium.geometry, ends, &[turn], scratch);
     deposits.add(index, bin, length, scratch, medium);
 }
 

@@ -14,10 +14,13 @@ use crate::render::Medium;
 pub struct OthersOwn {
     /// K: mirror chains from the source.
     pub mirror_order: u32,
-    /// K′: mirror images of the receiver, as long as nothing was bent behind the last diffuse reflection.
+    /// K′: mirror images of the receiver.
     pub image_order: u32,
-    /// Whether connections own … D R, as long as it was not bent more than once on its last way.
+    /// Whether connections own … D R.
     pub diffuse: bool,
+    /// Whether visibility rays own what was bent behind its last diffuse reflection: else connections do where it was once and reached the
+    /// receiver without a mirror, and the rest is left.
+    pub bent: bool,
 }
 
 /// Whether a segment with `history` is left to the sphere. Direct sound never is.
@@ -26,8 +29,8 @@ pub struct OthersOwn {
 pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
     match (history.diffused, history.specular_run) {
         (false, run) => run > others.mirror_order,
-        (true, 0) => !others.diffuse || history.bends > 1,
-        (true, run) => run > others.image_order || history.bends > 0,
+        (true, 0) => !others.diffuse || history.bends > 1 && !others.bent,
+        (true, run) => run > others.image_order || history.bends > 0 && !others.bent,
     }
 }
 
@@ -79,7 +82,7 @@ mod tests {
     fn each_history_has_one_owner() {
         let bent = |specular_run, diffused, bends| SegmentHistory { order: 9, specular_run, diffused, bends };
         let history = |specular_run, diffused| bent(specular_run, diffused, 0);
-        let others = OthersOwn { mirror_order: 2, image_order: 1, diffuse: true };
+        let others = OthersOwn { mirror_order: 2, image_order: 1, diffuse: true, bent: false };
         assert!(!owns(history(0, false), others), "direct sound");
         assert!(!owns(history(2, false), others), "mirror chain");
         assert!(owns(history(3, false), others));
@@ -90,7 +93,10 @@ mod tests {
         assert!(owns(bent(0, true, 2), others));
         assert!(owns(bent(1, true, 1), others), "images do not follow bends");
         assert!(!owns(bent(0, false, 1), others), "direct sound is left to the edges");
-        let alone = OthersOwn { mirror_order: 0, image_order: 0, diffuse: false };
+        let rays = OthersOwn { bent: true, ..others };
+        assert!(!owns(bent(0, true, 2), rays) && !owns(bent(1, true, 1), rays), "visibility rays turn");
+        assert!(owns(bent(2, true, 1), rays) && owns(bent(3, false, 1), rays));
+        let alone = OthersOwn { mirror_order: 0, image_order: 0, diffuse: false, bent: false };
         assert!(!owns(history(0, false), alone), "direct sound");
         assert!(
             owns(history(1, false), alone) && owns(history(0, true), alone) && owns(history(1, true), alone)

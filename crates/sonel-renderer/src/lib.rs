@@ -14,8 +14,9 @@
 //!
 //! The founding paper's own estimators are apart from these, in `paper`.
 //!
-//! Where edges bend packets, [`bending`] says which bands a straight way is left to; what was bent more than
-//! once since its last diffuse reflection, or mirrored besides, is heard by [`crossing`].
+//! Where edges bend packets, [`bending`] says which bands a way is left to. What was bent since its last diffuse reflection is gathered by
+//! visibility rays that turn, in geometries of many surfaces; elsewhere [`bent_connection`] goes over one edge, and what was bent more often
+//! or mirrored besides is heard by [`crossing`].
 //!
 //! [`render`](mod@render) drives them batch by batch; [`deposit`] holds the echograms under construction.
 

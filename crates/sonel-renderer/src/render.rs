@@ -454,6 +454,9 @@ impl<'a> Renderer<'a> {
             PathClass::Direct => "shadow ray",
             PathClass::MirrorChain => "image sources",
             PathClass::Edge => "edges",
+            PathClass::Diffuse if self.bends.is_some() && self.gathers_by_mirrors() => {
+                "connection where it is straight, gather where it is bent"
+            }
             PathClass::Diffuse if self.bends.is_some() && self.connects_diffuse() => {
                 "connection, straight or over one edge; receiver sphere where it is bent more often"
             }
@@ -486,8 +489,8 @@ impl<'a> Renderer<'a> {
                 )
             }
             _ if forced => "asked for".to_owned(),
-            PathClass::LongDiffuseMirror if self.bends.is_some() => {
-                "images and visibility rays do not follow what edges bend".to_owned()
+            PathClass::LongDiffuseMirror if self.bends.is_some() && !self.gathers_by_mirrors() => {
+                "images do not follow what edges bend".to_owned()
             }
             PathClass::Diffuse => "unbiased and calm but beside a surface".to_owned(),
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => {

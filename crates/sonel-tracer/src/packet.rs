@@ -4,12 +4,12 @@ use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, EdgeIndex, Geometry, Hit};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::{
-    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, EdgePlace, EdgeTable, Event, Lanes,
+    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Course, EdgePlace, EdgeTable, Event, Lanes,
     PacketStart, PathWeight, Vertex,
 };
 use sonel_sampling::{Frame, Stream};
 
-use crate::bending::{self, Course};
+use crate::bending;
 use crate::interaction::{draw_event, mirrored, scattered};
 use crate::zone::{DiffractionZones, Way};
 

@@ -50,26 +50,49 @@ impl Boxes {
     /// The boxes that may hold a point within reach of the part `from` … `to` of a ray, and square to it and to its edge
     /// from there: where the ray is in the grown box, between the planes across it at both ends of that.
     #[inline]
-    pub fn beside(&self, ray: &Ray, [from, to]: [f32; 2]) -> u32 {
+    pub fn beside(&self, ray: &Ray, part: [f32; 2]) -> u32 {
         if self.present == 0 {
             return 0;
         }
         let slip = Vec4::splat(ALLOWANCE * ray.rounding);
-        let (mut enter, mut leave) = (Vec4::splat(from), Vec4::splat(to));
         let (mut nearest, mut farthest) = (-slip, slip);
         for axis in 0..3 {
-            let (direction, inverse) = (ray.direction[axis], ray.inverse[axis]);
+            let direction = ray.direction[axis];
             let low = self.low[axis] - ray.origin[axis];
             let high = self.high[axis] - ray.origin[axis];
             let (one, other) = (low * direction, high * direction);
             nearest += one.min(other);
             farthest += one.max(other);
+        }
+        let [enter, leave] = self.grown(ray, part, slip);
+        (enter.max(nearest).cmple(leave + slip) & farthest.cmpge(enter)).bitmask() & self.present
+    }
+
+    /// The boxes that may hold a point within reach of the part `from` … `to` of a ray, and square to its edge from there: where the
+    /// ray is in the grown box.
+    #[inline]
+    pub fn abreast(&self, ray: &Ray, part: [f32; 2]) -> u32 {
+        if self.present == 0 {
+            return 0;
+        }
+        let slip = Vec4::splat(ALLOWANCE * ray.rounding);
+        let [enter, leave] = self.grown(ray, part, slip);
+        enter.cmple(leave + slip).bitmask() & self.present
+    }
+
+    /// Where the part of a ray enters and leaves the boxes grown by its reach [m].
+    #[inline]
+    fn grown(&self, ray: &Ray, [from, to]: [f32; 2], slip: Vec4) -> [Vec4; 2] {
+        let (mut enter, mut leave) = (Vec4::splat(from), Vec4::splat(to));
+        for axis in 0..3 {
+            let low = self.low[axis] - ray.origin[axis];
+            let high = self.high[axis] - ray.origin[axis];
             let grown = self.aside[axis] * ray.reach + slip;
-            let (one, other) = ((low - grown) * inverse, (high + grown) * inverse);
+            let (one, other) = ((low - grown) * ray.inverse[axis], (high + grown) * ray.inverse[axis]);
             enter = enter.max(one.min(other));
             leave = leave.min(one.max(other));
         }
-        (enter.max(nearest).cmple(leave + slip) & farthest.cmpge(enter)).bitmask() & self.present
+        [enter, leave]
     }
 
     /// The boxes that may hold a point nearer than the square of a distance [m²].

@@ -79,6 +79,12 @@ impl Block {
         self.named((x * x + y * y + z * z).cmple(Vec4::splat(squared + slip)).bitmask())
     }
 
+    /// All its edges.
+    #[inline]
+    pub fn all(&self) -> impl Iterator<Item = u32> {
+        self.named(u32::MAX)
+    }
+
     /// The edges in the lanes that a mask names.
     #[inline]
     fn named(&self, mask: u32) -> impl Iterator<Item = u32> {

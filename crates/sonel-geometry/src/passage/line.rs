@@ -1,5 +1,6 @@
 //! The line of an edge, and the places on ways that touch a cylinder about it.
 
+use super::{Nearby, Way};
 use crate::Side;
 use glam::DVec3;
 
@@ -41,6 +42,26 @@ impl EdgeLine {
         let at = (height * slant - offset.dot(direction)) / across_squared;
         let aside = offset.length_squared() - height * height - at * at * across_squared;
         Some((at, height + at * slant, aside.max(0.0)))
+    }
+
+    /// Where `way` is within reach of the edge, which is number `edge`, and at its height; [`None`] where nowhere.
+    pub(super) fn nearby(&self, edge: u32, way: &Way) -> Option<Nearby> {
+        let (at, along, squared) = self.nearest(way.origin, way.direction)?;
+        let slant = way.direction.dot(self.along);
+        let level = (1.0 - slant * slant).sqrt();
+        if squared > way.reach * way.reach {
+            return None;
+        }
+        let within = (way.reach * way.reach - squared).sqrt() / level;
+        // Where it is at the height of the ends.
+        let ends = [-along, self.length - along].map(|rise| at + rise / slant);
+        let (mut from, mut to) = (way.from.max(at - within), way.to.min(at + within));
+        if ends.iter().all(|end| end.is_finite()) {
+            (from, to) = (from.max(ends[0].min(ends[1])), to.min(ends[0].max(ends[1])));
+        } else if along <= 0.0 || along >= self.length {
+            return None;
+        }
+        (from < to).then_some(Nearby { edge, at, distance: squared.sqrt(), level, part: [from, to] })
     }
 
     /// The foot of a way that starts at `from` and passes the edge at `distance` from its point at `along`, on `side`: where the

@@ -23,7 +23,7 @@ use few::Near;
 use glam::DVec3;
 use hierarchy::Hierarchy;
 pub use line::EdgeLine;
-use search::{Feet, Rivals};
+use search::{Feet, Neighbours, Rivals};
 
 /// How a straight way passes an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +38,21 @@ pub struct Passage {
     pub distance: f64,
     /// Which way round the edge: front for counterclockwise about its direction.
     pub side: Side,
+}
+
+/// An edge that a way comes near: within reach, and where it is at a height between the ends of the edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nearby {
+    /// Which edge: a number of [`EdgeIndex::lines`].
+    pub edge: u32,
+    /// Where its line and that of the way are nearest, how far on that of the way [m]: not necessarily on the way.
+    pub at: f64,
+    /// Their distance there [m].
+    pub distance: f64,
+    /// Cosine of the angle between the way and the plane normal to the edge.
+    pub level: f64,
+    /// The part of the way that is near: from … to [m].
+    pub part: [f64; 2],
 }
 
 /// What is asked of the edges about a way.
@@ -116,6 +131,20 @@ impl EdgeIndex {
         }
     }
 
+    /// Calls `found` for all edges that a way comes near, seen or not, in an order of their own.
+    pub fn nearby(&self, way: &Way, found: impl FnMut(Nearby)) {
+        self.hierarchy.search(&mut Neighbours::new(self, way, found));
+    }
+
+    /// Of all edges nearer to `place` than `reach` [m] and in sight, the nearest: the edge that is passed there, if any is. Its number,
+    /// and where on it the nearest point is, from its first end [m].
+    #[must_use]
+    pub fn nearest(&self, geometry: &Geometry, place: DVec3, reach: f64) -> Option<(u32, f64)> {
+        let near = Near { edge: u32::MAX, ..Near::default() };
+        let found = self.rival(geometry, &Foot { position: place, near, distance: reach })?;
+        Some((found.edge, found.along))
+    }
+
     fn passage(&self, way: &Way, near: &Near) -> Passage {
         let line = &self.lines[near.edge as usize];
         let outward = way.origin + near.order * way.direction - line.point(near.along);
@@ -141,7 +170,7 @@ impl EdgeIndex {
             return false;
         }
         if let Some(found) = self.rival(geometry, foot) {
-            *rival = Some(found);
+            *rival = Some(found.edge);
             return false;
         }
         self.is_clear(geometry, foot.position, edge, along)
@@ -158,7 +187,7 @@ impl EdgeIndex {
     }
 
     /// An edge that is nearer to the foot than the one passed, and in sight.
-    fn rival(&self, geometry: &Geometry, foot: &Foot) -> Option<u32> {
+    fn rival(&self, geometry: &Geometry, foot: &Foot) -> Option<Near> {
         let mut behind = few::BEFORE_ALL;
         loop {
             let mut rivals = Rivals::new(self, foot, behind);
@@ -168,7 +197,7 @@ impl EdgeIndex {
                     && self.is_clear(geometry, foot.position, near.edge, near.along)
             };
             if let Some(near) = rivals.few.found().iter().find(is_seen) {
-                return Some(near.edge);
+                return Some(*near);
             }
             behind = rivals.few.next()?;
         }

@@ -1,11 +1,11 @@
-//! What is looked for among edges: feet on a way, and rivals about a foot.
+//! What is looked for among edges: feet on a way, rivals about a foot, and all that a way comes near.
 
 use super::boxes::Boxes;
 use super::few::{Few, Near};
 use super::hierarchy::Search;
 use super::lanes::Block;
 use super::question::{Point, Ray};
-use super::{EdgeIndex, Foot, Way};
+use super::{EdgeIndex, Foot, Nearby, Way};
 use glam::DVec3;
 
 /// An edge whose foot is nearer to the start of a way than this part of its distance stands abreast of the start, and is not passed:
@@ -101,6 +101,37 @@ impl Search for Rivals<'_> {
             let (squared, along) = self.index.lines[edge as usize].distance_squared(self.position);
             if squared < self.limit && edge != self.edge {
                 self.few.offer(Near { order: squared, edge, along, squared });
+            }
+        }
+    }
+}
+
+/// All edges that a way comes near.
+pub(super) struct Neighbours<'a, F> {
+    index: &'a EdgeIndex,
+    way: &'a Way,
+    ray: Ray,
+    found: F,
+}
+
+impl<'a, F: FnMut(Nearby)> Neighbours<'a, F> {
+    pub fn new(index: &'a EdgeIndex, way: &'a Way, found: F) -> Self {
+        let ray = Ray::new(way.origin, way.direction, way.to, way.reach, index.extent);
+        Self { index, way, ray, found }
+    }
+}
+
+impl<F: FnMut(Nearby)> Search for Neighbours<'_, F> {
+    #[inline]
+    fn enters(&self, boxes: &Boxes) -> u32 {
+        boxes.abreast(&self.ray, [self.way.from as f32, self.way.to as f32])
+    }
+
+    #[inline]
+    fn take(&mut self, block: &Block) {
+        for edge in block.all() {
+            if let Some(nearby) = self.index.lines[edge as usize].nearby(edge, self.way) {
+                (self.found)(nearby);
             }
         }
     }

@@ -204,3 +204,61 @@ fn edges_that_do_not_count_are_passed_by_none() {
     }
     assert!(passed > 50);
 }
+
+/// Edges that a way comes near, by the words of the definition: places on it are asked one after another.
+#[test]
+fn what_is_passed_anywhere_on_a_way_is_near_there() {
+    let mut chance = Chance(13);
+    let (mut asked, mut near, mut hidden) = (0, 0, 0);
+    for (sheets, boxes) in [(1, 0), (6, 3), (20, 12)] {
+        let geometry = furnished(&mut chance, sheets, boxes);
+        let index = EdgeIndex::new(&geometry, |_| true);
+        for number in 0..60 {
+            let [from, to] =
+                [chance.point(ROOM, 0.1), chance.point(ROOM, 0.1)].map(|p| p - geometry.center());
+            let way = Way::between(from, to, [0.2, 1.0, 4.0][number % 3]);
+            let mut nearby = Vec::new();
+            index.nearby(&way, |found| nearby.push(found));
+            for step in 0..40 {
+                let at = way.to * (f64::from(step) + chance.next()) / 40.0;
+                let place = way.origin + at * way.direction;
+                for (edge, line) in index.lines.iter().enumerate() {
+                    let along = (place - line.origin).dot(line.along);
+                    let distance = place.distance(line.point(along));
+                    let is_near = along > 0.0 && along < line.length && distance <= way.reach;
+                    let holds = |found: &Nearby| {
+                        found.edge == edge as u32 && found.part[0] <= at && at <= found.part[1]
+                    };
+                    assert_eq!(nearby.iter().any(holds), is_near, "edge {edge} at {at} of {way:?}");
+                    near += usize::from(is_near);
+                }
+                let nearest = index.nearest(&geometry, place, way.reach);
+                assert_eq!(nearest, nearest_by_definition(&geometry, &index, place, way.reach));
+                asked += 1;
+                let of_all = |a: &usize, b: &usize| {
+                    let squared = |edge: usize| index.lines[edge].distance_squared(place).0;
+                    squared(*a).total_cmp(&squared(*b))
+                };
+                let of_all = (0..index.lines.len()).min_by(of_all).unwrap();
+                hidden += usize::from(nearest.is_some_and(|(edge, _)| edge != of_all as u32));
+            }
+        }
+    }
+    assert!(near > asked && hidden > 0, "{near} {hidden} of {asked}");
+}
+
+fn nearest_by_definition(
+    geometry: &Geometry,
+    index: &EdgeIndex,
+    place: DVec3,
+    reach: f64,
+) -> Option<(u32, f64)> {
+    let near = |edge: usize| {
+        let (squared, along) = index.lines[edge].distance_squared(place);
+        let is_seen =
+            index.air_holds(place, edge as u32, along) && index.is_clear(geometry, place, edge as u32, along);
+        (squared < reach * reach && is_seen).then_some((squared, edge as u32, along))
+    };
+    let nearest = (0..index.lines.len()).filter_map(near).min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map(|(_, edge, along)| (edge, along))
+}

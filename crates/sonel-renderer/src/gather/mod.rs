@@ -3,14 +3,17 @@
 //! Ray j of M with throughput T_j: F += (4π/M) · T_j · (δ/π) · Σ e_i / A(h), over the sonels that arrived on the same surface
 //! and side within h of the ray's hit; A is the area of the disc clipped to the surface (docs/physics.md §4). No cosine: e is
 //! flux, and flux over area is irradiance. What is seen directly belongs to the connection, but for the part of sonels near the
-//! receiver that connections leave; then the ray goes on as a mirror reflection. Rays are few and their hits are indexed; the map streams past
+//! receiver that connections leave; then the ray goes on as a mirror reflection. Where edges bend, rays turn at them (`turning`) and gather
+//! what was bent, also where no mirror is between. Rays are few and their hits are indexed; the map streams past
 //! them, so memory does not grow with it. Each batch has rays of its own: the interval covers both passes.
 //!
 //! References: [Jensen1996], [KnausZwicker2011] (docs/references.md).
 
+mod backwards;
 pub mod disc;
 pub mod index;
 pub mod rays;
+mod turning;
 mod visible;
 
 pub use index::GatherIndex;
