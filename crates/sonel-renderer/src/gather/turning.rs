@@ -23,6 +23,8 @@ use crate::bending::{Bends, Turn};
 const BLIND_SHARE: f64 = 0.1;
 /// Edges passed on a way that are looked for.
 const MOST_PASSAGES: usize = 12;
+/// So many times what rays are lifted off surfaces, the ends of a way are off them when they are asked what edge is nearest.
+const OFF_SURFACES: f64 = 8.0;
 
 /// A straight way of a ray, against the packets.
 #[derive(Debug, Clone, Copy)]
@@ -83,7 +85,9 @@ impl Turning {
             return None;
         }
         let passages = passages(geometry, bends, way, turns);
-        let at_ends = [from, to].map(|at| bends.nearest(geometry, look.origin + at * look.direction, reach));
+        let beside = OFF_SURFACES * bends.least_distance();
+        let at_ends = [from + beside, to - beside]
+            .map(|at| bends.nearest(geometry, look.origin + at * look.direction, reach));
         let turns_here = |near: &Nearby| {
             passages.iter().any(|passage| passage.edge == near.edge)
                 || at_ends.iter().flatten().any(|(edge, _)| *edge == near.edge)
