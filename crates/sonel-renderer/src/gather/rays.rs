@@ -181,7 +181,8 @@ impl Ray {
         let Some(turning) = Turning::new(geometry, bends, look, &self.turns, &self.throughput) else {
             return;
         };
-        let parts = turning.expected * f64::from(settings.rays) / 4.0 / HEAVY;
+        // What turns is known to come this way or not when a surface is met: no ray turns in parts.
+        let parts = (turning.expected * f64::from(settings.rays) / 4.0 / HEAVY).min(1.0);
         for _ in 0..copies(parts, stream) {
             let mut turned = self.clone();
             turned.throughput.iter_mut().flatten().for_each(|energy| *energy /= parts);
@@ -192,7 +193,7 @@ impl Ray {
                 turned.departure = Departure::free(turn.foot.as_vec3());
                 turned.direction = -turn.before.as_vec3();
                 turned.turns.push(turn);
-                rays.extend(turned.balanced(settings, stream));
+                rays.push(turned);
             }
         }
         turning.keep_straight(&mut self.throughput);
