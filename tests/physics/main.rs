@@ -14,6 +14,7 @@ mod mirrored_edges;
 mod mirrors;
 mod paper;
 mod planes;
+mod twofold;
 
 mod uneven_box;
 mod watertight;

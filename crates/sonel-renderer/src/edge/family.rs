@@ -9,6 +9,8 @@
 
 mod corner;
 mod course;
+mod face;
+mod plane;
 mod several;
 
 pub(crate) use course::Course;
@@ -16,14 +18,18 @@ pub(crate) use course::Course;
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use sonel_diffraction::{Cell, Complex, EdgePath, Field, Lit, Spectrum, Wave, WedgePoint};
+use sonel_diffraction::{Complex, EdgePath, Field, Lit, Spectrum, Wave, WedgePoint};
 
 use super::view::{Leg, stretches};
-use super::{EdgeArrival, Listening, PlaneMirror, Reflection, RoomEdge};
+use super::{EdgeArrival, Listening, Reflection, RoomEdge};
 use crate::direct::spread;
+use face::{excess, turn};
 
 /// Positions of images that differ by no more than this many resolutions are the same.
 const SAME_IMAGE: f64 = 64.0;
+
+/// So many lifts beside its way a path may go from a mirror on; seen from an edge that is so far on both of its sides.
+const LEFT: f64 = 2.0;
 
 /// Ways over edges that differ by no more than this are one arrival [m]: in shadow, where nothing else is heard, what follows
 /// within 30 ms; beside a clear path, a few milliseconds.
@@ -73,7 +79,7 @@ impl<'a> Family<'a> {
             at,
             course: base.clone(),
             base: base.clone(),
-            reflection: find(at, reflections, base.origin).filter(|_| base.shown),
+            reflection: find(at, reflections, base.origin).filter(|_| base.order() > 0),
             waves: Vec::new(),
             ways: Vec::new(),
             images: Vec::new(),
@@ -106,46 +112,55 @@ impl<'a> Family<'a> {
 
     /// Whether the course leads from an image of the family and not from where its base path does.
     fn is_image(&self) -> bool {
-        self.course.shown != self.base.shown
+        self.course.origin.distance(self.base.origin) > same_image(self.at)
     }
 
     /// Adds what edges do to the course on `leg`.
-    fn follow(&mut self, leg: &Leg, reflections: &[Reflection]) {
+    fn follow(&mut self, leg: &Leg<'_>, reflections: &[Reflection]) {
         let world = self.course.world;
-        for edge in &world.edges[world.alone.clone()] {
-            self.add(edge, leg, reflections);
+        for (edge, part) in world.alone.iter().enumerate() {
+            if part[0] < part[1] {
+                self.add(edge, *part, leg, reflections);
+            }
         }
         self.add_passages(&world.passages, leg, reflections);
     }
 
-    /// Adds what `edge` does to the base path on `leg`.
-    fn add(&mut self, edge: &RoomEdge, leg: &Leg, reflections: &[Reflection]) {
+    /// Angle [rad] about a boundary within which it is not told whether the course is clear: every mirror is left by a lift.
+    fn doubt(&self, source: WedgePoint, receiver: WedgePoint) -> f64 {
+        let of_mirrors = LEFT * f64::from(self.course.order()) * f64::from(self.at.geometry.lift());
+        doubt(self.at, source, receiver) + of_mirrors / source.radius.min(receiver.radius).max(1e-3)
+    }
+
+    /// Adds what `part` [m] of an edge does to the base path on `leg`.
+    fn add(&mut self, index: usize, part: [f64; 2], leg: &Leg<'_>, reflections: &[Reflection]) {
+        let world = self.course.world;
+        let edge = &world.edges[index];
         let located = (edge.wedge.locate(leg.source), edge.wedge.locate(leg.receiver));
         let (Some(source), Some(receiver)) = located else { return };
         let geometry = self.at.geometry;
-        let stretches =
-            stretches(&edge.wedge, |point| leg.arrives(geometry, point) && leg.goes_on(geometry, point));
+        let stretches = stretches(&edge.wedge, |point| {
+            let copy = world.copy(index, point);
+            leg.arrives(geometry, copy, point) && leg.goes_on(geometry, copy, point)
+        });
+        let stretches = within(stretches, part);
         if stretches.is_empty() {
             return;
         }
-        let stretches = if self.course.is_behind() {
-            within(stretches, self.course.world.behind_mirror(edge))
-        } else {
-            stretches
-        };
         let images = [0, 1].map(|face| self.image(edge, leg, face, reflections));
         let lit = Lit {
             direct: Some(self.course.clear),
             faces: images.map(|image| Some(self.images[image].lit.is_some())),
-            within: doubt(self.at, source, receiver),
+            within: self.doubt(source, receiver),
         };
-        let left = [0, 1].map(|face| self.left(images[face], edge, face, [source, receiver]));
+        let left = [0, 1].map(|face| self.left(images[face], index, face, [source, receiver]));
+        let kept = if world.is_cut_short { plane::kept(&edge.wedge, source, receiver) } else { 1.0 };
         for part in stretches {
             let k = self.spectrum.smallest_k();
             let path = EdgePath::new(&edge.wedge, source, receiver, part, lit, k);
             let way = sonel_diffraction::wedge::apex(source, receiver).clamp(part[0], part[1]);
             let point = edge.wedge.at(way);
-            let strength = self.at.radiator.factor(leg.leaving(point)).sqrt();
+            let strength = self.at.radiator.factor(leg.leaving(point)).sqrt() * kept;
             self.detours.push((path.detour(), leg.towards(point)));
             self.add_waves(&path, strength, images, &left);
         }
@@ -194,34 +209,8 @@ impl<'a> Family<'a> {
         air * self.course.mirrored[band]
     }
 
-    /// What the plane of a face of `edge` leaves in every cell of a term of the `image` in it between two points about the edge.
-    fn left(&self, image: usize, edge: &RoomEdge, face: usize, [from, to]: [WedgePoint; 2]) -> Vec<f64> {
-        let turn = turn(edge, from, to, face);
-        let (away, plane) = (excess(from, to, turn), &edge.faces[face]);
-        let mirrored: Vec<f64> = self.at.specular(plane).map(f64::sqrt).collect();
-        let lit = self.images[image].lit.is_some();
-        // Nobody knows whether an image of three reflections is lit, so it fades towards where it may be.
-        let middle = edge.wedge.at(0.5 * edge.wedge.length());
-        let may_be_lit = |mirror: &PlaneMirror| {
-            mirror.height(middle) < 0.0 && !mirror.is_across(plane) && !mirror.is_turned_from(plane)
-        };
-        let unknown = self.course.is_behind() && self.course.world.mirror.as_ref().is_some_and(may_be_lit);
-        let of = |cell: &Cell| {
-            let mirrored = mirrored[cell.band];
-            // Deep in the image's shadow a face is rigid, on the boundary it is the mirror that it is there.
-            let dark = 1.0 - faded(cell.k, away);
-            match unknown {
-                true if turn > PI => dark,
-                true => 0.0,
-                false if lit => mirrored,
-                false => mirrored + (1.0 - mirrored) * dark,
-            }
-        };
-        self.spectrum.cells().iter().map(of).collect()
-    }
-
     /// Index of the image of the course in a face of `edge`, on `leg`.
-    fn image(&mut self, edge: &RoomEdge, leg: &Leg, face: usize, reflections: &[Reflection]) -> usize {
+    fn image(&mut self, edge: &RoomEdge, leg: &Leg<'_>, face: usize, reflections: &[Reflection]) -> usize {
         self.image_at(edge.faces[face].image(leg.source), reflections)
     }
 
@@ -299,7 +288,7 @@ impl<'a> Family<'a> {
         for (length, towards) in detours {
             if arrivals.last().is_none_or(|last| length > last.length + together) {
                 let shaded = !(self.base.clear && arrivals.is_empty());
-                let order = u32::from(self.base.shown);
+                let order = self.base.order();
                 arrivals.push(EdgeArrival { length, towards, order, shaded, energy: Vec::new() });
             }
         }
@@ -412,22 +401,6 @@ fn faded(k: f64, clearance: f64) -> f64 {
 fn within(stretches: Vec<[f64; 2]>, part: [f64; 2]) -> Vec<[f64; 2]> {
     let cut = stretches.into_iter().map(|[low, high]| [low.max(part[0]), high.min(part[1])]);
     cut.filter(|[low, high]| low < high).collect()
-}
-
-/// By how much [rad] a wave turns about `edge` that seems to come from the image in `face`: π on the image's boundary.
-fn turn(edge: &RoomEdge, source: WedgePoint, receiver: WedgePoint, face: usize) -> f64 {
-    let sum = source.angle + receiver.angle;
-    if face == 0 { sum } else { 2.0 * edge.wedge.angle() - sum }
-}
-
-/// Way over the edge less the straight one of a wave that turns about it by `turn` [rad], in m; grows on both sides of its boundary.
-fn excess(source: WedgePoint, receiver: WedgePoint, turn: f64) -> f64 {
-    // Beyond a whole turn the image is as far off as it can be.
-    let half = libm::cos(0.5 * turn.min(TAU));
-    let (sum, offset) = (source.radius + receiver.radius, receiver.along - source.along);
-    let detour = libm::hypot(sum, offset);
-    let excess = 4.0 * source.radius * receiver.radius * half * half;
-    excess / (detour + (detour * detour - excess).max(0.0).sqrt())
 }
 
 /// Angle [rad] about a boundary within which f32 does not tell on which side of it `receiver` is.

@@ -8,6 +8,9 @@ use sonel_map::CoefficientTable;
 /// Sine of the angle within which directions are perpendicular [1].
 pub(crate) const PERPENDICULAR: f64 = 1e-6;
 
+/// How far off a surface, in lifts, it is felt for.
+const FELT: f64 = 16.0;
+
 /// A plane seen from the side of its normal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlaneMirror {
@@ -28,6 +31,12 @@ impl PlaneMirror {
         let normal = of.normal * side.sign();
         let offset = side.sign() * (of.offset - of.normal.dot(geometry.center()));
         Self { plane: of.plane, surface, normal, offset }
+    }
+
+    /// Whether `other` is this one.
+    #[must_use]
+    pub fn is(&self, other: &Self) -> bool {
+        self.plane == other.plane && self.faces_with(other)
     }
 
     /// Height of `point` over the plane, positive in the air before it [m].
@@ -67,10 +76,29 @@ impl PlaneMirror {
         self.normal.dot(other.normal).abs() <= PERPENDICULAR
     }
 
-    /// Whether it is turned to the opposite side of `other`.
+    /// Whether it is turned to the same side as `other`, which is parallel.
     #[must_use]
-    pub fn is_turned_from(&self, other: &Self) -> bool {
-        (self.normal + other.normal).length() <= PERPENDICULAR
+    pub fn is_turned_with(&self, other: &Self) -> bool {
+        (self.normal - other.normal).length() <= PERPENDICULAR
+    }
+
+    /// Whether there is a surface at `foot` in the plane, a little off to the side of `aside`.
+    #[must_use]
+    pub fn is_felt(&self, geometry: &Geometry, foot: DVec3, aside: DVec3) -> bool {
+        let off = (self.normal + aside) * (FELT * f64::from(geometry.lift()));
+        let hit = geometry.closest_hit(Departure::free((foot + off).as_vec3()), -self.normal.as_vec3());
+        hit.is_some_and(|hit| geometry.surface(hit.surface).plane == self.plane)
+    }
+
+    /// Whether anything of `other` is before it.
+    fn sees(&self, geometry: &Geometry, other: &Self) -> bool {
+        let (mesh, center) = (geometry.mesh(), geometry.center());
+        let within = f64::from(geometry.lift());
+        let is_before = |corner: &u32| self.height(mesh.vertices[*corner as usize] - center) > within;
+        let in_other = geometry.surfaces().iter().filter(|surface| surface.plane == other.plane);
+        in_other
+            .flat_map(|surface| &surface.triangles)
+            .any(|&triangle| mesh.triangles[triangle as usize].corners.iter().any(is_before))
     }
 
     /// Unit normal towards the air.
@@ -113,11 +141,25 @@ pub(crate) fn planes(geometry: &Geometry, table: &CoefficientTable) -> Vec<Plane
         let sides = if surface.closed { &[Side::Front][..] } else { &[Side::Front, Side::Back] };
         for &side in sides {
             let mirror = PlaneMirror::new(geometry, SurfaceId(index as u32), side);
-            let known = |other: &PlaneMirror| other.plane == mirror.plane && other.faces_with(&mirror);
-            if !planes.iter().any(known) {
+            if !planes.iter().any(|other| other.is(&mirror)) {
                 planes.push(mirror);
             }
         }
     }
     planes
+}
+
+/// All pairs of `planes` by way of which sound may go, one after the other; of two at a right angle only one order, which stands for both.
+#[must_use]
+pub(crate) fn chains(geometry: &Geometry, planes: &[PlaneMirror]) -> Vec<[PlaneMirror; 2]> {
+    let mut chains = Vec::new();
+    for (index, one) in planes.iter().enumerate() {
+        for (other_index, other) in planes.iter().enumerate() {
+            let is_known = other_index < index && one.is_across(other);
+            if !is_known && one.sees(geometry, other) && other.sees(geometry, one) {
+                chains.push([*one, *other]);
+            }
+        }
+    }
+    chains
 }

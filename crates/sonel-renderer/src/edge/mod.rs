@@ -1,21 +1,23 @@
 //! L E R and L S E R: what edges do to the direct path and to the mirror images of low order.
 //!
-//! Every base path (the direct one, and one mirror reflection at a plane without diffracting edges) is a family of waves:
+//! Every base path (the direct one, and one or two mirror reflections at planes without diffracting edges) is a family of waves:
 //! itself where it is clear, the terms of every edge about it that belong to it, and for each plane at an edge the mirror
 //! image in it with the terms that belong to that ([`family`]). The family replaces the base path and those images:
 //! their energies are never added to it. Which part of an edge takes part is what both ends see of it ([`view`]).
 //!
 //! Over two edges of a face or a sheet and over three of a solid ([`passage`]) base paths are diffracted several times. What a plane
-//! mirrors meets the edges of the room doubled about it ([`world`]).
+//! mirrors meets the edges of the room unfolded about it ([`world`], [`rooms`]).
 //!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
 //! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
 //!
 //! References: [Svensson1999] (docs/references.md), docs/physics.md §5.1.
 
+mod chain;
 mod family;
 mod mirror;
 mod passage;
+mod rooms;
 mod view;
 mod world;
 
@@ -26,15 +28,10 @@ use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes};
 
 use crate::mirror::{MirrorArrival, Radiator};
-use family::{Course, Family};
+use family::Family;
 use mirror::PlaneMirror;
-use world::{RoomEdge, World};
-
-/// Base paths with a reflection are diffracted as long as planes times edges are no more than this.
-const PAIR_LIMIT: usize = 2000;
-/// More passages than this by way of all mirrors, a third of a second for each receiver, and they go without those over three edges, or
-/// without all.
-const PASSAGE_LIMIT: usize = 1024;
+use rooms::Rooms;
+use world::RoomEdge;
 
 /// How many resolutions from a plane a place may lie in it.
 const IN_PLANE: f64 = 8.0;
@@ -45,14 +42,7 @@ pub(crate) const RECEIVER_OUT: f64 = 16.0;
 
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
-    /// As the direct path meets them.
-    direct: World,
-    /// As its images in planes with edges meet those that are before the plane.
-    images: Vec<World>,
-    /// What the images of edges add to the direct path, and what is taken away for it.
-    behind: Vec<[World; 2]>,
-    /// As base paths meet them that planes without edges mirror.
-    mirrored: Vec<World>,
+    rooms: Rooms,
     spectrum: Spectrum,
 }
 
@@ -108,36 +98,10 @@ impl Edges {
         if edges.is_empty() {
             return None;
         }
-        let has_edges = |mirror: &PlaneMirror| {
-            edges.iter().any(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane))
-        };
-        let (mut with_edges, mut without) =
-            mirror::planes(geometry, table).into_iter().partition::<Vec<PlaneMirror>, _>(has_edges);
-        if without.len() * edges.len() > PAIR_LIMIT {
-            without.clear();
-        }
-        if (without.len() + with_edges.len()) * edges.len() > PAIR_LIMIT {
-            with_edges.clear();
-        }
-        let direct = World::new(edges);
-        let doubled = |mirrors: &[PlaneMirror]| {
-            let worlds = mirrors.iter().map(|mirror| World::doubled(geometry, &direct.edges, mirror));
-            worlds.filter(|world| !world.edges.is_empty()).collect::<Vec<World>>()
-        };
-        let (mut images, mut mirrored) = (doubled(&with_edges), doubled(&without));
-        let behind = with_edges.iter().chain(&without).map(|mirror| World::behind(geometry, &direct, mirror));
-        let mut behind: Vec<[World; 2]> = behind.filter(|[world, _]| !world.alone.is_empty()).collect();
-        let mut in_mirrors: Vec<&mut World> =
-            images.iter_mut().chain(&mut mirrored).chain(behind.iter_mut().flatten()).collect();
-        for most in [2, 0] {
-            if in_mirrors.iter().map(|world| world.passages.len()).sum::<usize>() > PASSAGE_LIMIT {
-                let shorten = |world: &mut &mut World| world.passages.retain(|way| way.edges.len() <= most);
-                in_mirrors.iter_mut().for_each(shorten);
-            }
-        }
+        let rooms = Rooms::new(geometry, table, edges);
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);
-        Some(Self { direct, images, behind, mirrored, spectrum })
+        Some(Self { rooms, spectrum })
     }
 
     /// The place of a source or receiver [m], or one beside it if it lies in the plane of a face: whether it sees an edge past the face
@@ -145,7 +109,7 @@ impl Edges {
     #[must_use]
     pub fn beside_planes(&self, geometry: &Geometry, place: DVec3, out: f64) -> DVec3 {
         let resolution = f64::from(geometry.resolution());
-        let faces = self.direct.edges.iter().flat_map(|edge| &edge.faces);
+        let faces = self.rooms.direct.edges.iter().flat_map(|edge| &edge.faces);
         faces.fold(place, |place, face| {
             let in_plane = face.height(place).abs() <= IN_PLANE * resolution;
             if in_plane { place + face.normal() * (out * resolution) } else { place }
@@ -154,17 +118,10 @@ impl Edges {
 
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the
     /// ratios of those that edges change are set.
-    pub fn hear(&self, at: &Listening<'_>, reflections: &mut [Reflection]) -> Vec<EdgeArrival> {
+    pub fn hear<'a>(&'a self, at: &'a Listening<'_>, reflections: &mut [Reflection]) -> Vec<EdgeArrival> {
+        let families = self.rooms.families(at, reflections);
         let mut arrivals = Vec::new();
-        // The images in the planes at the edges have one reflection more than their base.
-        let (mut direct, mut mirrored) = (vec![Course::direct(&self.direct, at)], Vec::new());
-        if at.complete_order >= 2 {
-            let image = |world| Course::image(world, at, reflections);
-            direct.extend(self.images.iter().filter_map(image));
-            direct.extend(self.behind.iter().filter_map(|worlds| Course::behind(worlds, at)).flatten());
-            mirrored.extend(self.mirrored.iter().filter_map(image).map(|course| vec![course]));
-        }
-        for courses in std::iter::once(direct).chain(mirrored) {
+        for courses in families {
             arrivals.extend(Family::new(&courses, &self.spectrum, at, reflections).hear(reflections));
         }
         arrivals

@@ -6,9 +6,10 @@
 
 use glam::DVec3;
 use sonel_diffraction::Wedge;
-use sonel_geometry::{Departure, Geometry};
+use sonel_geometry::Geometry;
 
-use super::mirror::{PlaneMirror, reflects};
+use super::chain::Chain;
+use super::world::Copy;
 
 /// Points at which an edge is looked at.
 const POINTS: usize = 9;
@@ -18,42 +19,30 @@ const HALVINGS: usize = 8;
 /// How far before a mirror, in lifts, an edge's foot on it is looked at.
 const OFF_THE_MIRROR: f64 = 16.0;
 
-/// Where a base path begins and ends, unfolded about its mirror if it has one: the source may then be an image, and what of an edge is
-/// behind the mirror is the image of what is before it.
+/// Where a base path begins and ends, unfolded about the mirrors that show it: the source may then be an image, and what of an edge is
+/// in another copy of the room than the receiver is the image of one.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Leg {
+pub(crate) struct Leg<'a> {
     /// Where the sound seems to come from [m].
     pub source: DVec3,
+    /// Where it comes from [m].
+    pub origin: DVec3,
     /// Where it is heard [m].
     pub receiver: DVec3,
-    /// The mirror.
-    pub mirror: Option<PlaneMirror>,
-    /// Whether the source is an image in it.
-    pub shown: bool,
+    /// The mirrors that show the source.
+    pub shown: &'a Chain,
 }
 
-impl Leg {
-    /// Whether the sound of the source reaches `point`.
-    pub fn arrives(&self, geometry: &Geometry, point: DVec3) -> bool {
-        let Some(mirror) = self.mirror else { return sees(geometry, self.source, point) };
-        let (behind, point) = before(geometry, &mirror, point);
-        let source = if self.shown { mirror.image(self.source) } else { self.source };
-        if behind == self.shown {
-            sees(geometry, source, point)
-        } else {
-            reflects(geometry, &[mirror], source, point)
-        }
+impl Leg<'_> {
+    /// Whether the sound of the source reaches `point` in `copy`.
+    pub fn arrives(&self, geometry: &Geometry, copy: &Copy, point: DVec3) -> bool {
+        let mirrors = &copy.before;
+        mirrors.reaches(geometry, self.origin, copy.seen(geometry, point))
     }
 
-    /// Whether the sound from `point` reaches the receiver.
-    pub fn goes_on(&self, geometry: &Geometry, point: DVec3) -> bool {
-        let Some(mirror) = self.mirror else { return sees(geometry, self.receiver, point) };
-        let (behind, point) = before(geometry, &mirror, point);
-        if behind {
-            reflects(geometry, &[mirror], self.receiver, point)
-        } else {
-            sees(geometry, self.receiver, point)
-        }
+    /// Whether the sound from `point` in `copy` reaches the receiver.
+    pub fn goes_on(&self, geometry: &Geometry, copy: &Copy, point: DVec3) -> bool {
+        copy.behind.reaches(geometry, self.receiver, copy.seen(geometry, point))
     }
 
     /// Unit direction from the receiver to where sound from `point` on the edge seems to come from.
@@ -63,24 +52,18 @@ impl Leg {
 
     /// Direction in which the sound leaves the source for `point` on the edge [m].
     pub fn leaving(&self, point: DVec3) -> DVec3 {
-        match &self.mirror {
-            Some(mirror) if self.shown => mirror.image(point) - mirror.image(self.source),
-            _ => point - self.source,
-        }
+        self.shown.reversed().image(point) - self.origin
     }
 }
 
-/// Whether `point` is behind `mirror`, and where it is or has its image before that.
-fn before(geometry: &Geometry, mirror: &PlaneMirror, point: DVec3) -> (bool, DVec3) {
-    let height = mirror.height(point);
-    let least = OFF_THE_MIRROR * f64::from(geometry.lift());
-    let lifted = if height.abs() < least { mirror.normal() * (least - height.abs()) } else { DVec3::ZERO };
-    if height < 0.0 { (true, mirror.image(point) + lifted) } else { (false, point + lifted) }
-}
-
-/// Whether `from` is seen from `point`.
-fn sees(geometry: &Geometry, from: DVec3, point: DVec3) -> bool {
-    !geometry.is_blocked(Departure::free(from.as_vec3()), point.as_vec3())
+impl Copy {
+    /// The place in the room of which `point` is the image, off the mirrors beside it.
+    fn seen(&self, geometry: &Geometry, point: DVec3) -> DVec3 {
+        let least = OFF_THE_MIRROR * f64::from(geometry.lift());
+        self.beside.iter().fold(self.behind.image(point), |point, mirror| {
+            point + mirror.normal() * (least - mirror.height(point)).max(0.0)
+        })
+    }
 }
 
 /// The stretches of an edge, from its start [m], of which `seen` holds.

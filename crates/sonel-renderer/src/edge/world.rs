@@ -1,24 +1,24 @@
-//! The edges of the room as a base path meets them: for the direct path as they are; for one that a plane mirrors, unfolded: those
-//! before the plane with their images behind it.
+//! The edges of the room as a base path meets them: for the direct path as they are; for one that planes mirror, unfolded: those
+//! behind the last plane with the images of those before it.
 //!
-//! In the doubled room the base path is straight, from the image of the source to the receiver, and all ways over edges that are
-//! mirrored once are ways over the edges of either half: source, mirror, edge, receiver over one before the plane; source, edge,
+//! In the unfolded room the base path is straight, from the image of the source to the receiver, and all ways over edges that are
+//! mirrored as often are ways over the edges of one of its copies: source, mirror, edge, receiver over one before the plane; source, edge,
 //! mirror, receiver over an image. A face that stands on the mirror goes on in its image, and an edge that ends there does:
 //! source, edge, mirror, another edge or the same, receiver is a way over two edges of the doubled face.
 
-use std::ops::Range;
+mod unfolding;
 
+use glam::DVec3;
 use sonel_diffraction::Wedge;
-use sonel_geometry::{Departure, Geometry, PlaneId};
+use sonel_geometry::Geometry;
 
-use super::mirror::PlaneMirror;
-use super::passage::{Border, Passage, faces, is_convex, passages};
+use super::chain::Chain;
+use super::mirror::{PERPENDICULAR, PlaneMirror};
+use super::passage::{Passage, faces, passages};
+use unfolding::Unfolding;
 
 /// Resolutions within which an end lies in the mirror.
 const IN_MIRROR: f64 = 8.0;
-
-/// How far off a face, in lifts, the mirror that it stands on is felt for.
-const FELT: f64 = 16.0;
 
 /// An edge of the room, or the image of one.
 #[derive(Debug, Clone, Copy)]
@@ -29,15 +29,34 @@ pub(crate) struct RoomEdge {
     pub faces: [PlaneMirror; 2],
 }
 
+/// The room as it is met after some of the mirrors and before the others.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Copy {
+    /// Mirrors between the source and an edge, as met from the source.
+    pub before: Chain,
+    /// Mirrors between the receiver and an edge, as met from the receiver.
+    pub behind: Chain,
+    /// Mirrors that part it from other copies.
+    pub beside: Vec<PlaneMirror>,
+}
+
 /// All edges that a base path meets.
 pub(crate) struct World {
-    /// The mirror about which it is doubled; none for the direct path.
-    pub mirror: Option<PlaneMirror>,
+    /// The mirrors that show the source: none for the direct path.
+    pub shown: Chain,
+    /// The mirror that is met both before and after edges, by what is part of the direct path's field.
+    pub behind: Option<PlaneMirror>,
     pub edges: Vec<RoomEdge>,
-    /// Those that are met alone.
-    pub alone: Range<usize>,
+    /// The part of each edge that is met alone [m].
+    pub alone: Vec<[f64; 2]>,
     /// Edges that are passed one after the other.
     pub passages: Vec<Passage>,
+    /// Whether there would be more passages than can be followed, so that what comes over one edge fades to nothing where it would go on over
+    /// a second one.
+    pub is_cut_short: bool,
+    copies: Vec<Copy>,
+    /// Up to where each edge is in which copy [m].
+    parts: Vec<Vec<(f64, usize)>>,
 }
 
 impl World {
@@ -45,158 +64,109 @@ impl World {
     #[must_use]
     pub fn new(edges: Vec<RoomEdge>) -> Self {
         let passages = passages(&edges, &faces(&edges));
-        Self { mirror: None, alone: 0..edges.len(), edges, passages }
+        Self::with_passages(edges, passages)
     }
 
-    /// What of the room of `real` edges is before `mirror`, and its image.
+    fn with_passages(edges: Vec<RoomEdge>, passages: Vec<Passage>) -> Self {
+        Self {
+            shown: Chain::default(),
+            behind: None,
+            alone: edges.iter().map(|edge| [0.0, edge.wedge.length()]).collect(),
+            parts: vec![vec![(f64::INFINITY, 0)]; edges.len()],
+            edges,
+            passages,
+            is_cut_short: false,
+            copies: vec![Copy::default()],
+        }
+    }
+
+    /// What of the room of `real` edges is before the mirrors of `shown`, and its images.
     #[must_use]
-    pub fn doubled(geometry: &Geometry, real: &[RoomEdge], mirror: &PlaneMirror) -> Self {
-        let halves = Halves::new(geometry, real, mirror);
-        let (edges, places, _) = halves.edges();
-        let passages = halves.passages(&edges, &places);
-        Self { mirror: Some(*mirror), alone: 0..edges.len(), edges, passages }
+    pub fn unfolded(geometry: &Geometry, real: &[RoomEdge], shown: Chain) -> Self {
+        let unfolding = Unfolding::of(geometry, real, &shown);
+        let passages = unfolding.passages();
+        let Unfolding { edges, parts, copies, .. } = unfolding;
+        let alone = edges.iter().map(|edge| [0.0, edge.wedge.length()]).collect();
+        Self { shown, behind: None, edges, alone, passages, is_cut_short: false, copies, parts }
     }
 
     /// What the image in `mirror` adds to the `room` for a path that meets the mirror before the first and after the last edge: the ways that
     /// go over an image, and, to be taken away, those over edges of the room that go on in theirs.
     #[must_use]
     pub fn behind(geometry: &Geometry, room: &Self, mirror: &PlaneMirror) -> [Self; 2] {
-        let halves = Halves::new(geometry, &room.edges, mirror);
-        let (edges, places, real) = halves.edges();
-        let mut passages = halves.passages(&edges, &places);
-        passages.retain(|way| way.edges.iter().any(|passed| passed.edge >= real));
-        let with_images = Self { mirror: Some(*mirror), alone: real..edges.len(), edges, passages };
-        let goes_on: Vec<Option<bool>> = room
-            .edges
-            .iter()
-            .map(|edge| edge.before(mirror, halves.within).map(|edge| halves.whole(&edge).is_some()))
-            .collect();
+        let unfolding = Unfolding::behind(geometry, &room.edges, mirror);
+        let goes_on: Vec<Option<bool>> = (0..room.edges.len()).map(|edge| unfolding.goes_on(edge)).collect();
+        let mut passages = unfolding.passages();
+        let Unfolding { edges, parts, copies, .. } = unfolding;
+        let alone: Vec<[f64; 2]> = parts.iter().map(|parts| stretch(parts, 1)).collect();
+        let is_image = |edge: usize| parts[edge].iter().any(|&(_, copy)| copy == 1);
+        passages.retain(|way| way.edges.iter().any(|passed| is_image(passed.edge)));
+        let with_images = Self {
+            shown: Chain::default(),
+            behind: Some(*mirror),
+            edges,
+            alone,
+            passages,
+            is_cut_short: false,
+            copies,
+            parts,
+        };
         let is_in_both = |way: &&Passage| {
             let edges = || way.edges.iter().map(|passed| goes_on[passed.edge]);
             edges().all(|edge| edge.is_some()) && edges().any(|edge| edge == Some(true))
         };
         let passages = room.passages.iter().filter(is_in_both).cloned().collect();
-        [with_images, Self { mirror: None, edges: room.edges.clone(), alone: 0..0, passages }]
+        let alone = vec![[0.0; 2]; room.edges.len()];
+        [with_images, Self { alone, ..Self::with_passages(room.edges.clone(), passages) }]
     }
 
-    /// The part of an edge that is behind the mirror [m].
+    /// Where the place `point` on an edge is [m].
     #[must_use]
-    pub fn behind_mirror(&self, edge: &RoomEdge) -> [f64; 2] {
-        let length = edge.wedge.length();
-        let Some(mirror) = self.mirror else { return [0.0; 2] };
-        let [low, high] = [0.0, length].map(|end| mirror.height(edge.wedge.at(end)));
-        let crossing = || length * low / (low - high);
-        match (low < 0.0, high < 0.0) {
-            (true, true) => [0.0, length],
-            (true, false) => [0.0, crossing()],
-            (false, true) => [crossing(), length],
-            (false, false) => [0.0; 2],
-        }
+    pub fn copy(&self, edge: usize, point: DVec3) -> &Copy {
+        let wedge = &self.edges[edge].wedge;
+        let along = (point - wedge.at(0.0)).dot(wedge.direction());
+        let parts = &self.parts[edge];
+        let part = parts.iter().find(|(end, _)| along <= *end).or(parts.last());
+        &self.copies[part.expect("every edge is somewhere").1]
+    }
+
+    /// Where the middle of an edge is.
+    #[must_use]
+    pub fn copy_at_middle(&self, edge: usize) -> &Copy {
+        let wedge = &self.edges[edge].wedge;
+        self.copy(edge, wedge.at(0.5 * wedge.length()))
     }
 }
 
-/// A room about to be doubled.
-struct Halves<'a> {
-    geometry: &'a Geometry,
-    mirror: &'a PlaneMirror,
-    /// Resolution [m] of what is in the mirror.
-    within: f64,
-    /// Edges before the mirror.
-    before: Vec<RoomEdge>,
-    /// Planes that meet the mirror in an edge that diffracts: they go round that and not on in an image.
-    round: Vec<PlaneId>,
+impl Copy {
+    /// All mirrors of a path that a `face`, as it is unfolded, mirrors here.
+    #[must_use]
+    pub fn with(&self, face: &PlaneMirror) -> Chain {
+        let behind = self.behind.reversed();
+        let face = self.behind.image_of(face);
+        Chain::of(&[self.before.mirrors(), &[face], behind.mirrors()].concat())
+    }
+
+    /// Whether a `face`, as it is unfolded, may show here an image of three reflections.
+    #[must_use]
+    pub fn may_show_thrice(&self, face: &PlaneMirror) -> bool {
+        let face = self.behind.image_of(face);
+        let ends = [self.before.mirrors().last(), self.behind.mirrors().last()];
+        let is_one = matches!(ends, [Some(one), Some(other)] if one.plane == other.plane);
+        let beside = || ends.into_iter().flatten();
+        self.before.order() + self.behind.order() >= 2
+            // What is mirrored before and behind a face at a right angle to the mirror is mirrored in the face alone.
+            && !(is_one && beside().all(|mirror| mirror.is_across(&face)))
+            // From a mirror sound goes to what is turned towards it.
+            && !beside().any(|mirror| mirror.is_turned_with(&face))
+    }
 }
 
-impl<'a> Halves<'a> {
-    fn new(geometry: &'a Geometry, real: &[RoomEdge], mirror: &'a PlaneMirror) -> Self {
-        let within = IN_MIRROR * f64::from(geometry.resolution());
-        let before = real.iter().filter_map(|edge| edge.before(mirror, within)).collect();
-        let at_mirror = real.iter().filter(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane));
-        let round = at_mirror.flat_map(|edge| edge.faces.map(|face| face.plane)).collect();
-        Self { geometry, mirror, within, before, round }
-    }
-
-    /// An edge and its image as one, if it stands on the mirror.
-    fn whole(&self, edge: &RoomEdge) -> Option<RoomEdge> {
-        let goes_on = edge.faces.iter().all(|face| !self.round.contains(&face.plane));
-        edge.with_its_image(self.mirror, self.within).filter(|_| goes_on)
-    }
-
-    /// The edges before the mirror and behind it, where each and its image are among them, and how many of them have no part behind it: the
-    /// first ones.
-    fn edges(&self) -> (Vec<RoomEdge>, Vec<[usize; 2]>, usize) {
-        let wholes: Vec<Option<RoomEdge>> = self.before.iter().map(|edge| self.whole(edge)).collect();
-        let is_whole = |edge: &usize| wholes[*edge].is_some();
-        let (whole, apart): (Vec<usize>, Vec<usize>) = (0..self.before.len()).partition(is_whole);
-        let mut edges: Vec<RoomEdge> = apart.iter().map(|&edge| self.before[edge]).collect();
-        edges.extend(whole.iter().filter_map(|&edge| wholes[edge]));
-        edges.extend(apart.iter().map(|&edge| self.before[edge].image(self.mirror)));
-        let mut places = vec![[0; 2]; self.before.len()];
-        for (place, &edge) in apart.iter().enumerate() {
-            places[edge] = [place, self.before.len() + place];
-        }
-        for (place, &edge) in whole.iter().enumerate() {
-            places[edge] = [apart.len() + place; 2];
-        }
-        (edges, places, apart.len())
-    }
-
-    /// The passages among `edges`, of which `places` says for each before the mirror where it and its image are.
-    fn passages(&self, edges: &[RoomEdge], places: &[[usize; 2]]) -> Vec<Passage> {
-        let mut doubled = Vec::new();
-        for face in faces(&self.before) {
-            let [real, image] = [0, 1].map(|half| -> Vec<Border> {
-                face.iter().map(|&(edge, of)| (places[edge][half], of)).collect()
-            });
-            let mut whole = [real.clone(), image.clone()].concat();
-            whole.sort_unstable();
-            whole.dedup();
-            let of_sheet = || whole.iter().all(|&(edge, _)| edges[edge].wedge.is_rim());
-            if self.stands(&face) && (is_convex(edges, &whole) || of_sheet()) {
-                doubled.push(whole);
-            } else {
-                doubled.extend([real, image]);
-            }
-        }
-        let mut passages = passages(edges, &doubled);
-        passages.retain(|way| self.is_mirrored(edges, way));
-        passages
-    }
-
-    /// Whether a face stands on the mirror at a right angle.
-    fn stands(&self, face: &[Border]) -> bool {
-        let (mesh, center) = (self.geometry.mesh(), self.geometry.center());
-        let is_at_foot = |triangle: u32| {
-            let corners = mesh.triangles[triangle as usize].corners;
-            let height = |corner: u32| self.mirror.height(mesh.vertices[corner as usize] - center);
-            corners.iter().filter(|&&corner| height(corner).abs() <= self.within).count() >= 2
-        };
-        let planes = || face.iter().map(|&(edge, of)| &self.before[edge].faces[of]);
-        planes().all(|plane| self.mirror.is_across(plane) && !self.round.contains(&plane.plane))
-            && planes().any(|plane| {
-                self.geometry.surface(plane.surface).triangles.iter().any(|&triangle| is_at_foot(triangle))
-            })
-    }
-
-    /// Whether there is a mirror, which may have an end, between edges that sound passes one after the other on different sides of it.
-    fn is_mirrored(&self, edges: &[RoomEdge], way: &Passage) -> bool {
-        way.edges.windows(2).all(|pair| {
-            let [from, to] = [pair[0], pair[1]].map(|passed| {
-                let wedge = &edges[passed.edge].wedge;
-                wedge.at(0.5 * wedge.length())
-            });
-            let [above, below] = [self.mirror.height(from), -self.mirror.height(to)];
-            if above * below <= 0.0 {
-                return true;
-            }
-            let face = &edges[pair[0].edge].faces[usize::from(pair[0].at_second[1])];
-            let off = (self.mirror.normal() + face.normal()) * (FELT * f64::from(self.geometry.lift()));
-            let foot = from + (to - from) * (above / (above + below)) + off;
-            let departure = Departure::free(foot.as_vec3());
-            let hit = self.geometry.closest_hit(departure, -self.mirror.normal().as_vec3());
-            hit.is_some_and(|hit| self.geometry.surface(hit.surface).plane == self.mirror.plane)
-        })
-    }
+/// From where to where an edge of `parts` is in `copy` [m].
+fn stretch(parts: &[(f64, usize)], copy: usize) -> [f64; 2] {
+    let from = |part: usize| part.checked_sub(1).map_or(0.0, |before| parts[before].0);
+    let found = parts.iter().position(|&(_, of)| of == copy);
+    found.map_or([0.0; 2], |part| [from(part), parts[part].0])
 }
 
 impl RoomEdge {
@@ -216,76 +186,114 @@ impl RoomEdge {
         Some(Self { wedge, ..*self })
     }
 
-    fn image(&self, mirror: &PlaneMirror) -> Self {
-        let faces = [0, 1].map(|face| mirror.image_of(&self.faces[face]));
-        Self { wedge: mirror.image_of_wedge(&self.wedge), faces }
+    /// Its image behind all mirrors of `chain`.
+    fn image(&self, chain: &Chain) -> Self {
+        let image = |wedge: Wedge, mirror: &PlaneMirror| mirror.image_of_wedge(&wedge);
+        Self {
+            wedge: chain.mirrors().iter().fold(self.wedge, image),
+            faces: self.faces.map(|face| chain.image_of(&face)),
+        }
     }
 
-    /// The edge and its image as one, if it ends in `mirror` at a right angle.
-    fn with_its_image(&self, mirror: &PlaneMirror, within: f64) -> Option<Self> {
-        let length = self.wedge.length();
-        let sine = self.wedge.direction().cross(mirror.normal()).length();
-        let [low, high] = [0.0, length].map(|end| mirror.height(self.wedge.at(end)).abs());
-        let wedge = match (low <= within, high <= within) {
-            _ if sine > super::mirror::PERPENDICULAR => return None,
-            (true, _) => self.wedge.between([-length, length]),
-            (_, true) => self.wedge.between([0.0, 2.0 * length]),
-            _ => return None,
-        };
-        Some(Self { wedge, ..*self })
+    /// Its end in `mirror`, if it ends there at a right angle [m].
+    fn foot(&self, mirror: &PlaneMirror, within: f64) -> Option<DVec3> {
+        if self.wedge.direction().cross(mirror.normal()).length() > PERPENDICULAR {
+            return None;
+        }
+        let ends = [0.0, self.wedge.length()].map(|end| self.wedge.at(end));
+        ends.into_iter().find(|&end| mirror.height(end).abs() <= within)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::dvec3;
+    use glam::{DVec3, dvec3};
     use sonel_geometry::{Mesh, MeshTriangle, Side, SurfaceId};
 
-    /// A floor, and a screen in the plane x = 0 from y = −1 to 1 that begins at a height of `low`.
-    fn doubled(low: f64) -> World {
-        let sheet = |corners: [glam::DVec3; 4], first: u32| {
-            let triangle = |[a, b, c]: [u32; 3]| MeshTriangle {
-                corners: [first + a, first + b, first + c],
-                material: 0,
-            };
-            (corners, [triangle([0, 1, 2]), triangle([0, 2, 3])])
-        };
-        let floor = [[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]].map(|[x, y]| dvec3(x, y, 0.0));
-        let screen = [[-1.0, low], [1.0, low], [1.0, 2.0], [-1.0, 2.0]].map(|[y, z]| dvec3(0.0, y, z));
+    /// The edges of a screen in the plane x = 0 with these corners `[y, z]`, unfolded about floor and walls, as far as they are named: by a point
+    /// in each and its normal.
+    fn unfolded([low, high]: [[f64; 2]; 2], mirrors: &[(DVec3, DVec3)]) -> World {
         let mut mesh = Mesh::default();
-        for (corners, triangles) in [sheet(floor, 0), sheet(screen, 4)] {
+        let mut add = |corners: [DVec3; 4]| {
+            let first = mesh.vertices.len() as u32;
             mesh.vertices.extend(corners);
-            mesh.triangles.extend(triangles);
+            let triangles = [[0, 1, 2], [0, 2, 3]].map(|corners: [u32; 3]| corners.map(|c| first + c));
+            mesh.triangles.extend(triangles.map(|corners| MeshTriangle { corners, material: 0 }));
+        };
+        add([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
+            .map(|[y, z]| dvec3(0.0, y, z)));
+        for &(point, normal) in mirrors {
+            let (u, v) =
+                (9.0 * normal.any_orthonormal_vector(), 9.0 * normal.cross(normal.any_orthonormal_vector()));
+            add([point - u - v, point + u - v, point + u + v, point - u + v]);
         }
         let geometry = Geometry::build(mesh).unwrap();
-        let on_floor = |surface: SurfaceId| geometry.surface(surface).normal.z.abs() > 0.5;
-        let floor = (0..2).map(SurfaceId).find(|&surface| on_floor(surface)).unwrap();
-        let side = if geometry.surface(floor).normal.z > 0.0 { Side::Front } else { Side::Back };
         let of_screen = super::super::room_edges(&geometry)
             .into_iter()
-            .filter(|edge| !on_floor(edge.faces[0].surface))
+            .filter(|edge| geometry.surface(edge.faces[0].surface).normal.x.abs() > 0.5)
             .collect::<Vec<RoomEdge>>();
-        World::doubled(&geometry, &of_screen, &PlaneMirror::new(&geometry, floor, side))
+        let mirror = |&(point, normal): &(DVec3, DVec3)| {
+            let surfaces = (0..geometry.surfaces().len()).map(|surface| SurfaceId(surface as u32));
+            let sides = surfaces.flat_map(|surface| [Side::Front, Side::Back].map(|side| (surface, side)));
+            let mut planes = sides.map(|(surface, side)| PlaneMirror::new(&geometry, surface, side));
+            let is_it = |plane: &PlaneMirror| {
+                plane.normal().dot(normal) > 0.9 && plane.height(point - geometry.center()).abs() < 1e-6
+            };
+            planes.find(is_it).unwrap()
+        };
+        let mirrors: Vec<PlaneMirror> = mirrors.iter().map(mirror).collect();
+        World::unfolded(&geometry, &of_screen, Chain::of(&mirrors))
+    }
+
+    const FLOOR: (DVec3, DVec3) = (DVec3::ZERO, DVec3::Z);
+
+    fn lengths(world: &World) -> Vec<f64> {
+        let length = |edge: &RoomEdge| (1e6 * edge.wedge.length()).round() * 1e-6;
+        let mut lengths: Vec<f64> = world.edges.iter().map(length).collect();
+        lengths.sort_by(f64::total_cmp);
+        lengths
     }
 
     #[test]
     fn a_screen_on_a_floor_is_one_of_twice_the_height() {
-        let world = doubled(0.0);
-        let mut lengths: Vec<f64> = world.edges.iter().map(|edge| edge.wedge.length()).collect();
-        lengths.sort_by(f64::total_cmp);
-        assert_eq!(lengths.len(), 4);
-        assert!(lengths.iter().zip([2.0, 2.0, 4.0, 4.0]).all(|(a, b)| (a - b).abs() < 1e-6), "{lengths:?}");
+        let world = unfolded([[-1.0, 0.0], [1.0, 2.0]], &[FLOOR]);
+        assert_eq!(lengths(&world), [2.0, 2.0, 4.0, 4.0]);
         assert_eq!(world.passages.len(), 6, "each rim with each");
     }
 
     #[test]
     fn a_screen_above_a_floor_and_its_image_are_two() {
-        let world = doubled(0.5);
+        let world = unfolded([[-1.0, 0.5], [1.0, 2.0]], &[FLOOR]);
         assert_eq!((world.edges.len(), world.passages.len()), (8, 12));
-        let mirror = world.mirror.unwrap();
+        let mirror = world.shown.mirrors()[0];
         let is_before = |edge: usize| mirror.height(world.edges[edge].wedge.at(0.0)) > 0.0;
         let [one, other] = [0, 1].map(|of| world.passages.iter().map(move |way| way.edges[of].edge));
         assert!(one.zip(other).all(|(one, other)| is_before(one) == is_before(other)));
+    }
+
+    #[test]
+    fn a_screen_in_a_corner_is_one_of_four_times_the_size() {
+        let wall = (dvec3(0.0, -1.0, 0.0), DVec3::Y);
+        for mirrors in [[FLOOR, wall], [wall, FLOOR]] {
+            let world = unfolded([[-1.0, 0.0], [1.0, 3.0]], &mirrors);
+            assert_eq!(lengths(&world), [4.0, 4.0, 6.0, 6.0]);
+            assert_eq!(world.passages.len(), 6, "each rim with each");
+        }
+    }
+
+    #[test]
+    fn between_walls_that_face_one_another_a_screen_is_one_of_three_times_the_width() {
+        let walls = [(dvec3(0.0, -1.0, 0.0), DVec3::Y), (dvec3(0.0, 1.0, 0.0), DVec3::NEG_Y)];
+        for mirrors in [walls, [walls[1], walls[0]]] {
+            let world = unfolded([[-1.0, 0.5], [1.0, 3.0]], &mirrors);
+            assert_eq!(lengths(&world), [6.0, 6.0]);
+            let top = (0..2).find(|&edge| world.edges[edge].wedge.at(0.0).z > 0.0).unwrap();
+            let orders = [0.5, 2.5, 4.5].map(|along| {
+                let copy = world.copy(top, world.edges[top].wedge.at(along));
+                [copy.before.order(), copy.behind.order()]
+            });
+            assert!(orders == [[2, 0], [1, 1], [0, 2]] || orders == [[0, 2], [1, 1], [2, 0]], "{orders:?}");
+        }
     }
 }

@@ -10,9 +10,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use sonel_diffraction::wedge::rapidity;
 
-use super::super::mirror::{PlaneMirror, reflects};
 use super::super::view::Leg;
 use super::super::world::RoomEdge;
+use super::face::turn;
 use super::{Course, Family, Reflection, doubt};
 
 /// So many times what is in doubt counts as the corner: the doubt is then too small a part of a right angle to be heard beyond.
@@ -30,36 +30,35 @@ enum CutOff {
 impl Family<'_> {
     /// A place beside the receiver [m] if a corner that `course` meets is in line with it.
     pub(super) fn beside_corners(&self, course: &Course<'_>, reflections: &[Reflection]) -> Option<DVec3> {
-        if course.is_behind() {
+        if course.world.behind.is_some() {
             return None;
         }
         let receiver = self.at.receiver;
         let leg = course.leg(receiver);
-        course.world.edges.iter().find_map(|edge| {
-            let (wave, step) = self.corner_in_line(edge, &leg)?;
+        course.world.edges.iter().enumerate().find_map(|(index, edge)| {
+            // Images of three reflections fade towards where they begin.
+            let faces = if course.order() < 2 { &[0, 1][..] } else { &[] };
+            let (wave, step) = self.corner_in_line(edge, faces, &leg)?;
             let along = edge.wedge.direction();
             let across = (receiver - leg.source).cross(along).normalize_or_zero();
             let places = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
                 .map(|(u, v): (f64, f64)| receiver + (along * u + across * v) * step);
             let is_known = self.is_known(course, edge, wave, reflections);
-            places.into_iter().find(|place| self.is_there(course, edge, wave, *place) == is_known)
+            places.into_iter().find(|place| self.is_there(course, index, wave, *place) == is_known)
         })
     }
 
     /// Which wave on `leg` is cut off by `edge` just where that ends, and how far to go from there [m].
-    fn corner_in_line(&self, edge: &RoomEdge, leg: &Leg) -> Option<(CutOff, f64)> {
+    fn corner_in_line(&self, edge: &RoomEdge, faces: &[usize], leg: &Leg<'_>) -> Option<(CutOff, f64)> {
         let (source, receiver) = (edge.wedge.locate(leg.source)?, edge.wedge.locate(leg.receiver)?);
         let within = doubt(self.at, source, receiver);
         if source.radius <= 0.0 || receiver.radius <= 0.0 {
             return None;
         }
-        let sum = source.angle + receiver.angle;
-        let turns = [
-            (CutOff::Direct, (source.angle - receiver.angle).abs()),
-            (CutOff::Image(0), sum),
-            (CutOff::Image(1), 2.0 * edge.wedge.angle() - sum),
-        ];
-        let (wave, _) = *turns.iter().find(|(_, turn)| (turn - PI).abs() <= CLOSE * within)?;
+        let direct = (CutOff::Direct, (source.angle - receiver.angle).abs());
+        let image = |&face: &usize| (CutOff::Image(face), turn(edge, source, receiver, face));
+        let mut turns = std::iter::once(direct).chain(faces.iter().map(image));
+        let (wave, _) = turns.find(|(_, turn)| (turn - PI).abs() <= CLOSE * within)?;
         let ends = [0.0, edge.wedge.length()];
         let at_end = ends.into_iter().any(|end| rapidity(source, receiver, end).abs() <= CLOSE * within);
         at_end.then_some((wave, BESIDE * within * receiver.radius))
@@ -82,22 +81,12 @@ impl Family<'_> {
     }
 
     /// Whether a wave reaches `place` [m].
-    fn is_there(&self, course: &Course<'_>, edge: &RoomEdge, wave: CutOff, place: DVec3) -> bool {
-        let (geometry, source) = (self.at.geometry, self.at.radiator.position);
-        let reaches = |mirrors: &[PlaneMirror]| reflects(geometry, mirrors, source, place);
-        match (wave, course.world.mirror) {
-            (CutOff::Direct, None) => reaches(&[]),
-            (CutOff::Direct, Some(base)) => reaches(&[base]),
-            (CutOff::Image(face), None) => reaches(&[edge.faces[face]]),
-            (CutOff::Image(face), Some(base)) => {
-                // The face is one of the room or the image of one; the order decides which of the two it is, unless it is at a right
-                // angle to the base's mirror and is both.
-                let (shown, own) = (base.image_of(&edge.faces[face]), edge.faces[face]);
-                let is_real = base.height(edge.wedge.at(0.5 * edge.wedge.length())) >= 0.0;
-                let is_both = own.is_across(&base);
-                (is_real || is_both) && reaches(&[base, own])
-                    || (!is_real || is_both) && reaches(&[shown, base])
-            }
-        }
+    fn is_there(&self, course: &Course<'_>, index: usize, wave: CutOff, place: DVec3) -> bool {
+        let world = course.world;
+        let chain = match wave {
+            CutOff::Direct => world.shown.clone(),
+            CutOff::Image(face) => world.copy_at_middle(index).with(&world.edges[index].faces[face]),
+        };
+        chain.reaches(self.at.geometry, self.at.radiator.position, place)
     }
 }

@@ -13,12 +13,12 @@ pub(crate) struct Course<'a> {
     pub world: &'a World,
     /// Where it seems to come from [m].
     pub origin: DVec3,
-    /// Whether it comes from the image in the mirror of its world.
-    pub shown: bool,
     /// Whether it is clear.
     pub clear: bool,
     /// What mirrors leave of its amplitude, per band.
     pub mirrored: Vec<f64>,
+    /// Where it comes from [m].
+    source: DVec3,
 }
 
 impl<'a> Course<'a> {
@@ -26,24 +26,32 @@ impl<'a> Course<'a> {
     #[must_use]
     pub fn direct(world: &'a World, at: &Listening<'_>) -> Self {
         let mirrored = vec![1.0; at.attenuation.len()];
-        Self { world, origin: at.radiator.position, shown: false, clear: at.clear, mirrored }
+        let source = at.radiator.position;
+        Self { world, origin: source, clear: at.clear, mirrored, source }
     }
 
-    /// The path that the mirror of `world` shows, if source and receiver are before it.
+    /// The path that the mirrors of `world` show, if the source or the receiver is before them.
     #[must_use]
     pub fn image(world: &'a World, at: &Listening<'_>, reflections: &[Reflection]) -> Option<Self> {
-        let mirror = world.mirror.filter(|mirror| is_between(mirror, at))?;
-        let origin = mirror.image(at.radiator.position);
+        let source = at.radiator.position;
+        if !world.shown.is_met(source, at.receiver) {
+            return None;
+        }
+        let origin = world.shown.image(source);
         let clear = find(at, reflections, origin).is_some();
-        let mirrored = at.specular(&mirror).map(f64::sqrt).collect();
-        Some(Self { world, origin, shown: true, clear, mirrored })
+        let mut mirrored = vec![1.0; at.attenuation.len()];
+        for mirror in world.shown.mirrors() {
+            let left = at.specular(mirror).map(f64::sqrt);
+            mirrored.iter_mut().zip(left).for_each(|(product, left)| *product *= left);
+        }
+        Some(Self { world, origin, clear, mirrored, source })
     }
 
     /// The direct path over edges that a mirror shows both the source and the receiver, if they are before it: what that adds, and what is
     /// taken away.
     #[must_use]
     pub fn behind([added, taken]: &'a [World; 2], at: &Listening<'_>) -> Option<[Self; 2]> {
-        let mirror = added.mirror.filter(|mirror| is_between(mirror, at))?;
+        let mirror = added.behind.filter(|mirror| is_between(mirror, at))?;
         let of = |world, sign: f64| Self {
             mirrored: at.specular(&mirror).map(|energy| sign * energy).collect(),
             ..Self::direct(world, at)
@@ -53,14 +61,14 @@ impl<'a> Course<'a> {
 
     /// It to `receiver` [m].
     #[must_use]
-    pub fn leg(&self, receiver: DVec3) -> Leg {
-        Leg { source: self.origin, receiver, mirror: self.world.mirror, shown: self.shown }
+    pub fn leg(&self, receiver: DVec3) -> Leg<'a> {
+        Leg { source: self.origin, origin: self.source, receiver, shown: &self.world.shown }
     }
 
-    /// Whether it is mirrored twice, before the first edge and after the last.
+    /// Number of reflections.
     #[must_use]
-    pub fn is_behind(&self) -> bool {
-        self.world.mirror.is_some() && !self.shown
+    pub fn order(&self) -> u32 {
+        self.world.shown.order()
     }
 }
 

@@ -16,13 +16,13 @@ type Seen = [Option<[f64; 2]>; 2];
 
 impl Family<'_> {
     /// Adds what goes over `passages` in either direction, where the source sees the first and the receiver the last edge.
-    pub(super) fn add_passages(&mut self, passages: &[Passage], leg: &Leg, reflections: &[Reflection]) {
+    pub(super) fn add_passages(&mut self, passages: &[Passage], leg: &Leg<'_>, reflections: &[Reflection]) {
         let edges = self.course.world.edges.iter().enumerate();
         let seen: Vec<Seen> = edges
             .map(|(index, edge)| {
                 let is_passed =
                     passages.iter().any(|way| way.edges.iter().any(|passed| passed.edge == index));
-                if is_passed { self.seen(edge, leg) } else { [None; 2] }
+                if is_passed { self.seen(index, edge, leg) } else { [None; 2] }
             })
             .collect();
         for passage in passages {
@@ -33,14 +33,14 @@ impl Family<'_> {
         }
     }
 
-    fn seen(&self, edge: &RoomEdge, leg: &Leg) -> Seen {
-        let geometry = self.at.geometry;
+    fn seen(&self, index: usize, edge: &RoomEdge, leg: &Leg<'_>) -> Seen {
+        let (geometry, world) = (self.at.geometry, self.course.world);
         let longest = |stretches: Vec<[f64; 2]>| {
             stretches.into_iter().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
         };
         [
-            longest(stretches(&edge.wedge, |point| leg.arrives(geometry, point))),
-            longest(stretches(&edge.wedge, |point| leg.goes_on(geometry, point))),
+            longest(stretches(&edge.wedge, |point| leg.arrives(geometry, world.copy(index, point), point))),
+            longest(stretches(&edge.wedge, |point| leg.goes_on(geometry, world.copy(index, point), point))),
         ]
     }
 
@@ -59,7 +59,7 @@ impl Family<'_> {
         passed: &[Passed],
         outline: &[[DVec3; 2]],
         seen: &[Seen],
-        leg: &Leg,
+        leg: &Leg<'_>,
         reflections: &[Reflection],
     ) {
         let &[first, second, ..] = passed else { return };
@@ -88,7 +88,7 @@ impl Family<'_> {
 
     /// Adds a path over `passed`. What belongs to images of the base path that are not lit is added to it as it is: both are heard as
     /// one field.
-    fn add_path(&mut self, path: &FacePath, passed: &[Passed], leg: &Leg, reflections: &[Reflection]) {
+    fn add_path(&mut self, path: &FacePath, passed: &[Passed], leg: &Leg<'_>, reflections: &[Reflection]) {
         let (edges, cells) = (&self.course.world.edges, self.spectrum.cells());
         let length = path.length();
         let [from, to] = path.crossings();
@@ -100,13 +100,14 @@ impl Family<'_> {
         let amplitudes = path.amplitudes(self.spectrum.wave_numbers());
         let mut course = vec![Complex::ZERO; cells.len()];
         for (lead, terms) in path.leads().zip(&amplitudes) {
-            let edge = &edges[passed[lead.edge].edge];
+            let index = passed[lead.edge].edge;
+            let edge = &edges[index];
             for ((sum, terms), cell) in course.iter_mut().zip(terms).zip(cells) {
                 *sum += terms[0] * through[cell.band];
             }
             for face in [0, 1] {
                 let image = self.image(edge, leg, face, reflections);
-                let left = self.left(image, edge, face, lead.ends);
+                let left = self.left(image, index, face, lead.ends);
                 let scaled = cells
                     .iter()
                     .zip(terms)

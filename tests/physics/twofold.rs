@@ -1,0 +1,180 @@
+//! Images of two reflections end at edges as those of one do: nobody hears them begin, and in a corner they are what goes past a whole obstacle
+//! of which a quarter stands there.
+
+use glam::{DVec3, dvec3};
+use rayon::prelude::*;
+use sonel_geometry::Mesh;
+use sonel_renderer::{DiscreteArrival, ReceiverPoint, RenderSettings, Renderer};
+use sonel_tests::{Traced, meshes};
+
+use super::mirrored_edges::{BANDS, FLOOR, Field, OBSTACLE, VOID, add_standing_box};
+
+const SOURCE: DVec3 = dvec3(1.4, 2.3, 0.9);
+
+/// Adds what has the outline `[x, z]`.
+fn add_along_y(mesh: &mut Mesh, ends: [f64; 2], outline: &[[f64; 2]]) {
+    for side in outline.windows(2) {
+        let [[a, b], [c, d]] = [0, 1].map(|end| ends.map(|y| dvec3(side[end][0], y, side[end][1])));
+        meshes::add_quad(mesh, OBSTACLE, [a, b, d, c]);
+    }
+}
+
+fn add_sheet(mesh: &mut Mesh, x: f64, [y0, y1]: [f64; 2], [z0, z1]: [f64; 2]) {
+    let corners = [[y0, z0], [y1, z0], [y1, z1], [y0, z1]].map(|[y, z]| dvec3(x, y, z));
+    meshes::add_quad(mesh, OBSTACLE, corners);
+}
+
+fn arrivals(field: &Field, place: DVec3) -> Vec<DiscreteArrival> {
+    let settings = RenderSettings { mirror_order: Some(2), ..RenderSettings::default() };
+    let Traced { map, geometry, .. } = &field.traced;
+    let renderer = Renderer::new(map, geometry, settings).expect("a sound map");
+    let receiver = ReceiverPoint { position: place, ..field.ear.clone() };
+    let rendering = renderer.render(0, &[receiver], &[vec![0.0, 0.3]], &mut |_| {});
+    rendering.expect("a sound receiver").arrivals
+}
+
+/// A path without edges: number of its reflections, and where its image is [mm].
+type Path = (u32, [i64; 3]);
+
+/// A place on a walk, and what reaches it.
+type Place = (DVec3, Vec<Path>);
+
+/// What reaches `place` where nothing is diffracted.
+fn seen(without: &Field, place: DVec3) -> Place {
+    let path = |arrival: &DiscreteArrival| {
+        let image = place + DVec3::from(arrival.towards) * arrival.length;
+        (arrival.order, image.to_array().map(|x| (1e3 * x).round() as i64))
+    };
+    let mut paths: Vec<Path> = arrivals(without, place).iter().map(path).collect();
+    paths.sort_unstable();
+    (place, paths)
+}
+
+/// Adds the places between two others, to half a micrometre, where a path begins or ends that has two reflections.
+fn add_boundaries(without: &Field, ends: [Place; 2], found: &mut Vec<DVec3>) {
+    let [(from, one), (to, other)] = &ends;
+    let odd = one
+        .iter()
+        .filter(|path| !other.contains(path))
+        .chain(other.iter().filter(|path| !one.contains(path)));
+    if !odd.into_iter().any(|(order, _)| *order == 2) {
+        return;
+    }
+    let middle = 0.5 * (*from + *to);
+    if from.distance(*to) < 1e-6 {
+        found.push(middle);
+        return;
+    }
+    let middle = seen(without, middle);
+    let [from, to] = ends;
+    add_boundaries(without, [from, middle.clone()], found);
+    add_boundaries(without, [middle, to], found);
+}
+
+/// The places on the way between `ends` where a path of two reflections begins or ends.
+fn boundaries(without: &Field, ends: [DVec3; 2]) -> Vec<DVec3> {
+    let places: Vec<Place> = (0..=40)
+        .into_par_iter()
+        .map(|step| seen(without, ends[0].lerp(ends[1], f64::from(step) / 40.0)))
+        .collect();
+    let mut found = Vec::new();
+    for pair in places.windows(2) {
+        add_boundaries(without, [pair[0].clone(), pair[1].clone()], &mut found);
+    }
+    found
+}
+
+/// Largest change of any band over the boundary at `place` and within a millimetre about it [dB].
+fn step(field: &Field, place: DVec3, along: DVec3) -> f64 {
+    let places = [-5e-4, -3e-6, 3e-6, 5e-4].map(|offset| place + offset * along);
+    let heard = field.heard(&places);
+    let change = |pair: &[[f64; BANDS]], band: usize| (10.0 * (pair[0][band] / pair[1][band]).log10()).abs();
+    heard.windows(2).flat_map(|pair| (0..BANDS).map(move |band| change(pair, band))).fold(0.0, f64::max)
+}
+
+/// A barrier from wall to wall, thick and thin, a hanging sheet and a box in rooms whose walls all reflect, and two sheets that face one another in the
+/// open with a third one between.
+#[test]
+fn images_of_two_reflections_begin_and_end_without_a_step() {
+    let [mut thick, mut thin, mut hanging, mut solid] =
+        [(); 4].map(|()| Mesh::shoebox([8.0, 6.0, 3.0], [FLOOR; 6]));
+    add_along_y(&mut thick, [0.0, 6.0], &[[3.6, 0.0], [3.6, 1.3], [4.1, 1.3], [4.1, 0.0]]);
+    add_along_y(&mut thin, [0.0, 6.0], &[[3.6, 0.0], [3.6, 1.3]]);
+    add_sheet(&mut hanging, 3.6, [1.6, 4.1], [1.0, 2.2]);
+    add_standing_box(&mut solid, dvec3(3.6, 1.6, 0.0), dvec3(4.3, 4.1, 1.3));
+    let mut open = Mesh::shoebox([24.0, 20.0, 16.0], [VOID; 6]);
+    open.vertices.iter_mut().for_each(|vertex| *vertex -= dvec3(8.0, 6.0, 7.0));
+    add_sheet(&mut open, 0.0, [1.5, 4.5], [0.5, 2.5]);
+    add_sheet(&mut open, 6.0, [1.0, 4.0], [0.7, 2.9]);
+    add_sheet(&mut open, 3.4, [2.2, 3.1], [0.4, 1.9]);
+    let upwards = [dvec3(6.13, 2.9, 0.2), dvec3(6.17, 3.1, 2.8)];
+    let across = [dvec3(5.2, 0.3, 1.05), dvec3(5.3, 5.7, 1.15)];
+    let beyond = [dvec3(7.3, 0.1, 0.4), dvec3(7.9, 5.5, 0.9)];
+    for (name, mesh, absorption, ends) in [
+        ("a thick barrier", thick, 0.0, upwards),
+        ("a thin barrier", thin.clone(), 0.6, upwards),
+        ("a hanging sheet", hanging, 0.0, across),
+        ("a box", solid, 0.0, across),
+        ("sheets in the open", open.clone(), 0.0, across),
+        ("sheets in the open", open, 0.6, beyond),
+    ] {
+        let without = Field::new(mesh.clone(), absorption, SOURCE, &[]);
+        let field = Field::new(mesh, absorption, SOURCE, &["diffraction"]);
+        let along = (ends[1] - ends[0]).normalize();
+        let places = boundaries(&without, ends);
+        assert!(places.len() >= 3, "{name}: {}", places.len());
+        for &place in &places {
+            let step = step(&field, place, along);
+            assert!(step < 0.1, "{name}, α = {absorption}, {place}: {step} dB");
+        }
+        let known_wrong = places.iter().map(|&place| step(&without, place, along)).fold(0.0, f64::max);
+        assert!(known_wrong > 0.15, "{name}: images begin at once without edges: {known_wrong} dB");
+    }
+}
+
+/// What a corner of two rigid planes mirrors goes past an obstacle that stands in it as it goes from the image of the source in both past the four
+/// images of that obstacle, which are one. Terms of images of three reflections, which fade where such an image may begin, are what is missing at
+/// the lowest frequencies.
+#[test]
+fn in_a_corner_stands_a_quarter() {
+    let source = dvec3(-4.0, 0.9, 0.7);
+    let moved = |mut mesh: Mesh, by: DVec3| {
+        mesh.vertices.iter_mut().for_each(|vertex| *vertex -= by);
+        mesh
+    };
+    let corner = || {
+        moved(Mesh::shoebox([24.0, 20.0, 8.0], [VOID, VOID, FLOOR, VOID, FLOOR, VOID]), dvec3(12.0, 0.0, 0.0))
+    };
+    let open = || moved(Mesh::shoebox([24.0, 40.0, 16.0], [VOID; 6]), dvec3(12.0, 20.0, 8.0));
+    let [mut barriers, mut sheets] = [(); 2].map(|()| [corner(), open()]);
+    add_along_y(&mut barriers[0], [0.0, 20.0], &[[0.0, 0.0], [0.0, 2.0], [0.8, 2.0], [0.8, 0.0]]);
+    add_along_y(
+        &mut barriers[1],
+        [-20.0, 20.0],
+        &[[0.0, -2.0], [0.0, 2.0], [0.8, 2.0], [0.8, -2.0], [0.0, -2.0]],
+    );
+    add_sheet(&mut sheets[0], 0.0, [0.0, 3.0], [0.0, 2.0]);
+    add_sheet(&mut sheets[1], 0.0, [-3.0, 3.0], [-2.0, 2.0]);
+    let places = [dvec3(3.0, 1.3, 0.6), dvec3(3.0, 2.2, 1.1), dvec3(1.6, 0.3, 0.2), dvec3(5.0, 2.2, 0.4)];
+    for (name, [corner, open]) in [("a barrier", barriers), ("a sheet", sheets)] {
+        let corner = Field::new(corner, 0.0, source, &["diffraction"]);
+        let heard_of_both = places.map(|place| {
+            let of_both = arrivals(&corner, place).into_iter().filter(|arrival| arrival.order == 2);
+            of_both
+                .fold([0.0; BANDS], |sum, found| std::array::from_fn(|band| sum[band] + found.energy[band]))
+        });
+        let errors = |depth: f64| -> [f64; BANDS] {
+            let open = Field::new(open.clone(), 0.0, dvec3(source.x, -source.y, -depth), &["diffraction"]);
+            let whole = open.heard(&places);
+            std::array::from_fn(|band| {
+                let error = |at: usize| (10.0 * (heard_of_both[at][band] / whole[at][band]).log10()).abs();
+                (0..places.len()).map(error).fold(0.0, f64::max)
+            })
+        };
+        let largest = |errors: &[f64]| errors.iter().copied().fold(0.0, f64::max);
+        let found = errors(source.z);
+        assert!(found[0] < 0.2 && largest(&found[1..]) < 0.05, "{name}: {found:?} dB");
+        let other = largest(&errors(source.z + 0.05));
+        assert!(other > 0.5, "{name}: an image five centimetres lower is noticed: {other} dB");
+    }
+}
