@@ -112,7 +112,7 @@ fn images_of_two_reflections_begin_and_end_without_a_step() {
     let beyond = [dvec3(7.3, 0.1, 0.4), dvec3(7.9, 5.5, 0.9)];
     for (name, mesh, absorption, ends) in [
         ("a thick barrier", thick, 0.0, upwards),
-        ("a thin barrier", thin.clone(), 0.6, upwards),
+        ("a thin barrier", thin, 0.6, upwards),
         ("a hanging sheet", hanging, 0.0, across),
         ("a box", solid, 0.0, across),
         ("sheets in the open", open.clone(), 0.0, across),
@@ -130,6 +130,39 @@ fn images_of_two_reflections_begin_and_end_without_a_step() {
         let known_wrong = places.iter().map(|&place| step(&without, place, along)).fold(0.0, f64::max);
         assert!(known_wrong > 0.15, "{name}: images begin at once without edges: {known_wrong} dB");
     }
+}
+
+/// A room without right angles: where two of its walls meet, a hollow corner cuts off what both mirror, with or without an obstacle. Such corners do
+/// not diffract; edges do.
+#[test]
+fn in_an_oblique_room_hollow_corners_alone_are_heard() {
+    let mut empty = Mesh::shoebox([8.0, 6.0, 3.0], [FLOOR; 6]);
+    for vertex in &mut empty.vertices {
+        let DVec3 { x, y, z } = *vertex;
+        vertex.x += y * if x > 4.0 { 0.11 } else { -0.07 };
+        vertex.y += if y > 3.0 { 0.09 * vertex.x } else { 0.0 };
+        vertex.z += if z > 1.0 { 0.06 * vertex.x + 0.03 * vertex.y } else { 0.0 };
+    }
+    let mut with_sheet = empty.clone();
+    add_sheet(&mut with_sheet, 3.6, [1.6, 4.1], [1.0, 2.2]);
+    let [empty, without] = [empty, with_sheet.clone()].map(|mesh| Field::new(mesh, 0.0, SOURCE, &[]));
+    let field = Field::new(with_sheet, 0.0, SOURCE, &["diffraction"]);
+    let ends = [dvec3(6.13, 2.9, 0.2), dvec3(6.17, 3.1, 2.8)];
+    let along = (ends[1] - ends[0]).normalize();
+    let is_of_corner = |place: &DVec3| {
+        let beside = [-1e-5, 1e-5].map(|offset| seen(&empty, *place + offset * along).1);
+        beside[0] != beside[1]
+    };
+    let (of_corners, of_edges): (Vec<DVec3>, Vec<DVec3>) =
+        boundaries(&without, ends).into_iter().partition(is_of_corner);
+    let largest = |field: &Field, places: &[DVec3]| {
+        places.iter().map(|&place| step(field, place, along)).fold(0.0, f64::max)
+    };
+    assert!(of_edges.len() >= 3, "{of_edges:?}");
+    let steps = [largest(&field, &of_edges), largest(&without, &of_edges), largest(&field, &of_corners)];
+    assert!(steps[0] < 0.1, "at edges: {steps:?} dB");
+    assert!(steps[1] > 0.15, "images begin at once without edges: {steps:?} dB");
+    assert!(steps[2] > 0.1, "a known limit, and what the walk would find: {steps:?} dB");
 }
 
 /// What a corner of two rigid planes mirrors goes past an obstacle that stands in it as it goes from the image of the source in both past the four
