@@ -6,6 +6,7 @@ mod conservation;
 mod diffraction;
 mod diffuse_box;
 mod diffuse_sphere;
+mod edges_apart;
 mod effects;
 mod free_field;
 mod invariances;

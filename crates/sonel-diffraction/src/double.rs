@@ -245,6 +245,7 @@ mod tests {
                     * Complex::unit(-k * path(source, receiver, WIDTH, offset).length());
                 let parts = sonel_testkit::analytic::double_edge::DoubleEdge {
                     angles: [1.5 * PI; 2],
+                    joints: [0.0; 2],
                     source: (source.0, source.1, 0.0),
                     receiver: (receiver.0, receiver.1, offset),
                     width: WIDTH,

@@ -55,7 +55,7 @@ impl FaceEdge<'_> {
     }
 
     /// Angle of the face towards the edge before (0) or the next one (1) [rad].
-    fn face(&self, side: usize) -> f64 {
+    pub(crate) fn face(&self, side: usize) -> f64 {
         if self.at_second[side] { self.wedge.angle() } else { 0.0 }
     }
 }

@@ -3,12 +3,14 @@
 //! - [`wedge`] places points about an edge, [`edge_path`] is the field of one edge of any length at any distance;
 //! - [`double`] is the field over two parallel edges, as of a thick barrier;
 //! - [`face`] is the field over two edges of a face, parallel or not, as of a panel, and over three edges of a box;
+//! - [`apart`] is the field over two parallel edges of different objects;
 //! - [`bending`] is what passing an edge does to a packet of energy, which knows no phase;
 //! - [`spectrum`] takes means over frequency bands, flat per Hz; [`wave_numbers`] are those that they ask for.
 //!
 //! The crate knows no mesh and no room: who asks says where the faces are and which part of the edge is seen
 //! (docs/diffraction.md).
 
+pub mod apart;
 pub mod bending;
 pub mod complex;
 mod contour;
@@ -19,6 +21,7 @@ pub mod spectrum;
 pub mod wave_numbers;
 pub mod wedge;
 
+pub use apart::ApartPath;
 pub use complex::Complex;
 pub use double::DoublePath;
 pub use edge_path::{EdgePath, Lit, WAVES};

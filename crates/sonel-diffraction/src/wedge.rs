@@ -107,10 +107,23 @@ impl Wedge {
         self.inward * cosine + self.normal * sine
     }
 
+    /// Unit vector from the edge into the air, midway between the faces.
+    #[must_use]
+    pub fn into_air(&self) -> DVec3 {
+        let (sine, cosine) = libm::sincos(0.5 * self.angle);
+        self.inward * cosine + self.normal * sine
+    }
+
+    /// Sine of the angle between the lines of this edge and of `other` [1].
+    #[must_use]
+    pub fn sine_to(&self, other: &Self) -> f64 {
+        self.along.cross(other.along).length()
+    }
+
     /// The distance to the line of `other` [m], where that runs in parallel beside this edge.
     #[must_use]
     pub fn across(&self, other: &Self) -> Option<f64> {
-        if self.along.cross(other.along).length() > PARALLEL {
+        if self.sine_to(other) > PARALLEL {
             return None;
         }
         let along = |place: f64| (other.at(place) - self.start).dot(self.along);

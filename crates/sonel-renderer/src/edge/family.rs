@@ -7,6 +7,7 @@
 //!
 //! Reference: docs/physics.md §5.1, docs/diffraction.md.
 
+mod apart;
 mod corner;
 mod course;
 mod face;
@@ -124,6 +125,7 @@ impl<'a> Family<'a> {
             }
         }
         self.add_passages(&world.passages, leg, reflections);
+        self.add_apart(leg, reflections);
     }
 
     /// Angle [rad] about a boundary within which it is not told whether the course is clear: every mirror is left by a lift.

@@ -13,6 +13,7 @@
 //!
 //! References: [Svensson1999] (docs/references.md), docs/physics.md §5.1.
 
+mod apart;
 mod chain;
 mod family;
 mod mirror;

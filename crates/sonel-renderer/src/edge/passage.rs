@@ -8,11 +8,11 @@ use super::RoomEdge;
 
 /// More ways than this over two edges are no barriers, panels and boxes but a tessellated hall, where they would cost more than all else: then
 /// it has none of them. The concert hall among the scenes has 213 over two edges without the corners of solids, and 834 with them.
-const LIMIT: usize = 1024;
+pub(crate) const LIMIT: usize = 1024;
 /// The same of ways over three edges.
 const LONGER_LIMIT: usize = 256;
 /// How far two places are apart that are one corner, and beyond a line that counts as on it [m].
-const CORNER: f64 = 1e-6;
+pub(crate) const CORNER: f64 = 1e-6;
 
 /// Edges that sound passes one after the other, in either direction.
 #[derive(Debug, Clone)]

@@ -6,6 +6,7 @@
 use sonel_geometry::Geometry;
 use sonel_map::CoefficientTable;
 
+use super::apart;
 use super::chain::Chain;
 use super::family::Course;
 use super::mirror::{self, PlaneMirror};
@@ -51,7 +52,7 @@ impl Rooms {
         if (without.len() + with_edges.len()) * edges.len() > PAIR_LIMIT {
             with_edges.clear();
         }
-        let direct = World::new(edges);
+        let mut direct = World::new(geometry, edges);
         let alone = |mirrors: &[PlaneMirror]| -> Vec<World> {
             mirrors.iter().filter_map(|mirror| unfolded(geometry, &direct, &[*mirror])).collect()
         };
@@ -62,6 +63,9 @@ impl Rooms {
             images.iter_mut().chain(&mut mirrored).chain(behind.iter_mut().flatten()).collect(),
             PASSAGE_LIMIT,
         );
+        let in_mirrors = images.iter_mut().chain(&mut mirrored).chain(behind.iter_mut().flatten());
+        apart::shorten(&mut in_mirrors.map(|world| &mut world.apart).collect::<Vec<_>>(), PASSAGE_LIMIT);
+        direct.shows = images.iter().flat_map(|world| world.shown.mirrors()).copied().collect();
         let mirrored = mirrored.into_iter().map(|world| vec![world]).collect();
         let mut rooms = Self { direct, images, behind, mirrored };
         let both = [&without[..], &with_edges].concat();

@@ -9,6 +9,7 @@ use sonel_diffraction::Wedge;
 use sonel_geometry::Geometry;
 
 use super::chain::Chain;
+use super::mirror::{PlaneMirror, reflects};
 use super::world::Copy;
 
 /// Points at which an edge is looked at.
@@ -18,6 +19,9 @@ const HALVINGS: usize = 8;
 
 /// How far before a mirror, in lifts, an edge's foot on it is looked at.
 const OFF_THE_MIRROR: f64 = 16.0;
+
+/// How far off an edge, in lifts, a place on it looks at another edge.
+const OFF_THE_EDGE: f64 = 16.0;
 
 /// Where a base path begins and ends, unfolded about the mirrors that show it: the source may then be an image, and what of an edge is
 /// in another copy of the room than the receiver is the image of one.
@@ -58,12 +62,24 @@ impl Leg<'_> {
 
 impl Copy {
     /// The place in the room of which `point` is the image, off the mirrors beside it.
-    fn seen(&self, geometry: &Geometry, point: DVec3) -> DVec3 {
+    pub fn seen(&self, geometry: &Geometry, point: DVec3) -> DVec3 {
         let least = OFF_THE_MIRROR * f64::from(geometry.lift());
         self.beside.iter().fold(self.behind.image(point), |point, mirror| {
             point + mirror.normal() * (least - mirror.height(point)).max(0.0)
         })
     }
+}
+
+/// Whether two places on edges see one another, each with its direction into the air of its edge and the copy of the room that it is in,
+/// over the mirror between the copies if they are two.
+pub(crate) fn joined(
+    geometry: &Geometry,
+    between: Option<&PlaneMirror>,
+    places: [(&Copy, DVec3, DVec3); 2],
+) -> bool {
+    let off = OFF_THE_EDGE * f64::from(geometry.lift());
+    let [one, other] = places.map(|(copy, place, into_air)| copy.seen(geometry, place + into_air * off));
+    reflects(geometry, between.map_or(&[], std::slice::from_ref), one, other)
 }
 
 /// The stretches of an edge, from its start [m], of which `seen` holds.

@@ -12,9 +12,11 @@ use glam::DVec3;
 use sonel_diffraction::Wedge;
 use sonel_geometry::Geometry;
 
+use super::apart::{Apart, apart};
 use super::chain::Chain;
 use super::mirror::{PERPENDICULAR, PlaneMirror};
-use super::passage::{Passage, faces, passages};
+use super::passage::{Border, Passage, faces, passages};
+use super::view::joined;
 use unfolding::Unfolding;
 
 /// Resolutions within which an end lies in the mirror.
@@ -51,6 +53,12 @@ pub(crate) struct World {
     pub alone: Vec<[f64; 2]>,
     /// Edges that are passed one after the other.
     pub passages: Vec<Passage>,
+    /// The same where nothing but air joins them.
+    pub apart: Vec<Apart>,
+    /// The borders of each face.
+    pub faces: Vec<Vec<Border>>,
+    /// Planes whose images of its base path are followed among those that this one completes.
+    pub shows: Vec<PlaneMirror>,
     /// Whether there would be more passages than can be followed, so that what comes over one edge fades to nothing where it would go on over
     /// a second one.
     pub is_cut_short: bool,
@@ -62,12 +70,22 @@ pub(crate) struct World {
 impl World {
     /// The room of `edges` as it is.
     #[must_use]
-    pub fn new(edges: Vec<RoomEdge>) -> Self {
-        let passages = passages(&edges, &faces(&edges));
-        Self::with_passages(edges, passages)
+    pub fn new(geometry: &Geometry, edges: Vec<RoomEdge>) -> Self {
+        let faces = faces(&edges);
+        let passages = passages(&edges, &faces);
+        let here = Copy::default();
+        let apart = apart(&edges, &faces, &passages, |places| {
+            joined(geometry, None, places.map(|(_, place, into_air)| (&here, place, into_air)))
+        });
+        Self::with_ways(edges, passages, apart, faces)
     }
 
-    fn with_passages(edges: Vec<RoomEdge>, passages: Vec<Passage>) -> Self {
+    fn with_ways(
+        edges: Vec<RoomEdge>,
+        passages: Vec<Passage>,
+        apart: Vec<Apart>,
+        faces: Vec<Vec<Border>>,
+    ) -> Self {
         Self {
             shown: Chain::default(),
             behind: None,
@@ -75,6 +93,9 @@ impl World {
             parts: vec![vec![(f64::INFINITY, 0)]; edges.len()],
             edges,
             passages,
+            apart,
+            faces,
+            shows: Vec::new(),
             is_cut_short: false,
             copies: vec![Copy::default()],
         }
@@ -84,10 +105,9 @@ impl World {
     #[must_use]
     pub fn unfolded(geometry: &Geometry, real: &[RoomEdge], shown: Chain) -> Self {
         let unfolding = Unfolding::of(geometry, real, &shown);
-        let passages = unfolding.passages();
+        let (passages, apart, faces) = unfolding.ways();
         let Unfolding { edges, parts, copies, .. } = unfolding;
-        let alone = edges.iter().map(|edge| [0.0, edge.wedge.length()]).collect();
-        Self { shown, behind: None, edges, alone, passages, is_cut_short: false, copies, parts }
+        Self { shown, copies, parts, ..Self::with_ways(edges, passages, apart, faces) }
     }
 
     /// What the image in `mirror` adds to the `room` for a path that meets the mirror before the first and after the last edge: the ways that
@@ -96,28 +116,25 @@ impl World {
     pub fn behind(geometry: &Geometry, room: &Self, mirror: &PlaneMirror) -> [Self; 2] {
         let unfolding = Unfolding::behind(geometry, &room.edges, mirror);
         let goes_on: Vec<Option<bool>> = (0..room.edges.len()).map(|edge| unfolding.goes_on(edge)).collect();
-        let mut passages = unfolding.passages();
+        let (mut passages, mut apart, faces) = unfolding.ways();
         let Unfolding { edges, parts, copies, .. } = unfolding;
         let alone: Vec<[f64; 2]> = parts.iter().map(|parts| stretch(parts, 1)).collect();
         let is_image = |edge: usize| parts[edge].iter().any(|&(_, copy)| copy == 1);
         passages.retain(|way| way.edges.iter().any(|passed| is_image(passed.edge)));
-        let with_images = Self {
-            shown: Chain::default(),
-            behind: Some(*mirror),
-            edges,
-            alone,
-            passages,
-            is_cut_short: false,
-            copies,
-            parts,
-        };
-        let is_in_both = |way: &&Passage| {
-            let edges = || way.edges.iter().map(|passed| goes_on[passed.edge]);
+        apart.retain(|way| way.edges().into_iter().any(is_image));
+        let behind = Some(*mirror);
+        let with_images =
+            Self { behind, alone, copies, parts, ..Self::with_ways(edges, passages, apart, faces) };
+        let is_in_both = |passed: &[usize]| {
+            let edges = || passed.iter().map(|&edge| goes_on[edge]);
             edges().all(|edge| edge.is_some()) && edges().any(|edge| edge == Some(true))
         };
-        let passages = room.passages.iter().filter(is_in_both).cloned().collect();
+        let passed = |way: &Passage| way.edges.iter().map(|passed| passed.edge).collect::<Vec<usize>>();
+        let passages = room.passages.iter().filter(|way| is_in_both(&passed(way))).cloned().collect();
+        let apart = room.apart.iter().filter(|way| is_in_both(&way.edges())).cloned().collect();
         let alone = vec![[0.0; 2]; room.edges.len()];
-        [with_images, Self { alone, ..Self::with_passages(room.edges.clone(), passages) }]
+        let taken = Self::with_ways(room.edges.clone(), passages, apart, room.faces.clone());
+        [with_images, Self { alone, ..taken }]
     }
 
     /// Where the place `point` on an edge is [m].

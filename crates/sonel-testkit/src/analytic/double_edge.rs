@@ -1,7 +1,8 @@
-//! Two parallel edges of a thick barrier: every pair of secondary sources added up.
+//! Two parallel edges, of a thick barrier or apart: every pair of secondary sources added up.
 //!
-//! H(k) = ½ (ν₁ν₂/16π²) ∫∫ Σβ₁ Σβ₂ e^(−jk(m₁+m₂+m₃))/(m₁m₂m₃) dz₁ dz₂ on the real edges, which fade out far from the shortest way
-//! so that they have no ends. Slow, and good to a per cent from about a wavelength between the edges upward.
+//! H(k) = s (ν₁ν₂/16π²) ∫∫ Σβ₁ Σβ₂ e^(−jk(m₁+m₂+m₃))/(m₁m₂m₃) dz₁ dz₂, s = ½ along a face and 1 through the air, on the real edges, which
+//! fade out far from the shortest way so that they have no ends. Slow, and good to a per cent from about a wavelength between the
+//! edges upward.
 //!
 //! Reference: [Svensson1999] (docs/references.md).
 
@@ -13,14 +14,16 @@ const POINTS: f64 = 16.0;
 const REACH: f64 = 24.0;
 const FADE: f64 = 0.7;
 
-/// A barrier of two edges whose joining face is the first of both.
+/// Two edges.
 #[derive(Debug, Clone, Copy)]
 pub struct DoubleEdge {
     /// Angles of the air at both edges [rad].
     pub angles: [f64; 2],
-    /// (distance from the first edge [m], angle from the joining face [rad], along [m]).
+    /// Angle about each at which the other one is [rad]: 0 at both where their first faces are one.
+    pub joints: [f64; 2],
+    /// (distance from the first edge [m], angle from its first face [rad], along [m]).
     pub source: (f64, f64, f64),
-    /// (distance from the second edge [m], angle from the joining face [rad], along [m]).
+    /// (distance from the second edge [m], angle from its first face [rad], along [m]).
     pub receiver: (f64, f64, f64),
     /// Distance between the edges [m].
     pub width: f64,
@@ -40,8 +43,12 @@ impl DoubleEdge {
             for j in -count..=count {
                 let (a, b) = (at(i), at(j));
                 let (m1, m2, m3) = (rs.hypot(a - zs), self.width.hypot(a - b), rr.hypot(b - zr));
-                let first = beta(self.angles[0], ts, (m1 * m2 + (a - zs) * (a - b)) / (rs * self.width));
-                let second = beta(self.angles[1], tr, (m2 * m3 + (b - a) * (b - zr)) / (self.width * rr));
+                let about = [
+                    (m1 * m2 + (a - zs) * (a - b)) / (rs * self.width),
+                    (m2 * m3 + (b - a) * (b - zr)) / (self.width * rr),
+                ];
+                let first = beta(self.angles[0], [ts, self.joints[0]], about[0]);
+                let second = beta(self.angles[1], [tr, self.joints[1]], about[1]);
                 let fade = fade(a - middle) * fade(b - middle);
                 let strength = fade * first * second / (m1 * m2 * m3);
                 let phase = k * (m1 + m2 + m3);
@@ -50,18 +57,18 @@ impl DoubleEdge {
             }
         }
         let nu = self.angles.map(|angle| PI / angle);
-        let factor = 0.5 * nu[0] * nu[1] / (16.0 * PI * PI) * step * step;
+        let along_a_face = self.joints.iter().all(|&joint| joint <= 0.0);
+        let factor = if along_a_face { 0.5 } else { 1.0 } * nu[0] * nu[1] / (16.0 * PI * PI) * step * step;
         (sum.0 * factor, sum.1 * factor)
     }
 }
 
-/// Σ sin νφ/(cosh νη − cos νφ) between the face and `turn`.
-fn beta(angle: f64, turn: f64, cosh: f64) -> f64 {
+/// Σ sin νφ/(cosh νη − cos νφ) between two angles.
+fn beta(angle: f64, [one, other]: [f64; 2], cosh: f64) -> f64 {
     let nu = PI / angle;
     let eta = cosh.max(1.0).acosh();
-    // Both terms of each sign coincide on the face.
-    let phi = [PI + turn, PI - turn];
-    phi.iter().map(|phi| 2.0 * (nu * phi).sin() / ((nu * eta).cosh() - (nu * phi).cos())).sum()
+    let phi = [PI + one - other, PI - one + other, PI + one + other, PI - one - other];
+    phi.iter().map(|phi| (nu * phi).sin() / ((nu * eta).cosh() - (nu * phi).cos())).sum()
 }
 
 /// 1 near the shortest way, smoothly 0 at the reach.
@@ -76,11 +83,14 @@ mod tests {
 
     #[test]
     fn exchange_of_source_and_receiver_changes_nothing() {
-        let there =
-            DoubleEdge { angles: [4.7, 5.0], source: (3.0, 4.0, 0.0), receiver: (2.0, 3.5, 1.0), width: 1.0 };
-        let back =
-            DoubleEdge { angles: [5.0, 4.7], source: (2.0, 3.5, 1.0), receiver: (3.0, 4.0, 0.0), width: 1.0 };
-        let (a, b) = (there.pressure(1.0), back.pressure(1.0));
-        assert!((a.0 - b.0).hypot(a.1 - b.1) < 1e-9 * a.0.hypot(a.1));
+        for joints in [[0.0, 0.0], [1.2, 2.0]] {
+            let (source, receiver) = ((3.0, 4.0, 0.0), (2.0, 3.5, 1.0));
+            let there = DoubleEdge { angles: [4.7, 5.0], joints, source, receiver, width: 1.0 };
+            let angles = [5.0, 4.7];
+            let joints = [joints[1], joints[0]];
+            let back = DoubleEdge { angles, joints, source: receiver, receiver: source, width: 1.0 };
+            let (a, b) = (there.pressure(1.0), back.pressure(1.0));
+            assert!((a.0 - b.0).hypot(a.1 - b.1) < 1e-9 * a.0.hypot(a.1));
+        }
     }
 }

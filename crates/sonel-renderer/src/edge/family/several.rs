@@ -12,7 +12,7 @@ use super::super::{Reflection, RoomEdge};
 use super::Family;
 
 /// What of an edge is seen, as one stretch [m]: by the source and by the receiver.
-type Seen = [Option<[f64; 2]>; 2];
+pub(super) type Seen = [Option<[f64; 2]>; 2];
 
 impl Family<'_> {
     /// Adds what goes over `passages` in either direction, where the source sees the first and the receiver the last edge.
@@ -33,7 +33,8 @@ impl Family<'_> {
         }
     }
 
-    fn seen(&self, index: usize, edge: &RoomEdge, leg: &Leg<'_>) -> Seen {
+    /// What of an edge the source and the receiver see.
+    pub(super) fn seen(&self, index: usize, edge: &RoomEdge, leg: &Leg<'_>) -> Seen {
         let (geometry, world) = (self.at.geometry, self.course.world);
         let longest = |stretches: Vec<[f64; 2]>| {
             stretches.into_iter().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))

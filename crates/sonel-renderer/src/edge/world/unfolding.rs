@@ -3,9 +3,11 @@
 use glam::DVec3;
 use sonel_geometry::{Geometry, PlaneId};
 
+use super::super::apart::{Apart, Outlook, apart};
 use super::super::chain::Chain;
 use super::super::mirror::PlaneMirror;
 use super::super::passage::{Border, Passage, faces, is_convex, passages};
+use super::super::view::joined;
 use super::{Copy, IN_MIRROR, RoomEdge};
 
 /// Two copies side by side, and the mirror between them as it is in the room.
@@ -153,11 +155,32 @@ impl<'a> Unfolding<'a> {
         self.pieces[0][edge].map(|_| self.foot(edge, 0).is_some())
     }
 
-    /// The passages among the unfolded edges.
-    pub fn passages(&self) -> Vec<Passage> {
-        let mut passages = passages(&self.edges, &self.faces());
+    /// The passages, the ways over edges apart, and the faces among the unfolded edges. Where copies are more than two nothing is followed over
+    /// edges apart.
+    pub fn ways(&self) -> (Vec<Passage>, Vec<Apart>, Vec<Vec<Border>>) {
+        let faces = self.faces();
+        let mut passages = passages(&self.edges, &faces);
         passages.retain(|way| self.is_mirrored(way));
-        passages
+        let apart = match self.copies.len() {
+            ..=2 => apart(&self.edges, &faces, &passages, |places| self.see_one_another(places)),
+            _ => Vec::new(),
+        };
+        (passages, apart, faces)
+    }
+
+    /// Whether two places on unfolded edges see one another, in one copy or over the mirror between two.
+    fn see_one_another(&self, places: [Outlook; 2]) -> bool {
+        let in_copy = |&(edge, place, _): &Outlook| {
+            let wedge = &self.edges[edge].wedge;
+            let along = (place - wedge.at(0.0)).dot(wedge.direction());
+            self.parts[edge].iter().find(|(end, _)| along <= *end).map(|(_, copy)| *copy)
+        };
+        let [Some(one), Some(other)] = places.each_ref().map(in_copy) else { return false };
+        let is_between = |joint: &&Joint| [(one, other), (other, one)].contains(&(joint.0, joint.1));
+        let between = self.joints.iter().find(is_between).map(|joint| &joint.2);
+        let copies = [one, other].map(|copy| &self.copies[copy]);
+        let places = [0, 1].map(|of| (copies[of], places[of].1, places[of].2));
+        (one == other || between.is_some()) && joined(self.geometry, between, places)
     }
 
     /// The borders of all faces: in each copy, or of those that stand on mirrors in several at once.

@@ -1,0 +1,387 @@
+//! Two parallel edges apart, of different objects: source, edge, through the air, edge, receiver.
+//!
+//! What an edge sends is cut off where another edge hides it, the whole edge at once if the two are parallel. Past the second edge it goes
+//! on as that of a point source at the first: with D₁ the first edge's field, R′ the receiver turned about the second edge into the half
+//! plane from the first, P where the way to R′ crosses the first edge, and D₂ the second edge's field of a source at P,
+//!
+//!   H₂ = D₁(S → R′) D₂(P → R) |P R′| e^(jk |P R′|).
+//!
+//! On the boundary R′ is R, and D₂ jumps by the free field from P: the sum with what comes over the first edge alone is continuous. D₁ is that of
+//! the part of the first edge which R′ sees over the second, so that no more is completed than is hidden. Each of the terms of D₂
+//! belongs to a wave that runs from the first edge to the receiver, straight or mirrored in a face of the second.
+//!
+//! The formula is exact at the receiver's end only. Exchanged, it is exact at the source's: [`ApartPath`] takes the mean of both, each
+//! weighted by how much farther the other way is over its edge than past it. Away from all boundaries they are the same.
+//!
+//! Where the first edge lies in the plane of a face of the second one, beyond that face, what runs along the face is heard twice on it
+//! and counts half, as in [`crate::face`]. On both sides of a thin sheet in that plane it is the same, and the sheet scatters nothing.
+//!
+//! Reference: [Svensson1999] for the parts (docs/references.md); measured against boundary elements in docs/diffraction.md.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use crate::complex::Complex;
+use crate::edge_path::{EdgePath, Lit, WAVES};
+use crate::face::{End, FaceEdge, FacePath};
+use crate::wave_numbers::WaveNumbers;
+use crate::wedge::{Wedge, WedgePoint, apex};
+
+/// P keeps this share of the length of its part, and of the way, from the ends of the part: what an end sends comes from about it.
+const OFF_THE_ENDS: f64 = 0.25;
+/// Share of the distance of the edges by which a way is longer than on a boundary where it no longer counts as near that.
+const NEAR: f64 = 1e-4;
+/// Parts of an edge that are shorter than this send nothing, and edges that are nearer to the plane of a face lie in it [m].
+const SHORTEST: f64 = 1e-6;
+
+/// One side of the air between two edges: the edge there, and the source or receiver beyond it.
+#[derive(Clone, Copy)]
+pub struct Side<'a> {
+    /// The edge at the air; its part is what its end sees of it. It is reached over the first of its faces that are named.
+    pub edge: FaceEdge<'a>,
+    /// An edge between the end and that one, joined to it by a face; left over the second of its faces that are named.
+    pub beyond: Option<FaceEdge<'a>>,
+    /// The source or the receiver about the outer one of the edges.
+    pub end: End,
+    /// What else it sees.
+    pub view: View<'a>,
+    /// 1, and less towards 0 where its end is about to lose sight of the outer edge, or its image, and a longer path that would complete this
+    /// one is left out.
+    pub share: f64,
+}
+
+/// What an end sees past its edge. It is asked only where the end is so near to a boundary that rounding decides.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// Angle from a boundary [rad] within which it is asked.
+    pub within: f64,
+    /// The stretches of the other edge that are seen, from its start [m].
+    pub past: &'a dyn Fn() -> Vec<[f64; 2]>,
+    /// Whether the mirror image of a point [m] in the first or second face is seen; [`None`] where nobody knows.
+    pub in_face: &'a dyn Fn(usize, DVec3) -> Option<bool>,
+}
+
+/// A path over two edges apart.
+#[derive(Debug, Clone)]
+pub struct ApartPath {
+    length: f64,
+    crossings: [f64; 2],
+    chains: Vec<Chain>,
+}
+
+/// A product of the fields of two sides.
+#[derive(Debug, Clone)]
+struct Chain {
+    /// Which side leads.
+    side: usize,
+    /// Where the way crosses both edges, the leading one first [m from their starts].
+    crossings: [f64; 2],
+    lead: Over,
+    trail: Over,
+    /// About the trailing edge: what lights it, and its end.
+    of_trail: [WedgePoint; 2],
+    /// |P R′| [m].
+    reach: f64,
+    weight: f64,
+    /// Whether the leading edge lies in the plane of a face of the trailing one, whose terms are then one.
+    on_face: bool,
+}
+
+/// A field over the edges of one side.
+#[derive(Debug, Clone)]
+enum Over {
+    /// Over the edge at the air, and its ends about that.
+    One(EdgePath, [WedgePoint; 2]),
+    Two(FacePath),
+}
+
+/// Whether waves are completed by the edge beyond, and the ends of the path about their edge.
+type Ends = (bool, [WedgePoint; 2]);
+
+/// A wave's edge: which of the sides it is on, whether it is the one beyond that at the air, and the ends of the path over it about it.
+#[derive(Debug, Clone, Copy)]
+pub struct Led {
+    /// Index of the side.
+    pub side: usize,
+    /// Whether the edge is the one beyond.
+    pub beyond: bool,
+    /// The ends of the path over the edge.
+    pub ends: [WedgePoint; 2],
+}
+
+/// Products of the waves that a leading edge completes with those that the edge at the air on the other side does.
+#[derive(Debug, Clone)]
+pub struct Products {
+    /// The leading edge.
+    pub lead: Led,
+    /// The other one; [`None`] where nothing but a direct wave is completed there.
+    pub other: Option<Led>,
+    /// Amplitudes by wave number, wave of the leading edge and wave of the other one, to be multiplied by e^(−jk length) [1/m].
+    pub amplitudes: Vec<[[Complex; WAVES]; WAVES]>,
+}
+
+impl ApartPath {
+    /// The path from the end of the first to the end of the second side, for wave numbers of at least `smallest_k` [1/m].
+    /// [`None`] where nothing comes over both.
+    #[must_use]
+    pub fn new(sides: [Side<'_>; 2], smallest_k: f64) -> Option<Self> {
+        let [first, last] = sides;
+        let mut chains = one_way(&first, &last, smallest_k);
+        for mut chain in one_way(&last, &first, smallest_k) {
+            chain.side = 1;
+            chain.crossings.reverse();
+            chains.push(chain);
+        }
+        let shortest = chains.iter().min_by(|one, other| one.length().total_cmp(&other.length()))?;
+        Some(Self { length: shortest.length(), crossings: shortest.crossings, chains })
+    }
+
+    /// Length of the shortest way over both edges [m].
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Where the way crosses the outer edges of the first and of the second side [m from their starts].
+    #[must_use]
+    pub fn crossings(&self) -> [f64; 2] {
+        self.crossings
+    }
+
+    /// The field, as products of waves.
+    #[must_use]
+    pub fn products(&self, numbers: &WaveNumbers) -> Vec<Products> {
+        self.chains.iter().flat_map(|chain| chain.products(numbers, self.length)).collect()
+    }
+}
+
+impl Chain {
+    fn length(&self) -> f64 {
+        self.lead.length() + self.trail.length() - self.reach
+    }
+
+    fn products(&self, numbers: &WaveNumbers, length: f64) -> Vec<Products> {
+        let is_one = matches!(self.trail, Over::One(..)) && !self.on_face;
+        let mut trail = vec![[Complex::ZERO; WAVES]; numbers.values().len()];
+        for (_, fields) in self.trail.fields(numbers) {
+            for (sum, terms) in trail.iter_mut().zip(fields) {
+                if is_one {
+                    *sum = terms;
+                } else {
+                    let half = if self.on_face { 0.5 } else { 1.0 };
+                    sum[0] += (terms[0] + terms[1] + terms[2]) * half;
+                }
+            }
+        }
+        for (sum, k) in trail.iter_mut().zip(numbers.values()) {
+            let factor = Complex::unit(k * (self.reach + length)) * (self.reach * self.weight);
+            *sum = sum.map(|term| term * factor);
+        }
+        let other = Led { side: 1 - self.side, beyond: false, ends: self.of_trail };
+        let products = |((beyond, ends), fields): (Ends, Vec<[Complex; WAVES]>)| Products {
+            lead: Led { side: self.side, beyond, ends },
+            other: is_one.then_some(other),
+            amplitudes: fields
+                .iter()
+                .zip(&trail)
+                .map(|(lead, trail)| lead.map(|lead| trail.map(|trail| lead * trail)))
+                .collect(),
+        };
+        self.lead.fields(numbers).into_iter().map(products).collect()
+    }
+}
+
+impl Over {
+    fn length(&self) -> f64 {
+        match self {
+            Self::One(path, _) => path.detour(),
+            Self::Two(path) => path.length(),
+        }
+    }
+
+    /// Fields by wave at every wave number, for every edge that completes waves [1/m].
+    fn fields(&self, numbers: &WaveNumbers) -> Vec<(Ends, Vec<[Complex; WAVES]>)> {
+        match self {
+            Self::One(path, ends) => vec![((false, *ends), path.fields(numbers))],
+            Self::Two(path) => {
+                let turned = |amplitudes: Vec<[Complex; WAVES]>| {
+                    let turn = |(terms, k): ([Complex; WAVES], &f64)| {
+                        terms.map(|term| term * Complex::unit(-k * path.length()))
+                    };
+                    amplitudes.into_iter().zip(numbers.values()).map(turn).collect()
+                };
+                let leads = path.leads().map(|lead| (lead.edge == 0, lead.ends));
+                leads.zip(path.amplitudes(numbers).into_iter().map(turned)).collect()
+            }
+        }
+    }
+}
+
+/// The form that is exact at the end of `last`, with its weight.
+fn one_way(first: &Side<'_>, last: &Side<'_>, smallest_k: f64) -> Vec<Chain> {
+    let (Some(before), Some(behind)) = (last.locate_middle_of(first), first.locate_middle_of(last)) else {
+        return Vec::new();
+    };
+    let [near, far] = [first, last].map(Side::point_at_air);
+    let around = [obstructed(first.edge.wedge, behind, near), obstructed(last.edge.wedge, before, far)];
+    // Where the first edge goes out of sight of the other end the form fades, but not on its own boundaries.
+    let fading = (1.0 - first.share) * share(around[1], NEAR * before.radius);
+    let weight = share(around[0], around[1]) * last.share * (1.0 - fading);
+    let wedge = last.edge.wedge;
+    let across = (first.middle() - wedge.at(before.along)) / before.radius;
+    let beyond = wedge.at(far.along) - across * far.radius;
+    let Some(turned) = first.edge.wedge.locate(beyond) else { return Vec::new() };
+    if weight <= 0.0 {
+        return Vec::new();
+    }
+    let mut chains = Vec::new();
+    for (part, seen) in parts(first, last, window(first, last, before.radius, beyond)) {
+        let margin = OFF_THE_ENDS * (part[1] - part[0]).min(near.radius + turned.radius);
+        let crossing = apex(near, turned).clamp(part[0] + margin, part[1] - margin);
+        let place = first.edge.wedge.at(crossing);
+        let Some((from, on_face)) = last.seen_from(place) else { continue };
+        if on_face && (wedge.is_rim() || last.beyond.is_some()) {
+            continue;
+        }
+        let lit = Lit { direct: seen, faces: last.faces(from, place), within: last.view.within };
+        let lead = first.over(turned, part, Lit::default(), smallest_k);
+        let trail = last.over(from, last.edge.part, lit, smallest_k);
+        if let (Some(lead), Some(trail)) = (lead, trail) {
+            chains.push(Chain {
+                side: 0,
+                crossings: [first.crossing(&lead), last.crossing(&trail)],
+                lead,
+                trail,
+                of_trail: [from, far],
+                reach: place.distance(beyond),
+                weight,
+                on_face,
+            });
+        }
+    }
+    chains
+}
+
+impl Side<'_> {
+    fn middle(&self) -> DVec3 {
+        self.edge.wedge.at(0.5 * (self.edge.part[0] + self.edge.part[1]))
+    }
+
+    fn locate_middle_of(&self, other: &Self) -> Option<WedgePoint> {
+        self.edge.wedge.locate(other.middle())
+    }
+
+    /// The end about the edge at the air: turned into the plane of the face between the edges, where there is another one beyond.
+    fn point_at_air(&self) -> WedgePoint {
+        self.beyond.map_or(self.end.point, |beyond| {
+            let place = beyond.wedge.beyond(self.end.point, beyond.at_second[1]);
+            self.edge.wedge.in_plane(place, self.edge.face(0))
+        })
+    }
+
+    /// The field between the end and a point about the edge at the air over that `part` of the edge.
+    fn over(&self, point: WedgePoint, part: [f64; 2], lit: Lit, smallest_k: f64) -> Option<Over> {
+        let wedge = self.edge.wedge;
+        let Some(beyond) = self.beyond else {
+            let path = EdgePath::new(wedge, self.end.point, point, part, lit, smallest_k);
+            return Some(Over::One(path, [self.end.point, point]));
+        };
+        let edges = [beyond, FaceEdge { part, ..self.edge }];
+        let before = (point.angle - self.edge.face(0)).abs() < PI;
+        FacePath::new(&edges, [self.end, End { point, before }], self.view.within, smallest_k).map(Over::Two)
+    }
+
+    /// Where a way over the outer edge crosses that [m from its start].
+    fn crossing(&self, over: &Over) -> f64 {
+        match over {
+            Over::One(_, ends) => apex(ends[0], ends[1]).clamp(self.edge.part[0], self.edge.part[1]),
+            Over::Two(path) => path.crossings()[0],
+        }
+    }
+
+    /// Where a place on the other edge is about this one, and whether it lies in the plane of a face.
+    fn seen_from(&self, place: DVec3) -> Option<(WedgePoint, bool)> {
+        let from = self.edge.wedge.locate(place)?;
+        let faces = [0.0, self.edge.wedge.angle()];
+        let face = faces.into_iter().find(|face| (from.angle - face).abs() * from.radius <= SHORTEST);
+        Some((WedgePoint { angle: face.unwrap_or(from.angle), ..from }, face.is_some()))
+    }
+
+    /// Whether the images of `place`, which is at `from` about the edge, in the faces are seen, where that is for rounding to say.
+    fn faces(&self, from: WedgePoint, place: DVec3) -> [Option<bool>; 2] {
+        let turns = turns(self.edge.wedge, from, self.point_at_air());
+        [0, 1].map(|face| {
+            let is_close = self.beyond.is_none() && (turns[1 + face] - PI).abs() <= self.view.within;
+            is_close.then(|| (self.view.in_face)(face, place)).flatten()
+        })
+    }
+}
+
+/// By how much the waves turn about an edge between two points [rad]: the direct one, and those mirrored in its faces. Each is cut off at π.
+fn turns(wedge: &Wedge, from: WedgePoint, to: WedgePoint) -> [f64; WAVES] {
+    let sum = from.angle + to.angle;
+    [(from.angle - to.angle).abs(), sum, 2.0 * wedge.angle() - sum]
+}
+
+/// How much longer the way from the other edge, which is at `other`, to the end is over an edge than that of the wave whose boundary is
+/// nearest: 0 on any of the boundaries [m].
+fn obstructed(wedge: &Wedge, other: WedgePoint, end: WedgePoint) -> f64 {
+    let (product, sum) = (other.radius * end.radius, other.radius + end.radius);
+    let longer = |turn: f64| {
+        let half = libm::cos(0.5 * turn.min(TAU));
+        let excess = 4.0 * product * half * half;
+        excess / (sum + (sum * sum - excess).max(0.0).sqrt())
+    };
+    1.0 / turns(wedge, other, end).iter().map(|turn| 1.0 / longer(*turn)).sum::<f64>()
+}
+
+/// a/(a + b).
+fn share(a: f64, b: f64) -> f64 {
+    if a + b > 0.0 { a / (a + b) } else { 0.5 }
+}
+
+/// The part of the edge `first` that is seen from the point `beyond` over what is seen of `last`, `apart` [m] from it.
+fn window(first: &Side<'_>, last: &Side<'_>, apart: f64, beyond: DVec3) -> [f64; 2] {
+    let radius = last.point_at_air().radius;
+    let stretch = (apart + radius) / radius.max(SHORTEST);
+    let (wedge, part) = (first.edge.wedge, first.edge.part);
+    let ends = last.edge.part.map(|end| {
+        let place = beyond + (last.edge.wedge.at(end) - beyond) * stretch;
+        (place - wedge.at(0.0)).dot(wedge.direction())
+    });
+    let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+    [low.max(part[0]), high.min(part[1])]
+}
+
+/// What of `window` of the edge `first` is seen by the end of `last` and what is hidden, each as a part; as one, where all of it is on the
+/// same side of the boundary.
+fn parts(
+    first: &Side<'_>,
+    last: &Side<'_>,
+    window: [f64; 2],
+) -> impl Iterator<Item = ([f64; 2], Option<bool>)> {
+    let beyond = |along: f64| {
+        let from = last.edge.wedge.locate(first.edge.wedge.at(along))?;
+        Some(turns(last.edge.wedge, from, last.end.point)[0] - PI)
+    };
+    let [low, high] = window.map(|along| beyond(along).unwrap_or(0.0));
+    let is_close =
+        last.beyond.is_none() && (low.abs().min(high.abs()) <= last.view.within || low * high < 0.0);
+    let mut parts = Vec::new();
+    if is_close {
+        let mut hidden = window[0];
+        for [from, to] in (last.view.past)() {
+            let [from, to] = [from, to].map(|place| place.clamp(window[0], window[1].max(window[0])));
+            parts.extend([([hidden, from], Some(false)), ([from, to], Some(true))]);
+            hidden = to;
+        }
+        parts.push(([hidden, window[1]], Some(false)));
+    } else {
+        parts.push((window, None));
+    }
+    parts.into_iter().filter(|([from, to], _)| to - from > SHORTEST)
+}
+
+#[cfg(test)]
+mod tests;

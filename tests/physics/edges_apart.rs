@@ -1,0 +1,110 @@
+//! Edges that hide edges of other objects: what comes over the hidden one ends nowhere at once.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec3, dvec3};
+use sonel_geometry::Mesh;
+use sonel_tests::meshes;
+
+use super::mirrored_edges::{FLOOR, Field, OBSTACLE, SOURCE, VOID, hall};
+
+/// The source in the open, where all is 2.5 m higher.
+const HIGHER: DVec3 = dvec3(-4.0, -0.3, 3.4);
+
+/// Adds a sheet 6 m wide in the plane of `x`, its lower end tilted by `tilt` [rad].
+fn add_sheet(mesh: &mut Mesh, x: f64, [low, high]: [f64; 2], tilt: f64) {
+    let lower = |y: f64| [y, low + tilt * y];
+    let corners = [lower(-3.0), lower(3.0), [3.0, high], [-3.0, high]].map(|[y, z]| dvec3(x, y, z));
+    meshes::add_quad(mesh, OBSTACLE, corners);
+}
+
+/// Two screens one behind the other.
+fn screens(tilt: f64) -> Mesh {
+    let mut mesh = hall(VOID);
+    add_sheet(&mut mesh, 0.0, [3.0, 5.0], 0.0);
+    add_sheet(&mut mesh, 2.0, [2.7, 4.5], tilt);
+    mesh
+}
+
+/// Strips about a cylinder, whose rims all see one another: more pairs than are followed.
+fn add_crowd(mesh: &mut Mesh) {
+    for strip in 0..26 {
+        let [one, other] = [0.0, 0.3].map(|share| {
+            let (sine, cosine) = (TAU * (f64::from(strip) + share) / 26.0).sin_cos();
+            [-8.0 + 1.5 * cosine, 4.0 + 1.5 * sine]
+        });
+        let corner = |[x, z]: [f64; 2], y: f64| dvec3(x, y, z);
+        let corners = [corner(one, -7.0), corner(one, -6.0), corner(other, -6.0), corner(other, -7.0)];
+        meshes::add_quad(mesh, OBSTACLE, corners);
+    }
+}
+
+/// Where the plane through two edges (x, z) is at the height `z`.
+fn in_line([one, other]: [[f64; 2]; 2], z: f64) -> DVec3 {
+    dvec3(other[0] + (other[0] - one[0]) * (z - other[1]) / (other[1] - one[1]), 0.4, z)
+}
+
+/// A receiver crosses the plane through an edge and one of another object that hides it: two screens in the open and on a floor, edges that
+/// are all but parallel, two boxes of which one edge is shaded itself, and a box above a floor with its image.
+#[test]
+fn an_edge_that_hides_another_is_passed_without_a_step() {
+    let lower = [[0.0, 3.0], [2.0, 2.7]];
+    let below = in_line(lower, 2.0);
+    let across = [below, in_line([[0.0, 5.0], [2.0, 2.7]], 2.0), in_line([[0.0, 3.0], [2.0, 4.5]], 6.1)];
+    let mut on_floor = hall(FLOOR);
+    add_sheet(&mut on_floor, 0.0, [0.0, 2.0], 0.0);
+    add_sheet(&mut on_floor, 2.0, [0.0, 1.6], 0.0);
+    let over_an_image = [in_line([[0.0, -2.0], [2.0, 1.6]], 2.64)];
+    let mut boxes = hall(VOID);
+    meshes::add_box(&mut boxes, OBSTACLE, dvec3(0.0, -3.0, 3.1), dvec3(0.8, 3.0, 4.0));
+    meshes::add_box(&mut boxes, OBSTACLE, dvec3(2.0, -2.0, 3.3), dvec3(2.6, 3.0, 4.4));
+    let past_the_shaded = [in_line([[0.8, 4.0], [2.0, 3.3]], 2.0)];
+    let mut above = hall(FLOOR);
+    meshes::add_box(&mut above, OBSTACLE, dvec3(0.0, -3.0, 1.1), dvec3(0.8, 3.0, 2.0));
+    let past_the_image = [in_line([[0.0, -1.1], [0.8, 1.1]], 2.64)];
+    for (name, mesh, source, places) in [
+        ("screens", screens(0.0), HIGHER, &across[..]),
+        ("nearly parallel", screens(1e-4), HIGHER, &[below]),
+        ("screens on a floor", on_floor, SOURCE, &over_an_image),
+        ("boxes", boxes, HIGHER, &past_the_shaded),
+        ("a box above a floor", above, SOURCE, &past_the_image),
+    ] {
+        for absorption in [0.0, 0.6] {
+            let field = Field::new(mesh.clone(), absorption, source, &["diffraction"]);
+            for &place in places {
+                let step = field.largest_step(place, DVec3::X);
+                assert!(step < 0.1, "{name}, α = {absorption}, {place}: {step} dB");
+            }
+        }
+    }
+    let mut crowded = screens(0.0);
+    add_crowd(&mut crowded);
+    let step = Field::new(crowded, 0.0, HIGHER, &["diffraction"]).largest_step(below, DVec3::X);
+    assert!(step > 1.0, "what this test would find, where pairs are too many: {step} dB");
+}
+
+/// A source does so, and is heard as a receiver there would hear it.
+#[test]
+fn a_source_that_is_hidden_is_heard_as_a_receiver_hears() {
+    let below = in_line([[0.0, 3.0], [2.0, 2.7]], 2.0);
+    let places = [-5e-4, -1e-5, 1e-5, 5e-4].map(|offset| below + offset * DVec3::X);
+    let there = Field::new(screens(0.0), 0.0, HIGHER, &["diffraction"]).heard(&places);
+    let from = |place| Field::new(screens(0.0), 0.0, place, &["diffraction"]);
+    for (there, back) in there.iter().zip(places.map(|place| from(place).heard(&[HIGHER])[0])) {
+        for (there, back) in there.iter().zip(back) {
+            assert!((there / back - 1.0).abs() < 1e-3, "{there} {back}");
+        }
+    }
+}
+
+/// A known limit: about two boxes what comes from the shaded side of the first over edges that are not parallel, and over three, is still cut
+/// off at the second.
+#[test]
+fn what_comes_over_corners_is_still_cut_off_behind_other_objects() {
+    let mut boxes = hall(VOID);
+    meshes::add_box(&mut boxes, OBSTACLE, dvec3(0.0, -3.0, 3.1), dvec3(0.8, 3.0, 4.0));
+    meshes::add_box(&mut boxes, OBSTACLE, dvec3(2.0, -2.0, 3.3), dvec3(2.6, 3.0, 4.4));
+    let field = Field::new(boxes, 0.0, HIGHER, &["diffraction"]);
+    let step = field.largest_step(in_line([[0.8, 4.0], [2.0, 4.4]], 6.1), DVec3::X);
+    assert!(step > 0.1, "{step} dB");
+}
