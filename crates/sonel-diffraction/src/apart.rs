@@ -23,6 +23,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use crate::complex::Complex;
+use crate::contour::SIX;
 use crate::edge_path::{EdgePath, Lit, WAVES};
 use crate::face::{End, FaceEdge, FacePath};
 use crate::wave_numbers::WaveNumbers;
@@ -284,12 +285,13 @@ impl Side<'_> {
     fn over(&self, point: WedgePoint, part: [f64; 2], lit: Lit, smallest_k: f64) -> Option<Over> {
         let wedge = self.edge.wedge;
         let Some(beyond) = self.beyond else {
-            let path = EdgePath::new(wedge, self.end.point, point, part, lit, smallest_k);
+            let path = EdgePath::by(SIX, wedge, self.end.point, point, part, lit, smallest_k);
             return Some(Over::One(path, [self.end.point, point]));
         };
         let edges = [beyond, FaceEdge { part, ..self.edge }];
         let before = (point.angle - self.edge.face(0)).abs() < PI;
-        FacePath::new(&edges, [self.end, End { point, before }], self.view.within, smallest_k).map(Over::Two)
+        FacePath::by(SIX, &edges, [self.end, End { point, before }], self.view.within, smallest_k)
+            .map(Over::Two)
     }
 
     /// Where a way over the outer edge crosses that [m from its start].

@@ -24,7 +24,7 @@
 use glam::DVec3;
 
 use crate::complex::Complex;
-use crate::contour::{SIX, TEN};
+use crate::contour::{Rule, SIX, TEN};
 use crate::edge_path::WAVES;
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
@@ -99,6 +99,17 @@ impl FacePath {
     ) -> Option<Self> {
         // What comes over three edges is a tenth of the rest, and six points err by a thousandth of it.
         let rule = if edges.len() > 2 { SIX } else { TEN };
+        Self::by(rule, edges, [source, receiver], within, smallest_k)
+    }
+
+    /// The same with the nodes of `rule`.
+    pub(crate) fn by(
+        rule: &'static Rule,
+        edges: &[FaceEdge<'_>],
+        [source, receiver]: [End; 2],
+        within: f64,
+        smallest_k: f64,
+    ) -> Option<Self> {
         let parts = parts(edges, source, receiver, Asked { within, smallest_k, rule, fades: true });
         let lengths = parts.iter().flat_map(|part| &part.chains).map(|chain| chain.length);
         let length = lengths.fold(f64::INFINITY, f64::min);
