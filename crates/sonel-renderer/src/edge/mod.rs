@@ -5,7 +5,8 @@
 //! image in it with the terms that belong to that ([`family`]). The family replaces the base path and those images:
 //! their energies are never added to it. Which part of an edge takes part is what both ends see of it ([`view`]).
 //!
-//! Over two edges of a face or a sheet and over three of a solid ([`passage`]) base paths are diffracted several times. What a plane
+//! Over two edges of a face or a sheet and over three of a solid ([`passage`]) base paths are diffracted several times,
+//! and over edges of different objects ([`apart`]). What a plane
 //! mirrors meets the edges of the room unfolded about it ([`world`], [`rooms`]).
 //!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
