@@ -201,3 +201,26 @@ fn a_box_on_a_floor_is_half_a_box() {
     assert!(error < 0.05, "{error} dB");
     assert!(other > 0.1, "an image five centimetres lower is noticed: {other} dB");
 }
+
+/// Boxes that stand on a floor are the same with and without a foot: the inner sides of hollow ones are no mirrors for anybody outside, and the
+/// edges of one box do not go on in images that another one's would show.
+#[test]
+fn hollow_boxes_are_as_closed_ones() {
+    let boxes =
+        [(dvec3(0.0, -3.0, 0.0), dvec3(0.8, 3.0, 2.0)), (dvec3(2.0, -2.0, 0.0), dvec3(2.8, 2.5, 1.8))];
+    let places = [dvec3(4.0, 2.4, 1.7), dvec3(1.4, -0.4, 0.2), dvec3(1.4, 4.4, 0.7), dvec3(5.0, 0.4, 2.2)];
+    for floor in [VOID, FLOOR] {
+        let heard = |add: fn(&mut Mesh, DVec3, DVec3), shift: f64| {
+            let mut mesh = hall(floor);
+            boxes.iter().for_each(|&(low, high)| add(&mut mesh, low, high.with_x(high.x + shift)));
+            Field::new(mesh, 0.0, SOURCE, &["diffraction"]).heard(&places)
+        };
+        let closed = heard(|mesh, low, high| meshes::add_box(mesh, OBSTACLE, low, high), 0.0);
+        let [largest, of_others] = [0.0, 0.05].map(|shift| {
+            let hollow = heard(add_standing_box, shift);
+            let energies = hollow.iter().zip(&closed).flat_map(|(one, other)| one.iter().zip(other));
+            energies.map(|(one, other)| (10.0 * (one / other).log10()).abs()).fold(0.0, f64::max)
+        });
+        assert!(largest < 0.001 && of_others > 0.1, "{largest} {of_others} dB");
+    }
+}

@@ -43,6 +43,8 @@ pub struct Side<'a> {
     pub edge: FaceEdge<'a>,
     /// An edge between the end and that one, joined to it by a face; left over the second of its faces that are named.
     pub beyond: Option<FaceEdge<'a>>,
+    /// Whether paths over three edges of their face complete those over these two.
+    pub is_completed: bool,
     /// The source or the receiver about the outer one of the edges.
     pub end: End,
     /// What else it sees.
@@ -290,8 +292,8 @@ impl Side<'_> {
         };
         let edges = [beyond, FaceEdge { part, ..self.edge }];
         let before = (point.angle - self.edge.face(0)).abs() < PI;
-        FacePath::by(SIX, &edges, [self.end, End { point, before }], self.view.within, smallest_k)
-            .map(Over::Two)
+        let ends = [self.end, End { point, before }];
+        FacePath::new(&edges, ends, self.view.within, smallest_k, self.is_completed).map(Over::Two)
     }
 
     /// Where a way over the outer edge crosses that [m from its start].

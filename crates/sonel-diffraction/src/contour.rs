@@ -33,7 +33,7 @@ const PANELS: i32 = 38;
 const FIRST_PANEL: f64 = 0.5;
 
 /// Nodes and weights (t, w) for wave numbers of at least `smallest_k` [1/m], where g varies on no scale smaller than
-/// `scale` [√m], with the points of `rule` in every panel.
+/// `scale` [√m], with the points of `rule` in every panel, the innermost panel first.
 pub(crate) fn nodes(smallest_k: f64, scale: f64, rule: &Rule) -> Vec<(f64, f64)> {
     let end = (SPENT / smallest_k).sqrt();
     let first = (FIRST_PANEL * scale).clamp(libm::ldexp(end, -PANELS), end);

@@ -55,6 +55,8 @@ struct Piece {
     length: f64,
     /// t² [m] and the integrand there, weights and −ν/4π included [1/m].
     nodes: Vec<(f64, [Complex; WAVES])>,
+    /// Nodes in a panel.
+    panel: usize,
 }
 
 /// One edge between a source and a receiver.
@@ -108,7 +110,7 @@ impl EdgePath {
         let path = Unfolded::new(wedge.angle(), source, receiver, lit);
         let [low, high] = part.map(|z| rapidity(path.source, path.receiver, z));
         let mut pieces = Vec::with_capacity(3);
-        let nodes = |scale| nodes(smallest_k, scale, rule);
+        let nodes = (rule, smallest_k);
         if low < 0.0 && high > 0.0 {
             pieces.push(path.piece(0.0, path.shortest, 2.0, nodes));
             pieces.push(path.piece(-low, path.length(part[0]), -1.0, nodes));
@@ -120,6 +122,20 @@ impl EdgePath {
             pieces.push(path.piece(at[far], path.length(part[far]), -1.0, nodes));
         }
         Self { detour: path.length(way.clamp(part[0], part[1])), pieces }
+    }
+
+    /// The path over an edge without ends: one piece.
+    pub(crate) fn endless(
+        rule: &Rule,
+        wedge: &Wedge,
+        source: WedgePoint,
+        receiver: WedgePoint,
+        lit: Lit,
+        smallest_k: f64,
+    ) -> Self {
+        let path = Unfolded::new(wedge.angle(), source, receiver, lit);
+        let nodes = (rule, smallest_k);
+        Self { detour: path.shortest, pieces: vec![path.piece(0.0, path.shortest, 2.0, nodes)] }
     }
 
     /// Length of the shortest way over the edge [m].
@@ -184,14 +200,18 @@ impl Piece {
         numbers: &WaveNumbers,
         of: impl Fn(&[Complex; WAVES]) -> [Complex; N],
     ) -> Vec<[Complex; N]> {
-        let mut sums = vec![[Complex::ZERO; N]; numbers.values().len()];
-        let mut decays = vec![0.0; sums.len()];
-        for (p, values) in &self.nodes {
-            let values = of(values);
-            let left = numbers.decay(*p, &mut decays);
-            for (sum, &decay) in sums.iter_mut().zip(left) {
-                for (sum, value) in sum.iter_mut().zip(values) {
-                    *sum += value * decay;
+        let count = numbers.values().len();
+        let mut sums = vec![[Complex::ZERO; N]; count];
+        let mut decays = vec![0.0; count * self.panel];
+        for (panel, nodes) in self.nodes.chunks(self.panel).enumerate() {
+            for ((p, values), decays) in nodes.iter().zip(decays.chunks_exact_mut(count)) {
+                let values = of(values);
+                // From the third panel on each has its nodes at twice the t of the one before.
+                let left = if panel < 2 { numbers.decay(*p, decays) } else { numbers.decay_on(*p, decays) };
+                for (sum, &decay) in sums.iter_mut().zip(left) {
+                    for (sum, value) in sum.iter_mut().zip(values) {
+                        *sum += value * decay;
+                    }
                 }
             }
         }
@@ -239,14 +259,15 @@ impl Unfolded {
     }
 
     /// `share` times the stretch from η = `from` outwards, where the way has `length` [m].
-    fn piece(&self, from: f64, length: f64, share: f64, nodes: impl Fn(f64) -> Vec<(f64, f64)>) -> Piece {
+    fn piece(&self, from: f64, length: f64, share: f64, (rule, smallest_k): (&Rule, f64)) -> Piece {
         let product = self.source.radius * self.receiver.radius;
         let half_from = libm::sinh(0.5 * from);
         // (cosh η − 1)/2 where the stretch begins.
         let rise = half_from * half_from;
         let scale = if rise > 0.0 { self.scale_of_end(rise, length) } else { self.scale_of_apex() };
         let turn = share * -self.index / (4.0 * PI);
-        let nodes = nodes(scale)
+        let panel = 2 * rule.len();
+        let nodes = nodes(smallest_k, scale, rule)
             .into_iter()
             .map(|(t, weight)| {
                 // L² − L_e² over 4 r_S r_R t², the rise of (cosh η − 1)/2 per t².
@@ -265,7 +286,7 @@ impl Unfolded {
                 (t * t, self.terms((half_eta * self.index).hyperbolic_sine()).map(|term| term * measure))
             })
             .collect();
-        Piece { length, nodes }
+        Piece { length, nodes, panel }
     }
 
     /// Σ β by wave, from sinh ½νη: cosh νη − cos 2h = 2 (sinh² ½νη + sin² h).

@@ -13,26 +13,31 @@
 //! sheet, which scatters nothing in its plane, it is −D₁ there.
 //!
 //! H₂ itself begins where its second edge comes into sight over the plane of that edge's other face. With H₂ in the place of D₁ the same
-//! formula gives H₃ over the edges of that face, and nothing steps there either. What would run on to a fourth edge, or to a third one
-//! of the same face, is left out, and with it fades what a receiver near the plane hears that would be cut off again by it.
+//! formula gives H₃ over the edges of that face, and nothing steps there either; so does H₃ over a third edge of the same face, where that cuts
+//! off what grazes it. What would run on to a fourth edge, or to a third one of a sheet, is left out, and with it fades what would be cut
+//! off by it (`weight`).
 //!
-//! The formula is exact at the receiver's end only. Exchanged, it is exact at the source's: [`FacePath`] takes the mean of both, each
-//! weighted by the other end's square height over the plane.
+//! The formula is exact at the receiver's end only. Exchanged, it is exact at the source's: [`FacePath`] takes the mean of both. Where
+//! both ends are near the plane the edges are not lit from one another alone (`overlap`).
 //!
 //! Reference: [Svensson1999] for the parts (docs/references.md); measured against boundary elements in docs/diffraction.md.
 
 use glam::DVec3;
 
 use crate::complex::Complex;
-use crate::contour::{Rule, SIX, TEN};
-use crate::edge_path::WAVES;
+use crate::edge_path::{Lit, WAVES};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
 use chain::{Asked, Part, parts};
 
 mod chain;
-mod narrow;
 mod outline;
+mod overlap;
+mod way;
+mod weight;
+
+/// P keeps this share of the length of its edge, and of the way, from the ends of the edge: what a corner sends comes from about it.
+const OFF_THE_ENDS: f64 = 0.25;
 
 /// An edge between two faces that sound runs along: of a solid, or of a sheet, whose sides count as one face.
 #[derive(Debug, Clone, Copy)]
@@ -57,6 +62,25 @@ impl FaceEdge<'_> {
     /// Angle of the face towards the edge before (0) or the next one (1) [rad].
     pub(crate) fn face(&self, side: usize) -> f64 {
         if self.at_second[side] { self.wedge.angle() } else { 0.0 }
+    }
+
+    /// R′: where `end` is when it is turned about the edge into the plane of the face towards the edge before.
+    fn beyond(&self, end: End) -> DVec3 {
+        self.wedge.beyond(end.point, self.at_second[0])
+    }
+
+    /// Which waves `end` sees that come along the face from the edge before.
+    fn lit(&self, end: End, within: f64) -> Lit {
+        let front = Some(end.before);
+        let faces = if self.at_second[0] { [None, front] } else { [front, None] };
+        Lit { direct: front, faces, within }
+    }
+
+    /// P: where on the edge the way to the next one crosses it that comes from `from` and goes on to `turned`.
+    fn lights(&self, from: WedgePoint, turned: WedgePoint) -> DVec3 {
+        let [low, high] = self.part;
+        let margin = OFF_THE_ENDS * (high - low).min(from.radius + turned.radius);
+        self.wedge.at(apex(from, turned).clamp(low + margin, high - margin))
     }
 }
 
@@ -89,6 +113,7 @@ pub struct Lead {
 impl FacePath {
     /// The path over `edges`, two or three of them, for wave numbers of at least `smallest_k` [1/m]. Within the angle `within` [rad] of
     /// a plane beyond an edge, on which side of it an end is, is for [`End::before`] to say.
+    /// `are_completed` says that paths over three edges of each face are heard as well, which complete those over two.
     /// [`None`] where nothing comes over all of them.
     #[must_use]
     pub fn new(
@@ -96,21 +121,9 @@ impl FacePath {
         [source, receiver]: [End; 2],
         within: f64,
         smallest_k: f64,
+        are_completed: bool,
     ) -> Option<Self> {
-        // What comes over three edges is a tenth of the rest, and six points err by a thousandth of it.
-        let rule = if edges.len() > 2 { SIX } else { TEN };
-        Self::by(rule, edges, [source, receiver], within, smallest_k)
-    }
-
-    /// The same with the nodes of `rule`.
-    pub(crate) fn by(
-        rule: &'static Rule,
-        edges: &[FaceEdge<'_>],
-        [source, receiver]: [End; 2],
-        within: f64,
-        smallest_k: f64,
-    ) -> Option<Self> {
-        let parts = parts(edges, source, receiver, Asked { within, smallest_k, rule, fades: true });
+        let parts = parts(edges, source, receiver, Asked { within, smallest_k, are_completed });
         let lengths = parts.iter().flat_map(|part| &part.chains).map(|chain| chain.length);
         let length = lengths.fold(f64::INFINITY, f64::min);
         let back: Vec<FaceEdge<'_>> = edges.iter().rev().map(|edge| edge.exchanged()).collect();

@@ -1,8 +1,7 @@
 //! Sound over edges: the exact field of a rigid wedge and what follows from it.
 //!
 //! - [`wedge`] places points about an edge, [`edge_path`] is the field of one edge of any length at any distance;
-//! - [`double`] is the field over two parallel edges, as of a thick barrier;
-//! - [`face`] is the field over two edges of a face, parallel or not, as of a panel, and over three edges of a box;
+//! - [`face`] is the field over two edges of a face, as of a barrier or a panel, and over three edges of a box;
 //! - [`apart`] is the field over two parallel edges of different objects;
 //! - [`bending`] is what passing an edge does to a packet of energy, which knows no phase;
 //! - [`spectrum`] takes means over frequency bands, flat per Hz; [`wave_numbers`] are those that they ask for.
@@ -14,7 +13,6 @@ pub mod apart;
 pub mod bending;
 pub mod complex;
 mod contour;
-pub mod double;
 pub mod edge_path;
 pub mod face;
 pub mod spectrum;
@@ -23,7 +21,6 @@ pub mod wedge;
 
 pub use apart::ApartPath;
 pub use complex::Complex;
-pub use double::DoublePath;
 pub use edge_path::{EdgePath, Lit, WAVES};
 pub use face::FacePath;
 pub use spectrum::{Cell, Field, Spectrum, Wave};

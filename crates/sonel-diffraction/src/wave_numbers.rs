@@ -2,22 +2,29 @@
 
 use crate::contour::SPENT;
 
+/// Least exponent [1] of which powers are taken: from there to where it is spent an error grows by less than a million.
+const SMALLEST: f64 = 1e-3;
+
 /// Wave numbers [1/m], ascending.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaveNumbers {
     values: Vec<f64>,
     /// Index of the one that is half as large: e^(−kp) is then the square of what it is there.
     halves: Vec<Option<usize>>,
+    /// Index of the one that is four times as large: e^(−k 4p) is what is there at p.
+    fourfold: Vec<Option<usize>>,
 }
 
 impl WaveNumbers {
     /// These wave numbers [1/m].
     #[must_use]
     pub fn new(values: Vec<f64>) -> Self {
-        let half = |(index, k): (usize, &f64)| {
-            values[..index].iter().position(|half| (k - 2.0 * half).abs() <= 4.0 * f64::EPSILON * k)
+        let find = |wanted: f64| {
+            let is_it = |k: &f64| (k - wanted).abs() <= 4.0 * f64::EPSILON * wanted;
+            values.iter().position(is_it)
         };
-        Self { halves: values.iter().enumerate().map(half).collect(), values }
+        let [halves, fourfold] = [0.5, 4.0].map(|times| values.iter().map(|k| find(times * k)).collect());
+        Self { values, halves, fourfold }
     }
 
     /// Them [1/m].
@@ -33,6 +40,23 @@ impl WaveNumbers {
             decays[index] = match half {
                 Some(half) => decays[*half] * decays[*half],
                 None => libm::exp(-k * p),
+            };
+        }
+        &decays[..left]
+    }
+
+    /// The same where `decays` are those of ¼ `p`.
+    pub(crate) fn decay_on<'a>(&self, p: f64, decays: &'a mut [f64]) -> &'a [f64] {
+        // Powers of what is next to 1 would be rounding.
+        if self.values.last().is_some_and(|k| k * p < SMALLEST) {
+            return self.decay(p, decays);
+        }
+        let left = self.values.partition_point(|k| k * p <= SPENT);
+        for index in 0..left {
+            decays[index] = match (self.fourfold[index], self.halves[index]) {
+                (Some(fourfold), _) => decays[fourfold],
+                (None, Some(half)) => decays[half] * decays[half],
+                (None, None) => libm::exp(-self.values[index] * p),
             };
         }
         &decays[..left]
@@ -56,6 +80,10 @@ mod tests {
         let mut decays = [0.0; 6];
         for (decay, k) in numbers.decay(0.7, &mut decays).iter().zip(numbers.values()) {
             assert!((decay / (-0.7 * k).exp() - 1.0).abs() < 1e-14);
+        }
+        numbers.decay(0.7, &mut decays);
+        for (decay, k) in numbers.decay_on(2.8, &mut decays).iter().zip(numbers.values()) {
+            assert!((decay / (-2.8 * k).exp() - 1.0).abs() < 1e-14);
         }
         assert_eq!(numbers.decay(10.0, &mut decays).len(), 3, "beyond e^(−30) nothing is asked for");
     }

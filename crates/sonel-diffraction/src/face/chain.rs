@@ -5,26 +5,16 @@
 //! last edge the receiver's form has to be heard alone and whole, where the source crosses that behind the first the source's. Where
 //! either edge comes into sight the path of most edges has to begin with nothing, since no longer one completes it.
 
-use std::f64::consts::PI;
-
-use super::narrow::Narrow;
 use super::outline::stretches;
+use super::overlap::Overlap;
+use super::way::FaceWay;
+use super::weight::weights;
 use super::{End, FaceEdge, Lead};
 use crate::complex::Complex;
-use crate::contour::Rule;
+use crate::contour::SIX;
 use crate::edge_path::{EdgePath, Lit, WAVES};
 use crate::wave_numbers::WaveNumbers;
-use crate::wedge::{Wedge, WedgePoint, apex};
-
-/// P keeps this share of the length of its edge, and of the way, from the ends of the edge: what a corner sends comes from about it.
-const OFF_THE_ENDS: f64 = 0.25;
-/// tan ½θ of the angle over the face below which a second edge fades.
-const FADED: f64 = 0.1;
-/// Square of the share of one end's height over the plane that its edge comes into sight at, nearer than which the other end is to its own
-/// plane where it hears its form whole nevertheless.
-const NEAR: f64 = 0.1;
-/// A path over so many edges is completed by no longer one.
-const LAST: usize = 3;
+use crate::wedge::{Wedge, WedgePoint};
 
 /// What all paths are asked for with.
 #[derive(Debug, Clone, Copy)]
@@ -32,15 +22,13 @@ pub(super) struct Asked {
     /// Angle from a plane [rad] within which [`End::before`] is believed.
     pub within: f64,
     pub smallest_k: f64,
-    /// Nodes of the integrals.
-    pub rule: &'static Rule,
-    /// Whether a path fades where what is left out would cut it off.
-    pub fades: bool,
+    /// Whether paths over three edges of a face complete those over two.
+    pub are_completed: bool,
 }
 
 impl Asked {
     fn path(self, wedge: &Wedge, from: WedgePoint, to: WedgePoint, part: [f64; 2], lit: Lit) -> EdgePath {
-        EdgePath::by(self.rule, wedge, from, to, part, lit, self.smallest_k)
+        EdgePath::by(SIX, wedge, from, to, part, lit, self.smallest_k)
     }
 }
 
@@ -48,18 +36,17 @@ impl Asked {
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     pub chains: Vec<Chain>,
-    narrow: Option<Narrow>,
+    overlap: Option<Overlap>,
 }
 
 /// A product of fields.
 #[derive(Debug, Clone)]
 pub(super) struct Chain {
     pub lead: Lead,
+    /// Which form of what comes over its first two edges it is of: the receiver's, or the source's.
+    form: usize,
     first: EdgePath,
-    /// Those over the other edges, each over the parts of it that are seen from the one before.
-    others: Vec<Vec<EdgePath>>,
-    /// Sum [m] and product of all |P R′|.
-    reaches: (f64, f64),
+    others: Vec<Over>,
     /// Length of the shortest way [m].
     pub length: f64,
     weight: f64,
@@ -67,18 +54,31 @@ pub(super) struct Chain {
     from: WedgePoint,
 }
 
+/// What an edge leaves of the sound that comes along the face before it.
+#[derive(Debug, Clone)]
+struct Over {
+    /// Lit from the edge before.
+    near: Beam,
+    /// Lit from as far as the sound comes from; none where only what the edge before sends matters.
+    far: Option<Beam>,
+}
+
+/// The field of a point source past an edge, over the parts of that which are seen.
+#[derive(Debug, Clone)]
+struct Beam {
+    paths: Vec<EdgePath>,
+    /// The way to R′ [m].
+    reach: f64,
+}
+
 impl Part {
     /// Amplitudes by chain and wave number, to be multiplied by e^(−jk length) [1/m].
     pub fn amplitudes(&self, numbers: &WaveNumbers, length: f64) -> Vec<Vec<[Complex; WAVES]>> {
-        let mut amplitudes: Vec<_> =
-            self.chains.iter().map(|chain| chain.amplitudes(numbers, length)).collect();
-        let ratios = self.narrow.iter().flat_map(|narrow| narrow.ratios(numbers)).enumerate();
-        for (index, ratio) in ratios {
-            for of_chain in &mut amplitudes {
-                of_chain[index] = of_chain[index].map(|term| term * ratio);
-            }
-        }
-        amplitudes
+        let nearness = self.overlap.as_ref().map(|overlap| overlap.nearness(numbers));
+        let of_chain = |chain: &Chain| {
+            chain.amplitudes(numbers, length, nearness.as_ref().map(|of_forms| &of_forms[chain.form][..]))
+        };
+        self.chains.iter().map(of_chain).collect()
     }
 }
 
@@ -88,8 +88,8 @@ impl Chain {
         let first = asked.path(edge.wedge, source, receiver, edge.part, Lit::default());
         Self {
             lead: Lead { edge: 0, ends: [source, receiver] },
+            form: 0,
             others: Vec::new(),
-            reaches: (0.0, 1.0),
             length: first.detour(),
             first,
             weight: 1.0,
@@ -98,130 +98,134 @@ impl Chain {
     }
 
     /// Amplitudes at every wave number by the wave that the leading edge completes, to be multiplied by e^(−jk length) [1/m].
-    pub fn amplitudes(&self, numbers: &WaveNumbers, length: f64) -> Vec<[Complex; WAVES]> {
-        let (sum, product) = self.reaches;
-        let turn = |k: &f64| Complex::unit(k * (sum + length)) * (product * self.weight);
+    fn amplitudes(
+        &self,
+        numbers: &WaveNumbers,
+        length: f64,
+        nearness: Option<&[Complex]>,
+    ) -> Vec<[Complex; WAVES]> {
+        let turn = |k: &f64| Complex::unit(k * length) * self.weight;
         let mut factors: Vec<Complex> = numbers.values().iter().map(turn).collect();
         for over in &self.others {
-            let mut fields = vec![Complex::ZERO; factors.len()];
-            for path in over {
-                fields.iter_mut().zip(path.totals(numbers)).for_each(|(field, total)| *field += total);
-            }
-            factors.iter_mut().zip(fields).for_each(|(factor, field)| *factor = *factor * field);
+            let left = over.left(numbers, nearness);
+            factors.iter_mut().zip(left).for_each(|(factor, left)| *factor = *factor * left);
         }
         let first = self.first.fields(numbers).into_iter();
         first.zip(factors).map(|(terms, factor)| terms.map(|term| term * factor)).collect()
     }
 }
 
+impl Over {
+    /// The share of the sound at R′ that there is at the receiver, at every wave number. `nearness` is what of it comes from the edge
+    /// before.
+    fn left(&self, numbers: &WaveNumbers, nearness: Option<&[Complex]>) -> Vec<Complex> {
+        let near = self.near.left(numbers);
+        let (Some(far), Some(nearness)) = (&self.far, nearness) else { return near };
+        let far = far.left(numbers);
+        near.iter()
+            .zip(&far)
+            .zip(nearness)
+            .map(|((&near, &far), &share)| far + (near - far) * share)
+            .collect()
+    }
+}
+
+impl Beam {
+    fn left(&self, numbers: &WaveNumbers) -> Vec<Complex> {
+        let free = |k: &f64| Complex::unit(k * self.reach) * self.reach;
+        let mut left = vec![Complex::ZERO; numbers.values().len()];
+        for path in &self.paths {
+            left.iter_mut().zip(path.totals(numbers)).for_each(|(left, field)| *left += field);
+        }
+        left.iter().zip(numbers.values()).map(|(&left, k)| left * free(k)).collect()
+    }
+}
+
 /// All that comes over `edges`.
 pub(super) fn parts(edges: &[FaceEdge<'_>], source: End, receiver: End, asked: Asked) -> Vec<Part> {
-    if let [edge] = edges {
-        let chain = Chain::new(edge, source.point, receiver.point, asked);
-        return vec![Part { chains: vec![chain], narrow: None }];
+    match edges {
+        [edge] => {
+            let chain = Chain::new(edge, source.point, receiver.point, asked);
+            vec![Part { chains: vec![chain], overlap: None }]
+        }
+        &[first, second] => pair([first, second], [source, receiver], asked).into_iter().collect(),
+        _ => mean(edges, source, receiver, asked),
     }
-    let parts = mean(edges, source, receiver, asked);
-    let &[first, second] = edges else { return parts };
+}
+
+/// What comes over two edges; [`None`] where nothing does.
+fn pair(edges: [FaceEdge<'_>; 2], ends: [End; 2], asked: Asked) -> Option<Part> {
+    let parts = mean(&edges, ends[0], ends[1], asked);
     let chains: Vec<Chain> = parts.into_iter().flat_map(|part| part.chains).collect();
-    if chains.is_empty() {
-        return Vec::new();
-    }
-    vec![Part { chains, narrow: Narrow::new([first, second], [source, receiver], asked) }]
+    let overlap = (!chains.is_empty()).then(|| Overlap::new(edges, ends, asked));
+    overlap.is_some().then_some(Part { chains, overlap })
 }
 
 /// Both forms of what comes over two edges or more.
-pub(super) fn mean(edges: &[FaceEdge<'_>], source: End, receiver: End, asked: Asked) -> Vec<Part> {
+fn mean(edges: &[FaceEdge<'_>], source: End, receiver: End, asked: Asked) -> Vec<Part> {
+    let weights = weights(edges, [source.point, receiver.point], asked.are_completed);
     let back: Vec<FaceEdge<'_>> = edges.iter().rev().map(|edge| edge.exchanged()).collect();
-    let mut parts = one_way(edges, source, receiver, asked);
-    let mut others = one_way(&back, receiver, source, asked);
+    let mut parts = one_way(edges, source, receiver, weights[0], asked);
+    let mut others = one_way(&back, receiver, source, weights[1], asked);
     for chain in others.iter_mut().flat_map(|part| &mut part.chains) {
         chain.lead.edge = edges.len() - 1 - chain.lead.edge;
+        if edges.len() == 2 {
+            chain.form = 1;
+        }
     }
     parts.extend(others);
     parts
 }
 
-/// The form that is exact at the receiver's end, with its weight.
-fn one_way(edges: &[FaceEdge<'_>], source: End, receiver: End, asked: Asked) -> Vec<Part> {
+/// The form that is exact at the receiver's end, `weight` times.
+fn one_way(edges: &[FaceEdge<'_>], source: End, receiver: End, weight: f64, asked: Asked) -> Vec<Part> {
     let [.., before, last] = edges else { return Vec::new() };
-    let weight = weight(edges, source.point, receiver.point, asked.fades);
     if weight <= 0.0 {
         return Vec::new();
     }
-    let beyond = last.wedge.beyond(receiver.point, last.at_second[0]);
-    let turned = before.wedge.in_plane(beyond, before.face(1));
-    let front = Some(receiver.before);
-    let faces = if last.at_second[0] { [None, front] } else { [front, None] };
-    let lit = Lit { direct: front, faces, within: asked.within };
+    let turned = before.wedge.in_plane(last.beyond(receiver), before.face(1));
     let on_the_way = End { point: turned, before: false };
     let mut parts = parts(&edges[..edges.len() - 1], source, on_the_way, asked);
+    let begins = (edges.len() == 2).then_some(source);
     for part in &mut parts {
         part.chains.retain_mut(|chain| {
-            let margin =
-                OFF_THE_ENDS * (before.part[1] - before.part[0]).min(chain.from.radius + turned.radius);
-            let place = apex(chain.from, turned).clamp(before.part[0] + margin, before.part[1] - margin);
-            let from = before.wedge.at(place);
-            let on_face = last.wedge.in_plane(from, last.face(0));
-            let over: Vec<EdgePath> = stretches(before, last, from)
-                .into_iter()
-                .map(|part| asked.path(last.wedge, on_face, receiver.point, part, lit))
-                .collect();
-            let detour = over.iter().map(EdgePath::detour).fold(f64::INFINITY, f64::min);
-            let reach = from.distance(beyond);
-            chain.length += detour - reach;
-            chain.reaches = (chain.reaches.0 + reach, chain.reaches.1 * reach);
             chain.weight *= weight;
-            chain.from = on_face;
-            chain.others.push(over);
-            detour.is_finite()
+            chain.go_on([before, last], begins, receiver, asked)
         });
     }
     parts.retain(|part| !part.chains.is_empty());
     parts
 }
 
-/// Weight of the form that is exact at the receiver's end.
-fn weight(edges: &[FaceEdge<'_>], source: WedgePoint, receiver: WedgePoint, fades: bool) -> f64 {
-    let (first, last) = (&edges[0], &edges[edges.len() - 1]);
-    let of_receiver = square_height(receiver, last.face(0));
-    // The faces of a solid are joined on one side, where the wave is heard twice.
-    let sides = if first.wedge.is_rim() && last.wedge.is_rim() { 1.0 } else { 0.5 };
-    let weight = sides * share(square_height(source, first.face(1)), of_receiver);
-    if !fades {
-        return weight;
+impl Chain {
+    /// Goes on from the edge `before`, where it ends, over the `last` one; whether it can. `begins` is where it comes from if that may
+    /// matter to the last edge.
+    fn go_on(
+        &mut self,
+        [before, last]: [&FaceEdge<'_>; 2],
+        begins: Option<End>,
+        receiver: End,
+        asked: Asked,
+    ) -> bool {
+        let way = FaceWay::new([before, last], self.from, receiver);
+        let lit = last.lit(receiver, asked.within);
+        let parts = stretches(before, last, way.lights);
+        let beam = |from: WedgePoint, reach: f64| Beam {
+            paths: parts
+                .iter()
+                .map(|&part| asked.path(last.wedge, from, receiver.point, part, lit))
+                .collect(),
+            reach,
+        };
+        let near = beam(way.near, way.lights.distance(way.to));
+        let detour = near.paths.iter().map(EdgePath::detour).fold(f64::INFINITY, f64::min);
+        self.length += detour - near.reach;
+        let far = begins.map(|source| {
+            let (far, longer) = way.afar([before, last], source);
+            beam(far, near.reach + longer)
+        });
+        self.from = way.near;
+        self.others.push(Over { near, far });
+        detour.is_finite()
     }
-    let weight = weight * off_the_face(receiver.angle - last.face(0));
-    if edges.len() < LAST {
-        return weight;
-    }
-    let at_source = square_height(source, first.wedge.angle() - first.face(1));
-    let dimmed = 1.0 - in_sight(first.wedge, source, first.face(1));
-    weight
-        * in_sight(last.wedge, receiver, last.face(0))
-        * (1.0 - dimmed * share(of_receiver, NEAR * at_source))
-}
-
-/// a/(a + b).
-fn share(a: f64, b: f64) -> f64 {
-    if a + b > 0.0 { a / (a + b) } else { 0.5 }
-}
-
-/// Square height of a point over the plane of a face at the angle `face` [rad] about its edge [m²].
-fn square_height(point: WedgePoint, face: f64) -> f64 {
-    let height = point.radius * libm::sin(point.angle - face);
-    height * height
-}
-
-/// 1, but near the face on both of its sides, where it is 0.
-fn off_the_face(angle: f64) -> f64 {
-    let (sine, cosine) = libm::sincos(0.5 * angle);
-    sine * sine / (sine * sine + (FADED * cosine) * (FADED * cosine))
-}
-
-/// 1 before the plane of the face at the angle `face` [rad], and falling beyond it to 0 on the edge's other face, where the edge goes
-/// out of sight.
-fn in_sight(wedge: &Wedge, point: WedgePoint, face: f64) -> f64 {
-    let left = (wedge.angle() - (point.angle - face).abs()) / (wedge.angle() - PI);
-    let left = left.clamp(0.0, 1.0);
-    left * left * (3.0 - 2.0 * left)
 }

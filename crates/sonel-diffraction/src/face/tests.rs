@@ -1,9 +1,10 @@
-//! Edges of sheets against boundary elements, in their planes, and exchanged; of a box in [`solid`].
+//! Edges of sheets against boundary elements, in their planes, and exchanged; of a box in [`solid`], of barriers in [`barrier`].
 
+mod barrier;
 mod solid;
 
 use super::*;
-use crate::edge_path::{EdgePath, Lit};
+use crate::edge_path::EdgePath;
 use glam::{DVec3, dvec3};
 use sonel_testkit::analytic::rigid_sheet::RigidSheet;
 use sonel_testkit::uniform::Uniform;
@@ -86,7 +87,7 @@ fn path(
         let point = wedge.locate(point).unwrap();
         End { point, before: point.angle < PI }
     };
-    FacePath::new(&[rim(first), rim(second)], [end(first, source), end(second, receiver)], 1e-9, K)
+    FacePath::new(&[rim(first), rim(second)], [end(first, source), end(second, receiver)], 1e-9, K, true)
 }
 
 fn field(path: &FacePath) -> Complex {

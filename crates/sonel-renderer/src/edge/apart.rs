@@ -80,7 +80,7 @@ pub(crate) fn apart(
     passages: &[Passage],
     sees: impl Fn([Outlook; 2]) -> bool,
 ) -> Vec<Apart> {
-    let limit = LIMIT.saturating_sub(passages.len());
+    let limit = LIMIT.saturating_sub(passages.iter().filter(|way| !way.is_along_a_face()).count());
     let mut pairs = Vec::new();
     for (index, one) in edges.iter().enumerate() {
         for (before, other) in edges[..index].iter().enumerate() {

@@ -5,6 +5,8 @@ use sonel_diffraction::Wedge;
 use sonel_geometry::{Departure, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::CoefficientTable;
 
+use super::world::RoomEdge;
+
 /// Sine of the angle within which directions are perpendicular [1].
 pub(crate) const PERPENDICULAR: f64 = 1e-6;
 
@@ -88,6 +90,31 @@ impl PlaneMirror {
         let off = (self.normal + aside) * (FELT * f64::from(geometry.lift()));
         let hit = geometry.closest_hit(Departure::free((foot + off).as_vec3()), -self.normal.as_vec3());
         hit.is_some_and(|hit| geometry.surface(hit.surface).plane == self.plane)
+    }
+
+    /// Whether `edge` is seen from anywhere on its surfaces: from four places of each triangle, at three of the edge.
+    #[must_use]
+    pub fn faces_edge(&self, geometry: &Geometry, edge: &RoomEdge) -> bool {
+        let (mesh, center) = (geometry.mesh(), geometry.center());
+        let off = FELT * f64::from(geometry.lift());
+        let places = [0.1, 0.5, 0.9].map(|share| {
+            let wedge = &edge.wedge;
+            wedge.at(share * wedge.length()) + wedge.into_air() * off
+        });
+        let sees = |from: DVec3| {
+            let departure = Departure::free((from + self.normal * off).as_vec3());
+            // The rims of a sheet are in its plane.
+            let is_before = |to: DVec3| self.height(to) > -0.5 * off;
+            places.iter().any(|&to| is_before(to) && !geometry.is_blocked(departure, to.as_vec3()))
+        };
+        let from_triangle = |triangle: &u32| {
+            let corners = mesh.triangles[*triangle as usize].corners;
+            let corners = corners.map(|corner| mesh.vertices[corner as usize] - center);
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            sees(middle) || corners.into_iter().any(|corner| sees(middle.lerp(corner, 0.9)))
+        };
+        let own = geometry.surfaces().iter().filter(|surface| surface.plane == self.plane);
+        own.flat_map(|surface| &surface.triangles).any(from_triangle)
     }
 
     /// Whether anything of `other` is before it.

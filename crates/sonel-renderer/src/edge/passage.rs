@@ -9,8 +9,10 @@ use super::RoomEdge;
 /// More ways than this over two edges are no barriers, panels and boxes but a tessellated hall, where they would cost more than all else: then
 /// it has none of them. The concert hall among the scenes has 213 over two edges without the corners of solids, and 834 with them.
 pub(crate) const LIMIT: usize = 1024;
-/// The same of ways over three edges.
+/// The same of ways over three edges, from face to face.
 const LONGER_LIMIT: usize = 256;
+/// The same of ways over three edges of one face.
+const ALONG_LIMIT: usize = 512;
 /// How far two places are apart that are one corner, and beyond a line that counts as on it [m].
 pub(crate) const CORNER: f64 = 1e-6;
 
@@ -23,7 +25,7 @@ pub(crate) struct Passage {
 }
 
 /// An edge that is passed.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Passed {
     pub edge: usize,
     /// Whether the face from the edge before is its second one, and whether that to the next edge is.
@@ -68,26 +70,31 @@ pub(crate) fn passages(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<Passage
     if passages.len() + corners.len() <= LIMIT {
         passages.extend(corners);
     }
-    let longer = about_corners(edges, &passages);
-    if longer.len() <= LONGER_LIMIT {
-        passages.extend(longer);
+    let [from_face_to_face, along_faces] = over_three(edges, &passages);
+    if from_face_to_face.len() <= LONGER_LIMIT {
+        passages.extend(from_face_to_face);
+        if along_faces.len() <= ALONG_LIMIT {
+            passages.extend(along_faces);
+        }
     }
     passages
 }
 
-/// All passages over three edges of solids whose parts over two are among `pairs`.
-fn about_corners(edges: &[RoomEdge], pairs: &[Passage]) -> Vec<Passage> {
-    let of_solids = |pair: &&Passage| pair.edges.iter().all(|passed| !edges[passed.edge].wedge.is_rim());
+/// All passages over three edges of solids whose parts over two are among `pairs`: from face to face, and along one face. Those of each that are
+/// more than are wanted are not all there.
+fn over_three(edges: &[RoomEdge], pairs: &[Passage]) -> [Vec<Passage>; 2] {
+    let of_solids = |pair: &&Passage| pair.edges.iter().any(|passed| !edges[passed.edge].wedge.is_rim());
     let pairs: Vec<&Passage> = pairs.iter().filter(of_solids).collect();
-    let mut longer = Vec::new();
+    let mut longer = [Vec::new(), Vec::new()];
     for (count, one) in pairs.iter().enumerate() {
-        for other in &pairs[..count] {
+        for other in &pairs[..=count] {
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let (near, far) = (one.edges[i], other.edges[j]);
-                if near.edge == far.edge && near.at_second != far.at_second && longer.len() <= LONGER_LIMIT {
+                let along = usize::from(near.at_second == far.at_second);
+                if near.edge == far.edge && longer[along].len() <= [LONGER_LIMIT, ALONG_LIMIT][along] {
                     let middle = Passed { edge: near.edge, at_second: [near.at_second[0], far.at_second[0]] };
                     let edges = vec![one.edges[1 - i], middle, other.edges[1 - j]];
-                    longer.push(Passage { edges, outline: Arc::default() });
+                    longer[along].push(Passage { edges, outline: Arc::default() });
                 }
             }
         }
@@ -96,6 +103,12 @@ fn about_corners(edges: &[RoomEdge], pairs: &[Passage]) -> Vec<Passage> {
 }
 
 impl Passage {
+    /// Whether it goes over three edges of one face.
+    #[must_use]
+    pub fn is_along_a_face(&self) -> bool {
+        self.edges.len() > 2 && self.edges[1].at_second[0] == self.edges[1].at_second[1]
+    }
+
     fn new(borders: [Border; 2], outline: Arc<[[DVec3; 2]]>) -> Self {
         let passed = borders.map(|(edge, face)| Passed { edge, at_second: [face == 1; 2] });
         Self { edges: passed.to_vec(), outline }

@@ -13,11 +13,14 @@ use super::mirror::{self, PlaneMirror};
 use super::world::{RoomEdge, World};
 use super::{Listening, Reflection};
 
+/// Planes that face no edge, as the inner sides of a hollow box, are left out as long as planes times edges are no more than this: looking takes
+/// a tenth of a second then.
+const SEEN_LIMIT: usize = 8000;
 /// Base paths with a reflection are diffracted as long as planes times edges are no more than this.
 const PAIR_LIMIT: usize = 2000;
-/// More passages than this by way of all mirrors, a third of a second for each receiver, and they go without those over three edges, or
-/// without all.
-const PASSAGE_LIMIT: usize = 1024;
+/// More passages than this by way of all mirrors, a third of a second for each receiver, and they go without those over three edges of a
+/// face, without all over three, or without any.
+const PASSAGE_LIMIT: usize = 2048;
 /// Images of two reflections are diffracted at no more edges than this, counted in every copy of the room: a fifth of a second if a receiver
 /// sees them all.
 const TWOFOLD_LIMIT: usize = 2000;
@@ -44,8 +47,11 @@ impl Rooms {
         let has_edges = |mirror: &PlaneMirror| {
             edges.iter().any(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane))
         };
-        let (mut with_edges, mut without) =
-            mirror::planes(geometry, table).into_iter().partition::<Vec<PlaneMirror>, _>(has_edges);
+        let mut planes = mirror::planes(geometry, table);
+        if planes.len() * edges.len() <= SEEN_LIMIT {
+            planes.retain(|mirror| edges.iter().any(|edge| mirror.faces_edge(geometry, edge)));
+        }
+        let (mut with_edges, mut without) = planes.into_iter().partition::<Vec<PlaneMirror>, _>(has_edges);
         if without.len() * edges.len() > PAIR_LIMIT {
             without.clear();
         }
@@ -136,13 +142,14 @@ fn twofold(geometry: &Geometry, room: &World, mirrors: &[PlaneMirror]) -> Option
     Some(worlds)
 }
 
-/// Leaves passages over three edges out of `worlds`, or all, where they are more than `limit` together. Whether those over two are kept.
+/// Leaves passages over three edges of a face out of `worlds`, over any three, or all, where they are more than `limit` together. Whether
+/// those over two are kept.
 fn shorten(mut worlds: Vec<&mut World>, limit: usize) -> bool {
-    for most in [2, 0] {
+    for most in [3, 2, 0] {
         if worlds.iter().map(|world| world.passages.len()).sum::<usize>() <= limit {
             return true;
         }
-        worlds.iter_mut().for_each(|world| world.passages.retain(|way| way.edges.len() <= most));
+        worlds.iter_mut().for_each(|world| world.shorten(most));
     }
     false
 }

@@ -62,6 +62,8 @@ pub(crate) struct World {
     /// Whether there would be more passages than can be followed, so that what comes over one edge fades to nothing where it would go on over
     /// a second one.
     pub is_cut_short: bool,
+    /// Whether passages over three edges of a face are followed.
+    pub along_faces: bool,
     copies: Vec<Copy>,
     /// Up to where each edge is in which copy [m].
     parts: Vec<Vec<(f64, usize)>>,
@@ -86,6 +88,7 @@ impl World {
         apart: Vec<Apart>,
         faces: Vec<Vec<Border>>,
     ) -> Self {
+        let along_faces = passages.iter().any(Passage::is_along_a_face);
         Self {
             shown: Chain::default(),
             behind: None,
@@ -97,6 +100,7 @@ impl World {
             faces,
             shows: Vec::new(),
             is_cut_short: false,
+            along_faces,
             copies: vec![Copy::default()],
         }
     }
@@ -119,12 +123,12 @@ impl World {
         let (mut passages, mut apart, faces) = unfolding.ways();
         let Unfolding { edges, parts, copies, .. } = unfolding;
         let alone: Vec<[f64; 2]> = parts.iter().map(|parts| stretch(parts, 1)).collect();
+        let along_faces = passages.iter().any(Passage::is_along_a_face);
         let is_image = |edge: usize| parts[edge].iter().any(|&(_, copy)| copy == 1);
         passages.retain(|way| way.edges.iter().any(|passed| is_image(passed.edge)));
         apart.retain(|way| way.edges().into_iter().any(is_image));
-        let behind = Some(*mirror);
-        let with_images =
-            Self { behind, alone, copies, parts, ..Self::with_ways(edges, passages, apart, faces) };
+        let ways = Self::with_ways(edges, passages, apart, faces);
+        let with_images = Self { behind: Some(*mirror), alone, copies, parts, along_faces, ..ways };
         let is_in_both = |passed: &[usize]| {
             let edges = || passed.iter().map(|&edge| goes_on[edge]);
             edges().all(|edge| edge.is_some()) && edges().any(|edge| edge == Some(true))
@@ -134,7 +138,13 @@ impl World {
         let apart = room.apart.iter().filter(|way| is_in_both(&way.edges())).cloned().collect();
         let alone = vec![[0.0; 2]; room.edges.len()];
         let taken = Self::with_ways(room.edges.clone(), passages, apart, room.faces.clone());
-        [with_images, Self { alone, ..taken }]
+        [with_images, Self { alone, along_faces: room.along_faces, ..taken }]
+    }
+
+    /// Leaves out passages over three edges of a face, and those over more than `most`.
+    pub fn shorten(&mut self, most: usize) {
+        self.passages.retain(|way| way.edges.len() <= most && !way.is_along_a_face());
+        self.along_faces = false;
     }
 
     /// Where the place `point` on an edge is [m].

@@ -1,15 +1,14 @@
 //! Two parallel edges, of a thick barrier or apart: every pair of secondary sources added up.
 //!
 //! H(k) = s (ν₁ν₂/16π²) ∫∫ Σβ₁ Σβ₂ e^(−jk(m₁+m₂+m₃))/(m₁m₂m₃) dz₁ dz₂, s = ½ along a face and 1 through the air, on the real edges, which
-//! fade out far from the shortest way so that they have no ends. Slow, and good to a per cent from about a wavelength between the
-//! edges upward.
+//! fade out far from the shortest way so that they have no ends. Slow, and good to a per cent.
 //!
 //! Reference: [Svensson1999] (docs/references.md).
 
 use std::f64::consts::PI;
 
-/// Points per wavelength along each edge.
-const POINTS: f64 = 16.0;
+/// Points along each edge per wavelength, and per distance between the edges.
+const POINTS: [f64; 2] = [16.0, 5.0];
 /// Reach of the edges beyond source and receiver [m], and the part of it over which they fade.
 const REACH: f64 = 24.0;
 const FADE: f64 = 0.7;
@@ -33,7 +32,7 @@ impl DoubleEdge {
     /// Pressure (re, im) that goes over both edges, of a source of free field e^(−jkr)/r, at wave number `k` [1/m].
     #[must_use]
     pub fn pressure(&self, k: f64) -> (f64, f64) {
-        let step = 2.0 * PI / k / POINTS;
+        let step = (2.0 * PI / k / POINTS[0]).min(self.width / POINTS[1]);
         let middle = 0.5 * (self.source.2 + self.receiver.2);
         let count = (REACH / step) as i32;
         let at = |i: i32| middle + f64::from(i) * step;

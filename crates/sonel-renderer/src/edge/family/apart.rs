@@ -143,7 +143,7 @@ impl Family<'_> {
         let sides = [0, 1].map(|of| {
             let view = View { within, past: past[of], in_face: &in_face[of] };
             let end = End { point: [source, receiver][of], before: is_before(of) };
-            side(&heard[of], [at_air[of], outer[of]], end, view)
+            side(&heard[of], [at_air[of], outer[of]], end, view, self.course.world.along_faces)
         });
         if let Some(path) = ApartPath::new(sides, self.spectrum.smallest_k()) {
             self.add_apart_path(&path, passed, leg, reflections);
@@ -260,7 +260,13 @@ fn off_the_plane(angle: f64) -> f64 {
 }
 
 /// A side over its edge at the air and its outer one, with its end about the latter.
-fn side<'a>(heard: &Heard<'a>, [at_air, outer]: [&'a RoomEdge; 2], end: End, view: View<'a>) -> Side<'a> {
+fn side<'a>(
+    heard: &Heard<'a>,
+    [at_air, outer]: [&'a RoomEdge; 2],
+    end: End,
+    view: View<'a>,
+    is_completed: bool,
+) -> Side<'a> {
     let passed = |edge: &'a RoomEdge, at_second, part, outline| FaceEdge {
         wedge: &edge.wedge,
         at_second: [at_second; 2],
@@ -270,10 +276,10 @@ fn side<'a>(heard: &Heard<'a>, [at_air, outer]: [&'a RoomEdge; 2], end: End, vie
     let share = heard.share;
     let Some(joined) = &heard.shore.beyond else {
         let edge = passed(at_air, false, heard.part, &[]);
-        return Side { edge, beyond: None, end, view, share };
+        return Side { edge, beyond: None, is_completed, end, view, share };
     };
     let [of_outer, of_own] = joined.at_second;
     let edge = passed(at_air, of_own, [0.0, at_air.wedge.length()], &joined.outline);
     let beyond = Some(passed(outer, of_outer, heard.part, &joined.outline));
-    Side { edge, beyond, end, view, share }
+    Side { edge, beyond, is_completed, end, view, share }
 }

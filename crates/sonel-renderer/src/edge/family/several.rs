@@ -27,8 +27,10 @@ impl Family<'_> {
             .collect();
         for passage in passages {
             let back: Vec<Passed> = passage.edges.iter().rev().map(|passed| passed.exchanged()).collect();
-            for edges in [&passage.edges, &back] {
-                self.add_passage(edges, &passage.outline, &seen, leg, reflections);
+            self.add_passage(&passage.edges, &passage.outline, &seen, leg, reflections);
+            // Over an edge, another one and back it is the same way in both directions.
+            if back != passage.edges {
+                self.add_passage(&back, &passage.outline, &seen, leg, reflections);
             }
         }
     }
@@ -81,8 +83,8 @@ impl Family<'_> {
         of_faces[passed.len() - 1].part = last_part;
         let nearest = source.point.radius.min(receiver.point.radius).max(1e-3);
         let within = f64::from(self.at.geometry.resolution()) / nearest;
-        let smallest_k = self.spectrum.smallest_k();
-        if let Some(path) = FacePath::new(&of_faces, [source, receiver], within, smallest_k) {
+        let (smallest_k, is_completed) = (self.spectrum.smallest_k(), self.course.world.along_faces);
+        if let Some(path) = FacePath::new(&of_faces, [source, receiver], within, smallest_k, is_completed) {
             self.add_path(&path, passed, leg, reflections);
         }
     }

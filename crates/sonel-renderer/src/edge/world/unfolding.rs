@@ -147,7 +147,8 @@ impl<'a> Unfolding<'a> {
         let (one, other, mirror) = &self.joints[joint];
         let piece = self.pieces[*one][edge].filter(|_| self.pieces[*other][edge].is_some())?;
         let goes_on = piece.faces.iter().all(|face| !self.round[joint].contains(&face.plane));
-        piece.foot(mirror, self.within).filter(|_| goes_on)
+        let is_there = |foot: &DVec3| mirror.is_felt(self.geometry, *foot, piece.wedge.into_air());
+        piece.foot(mirror, self.within).filter(|_| goes_on).filter(is_there)
     }
 
     /// Whether an edge that is before the mirrors goes on in its image.
