@@ -10,6 +10,9 @@ use super::world::RoomEdge;
 /// Sine of the angle within which directions are perpendicular [1].
 pub(crate) const PERPENDICULAR: f64 = 1e-6;
 
+/// Triangles of a plane that are looked from, at most: fewer would miss what a plane faces with few of them.
+const LOOKED_FROM: usize = 64;
+
 /// How far off a surface, in lifts, it is felt for.
 const FELT: f64 = 16.0;
 
@@ -92,7 +95,8 @@ impl PlaneMirror {
         hit.is_some_and(|hit| geometry.surface(hit.surface).plane == self.plane)
     }
 
-    /// Whether `edge` is seen from anywhere on its surfaces: from four places of each triangle, at three of the edge.
+    /// Whether `edge` is seen from anywhere on its surfaces: from four places of each triangle, at three of the edge; of more than
+    /// [`LOOKED_FROM`] triangles evenly from as many.
     #[must_use]
     pub fn faces_edge(&self, geometry: &Geometry, edge: &RoomEdge) -> bool {
         let (mesh, center) = (geometry.mesh(), geometry.center());
@@ -113,8 +117,10 @@ impl PlaneMirror {
             let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
             sees(middle) || corners.into_iter().any(|corner| sees(middle.lerp(corner, 0.9)))
         };
-        let own = geometry.surfaces().iter().filter(|surface| surface.plane == self.plane);
-        own.flat_map(|surface| &surface.triangles).any(from_triangle)
+        let own = || geometry.surfaces().iter().filter(|surface| surface.plane == self.plane);
+        let count: usize = own().map(|surface| surface.triangles.len()).sum();
+        let step = count.div_ceil(LOOKED_FROM).max(1);
+        own().flat_map(|surface| &surface.triangles).step_by(step).any(from_triangle)
     }
 
     /// Whether anything of `other` is before it.
