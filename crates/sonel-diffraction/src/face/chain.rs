@@ -32,7 +32,7 @@ impl Asked {
     }
 }
 
-/// Chains with a factor in common.
+/// Forms of what comes over the same edges, and how those are lit.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     pub chains: Vec<Chain>,
@@ -157,8 +157,10 @@ pub(super) fn parts(edges: &[FaceEdge<'_>], source: End, receiver: End, asked: A
 fn pair(edges: [FaceEdge<'_>; 2], ends: [End; 2], asked: Asked) -> Option<Part> {
     let parts = mean(&edges, ends[0], ends[1], asked);
     let chains: Vec<Chain> = parts.into_iter().flat_map(|part| part.chains).collect();
-    let overlap = (!chains.is_empty()).then(|| Overlap::new(edges, ends, asked));
-    overlap.is_some().then_some(Part { chains, overlap })
+    if chains.is_empty() {
+        return None;
+    }
+    Some(Part { chains, overlap: Some(Overlap::new(edges, ends, asked)) })
 }
 
 /// Both forms of what comes over two edges or more.

@@ -14,7 +14,7 @@ use super::world::{RoomEdge, World};
 use super::{Listening, Reflection};
 
 /// Planes that face no edge, as the inner sides of a hollow box, are left out as long as planes times edges are no more than this: looking takes
-/// a tenth of a second then.
+/// a ray or a few for each pair that sees one another, hundreds for one that does not.
 const SEEN_LIMIT: usize = 8000;
 /// Base paths with a reflection are diffracted as long as planes times edges are no more than this.
 const PAIR_LIMIT: usize = 2000;
