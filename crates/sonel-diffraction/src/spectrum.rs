@@ -106,10 +106,13 @@ impl Spectrum {
         let at_receiver =
             |(cell, &amplitude): (&Cell, &Complex)| amplitude * Complex::unit(-cell.k * wave.length);
         let across = |cell: &Cell| Complex::unit(cell.half * wave.length);
+        let is_something = |amplitude: &Complex| amplitude.square_of_modulus() > 0.0;
+        let count = wave.amplitude.iter().rposition(is_something).map_or(0, |last| last + 1);
+        let cells = &self.cells[..count];
         TurnedWave {
             length: wave.length,
-            amplitude: Parts::new(self.cells.iter().zip(&wave.amplitude).map(at_receiver)),
-            across: Parts::new(self.cells.iter().map(across)),
+            amplitude: Parts::new(cells.iter().zip(&wave.amplitude).map(at_receiver)),
+            across: Parts::new(cells.iter().map(across)),
             largest_square: wave.amplitude.iter().map(|a| a.square_of_modulus()).fold(0.0, f64::max),
         }
     }
@@ -134,8 +137,9 @@ impl Spectrum {
             re: a.amplitude.re.iter().zip(&scaled).map(|(a, scale)| a * scale).collect(),
             im: a.amplitude.im.iter().zip(&scaled).map(|(a, scale)| a * scale).collect(),
         };
-        let mut cells = vec![0.0; self.cells.len()];
+        let mut cells = vec![0.0; a.amplitude.re.len()];
         for b in b {
+            let cells = &mut cells[..a.amplitude.re.len().min(b.amplitude.re.len())];
             let difference = a.length - b.length;
             // The mean over a cell falls as the turns of the two against one another within it.
             let bound =
@@ -144,13 +148,13 @@ impl Spectrum {
                 continue;
             }
             if (narrowest * difference).abs() < SMALL {
-                for (index, cell) in self.cells.iter().enumerate() {
+                for (index, (cell, sum)) in self.cells.iter().zip(&mut *cells).enumerate() {
                     let product = a.amplitude.with_conjugate(&b.amplitude, index).re;
                     let turn = a.across.with_conjugate(&b.across, index).im;
-                    cells[index] += weights[index] * product * sinc(cell.half * difference, turn);
+                    *sum += weights[index] * product * sinc(cell.half * difference, turn);
                 }
             } else {
-                scaled.add_turned(&b.amplitude, &a.across, &b.across, 1.0 / difference, &mut cells);
+                scaled.add_turned(&b.amplitude, &a.across, &b.across, 1.0 / difference, cells);
             }
         }
         for (cell, part) in self.cells.iter().zip(cells) {
@@ -187,7 +191,7 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq)]
 struct TurnedWave {
     length: f64,
-    /// amplitude e^(−jk length) in the middle of each cell [1/m].
+    /// amplitude e^(−jk length) in the middle of each cell [1/m], up to the last one in which it is not 0.
     amplitude: Parts,
     /// e^(j half length): how far the wave turns from the middle of each cell to its end.
     across: Parts,
@@ -261,5 +265,20 @@ mod tests {
         let found = spectrum.energy(&[Wave { length: 0.0, amplitude: falling }])[0];
         let exact = 2f64.ln() / 707.0 * 343.0 / TAU;
         assert!((found / exact - 1.0).abs() < 1e-3, "{found} {exact}");
+    }
+
+    #[test]
+    fn a_wave_that_ends_below_the_last_cell_counts_up_to_there() {
+        let spectrum = Spectrum::new(&[(350.0, 700.0), (700.0, 1400.0)], 340.0);
+        let low = |length: f64| {
+            let below = |cell: &Cell| Complex::real(if cell.band == 0 { 0.5 } else { 0.0 });
+            Wave { length, amplitude: spectrum.cells().iter().map(below).collect() }
+        };
+        let alone = spectrum.energy(&[spectrum.flat(1.0, 1.0)]);
+        let all = spectrum.energy(&[spectrum.flat(1.0, 1.0), spectrum.flat(1.3, 0.5)]);
+        for waves in [[spectrum.flat(1.0, 1.0), low(1.3)], [low(1.3), spectrum.flat(1.0, 1.0)]] {
+            let found = spectrum.energy(&waves);
+            assert!((found[0] / all[0] - 1.0).abs() < 1e-12 && (found[1] / alone[1] - 1.0).abs() < 1e-12);
+        }
     }
 }
