@@ -13,6 +13,7 @@ mod invariances;
 mod kernels;
 mod mirrored_edges;
 mod mirrors;
+mod near_edges;
 mod paper;
 mod planes;
 mod twofold;

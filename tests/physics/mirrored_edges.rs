@@ -60,8 +60,13 @@ pub(super) struct Field {
 
 impl Field {
     pub fn new(mesh: Mesh, absorption: f64, source: DVec3, effects: &[&str]) -> Self {
+        Self::of(mesh, [absorption; 2], source, effects)
+    }
+
+    /// The same where obstacles absorb otherwise than the floor.
+    pub fn of(mesh: Mesh, [obstacle, floor]: [f64; 2], source: DVec3, effects: &[&str]) -> Self {
         let bands = Bands::new(vec![125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0], BandWidth::Octave);
-        let materials = [("obstacle", absorption), ("floor", absorption), ("void", 1.0)]
+        let materials = [("obstacle", obstacle), ("floor", floor), ("void", 1.0)]
             .map(|(name, absorption)| Material::uniform(name, absorption, 0.0, BANDS));
         let mut scene = Scene::from_parts(mesh, materials.to_vec(), bands.expect("octaves"), DURATION)
             .with_source("source", source.to_array())

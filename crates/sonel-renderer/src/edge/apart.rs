@@ -12,7 +12,7 @@ use super::passage::{Border, CORNER, LIMIT, Passage};
 use super::world::RoomEdge;
 
 /// Sine of the angle within which edges count as parallel [1]: one of them then still hides the other within centimetres.
-const NEARLY: f64 = 0.01;
+pub(super) const NEARLY: f64 = 0.01;
 /// Shares of the lengths of two edges at which each has to see the other.
 const SEEN_AT: [f64; 3] = [0.125, 0.5, 0.875];
 
@@ -73,13 +73,13 @@ impl Shore {
 pub(crate) type Outlook = (usize, DVec3, DVec3);
 
 /// All ways over pairs among `edges` of these `faces` that see one another. Where they and the `passages` are too many they go over no edges
-/// beyond, and where they still are there are none.
+/// beyond, and where they still are there are none: [`None`].
 pub(crate) fn apart(
     edges: &[RoomEdge],
     faces: &[Vec<Border>],
     passages: &[Passage],
     sees: impl Fn([Outlook; 2]) -> bool,
-) -> Vec<Apart> {
+) -> Option<Vec<Apart>> {
     let limit = LIMIT.saturating_sub(passages.iter().filter(|way| !way.is_along_a_face()).count());
     let mut pairs = Vec::new();
     for (index, one) in edges.iter().enumerate() {
@@ -92,7 +92,7 @@ pub(crate) fn apart(
             {
                 pairs.push([before, index]);
                 if pairs.len() > limit {
-                    return Vec::new();
+                    return None;
                 }
             }
         }
@@ -105,7 +105,7 @@ pub(crate) fn apart(
         }
     }
     shorten(&mut [&mut ways], limit);
-    ways
+    Some(ways)
 }
 
 /// Leaves out ways over edges beyond where all `ways` are more than `limit`, and then all of them.

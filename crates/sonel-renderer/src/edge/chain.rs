@@ -23,6 +23,13 @@ impl Chain {
         &self.mirrors
     }
 
+    /// Whether `other` is this one.
+    #[must_use]
+    pub fn is(&self, other: &Self) -> bool {
+        self.order() == other.order()
+            && self.mirrors.iter().zip(&other.mirrors).all(|(one, other)| one.is(other))
+    }
+
     /// On the way back.
     #[must_use]
     pub fn reversed(&self) -> Self {
@@ -64,6 +71,23 @@ impl Chain {
             one => [one; 2],
         };
         is_before(first, from) || is_before(last, to)
+    }
+
+    /// All mirrors, each with where the straight way between two places meets it [m]; none where it does not meet all of them.
+    #[must_use]
+    pub fn feet(&self, from: DVec3, to: DVec3) -> Vec<(PlaneMirror, DVec3)> {
+        let in_order = |mirrors: &[PlaneMirror]| -> Option<Vec<(PlaneMirror, DVec3)>> {
+            let mut at = from;
+            let foot = |(met, mirror): (usize, &PlaneMirror)| {
+                let image = mirrors[met..].iter().rev().fold(to, |point, mirror| mirror.image(point));
+                let (above, below) = (mirror.height(at), -mirror.height(image));
+                at += (image - at) * (above / (above + below));
+                (above > 0.0 && below > 0.0).then_some((*mirror, at))
+            };
+            mirrors.iter().enumerate().map(foot).collect()
+        };
+        let back = || in_order(self.reversed().mirrors()).filter(|_| self.is_either_way());
+        in_order(&self.mirrors).or_else(back).unwrap_or_default()
     }
 
     /// Whether sound goes over all mirrors from `from` to `to`.

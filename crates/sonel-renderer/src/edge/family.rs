@@ -13,24 +13,22 @@ mod course;
 mod face;
 mod plane;
 mod several;
+mod single;
 
 pub(crate) use course::Course;
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use sonel_diffraction::{Complex, EdgePath, Field, Lit, Spectrum, Wave, WedgePoint};
+use sonel_diffraction::{Complex, Field, Spectrum, Wave, WedgePoint};
 
-use super::view::{Leg, stretches};
+use super::view::Leg;
 use super::{EdgeArrival, Listening, Reflection, RoomEdge};
 use crate::direct::spread;
-use face::{excess, turn};
+pub(super) use face::{excess, turn};
 
 /// Positions of images that differ by no more than this many resolutions are the same.
 const SAME_IMAGE: f64 = 64.0;
-
-/// So many lifts beside its way a path may go from a mirror on; seen from an edge that is so far on both of its sides.
-const LEFT: f64 = 2.0;
 
 /// Ways over edges that differ by no more than this are one arrival [m]: in shadow, where nothing else is heard, what follows
 /// within 30 ms; beside a clear path, a few milliseconds.
@@ -121,88 +119,11 @@ impl<'a> Family<'a> {
         let world = self.course.world;
         for (edge, part) in world.alone.iter().enumerate() {
             if part[0] < part[1] {
-                self.add(edge, *part, leg, reflections);
+                self.add_edge(edge, *part, leg, reflections);
             }
         }
         self.add_passages(&world.passages, leg, reflections);
         self.add_apart(leg, reflections);
-    }
-
-    /// Angle [rad] about a boundary within which it is not told whether the course is clear: every mirror is left by a lift.
-    fn doubt(&self, source: WedgePoint, receiver: WedgePoint) -> f64 {
-        let of_mirrors = LEFT * f64::from(self.course.order()) * f64::from(self.at.geometry.lift());
-        doubt(self.at, source, receiver) + of_mirrors / source.radius.min(receiver.radius).max(1e-3)
-    }
-
-    /// Adds what `part` [m] of an edge does to the base path on `leg`.
-    fn add(&mut self, index: usize, part: [f64; 2], leg: &Leg<'_>, reflections: &[Reflection]) {
-        let world = self.course.world;
-        let edge = &world.edges[index];
-        let located = (edge.wedge.locate(leg.source), edge.wedge.locate(leg.receiver));
-        let (Some(source), Some(receiver)) = located else { return };
-        let geometry = self.at.geometry;
-        let stretches = stretches(&edge.wedge, |point| {
-            let copy = world.copy(index, point);
-            leg.arrives(geometry, copy, point) && leg.goes_on(geometry, copy, point)
-        });
-        let stretches = within(stretches, part);
-        if stretches.is_empty() {
-            return;
-        }
-        let images = [0, 1].map(|face| self.image(edge, leg, face, reflections));
-        let lit = Lit {
-            direct: Some(self.course.clear),
-            faces: images.map(|image| Some(self.images[image].lit.is_some())),
-            within: self.doubt(source, receiver),
-        };
-        let left = [0, 1].map(|face| self.left(images[face], index, face, [source, receiver]));
-        let kept = if world.is_cut_short { plane::kept(&edge.wedge, source, receiver) } else { 1.0 };
-        for part in stretches {
-            let k = self.spectrum.smallest_k();
-            let path = EdgePath::new(&edge.wedge, source, receiver, part, lit, k);
-            let way = sonel_diffraction::wedge::apex(source, receiver).clamp(part[0], part[1]);
-            let point = edge.wedge.at(way);
-            let strength = self.at.radiator.factor(leg.leaving(point)).sqrt() * kept;
-            self.detours.push((path.detour(), leg.towards(point)));
-            self.add_waves(&path, strength, images, &left);
-        }
-        let mut keep_off = |image: usize, turn: f64| {
-            let clearance = &mut self.images[image].clearance;
-            *clearance = clearance.min(excess(source, receiver, turn));
-        };
-        for (face, image) in images.into_iter().enumerate() {
-            keep_off(image, turn(edge, source, receiver, face));
-        }
-        if self.is_image() {
-            let image = self.image_at(leg.source, reflections);
-            let clearance = &mut self.images[image].clearance;
-            *clearance = clearance.min(excess(source, receiver, (source.angle - receiver.angle).abs()));
-        }
-    }
-
-    /// The waves of `path` to the course and to the images in the faces of its edge, of which so much is `left` in every cell.
-    fn add_waves(&mut self, path: &EdgePath, strength: f64, images: [usize; 2], left: &[Vec<f64>; 2]) {
-        let cells = self.spectrum.cells();
-        // √((1−α)(1−s)) of the course's mirror, and the air on the way.
-        let through: Vec<f64> =
-            (0..self.spectrum.bands()).map(|band| self.through(band, path.detour()) * strength).collect();
-        for (piece, length) in path.lengths().enumerate() {
-            let amplitudes = path.amplitudes(piece, self.spectrum.wave_numbers());
-            let terms: Vec<[Complex; 3]> = cells
-                .iter()
-                .zip(amplitudes)
-                .map(|(cell, terms)| terms.map(|term| term * through[cell.band]))
-                .collect();
-            self.waves.push(Wave { length, amplitude: terms.iter().map(|term| term[0]).collect() });
-            self.ways.push(path.detour());
-            for face in [0, 1] {
-                let image = &mut self.images[images[face]];
-                let amplitude =
-                    terms.iter().zip(&left[face]).map(|(term, &left)| term[1 + face] * left).collect();
-                image.waves.push(Wave { length, amplitude });
-                image.ways.push(path.detour());
-            }
-        }
     }
 
     /// Amplitude that the course's mirror and `length` [m] of air leave in `band`.
@@ -397,12 +318,6 @@ impl<'a> Family<'a> {
 fn faded(k: f64, clearance: f64) -> f64 {
     let number = 2.0 * clearance * k / TAU;
     1.0 / (1.0 + number * number)
-}
-
-/// What of `stretches` is within `part` [m].
-fn within(stretches: Vec<[f64; 2]>, part: [f64; 2]) -> Vec<[f64; 2]> {
-    let cut = stretches.into_iter().map(|[low, high]| [low.max(part[0]), high.min(part[1])]);
-    cut.filter(|[low, high]| low < high).collect()
 }
 
 /// Angle [rad] about a boundary within which f32 does not tell on which side of it `receiver` is.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use sonel_diffraction::Wedge;
-use sonel_geometry::{Departure, Geometry, PlaneId, Side, SurfaceId};
+use sonel_geometry::{Departure, Geometry, PlaneId, Side, Surface, SurfaceId};
 use sonel_map::CoefficientTable;
 
 use super::world::RoomEdge;
@@ -134,11 +134,45 @@ impl PlaneMirror {
             .any(|&triangle| mesh.triangles[triangle as usize].corners.iter().any(is_before))
     }
 
+    /// The plane with the surface in it that `foot` lies on, or the nearest one: its surfaces may be of several materials.
+    #[must_use]
+    pub fn at(&self, geometry: &Geometry, foot: DVec3) -> Self {
+        let material = geometry.surface(self.surface).material;
+        let own =
+            || geometry.surfaces().iter().enumerate().filter(|(_, surface)| surface.plane == self.plane);
+        if own().all(|(_, surface)| surface.material == material) {
+            return *self;
+        }
+        let (mesh, center) = (geometry.mesh(), geometry.center());
+        let distance = |triangle: &u32| {
+            let corners = mesh.triangles[*triangle as usize].corners;
+            distance(foot, corners.map(|corner| mesh.vertices[corner as usize] - center))
+        };
+        let away = |surface: &Surface| surface.triangles.iter().map(distance).fold(f64::INFINITY, f64::min);
+        let nearest = own().map(|(index, surface)| (index, away(surface))).min_by(|a, b| a.1.total_cmp(&b.1));
+        nearest.map_or(*self, |(index, _)| Self { surface: SurfaceId(index as u32), ..*self })
+    }
+
     /// Unit normal towards the air.
     #[must_use]
     pub fn normal(&self) -> DVec3 {
         self.normal
     }
+}
+
+/// Distance of a point in the plane of a triangle from that [m].
+fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    let sides = [0, 1, 2].map(|side| [corners[side], corners[(side + 1) % 3]]);
+    if sides.iter().all(|[from, to]| (to - from).cross(point - from).dot(normal) >= 0.0) {
+        return 0.0;
+    }
+    let to_side = |[from, to]: [DVec3; 2]| {
+        let along = to - from;
+        let share = ((point - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        point.distance(from + along * share)
+    };
+    sides.into_iter().map(to_side).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether the path from `from` over `mirrors`, one after the other, to `to` is clear.
@@ -195,4 +229,30 @@ pub(crate) fn chains(geometry: &Geometry, planes: &[PlaneMirror]) -> Vec<[PlaneM
         }
     }
     chains
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+    use sonel_geometry::{Mesh, MeshTriangle};
+
+    #[test]
+    fn a_plane_of_two_materials_is_of_the_nearer_one() {
+        let vertices = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0], [5.0, 0.0], [5.0, 1.0]];
+        let vertices = vertices.map(|[x, y]| dvec3(x, y, 0.0)).to_vec();
+        let triangles = [([0, 1, 2], 0), ([0, 2, 3], 0), ([1, 4, 5], 1), ([1, 5, 2], 1)];
+        let triangles = triangles.map(|(corners, material)| MeshTriangle { corners, material }).to_vec();
+        let geometry = Geometry::build(Mesh { vertices, triangles }).unwrap();
+        for surface in [0, 1].map(SurfaceId) {
+            let mirror = PlaneMirror::new(&geometry, surface, Side::Front);
+            for (x, y, material) in
+                [(1.9, 0.5, 0), (2.1, 0.5, 1), (-3.0, 7.0, 0), (5.5, -2.0, 1), (2.4, 3.0, 1)]
+            {
+                let found = mirror.at(&geometry, dvec3(x, y, 0.0) - geometry.center());
+                assert_eq!(geometry.surface(found.surface).material, material, "{x} {y}");
+                assert!(found.is(&mirror));
+            }
+        }
+    }
 }

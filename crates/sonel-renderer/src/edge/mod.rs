@@ -16,10 +16,14 @@
 
 mod apart;
 mod chain;
+mod extent;
 mod family;
 mod mirror;
+mod near;
 mod passage;
+mod reach;
 mod rooms;
+mod sight;
 mod view;
 mod world;
 
@@ -121,7 +125,8 @@ impl Edges {
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the
     /// ratios of those that edges change are set.
     pub fn hear<'a>(&'a self, at: &'a Listening<'_>, reflections: &mut [Reflection]) -> Vec<EdgeArrival> {
-        let families = self.rooms.families(at, reflections);
+        let near = self.rooms.near(at, self.spectrum.smallest_k());
+        let families = self.rooms.families(&near, at, reflections);
         let mut arrivals = Vec::new();
         for courses in families {
             arrivals.extend(Family::new(&courses, &self.spectrum, at, reflections).hear(reflections));

@@ -2,6 +2,7 @@
 //!
 //! An image is in the family of the base path that the planes without edges among its mirrors show: those planes end nowhere, so that their
 //! image is a base path wherever it is not shaded. In planes with edges an image of that path begins and ends at the edges of the planes.
+//! Where planes and edges are too many to unfold all of them beforehand they are near each receiver ([`near`](super::near)).
 
 use sonel_geometry::Geometry;
 use sonel_map::CoefficientTable;
@@ -10,19 +11,20 @@ use super::apart;
 use super::chain::Chain;
 use super::family::Course;
 use super::mirror::{self, PlaneMirror};
+use super::near::Near;
 use super::world::{RoomEdge, World};
 use super::{Listening, Reflection};
 
 /// Planes that face no edge, as the inner sides of a hollow box, are left out as long as planes times edges are no more than this: looking takes
 /// a ray or a few for each pair that sees one another, hundreds for one that does not.
 const SEEN_LIMIT: usize = 8000;
-/// Base paths with a reflection are diffracted as long as planes times edges are no more than this.
+/// Rooms are unfolded about mirrors as a whole as long as planes times edges are no more than this.
 const PAIR_LIMIT: usize = 2000;
 /// More passages than this by way of all mirrors, a third of a second for each receiver, and they go without those over three edges of a
 /// face, without all over three, or without any.
 const PASSAGE_LIMIT: usize = 2048;
-/// Images of two reflections are diffracted at no more edges than this, counted in every copy of the room: a fifth of a second if a receiver
-/// sees them all.
+/// Images of two reflections are diffracted at all edges where these are no more than this, counted in every copy of the room: a fifth of a
+/// second if a receiver sees them all.
 const TWOFOLD_LIMIT: usize = 2000;
 /// The same as for one mirror of passages by way of two.
 const TWOFOLD_PASSAGE_LIMIT: usize = 256;
@@ -31,99 +33,105 @@ const TWOFOLD_PASSAGE_LIMIT: usize = 256;
 pub(super) struct Rooms {
     /// As the direct path does.
     pub direct: World,
-    /// As its images in planes with edges, in one or two of them, meet those that are before the planes.
-    images: Vec<World>,
+    /// As images do, in one or two planes.
+    unfolded: Vec<World>,
     /// What the images of edges add to the direct path, and what is taken away for it.
     behind: Vec<[World; 2]>,
-    /// As base paths do that planes without edges mirror, one or two of them. The first of each is the base path, the others are images of it in
-    /// a plane with edges.
-    mirrored: Vec<Vec<World>>,
+    /// As images do that have to be unfolded for each receiver.
+    near: Near,
+    /// The planes without edges.
+    without: Vec<PlaneMirror>,
 }
 
 impl Rooms {
     /// The rooms of `edges`.
     #[must_use]
     pub fn new(geometry: &Geometry, table: &CoefficientTable, edges: Vec<RoomEdge>) -> Self {
-        let has_edges = |mirror: &PlaneMirror| {
-            edges.iter().any(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane))
-        };
+        let has_edges =
+            |mirror: &PlaneMirror| edges.iter().any(|edge| edge.faces.iter().any(|face| face.is(mirror)));
         let mut planes = mirror::planes(geometry, table);
         if planes.len() * edges.len() <= SEEN_LIMIT {
             planes.retain(|mirror| edges.iter().any(|edge| mirror.faces_edge(geometry, edge)));
         }
-        let (mut with_edges, mut without) = planes.into_iter().partition::<Vec<PlaneMirror>, _>(has_edges);
-        if without.len() * edges.len() > PAIR_LIMIT {
-            without.clear();
-        }
-        if (without.len() + with_edges.len()) * edges.len() > PAIR_LIMIT {
-            with_edges.clear();
-        }
+        let without: Vec<PlaneMirror> = planes.iter().filter(|mirror| !has_edges(mirror)).copied().collect();
+        let are_few = |mirrors: &&[PlaneMirror]| mirrors.len() * edges.len() <= PAIR_LIMIT;
+        let whole = [&planes[..], &without].into_iter().find(are_few).unwrap_or_default();
         let mut direct = World::new(geometry, edges);
-        let alone = |mirrors: &[PlaneMirror]| -> Vec<World> {
-            mirrors.iter().filter_map(|mirror| unfolded(geometry, &direct, &[*mirror])).collect()
-        };
-        let (mut images, mut mirrored) = (alone(&with_edges), alone(&without));
-        let behind = with_edges.iter().chain(&without).map(|mirror| World::behind(geometry, &direct, mirror));
+        let mut unfolded: Vec<World> = whole
+            .iter()
+            .filter_map(|mirror| World::about(geometry, &direct, Chain::of(&[*mirror])))
+            .collect();
+        let behind = whole.iter().map(|mirror| World::behind(geometry, &direct, mirror));
         let mut behind: Vec<[World; 2]> = behind.filter(|[world, _]| !world.edges.is_empty()).collect();
-        shorten(
-            images.iter_mut().chain(&mut mirrored).chain(behind.iter_mut().flatten()).collect(),
-            PASSAGE_LIMIT,
-        );
-        let in_mirrors = images.iter_mut().chain(&mut mirrored).chain(behind.iter_mut().flatten());
+        shorten(unfolded.iter_mut().chain(behind.iter_mut().flatten()).collect(), PASSAGE_LIMIT);
+        let in_mirrors = unfolded.iter_mut().chain(behind.iter_mut().flatten());
         apart::shorten(&mut in_mirrors.map(|world| &mut world.apart).collect::<Vec<_>>(), PASSAGE_LIMIT);
-        direct.shows = images.iter().flat_map(|world| world.shown.mirrors()).copied().collect();
-        let mirrored = mirrored.into_iter().map(|world| vec![world]).collect();
-        let mut rooms = Self { direct, images, behind, mirrored };
-        let both = [&without[..], &with_edges].concat();
-        let worlds = twofold(geometry, &rooms.direct, &both)
-            .or_else(|| twofold(geometry, &rooms.direct, &without))
-            .unwrap_or_default();
-        for world in worlds {
-            rooms.add(world, &without);
-        }
-        rooms
+        direct.shows = unfolded.iter().flat_map(|world| world.shown.mirrors()).copied().collect();
+        let twofold = [whole, &without].into_iter().find_map(|mirrors| twofold(geometry, &direct, mirrors));
+        unfolded.extend(twofold.unwrap_or_default());
+        let near = near(geometry, &direct, &planes, &unfolded, &without);
+        Self { direct, unfolded, behind, near, without }
     }
 
-    /// Adds the room of an image of two reflections to its family; `without` are the planes without edges.
-    fn add(&mut self, world: World, without: &[PlaneMirror]) {
-        let is_base = |mirror: &&PlaneMirror| without.iter().any(|other| other.is(mirror));
-        let bases: Vec<&PlaneMirror> = world.shown.mirrors().iter().filter(is_base).collect();
-        let is_of = |family: &&mut Vec<World>| match (family[0].shown.mirrors(), &bases[..]) {
-            ([mirror], [base]) => mirror.is(base),
-            _ => false,
-        };
-        if bases.is_empty() {
-            self.images.push(world);
-        } else if let Some(family) = self.mirrored.iter_mut().find(is_of) {
-            family.push(world);
-        } else {
-            self.mirrored.push(vec![world]);
-        }
-    }
-
-    /// The courses of every family, the first one that of its base path. `reflections` are all mirror images of up to two reflections that
-    /// reach the receiver.
+    /// The rooms about the receiver's images that are not unfolded as a whole, for wave numbers of at least `smallest_k` [1/m].
     #[must_use]
-    pub fn families<'a>(&'a self, at: &Listening<'_>, reflections: &[Reflection]) -> Vec<Vec<Course<'a>>> {
+    pub fn near(&self, at: &Listening<'_>, smallest_k: f64) -> Vec<World> {
+        if at.complete_order < 2 { Vec::new() } else { self.near.rooms(&self.direct.edges, at, smallest_k) }
+    }
+
+    /// The courses of every family, the first one that of its base path; `near` are the rooms about the receiver's images.
+    /// `reflections` are all mirror images of up to two reflections that reach the receiver.
+    #[must_use]
+    pub fn families<'a>(
+        &'a self,
+        near: &'a [World],
+        at: &Listening<'_>,
+        reflections: &[Reflection],
+    ) -> Vec<Vec<Course<'a>>> {
         let mut direct = vec![Course::direct(&self.direct, at)];
         // The images in the planes at the edges have one reflection more than their base.
         if at.complete_order < 2 {
             return vec![direct];
         }
-        let shown = |worlds: &'a [World]| -> Vec<Course<'a>> {
-            worlds.iter().filter_map(|world| Course::image(world, at, reflections)).collect()
-        };
-        direct.extend(shown(&self.images));
+        let mut mirrored: Vec<(Vec<PlaneMirror>, Vec<Course<'a>>)> = Vec::new();
+        for world in self.unfolded.iter().chain(near) {
+            let Some(course) = Course::image(world, at, reflections) else { continue };
+            let bases = self.bases(world);
+            let is_of = |family: &&mut (Vec<PlaneMirror>, _)| matches!((&family.0[..], &bases[..]), ([one], [other]) if one.is(other));
+            match mirrored.iter_mut().find(is_of) {
+                _ if bases.is_empty() => direct.push(course),
+                Some((_, family)) => family.push(course),
+                None => mirrored.push((bases, vec![course])),
+            }
+        }
         direct.extend(self.behind.iter().filter_map(|worlds| Course::behind(worlds, at)).flatten());
-        let mirrored = self.mirrored.iter().map(|family| shown(family));
-        std::iter::once(direct).chain(mirrored.filter(|courses| !courses.is_empty())).collect()
+        std::iter::once(direct).chain(mirrored.into_iter().map(|(_, family)| family)).collect()
+    }
+
+    /// The planes without edges among the mirrors of `world`.
+    fn bases(&self, world: &World) -> Vec<PlaneMirror> {
+        let is_base = |mirror: &&PlaneMirror| self.without.iter().any(|other| other.is(mirror));
+        world.shown.mirrors().iter().filter(is_base).copied().collect()
     }
 }
 
-/// The room unfolded about `mirrors`, if there is any edge before them.
-fn unfolded(geometry: &Geometry, room: &World, mirrors: &[PlaneMirror]) -> Option<World> {
-    let world = World::unfolded(geometry, &room.edges, Chain::of(mirrors));
-    Some(world).filter(|world| !world.edges.is_empty())
+/// What of the room about one of `planes` or two is not among `unfolded`; families begin with those about a plane that is among `bases`.
+fn near(
+    geometry: &Geometry,
+    room: &World,
+    planes: &[PlaneMirror],
+    unfolded: &[World],
+    bases: &[PlaneMirror],
+) -> Near {
+    let alone = planes.iter().map(|mirror| Chain::of(&[*mirror]));
+    let pairs = mirror::chains(geometry, planes).into_iter().map(|pair| Chain::of(&pair));
+    let is_known = |chain: &Chain| unfolded.iter().any(|world| world.shown.is(chain));
+    let is_base = |chain: &Chain| match chain.mirrors() {
+        [mirror] => bases.iter().any(|base| base.is(mirror)),
+        _ => false,
+    };
+    let chains = alone.chain(pairs).filter(|chain| !is_known(chain));
+    Near::new(geometry, &room.edges, chains.map(|chain| (is_base(&chain), chain)))
 }
 
 /// The room unfolded about all pairs of `mirrors`; [`None`] where that is more than can be followed.
@@ -132,8 +140,9 @@ fn twofold(geometry: &Geometry, room: &World, mirrors: &[PlaneMirror]) -> Option
     if mirrors.len() * mirrors.len().saturating_sub(1) * room.edges.len() > 16 * TWOFOLD_LIMIT {
         return None;
     }
-    let chains = mirror::chains(geometry, mirrors);
-    let mut worlds: Vec<World> = chains.iter().filter_map(|chain| unfolded(geometry, room, chain)).collect();
+    let pairs = mirror::chains(geometry, mirrors);
+    let mut worlds: Vec<World> =
+        pairs.iter().filter_map(|pair| World::about(geometry, room, Chain::of(pair))).collect();
     if worlds.iter().map(|world| world.edges.len()).sum::<usize>() > TWOFOLD_LIMIT {
         return None;
     }

@@ -16,6 +16,7 @@ use super::apart::{Apart, apart};
 use super::chain::Chain;
 use super::mirror::{PERPENDICULAR, PlaneMirror};
 use super::passage::{Border, Passage, faces, passages};
+use super::sight::hiders;
 use super::view::joined;
 use unfolding::Unfolding;
 
@@ -62,6 +63,12 @@ pub(crate) struct World {
     /// Whether there would be more passages than can be followed, so that what comes over one edge fades to nothing where it would go on over
     /// a second one.
     pub is_cut_short: bool,
+    /// Whether it has only the edges near a path, so that what comes over them fades to nothing far from it.
+    pub is_near: bool,
+    /// For each edge those that hide it all at once, where nothing goes over both; else nothing.
+    pub hiders: Vec<Vec<usize>>,
+    /// The edges of its mirrors where they do the same.
+    pub borders: Vec<Wedge>,
     /// Whether passages over three edges of a face are followed.
     pub along_faces: bool,
     copies: Vec<Copy>,
@@ -79,7 +86,8 @@ impl World {
         let apart = apart(&edges, &faces, &passages, |places| {
             joined(geometry, None, places.map(|(_, place, into_air)| (&here, place, into_air)))
         });
-        Self::with_ways(edges, passages, apart, faces)
+        let hiders = if apart.is_none() { hiders(&edges, &faces) } else { Vec::new() };
+        Self { hiders, ..Self::with_ways(edges, passages, apart.unwrap_or_default(), faces) }
     }
 
     fn with_ways(
@@ -100,18 +108,45 @@ impl World {
             faces,
             shows: Vec::new(),
             is_cut_short: false,
+            is_near: false,
+            hiders: Vec::new(),
+            borders: Vec::new(),
             along_faces,
             copies: vec![Copy::default()],
         }
     }
 
-    /// What of the room of `real` edges is before the mirrors of `shown`, and its images.
+    /// The `room` unfolded about the mirrors of `shown`, if there is any edge before them.
     #[must_use]
-    pub fn unfolded(geometry: &Geometry, real: &[RoomEdge], shown: Chain) -> Self {
+    pub fn about(geometry: &Geometry, room: &Self, shown: Chain) -> Option<Self> {
+        Some(Self::unfolded(geometry, &room.edges, shown)).filter(|world| !world.edges.is_empty())
+    }
+
+    /// What of the room of `real` edges is before the mirrors of `shown`, and its images.
+    fn unfolded(geometry: &Geometry, real: &[RoomEdge], shown: Chain) -> Self {
         let unfolding = Unfolding::of(geometry, real, &shown);
         let (passages, apart, faces) = unfolding.ways();
         let Unfolding { edges, parts, copies, .. } = unfolding;
         Self { shown, copies, parts, ..Self::with_ways(edges, passages, apart, faces) }
+    }
+
+    /// The same where `real` are the edges near a path, each in those copies of the room that `in_copies` says, and met alone.
+    #[must_use]
+    pub fn near(geometry: &Geometry, real: &[RoomEdge], in_copies: &[Vec<bool>], shown: Chain) -> Self {
+        let unfolding = Unfolding::of(geometry, real, &shown);
+        let is_near = unfolding.holds(in_copies);
+        let Unfolding { edges, parts, copies, .. } = unfolding;
+        let whole = Self::with_ways(edges, Vec::new(), Vec::new(), Vec::new());
+        let part = |(part, is_near): (&[f64; 2], bool)| if is_near { *part } else { [0.0; 2] };
+        let alone = whole.alone.iter().zip(is_near).map(part).collect();
+        let hiders = hiders(&whole.edges, &[]);
+        Self { shown, alone, hiders, copies, parts, is_cut_short: true, is_near: true, ..whole }
+    }
+
+    /// The copies of a room that is unfolded about the mirrors of `shown`.
+    #[must_use]
+    pub fn copies(shown: &Chain) -> Vec<Copy> {
+        unfolding::copies(shown).0
     }
 
     /// What the image in `mirror` adds to the `room` for a path that meets the mirror before the first and after the last edge: the ways that

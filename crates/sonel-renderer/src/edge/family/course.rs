@@ -40,8 +40,8 @@ impl<'a> Course<'a> {
         let origin = world.shown.image(source);
         let clear = find(at, reflections, origin).is_some();
         let mut mirrored = vec![1.0; at.attenuation.len()];
-        for mirror in world.shown.mirrors() {
-            let left = at.specular(mirror).map(f64::sqrt);
+        for mirror in mirrors_at_feet(world, at) {
+            let left = at.specular(&mirror).map(f64::sqrt);
             mirrored.iter_mut().zip(left).for_each(|(product, left)| *product *= left);
         }
         Some(Self { world, origin, clear, mirrored, source })
@@ -70,6 +70,15 @@ impl<'a> Course<'a> {
     pub fn order(&self) -> u32 {
         self.world.shown.order()
     }
+}
+
+/// The mirrors that show the source, each with the surface that it is seen in.
+fn mirrors_at_feet(world: &World, at: &Listening<'_>) -> Vec<PlaneMirror> {
+    let feet = world.shown.feet(at.radiator.position, at.receiver);
+    if feet.is_empty() {
+        return world.shown.mirrors().to_vec();
+    }
+    feet.into_iter().map(|(mirror, foot)| mirror.at(at.geometry, foot)).collect()
 }
 
 /// Whether source and receiver are before a mirror.

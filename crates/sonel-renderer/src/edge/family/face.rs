@@ -59,13 +59,13 @@ impl Family<'_> {
 }
 
 /// By how much [rad] a wave turns about `edge` that seems to come from the image in `face`: π on the image's boundary.
-pub(super) fn turn(edge: &RoomEdge, source: WedgePoint, receiver: WedgePoint, face: usize) -> f64 {
+pub(crate) fn turn(edge: &RoomEdge, source: WedgePoint, receiver: WedgePoint, face: usize) -> f64 {
     let sum = source.angle + receiver.angle;
     if face == 0 { sum } else { 2.0 * edge.wedge.angle() - sum }
 }
 
 /// Way over the edge less the straight one of a wave that turns about it by `turn` [rad], in m; grows on both sides of its boundary.
-pub(super) fn excess(source: WedgePoint, receiver: WedgePoint, turn: f64) -> f64 {
+pub(crate) fn excess(source: WedgePoint, receiver: WedgePoint, turn: f64) -> f64 {
     // Beyond a whole turn the image is as far off as it can be.
     let half = libm::cos(0.5 * turn.min(TAU));
     let (sum, offset) = (source.radius + receiver.radius, receiver.along - source.along);

@@ -31,36 +31,41 @@ pub(super) struct Unfolding<'a> {
     pub parts: Vec<Vec<(f64, usize)>>,
 }
 
+/// The copies of a room that is unfolded about the mirrors of `chain`, the first one that the receiver is in, and which are side by side.
+pub(super) fn copies(chain: &Chain) -> (Vec<Copy>, Vec<Joint>) {
+    let copy = |before: &[PlaneMirror], behind: &[PlaneMirror], beside: &[PlaneMirror]| Copy {
+        before: Chain::of(before),
+        behind: Chain::of(behind),
+        beside: beside.to_vec(),
+    };
+    match *chain.mirrors() {
+        [one] => (vec![copy(&[one], &[], &[one]), copy(&[], &[one], &[one])], vec![(0, 1, one)]),
+        [one, other] if chain.is_either_way() => {
+            let both = [one, other];
+            let copies = vec![
+                copy(&both, &[], &both),
+                copy(&[one], &[other], &both),
+                copy(&[other], &[one], &both),
+                copy(&[], &both, &both),
+            ];
+            (copies, vec![(0, 1, other), (0, 2, one), (1, 3, one), (2, 3, other)])
+        }
+        [one, other] => {
+            let copies = vec![
+                copy(&[one, other], &[], &[other]),
+                copy(&[one], &[other], &[one, other]),
+                copy(&[], &[other, one], &[one]),
+            ];
+            (copies, vec![(0, 1, other), (1, 2, one)])
+        }
+        _ => (vec![Copy::default()], Vec::new()),
+    }
+}
+
 impl<'a> Unfolding<'a> {
     /// The room of `real` edges unfolded about the mirrors of `chain`, the first copy the one that the receiver is in.
     pub fn of(geometry: &'a Geometry, real: &[RoomEdge], chain: &Chain) -> Self {
-        let copy = |before: &[PlaneMirror], behind: &[PlaneMirror], beside: &[PlaneMirror]| Copy {
-            before: Chain::of(before),
-            behind: Chain::of(behind),
-            beside: beside.to_vec(),
-        };
-        let (copies, joints) = match *chain.mirrors() {
-            [one] => (vec![copy(&[one], &[], &[one]), copy(&[], &[one], &[one])], vec![(0, 1, one)]),
-            [one, other] if chain.is_either_way() => {
-                let both = [one, other];
-                let copies = vec![
-                    copy(&both, &[], &both),
-                    copy(&[one], &[other], &both),
-                    copy(&[other], &[one], &both),
-                    copy(&[], &both, &both),
-                ];
-                (copies, vec![(0, 1, other), (0, 2, one), (1, 3, one), (2, 3, other)])
-            }
-            [one, other] => {
-                let copies = vec![
-                    copy(&[one, other], &[], &[other]),
-                    copy(&[one], &[other], &[one, other]),
-                    copy(&[], &[other, one], &[one]),
-                ];
-                (copies, vec![(0, 1, other), (1, 2, one)])
-            }
-            _ => (vec![Copy::default()], Vec::new()),
-        };
+        let (copies, joints) = copies(chain);
         Self::new(geometry, real, copies, joints)
     }
 
@@ -156,6 +161,19 @@ impl<'a> Unfolding<'a> {
         self.pieces[0][edge].map(|_| self.foot(edge, 0).is_some())
     }
 
+    /// Whether any part of each unfolded edge is in a copy in which its edge of the room is wanted.
+    pub fn holds(&self, in_copies: &[Vec<bool>]) -> Vec<bool> {
+        let mut holds = vec![false; self.edges.len()];
+        for (copy, places) in self.places.iter().enumerate() {
+            for (place, wanted) in places.iter().zip(in_copies) {
+                if let Some(place) = place {
+                    holds[*place] |= wanted[copy];
+                }
+            }
+        }
+        holds
+    }
+
     /// The passages, the ways over edges apart, and the faces among the unfolded edges. Where copies are more than two nothing is followed over
     /// edges apart.
     pub fn ways(&self) -> (Vec<Passage>, Vec<Apart>, Vec<Vec<Border>>) {
@@ -164,9 +182,9 @@ impl<'a> Unfolding<'a> {
         passages.retain(|way| self.is_mirrored(way));
         let apart = match self.copies.len() {
             ..=2 => apart(&self.edges, &faces, &passages, |places| self.see_one_another(places)),
-            _ => Vec::new(),
+            _ => None,
         };
-        (passages, apart, faces)
+        (passages, apart.unwrap_or_default(), faces)
     }
 
     /// Whether two places on unfolded edges see one another, in one copy or over the mirror between two.

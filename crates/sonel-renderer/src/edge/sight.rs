@@ -1,0 +1,86 @@
+//! Edges that are about to go out of sight behind other edges where no ways over both are followed.
+//!
+//! An edge that is parallel to another one hides it from a receiver all at once. What the hidden one sends would go on over both
+//! ([`apart`](super::apart)); where those ways would be too many it falls to nothing before it is hidden.
+
+use glam::DVec3;
+use sonel_diffraction::Wedge;
+
+use super::apart::NEARLY;
+use super::passage::{Border, CORNER};
+use super::world::{RoomEdge, World};
+
+/// How much longer [m] a way past another edge is over that than straight on where it is far enough from being hidden: some centimetres
+/// before it is. Where several edges are in line as narrow a share as possible must be lost.
+const CLEAR: f64 = 1e-4;
+
+/// For each edge all others that hide it all at once: those that are parallel and of no common face, over which ways go on.
+#[must_use]
+pub(super) fn hiders(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<Vec<usize>> {
+    let mut of_one_face = vec![Vec::new(); edges.len()];
+    for face in faces {
+        for (edge, _) in face {
+            of_one_face[*edge].extend(face.iter().map(|(other, _)| *other));
+        }
+    }
+    let hides = |edge: usize, other: usize| {
+        let [one, two] = [edge, other].map(|of| &edges[of].wedge);
+        edge != other && one.sine_to(two) <= NEARLY && !of_one_face[edge].contains(&other)
+    };
+    (0..edges.len()).map(|edge| (0..edges.len()).filter(|&other| hides(edge, other)).collect()).collect()
+}
+
+/// What is left of the sound that goes over `edge` at `point` [m] between the `ends`: 0 where either is about to see it no more.
+#[must_use]
+pub(super) fn in_sight(world: &World, edge: usize, point: DVec3, ends: [DVec3; 2]) -> f64 {
+    let own = &world.edges[edge].wedge;
+    let hiders = world.hiders.get(edge).into_iter().flatten().map(|&other| &world.edges[other].wedge);
+    let borders = world.borders.iter().filter(|border| own.sine_to(border) <= NEARLY);
+    let past = |other: &Wedge| -> f64 {
+        let along = (point - other.at(0.0)).dot(other.direction());
+        if point.distance(other.at(along)) <= CORNER {
+            return 1.0;
+        }
+        ends.iter().map(|&end| smooth(beyond_straight(other, point, end) / CLEAR)).product()
+    };
+    hiders.chain(borders).map(past).product()
+}
+
+/// How much longer the way from one place to another is over an edge than straight on [m].
+#[must_use]
+pub(super) fn beyond_straight(wedge: &Wedge, from: DVec3, to: DVec3) -> f64 {
+    let along = [from, to].map(|end| (end - wedge.at(0.0)).dot(wedge.direction()));
+    let [near, far] = [(from, along[0]), (to, along[1])].map(|(end, along)| end.distance(wedge.at(along)));
+    let share = if near + far > 0.0 { near / (near + far) } else { 0.5 };
+    let over = wedge.at((along[0] + (along[1] - along[0]) * share).clamp(0.0, wedge.length()));
+    from.distance(over) + over.distance(to) - from.distance(to)
+}
+
+/// From 0 to 1, level at both ends.
+#[must_use]
+pub(super) fn smooth(share: f64) -> f64 {
+    let share = share.clamp(0.0, 1.0);
+    share * share * (3.0 - 2.0 * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+
+    #[test]
+    fn the_way_over_an_edge_is_the_shortest_there_is() {
+        let ends = [dvec3(0.0, -1.0, 1.0), dvec3(0.0, 2.0, 1.5)];
+        let wedge = Wedge::new(ends, DVec3::NEG_Z, DVec3::X, 5.0).unwrap();
+        for (from, to) in [
+            (dvec3(-2.0, 0.3, 0.4), dvec3(3.0, 0.5, 0.2)),
+            (dvec3(-2.0, 4.0, 0.4), dvec3(3.0, 5.0, 0.2)),
+            (ends[0], dvec3(3.0, 0.5, 0.2)),
+        ] {
+            let over = (0..=3000).map(|step| wedge.at(wedge.length() * f64::from(step) / 3000.0));
+            let shortest = over.map(|at| from.distance(at) + at.distance(to)).fold(f64::INFINITY, f64::min);
+            let found = beyond_straight(&wedge, from, to);
+            assert!((found - (shortest - from.distance(to))).abs() < 1e-6, "{found}");
+        }
+    }
+}
