@@ -16,7 +16,6 @@ use super::sight::beyond_straight;
 use super::world::{Copy, RoomEdge, World};
 
 /// What is unfolded for each receiver.
-#[derive(Default)]
 pub(super) struct Near {
     chains: Vec<Unfoldable>,
     /// Where each edge of the room is.
