@@ -6,6 +6,9 @@
 //!
 //! Reference: [AbramowitzStegun1964] table 25.4 (docs/references.md).
 
+use crate::complex::Complex;
+use crate::wave_numbers::WaveNumbers;
+
 /// Gauss–Legendre points on −1 … 1: those in (0, 1) with their weights.
 pub(crate) type Rule = [(f64, f64)];
 
@@ -34,7 +37,7 @@ const FIRST_PANEL: f64 = 0.5;
 
 /// Nodes and weights (t, w) for wave numbers of at least `smallest_k` [1/m], where g varies on no scale smaller than
 /// `scale` [√m], with the points of `rule` in every panel, the innermost panel first.
-pub(crate) fn nodes(smallest_k: f64, scale: f64, rule: &Rule) -> Vec<(f64, f64)> {
+fn nodes(smallest_k: f64, scale: f64, rule: &Rule) -> Vec<(f64, f64)> {
     let end = (SPENT / smallest_k).sqrt();
     let first = (FIRST_PANEL * scale).clamp(libm::ldexp(end, -PANELS), end);
     let panels = libm::ceil(libm::log2(end / first)) as i32;
@@ -50,6 +53,52 @@ pub(crate) fn nodes(smallest_k: f64, scale: f64, rule: &Rule) -> Vec<(f64, f64)>
         low = high;
     }
     nodes
+}
+
+/// ∫₀^∞ g(t) e^(−k t²) dt for N functions g at all wave numbers.
+#[derive(Debug, Clone)]
+pub(crate) struct Integral<const N: usize> {
+    /// t² and g(t) times its weight.
+    nodes: Vec<(f64, [Complex; N])>,
+    /// Nodes in a panel.
+    panel: usize,
+}
+
+impl<const N: usize> Integral<N> {
+    /// For wave numbers of at least `smallest_k` [1/m]; `weighted` takes t and the weight of the node there.
+    pub fn new(
+        rule: &Rule,
+        smallest_k: f64,
+        scale: f64,
+        weighted: impl Fn(f64, f64) -> [Complex; N],
+    ) -> Self {
+        let nodes = nodes(smallest_k, scale, rule).into_iter();
+        Self { nodes: nodes.map(|(t, weight)| (t * t, weighted(t, weight))).collect(), panel: 2 * rule.len() }
+    }
+
+    /// What `of` takes from the functions, integrated.
+    pub fn at<const M: usize>(
+        &self,
+        numbers: &WaveNumbers,
+        of: impl Fn(&[Complex; N]) -> [Complex; M],
+    ) -> Vec<[Complex; M]> {
+        let count = numbers.values().len();
+        let mut sums = vec![[Complex::ZERO; M]; count];
+        let mut decays = vec![0.0; count * self.panel];
+        for (panel, nodes) in self.nodes.chunks(self.panel).enumerate() {
+            for ((p, values), decays) in nodes.iter().zip(decays.chunks_exact_mut(count)) {
+                let values = of(values);
+                // From the third panel on each has its nodes at twice the t of the one before.
+                let left = if panel < 2 { numbers.decay(*p, decays) } else { numbers.decay_on(*p, decays) };
+                for (sum, &decay) in sums.iter_mut().zip(left) {
+                    for (sum, value) in sum.iter_mut().zip(values) {
+                        *sum += value * decay;
+                    }
+                }
+            }
+        }
+        sums
+    }
 }
 
 #[cfg(test)]

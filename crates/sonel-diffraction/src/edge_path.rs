@@ -19,7 +19,7 @@
 use std::f64::consts::PI;
 
 use crate::complex::Complex;
-use crate::contour::{Rule, TEN, nodes};
+use crate::contour::{Integral, Rule, TEN};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex, index, rapidity};
 
@@ -53,10 +53,8 @@ pub const WAVES: usize = 3;
 struct Piece {
     /// L_e [m].
     length: f64,
-    /// t² [m] and the integrand there, weights and −ν/4π included [1/m].
-    nodes: Vec<(f64, [Complex; WAVES])>,
-    /// Nodes in a panel.
-    panel: usize,
+    /// Of all waves, −ν/4π included [1/m].
+    integral: Integral<WAVES>,
 }
 
 /// One edge between a source and a receiver.
@@ -70,13 +68,19 @@ pub struct EdgePath {
 struct Unfolded {
     source: WedgePoint,
     receiver: WedgePoint,
+    secondary: Secondary,
+    /// Length over the apex [m].
+    shortest: f64,
+}
+
+/// What the secondary sources of an edge send from one direction into another.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Secondary {
     index: f64,
     /// ½ν(φ_i) less the nearest multiple of π: of the two direct terms and the two faces'.
     halves: [f64; 4],
     /// Their sines and cosines.
     turns: [(f64, f64); 4],
-    /// Length over the apex [m].
-    shortest: f64,
 }
 
 impl EdgePath {
@@ -124,16 +128,15 @@ impl EdgePath {
         Self { detour: path.length(way.clamp(part[0], part[1])), pieces }
     }
 
-    /// The path over an edge without ends: one piece.
+    /// The path between two points over an edge without ends, about air of `angle` [rad]: one piece.
     pub(crate) fn endless(
         rule: &Rule,
-        wedge: &Wedge,
-        source: WedgePoint,
-        receiver: WedgePoint,
+        angle: f64,
+        [source, receiver]: [WedgePoint; 2],
         lit: Lit,
         smallest_k: f64,
     ) -> Self {
-        let path = Unfolded::new(wedge.angle(), source, receiver, lit);
+        let path = Unfolded::new(angle, source, receiver, lit);
         let nodes = (rule, smallest_k);
         Self { detour: path.shortest, pieces: vec![path.piece(0.0, path.shortest, 2.0, nodes)] }
     }
@@ -152,7 +155,14 @@ impl EdgePath {
     /// Slowly varying amplitudes of piece `piece` at every wave number: by wave, to be multiplied by e^(−jk length) [1/m].
     #[must_use]
     pub fn amplitudes(&self, piece: usize, numbers: &WaveNumbers) -> Vec<[Complex; WAVES]> {
-        self.pieces[piece].amplitudes(numbers, |values| *values)
+        self.pieces[piece].integral.at(numbers, |values| *values)
+    }
+
+    /// Slowly varying amplitudes of all waves of piece `piece` together [1/m].
+    pub(crate) fn slow_totals(&self, piece: usize, numbers: &WaveNumbers) -> Vec<Complex> {
+        let totals =
+            self.pieces[piece].integral.at(numbers, |&[direct, first, second]| [direct + first + second]);
+        totals.into_iter().map(|[total]| total).collect()
     }
 
     /// The field at every wave number by wave, relative to a source of free field e^(−jkr)/r [1/m].
@@ -175,7 +185,7 @@ impl EdgePath {
     ) -> Vec<[Complex; N]> {
         let mut sums = vec![[Complex::ZERO; N]; numbers.values().len()];
         for piece in &self.pieces {
-            let amplitudes = piece.amplitudes(numbers, &of);
+            let amplitudes = piece.integral.at(numbers, &of);
             for ((sum, amplitudes), k) in sums.iter_mut().zip(amplitudes).zip(numbers.values()) {
                 let turn = Complex::unit(-k * piece.length);
                 for (sum, amplitude) in sum.iter_mut().zip(amplitudes) {
@@ -193,62 +203,17 @@ impl EdgePath {
     }
 }
 
-impl Piece {
-    /// What `of` takes from the integrand, integrated.
-    fn amplitudes<const N: usize>(
-        &self,
-        numbers: &WaveNumbers,
-        of: impl Fn(&[Complex; WAVES]) -> [Complex; N],
-    ) -> Vec<[Complex; N]> {
-        let count = numbers.values().len();
-        let mut sums = vec![[Complex::ZERO; N]; count];
-        let mut decays = vec![0.0; count * self.panel];
-        for (panel, nodes) in self.nodes.chunks(self.panel).enumerate() {
-            for ((p, values), decays) in nodes.iter().zip(decays.chunks_exact_mut(count)) {
-                let values = of(values);
-                // From the third panel on each has its nodes at twice the t of the one before.
-                let left = if panel < 2 { numbers.decay(*p, decays) } else { numbers.decay_on(*p, decays) };
-                for (sum, &decay) in sums.iter_mut().zip(left) {
-                    for (sum, value) in sum.iter_mut().zip(values) {
-                        *sum += value * decay;
-                    }
-                }
-            }
-        }
-        sums
-    }
-}
-
 impl Unfolded {
     fn new(angle: f64, mut source: WedgePoint, mut receiver: WedgePoint, lit: Lit) -> Self {
         let offset = receiver.along - source.along;
         let nearest = NEAREST * (source.radius + receiver.radius + offset.abs()).max(SHORTEST);
         source.radius = source.radius.max(nearest);
         receiver.radius = receiver.radius.max(nearest);
-        let index = index(angle);
-        let half = |turn: f64, lit_by: Option<bool>| {
-            let half = 0.5 * index * turn;
-            let half = half - PI * libm::round(half / PI);
-            // A wave is there where the half angle is positive.
-            let size = half.abs().max(BOUNDARY);
-            let close = 2.0 * size <= index * lit.within;
-            let positive = lit_by.filter(|_| close).unwrap_or(half >= 0.0);
-            if positive { size } else { -size }
-        };
-        let (between, sum) = (receiver.angle - source.angle, receiver.angle + source.angle);
-        let halves = [
-            half(PI - between, lit.direct),
-            half(PI + between, lit.direct),
-            half(PI - sum, lit.faces[0]),
-            half(PI + sum, lit.faces[1]),
-        ];
         Self {
-            turns: halves.map(libm::sincos),
-            halves,
+            secondary: Secondary::new(angle, source.angle, receiver.angle, lit),
             shortest: libm::hypot(source.radius + receiver.radius, offset),
             source,
             receiver,
-            index,
         }
     }
 
@@ -265,44 +230,29 @@ impl Unfolded {
         // (cosh η − 1)/2 where the stretch begins.
         let rise = half_from * half_from;
         let scale = if rise > 0.0 { self.scale_of_end(rise, length) } else { self.scale_of_apex() };
-        let turn = share * -self.index / (4.0 * PI);
-        let panel = 2 * rule.len();
-        let nodes = nodes(smallest_k, scale, rule)
-            .into_iter()
-            .map(|(t, weight)| {
-                // L² − L_e² over 4 r_S r_R t², the rise of (cosh η − 1)/2 per t².
-                let per_square = Complex::new(-t * t, -2.0 * length) * (0.25 / product);
-                let (ratio, sine) = if rise > 0.0 {
-                    let sine = (Complex::real(rise) + per_square * (t * t)).sqrt();
-                    (Complex::real(t) / sine, sine)
-                } else {
-                    let root = per_square.sqrt();
-                    (Complex::real(1.0) / root, root * t)
-                };
-                // dη/L = dL/(r_S r_R sinh η) with dL = −2j t dt and sinh η = 2 sinh ½η cosh ½η.
-                let cosine = (Complex::real(1.0) + sine * sine).sqrt();
-                let measure = Complex::new(0.0, -weight * turn / product) * ratio / cosine;
-                let half_eta = sine.inverse_hyperbolic_sine();
-                (t * t, self.terms((half_eta * self.index).hyperbolic_sine()).map(|term| term * measure))
-            })
-            .collect();
-        Piece { length, nodes, panel }
-    }
-
-    /// Σ β by wave, from sinh ½νη: cosh νη − cos 2h = 2 (sinh² ½νη + sin² h).
-    fn terms(&self, sine: Complex) -> [Complex; WAVES] {
-        let square = sine * sine;
-        let [a, b, first, second] = self
-            .turns
-            .map(|(sine, cosine)| Complex::real(sine * cosine) / (square + Complex::real(sine * sine)));
-        [a + b, first, second]
+        let turn = share * -self.secondary.index / (4.0 * PI);
+        let weighted = |t: f64, weight: f64| {
+            // L² − L_e² over 4 r_S r_R t², the rise of (cosh η − 1)/2 per t².
+            let per_square = Complex::new(-t * t, -2.0 * length) * (0.25 / product);
+            let (ratio, sine) = if rise > 0.0 {
+                let sine = (Complex::real(rise) + per_square * (t * t)).sqrt();
+                (Complex::real(t) / sine, sine)
+            } else {
+                let root = per_square.sqrt();
+                (Complex::real(1.0) / root, root * t)
+            };
+            // dη/L = dL/(r_S r_R sinh η) with dL = −2j t dt and sinh η = 2 sinh ½η cosh ½η.
+            let cosine = (Complex::real(1.0) + sine * sine).sqrt();
+            let measure = Complex::new(0.0, -weight * turn / product) * ratio / cosine;
+            self.secondary.terms(sine).map(|term| term * measure)
+        };
+        Piece { length, integral: Integral::new(rule, smallest_k, scale, weighted) }
     }
 
     /// √(L_0 − L) of the nearest singularity: a wave's straight path L, or the path past the far side of the edge.
     fn scale_of_apex(&self) -> f64 {
         let product = self.source.radius * self.receiver.radius;
-        let nearest = self.halves.iter().map(|half| (half.abs() / self.index).min(0.5 * PI));
-        let sine = libm::sin(nearest.fold(0.5 * PI, f64::min));
+        let sine = libm::sin(self.secondary.nearest());
         let excess = 4.0 * product * sine * sine;
         (excess / (2.0 * self.shortest)).sqrt()
     }
@@ -310,6 +260,46 @@ impl Unfolded {
     /// √(L_e − L_0), where the root that is sinh η branches.
     fn scale_of_end(&self, rise: f64, length: f64) -> f64 {
         (4.0 * self.source.radius * self.receiver.radius * rise / (length + self.shortest)).sqrt()
+    }
+}
+
+impl Secondary {
+    /// About air of `angle`, from a source to a receiver at these angles [rad].
+    pub(crate) fn new(angle: f64, source: f64, receiver: f64, lit: Lit) -> Self {
+        let index = index(angle);
+        let half = |turn: f64, lit_by: Option<bool>| {
+            let half = 0.5 * index * turn;
+            let half = half - PI * libm::round(half / PI);
+            // A wave is there where the half angle is positive.
+            let size = half.abs().max(BOUNDARY);
+            let close = 2.0 * size <= index * lit.within;
+            let positive = lit_by.filter(|_| close).unwrap_or(half >= 0.0);
+            if positive { size } else { -size }
+        };
+        let (between, sum) = (receiver - source, receiver + source);
+        let halves = [
+            half(PI - between, lit.direct),
+            half(PI + between, lit.direct),
+            half(PI - sum, lit.faces[0]),
+            half(PI + sum, lit.faces[1]),
+        ];
+        Self { turns: halves.map(libm::sincos), halves, index }
+    }
+
+    /// Σ β by wave, from sinh ½η: cosh νη − cos 2h = 2 (sinh² ½νη + sin² h).
+    pub(crate) fn terms(&self, half_sine: Complex) -> [Complex; WAVES] {
+        let sine = (half_sine.inverse_hyperbolic_sine() * self.index).hyperbolic_sine();
+        let square = sine * sine;
+        let [a, b, first, second] = self
+            .turns
+            .map(|(sine, cosine)| Complex::real(sine * cosine) / (square + Complex::real(sine * sine)));
+        [a + b, first, second]
+    }
+
+    /// Half the distance in η to the singularity that is nearest to the shortest way [rad].
+    pub(crate) fn nearest(&self) -> f64 {
+        let nearest = self.halves.iter().map(|half| (half.abs() / self.index).min(0.5 * PI));
+        nearest.fold(0.5 * PI, f64::min)
     }
 }
 

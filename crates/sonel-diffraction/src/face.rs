@@ -18,19 +18,20 @@
 //! off by it (`weight`).
 //!
 //! The formula is exact at the receiver's end only. Exchanged, it is exact at the source's: [`FacePath`] takes the mean of both. Where
-//! both ends are near the plane the edges are not lit from one another alone (`overlap`).
+//! both ends are near the plane the edges are not lit from one another alone (`overlap`), nor where the face is narrow (`narrow`).
 //!
 //! Reference: [Svensson1999] for the parts (docs/references.md); measured against boundary elements in docs/diffraction.md.
 
 use glam::DVec3;
 
 use crate::complex::Complex;
-use crate::edge_path::{Lit, WAVES};
+use crate::edge_path::{Lit, Secondary, WAVES};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
 use chain::{Asked, Part, parts};
 
 mod chain;
+mod narrow;
 mod outline;
 mod overlap;
 mod way;
@@ -74,6 +75,11 @@ impl FaceEdge<'_> {
         let front = Some(end.before);
         let faces = if self.at_second[0] { [None, front] } else { [front, None] };
         Lit { direct: front, faces, within }
+    }
+
+    /// What its secondary sources send to `end` of what comes along the face from the edge before.
+    fn secondary(&self, end: End, within: f64) -> Secondary {
+        Secondary::new(self.wedge.angle(), self.face(0), end.point.angle, self.lit(end, within))
     }
 
     /// P: where on the edge the way to the next one crosses it that comes from `from` and goes on to `turned`.

@@ -12,6 +12,7 @@
 //! | edge of a wedge | diffracted field, by adding up its parts | [`wedge_edge`] |
 //! | absorbing half plane | Kirchhoff's, small angles | [`knife_edge`] |
 //! | two edges of a barrier | what goes over both, by adding up its parts | [`double_edge`] |
+//! | half plane with a thickness | what goes over it, once and again, far off | [`thick_plate`] |
 //! | rigid cylinder of rectangular section | line source, to discretisation | [`boundary_elements`] |
 //! | rigid box | point source, to discretisation | [`rigid_box`] |
 //! | thin rigid rectangle | point source, to discretisation | [`rigid_sheet`] |
@@ -28,6 +29,7 @@ mod patches;
 pub mod rigid_box;
 pub mod rigid_sheet;
 pub mod specular_box;
+pub mod thick_plate;
 pub mod wedge_edge;
 
 use std::f64::consts::PI;

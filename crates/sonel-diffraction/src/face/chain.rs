@@ -6,7 +6,7 @@
 //! either edge comes into sight the path of most edges has to begin with nothing, since no longer one completes it.
 
 use super::outline::stretches;
-use super::overlap::Overlap;
+use super::overlap::{Light, Overlap};
 use super::way::FaceWay;
 use super::weight::weights;
 use super::{End, FaceEdge, Lead};
@@ -74,9 +74,9 @@ struct Beam {
 impl Part {
     /// Amplitudes by chain and wave number, to be multiplied by e^(−jk length) [1/m].
     pub fn amplitudes(&self, numbers: &WaveNumbers, length: f64) -> Vec<Vec<[Complex; WAVES]>> {
-        let nearness = self.overlap.as_ref().map(|overlap| overlap.nearness(numbers));
+        let lights = self.overlap.as_ref().map(|overlap| overlap.lights(numbers));
         let of_chain = |chain: &Chain| {
-            chain.amplitudes(numbers, length, nearness.as_ref().map(|of_forms| &of_forms[chain.form][..]))
+            chain.amplitudes(numbers, length, lights.as_ref().map(|of_forms| &of_forms[chain.form][..]))
         };
         self.chains.iter().map(of_chain).collect()
     }
@@ -102,12 +102,12 @@ impl Chain {
         &self,
         numbers: &WaveNumbers,
         length: f64,
-        nearness: Option<&[Complex]>,
+        lights: Option<&[Light]>,
     ) -> Vec<[Complex; WAVES]> {
         let turn = |k: &f64| Complex::unit(k * length) * self.weight;
         let mut factors: Vec<Complex> = numbers.values().iter().map(turn).collect();
         for over in &self.others {
-            let left = over.left(numbers, nearness);
+            let left = over.left(numbers, lights);
             factors.iter_mut().zip(left).for_each(|(factor, left)| *factor = *factor * left);
         }
         let first = self.first.fields(numbers).into_iter();
@@ -116,17 +116,15 @@ impl Chain {
 }
 
 impl Over {
-    /// The share of the sound at R′ that there is at the receiver, at every wave number. `nearness` is what of it comes from the edge
-    /// before.
-    fn left(&self, numbers: &WaveNumbers, nearness: Option<&[Complex]>) -> Vec<Complex> {
+    /// The share of the sound at R′ that there is at the receiver, at every wave number. `lights` is how the edge is lit.
+    fn left(&self, numbers: &WaveNumbers, lights: Option<&[Light]>) -> Vec<Complex> {
         let near = self.near.left(numbers);
-        let (Some(far), Some(nearness)) = (&self.far, nearness) else { return near };
+        let (Some(far), Some(lights)) = (&self.far, lights) else { return near };
         let far = far.left(numbers);
-        near.iter()
-            .zip(&far)
-            .zip(nearness)
-            .map(|((&near, &far), &share)| far + (near - far) * share)
-            .collect()
+        let lit = |((&near, &far), light): ((&Complex, &Complex), &Light)| {
+            far + (near - far) * light.near + far * light.more
+        };
+        near.iter().zip(&far).zip(lights).map(lit).collect()
     }
 }
 

@@ -17,10 +17,12 @@
 //!   C (1 + (γ − 1) p q/(λ + (1 − λ)(p + q − p q))),  p = (R₁ − 1)/(γ − 1), q = (R₂ − 1)/(γ − 1), λ = 3/(1 + 2γ),
 //!
 //! errs by 0.6 % at most for γ = 1.7 and 4 % for γ up to 20. It is C and, of what R₂ adds to it, the share p/(λ + (1 − λ)(p + q − p q)).
+//! What that lacks where the face is narrower than the wavelength is in [`super::narrow`].
 //!
 //! Reference: docs/decisions/0031-two-forms-are-one.md.
 
 use super::chain::Asked;
+use super::narrow::{Narrow, Narrowness, ONE};
 use super::way::FaceWay;
 use super::{End, FaceEdge};
 use crate::complex::Complex;
@@ -31,11 +33,21 @@ use crate::wave_numbers::WaveNumbers;
 /// γ − 1 below which there is next to nothing to tell [1].
 const ALIKE: f64 = 1e-3;
 
+/// How an edge is lit, in shares of its field lit from where the way begins.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Light {
+    /// What comes from the edge before instead.
+    pub near: Complex,
+    /// What a narrow face adds.
+    pub more: Complex,
+}
+
 /// How both forms of the product over two edges are lit.
 #[derive(Debug, Clone)]
 pub(super) struct Overlap {
     /// Of the receiver's form, and of the source's.
     ends: [Transition; 2],
+    narrow: Narrow,
 }
 
 /// An edge lit from the one before, and from where the way begins, both as if it had no end.
@@ -47,6 +59,8 @@ struct Transition {
     shorter: f64,
     /// γ, the ratio far off the plane.
     most: f64,
+    /// Width of the face where the way crosses it [m].
+    width: f64,
 }
 
 impl Overlap {
@@ -54,24 +68,19 @@ impl Overlap {
     pub fn new([first, last]: [FaceEdge<'_>; 2], [source, receiver]: [End; 2], asked: Asked) -> Self {
         let there = Transition::new([&first, &last], [source, receiver], asked);
         let back = Transition::new([&last.exchanged(), &first.exchanged()], [receiver, source], asked);
-        Self { ends: [there, back] }
+        let width = 0.5 * (there.width + back.width);
+        Self { narrow: Narrow::new([first, last], [source, receiver], width, asked), ends: [there, back] }
     }
 
-    /// The share of what comes from the edge before, at every wave number: past the receiver's edge in its form, and past the source's in the
-    /// other; the rest comes straight.
-    pub fn nearness(&self, numbers: &WaveNumbers) -> [Vec<Complex>; 2] {
+    /// How the receiver's edge is lit in its form, and the source's in the other, at every wave number.
+    pub fn lights(&self, numbers: &WaveNumbers) -> [Vec<Light>; 2] {
         let [last, first] = [0, 1].map(|end| self.ends[end].ratios(numbers));
-        let one = Complex::real(1.0);
-        let share = |ratio: Complex, end: usize| (ratio - one) * (1.0 / (self.ends[end].most - 1.0 + ALIKE));
-        let of = |(&last, &first): (&Complex, &Complex)| {
+        let share = |ratio: Complex, end: usize| (ratio - ONE) * (1.0 / (self.ends[end].most - 1.0 + ALIKE));
+        let of = |((&last, &first), narrow): ((&Complex, &Complex), Narrowness)| {
             let (q, p) = (share(last, 0), share(first, 1));
-            let nearness = |other: Complex, end: usize| {
-                let alone = 3.0 / (1.0 + 2.0 * self.ends[end].most);
-                other / ((p + q - p * q) * (1.0 - alone) + Complex::real(alone))
-            };
-            (nearness(p, 0), nearness(q, 1))
+            (self.ends[0].light([q, p], narrow), self.ends[1].light([p, q], narrow))
         };
-        last.iter().zip(&first).map(of).unzip().into()
+        last.iter().zip(&first).zip(self.narrow.narrowness(numbers)).map(of).unzip().into()
     }
 }
 
@@ -81,7 +90,8 @@ impl Transition {
         let way = FaceWay::new([first, last], source.point, receiver);
         let (far, longer) = way.afar([first, last], source);
         let lit = last.lit(receiver, asked.within);
-        let endless = |from| EdgePath::endless(SIX, last.wedge, from, receiver.point, lit, asked.smallest_k);
+        let angle = last.wedge.angle();
+        let endless = |from| EdgePath::endless(SIX, angle, [from, receiver.point], lit, asked.smallest_k);
         let [apart, behind] = way.lengths;
         let (reach, whole) = (apart + behind, longer + apart + behind);
         Self {
@@ -89,13 +99,22 @@ impl Transition {
             far: endless(far),
             shorter: reach / whole,
             most: ((longer + apart) * reach / (apart * whole)).sqrt(),
+            width: way.across([first, last]),
         }
+    }
+
+    /// How the edge is lit, where this is its own share and that of the other one.
+    fn light(&self, [own, other]: [Complex; 2], narrow: Narrowness) -> Light {
+        let alone = 3.0 / (1.0 + 2.0 * self.most);
+        let near = other / ((own + other - own * other) * (1.0 - alone) + Complex::real(alone));
+        let whole = near * own + narrow.lacking;
+        let more = narrow.lacking + whole * (narrow.repeated - ONE);
+        Light { near, more: more * (self.most - 1.0) }
     }
 
     /// The field of the edge lit from the one before over that lit from where the way begins, at every wave number.
     fn ratios(&self, numbers: &WaveNumbers) -> Vec<Complex> {
-        let [near, far] = [&self.near, &self.far].map(|path| path.amplitudes(0, numbers));
-        let total = |&[direct, first, second]: &[Complex; 3]| direct + first + second;
-        near.iter().zip(&far).map(|(near, far)| total(near) / total(far) * self.shorter).collect()
+        let [near, far] = [&self.near, &self.far].map(|path| path.slow_totals(0, numbers));
+        near.into_iter().zip(far).map(|(near, far)| near / far * self.shorter).collect()
     }
 }

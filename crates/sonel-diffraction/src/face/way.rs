@@ -33,6 +33,12 @@ impl FaceWay {
         Self { lights, near, to, lengths, crosses }
     }
 
+    /// a of the way between both edges, so that it is a cosh η long over two places of theirs [m].
+    pub fn across(&self, edges: [&FaceEdge<'_>; 2]) -> f64 {
+        let way = (self.crosses - self.lights).normalize_or_zero();
+        edges.iter().fold(self.lengths[0], |length, edge| length * way.cross(edge.wedge.direction()).length())
+    }
+
     /// Where the sound would come from, about the `last` edge, if it came straight from the source, and how far that is beyond P [m].
     pub fn afar(&self, [before, last]: [&FaceEdge<'_>; 2], source: End) -> (WedgePoint, f64) {
         let source = before.wedge.at(source.point.along)

@@ -3,6 +3,7 @@
 use super::*;
 use sonel_testkit::analytic::boundary_elements::Section;
 use sonel_testkit::analytic::double_edge::DoubleEdge;
+use sonel_testkit::analytic::thick_plate::ThickPlate;
 
 /// Half the length of the edges [m].
 const HALF: f64 = 1e4;
@@ -59,10 +60,7 @@ fn two_edges_are_the_sum_of_their_parts() {
             let (re, im) = parts.pressure(k);
             let level = |field: Complex| 20.0 * (field.modulus() / re.hypot(im)).log10();
             let error = (field_at(&path, k) - Complex::new(re, im)).modulus() / re.hypot(im);
-            assert!(
-                error < if width < 0.2 { 0.08 } else { 0.04 },
-                "{source:?} {receiver:?} {width} {k}: {error}"
-            );
+            assert!(error < 0.04, "{source:?} {receiver:?} {width} {k}: {error}");
             let product = near_product(source, receiver, width, offset, k);
             of_products = of_products.max(level(product));
         }
@@ -116,21 +114,44 @@ fn a_slab_shades_as_boundary_elements_say() {
     }
 }
 
-/// Where the barrier is as thin as a sheet, it has to shade as the sheet does, whose field is exact: what runs back and
-/// forth between the edges, and is left out, is worth 0.4 dB there, and γ is 70.
+/// Against all that runs over a top of any width, with both ends far off, in its shadow: both lines of secondary sources and what goes back
+/// and forth between them. Without the latter, and with sources that do not change over the wave's width, it is up to 1.5 dB too little.
 #[test]
-fn a_barrier_of_no_width_is_nearly_a_sheet() {
-    let below = libm::atan(0.3);
-    let radius = 10f64.hypot(3.0);
+fn narrow_tops_are_what_all_their_orders_say() {
+    const FAR: f64 = 2e3;
+    const K: f64 = 2.3;
+    let mut worst = 0.0f64;
+    for angles in [[3.5, 3.6], [4.0, 4.0], [3.45, 4.2], [4.4, 4.4], [4.6, 3.8]] {
+        for ka in [0.05, 0.2, 0.5, 1.0, 2.0, 5.0] {
+            let found = field_at(&over((FAR, angles[0]), (FAR, angles[1]), ka / K, 0.0), K);
+            let spread = (2.0 * PI / (K * 2.0 * FAR * FAR * FAR)).sqrt();
+            let terms = ThickPlate { ka, angles }.directivities(4);
+            let exact = terms.into_iter().fold(Complex::ZERO, |sum, (re, im)| sum + Complex::new(re, im));
+            let exact = exact * Complex::unit(-0.25 * PI - K * 2.0 * FAR) * spread;
+            let error = 20.0 * (found.modulus() / exact.modulus()).log10();
+
+            worst = worst.max(error.abs());
+        }
+    }
+    assert!(worst < 0.2, "{worst} dB");
+}
+
+/// Where the barrier is as thin as a sheet, it has to shade as the sheet does, whose field is exact.
+#[test]
+fn a_barrier_of_no_width_is_a_sheet() {
+    const RADIUS: f64 = 10.0;
     let sheet = Wedge::new([-DVec3::Z * HALF, DVec3::Z * HALF], DVec3::X, DVec3::Y, TAU).unwrap();
-    let at = |angle| WedgePoint { radius, angle, along: HALF };
-    let angle = 0.5 * PI - below;
-    let thin = EdgePath::new(&sheet, at(angle), at(TAU - angle), [0.0, 2.0 * HALF], Lit::default(), 1.0);
-    for k in [2.0, 9.0, 40.0] {
-        let double = field_at(&over((radius, PI + below), (radius, PI + below), 1e-3, 0.0), k);
-        let single = thin.field(k).into_iter().fold(Complex::ZERO, |sum, term| sum + term);
-        let error = 20.0 * (double.modulus() / single.modulus()).log10();
-        assert!(error.abs() < 1.0, "k {k}: {error} dB");
+    let at = |angle| WedgePoint { radius: RADIUS, angle, along: HALF };
+    for below in [[0.3, 0.3], [0.3, 0.9], [0.8, 0.8], [1.2, 1.0]] {
+        let (from, to) = (at(0.5 * PI - below[0]), at(1.5 * PI + below[1]));
+        let thin = EdgePath::new(&sheet, from, to, [0.0, 2.0 * HALF], Lit::default(), 1.0);
+        for k in [2.0, 9.0, 40.0] {
+            let double = field_at(&over((RADIUS, PI + below[0]), (RADIUS, PI + below[1]), 1e-3, 0.0), k);
+            let single = thin.field(k).into_iter().fold(Complex::ZERO, |sum, term| sum + term);
+            let error = 20.0 * (double.modulus() / single.modulus()).log10();
+
+            assert!(error.abs() < 0.3, "{below:?} {k}: {error} dB");
+        }
     }
 }
 
