@@ -25,7 +25,7 @@ use glam::DVec3;
 use crate::complex::Complex;
 use crate::contour::SIX;
 use crate::edge_path::{EdgePath, Lit, WAVES};
-use crate::face::{End, FaceEdge, FacePath};
+use crate::face::{End, FaceEdge, FacePath, Orders};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
 
@@ -43,8 +43,6 @@ pub struct Side<'a> {
     pub edge: FaceEdge<'a>,
     /// An edge between the end and that one, joined to it by a face; left over the second of its faces that are named.
     pub beyond: Option<FaceEdge<'a>>,
-    /// Whether paths over three edges of their face complete those over these two.
-    pub is_completed: bool,
     /// The source or the receiver about the outer one of the edges.
     pub end: End,
     /// What else it sees.
@@ -293,7 +291,9 @@ impl Side<'_> {
         let edges = [beyond, FaceEdge { part, ..self.edge }];
         let before = (point.angle - self.edge.face(0)).abs() < PI;
         let ends = [self.end, End { point, before }];
-        FacePath::new(&edges, ends, self.view.within, smallest_k, self.is_completed).map(Over::Two)
+        // Ways over three edges of one face are not followed beyond the air.
+        let orders = Orders { along_a_face: false, ..Orders::ALL };
+        FacePath::new(&edges, ends, self.view.within, smallest_k, orders).map(Over::Two)
     }
 
     /// Where a way over the outer edge crosses that [m from its start].

@@ -99,6 +99,20 @@ pub struct End {
     pub before: bool,
 }
 
+/// Which paths there are about a solid: each completes shorter ones where those are cut off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Orders {
+    /// Over how many edges the longest go: one, two or three.
+    pub most: usize,
+    /// Whether some go over three edges of one face.
+    pub along_a_face: bool,
+}
+
+impl Orders {
+    /// All that there may be.
+    pub const ALL: Self = Self { most: 3, along_a_face: true };
+}
+
 /// A path over several edges.
 #[derive(Debug, Clone)]
 pub struct FacePath {
@@ -119,7 +133,7 @@ pub struct Lead {
 impl FacePath {
     /// The path over `edges`, two or three of them, for wave numbers of at least `smallest_k` [1/m]. Within the angle `within` [rad] of
     /// a plane beyond an edge, on which side of it an end is, is for [`End::before`] to say.
-    /// `are_completed` says that paths over three edges of each face are heard as well, which complete those over two.
+    /// `orders` are those that are heard as well.
     /// [`None`] where nothing comes over all of them.
     #[must_use]
     pub fn new(
@@ -127,9 +141,9 @@ impl FacePath {
         [source, receiver]: [End; 2],
         within: f64,
         smallest_k: f64,
-        are_completed: bool,
+        orders: Orders,
     ) -> Option<Self> {
-        let parts = parts(edges, source, receiver, Asked { within, smallest_k, are_completed });
+        let parts = parts(edges, source, receiver, Asked { within, smallest_k, orders });
         let lengths = parts.iter().flat_map(|part| &part.chains).map(|chain| chain.length);
         let length = lengths.fold(f64::INFINITY, f64::min);
         let back: Vec<FaceEdge<'_>> = edges.iter().rev().map(|edge| edge.exchanged()).collect();

@@ -63,7 +63,6 @@ impl Pair {
         let sides = [0, 1].map(|of| Side {
             edge: whole(&self.wedges[of], false),
             beyond: None,
-            is_completed: false,
             end: End { point: self.wedges[of].locate(self.ends[of]).unwrap(), before: true },
             view: View { within: 1e-8, past: past[of], in_face: &|_, _| None },
             share: self.shares[of],

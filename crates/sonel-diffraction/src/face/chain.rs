@@ -9,7 +9,7 @@ use super::outline::stretches;
 use super::overlap::{Light, Overlap};
 use super::way::FaceWay;
 use super::weight::weights;
-use super::{End, FaceEdge, Lead};
+use super::{End, FaceEdge, Lead, Orders};
 use crate::complex::Complex;
 use crate::contour::SIX;
 use crate::edge_path::{EdgePath, Lit, WAVES};
@@ -22,8 +22,7 @@ pub(super) struct Asked {
     /// Angle from a plane [rad] within which [`End::before`] is believed.
     pub within: f64,
     pub smallest_k: f64,
-    /// Whether paths over three edges of a face complete those over two.
-    pub are_completed: bool,
+    pub orders: Orders,
 }
 
 impl Asked {
@@ -163,7 +162,7 @@ fn pair(edges: [FaceEdge<'_>; 2], ends: [End; 2], asked: Asked) -> Option<Part> 
 
 /// Both forms of what comes over two edges or more.
 fn mean(edges: &[FaceEdge<'_>], source: End, receiver: End, asked: Asked) -> Vec<Part> {
-    let weights = weights(edges, [source.point, receiver.point], asked.are_completed);
+    let weights = weights(edges, [source.point, receiver.point], asked.orders);
     let back: Vec<FaceEdge<'_>> = edges.iter().rev().map(|edge| edge.exchanged()).collect();
     let mut parts = one_way(edges, source, receiver, weights[0], asked);
     let mut others = one_way(&back, receiver, source, weights[1], asked);

@@ -87,7 +87,13 @@ fn path(
         let point = wedge.locate(point).unwrap();
         End { point, before: point.angle < PI }
     };
-    FacePath::new(&[rim(first), rim(second)], [end(first, source), end(second, receiver)], 1e-9, K, true)
+    FacePath::new(
+        &[rim(first), rim(second)],
+        [end(first, source), end(second, receiver)],
+        1e-9,
+        K,
+        Orders::ALL,
+    )
 }
 
 fn field(path: &FacePath) -> Complex {

@@ -7,23 +7,22 @@
 
 use std::f64::consts::PI;
 
-use super::FaceEdge;
+use super::{FaceEdge, Orders};
 use crate::wedge::{Wedge, WedgePoint};
 
 /// tan ½θ of the angle over the face below which a second edge fades.
 const FADED: f64 = 0.1;
+/// The same beside the other face of an edge, where it goes out of sight and no third edge completes it: a path over two is too much to
+/// be missed farther off.
+const OUT_OF_SIGHT: f64 = 0.02;
 /// Angle from the plane beyond an edge within which what completes other paths there is heard [rad].
 const WIDTH: f64 = PI / 6.0;
 /// The same within which a last path is whole for the receiver however the source fades it [rad].
 const LAST_WIDTH: f64 = 0.1;
 /// Share of a path below which it goes out at the receiver's end for good.
 const GOES_OUT: f64 = 0.05;
-/// A path over so many edges is completed by no longer one.
-const LAST: usize = 3;
-
-/// Weights of the receiver's form and of the source's over `edges`. Those over two of them may be completed by paths over a third edge of
-/// their face.
-pub(super) fn weights(edges: &[FaceEdge<'_>], ends: [WedgePoint; 2], are_completed: bool) -> [f64; 2] {
+/// Weights of the receiver's form and of the source's over `edges`, where paths of these `orders` are heard.
+pub(super) fn weights(edges: &[FaceEdge<'_>], ends: [WedgePoint; 2], orders: Orders) -> [f64; 2] {
     let (first, last) = (&edges[0], &edges[edges.len() - 1]);
     let (source, receiver) = (About::new(first, 1, ends[0]), About::new(last, 0, ends[1]));
     // The faces of a solid are joined on one side, where the wave is heard twice, the rims of a sheet on both.
@@ -37,12 +36,15 @@ pub(super) fn weights(edges: &[FaceEdge<'_>], ends: [WedgePoint; 2], are_complet
     let [near, far] = [source, receiver].map(About::off_the_face);
     let heard = if of_sheet {
         [far, near]
-    } else if edges.len() == LAST {
+    } else if edges.len() > 2 {
         let heard = last_heard([near * source.in_sight(), far * receiver.in_sight()], [source, receiver]);
         let along_one_face = edges[1].at_second[0] == edges[1].at_second[1];
         let completes = 1.0 - source.beside_the_plane(WIDTH) * receiver.beside_the_plane(WIDTH);
         [if along_one_face { heard * completes } else { heard }; 2]
-    } else if are_completed {
+    } else if orders.most == 2 {
+        let left = [near * source.off_the_other_face(), far * receiver.off_the_other_face()];
+        [last_heard(left, [source, receiver]); 2]
+    } else if orders.along_a_face {
         [1.0 - (1.0 - near) * (1.0 - far); 2]
     } else {
         [last_heard([near, far], [source, receiver]); 2]
@@ -86,8 +88,12 @@ impl<'a> About<'a> {
 
     /// 1, but near the face on both of its sides, where it is 0.
     fn off_the_face(self) -> f64 {
-        let (sine, cosine) = libm::sincos(0.5 * self.angle);
-        sine * sine / (sine * sine + (FADED * cosine) * (FADED * cosine))
+        off(self.angle, FADED)
+    }
+
+    /// 1, but next to the edge's other face, where it is 0.
+    fn off_the_other_face(self) -> f64 {
+        off(self.wedge.angle() - self.angle, OUT_OF_SIGHT)
     }
 
     /// 0 in the plane beyond the edge, 1 from an angle of `width` [rad] to it on.
@@ -99,6 +105,12 @@ impl<'a> About<'a> {
     fn in_sight(self) -> f64 {
         smooth((self.wedge.angle() - self.angle) / (self.wedge.angle() - PI))
     }
+}
+
+/// 0 at no angle [rad], ½ where tan ½θ is `faded`, and 1 farther off.
+fn off(angle: f64, faded: f64) -> f64 {
+    let (sine, cosine) = libm::sincos(0.5 * angle);
+    sine * sine / (sine * sine + (faded * cosine) * (faded * cosine))
 }
 
 /// From 0 at 0 to 1 at 1, level at both.

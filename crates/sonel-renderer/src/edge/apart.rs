@@ -72,28 +72,39 @@ impl Shore {
 /// A place on an edge: its index, where it is [m], and the direction into the air there.
 pub(crate) type Outlook = (usize, DVec3, DVec3);
 
-/// All ways over pairs among `edges` of these `faces` that see one another. Where they and the `passages` are too many they go over no edges
-/// beyond, and where they still are there are none: [`None`].
+/// Pairs of edges that see one another.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Pairs {
+    /// All ways over those that see one another all along.
+    pub ways: Vec<Apart>,
+    /// Those that do so in places, over which none go.
+    pub partly: Vec<[usize; 2]>,
+}
+
+/// All pairs among `edges` of these `faces` that see one another. Where they and the `passages` are too many, ways go over no edges beyond,
+/// and where they still are there are none: [`None`].
 pub(crate) fn apart(
     edges: &[RoomEdge],
     faces: &[Vec<Border>],
     passages: &[Passage],
     sees: impl Fn([Outlook; 2]) -> bool,
-) -> Option<Vec<Apart>> {
+) -> Option<Pairs> {
     let limit = LIMIT.saturating_sub(passages.iter().filter(|way| !way.is_along_a_face()).count());
-    let mut pairs = Vec::new();
+    let (mut pairs, mut partly) = (Vec::new(), Vec::new());
     for (index, one) in edges.iter().enumerate() {
         for (before, other) in edges[..index].iter().enumerate() {
             let is_of_both =
                 |face: &Vec<Border>| [index, before].iter().all(|edge| face.iter().any(|of| of.0 == *edge));
-            if one.wedge.sine_to(&other.wedge) <= NEARLY
-                && !faces.iter().any(is_of_both)
-                && see_one_another(edges, [before, index], &sees)
-            {
-                pairs.push([before, index]);
-                if pairs.len() > limit {
-                    return None;
-                }
+            if one.wedge.sine_to(&other.wedge) > NEARLY || faces.iter().any(is_of_both) {
+                continue;
+            }
+            match places_seen(edges, [before, index], &sees) {
+                0 => {}
+                count if count < SEEN_AT.len() => partly.push([before, index]),
+                _ => pairs.push([before, index]),
+            }
+            if pairs.len() > limit {
+                return None;
             }
         }
     }
@@ -105,7 +116,28 @@ pub(crate) fn apart(
         }
     }
     shorten(&mut [&mut ways], limit);
-    Some(ways)
+    Some(Pairs { ways, partly })
+}
+
+/// For each of so many edges those across the air of `ways`, which hide it all at once.
+pub(crate) fn across(edges: usize, ways: &[Apart]) -> Vec<Vec<usize>> {
+    let short = || ways.iter().filter(|way| way.is_short());
+    (0..edges).map(|edge| short().filter_map(|way| way.across(edge)).collect()).collect()
+}
+
+/// Tells `passages` which of the edges `across` from their ends hide these where none of the `ways` goes on.
+pub(crate) fn hide(passages: &mut [Passage], ways: &[Apart], across: &[Vec<usize>]) {
+    for passage in passages {
+        let count = passage.edges.len();
+        passage.hidden_by = [[0, 1], [count - 1, count - 2]].map(|of| {
+            let [edge, before] = of.map(|index| passage.edges[index].edge);
+            let goes_on = |side: &Shore| {
+                side.edge == edge && side.beyond.as_ref().is_some_and(|joined| joined.edge == before)
+            };
+            let is_continued = count == 2 && ways.iter().flat_map(|way| &way.sides).any(goes_on);
+            if is_continued { Arc::default() } else { across[edge].as_slice().into() }
+        });
+    }
 }
 
 /// Leaves out ways over edges beyond where all `ways` are more than `limit`, and then all of them.
@@ -148,14 +180,15 @@ fn shores(edges: &[RoomEdge], passages: &[Passage], [edge, from]: [usize; 2]) ->
     shores
 }
 
-fn see_one_another(edges: &[RoomEdge], pair: [usize; 2], sees: &impl Fn([Outlook; 2]) -> bool) -> bool {
+/// At how many places two edges see one another.
+fn places_seen(edges: &[RoomEdge], pair: [usize; 2], sees: &impl Fn([Outlook; 2]) -> bool) -> usize {
     let [one, other] = pair.map(|edge| &edges[edge].wedge);
     let is_turned = one.direction().dot(other.direction()) < 0.0;
     let lies_apart = one.locate(other.at(0.0)).is_some_and(|at| at.radius > CORNER);
-    lies_apart
-        && SEEN_AT.iter().all(|&share| {
-            let from = one.at(share * one.length());
-            let to = other.at(if is_turned { 1.0 - share } else { share } * other.length());
-            sees([(pair[0], from, one.into_air()), (pair[1], to, other.into_air())])
-        })
+    let is_seen = |share: &&f64| {
+        let from = one.at(**share * one.length());
+        let to = other.at(if is_turned { 1.0 - **share } else { **share } * other.length());
+        sees([(pair[0], from, one.into_air()), (pair[1], to, other.into_air())])
+    };
+    if lies_apart { SEEN_AT.iter().filter(is_seen).count() } else { 0 }
 }

@@ -4,7 +4,6 @@
 //! chain of mirrors that the way meets, or nearly does, only the edges within [`Reach`] of it are unfolded.
 
 use glam::DVec3;
-use sonel_diffraction::Wedge;
 use sonel_geometry::Geometry;
 
 use super::Listening;
@@ -12,7 +11,7 @@ use super::chain::Chain;
 use super::extent::Extent;
 use super::mirror::PlaneMirror;
 use super::reach::Reach;
-use super::sight::beyond_straight;
+use super::sight::{beyond_straight, borders};
 use super::world::{Copy, RoomEdge, World};
 
 /// What is unfolded for each receiver.
@@ -101,27 +100,12 @@ impl Near {
         let is_wanted = unfoldable.is_base || !near.is_empty();
         is_wanted.then(|| {
             let mut world = World::near(at.geometry, &near, &in_copies, chain.clone());
-            world.borders = borders(chain, edges, at, far);
+            let source = chain.image(at.radiator.position);
+            world.borders = borders(chain, edges);
+            world.borders.retain(|border| beyond_straight(border, source, at.receiver) < far);
             world
         })
     }
-}
-
-/// The edges of the mirrors of `chain`, unfolded, over which the way is less than `far` [m] longer than the straight one.
-fn borders(chain: &Chain, edges: &[RoomEdge], at: &Listening<'_>, far: f64) -> Vec<Wedge> {
-    let source = chain.image(at.radiator.position);
-    let mut borders = Vec::new();
-    for (met, mirror) in chain.mirrors().iter().enumerate() {
-        let is_own = |edge: &&RoomEdge| edge.faces.iter().any(|face| face.plane == mirror.plane);
-        for edge in edges.iter().filter(is_own) {
-            let later = chain.mirrors()[met + 1..].iter();
-            let wedge = later.fold(edge.wedge, |wedge, mirror| mirror.image_of_wedge(&wedge));
-            if beyond_straight(&wedge, source, at.receiver) < far {
-                borders.push(wedge);
-            }
-        }
-    }
-    borders
 }
 
 impl Place {

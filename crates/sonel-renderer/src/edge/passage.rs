@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use sonel_diffraction::face::Orders;
 
 use super::RoomEdge;
 
@@ -22,6 +23,8 @@ pub(crate) struct Passage {
     pub edges: Vec<Passed>,
     /// The rims of the sheet that all are of, where that is not convex [m].
     pub outline: Arc<[[DVec3; 2]]>,
+    /// Edges apart that hide its first edge from the source, or its last one from the receiver, where no way goes on over them.
+    pub hidden_by: [Arc<[usize]>; 2],
 }
 
 /// An edge that is passed.
@@ -40,8 +43,10 @@ pub(crate) fn is_convex(edges: &[RoomEdge], face: &[Border]) -> bool {
     face.iter().all(|&one| face.iter().all(|&other| is_within(edges, one, other)))
 }
 
-/// All passages among `edges` over `faces`: none where they are too many, and none over the corners of solids where they are with those.
-pub(crate) fn passages(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<Passage> {
+/// All passages among `edges` over `faces`, and which of them there are: none where they are too many, and none over the corners of solids where
+/// they are with those.
+pub(crate) fn passages(edges: &[RoomEdge], faces: &[Vec<Border>]) -> (Vec<Passage>, Orders) {
+    let mut orders = Orders { most: 1, along_a_face: false };
     let (mut passages, mut corners) = (Vec::new(), Vec::new());
     for face in faces {
         let is_convex = is_convex(edges, face);
@@ -62,7 +67,7 @@ pub(crate) fn passages(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<Passage
                     corners.push(Passage::new([one, other], Arc::default()));
                 }
                 if passages.len() > LIMIT {
-                    return Vec::new();
+                    return (Vec::new(), orders);
                 }
             }
         }
@@ -70,14 +75,17 @@ pub(crate) fn passages(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<Passage
     if passages.len() + corners.len() <= LIMIT {
         passages.extend(corners);
     }
+    orders.most = 2;
     let [from_face_to_face, along_faces] = over_three(edges, &passages);
     if from_face_to_face.len() <= LONGER_LIMIT {
+        orders.most = 3;
         passages.extend(from_face_to_face);
         if along_faces.len() <= ALONG_LIMIT {
+            orders.along_a_face = !along_faces.is_empty();
             passages.extend(along_faces);
         }
     }
-    passages
+    (passages, orders)
 }
 
 /// All passages over three edges of solids whose parts over two are among `pairs`: from face to face, and along one face. Those of each that are
@@ -94,7 +102,11 @@ fn over_three(edges: &[RoomEdge], pairs: &[Passage]) -> [Vec<Passage>; 2] {
                 if near.edge == far.edge && longer[along].len() <= [LONGER_LIMIT, ALONG_LIMIT][along] {
                     let middle = Passed { edge: near.edge, at_second: [near.at_second[0], far.at_second[0]] };
                     let edges = vec![one.edges[1 - i], middle, other.edges[1 - j]];
-                    longer[along].push(Passage { edges, outline: Arc::default() });
+                    longer[along].push(Passage {
+                        edges,
+                        outline: Arc::default(),
+                        hidden_by: Default::default(),
+                    });
                 }
             }
         }
@@ -111,7 +123,7 @@ impl Passage {
 
     fn new(borders: [Border; 2], outline: Arc<[[DVec3; 2]]>) -> Self {
         let passed = borders.map(|(edge, face)| Passed { edge, at_second: [face == 1; 2] });
-        Self { edges: passed.to_vec(), outline }
+        Self { edges: passed.to_vec(), outline, hidden_by: Default::default() }
     }
 }
 
@@ -191,7 +203,7 @@ mod tests {
             mesh.triangles.extend(triangles.map(|corners| MeshTriangle { corners, material: 0 }));
         }
         let edges = super::super::room_edges(&Geometry::build(mesh).unwrap());
-        let found = passages(&edges, &faces(&edges));
+        let (found, _) = passages(&edges, &faces(&edges));
         [2, 3].map(|count| found.iter().filter(|passage| passage.edges.len() == count).count())
     }
 

@@ -66,6 +66,8 @@ impl Rooms {
         shorten(unfolded.iter_mut().chain(behind.iter_mut().flatten()).collect(), PASSAGE_LIMIT);
         let in_mirrors = unfolded.iter_mut().chain(behind.iter_mut().flatten());
         apart::shorten(&mut in_mirrors.map(|world| &mut world.apart).collect::<Vec<_>>(), PASSAGE_LIMIT);
+        let in_mirrors = unfolded.iter_mut().chain(behind.iter_mut().map(|[with_images, _]| with_images));
+        in_mirrors.for_each(World::hide);
         direct.shows = unfolded.iter().flat_map(|world| world.shown.mirrors()).copied().collect();
         let twofold = [whole, &without].into_iter().find_map(|mirrors| twofold(geometry, &direct, mirrors));
         unfolded.extend(twofold.unwrap_or_default());
@@ -146,19 +148,16 @@ fn twofold(geometry: &Geometry, room: &World, mirrors: &[PlaneMirror]) -> Option
     if worlds.iter().map(|world| world.edges.len()).sum::<usize>() > TWOFOLD_LIMIT {
         return None;
     }
-    let are_whole = shorten(worlds.iter_mut().collect(), TWOFOLD_PASSAGE_LIMIT);
-    worlds.iter_mut().for_each(|world| world.is_cut_short = !are_whole);
+    shorten(worlds.iter_mut().collect(), TWOFOLD_PASSAGE_LIMIT);
     Some(worlds)
 }
 
-/// Leaves passages over three edges of a face out of `worlds`, over any three, or all, where they are more than `limit` together. Whether
-/// those over two are kept.
-fn shorten(mut worlds: Vec<&mut World>, limit: usize) -> bool {
+/// Leaves passages over three edges of a face out of `worlds`, over any three, or all, where they are more than `limit` together.
+fn shorten(mut worlds: Vec<&mut World>, limit: usize) {
     for most in [3, 2, 0] {
         if worlds.iter().map(|world| world.passages.len()).sum::<usize>() <= limit {
-            return true;
+            return;
         }
         worlds.iter_mut().for_each(|world| world.shorten(most));
     }
-    false
 }

@@ -7,6 +7,8 @@ use glam::DVec3;
 use sonel_diffraction::Wedge;
 
 use super::apart::NEARLY;
+use super::chain::Chain;
+use super::mirror::PlaneMirror;
 use super::passage::{Border, CORNER};
 use super::world::{RoomEdge, World};
 
@@ -30,20 +32,50 @@ pub(super) fn hiders(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<Vec<usize
     (0..edges.len()).map(|edge| (0..edges.len()).filter(|&other| hides(edge, other)).collect()).collect()
 }
 
+/// For each of so many edges those that it is paired with.
+#[must_use]
+pub(super) fn partners(edges: usize, pairs: &[[usize; 2]]) -> Vec<Vec<usize>> {
+    let mut partners = vec![Vec::new(); edges];
+    for &[one, other] in pairs {
+        partners[one].push(other);
+        partners[other].push(one);
+    }
+    partners
+}
+
+/// The edges of the mirrors of `chain`, unfolded.
+#[must_use]
+pub(super) fn borders(chain: &Chain, edges: &[RoomEdge]) -> Vec<Wedge> {
+    let of_mirror = |(met, mirror): (usize, &PlaneMirror)| {
+        let own = edges.iter().filter(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane));
+        let later = &chain.mirrors()[met + 1..];
+        own.map(|edge| later.iter().fold(edge.wedge, |wedge, mirror| mirror.image_of_wedge(&wedge)))
+            .collect::<Vec<Wedge>>()
+    };
+    chain.mirrors().iter().enumerate().flat_map(of_mirror).collect()
+}
+
 /// What is left of the sound that goes over `edge` at `point` [m] between the `ends`: 0 where either is about to see it no more.
 #[must_use]
-pub(super) fn in_sight(world: &World, edge: usize, point: DVec3, ends: [DVec3; 2]) -> f64 {
+pub(super) fn in_sight(world: &World, edge: usize, point: DVec3, ends: &[DVec3]) -> f64 {
     let own = &world.edges[edge].wedge;
     let hiders = world.hiders.get(edge).into_iter().flatten().map(|&other| &world.edges[other].wedge);
     let borders = world.borders.iter().filter(|border| own.sine_to(border) <= NEARLY);
-    let past = |other: &Wedge| -> f64 {
-        let along = (point - other.at(0.0)).dot(other.direction());
-        if point.distance(other.at(along)) <= CORNER {
-            return 1.0;
-        }
-        ends.iter().map(|&end| smooth(beyond_straight(other, point, end) / CLEAR)).product()
-    };
+    let past = |other: &Wedge| ends.iter().map(|&end| past(other, point, end)).product::<f64>();
     hiders.chain(borders).map(past).product()
+}
+
+/// What is left of the sound of a place on an edge at `end` past an `other` edge: 0 where that is about to hide it. The rim of a sheet hides
+/// nothing of what lies in the plane of the sheet.
+#[must_use]
+pub(super) fn past(other: &Wedge, place: DVec3, end: DVec3) -> f64 {
+    let along = (place - other.at(0.0)).dot(other.direction());
+    let in_plane = other.is_rim()
+        && other.locate(place).is_some_and(|at| libm::sin(at.angle).abs() * at.radius <= CORNER);
+    if in_plane || place.distance(other.at(along)) <= CORNER {
+        return 1.0;
+    }
+    smooth(beyond_straight(other, place, end) / CLEAR)
 }
 
 /// How much longer the way from one place to another is over an edge than straight on [m].

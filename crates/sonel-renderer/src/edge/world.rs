@@ -10,13 +10,14 @@ mod unfolding;
 
 use glam::DVec3;
 use sonel_diffraction::Wedge;
+use sonel_diffraction::face::Orders;
 use sonel_geometry::Geometry;
 
-use super::apart::{Apart, apart};
+use super::apart::{Apart, Pairs, across, apart, hide};
 use super::chain::Chain;
 use super::mirror::{PERPENDICULAR, PlaneMirror};
 use super::passage::{Border, Passage, faces, passages};
-use super::sight::hiders;
+use super::sight::{borders, hiders, partners};
 use super::view::joined;
 use unfolding::Unfolding;
 
@@ -60,17 +61,17 @@ pub(crate) struct World {
     pub faces: Vec<Vec<Border>>,
     /// Planes whose images of its base path are followed among those that this one completes.
     pub shows: Vec<PlaneMirror>,
-    /// Whether there would be more passages than can be followed, so that what comes over one edge fades to nothing where it would go on over
-    /// a second one.
-    pub is_cut_short: bool,
+    /// Which passages there are; where those over two edges are left out what comes over one fades to nothing where it would go on over a
+    /// second one.
+    pub orders: Orders,
+    /// For each edge those apart that it sees, which hide it all at once.
+    across: Vec<Vec<usize>>,
     /// Whether it has only the edges near a path, so that what comes over them fades to nothing far from it.
     pub is_near: bool,
     /// For each edge those that hide it all at once, where nothing goes over both; else nothing.
     pub hiders: Vec<Vec<usize>>,
     /// The edges of its mirrors where they do the same.
     pub borders: Vec<Wedge>,
-    /// Whether passages over three edges of a face are followed.
-    pub along_faces: bool,
     copies: Vec<Copy>,
     /// Up to where each edge is in which copy [m].
     parts: Vec<Vec<(f64, usize)>>,
@@ -81,23 +82,28 @@ impl World {
     #[must_use]
     pub fn new(geometry: &Geometry, edges: Vec<RoomEdge>) -> Self {
         let faces = faces(&edges);
-        let passages = passages(&edges, &faces);
+        let (passages, orders) = passages(&edges, &faces);
         let here = Copy::default();
         let apart = apart(&edges, &faces, &passages, |places| {
             joined(geometry, None, places.map(|(_, place, into_air)| (&here, place, into_air)))
         });
-        let hiders = if apart.is_none() { hiders(&edges, &faces) } else { Vec::new() };
-        Self { hiders, ..Self::with_ways(edges, passages, apart.unwrap_or_default(), faces) }
+        let hiders = match &apart {
+            Some(pairs) => partners(edges.len(), &pairs.partly),
+            None => hiders(&edges, &faces),
+        };
+        let whole = Self::with_ways(edges, passages, orders, apart.unwrap_or_default().ways, faces);
+        Self { hiders, ..whole }.hiding()
     }
 
     fn with_ways(
         edges: Vec<RoomEdge>,
         passages: Vec<Passage>,
+        orders: Orders,
         apart: Vec<Apart>,
         faces: Vec<Vec<Border>>,
     ) -> Self {
-        let along_faces = passages.iter().any(Passage::is_along_a_face);
         Self {
+            across: across(edges.len(), &apart),
             shown: Chain::default(),
             behind: None,
             alone: edges.iter().map(|edge| [0.0, edge.wedge.length()]).collect(),
@@ -107,11 +113,10 @@ impl World {
             apart,
             faces,
             shows: Vec::new(),
-            is_cut_short: false,
+            orders,
             is_near: false,
             hiders: Vec::new(),
             borders: Vec::new(),
-            along_faces,
             copies: vec![Copy::default()],
         }
     }
@@ -125,9 +130,14 @@ impl World {
     /// What of the room of `real` edges is before the mirrors of `shown`, and its images.
     fn unfolded(geometry: &Geometry, real: &[RoomEdge], shown: Chain) -> Self {
         let unfolding = Unfolding::of(geometry, real, &shown);
-        let (passages, apart, faces) = unfolding.ways();
+        let (passages, orders, apart, faces) = unfolding.ways();
         let Unfolding { edges, parts, copies, .. } = unfolding;
-        Self { shown, copies, parts, ..Self::with_ways(edges, passages, apart, faces) }
+        let (hiders, borders) = match &apart {
+            Some(pairs) => (partners(edges.len(), &pairs.partly), Vec::new()),
+            None => (hiders(&edges, &faces), borders(&shown, real)),
+        };
+        let whole = Self::with_ways(edges, passages, orders, apart.unwrap_or_default().ways, faces);
+        Self { shown, copies, parts, hiders, borders, ..whole }.hiding()
     }
 
     /// The same where `real` are the edges near a path, each in those copies of the room that `in_copies` says, and met alone.
@@ -136,11 +146,12 @@ impl World {
         let unfolding = Unfolding::of(geometry, real, &shown);
         let is_near = unfolding.holds(in_copies);
         let Unfolding { edges, parts, copies, .. } = unfolding;
-        let whole = Self::with_ways(edges, Vec::new(), Vec::new(), Vec::new());
+        let alone = Orders { most: 1, along_a_face: false };
+        let whole = Self::with_ways(edges, Vec::new(), alone, Vec::new(), Vec::new());
         let part = |(part, is_near): (&[f64; 2], bool)| if is_near { *part } else { [0.0; 2] };
         let alone = whole.alone.iter().zip(is_near).map(part).collect();
         let hiders = hiders(&whole.edges, &[]);
-        Self { shown, alone, hiders, copies, parts, is_cut_short: true, is_near: true, ..whole }
+        Self { shown, alone, hiders, copies, parts, is_near: true, ..whole }
     }
 
     /// The copies of a room that is unfolded about the mirrors of `shown`.
@@ -155,15 +166,18 @@ impl World {
     pub fn behind(geometry: &Geometry, room: &Self, mirror: &PlaneMirror) -> [Self; 2] {
         let unfolding = Unfolding::behind(geometry, &room.edges, mirror);
         let goes_on: Vec<Option<bool>> = (0..room.edges.len()).map(|edge| unfolding.goes_on(edge)).collect();
-        let (mut passages, mut apart, faces) = unfolding.ways();
+        let (mut passages, orders, apart, faces) = unfolding.ways();
+        let Pairs { ways: mut apart, partly } = apart.unwrap_or_default();
+        let hiders = partners(unfolding.edges.len(), &partly);
+        let across = across(unfolding.edges.len(), &apart);
         let Unfolding { edges, parts, copies, .. } = unfolding;
         let alone: Vec<[f64; 2]> = parts.iter().map(|parts| stretch(parts, 1)).collect();
-        let along_faces = passages.iter().any(Passage::is_along_a_face);
         let is_image = |edge: usize| parts[edge].iter().any(|&(_, copy)| copy == 1);
         passages.retain(|way| way.edges.iter().any(|passed| is_image(passed.edge)));
         apart.retain(|way| way.edges().into_iter().any(is_image));
-        let ways = Self::with_ways(edges, passages, apart, faces);
-        let with_images = Self { behind: Some(*mirror), alone, copies, parts, along_faces, ..ways };
+        let ways = Self::with_ways(edges, passages, orders, apart, faces);
+        let with_images = Self { behind: Some(*mirror), alone, copies, parts, hiders, across, ..ways };
+        let with_images = with_images.hiding();
         let is_in_both = |passed: &[usize]| {
             let edges = || passed.iter().map(|&edge| goes_on[edge]);
             edges().all(|edge| edge.is_some()) && edges().any(|edge| edge == Some(true))
@@ -172,14 +186,24 @@ impl World {
         let passages = room.passages.iter().filter(|way| is_in_both(&passed(way))).cloned().collect();
         let apart = room.apart.iter().filter(|way| is_in_both(&way.edges())).cloned().collect();
         let alone = vec![[0.0; 2]; room.edges.len()];
-        let taken = Self::with_ways(room.edges.clone(), passages, apart, room.faces.clone());
-        [with_images, Self { alone, along_faces: room.along_faces, ..taken }]
+        let taken = Self::with_ways(room.edges.clone(), passages, room.orders, apart, room.faces.clone());
+        [with_images, Self { alone, ..taken }]
     }
 
     /// Leaves out passages over three edges of a face, and those over more than `most`.
     pub fn shorten(&mut self, most: usize) {
         self.passages.retain(|way| way.edges.len() <= most && !way.is_along_a_face());
-        self.along_faces = false;
+        self.orders = Orders { most: self.orders.most.min(most.max(1)), along_a_face: false };
+    }
+
+    /// Tells passages where they end since no way goes on over edges apart.
+    pub fn hide(&mut self) {
+        hide(&mut self.passages, &self.apart, &self.across);
+    }
+
+    fn hiding(mut self) -> Self {
+        self.hide();
+        self
     }
 
     /// Where the place `point` on an edge is [m].

@@ -25,7 +25,7 @@ fn over(source: (f64, f64), receiver: (f64, f64), width: f64, offset: f64) -> Fa
         before: angle < PI,
     };
     let ends = [end(source, HALF), end(receiver, HALF + offset)];
-    FacePath::new(&[passed(&first), passed(&second)], ends, 1e-9, 0.5, true).unwrap()
+    FacePath::new(&[passed(&first), passed(&second)], ends, 1e-9, 0.5, Orders::ALL).unwrap()
 }
 
 fn field_at(path: &FacePath, k: f64) -> Complex {

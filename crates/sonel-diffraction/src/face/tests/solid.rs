@@ -102,7 +102,7 @@ fn orders_of_box(source: DVec3, receiver: DVec3) -> [Complex; 3] {
                 Some(End { point: edges[edge].wedge.locate(point)?, before })
             };
             if let (Some(from), Some(to)) = (end(0, 1, source), end(count - 1, 0, receiver))
-                && let Some(path) = FacePath::new(&passed, [from, to], 1e-9, K, true)
+                && let Some(path) = FacePath::new(&passed, [from, to], 1e-9, K, Orders::ALL)
             {
                 orders[count - 1] += field(&path);
             }

@@ -143,7 +143,7 @@ impl Family<'_> {
         let sides = [0, 1].map(|of| {
             let view = View { within, past: past[of], in_face: &in_face[of] };
             let end = End { point: [source, receiver][of], before: is_before(of) };
-            side(&heard[of], [at_air[of], outer[of]], end, view, self.course.world.along_faces)
+            side(&heard[of], [at_air[of], outer[of]], end, view)
         });
         if let Some(path) = ApartPath::new(sides, self.spectrum.smallest_k()) {
             self.add_apart_path(&path, passed, leg, reflections);
@@ -208,6 +208,7 @@ impl Family<'_> {
     ) -> Option<(Option<usize>, Vec<f64>)> {
         let edges = &self.course.world.edges;
         let mut left = vec![1.0; self.spectrum.cells().len()];
+        let of_other = of_other.filter(|of| is_mirrored(&edges[of.edge], of.face, of.led.ends[0]));
         if let Some(InFace { led, edge, face }) = of_other {
             if !self.is_shown(&edges[edge].faces[face]) {
                 return None;
@@ -253,6 +254,11 @@ impl Family<'_> {
     }
 }
 
+/// Whether a face of `edge` mirrors what is at `from` about it, since that is before its plane.
+fn is_mirrored(edge: &RoomEdge, face: usize, from: WedgePoint) -> bool {
+    (if face == 0 { from.angle } else { edge.wedge.angle() - from.angle }) < PI
+}
+
 /// 0 at an angle of π [rad], and 1 away from it.
 fn off_the_plane(angle: f64) -> f64 {
     let (sine, cosine) = libm::sincos(0.5 * (PI - angle));
@@ -260,13 +266,7 @@ fn off_the_plane(angle: f64) -> f64 {
 }
 
 /// A side over its edge at the air and its outer one, with its end about the latter.
-fn side<'a>(
-    heard: &Heard<'a>,
-    [at_air, outer]: [&'a RoomEdge; 2],
-    end: End,
-    view: View<'a>,
-    is_completed: bool,
-) -> Side<'a> {
+fn side<'a>(heard: &Heard<'a>, [at_air, outer]: [&'a RoomEdge; 2], end: End, view: View<'a>) -> Side<'a> {
     let passed = |edge: &'a RoomEdge, at_second, part, outline| FaceEdge {
         wedge: &edge.wedge,
         at_second: [at_second; 2],
@@ -276,10 +276,10 @@ fn side<'a>(
     let share = heard.share;
     let Some(joined) = &heard.shore.beyond else {
         let edge = passed(at_air, false, heard.part, &[]);
-        return Side { edge, beyond: None, is_completed, end, view, share };
+        return Side { edge, beyond: None, end, view, share };
     };
     let [of_outer, of_own] = joined.at_second;
     let edge = passed(at_air, of_own, [0.0, at_air.wedge.length()], &joined.outline);
     let beyond = Some(passed(outer, of_outer, heard.part, &joined.outline));
-    Side { edge, beyond, is_completed, end, view, share }
+    Side { edge, beyond, end, view, share }
 }

@@ -7,6 +7,7 @@ use sonel_diffraction::face::{End, FaceEdge};
 use sonel_diffraction::{Complex, FacePath, Wave};
 
 use super::super::passage::{Passage, Passed};
+use super::super::sight::{in_sight, past};
 use super::super::view::{Leg, stretches};
 use super::super::{Reflection, RoomEdge};
 use super::Family;
@@ -27,10 +28,17 @@ impl Family<'_> {
             .collect();
         for passage in passages {
             let back: Vec<Passed> = passage.edges.iter().rev().map(|passed| passed.exchanged()).collect();
-            self.add_passage(&passage.edges, &passage.outline, &seen, leg, reflections);
+            let over = |edges| Passage { edges, ..passage.clone() };
+            self.add_passage(passage, &seen, leg, reflections);
             // Over an edge, another one and back it is the same way in both directions.
             if back != passage.edges {
-                self.add_passage(&back, &passage.outline, &seen, leg, reflections);
+                let [first, last] = passage.hidden_by.clone();
+                self.add_passage(
+                    &Passage { hidden_by: [last, first], ..over(back) },
+                    &seen,
+                    leg,
+                    reflections,
+                );
             }
         }
     }
@@ -57,14 +65,8 @@ impl Family<'_> {
     }
 
     /// Adds what goes over `passed`: to the base path and to its images in the faces of the edges that lead.
-    fn add_passage(
-        &mut self,
-        passed: &[Passed],
-        outline: &[[DVec3; 2]],
-        seen: &[Seen],
-        leg: &Leg<'_>,
-        reflections: &[Reflection],
-    ) {
+    fn add_passage(&mut self, passage: &Passage, seen: &[Seen], leg: &Leg<'_>, reflections: &[Reflection]) {
+        let passed = &passage.edges[..];
         let &[first, second, ..] = passed else { return };
         let &[.., before, last] = passed else { return };
         let (Some(part), Some(last_part)) = (seen[first.edge][0], seen[last.edge][1]) else { return };
@@ -76,28 +78,45 @@ impl Family<'_> {
             .iter()
             .map(|&Passed { edge, at_second }| {
                 let wedge = &edges[edge].wedge;
-                FaceEdge { wedge, at_second, part: [0.0, wedge.length()], outline }
+                FaceEdge { wedge, at_second, part: [0.0, wedge.length()], outline: &passage.outline }
             })
             .collect();
         of_faces[0].part = part;
         of_faces[passed.len() - 1].part = last_part;
         let nearest = source.point.radius.min(receiver.point.radius).max(1e-3);
         let within = f64::from(self.at.geometry.resolution()) / nearest;
-        let (smallest_k, is_completed) = (self.spectrum.smallest_k(), self.course.world.along_faces);
-        if let Some(path) = FacePath::new(&of_faces, [source, receiver], within, smallest_k, is_completed) {
-            self.add_path(&path, passed, leg, reflections);
+        let (smallest_k, orders) = (self.spectrum.smallest_k(), self.course.world.orders);
+        if let Some(path) = FacePath::new(&of_faces, [source, receiver], within, smallest_k, orders) {
+            self.add_path(&path, passage, leg, reflections);
         }
     }
 
-    /// Adds a path over `passed`. What belongs to images of the base path that are not lit is added to it as it is: both are heard as
+    /// What is left of a passage between its ends, each by where it meets the edge there.
+    fn in_sight_past(&self, passage: &Passage, [source, receiver]: [(DVec3, DVec3); 2]) -> f64 {
+        let world = self.course.world;
+        let ends = [(passage.edges.first(), source), (passage.edges.last(), receiver)];
+        let left = ends.into_iter().zip(&passage.hidden_by).map(|((passed, (place, end)), hidden_by)| {
+            let apart = hidden_by.iter().map(|&other| past(&world.edges[other].wedge, place, end));
+            let others = passed.map_or(1.0, |passed| in_sight(world, passed.edge, place, &[end]));
+            apart.product::<f64>() * others
+        });
+        left.product()
+    }
+
+    /// Adds a path over `passage`. What belongs to images of the base path that are not lit is added to it as it is: both are heard as
     /// one field.
-    fn add_path(&mut self, path: &FacePath, passed: &[Passed], leg: &Leg<'_>, reflections: &[Reflection]) {
+    fn add_path(&mut self, path: &FacePath, passage: &Passage, leg: &Leg<'_>, reflections: &[Reflection]) {
+        let passed = &passage.edges[..];
         let (edges, cells) = (&self.course.world.edges, self.spectrum.cells());
         let length = path.length();
         let [from, to] = path.crossings();
         let first = edges[passed[0].edge].wedge.at(from);
         let last = edges[passed[passed.len() - 1].edge].wedge.at(to);
-        let strength = self.at.radiator.factor(leg.leaving(first)).sqrt();
+        let left = self.in_sight_past(passage, [(first, leg.source), (last, leg.receiver)]);
+        if left <= 0.0 {
+            return;
+        }
+        let strength = self.at.radiator.factor(leg.leaving(first)).sqrt() * left;
         let through: Vec<f64> =
             (0..self.spectrum.bands()).map(|band| self.through(band, length) * strength).collect();
         let amplitudes = path.amplitudes(self.spectrum.wave_numbers());

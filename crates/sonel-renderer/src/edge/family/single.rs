@@ -70,18 +70,18 @@ impl Family<'_> {
             Some(left.into_iter().zip(shares(1 + face)).map(|(left, share)| left * share).collect())
         });
         let is_with_base = !self.is_image() || self.find_image(reflections, leg.source).is_none();
-        let kept = if world.is_cut_short { plane::kept(&edge.wedge, source, receiver) } else { 1.0 };
+        let kept = if world.orders.most < 2 { plane::kept(&edge.wedge, source, receiver) } else { 1.0 };
         for part in seen {
             let path = EdgePath::new(&edge.wedge, source, receiver, part, lit, smallest_k);
             let point = edge.wedge.at(apex(source, receiver).clamp(part[0], part[1]));
-            let in_sight = in_sight(world, index, point, [leg.source, leg.receiver]);
+            let in_sight = in_sight(world, index, point, &[leg.source, leg.receiver]);
             let strength = self.at.radiator.factor(leg.leaving(point)).sqrt() * kept;
             let in_faces = [0, 1].map(|face| {
                 let left = left[face].as_ref()?.iter().map(|left| left * in_sight);
                 Some((images[face]?, left.collect()))
             });
             // Where the direct path is cut off an edge in line with others is what completes it.
-            let seen = if world.is_near { in_sight } else { 1.0 };
+            let seen = if world.shown.order() > 0 { in_sight } else { 1.0 };
             let course = course.iter().map(|share| share * seen).collect();
             self.detours.push((path.detour(), leg.towards(point)));
             self.add_waves(&path, strength, &Followed { course, in_faces, is_with_base });

@@ -1,9 +1,10 @@
 //! The room unfolded about mirrors: its copies side by side, what stands on a mirror joined with its image.
 
 use glam::DVec3;
+use sonel_diffraction::face::Orders;
 use sonel_geometry::{Geometry, PlaneId};
 
-use super::super::apart::{Apart, Outlook, apart};
+use super::super::apart::{Outlook, Pairs, apart};
 use super::super::chain::Chain;
 use super::super::mirror::PlaneMirror;
 use super::super::passage::{Border, Passage, faces, is_convex, passages};
@@ -176,15 +177,16 @@ impl<'a> Unfolding<'a> {
 
     /// The passages, the ways over edges apart, and the faces among the unfolded edges. Where copies are more than two nothing is followed over
     /// edges apart.
-    pub fn ways(&self) -> (Vec<Passage>, Vec<Apart>, Vec<Vec<Border>>) {
+    pub fn ways(&self) -> (Vec<Passage>, Orders, Option<Pairs>, Vec<Vec<Border>>) {
         let faces = self.faces();
-        let mut passages = passages(&self.edges, &faces);
+        let (mut passages, mut orders) = passages(&self.edges, &faces);
         passages.retain(|way| self.is_mirrored(way));
+        orders.along_a_face = passages.iter().any(Passage::is_along_a_face);
         let apart = match self.copies.len() {
             ..=2 => apart(&self.edges, &faces, &passages, |places| self.see_one_another(places)),
             _ => None,
         };
-        (passages, apart.unwrap_or_default(), faces)
+        (passages, orders, apart, faces)
     }
 
     /// Whether two places on unfolded edges see one another, in one copy or over the mirror between two.
