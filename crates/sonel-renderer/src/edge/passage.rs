@@ -121,17 +121,19 @@ impl Passage {
         self.edges.len() > 2 && self.edges[1].at_second[0] == self.edges[1].at_second[1]
     }
 
+    /// The way back.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let mut back = self.clone();
+        back.edges.reverse();
+        back.edges.iter_mut().for_each(|passed| passed.at_second.reverse());
+        back.hidden_by.reverse();
+        back
+    }
+
     fn new(borders: [Border; 2], outline: Arc<[[DVec3; 2]]>) -> Self {
         let passed = borders.map(|(edge, face)| Passed { edge, at_second: [face == 1; 2] });
         Self { edges: passed.to_vec(), outline, hidden_by: Default::default() }
-    }
-}
-
-impl Passed {
-    /// On the way back.
-    #[must_use]
-    pub fn exchanged(self) -> Self {
-        Self { at_second: [self.at_second[1], self.at_second[0]], ..self }
     }
 }
 

@@ -6,7 +6,7 @@
 use glam::DVec3;
 use sonel_diffraction::Wedge;
 
-use super::apart::NEARLY;
+use super::apart::{NEARLY, Pairs};
 use super::chain::Chain;
 use super::mirror::PlaneMirror;
 use super::passage::{Border, CORNER};
@@ -16,9 +16,13 @@ use super::world::{RoomEdge, World};
 /// before it is. Where several edges are in line as narrow a share as possible must be lost.
 const CLEAR: f64 = 1e-4;
 
-/// For each edge all others that hide it all at once: those that are parallel and of no common face, over which ways go on.
+/// For each edge all others that hide it all at once where no way goes on over both: of the `pairs` that see one another those that do so in
+/// places only, and where no pairs are followed all that are parallel and of no common face.
 #[must_use]
-pub(super) fn hiders(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<Vec<usize>> {
+pub(super) fn hiders(edges: &[RoomEdge], faces: &[Vec<Border>], pairs: Option<&Pairs>) -> Vec<Vec<usize>> {
+    if let Some(pairs) = pairs {
+        return partners(edges.len(), &pairs.partly);
+    }
     let mut of_one_face = vec![Vec::new(); edges.len()];
     for face in faces {
         for (edge, _) in face {
@@ -33,8 +37,7 @@ pub(super) fn hiders(edges: &[RoomEdge], faces: &[Vec<Border>]) -> Vec<Vec<usize
 }
 
 /// For each of so many edges those that it is paired with.
-#[must_use]
-pub(super) fn partners(edges: usize, pairs: &[[usize; 2]]) -> Vec<Vec<usize>> {
+fn partners(edges: usize, pairs: &[[usize; 2]]) -> Vec<Vec<usize>> {
     let mut partners = vec![Vec::new(); edges];
     for &[one, other] in pairs {
         partners[one].push(other);
@@ -113,6 +116,20 @@ mod tests {
             let shortest = over.map(|at| from.distance(at) + at.distance(to)).fold(f64::INFINITY, f64::min);
             let found = beyond_straight(&wedge, from, to);
             assert!((found - (shortest - from.distance(to))).abs() < 1e-6, "{found}");
+        }
+    }
+
+    #[test]
+    fn an_edge_hides_what_is_in_line_but_a_rim_nothing_of_its_own_plane() {
+        let ends = [DVec3::ZERO, dvec3(0.0, 2.0, 0.0)];
+        let [rim, edge] = [std::f64::consts::TAU, 4.7]
+            .map(|angle| Wedge::new(ends, DVec3::NEG_Z, DVec3::NEG_X, angle).unwrap());
+        let (above, below) = (dvec3(0.0, 1.0, 1.0), dvec3(1e-6, 1.0, -1.0));
+        assert!(past(&edge, above, below) < 1e-3 && past(&rim, above, below) >= 1.0);
+        let (before, behind) = (dvec3(-1.0, 1.0, 0.3), dvec3(1.0, 1.0, -0.3));
+        for wedge in [rim, edge] {
+            assert!(past(&wedge, before, behind) < 1e-9);
+            assert!(past(&wedge, before, behind + 0.1 * DVec3::Z) >= 1.0);
         }
     }
 }

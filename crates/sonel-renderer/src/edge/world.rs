@@ -13,11 +13,11 @@ use sonel_diffraction::Wedge;
 use sonel_diffraction::face::Orders;
 use sonel_geometry::Geometry;
 
-use super::apart::{Apart, Pairs, across, apart, hide};
+use super::apart::{Apart, across, apart, hide};
 use super::chain::Chain;
 use super::mirror::{PERPENDICULAR, PlaneMirror};
 use super::passage::{Border, Passage, faces, passages};
-use super::sight::{borders, hiders, partners};
+use super::sight::{borders, hiders};
 use super::view::joined;
 use unfolding::Unfolding;
 
@@ -87,10 +87,7 @@ impl World {
         let apart = apart(&edges, &faces, &passages, |places| {
             joined(geometry, None, places.map(|(_, place, into_air)| (&here, place, into_air)))
         });
-        let hiders = match &apart {
-            Some(pairs) => partners(edges.len(), &pairs.partly),
-            None => hiders(&edges, &faces),
-        };
+        let hiders = hiders(&edges, &faces, apart.as_ref());
         let whole = Self::with_ways(edges, passages, orders, apart.unwrap_or_default().ways, faces);
         Self { hiders, ..whole }.hiding()
     }
@@ -132,10 +129,8 @@ impl World {
         let unfolding = Unfolding::of(geometry, real, &shown);
         let (passages, orders, apart, faces) = unfolding.ways();
         let Unfolding { edges, parts, copies, .. } = unfolding;
-        let (hiders, borders) = match &apart {
-            Some(pairs) => (partners(edges.len(), &pairs.partly), Vec::new()),
-            None => (hiders(&edges, &faces), borders(&shown, real)),
-        };
+        let hiders = hiders(&edges, &faces, apart.as_ref());
+        let borders = if apart.is_none() { borders(&shown, real) } else { Vec::new() };
         let whole = Self::with_ways(edges, passages, orders, apart.unwrap_or_default().ways, faces);
         Self { shown, copies, parts, hiders, borders, ..whole }.hiding()
     }
@@ -150,7 +145,7 @@ impl World {
         let whole = Self::with_ways(edges, Vec::new(), alone, Vec::new(), Vec::new());
         let part = |(part, is_near): (&[f64; 2], bool)| if is_near { *part } else { [0.0; 2] };
         let alone = whole.alone.iter().zip(is_near).map(part).collect();
-        let hiders = hiders(&whole.edges, &[]);
+        let hiders = hiders(&whole.edges, &[], None);
         Self { shown, alone, hiders, copies, parts, is_near: true, ..whole }
     }
 
@@ -167,8 +162,8 @@ impl World {
         let unfolding = Unfolding::behind(geometry, &room.edges, mirror);
         let goes_on: Vec<Option<bool>> = (0..room.edges.len()).map(|edge| unfolding.goes_on(edge)).collect();
         let (mut passages, orders, apart, faces) = unfolding.ways();
-        let Pairs { ways: mut apart, partly } = apart.unwrap_or_default();
-        let hiders = partners(unfolding.edges.len(), &partly);
+        let hiders = hiders(&unfolding.edges, &faces, apart.as_ref());
+        let mut apart = apart.unwrap_or_default().ways;
         let across = across(unfolding.edges.len(), &apart);
         let Unfolding { edges, parts, copies, .. } = unfolding;
         let alone: Vec<[f64; 2]> = parts.iter().map(|parts| stretch(parts, 1)).collect();
@@ -187,7 +182,7 @@ impl World {
         let apart = room.apart.iter().filter(|way| is_in_both(&way.edges())).cloned().collect();
         let alone = vec![[0.0; 2]; room.edges.len()];
         let taken = Self::with_ways(room.edges.clone(), passages, room.orders, apart, room.faces.clone());
-        [with_images, Self { alone, ..taken }]
+        [with_images, Self { alone, hiders: room.hiders.clone(), ..taken }]
     }
 
     /// Leaves out passages over three edges of a face, and those over more than `most`.

@@ -27,18 +27,11 @@ impl Family<'_> {
             })
             .collect();
         for passage in passages {
-            let back: Vec<Passed> = passage.edges.iter().rev().map(|passed| passed.exchanged()).collect();
-            let over = |edges| Passage { edges, ..passage.clone() };
             self.add_passage(passage, &seen, leg, reflections);
             // Over an edge, another one and back it is the same way in both directions.
-            if back != passage.edges {
-                let [first, last] = passage.hidden_by.clone();
-                self.add_passage(
-                    &Passage { hidden_by: [last, first], ..over(back) },
-                    &seen,
-                    leg,
-                    reflections,
-                );
+            let back = passage.reversed();
+            if back.edges != passage.edges {
+                self.add_passage(&back, &seen, leg, reflections);
             }
         }
     }
