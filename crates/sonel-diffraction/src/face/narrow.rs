@@ -15,7 +15,7 @@
 //!
 //! and H₂ + H₄ + … is about H₂/(1 − q). For small ka X is at P, for large ka far off: ρ₁ρ₂ e^(−2jka) is twice as much with X far off than at P in
 //! the one limit, half as much in the other. A third of their sum is right in both, and within 0.003 between: q is worth up to
-//! 0.5 dB. H₃, which ends before the second edge, is left out.
+//! 0.5 dB. H₃, which ends at the edge where it began, is a way of its own over three edges.
 //!
 //! Reference: [Svensson1999] for the secondary sources; docs/decisions/0033-narrow-faces-have-an-integral-of-their-own.md.
 
