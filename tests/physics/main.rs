@@ -11,6 +11,7 @@ mod effects;
 mod free_field;
 mod invariances;
 mod kernels;
+mod later;
 mod mirrored_edges;
 mod mirrors;
 mod near_edges;

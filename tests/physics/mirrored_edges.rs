@@ -52,10 +52,12 @@ fn add_sheet(mesh: &mut Mesh, [low, high]: [f64; 2]) {
     meshes::add_quad(mesh, OBSTACLE, corners);
 }
 
-/// What is heard of a source without noise: the direct path, mirror images of up to two reflections, edges.
+/// What is heard of a source without noise: the direct path, mirror images, edges.
 pub(super) struct Field {
     pub traced: Traced,
     pub ear: ReceiverPoint,
+    /// Reflections of the images, at most.
+    pub order: u32,
 }
 
 impl Field {
@@ -75,12 +77,12 @@ impl Field {
         scene.speed_of_sound = 343.0;
         let ear = receivers_of(&scene).swap_remove(0);
         let settings = Settings { emissions: 32, ..Settings::default() };
-        Self { traced: Traced::with(effects, scene, settings), ear }
+        Self { traced: Traced::with(effects, scene, settings), ear, order: 2 }
     }
 
     /// Energies at each of `places` [1/m²].
     pub fn heard(&self, places: &[DVec3]) -> Vec<[f64; BANDS]> {
-        let settings = RenderSettings { mirror_order: Some(2), ..RenderSettings::default() };
+        let settings = RenderSettings { mirror_order: Some(self.order), ..RenderSettings::default() };
         let Traced { map, geometry, .. } = &self.traced;
         let renderer = Renderer::new(map, geometry, settings).expect("a sound map");
         let at = |&position: &DVec3| {

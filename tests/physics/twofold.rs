@@ -26,8 +26,8 @@ pub(super) fn add_sheet(mesh: &mut Mesh, x: f64, [y0, y1]: [f64; 2], [z0, z1]: [
     meshes::add_quad(mesh, OBSTACLE, corners);
 }
 
-fn arrivals(field: &Field, place: DVec3) -> Vec<DiscreteArrival> {
-    let settings = RenderSettings { mirror_order: Some(2), ..RenderSettings::default() };
+pub(super) fn arrivals(field: &Field, place: DVec3) -> Vec<DiscreteArrival> {
+    let settings = RenderSettings { mirror_order: Some(field.order), ..RenderSettings::default() };
     let Traced { map, geometry, .. } = &field.traced;
     let renderer = Renderer::new(map, geometry, settings).expect("a sound map");
     let receiver = ReceiverPoint { position: place, ..field.ear.clone() };

@@ -7,17 +7,14 @@ use sonel_map::{Lanes, lanes_of};
 
 use crate::deposit::{Deposits, add_lanes};
 use crate::direct::{direct_path, spread};
-use crate::edge::{EdgeArrival, Listening, RECEIVER_OUT, Reflection};
-use crate::mirror::{MirrorChains, Radiator};
+use crate::edge::{EDGE_ORDER, EdgeArrival, LaterImage, Listening, RECEIVER_OUT, Reflection};
+use crate::mirror::{MirrorArrival, MirrorChains, Radiator};
 use crate::receiver::PreparedReceiver;
 use crate::render::{PathClass, Renderer};
 use crate::rendering::{CoarseEchogram, DiscreteArrival, Rendering};
 
 /// Mirror arrivals up to this order are listed one by one unless an order was asked for.
 const LISTED_ORDER: u32 = 6;
-
-/// Reflections of a mirror image that edges may change.
-const EDGE_ORDER: u32 = 2;
 
 /// The classes, as [`Part`] lists them.
 const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
@@ -73,7 +70,6 @@ impl Renderer<'_> {
             classes: CLASSES.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
             arrivals: Vec::new(),
         };
-        let mut energy = vec![[0.0; 4]; lanes_of(bands)];
         let mut deposit = |class: usize, arrival: DiscreteArrival, energy: &[Lanes], listed: bool| {
             let Some(bin) = self.bins.bin(arrival.length) else { return };
             part.fine.add(0, bin, energy);
@@ -84,39 +80,98 @@ impl Renderer<'_> {
                 part.arrivals.push(DiscreteArrival { energy, ..arrival });
             }
         };
-        let bare = |length, towards, order| DiscreteArrival {
+        let bare = |length, towards: DVec3, order, over_edges| DiscreteArrival {
             receiver: index,
             length,
             energy: vec![],
-            towards,
+            towards: towards.to_array(),
             order,
-            over_edges: false,
+            over_edges,
         };
         let place = self.beside_planes(receiver.exact, RECEIVER_OUT);
         let direct = direct_path(self.geometry, radiator.position, place);
-        let (over_edges, mut reflections) = self.hear_edges(radiator, chains, place, direct.is_some());
+        let at = Listening {
+            geometry: self.geometry,
+            table: &self.table,
+            attenuation: &self.attenuation,
+            radiator,
+            receiver: place,
+            clear: direct.is_some(),
+            complete_order: chains.order(),
+        };
+        let (over_edges, reflections) = self.hear_edges(&at, chains);
         // Beside a clear direct path edges are many and weak: they are heard but not listed.
         let is_direct = |arrival: &EdgeArrival| !arrival.shaded;
         let clear = over_edges.iter().any(is_direct);
+        let mut heard = vec![[0.0; 4]; lanes_of(bands)];
         for arrival in &over_edges {
             let class = if arrival.shaded { 2 } else { 0 };
-            let found = DiscreteArrival {
-                over_edges: arrival.shaded,
-                ..bare(arrival.length, arrival.towards.to_array(), arrival.order)
-            };
-            deposit(class, found, &to_lanes(arrival.energy.iter().copied()), !clear || is_direct(arrival));
+            let found = bare(arrival.length, arrival.towards, arrival.order, arrival.shaded);
+            let energy = to_lanes(arrival.energy.iter().copied());
+            add_lanes(&mut heard, &energy);
+            deposit(class, found, &energy, !clear || is_direct(arrival));
         }
         if let Some((length, direction)) = direct
             && !clear
         {
             let factor = radiator.factor(direction) * spread(length);
-            for (band, attenuation) in self.attenuation.iter().enumerate() {
-                energy[band / 4][band % 4] = factor * libm::exp(-attenuation * length);
-            }
-            deposit(0, bare(length, (-direction).to_array(), 0), &energy, true);
+            let attenuated = self.attenuation.iter().map(|m| factor * libm::exp(-m * length));
+            let energy = to_lanes(attenuated);
+            add_lanes(&mut heard, &energy);
+            deposit(0, bare(length, -direction, 0, false), &energy, true);
         }
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
-        chains.visit(self.geometry, &self.table, place, self.bins.reach, |found| {
+        let mut later = Vec::new();
+        self.visit_images(&at, chains, &reflections, |found, energy| {
+            if self.edges.is_some() {
+                add_lanes(&mut heard, energy);
+            }
+            if self.edges.is_some() && found.order > EDGE_ORDER {
+                later.push((found.length, found.towards, found.order, energy.to_vec()));
+            } else {
+                deposit(
+                    1,
+                    bare(found.length, found.towards, found.order, false),
+                    energy,
+                    found.order <= listed,
+                );
+            }
+        });
+        let lit: Vec<DVec3> = later.iter().map(|(length, towards, ..)| place + *towards * *length).collect();
+        for image in self.hear_later(&at, chains, &lit, &heard) {
+            let energy = to_lanes(image.energy);
+            match image.lit {
+                Some(lit) => later[lit].3 = energy,
+                None => {
+                    let towards = (image.position - place).normalize();
+                    deposit(
+                        2,
+                        bare(image.length, towards, image.order, true),
+                        &energy,
+                        image.order <= listed,
+                    );
+                }
+            }
+        }
+        for (length, towards, order, energy) in later {
+            deposit(1, bare(length, towards, order, false), &energy, order <= listed);
+        }
+        part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
+        part
+    }
+
+    /// Visits the images of `chains` that reach the receiver, each with its energy [1/m²], in which `reflections`, those of low order in the order
+    /// of their visit, have what edges do to them.
+    fn visit_images(
+        &self,
+        at: &Listening<'_>,
+        chains: &MirrorChains,
+        reflections: &[Reflection],
+        mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
+    ) {
+        let mut energy = vec![[0.0; 4]; lanes_of(self.table.bands())];
+        let mut reflections = reflections.iter();
+        chains.visit(self.geometry, &self.table, at.receiver, self.bins.reach, |found| {
             let spreading = spread(found.length);
             for (energy, factor) in energy.iter_mut().zip(found.factor) {
                 *energy = factor.map(|factor| factor * spreading);
@@ -131,11 +186,8 @@ impl Renderer<'_> {
                     energy[band / 4][band % 4] *= ratio;
                 }
             }
-            let arrival = bare(found.length, found.towards.to_array(), found.order);
-            deposit(1, arrival, &energy, found.order <= listed);
+            visit(found, &energy);
         });
-        part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
-        part
     }
 
     /// A source's or receiver's place [m] as edges are asked about it, `out` [resolutions] of the planes that it lies in.
@@ -144,30 +196,32 @@ impl Renderer<'_> {
     }
 
     /// What edges bring, and the mirror images of low order in the order of their visit, with what edges do to them.
-    fn hear_edges(
-        &self,
-        radiator: Radiator,
-        chains: &MirrorChains,
-        receiver: DVec3,
-        clear: bool,
-    ) -> (Vec<EdgeArrival>, std::vec::IntoIter<Reflection>) {
-        let Some(edges) = &self.edges else { return (Vec::new(), Vec::new().into_iter()) };
+    fn hear_edges(&self, at: &Listening<'_>, chains: &MirrorChains) -> (Vec<EdgeArrival>, Vec<Reflection>) {
+        let Some(edges) = &self.edges else { return Default::default() };
         let mut reflections = Vec::new();
-        chains.visit(self.geometry, &self.table, receiver, self.bins.reach, |found| {
+        chains.visit(self.geometry, &self.table, at.receiver, self.bins.reach, |found| {
             if found.order <= EDGE_ORDER {
-                reflections.push(Reflection::new(found, receiver, self.table.bands()));
+                reflections.push(Reflection::new(found, at.receiver, self.table.bands()));
             }
         });
-        let at = Listening {
-            geometry: self.geometry,
-            table: &self.table,
-            attenuation: &self.attenuation,
-            radiator,
-            receiver,
-            clear,
-            complete_order: chains.order(),
-        };
-        let arrivals = edges.hear(&at, &mut reflections);
-        (arrivals, reflections.into_iter())
+        let arrivals = edges.hear(at, &mut reflections);
+        (arrivals, reflections)
+    }
+    /// The images of more reflections that edges change; `lit` are those that reach the receiver, `heard` is all energy that does
+    /// without that change [1/m²].
+    fn hear_later(
+        &self,
+        at: &Listening<'_>,
+        chains: &MirrorChains,
+        lit: &[DVec3],
+        heard: &[Lanes],
+    ) -> Vec<LaterImage> {
+        match (&self.edges, chains) {
+            (Some(edges), MirrorChains::Tree(tree)) => {
+                let heard: Vec<f64> = (0..self.table.bands()).map(|band| heard[band / 4][band % 4]).collect();
+                edges.hear_later(at, tree, lit, &heard)
+            }
+            _ => Vec::new(),
+        }
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use sonel_geometry::Geometry;
 
-use super::mirror::{PlaneMirror, reflects};
+use super::mirror::{PlaneMirror, feet, reflects};
 
 /// Mirrors in the order in which they are met. Two at a right angle make the same image in either order and are met in either.
 #[derive(Debug, Clone, Default)]
@@ -77,14 +77,7 @@ impl Chain {
     #[must_use]
     pub fn feet(&self, from: DVec3, to: DVec3) -> Vec<(PlaneMirror, DVec3)> {
         let in_order = |mirrors: &[PlaneMirror]| -> Option<Vec<(PlaneMirror, DVec3)>> {
-            let mut at = from;
-            let foot = |(met, mirror): (usize, &PlaneMirror)| {
-                let image = mirrors[met..].iter().rev().fold(to, |point, mirror| mirror.image(point));
-                let (above, below) = (mirror.height(at), -mirror.height(image));
-                at += (image - at) * (above / (above + below));
-                (above > 0.0 && below > 0.0).then_some((*mirror, at))
-            };
-            mirrors.iter().enumerate().map(foot).collect()
+            feet(mirrors, from, to).map(|feet| mirrors.iter().copied().zip(feet).collect())
         };
         let back = || in_order(self.reversed().mirrors()).filter(|_| self.is_either_way());
         in_order(&self.mirrors).or_else(back).unwrap_or_default()

@@ -15,7 +15,9 @@ mod plane;
 mod several;
 mod single;
 
-pub(crate) use course::Course;
+pub(crate) use course::{Course, mirrors_at_feet};
+pub(super) use plane::kept;
+pub(super) use single::doubt_over;
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,7 +27,7 @@ use sonel_diffraction::{Complex, Field, Spectrum, Wave, WedgePoint};
 use super::view::Leg;
 use super::{EdgeArrival, Listening, Reflection, RoomEdge};
 use crate::direct::spread;
-pub(super) use face::{excess, turn};
+pub(super) use face::{UNKNOWN, excess, turn};
 
 /// Positions of images that differ by no more than this many resolutions are the same.
 const SAME_IMAGE: f64 = 64.0;
@@ -315,7 +317,7 @@ impl<'a> Family<'a> {
 }
 
 /// 1/(1 + N²) of the Fresnel number N of a clearance [m] at wave number `k`.
-fn faded(k: f64, clearance: f64) -> f64 {
+pub(super) fn faded(k: f64, clearance: f64) -> f64 {
     let number = 2.0 * clearance * k / TAU;
     1.0 / (1.0 + number * number)
 }
@@ -325,7 +327,7 @@ fn doubt(at: &Listening<'_>, source: WedgePoint, receiver: WedgePoint) -> f64 {
     f64::from(at.geometry.resolution()) / source.radius.min(receiver.radius).max(1e-3)
 }
 
-fn same_image(at: &Listening<'_>) -> f64 {
+pub(super) fn same_image(at: &Listening<'_>) -> f64 {
     SAME_IMAGE * f64::from(at.geometry.resolution())
 }
 

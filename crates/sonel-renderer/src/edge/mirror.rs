@@ -6,6 +6,7 @@ use sonel_geometry::{Departure, Geometry, PlaneId, Side, Surface, SurfaceId};
 use sonel_map::CoefficientTable;
 
 use super::world::RoomEdge;
+use crate::mirror::tree::IN_CORNER;
 
 /// Sine of the angle within which directions are perpendicular [1].
 pub(crate) const PERPENDICULAR: f64 = 1e-6;
@@ -175,23 +176,41 @@ fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
     sides.into_iter().map(to_side).fold(f64::INFINITY, f64::min)
 }
 
+/// Where the straight way from `from` over `mirrors` to `to` is mirrored [m]; [`None`] where it does not meet all of their planes.
+#[must_use]
+pub(crate) fn feet(mirrors: &[PlaneMirror], from: DVec3, to: DVec3) -> Option<Vec<DVec3>> {
+    let mut at = from;
+    let foot = |(met, mirror): (usize, &PlaneMirror)| {
+        let image = mirrors[met..].iter().rev().fold(to, |point, mirror| mirror.image(point));
+        let (above, below) = (mirror.height(at), -mirror.height(image));
+        at += (image - at) * (above / (above + below));
+        (above > 0.0 && below > 0.0).then_some(at)
+    };
+    mirrors.iter().enumerate().map(foot).collect()
+}
+
 /// Whether the path from `from` over `mirrors`, one after the other, to `to` is clear.
 #[must_use]
 pub(crate) fn reflects(geometry: &Geometry, mirrors: &[PlaneMirror], from: DVec3, to: DVec3) -> bool {
+    let Some(feet) = feet(mirrors, from, to) else { return false };
+    let corner = IN_CORNER * f64::from(geometry.lift());
     let (mut at, mut departure) = (from, Departure::free(from.as_vec3()));
-    for (done, mirror) in mirrors.iter().enumerate() {
-        let image = mirrors[done..].iter().rev().fold(to, |point, mirror| mirror.image(point));
-        let (above, below) = (mirror.height(at), -mirror.height(image));
-        if above <= 0.0 || below <= 0.0 {
-            return false;
+    let mut is_in_corner = false;
+    for (met, (mirror, &foot)) in mirrors.iter().zip(&feet).enumerate() {
+        let next = feet.get(met + 1).filter(|next| next.distance(foot) <= corner);
+        if is_in_corner {
+            departure = Departure::free((foot + mirror.normal * f64::from(geometry.lift())).as_vec3());
+        } else {
+            let direction = (foot - at).normalize().as_vec3();
+            let Some(hit) = geometry.closest_hit(departure, direction) else { return false };
+            let plane = geometry.surface(hit.surface).plane;
+            if plane != mirror.plane && (next.is_none() || plane != mirrors[met + 1].plane) {
+                return false;
+            }
+            departure = geometry.leave(hit.position, hit.surface, hit.side);
         }
-        let direction = (image - at).normalize().as_vec3();
-        let Some(hit) = geometry.closest_hit(departure, direction) else { return false };
-        if geometry.surface(hit.surface).plane != mirror.plane {
-            return false;
-        }
-        at += (image - at) * (above / (above + below));
-        departure = geometry.leave(hit.position, hit.surface, hit.side);
+        is_in_corner = next.is_some();
+        at = foot;
     }
     !geometry.is_blocked(departure, to.as_vec3())
 }

@@ -18,6 +18,7 @@ mod apart;
 mod chain;
 mod extent;
 mod family;
+mod later;
 mod mirror;
 mod near;
 mod passage;
@@ -35,10 +36,15 @@ use sonel_map::{CoefficientTable, Lanes};
 
 use crate::mirror::{MirrorArrival, Radiator};
 use family::Family;
+use later::Planes;
 use mirror::PlaneMirror;
 use rooms::Rooms;
 use world::RoomEdge;
 
+pub(crate) use later::LaterImage;
+
+/// Reflections of a mirror image that edges change as one field with others.
+pub(crate) const EDGE_ORDER: u32 = 2;
 /// How many resolutions from a plane a place may lie in it.
 const IN_PLANE: f64 = 8.0;
 /// How many resolutions out of a plane a source in it is moved, and a receiver. Where both are in one plane the field depends on which
@@ -49,6 +55,7 @@ pub(crate) const RECEIVER_OUT: f64 = 16.0;
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
     rooms: Rooms,
+    planes: Planes,
     spectrum: Spectrum,
 }
 
@@ -105,9 +112,10 @@ impl Edges {
             return None;
         }
         let rooms = Rooms::new(geometry, table, edges);
+        let planes = Planes::new(geometry, table);
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);
-        Some(Self { rooms, spectrum })
+        Some(Self { rooms, planes, spectrum })
     }
 
     /// The place of a source or receiver [m], or one beside it if it lies in the plane of a face: whether it sees an edge past the face
@@ -141,6 +149,15 @@ impl Listening<'_> {
         let material = self.geometry.surface(mirror.surface).material;
         let energy = &self.table.material(material).specular.energy;
         (0..self.table.bands()).map(|band| energy[band / 4][band % 4])
+    }
+
+    /// What `mirrors` and `length` [m] of air leave, per band.
+    fn through(&self, mirrors: &[PlaneMirror], length: f64) -> impl Iterator<Item = f64> + use<> {
+        let mut left: Vec<f64> = self.attenuation.iter().map(|m| libm::exp(-m * length)).collect();
+        for mirror in mirrors {
+            left.iter_mut().zip(self.specular(mirror)).for_each(|(left, specular)| *left *= specular);
+        }
+        left.into_iter()
     }
 }
 

@@ -75,7 +75,7 @@ impl Near {
             return None;
         }
         let reach = Reach::of(chain);
-        let far = reach.end(smallest_k);
+        let far = Reach::end(smallest_k);
         let ways: Vec<[DVec3; 2]> = copies.iter().map(|place| place.ways(from, to)).collect();
         let extents: Vec<Extent> = ways.iter().map(|ends| Extent::of_ways(*ends, far)).collect();
         if !copies.iter().zip(&extents).any(|(place, reach)| place.meets_mirrors(reach)) {
@@ -128,7 +128,7 @@ impl Place {
 }
 
 /// Whether sound may get over the mirrors of `chain`, which are within `extents`, to an edge between `ends` [m].
-fn may_reach(chain: &Chain, extents: &[Extent], from: DVec3, ends: [DVec3; 2]) -> bool {
+pub(super) fn may_reach(chain: &Chain, extents: &[Extent], from: DVec3, ends: [DVec3; 2]) -> bool {
     let over = |order: &[usize]| {
         let mirrors: Vec<PlaneMirror> = order.iter().map(|&of| chain.mirrors()[of]).collect();
         let mut at = from;
@@ -148,13 +148,10 @@ fn may_reach(chain: &Chain, extents: &[Extent], from: DVec3, ends: [DVec3; 2]) -
             is_there
         })
     };
-    match extents.len() {
-        2 => over(&[0, 1]) || chain.is_either_way() && over(&[1, 0]),
-        1 => over(&[0]),
-        _ => true,
-    }
+    let in_order: Vec<usize> = (0..extents.len()).collect();
+    over(&in_order) || chain.is_either_way() && over(&[1, 0])
 }
 
-fn ends(edge: &RoomEdge) -> [DVec3; 2] {
+pub(super) fn ends(edge: &RoomEdge) -> [DVec3; 2] {
     [0.0, edge.wedge.length()].map(|end| edge.wedge.at(end))
 }

@@ -43,20 +43,20 @@ impl Reach {
 
     /// How much longer than the straight way [m] ways over edges are that count no more at wave number `k` [1/m].
     #[must_use]
-    pub fn end(self, k: f64) -> f64 {
+    pub fn end(k: f64) -> f64 {
         LEAST + WAVELENGTHS * TAU / k
     }
 
     /// What counts at wave number `k` [1/m] of a wave over an edge that goes so much farther than straight on [m].
     #[must_use]
-    pub fn share(self, excess: f64, k: f64) -> f64 {
-        smooth((1.0 - excess / self.end(k)) / (1.0 - WHOLE))
+    pub fn share(excess: f64, k: f64) -> f64 {
+        smooth((1.0 - excess / Self::end(k)) / (1.0 - WHOLE))
     }
 
     /// Whether anything counts of what an edge sends between two places at any wave number from `smallest_k` [1/m] on.
     #[must_use]
     pub fn holds(self, edge: &RoomEdge, [from, to]: [DVec3; 2], smallest_k: f64) -> bool {
-        let end = self.end(smallest_k);
+        let end = Self::end(smallest_k);
         if beyond_straight(&edge.wedge, from, to) < end {
             return true;
         }
@@ -90,18 +90,15 @@ mod tests {
 
     #[test]
     fn edges_count_whole_nearby_and_not_at_all_from_the_end_of_the_reach_on() {
-        for order in [1, 2] {
-            let reach = Reach { order };
-            for k in [1.0, 10.0, 100.0] {
-                let end = reach.end(k);
-                let shares = [0.0, 0.25, 0.5, 0.999, 1.0, 2.0].map(|part| reach.share(part * end, k));
-                assert!(shares[0] >= 1.0 && shares[1] >= 1.0 - 1e-12, "{shares:?}");
-                assert!(
-                    shares[2] < 1.0 && shares[3] < 1e-4 && shares[4] <= 0.0 && shares[5] <= 0.0,
-                    "{shares:?}"
-                );
-            }
-            assert!(reach.end(1.0) > reach.end(10.0), "farther the longer the waves");
+        for k in [1.0, 10.0, 100.0] {
+            let end = Reach::end(k);
+            let shares = [0.0, 0.25, 0.5, 0.999, 1.0, 2.0].map(|part| Reach::share(part * end, k));
+            assert!(shares[0] >= 1.0 && shares[1] >= 1.0 - 1e-12, "{shares:?}");
+            assert!(
+                shares[2] < 1.0 && shares[3] < 1e-4 && shares[4] <= 0.0 && shares[5] <= 0.0,
+                "{shares:?}"
+            );
         }
+        assert!(Reach::end(1.0) > Reach::end(10.0), "farther the longer the waves");
     }
 }

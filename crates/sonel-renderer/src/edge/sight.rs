@@ -63,9 +63,19 @@ pub(super) fn borders(chain: &Chain, edges: &[RoomEdge]) -> Vec<Wedge> {
 pub(super) fn in_sight(world: &World, edge: usize, point: DVec3, ends: &[DVec3]) -> f64 {
     let own = &world.edges[edge].wedge;
     let hiders = world.hiders.get(edge).into_iter().flatten().map(|&other| &world.edges[other].wedge);
-    let borders = world.borders.iter().filter(|border| own.sine_to(border) <= NEARLY);
-    let past = |other: &Wedge| ends.iter().map(|&end| past(other, point, end)).product::<f64>();
-    hiders.chain(borders).map(past).product()
+    in_line(own, hiders.chain(&world.borders), point, ends)
+}
+
+/// The same of an edge that is hidden by those of `others` that are parallel to it.
+#[must_use]
+pub(super) fn in_line<'a>(
+    edge: &Wedge,
+    others: impl IntoIterator<Item = &'a Wedge>,
+    point: DVec3,
+    ends: &[DVec3],
+) -> f64 {
+    let parallel = others.into_iter().filter(|other| edge.sine_to(other) <= NEARLY);
+    parallel.flat_map(|other| ends.iter().map(move |&end| past(other, point, end))).product()
 }
 
 /// What is left of the sound of a place on an edge at `end` past an `other` edge: 0 where that is about to hide it. The rim of a sheet hides

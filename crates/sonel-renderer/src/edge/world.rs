@@ -252,7 +252,7 @@ fn stretch(parts: &[(f64, usize)], copy: usize) -> [f64; 2] {
 
 impl RoomEdge {
     /// The part of it that is before `mirror`, if any is by more than `within` [m].
-    fn before(&self, mirror: &PlaneMirror, within: f64) -> Option<Self> {
+    pub fn before(&self, mirror: &PlaneMirror, within: f64) -> Option<Self> {
         let length = self.wedge.length();
         let [low, high] = [0.0, length].map(|end| mirror.height(self.wedge.at(end)));
         if low.max(high) <= within {
@@ -268,7 +268,7 @@ impl RoomEdge {
     }
 
     /// Its image behind all mirrors of `chain`.
-    fn image(&self, chain: &Chain) -> Self {
+    pub fn image(&self, chain: &Chain) -> Self {
         let image = |wedge: Wedge, mirror: &PlaneMirror| mirror.image_of_wedge(&wedge);
         Self {
             wedge: chain.mirrors().iter().fold(self.wedge, image),

@@ -16,6 +16,9 @@ use super::{Image, MirrorArrival, Radiator};
 /// No chain is longer, however few the surfaces.
 const ORDER_LIMIT: u32 = 24;
 
+/// Within so many lifts of the place where two mirrors meet a ray does not tell which of them is met first; their planes do.
+pub(crate) const IN_CORNER: f64 = 16.0;
+
 /// Image sources up to the order K that fits the budget.
 #[derive(Debug)]
 pub struct ImageTree {
@@ -36,6 +39,8 @@ struct Node {
     /// Index of the node before, none for first-order images.
     parent: Option<u32>,
     order: u32,
+    /// Most that its mirrors leave of the energy in any band.
+    strongest: f64,
     /// Range of the sides of its beam.
     sides: (u32, u32),
 }
@@ -101,16 +106,19 @@ impl ImageTree {
             }
             tree.order += 1;
             for grown in &mut next {
-                tree.adopt(grown);
+                tree.adopt(geometry, table, grown);
             }
             last_order = next;
         }
         tree
     }
 
-    fn adopt(&mut self, grown: &mut Grown) {
+    fn adopt(&mut self, geometry: &Geometry, table: &CoefficientTable, grown: &mut Grown) {
         let index = self.nodes.len() as u32;
         let (mirror, _) = grown.last.expect("every beam but the source's has a mirror");
+        let specular = &table.material(geometry.surface(mirror.surface).material).specular.energy;
+        let strongest = specular.iter().flatten().copied().fold(0.0, f64::max);
+        let before = grown.parent.map_or(1.0, |parent| self.nodes[parent as usize].strongest);
         let first_side = self.sides.len() as u32;
         self.sides.extend(grown.beam.sides());
         let sides = (first_side, self.sides.len() as u32);
@@ -119,6 +127,7 @@ impl ImageTree {
             mirror,
             parent: grown.parent,
             order: self.order,
+            strongest: strongest * before,
             sides,
         });
         self.children.insert((grown.parent, mirror), index);
@@ -175,6 +184,31 @@ impl ImageTree {
             }
             link = node.parent.map(|parent| &self.nodes[parent as usize]);
         }
+    }
+
+    /// Numbers of the images of more than `order` reflections.
+    #[must_use]
+    pub fn beyond(&self, order: u32) -> std::ops::Range<usize> {
+        self.nodes.partition_point(|node| node.order <= order)..self.nodes.len()
+    }
+
+    /// Where image number `image` is, about the scene's centre [m].
+    #[must_use]
+    pub fn position(&self, image: usize) -> DVec3 {
+        self.nodes[image].image
+    }
+
+    /// Most that the mirrors of image number `image` leave of the energy in any band.
+    #[must_use]
+    pub fn strongest(&self, image: usize) -> f64 {
+        self.nodes[image].strongest
+    }
+
+    /// The mirrors of image number `image`, the last one first.
+    pub fn mirrors(&self, image: usize) -> impl Iterator<Item = (SurfaceId, Side)> + '_ {
+        let parent = |node: &&Node| node.parent.map(|parent| &self.nodes[parent as usize]);
+        std::iter::successors(Some(&self.nodes[image]), parent)
+            .map(|node| (node.mirror.surface, node.mirror.side))
     }
 
     /// All images with their orders and ∏ (1−α)(1−s).
@@ -237,19 +271,31 @@ impl ImageTree {
             return None;
         }
         let (mut point, mut departure) = (from, departure);
+        let corner = IN_CORNER * f64::from(geometry.lift());
         let mut node = leaf;
+        let mut is_in_corner = false;
         loop {
             let Mirror { surface, side } = node.mirror;
             let reflection = crossing(geometry, node.mirror, point, node.image)?;
-            let direction = (node.image - point).normalize().as_vec3();
-            let hit = geometry.closest_hit(departure, direction)?;
-            if hit.surface != surface || hit.side != side {
-                return None;
+            let parent = node.parent.map(|parent| &self.nodes[parent as usize]);
+            let next = parent.and_then(|next| crossing(geometry, next.mirror, reflection, next.image));
+            let goes_to_corner = next.is_some_and(|next| next.distance(reflection) <= corner);
+            let mut position = reflection.as_vec3();
+            if !is_in_corner {
+                let direction = (node.image - point).normalize().as_vec3();
+                let hit = geometry.closest_hit(departure, direction)?;
+                let met = Mirror { surface: hit.surface, side: hit.side };
+                if met == node.mirror {
+                    position = hit.position;
+                } else if !goes_to_corner || parent.is_none_or(|next| met != next.mirror) {
+                    return None;
+                }
             }
-            departure = geometry.leave(hit.position, surface, side);
+            departure = geometry.leave(position, surface, side);
             point = reflection;
-            match node.parent {
-                Some(parent) => node = &self.nodes[parent as usize],
+            is_in_corner = goes_to_corner;
+            match parent {
+                Some(parent) => node = parent,
                 None => break,
             }
         }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::super::chain::Chain;
 use super::super::view::Leg;
 use super::super::world::World;
 use super::super::{Listening, PlaneMirror, Reflection};
@@ -40,7 +41,7 @@ impl<'a> Course<'a> {
         let origin = world.shown.image(source);
         let clear = find(at, reflections, origin).is_some();
         let mut mirrored = vec![1.0; at.attenuation.len()];
-        for mirror in mirrors_at_feet(world, at) {
+        for mirror in mirrors_at_feet(&world.shown, at) {
             let left = at.specular(&mirror).map(f64::sqrt);
             mirrored.iter_mut().zip(left).for_each(|(product, left)| *product *= left);
         }
@@ -72,11 +73,11 @@ impl<'a> Course<'a> {
     }
 }
 
-/// The mirrors that show the source, each with the surface that it is seen in.
-fn mirrors_at_feet(world: &World, at: &Listening<'_>) -> Vec<PlaneMirror> {
-    let feet = world.shown.feet(at.radiator.position, at.receiver);
+/// The mirrors of `chain`, each with the surface that the source is seen in.
+pub(crate) fn mirrors_at_feet(chain: &Chain, at: &Listening<'_>) -> Vec<PlaneMirror> {
+    let feet = chain.feet(at.radiator.position, at.receiver);
     if feet.is_empty() {
-        return world.shown.mirrors().to_vec();
+        return chain.mirrors().to_vec();
     }
     feet.into_iter().map(|(mirror, foot)| mirror.at(at.geometry, foot)).collect()
 }

@@ -13,7 +13,7 @@ use super::{Family, faded};
 
 /// Fresnel number at which a term of an image that nobody knows to be lit is half there. The smaller it is the more is right deep in shadow;
 /// a term that fades within a decimetre still is no step.
-const UNKNOWN: f64 = 0.1;
+pub(crate) const UNKNOWN: f64 = 0.1;
 
 impl Family<'_> {
     /// What the plane of a face of an edge leaves in every cell of a term of the `image` in it between two points about the edge.

@@ -13,7 +13,7 @@ const WHOLE: f64 = FRAC_PI_6;
 
 /// The share of the amplitude over one edge that is kept: 0 in the planes of its faces … 1.
 #[must_use]
-pub(super) fn kept(wedge: &Wedge, source: WedgePoint, receiver: WedgePoint) -> f64 {
+pub(crate) fn kept(wedge: &Wedge, source: WedgePoint, receiver: WedgePoint) -> f64 {
     if wedge.is_rim() {
         return 1.0;
     }

@@ -3,10 +3,10 @@
 use sonel_diffraction::wedge::apex;
 use sonel_diffraction::{Complex, EdgePath, Lit, WAVES, Wave, WedgePoint};
 
-use super::super::Reflection;
 use super::super::reach::Reach;
 use super::super::sight::in_sight;
 use super::super::view::{Leg, stretches};
+use super::super::{Listening, Reflection};
 use super::face::{excess, turn};
 use super::{Family, doubt, plane};
 
@@ -39,9 +39,9 @@ impl Family<'_> {
         let smallest_k = self.spectrum.smallest_k();
         let reach = world.is_near.then(|| Reach::of(&world.shown));
         let excesses = reach.map(|reach| reach.excesses(edge, source, receiver));
-        let share = |wave: usize, k: f64| match (reach, excesses) {
-            (Some(reach), Some(excesses)) => reach.share(excesses[wave], k),
-            _ => 1.0,
+        let share = |wave: usize, k: f64| match excesses {
+            Some(excesses) => Reach::share(excesses[wave], k),
+            None => 1.0,
         };
         let largest = [0, 1, 2].map(|wave| share(wave, smallest_k));
         if largest.iter().all(|&share| share <= 0.0) {
@@ -105,8 +105,7 @@ impl Family<'_> {
 
     /// Angle [rad] about a boundary within which it is not told whether the course is clear: every mirror is left by a lift.
     pub(super) fn doubt(&self, source: WedgePoint, receiver: WedgePoint) -> f64 {
-        let of_mirrors = LEFT * f64::from(self.course.order()) * f64::from(self.at.geometry.lift());
-        doubt(self.at, source, receiver) + of_mirrors / source.radius.min(receiver.radius).max(1e-3)
+        doubt_over(self.at, self.course.order(), source, receiver)
     }
 
     /// The waves of `path`, to the course and to the images in the faces of its edge.
@@ -139,6 +138,12 @@ impl Family<'_> {
             self.ways.push(path.detour());
         }
     }
+}
+
+/// Angle [rad] about a boundary within which it is not told whether a path over so many mirrors is clear.
+pub(crate) fn doubt_over(at: &Listening<'_>, order: u32, source: WedgePoint, receiver: WedgePoint) -> f64 {
+    let of_mirrors = LEFT * f64::from(order) * f64::from(at.geometry.lift());
+    doubt(at, source, receiver) + of_mirrors / source.radius.min(receiver.radius).max(1e-3)
 }
 
 /// What of `stretches` is within `part` [m].
