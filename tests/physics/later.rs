@@ -3,6 +3,7 @@
 
 use glam::{DVec3, dvec3};
 use sonel_geometry::Mesh;
+use sonel_renderer::DiscreteArrival;
 
 use super::mirrored_edges::{BANDS, FLOOR, Field, VOID};
 use super::twofold::{self, add_along_y, add_sheet, arrivals, boundaries, largest, steps};
@@ -26,9 +27,9 @@ fn later_images_begin_and_end_without_a_step() {
     assert!(known_wrong > 0.3, "images begin at once without edges: {known_wrong} dB");
 }
 
-/// Largest difference of the levels of what three planes mirror past the top of a screen that stands in their corner from those past all of its images
-/// in the open, at places in sight and in shadow, per band [dB].
-fn errors(effects: &[&str]) -> [f64; BANDS] {
+/// What three planes mirror past the top of a screen that stands in their corner, and what goes past all of its images in the open, at each of
+/// `places` per band.
+fn in_corner_and_open(effects: &[&str], places: &[DVec3]) -> [Vec<[f64; BANDS]>; 2] {
     let source = dvec3(-4.0, 0.9, 0.7);
     let moved = |mut mesh: Mesh, by: DVec3| {
         mesh.vertices.iter_mut().for_each(|vertex| *vertex -= by);
@@ -44,25 +45,47 @@ fn errors(effects: &[&str]) -> [f64; BANDS] {
     let image = dvec3(-12.0 - source.x, -source.y, -source.z);
     let corner = Field { order: 3, ..Field::new(corner, 0.0, source, effects) };
     let open = Field::new(open, 0.0, image, &["diffraction"]);
-    // In line with the top of the screen the places are 8.51 m high.
-    let places = [8.2, 8.4, 8.5, 8.52, 8.6, 8.8].map(|z| dvec3(3.0, 1.3, z));
-    let whole = open.heard(&places);
-    let heard = places.map(|place| {
-        let of_image = arrivals(&corner, place)
-            .into_iter()
-            .find(|arrival| (place + DVec3::from(arrival.towards) * arrival.length).distance(image) < 0.1);
-        of_image.map_or(vec![0.0; BANDS], |arrival| arrival.energy)
-    });
-    std::array::from_fn(|band| {
-        let error = |at: usize| (10.0 * (heard[at][band] / whole[at][band]).log10()).abs();
-        (0..places.len()).map(error).fold(0.0, f64::max)
-    })
+    let of_image = |place: &DVec3| {
+        let is_of_image = |arrival: &DiscreteArrival| {
+            (*place + DVec3::from(arrival.towards) * arrival.length).distance(image) < 0.1
+        };
+        let found = arrivals(&corner, *place).into_iter().find(is_of_image);
+        std::array::from_fn(|band| found.as_ref().map_or(0.0, |arrival| arrival.energy[band]))
+    };
+    [places.iter().map(of_image).collect(), open.heard(places)]
 }
 
+/// In line with the top of the screen the places are 8.5125 m high.
+const IN_LINE: f64 = 8.5125;
+
 #[test]
-fn in_a_corner_of_three_planes_stands_an_eighth() {
+fn on_the_boundary_an_eighth_of_a_screen_in_a_corner_is_a_whole_one() {
+    let places = [-0.02, -0.005, 0.005, 0.02].map(|off| dvec3(3.0, 1.3, IN_LINE + off));
+    let errors = |effects| -> [f64; BANDS] {
+        let [corner, open] = in_corner_and_open(effects, &places);
+        std::array::from_fn(|band| {
+            let error = |at: usize| (10.0 * (corner[at][band] / open[at][band]).log10()).abs();
+            (0..places.len()).map(error).fold(0.0, f64::max)
+        })
+    };
     let found = errors(&["diffraction"]);
     assert!(found[0] < 0.6 && found[1..].iter().all(|&error| error < 0.35), "{found:?} dB");
     let cut_off = errors(&[]);
     assert!(cut_off.iter().all(|&error| error > 3.0), "without edges: {cut_off:?} dB");
+}
+
+/// What an edge takes from an image in the light it gives to its shadow: on a way across the boundary as much is heard as of the image that is cut
+/// off, and in the shadow what the faces of the screen reflect of it, a part of the longest waves.
+#[test]
+fn a_later_image_is_heard_as_much_as_without_edges() {
+    let places: Vec<DVec3> =
+        (0..120).map(|at| dvec3(3.0, 1.3, IN_LINE - 0.48 + 0.008 * f64::from(at) + 0.004)).collect();
+    let sums = |effects| {
+        let [corner, _] = in_corner_and_open(effects, &places);
+        corner.iter().fold([0.0; BANDS], |sum, heard| std::array::from_fn(|band| sum[band] + heard[band]))
+    };
+    let (with, without) = (sums(&["diffraction"]), sums(&[]));
+    for (with, without) in with.into_iter().zip(without) {
+        assert!((0.98..1.15).contains(&(with / without)), "{with} instead of {without}");
+    }
 }

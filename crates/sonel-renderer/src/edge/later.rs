@@ -18,15 +18,16 @@ use super::extent::Extent;
 use super::family::{UNKNOWN, doubt_over, excess, faded, kept, mirrors_at_feet, same_image, turn};
 use super::mirror::{self, PlaneMirror, reflects};
 use super::near::{ends, may_reach};
-use super::reach::Reach;
-use super::sight::{beyond_straight, in_line};
+use super::reach::{Beside, Reach};
+use super::sight::{beyond_straight, in_line, smooth};
 use super::view::stretches;
 use super::world::{Copy, RoomEdge};
 use super::{EDGE_ORDER, Edges, Listening};
 use crate::direct::spread;
 use crate::mirror::tree::ImageTree;
 
-/// Images that bring less of what is heard than this are as they are without edges: a hundredth of a decibel, if they begin at once.
+/// Images that bring less of what is heard than this are as they are without edges: a hundredth of a decibel, if they begin at once. From twice as
+/// much on they are whole what edges make of them.
 const WORTH: f64 = 0.002;
 
 /// Where the planes of all mirrors are.
@@ -52,6 +53,8 @@ pub(crate) struct LaterImage {
 struct Shown {
     position: DVec3,
     chains: Vec<Chain>,
+    /// How much of what edges change counts: 0 where the image is not worth it … 1.
+    share: f64,
 }
 
 /// What one edge next to the way to an image sends of it.
@@ -109,15 +112,14 @@ impl Edges {
             let mirrors: Vec<PlaneMirror> =
                 mirrors.map(|(surface, side)| PlaneMirror::new(at.geometry, surface, side)).collect();
             let chain = Chain::of(&mirrors).reversed();
-            let is_worth = || {
-                let factor = at.through(chain.mirrors(), length);
-                factor.zip(heard).any(|(factor, heard)| factor * spread(length) >= WORTH * heard)
-            };
-            if !is_worth() || !self.planes.are_met(&chain, at, far) {
+            let parts = at.through(chain.mirrors(), length).zip(heard);
+            let part = parts.map(|(factor, heard)| factor * spread(length) / heard).fold(0.0, f64::max);
+            let share = smooth(part / WORTH - 1.0);
+            if share <= 0.0 || !self.planes.are_met(&chain, at, far) {
                 continue;
             }
             match shown.iter_mut().find(|known| known.position.distance(position) <= same_image(at)) {
-                None => shown.push(Shown { position, chains: vec![chain] }),
+                None => shown.push(Shown { position, chains: vec![chain], share }),
                 // Surfaces of one plane are one mirror.
                 Some(known) if known.chains.iter().all(|other| !other.is(&chain)) => known.chains.push(chain),
                 Some(_) => {}
@@ -140,14 +142,20 @@ impl Edges {
         }
         let is_met = |chain: &&Chain| !chain.feet(at.radiator.position, at.receiver).is_empty();
         let chain = shown.chains.iter().find(is_met).unwrap_or(&shown.chains[0]);
+        let mut alone = vec![0.0; self.spectrum.bands()];
         if lit.is_some() {
             length = shown.position.distance(at.receiver);
             let leaving = chain.reversed().image(at.receiver) - at.radiator.position;
-            waves.push(self.spectrum.flat(length, at.radiator.factor(leaving).sqrt() / length));
+            let factor = at.radiator.factor(leaving);
+            alone.fill(factor / (length * length));
+            waves.push(self.spectrum.flat(length, factor.sqrt() / length));
         }
         let factor = at.through(&mirrors_at_feet(chain, at), length);
-        let energy = self.spectrum.energy(&waves).into_iter().zip(factor);
-        let energy: Vec<f64> = energy.map(|(energy, factor)| energy * factor / (4.0 * PI)).collect();
+        let changed = self.spectrum.energy(&waves).into_iter().zip(alone);
+        let energy = changed.zip(factor).map(|((changed, alone), factor)| {
+            (alone + (changed - alone) * shown.share) * factor / (4.0 * PI)
+        });
+        let energy = energy.collect();
         Some(LaterImage { position: shown.position, lit, order: chain.order(), length, energy })
     }
 
@@ -219,20 +227,22 @@ impl Edges {
             faces: [0, 1].map(|of| (*face == Some(of)).then_some(is_lit)),
             within: doubt_over(at, copy.before.order() + copy.behind.order(), from, to),
         };
-        let beyond = beyond_straight(wedge, position, at.receiver);
+        let turned = face.map_or((from.angle - to.angle).abs(), |face| turn(edge, from, to, face));
+        let of_image = Beside { excess: beyond_straight(wedge, position, at.receiver), is_lit: turned < PI };
         let in_faces = [0, 1].map(|face| {
             let turn = turn(edge, from, to, face);
             (turn > PI).then(|| excess(from, to, turn))
         });
         // What belongs to the image, and of what belongs to images of one reflection more what is deep in their shadow.
         let share = |k: f64| -> [f64; WAVES] {
-            let near = Reach::share(beyond, k);
-            let dark = |away: Option<f64>| away.map_or(0.0, |away| near * (1.0 - faded(k, away / UNKNOWN)));
+            let near = Reach::share(of_image, k);
+            let around = Reach::share(Beside { is_lit: false, ..of_image }, k);
+            let dark = |away: Option<f64>| away.map_or(0.0, |away| around * (1.0 - faded(k, away / UNKNOWN)));
             match *face {
                 None => [near, dark(in_faces[0]), dark(in_faces[1])],
                 Some(of) => {
                     let mut share = [0.0; WAVES];
-                    share[1 + of] = near * faded(k, beyond / UNKNOWN);
+                    share[1 + of] = near * faded(k, of_image.excess / UNKNOWN);
                     share
                 }
             }

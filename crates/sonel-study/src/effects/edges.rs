@@ -26,9 +26,9 @@ pub const LISTENERS: usize = 8;
 const EMISSIONS: u64 = 1024;
 /// Visibility rays of a listener.
 const RAYS: u32 = 2048;
-/// Mirror chains of the short run: edges change the direct path and images of the first order, which second ones beside them complete;
-/// longer ones take most of the time in rooms of few walls.
-const MIRROR_ORDER: u32 = 2;
+/// Mirror chains of the short run: edges change all images, but those of more reflections bring too little to matter, and take most of the time in
+/// rooms of few walls.
+const MIRROR_ORDER: u32 = 4;
 /// Why nothing diffracts.
 const NO_EDGE: &str = "no free or convex edge";
 /// Points of a sequence that are tried for a place in the air.

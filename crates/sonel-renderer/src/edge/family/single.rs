@@ -38,9 +38,9 @@ impl Family<'_> {
         let (Some(source), Some(receiver)) = located else { return };
         let smallest_k = self.spectrum.smallest_k();
         let reach = world.is_near.then(|| Reach::of(&world.shown));
-        let excesses = reach.map(|reach| reach.excesses(edge, source, receiver));
-        let share = |wave: usize, k: f64| match excesses {
-            Some(excesses) => Reach::share(excesses[wave], k),
+        let beside = reach.map(|reach| reach.beside(edge, source, receiver));
+        let share = |wave: usize, k: f64| match beside {
+            Some(beside) => Reach::share(beside[wave], k),
             None => 1.0,
         };
         let largest = [0, 1, 2].map(|wave| share(wave, smallest_k));
