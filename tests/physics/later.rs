@@ -69,23 +69,29 @@ fn on_the_boundary_an_eighth_of_a_screen_in_a_corner_is_a_whole_one() {
         })
     };
     let found = errors(&["diffraction"]);
-    assert!(found[0] < 0.6 && found[1..].iter().all(|&error| error < 0.35), "{found:?} dB");
+    assert!(found[0] < 0.6 && found[1..].iter().all(|&error| error < 0.2), "{found:?} dB");
     let cut_off = errors(&[]);
     assert!(cut_off.iter().all(|&error| error > 3.0), "without edges: {cut_off:?} dB");
 }
 
-/// What an edge takes from an image in the light it gives to its shadow: on a way across the boundary as much is heard as of the image that is cut
-/// off, and in the shadow what the faces of the screen reflect of it, a part of the longest waves.
+/// What an edge takes from an image in the light it gives to its shadow. A known limit: what the faces of the screen send into the shadow is taken from
+/// nowhere, up to 13 % of a metre of the longest waves and 2 % of the shortest. In the light alone energy is missing.
 #[test]
 fn a_later_image_is_heard_as_much_as_without_edges() {
     let places: Vec<DVec3> =
         (0..120).map(|at| dvec3(3.0, 1.3, IN_LINE - 0.48 + 0.008 * f64::from(at) + 0.004)).collect();
-    let sums = |effects| {
-        let [corner, _] = in_corner_and_open(effects, &places);
+    let sums = |places: &[DVec3], effects: &[&str]| {
+        let [corner, _] = in_corner_and_open(effects, places);
         corner.iter().fold([0.0; BANDS], |sum, heard| std::array::from_fn(|band| sum[band] + heard[band]))
     };
-    let (with, without) = (sums(&["diffraction"]), sums(&[]));
-    for (with, without) in with.into_iter().zip(without) {
+    let (with, without) = (sums(&places, &["diffraction"]), sums(&places, &[]));
+    for (with, without) in with.iter().zip(&without) {
         assert!((0.98..1.15).contains(&(with / without)), "{with} instead of {without}");
     }
+    assert!(
+        (0.98..1.04).contains(&(with[BANDS - 1] / without[BANDS - 1])),
+        "{with:?} instead of {without:?}"
+    );
+    let (with, without) = (sums(&places[60..], &["diffraction"]), sums(&places[60..], &[]));
+    assert!(with.iter().zip(&without).all(|(with, without)| *with < 0.98 * without), "{with:?} {without:?}");
 }

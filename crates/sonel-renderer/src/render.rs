@@ -108,7 +108,7 @@ pub enum PathClass {
     Direct,
     /// L S^k R, k ≤ K.
     MirrorChain,
-    /// L E R and L S E R: over edges where the path without them is shaded.
+    /// L E R, L S E R and longer chains: over edges where the path without them is shaded.
     Edge,
     /// L S^k R, k > K.
     LongMirrorChain,

@@ -1,4 +1,4 @@
-//! Mirrors that sound meets one after the other, at most two.
+//! Mirrors that sound meets one after the other.
 
 use glam::DVec3;
 use sonel_geometry::Geometry;

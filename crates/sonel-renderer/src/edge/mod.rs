@@ -9,6 +9,8 @@
 //! and over edges of different objects ([`apart`]). What a plane
 //! mirrors meets the edges of the room unfolded about it ([`world`], [`rooms`]).
 //!
+//! Images of more reflections are no families: each is heard by its own energy, with what single edges next to its way make of it ([`later`]).
+//!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
 //! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
 //!
