@@ -36,6 +36,25 @@ impl Chain {
         Self { mirrors: self.mirrors.iter().rev().copied().collect() }
     }
 
+    /// It and all other orders of its mirrors that make the same image: neighbours at a right angle are met in either order.
+    #[must_use]
+    pub fn orders(&self) -> Vec<Self> {
+        let mut orders = vec![self.clone()];
+        let mut looked_at = 0;
+        while looked_at < orders.len() {
+            for later in 1..self.mirrors.len() {
+                let mut order = orders[looked_at].clone();
+                order.mirrors.swap(later - 1, later);
+                let [one, other] = [later - 1, later].map(|met| &order.mirrors[met]);
+                if one.is_across(other) && orders.iter().all(|known| !known.is(&order)) {
+                    orders.push(order);
+                }
+            }
+            looked_at += 1;
+        }
+        orders
+    }
+
     /// Number of reflections.
     #[must_use]
     pub fn order(&self) -> u32 {
@@ -89,5 +108,40 @@ impl Chain {
         let back = || [self.mirrors[1], self.mirrors[0]];
         reflects(geometry, &self.mirrors, from, to)
             || self.is_either_way() && reflects(geometry, &back(), from, to)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_geometry::{Mesh, Side, SurfaceId};
+
+    /// Mirrors of a rectangular room, by the direction that each is in.
+    fn chain(directions: &[DVec3]) -> Chain {
+        let geometry = Geometry::build(Mesh::shoebox([5.0, 4.0, 3.0], [0; 6])).unwrap();
+        let planes: Vec<PlaneMirror> = (0..geometry.surfaces().len())
+            .map(|surface| PlaneMirror::new(&geometry, SurfaceId(surface as u32), Side::Front))
+            .collect();
+        let mirror = |direction: &DVec3| *planes.iter().find(|p| p.normal().dot(*direction) < -0.9).unwrap();
+        Chain::of(&directions.iter().map(mirror).collect::<Vec<PlaneMirror>>())
+    }
+
+    #[test]
+    fn mirrors_at_right_angles_are_met_in_every_order_and_parallel_ones_in_one() {
+        let [x, y, z] = DVec3::AXES;
+        for (directions, count) in [
+            (vec![x, y, z], 6),
+            (vec![x, -x, x], 1),
+            (vec![x, y, -x], 3),
+            (vec![x, y, -x, -y], 6),
+            (vec![x, -x, y, z, -y], 30),
+        ] {
+            let chain = chain(&directions);
+            let orders = chain.orders();
+            assert_eq!(orders.len(), count, "{directions:?}");
+            let point = DVec3::new(0.3, -0.7, 0.4);
+            assert!(orders.iter().all(|order| order.image(point).distance(chain.image(point)) < 1e-9));
+            assert!(orders.iter().all(|order| orders.iter().filter(|other| other.is(order)).count() == 1));
+        }
     }
 }

@@ -115,16 +115,22 @@ impl Edges {
             let parts = at.through(chain.mirrors(), length).zip(heard);
             let part = parts.map(|(factor, heard)| factor * spread(length) / heard).fold(0.0, f64::max);
             let share = smooth(part / WORTH - 1.0);
-            if share <= 0.0 || !self.planes.are_met(&chain, at, far) {
+            if share <= 0.0 {
                 continue;
             }
-            match shown.iter_mut().find(|known| known.position.distance(position) <= same_image(at)) {
-                None => shown.push(Shown { position, chains: vec![chain], share }),
-                // Surfaces of one plane are one mirror.
-                Some(known) if known.chains.iter().all(|other| !other.is(&chain)) => known.chains.push(chain),
-                Some(_) => {}
+            // From either end the tree may know the same image by other orders of its mirrors; surfaces of one plane are one mirror.
+            let known = shown.iter_mut().find(|known| known.position.distance(position) <= same_image(at));
+            if known.as_ref().is_some_and(|known| known.chains.iter().any(|other| other.is(&chain))) {
+                continue;
+            }
+            let chains = chain.orders();
+            match known {
+                None => shown.push(Shown { position, chains, share }),
+                Some(known) => known.chains.extend(chains),
             }
         }
+        shown.iter_mut().for_each(|shown| shown.chains.retain(|chain| self.planes.are_met(chain, at, far)));
+        shown.retain(|shown| !shown.chains.is_empty());
         shown
     }
 
