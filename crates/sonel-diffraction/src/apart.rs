@@ -47,8 +47,8 @@ pub struct Side<'a> {
     pub end: End,
     /// What else it sees.
     pub view: View<'a>,
-    /// 1, and less towards 0 where its end is about to lose sight of the outer edge, or its image, and a longer path that would complete this
-    /// one is left out.
+    /// 1, and less towards 0 where its end is about to lose sight of the outer edge, and a longer path that would complete this one is left
+    /// out.
     pub share: f64,
 }
 

@@ -30,9 +30,10 @@ use crate::mirror::tree::ImageTree;
 /// much on they are whole what edges make of them.
 const WORTH: f64 = 0.002;
 
-/// Where the planes of all mirrors are.
-pub(super) struct Planes {
-    extents: HashMap<PlaneId, Extent>,
+/// Where the planes of all mirrors are, and all edges.
+pub(super) struct Places {
+    planes: HashMap<PlaneId, Extent>,
+    edges: Vec<Extent>,
 }
 
 /// An image of more reflections than [`EDGE_ORDER`] that edges change.
@@ -67,17 +68,20 @@ struct Sender {
     face: Option<usize>,
 }
 
-impl Planes {
-    /// Those of `geometry` that mirror anything.
+impl Places {
+    /// Those of the planes of `geometry` that mirror anything, and of its `edges`.
     #[must_use]
-    pub fn new(geometry: &Geometry, table: &CoefficientTable) -> Self {
+    pub fn new(geometry: &Geometry, table: &CoefficientTable, edges: &[RoomEdge]) -> Self {
         let planes = mirror::planes(geometry, table);
         let extent = |plane: &PlaneMirror| (plane.plane, Extent::of_plane(geometry, plane));
-        Self { extents: planes.iter().map(extent).collect() }
+        Self {
+            planes: planes.iter().map(extent).collect(),
+            edges: edges.iter().map(|edge| Extent::of(ends(edge))).collect(),
+        }
     }
 
     fn of(&self, chain: &[PlaneMirror]) -> Vec<Extent> {
-        chain.iter().map(|mirror| self.extents[&mirror.plane]).collect()
+        chain.iter().map(|mirror| self.planes[&mirror.plane]).collect()
     }
 }
 
@@ -115,7 +119,7 @@ impl Edges {
             let parts = at.through(chain.mirrors(), length).zip(heard);
             let part = parts.map(|(factor, heard)| factor * spread(length) / heard).fold(0.0, f64::max);
             let share = smooth(part / WORTH - 1.0);
-            if share <= 0.0 {
+            if share <= 0.0 || !self.places.are_met(&chain, at, far) {
                 continue;
             }
             // From either end the tree may know the same image by other orders of its mirrors; surfaces of one plane are one mirror.
@@ -123,14 +127,12 @@ impl Edges {
             if known.as_ref().is_some_and(|known| known.chains.iter().any(|other| other.is(&chain))) {
                 continue;
             }
-            let chains = chain.orders();
+            let chains = chain.orders().into_iter().filter(|order| self.places.are_met(order, at, far));
             match known {
-                None => shown.push(Shown { position, chains, share }),
+                None => shown.push(Shown { position, chains: chains.collect(), share }),
                 Some(known) => known.chains.extend(chains),
             }
         }
-        shown.iter_mut().for_each(|shown| shown.chains.retain(|chain| self.planes.are_met(chain, at, far)));
-        shown.retain(|shown| !shown.chains.is_empty());
         shown
     }
 
@@ -187,16 +189,18 @@ impl Edges {
         let from = mirrors.map_or(source, |mirror| mirror.image(source));
         let reach = Extent::of_ways([from, to], far);
         let within = super::IN_PLANE * f64::from(at.geometry.resolution());
-        let [before, behind] = [&copy.before, &copy.behind].map(|chain| self.planes.of(chain.mirrors()));
+        let [before, behind] = [&copy.before, &copy.behind].map(|chain| self.places.of(chain.mirrors()));
         let unfolded = copy.behind.reversed();
         let mut senders = Vec::new();
-        for edge in &self.rooms.direct.edges {
+        for (edge, extent) in self.rooms.direct.edges.iter().zip(&self.places.edges) {
+            if !reach.touches(extent) {
+                continue;
+            }
             let face = mirrors.map(|mirror| edge.faces.iter().position(|face| face.is(mirror)));
             let piece = copy.beside.iter().try_fold(*edge, |edge, mirror| edge.before(mirror, within));
             let (None | Some(Some(_)), Some(piece)) = (face, piece) else { continue };
             let places = ends(&piece);
-            if reach.touches(&Extent::of(places))
-                && beyond_straight(&piece.wedge, from, to) < far
+            if beyond_straight(&piece.wedge, from, to) < far
                 && may_reach(&copy.before, &before, at.radiator.position, places)
                 && may_reach(&copy.behind, &behind, at.receiver, places)
             {
@@ -288,14 +292,14 @@ fn copy_of(before: &[PlaneMirror], behind: &[PlaneMirror]) -> Copy {
     }
 }
 
-impl Planes {
+impl Places {
     /// Whether the way over `chain` to the receiver meets all of its mirrors, or would if it were no more than `far` [m] longer.
     fn are_met(&self, chain: &Chain, at: &Listening<'_>, far: f64) -> bool {
         let mirrors = chain.mirrors();
         let mut from = chain.image(at.radiator.position);
         let mut to = at.receiver;
         mirrors.iter().rev().all(|mirror| {
-            let is_met = Extent::of_ways([from, to], far).touches(&self.extents[&mirror.plane]);
+            let is_met = Extent::of_ways([from, to], far).touches(&self.planes[&mirror.plane]);
             (from, to) = (mirror.image(from), mirror.image(to));
             is_met
         })

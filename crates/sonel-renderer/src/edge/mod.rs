@@ -38,7 +38,7 @@ use sonel_map::{CoefficientTable, Lanes};
 
 use crate::mirror::{MirrorArrival, Radiator};
 use family::Family;
-use later::Planes;
+use later::Places;
 use mirror::PlaneMirror;
 use rooms::Rooms;
 use world::RoomEdge;
@@ -57,7 +57,7 @@ pub(crate) const RECEIVER_OUT: f64 = 16.0;
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
     rooms: Rooms,
-    planes: Planes,
+    places: Places,
     spectrum: Spectrum,
 }
 
@@ -114,10 +114,10 @@ impl Edges {
             return None;
         }
         let rooms = Rooms::new(geometry, table, edges);
-        let planes = Planes::new(geometry, table);
+        let places = Places::new(geometry, table, &rooms.direct.edges);
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);
-        Some(Self { rooms, planes, spectrum })
+        Some(Self { rooms, places, spectrum })
     }
 
     /// The place of a source or receiver [m], or one beside it if it lies in the plane of a face: whether it sees an edge past the face

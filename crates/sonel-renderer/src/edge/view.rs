@@ -1,7 +1,7 @@
 //! Which part of an edge source and receiver both see.
 //!
-//! Seen stretches are found at points along the edge and their ends by halving, so that a stretch shrinks continuously as
-//! something moves in front of it; what is hidden between two neighbouring points stays unnoticed. A finite edge is
+//! Seen stretches are found at points along the edge, its ends among them, and their own ends by halving, so that a stretch shrinks
+//! continuously to nothing as something moves in front of it; what is hidden between two neighbouring points stays unnoticed. A finite edge is
 //! exact for any stretch, and stretches that are cut by an obstacle radiate as if they ended there.
 
 use glam::DVec3;
@@ -12,10 +12,13 @@ use super::chain::Chain;
 use super::mirror::{PlaneMirror, reflects};
 use super::world::Copy;
 
-/// Points at which an edge is looked at.
+/// Points at which an edge is looked at, besides its ends.
 const POINTS: usize = 9;
-/// Halvings of the distance between two of them where a stretch ends: to a thousandth of the edge and less.
-const HALVINGS: usize = 8;
+/// How far from its ends it is looked at there, as a share of its length: not where other faces begin.
+const OFF_THE_ENDS: f64 = 2e-4;
+/// Halvings of the distance between two of them where a stretch ends: what moves in front of an edge of some metres dims it by fractions of a
+/// millimetre.
+const HALVINGS: usize = 12;
 
 /// How far before a mirror, in lifts, an edge's foot on it is looked at.
 const OFF_THE_MIRROR: f64 = 16.0;
@@ -84,26 +87,23 @@ pub(crate) fn joined(
 
 /// The stretches of an edge, from its start [m], of which `seen` holds.
 pub(crate) fn stretches(wedge: &Wedge, seen: impl Fn(DVec3) -> bool) -> Vec<[f64; 2]> {
-    let at = |share: f64| share * wedge.length();
-    let seen = |share: f64| seen(wedge.at(at(share)));
-    let share = |point: usize| (point as f64 + 0.5) / POINTS as f64;
-    let points: Vec<bool> = (0..POINTS).map(|point| seen(share(point))).collect();
+    let seen = |share: f64| seen(wedge.at(share * wedge.length()));
+    let last = POINTS + 1;
+    let share = |point: usize| match point {
+        0 => OFF_THE_ENDS,
+        _ if point == last => 1.0 - OFF_THE_ENDS,
+        _ => (point as f64 - 0.5) / POINTS as f64,
+    };
+    let points: Vec<bool> = (0..=last).map(|point| seen(share(point))).collect();
     let mut stretches = Vec::new();
-    let mut first = None;
-    for point in 0..=POINTS {
-        match (first, points.get(point).copied().unwrap_or(false)) {
-            (None, true) if point == 0 => first = Some(end(&seen, share(0), 0.0)),
-            (None, true) => first = Some(border(&seen, share(point), share(point - 1))),
-            (Some(from), false) => {
-                let to = if point == POINTS {
-                    end(&seen, share(point - 1), 1.0)
-                } else {
-                    border(&seen, share(point - 1), share(point))
-                };
-                stretches.push([at(from), at(to)]);
-                first = None;
-            }
-            _ => {}
+    let mut next = 0;
+    for run in points.chunk_by(|one, other| one == other) {
+        let first = next;
+        next += run.len();
+        if run[0] {
+            let from = if first == 0 { 0.0 } else { border(&seen, share(first), share(first - 1)) };
+            let to = if next > last { 1.0 } else { border(&seen, share(next - 1), share(next)) };
+            stretches.push([from, to].map(|share| share * wedge.length()));
         }
     }
     stretches
@@ -120,11 +120,4 @@ fn border(seen: &impl Fn(f64) -> bool, mut clear: f64, mut hidden: f64) -> f64 {
         }
     }
     0.5 * (clear + hidden)
-}
-
-/// How far a stretch reaches towards the edge's `end` beyond its outermost point.
-fn end(seen: &impl Fn(f64) -> bool, point: f64, end: f64) -> f64 {
-    // Not the very end, where other faces begin.
-    let last = end + (point - end) * libm::ldexp(1.0, -(HALVINGS as i32));
-    if seen(last) { end } else { border(seen, point, end) }
 }

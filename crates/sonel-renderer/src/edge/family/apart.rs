@@ -93,16 +93,26 @@ impl Family<'_> {
                 share *= off_the_plane((from.angle - to.angle).abs());
             }
         }
-        // What an image's end sees past its mirror is left out beyond the plane of that.
-        let copy = world.copy_at_middle(edge);
-        let mirrors = [&copy.before, &copy.behind][of];
-        if !self.is_image() || mirrors.order() > 0 {
-            return share;
+        share
+    }
+
+    /// 1, and less towards 0 where both ends of an image are about to be behind its mirrors, so that it is followed no more, but see the outer
+    /// edges past them.
+    fn past_mirrors(&self, outer: [usize; 2], leg: &Leg<'_>) -> f64 {
+        let world = self.course.world;
+        let copies = outer.map(|edge| world.copy_at_middle(edge));
+        let is_shown = copies[0].before.order() + copies[1].behind.order() > 0;
+        if !self.is_image() || is_shown {
+            return 1.0;
         }
-        let real = [leg.origin, leg.receiver][of];
-        let heights = world.shown.mirrors().iter().map(|mirror| mirror.height(real));
-        let height = heights.fold(f64::INFINITY, f64::min).max(0.0);
-        share * off_the_plane(PI - height / end.distance(place))
+        let left = |edge: usize, seeming: DVec3, real: DVec3| {
+            let wedge = &world.edges[edge].wedge;
+            let heights = world.shown.mirrors().iter().map(|mirror| mirror.height(real));
+            let height = heights.fold(f64::INFINITY, f64::min).max(0.0);
+            let sine = height / seeming.distance(wedge.at(0.5 * wedge.length()));
+            off_the_plane(PI - sine.min(1.0))
+        };
+        left(outer[0], leg.source, leg.origin).max(left(outer[1], leg.receiver, leg.receiver))
     }
 
     /// Adds what goes from the source over both sides to the receiver.
@@ -114,6 +124,10 @@ impl Family<'_> {
         let [across, first] = [at_air[1], at_air[0]];
         let passed = Passed { at_air, outer };
         let [at_air, outer] = [at_air, outer].map(|of| of.map(|edge| &edges[edge]));
+        let left = self.past_mirrors(passed.outer, leg);
+        if left <= 0.0 {
+            return;
+        }
         let located = [0, 1].map(|of| outer[of].wedge.locate(ends[of]));
         let [Some(source), Some(receiver)] = located else { return };
         let is_before = |of: usize| {
@@ -146,16 +160,17 @@ impl Family<'_> {
             side(&heard[of], [at_air[of], outer[of]], end, view)
         });
         if let Some(path) = ApartPath::new(sides, self.spectrum.smallest_k()) {
-            self.add_apart_path(&path, passed, leg, reflections);
+            self.add_apart_path(&path, passed, left, leg, reflections);
         }
     }
 
-    /// Adds a path over the edges at the air and the outer edges: every product of two waves to the image in the faces that
+    /// Adds what is `left` of a path over the edges at the air and the outer edges: every product of two waves to the image in the faces that
     /// these belong to.
     fn add_apart_path(
         &mut self,
         path: &ApartPath,
         passed: Passed,
+        left: f64,
         leg: &Leg<'_>,
         reflections: &[Reflection],
     ) {
@@ -163,7 +178,7 @@ impl Family<'_> {
         let [from, to] = path.crossings();
         let [first, last] = passed.outer.map(|edge| &self.course.world.edges[edge].wedge);
         let (first, last) = (first.at(from), last.at(to));
-        let strength = self.at.radiator.factor(leg.leaving(first)).sqrt();
+        let strength = self.at.radiator.factor(leg.leaving(first)).sqrt() * left;
         let through: Vec<f64> =
             (0..self.spectrum.bands()).map(|band| self.through(band, length) * strength).collect();
         let mut course = vec![Complex::ZERO; cells.len()];
