@@ -101,8 +101,9 @@ impl Near {
         is_wanted.then(|| {
             let mut world = World::near(at.geometry, &near, &in_copies, chain.clone());
             let source = chain.image(at.radiator.position);
-            world.borders = borders(chain, edges);
-            world.borders.retain(|border| beyond_straight(border, source, at.receiver) < far);
+            let borders = borders(chain, edges).into_iter().map(|(_, border)| border);
+            let borders = borders.filter(|border| beyond_straight(border, source, at.receiver) < far);
+            world.hidden_by = vec![borders.collect(); world.edges.len()];
             world
         })
     }

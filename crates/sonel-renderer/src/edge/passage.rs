@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use sonel_diffraction::Wedge;
 use sonel_diffraction::face::Orders;
 
 use super::RoomEdge;
@@ -25,6 +26,8 @@ pub(crate) struct Passage {
     pub outline: Arc<[[DVec3; 2]]>,
     /// Edges apart that hide its first edge from the source, or its last one from the receiver, where no way goes on over them.
     pub hidden_by: [Arc<[usize]>; 2],
+    /// The same of edges that mirrors end at.
+    pub borders: [Arc<[Wedge]>; 2],
 }
 
 /// An edge that is passed.
@@ -106,6 +109,7 @@ fn over_three(edges: &[RoomEdge], pairs: &[Passage]) -> [Vec<Passage>; 2] {
                         edges,
                         outline: Arc::default(),
                         hidden_by: Default::default(),
+                        borders: Default::default(),
                     });
                 }
             }
@@ -128,12 +132,13 @@ impl Passage {
         back.edges.reverse();
         back.edges.iter_mut().for_each(|passed| passed.at_second.reverse());
         back.hidden_by.reverse();
+        back.borders.reverse();
         back
     }
 
     fn new(borders: [Border; 2], outline: Arc<[[DVec3; 2]]>) -> Self {
         let passed = borders.map(|(edge, face)| Passed { edge, at_second: [face == 1; 2] });
-        Self { edges: passed.to_vec(), outline, hidden_by: Default::default() }
+        Self { edges: passed.to_vec(), outline, hidden_by: Default::default(), borders: Default::default() }
     }
 }
 

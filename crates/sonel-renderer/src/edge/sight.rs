@@ -46,14 +46,15 @@ fn partners(edges: usize, pairs: &[[usize; 2]]) -> Vec<Vec<usize>> {
     partners
 }
 
-/// The edges of the mirrors of `chain`, unfolded.
+/// Those of `edges` that the mirrors of `chain` end at, by index, and where they are in the unfolded room.
 #[must_use]
-pub(super) fn borders(chain: &Chain, edges: &[RoomEdge]) -> Vec<Wedge> {
+pub(super) fn borders(chain: &Chain, edges: &[RoomEdge]) -> Vec<(usize, Wedge)> {
     let of_mirror = |(met, mirror): (usize, &PlaneMirror)| {
-        let own = edges.iter().filter(|edge| edge.faces.iter().any(|face| face.plane == mirror.plane));
+        let is_own = |edge: &RoomEdge| edge.faces.iter().any(|face| face.plane == mirror.plane);
+        let own = edges.iter().enumerate().filter(|(_, edge)| is_own(edge));
         let later = &chain.mirrors()[met + 1..];
-        own.map(|edge| later.iter().fold(edge.wedge, |wedge, mirror| mirror.image_of_wedge(&wedge)))
-            .collect::<Vec<Wedge>>()
+        let unfolded = |wedge| later.iter().fold(wedge, |wedge, mirror| mirror.image_of_wedge(&wedge));
+        own.map(|(index, edge)| (index, unfolded(edge.wedge))).collect::<Vec<_>>()
     };
     chain.mirrors().iter().enumerate().flat_map(of_mirror).collect()
 }
@@ -63,7 +64,8 @@ pub(super) fn borders(chain: &Chain, edges: &[RoomEdge]) -> Vec<Wedge> {
 pub(super) fn in_sight(world: &World, edge: usize, point: DVec3, ends: &[DVec3]) -> f64 {
     let own = &world.edges[edge].wedge;
     let hiders = world.hiders.get(edge).into_iter().flatten().map(|&other| &world.edges[other].wedge);
-    in_line(own, hiders.chain(&world.borders), point, ends)
+    let borders = world.hidden_by.get(edge).into_iter().flat_map(|borders| borders.iter());
+    in_line(own, hiders.chain(borders), point, ends)
 }
 
 /// The same of an edge that is hidden by those of `others` that are parallel to it.

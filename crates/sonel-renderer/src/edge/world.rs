@@ -8,12 +8,14 @@
 
 mod unfolding;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use sonel_diffraction::Wedge;
 use sonel_diffraction::face::Orders;
 use sonel_geometry::Geometry;
 
-use super::apart::{Apart, across, apart, hide};
+use super::apart::{Apart, NEARLY, Shore, across, apart, hide};
 use super::chain::Chain;
 use super::mirror::{PERPENDICULAR, PlaneMirror};
 use super::passage::{Border, Passage, faces, passages};
@@ -70,8 +72,10 @@ pub(crate) struct World {
     pub is_near: bool,
     /// For each edge those that hide it all at once, where nothing goes over both; else nothing.
     pub hiders: Vec<Vec<usize>>,
-    /// The edges of its mirrors where they do the same.
+    /// The edges that its mirrors end at.
     pub borders: Vec<Wedge>,
+    /// For each edge those of them that hide it all at once, where nothing goes over both.
+    pub hidden_by: Vec<Arc<[Wedge]>>,
     copies: Vec<Copy>,
     /// Up to where each edge is in which copy [m].
     parts: Vec<Vec<(f64, usize)>>,
@@ -114,6 +118,7 @@ impl World {
             is_near: false,
             hiders: Vec::new(),
             borders: Vec::new(),
+            hidden_by: Vec::new(),
             copies: vec![Copy::default()],
         }
     }
@@ -121,18 +126,22 @@ impl World {
     /// The `room` unfolded about the mirrors of `shown`, if there is any edge before them.
     #[must_use]
     pub fn about(geometry: &Geometry, room: &Self, shown: Chain) -> Option<Self> {
-        Some(Self::unfolded(geometry, &room.edges, shown)).filter(|world| !world.edges.is_empty())
+        let (world, originals) = Self::unfolded(geometry, &room.edges, shown);
+        let borders = borders(&world.shown, &room.edges);
+        let is_one = world.shown.order() == 1;
+        let goes_on = |passed: &[usize], border| is_one && room.goes_on(passed, border);
+        Some(world.ending_at(&borders, &originals, goes_on)).filter(|world| !world.edges.is_empty())
     }
 
-    /// What of the room of `real` edges is before the mirrors of `shown`, and its images.
-    fn unfolded(geometry: &Geometry, real: &[RoomEdge], shown: Chain) -> Self {
+    /// What of the room of `real` edges is before the mirrors of `shown`, and its images; and of which of these edges.
+    fn unfolded(geometry: &Geometry, real: &[RoomEdge], shown: Chain) -> (Self, Vec<usize>) {
         let unfolding = Unfolding::of(geometry, real, &shown);
         let (passages, orders, apart, faces) = unfolding.ways();
+        let originals = unfolding.originals();
         let Unfolding { edges, parts, copies, .. } = unfolding;
         let hiders = hiders(&edges, &faces, apart.as_ref());
-        let borders = if apart.is_none() { borders(&shown, real) } else { Vec::new() };
         let whole = Self::with_ways(edges, passages, orders, apart.unwrap_or_default().ways, faces);
-        Self { shown, copies, parts, hiders, borders, ..whole }.hiding()
+        (Self { shown, copies, parts, hiders, ..whole }.hiding(), originals)
     }
 
     /// The same where `real` are the edges near a path, each in those copies of the room that `in_copies` says, and met alone.
@@ -165,6 +174,7 @@ impl World {
         let hiders = hiders(&unfolding.edges, &faces, apart.as_ref());
         let mut apart = apart.unwrap_or_default().ways;
         let across = across(unfolding.edges.len(), &apart);
+        let originals = unfolding.originals();
         let Unfolding { edges, parts, copies, .. } = unfolding;
         let alone: Vec<[f64; 2]> = parts.iter().map(|parts| stretch(parts, 1)).collect();
         let is_image = |edge: usize| parts[edge].iter().any(|&(_, copy)| copy == 1);
@@ -172,7 +182,8 @@ impl World {
         apart.retain(|way| way.edges().into_iter().any(is_image));
         let ways = Self::with_ways(edges, passages, orders, apart, faces);
         let with_images = Self { behind: Some(*mirror), alone, copies, parts, hiders, across, ..ways };
-        let with_images = with_images.hiding();
+        let borders = borders(&Chain::of(&[*mirror]), &room.edges);
+        let with_images = with_images.hiding().ending_at(&borders, &originals, |_, _| false);
         let is_in_both = |passed: &[usize]| {
             let edges = || passed.iter().map(|&edge| goes_on[edge]);
             edges().all(|edge| edge.is_some()) && edges().any(|edge| edge == Some(true))
@@ -183,6 +194,46 @@ impl World {
         let alone = vec![[0.0; 2]; room.edges.len()];
         let taken = Self::with_ways(room.edges.clone(), passages, room.orders, apart, room.faces.clone());
         [with_images, Self { alone, hiders: room.hiders.clone(), ..taken }]
+    }
+
+    /// Tells edges and passages which of the `borders` of the mirrors hide them: all over which what is passed does not go on. The edges that
+    /// are, as `originals` of the room, are told from the border on.
+    fn ending_at(
+        mut self,
+        borders: &[(usize, Wedge)],
+        originals: &[usize],
+        goes_on: impl Fn(&[usize], usize) -> bool,
+    ) -> Self {
+        let hiding = |passed: &[usize]| -> Arc<[Wedge]> {
+            let of_room: Vec<usize> = passed.iter().map(|&edge| originals[edge]).collect();
+            let own = &self.edges[passed[0]].wedge;
+            let hides =
+                |border: &&(usize, Wedge)| own.sine_to(&border.1) <= NEARLY && !goes_on(&of_room, border.0);
+            borders.iter().filter(hides).map(|border| border.1).collect()
+        };
+        let hidden_by: Vec<Arc<[Wedge]>> = (0..self.edges.len()).map(|edge| hiding(&[edge])).collect();
+        let of_passage = |passage: &Passage| {
+            let passed: Vec<usize> = passage.edges.iter().map(|passed| passed.edge).collect();
+            let back: Vec<usize> = passed.iter().rev().copied().collect();
+            [hiding(&passed), hiding(&back)]
+        };
+        let of_passages: Vec<[Arc<[Wedge]>; 2]> = self.passages.iter().map(of_passage).collect();
+        self.passages.iter_mut().zip(of_passages).for_each(|(passage, borders)| passage.borders = borders);
+        self.borders = borders.iter().map(|border| border.1).collect();
+        self.hidden_by = hidden_by;
+        self
+    }
+
+    /// Whether a way over edges apart goes on from the first of the edges `passed` over `border`.
+    fn goes_on(&self, passed: &[usize], border: usize) -> bool {
+        let (edge, before) = match *passed {
+            [edge] => (edge, None),
+            [edge, before] => (edge, Some(before)),
+            _ => return false,
+        };
+        let is_from =
+            |side: &Shore| side.edge == edge && side.beyond.as_ref().map(|joined| joined.edge) == before;
+        self.apart.iter().any(|way| way.across(edge) == Some(border) && way.sides.iter().any(is_from))
     }
 
     /// Leaves out passages over three edges of a face, and those over more than `most`.
@@ -324,7 +375,7 @@ mod tests {
             planes.find(is_it).unwrap()
         };
         let mirrors: Vec<PlaneMirror> = mirrors.iter().map(mirror).collect();
-        World::unfolded(&geometry, &of_screen, Chain::of(&mirrors))
+        World::unfolded(&geometry, &of_screen, Chain::of(&mirrors)).0
     }
 
     const FLOOR: (DVec3, DVec3) = (DVec3::ZERO, DVec3::Z);

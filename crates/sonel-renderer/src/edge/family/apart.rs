@@ -10,6 +10,7 @@ use sonel_diffraction::{ApartPath, Cell, Complex, WAVES, Wave, WedgePoint};
 use super::super::apart::{Joined, Shore};
 use super::super::mirror::{PlaneMirror, reflects};
 use super::super::passage::Border;
+use super::super::sight::in_line;
 use super::super::view::{Leg, stretches};
 use super::super::{Reflection, RoomEdge};
 use super::face::{excess, turn};
@@ -115,6 +116,16 @@ impl Family<'_> {
         left(outer[0], leg.source, leg.origin).max(left(outer[1], leg.receiver, leg.receiver))
     }
 
+    /// The same where an end is about to lose sight of its outer edge past the border of a mirror: no way goes on over that.
+    fn past_borders(&self, outer: [usize; 2], ends: [DVec3; 2]) -> f64 {
+        let world = self.course.world;
+        let left = outer.into_iter().zip(ends).map(|(edge, end)| {
+            let wedge = &world.edges[edge].wedge;
+            in_line(wedge, &world.borders, wedge.at(0.5 * wedge.length()), &[end])
+        });
+        left.product()
+    }
+
     /// Adds what goes from the source over both sides to the receiver.
     fn add_way(&mut self, heard: [Heard<'_>; 2], leg: &Leg<'_>, reflections: &[Reflection]) {
         let (geometry, world) = (self.at.geometry, self.course.world);
@@ -124,7 +135,7 @@ impl Family<'_> {
         let [across, first] = [at_air[1], at_air[0]];
         let passed = Passed { at_air, outer };
         let [at_air, outer] = [at_air, outer].map(|of| of.map(|edge| &edges[edge]));
-        let left = self.past_mirrors(passed.outer, leg);
+        let left = self.past_mirrors(passed.outer, leg) * self.past_borders(passed.outer, ends);
         if left <= 0.0 {
             return;
         }

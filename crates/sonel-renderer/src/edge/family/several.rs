@@ -88,10 +88,11 @@ impl Family<'_> {
     fn in_sight_past(&self, passage: &Passage, [source, receiver]: [(DVec3, DVec3); 2]) -> f64 {
         let world = self.course.world;
         let ends = [(passage.edges.first(), source), (passage.edges.last(), receiver)];
-        let left = ends.into_iter().zip(&passage.hidden_by).map(|((passed, (place, end)), hidden_by)| {
-            let apart = hidden_by.iter().map(|&other| past(&world.edges[other].wedge, place, end));
+        let hidden_by = passage.hidden_by.iter().zip(&passage.borders);
+        let left = ends.into_iter().zip(hidden_by).map(|((passed, (place, end)), (hidden_by, borders))| {
+            let apart = hidden_by.iter().map(|&other| &world.edges[other].wedge).chain(borders.iter());
             let others = passed.map_or(1.0, |passed| in_sight(world, passed.edge, place, &[end]));
-            apart.product::<f64>() * others
+            apart.map(|other| past(other, place, end)).product::<f64>() * others
         });
         left.product()
     }

@@ -157,6 +157,19 @@ impl<'a> Unfolding<'a> {
         piece.foot(mirror, self.within).filter(|_| goes_on).filter(is_there)
     }
 
+    /// Which edge of the room each unfolded one is, or is an image of.
+    pub fn originals(&self) -> Vec<usize> {
+        let mut originals = vec![0; self.edges.len()];
+        for places in &self.places {
+            for (edge, place) in places.iter().enumerate() {
+                if let Some(place) = place {
+                    originals[*place] = edge;
+                }
+            }
+        }
+        originals
+    }
+
     /// Whether an edge that is before the mirrors goes on in its image.
     pub fn goes_on(&self, edge: usize) -> Option<bool> {
         self.pieces[0][edge].map(|_| self.foot(edge, 0).is_some())
