@@ -12,9 +12,12 @@ use super::mirror::PlaneMirror;
 use super::passage::{Border, CORNER};
 use super::world::{RoomEdge, World};
 
-/// How much longer [m] a way past another edge is over that than straight on where it is far enough from being hidden: some centimetres
-/// before it is. Where several edges are in line as narrow a share as possible must be lost.
-const CLEAR: f64 = 1e-4;
+/// How much longer [m] a way past another edge is over that than straight on where it is far enough from being hidden: a decimetre before it
+/// is, so that nobody hears it go.
+pub(super) const CLEAR: f64 = 2e-3;
+/// The same where ways over both edges are left out since there are too many: some centimetres. Where many edges are in line as narrow a share
+/// as possible must be lost.
+pub(super) const CROWDED: f64 = 1e-4;
 
 /// For each edge all others that hide it all at once where no way goes on over both: of the `pairs` that see one another those that do so in
 /// places only, and where no pairs are followed all that are parallel and of no common face.
@@ -65,32 +68,33 @@ pub(super) fn in_sight(world: &World, edge: usize, point: DVec3, ends: &[DVec3])
     let own = &world.edges[edge].wedge;
     let hiders = world.hiders.get(edge).into_iter().flatten().map(|&other| &world.edges[other].wedge);
     let borders = world.hidden_by.get(edge).into_iter().flat_map(|borders| borders.iter());
-    in_line(own, hiders.chain(borders), point, ends)
+    in_line(own, hiders.chain(borders), point, ends, world.clear())
 }
 
-/// The same of an edge that is hidden by those of `others` that are parallel to it.
+/// The same of an edge that is hidden by those of `others` that are parallel to it, where ways past them are not longer by `clear` [m].
 #[must_use]
 pub(super) fn in_line<'a>(
     edge: &Wedge,
     others: impl IntoIterator<Item = &'a Wedge>,
     point: DVec3,
     ends: &[DVec3],
+    clear: f64,
 ) -> f64 {
     let parallel = others.into_iter().filter(|other| edge.sine_to(other) <= NEARLY);
-    parallel.flat_map(|other| ends.iter().map(move |&end| past(other, point, end))).product()
+    parallel.flat_map(|other| ends.iter().map(move |&end| past(other, point, end, clear))).product()
 }
 
 /// What is left of the sound of a place on an edge at `end` past an `other` edge: 0 where that is about to hide it. The rim of a sheet hides
 /// nothing of what lies in the plane of the sheet.
 #[must_use]
-pub(super) fn past(other: &Wedge, place: DVec3, end: DVec3) -> f64 {
+pub(super) fn past(other: &Wedge, place: DVec3, end: DVec3, clear: f64) -> f64 {
     let along = (place - other.at(0.0)).dot(other.direction());
     let in_plane = other.is_rim()
         && other.locate(place).is_some_and(|at| libm::sin(at.angle).abs() * at.radius <= CORNER);
     if in_plane || place.distance(other.at(along)) <= CORNER {
         return 1.0;
     }
-    smooth(beyond_straight(other, place, end) / CLEAR)
+    smooth(beyond_straight(other, place, end) / clear)
 }
 
 /// How much longer the way from one place to another is over an edge than straight on [m].
@@ -137,6 +141,7 @@ mod tests {
         let [rim, edge] = [std::f64::consts::TAU, 4.7]
             .map(|angle| Wedge::new(ends, DVec3::NEG_Z, DVec3::NEG_X, angle).unwrap());
         let (above, below) = (dvec3(0.0, 1.0, 1.0), dvec3(1e-6, 1.0, -1.0));
+        let past = |wedge: &Wedge, place, end| past(wedge, place, end, CLEAR);
         assert!(past(&edge, above, below) < 1e-3 && past(&rim, above, below) >= 1.0);
         let (before, behind) = (dvec3(-1.0, 1.0, 0.3), dvec3(1.0, 1.0, -0.3));
         for wedge in [rim, edge] {
