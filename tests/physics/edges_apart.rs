@@ -145,3 +145,40 @@ fn what_goes_on_over_no_edge_ends_before_it_is_hidden() {
         }
     }
 }
+
+/// An edge that another object mirrors goes out of sight behind an edge of its own object, or beyond the border of the mirror; and what is seen
+/// of an edge shrinks to nothing at its end. The source is behind the mirrors.
+#[test]
+fn images_of_edges_go_out_of_sight_without_a_step() {
+    let mut on_floor = hall(FLOOR);
+    add_sheet(&mut on_floor, 0.0, [0.0, 2.0], 0.0);
+    add_sheet(&mut on_floor, 2.0, [0.0, 1.6], 0.0);
+    let about_boxes = [
+        beyond([[-0.4, 4.4], [2.0, 3.3]], 1.0),
+        beyond([[-0.4, 4.4], [2.0, 3.3]], 2.8),
+        beyond([[4.0, 4.0], [2.0, 4.4]], 0.6),
+        // The upper side of the first box, mirrored in the second one and in its own rear.
+        (dvec3(1.4, 0.4, 3.953), DVec3::Z),
+    ];
+    let behind_screens = [
+        beyond([[-2.0, 2.7], [2.0, 4.5]], 1.1),
+        beyond([[4.0, 5.0], [2.0, 4.5]], 1.0),
+        // The lower edge of the first screen, mirrored in both, over the upper one of the second.
+        (dvec3(3.0, 0.4, 4.7625), DVec3::Z),
+        (dvec3(3.0, 0.4, 4.807), DVec3::Z),
+    ];
+    // The upper ends of the upright edges and of their images, seen over the second screen.
+    let over_the_second = [(dvec3(3.0, 0.4, 1.4556), DVec3::Z), (dvec3(3.0, 0.4, 1.511), DVec3::Z)];
+    for (name, mesh, source, places) in [
+        ("boxes", boxes(), HIGHER, &about_boxes[..]),
+        ("screens", screens(0.0), HIGHER, &behind_screens),
+        ("screens on a floor", on_floor, SOURCE, &over_the_second),
+    ] {
+        let field = Field::new(mesh, 0.0, source, &["diffraction"]);
+        for &(place, along) in places {
+            let step = field.largest_step(place, along);
+            println!("{name} {place} {step:.3}");
+            assert!(step < 0.1, "{name}, {place}: {step} dB");
+        }
+    }
+}

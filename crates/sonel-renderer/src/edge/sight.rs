@@ -12,12 +12,11 @@ use super::mirror::PlaneMirror;
 use super::passage::{Border, CORNER};
 use super::world::{RoomEdge, World};
 
-/// How much longer [m] a way past another edge is over that than straight on where it is far enough from being hidden: a decimetre before it
-/// is, so that nobody hears it go.
-pub(super) const CLEAR: f64 = 2e-3;
-/// The same where ways over both edges are left out since there are too many: some centimetres. Where many edges are in line as narrow a share
-/// as possible must be lost.
-pub(super) const CROWDED: f64 = 1e-4;
+/// How much longer [m] a way past another edge is over that than straight on where it is far enough from being hidden: some centimetres
+/// before it is. Where several edges are in line as narrow a share as possible must be lost.
+pub(super) const CLEAR: f64 = 1e-4;
+/// The same in rooms about two mirrors, where nothing goes on over edges apart and more is lost: a decimetre.
+pub(super) const CLEAR_OF_TWO: f64 = 2e-3;
 
 /// For each edge all others that hide it all at once where no way goes on over both: of the `pairs` that see one another those that do so in
 /// places only, and where no pairs are followed all that are parallel and of no common face.

@@ -19,7 +19,7 @@ use super::apart::{Apart, NEARLY, Shore, across, apart, hide};
 use super::chain::Chain;
 use super::mirror::{PERPENDICULAR, PlaneMirror};
 use super::passage::{Border, Passage, faces, passages};
-use super::sight::{CLEAR, CROWDED, borders, hiders};
+use super::sight::{CLEAR, CLEAR_OF_TWO, borders, hiders};
 use super::view::joined;
 use unfolding::Unfolding;
 
@@ -70,8 +70,6 @@ pub(crate) struct World {
     across: Vec<Vec<usize>>,
     /// Whether it has only the edges near a path, so that what comes over them fades to nothing far from it.
     pub is_near: bool,
-    /// Whether ways over edges apart are left out since there are too many.
-    pub is_crowded: bool,
     /// For each edge those that hide it all at once, where nothing goes over both; else nothing.
     pub hiders: Vec<Vec<usize>>,
     /// The edges that its mirrors end at.
@@ -94,9 +92,8 @@ impl World {
             joined(geometry, None, places.map(|(_, place, into_air)| (&here, place, into_air)))
         });
         let hiders = hiders(&edges, &faces, apart.as_ref());
-        let is_crowded = apart.is_none();
         let whole = Self::with_ways(edges, passages, orders, apart.unwrap_or_default().ways, faces);
-        Self { hiders, is_crowded, ..whole }.hiding()
+        Self { hiders, ..whole }.hiding()
     }
 
     fn with_ways(
@@ -119,7 +116,6 @@ impl World {
             shows: Vec::new(),
             orders,
             is_near: false,
-            is_crowded: false,
             hiders: Vec::new(),
             borders: Vec::new(),
             hidden_by: Vec::new(),
@@ -144,9 +140,8 @@ impl World {
         let originals = unfolding.originals();
         let Unfolding { edges, parts, copies, .. } = unfolding;
         let hiders = hiders(&edges, &faces, apart.as_ref());
-        let is_crowded = apart.is_none() && shown.order() == 1;
         let whole = Self::with_ways(edges, passages, orders, apart.unwrap_or_default().ways, faces);
-        (Self { shown, copies, parts, hiders, is_crowded, ..whole }.hiding(), originals)
+        (Self { shown, copies, parts, hiders, ..whole }.hiding(), originals)
     }
 
     /// The same where `real` are the edges near a path, each in those copies of the room that `in_copies` says, and met alone.
@@ -160,7 +155,7 @@ impl World {
         let part = |(part, is_near): (&[f64; 2], bool)| if is_near { *part } else { [0.0; 2] };
         let alone = whole.alone.iter().zip(is_near).map(part).collect();
         let hiders = hiders(&whole.edges, &[], None);
-        Self { shown, alone, hiders, copies, parts, is_near: true, is_crowded: true, ..whole }
+        Self { shown, alone, hiders, copies, parts, is_near: true, ..whole }
     }
 
     /// The copies of a room that is unfolded about the mirrors of `shown`.
@@ -177,7 +172,6 @@ impl World {
         let goes_on: Vec<Option<bool>> = (0..room.edges.len()).map(|edge| unfolding.goes_on(edge)).collect();
         let (mut passages, orders, apart, faces) = unfolding.ways();
         let hiders = hiders(&unfolding.edges, &faces, apart.as_ref());
-        let is_crowded = apart.is_none();
         let mut apart = apart.unwrap_or_default().ways;
         let across = across(unfolding.edges.len(), &apart);
         let originals = unfolding.originals();
@@ -187,8 +181,7 @@ impl World {
         passages.retain(|way| way.edges.iter().any(|passed| is_image(passed.edge)));
         apart.retain(|way| way.edges().into_iter().any(is_image));
         let ways = Self::with_ways(edges, passages, orders, apart, faces);
-        let with_images =
-            Self { behind: Some(*mirror), alone, copies, parts, hiders, is_crowded, across, ..ways };
+        let with_images = Self { behind: Some(*mirror), alone, copies, parts, hiders, across, ..ways };
         let borders = borders(&Chain::of(&[*mirror]), &room.edges);
         let with_images = with_images.hiding().ending_at(&borders, &originals, |_, _| false);
         let is_in_both = |passed: &[usize]| {
@@ -257,7 +250,7 @@ impl World {
     /// How much longer a way past an edge that may hide it is than straight on where nothing of it is lost [m].
     #[must_use]
     pub fn clear(&self) -> f64 {
-        if self.is_crowded { CROWDED } else { CLEAR }
+        if self.shown.order() > 1 && !self.is_near { CLEAR_OF_TWO } else { CLEAR }
     }
 
     fn hiding(mut self) -> Self {
