@@ -13,7 +13,7 @@ use super::mirror::{PlaneMirror, reflects};
 use super::world::Copy;
 
 /// Points at which an edge is looked at, besides its ends.
-const POINTS: usize = 9;
+const POINTS: usize = 17;
 /// How far from its ends it is looked at there, as a share of its length: not where other faces begin.
 const OFF_THE_ENDS: f64 = 2e-4;
 /// Halvings of the distance between two of them where a stretch ends: what moves in front of an edge of some metres dims it by fractions of a
