@@ -177,7 +177,6 @@ fn images_of_edges_go_out_of_sight_without_a_step() {
         let field = Field::new(mesh, 0.0, source, &["diffraction"]);
         for &(place, along) in places {
             let step = field.largest_step(place, along);
-            println!("{name} {place} {step:.3}");
             assert!(step < 0.1, "{name}, {place}: {step} dB");
         }
     }
