@@ -19,7 +19,7 @@ use super::family::{UNKNOWN, doubt_over, excess, faded, kept, mirrors_at_feet, s
 use super::mirror::{self, PlaneMirror, reflects};
 use super::near::{ends, may_reach};
 use super::reach::{Beside, Reach};
-use super::sight::{CLEAR, beyond_straight, in_line, smooth};
+use super::sight::{CROWDED, beyond_straight, in_line, smooth};
 use super::view::stretches;
 use super::world::{Copy, RoomEdge};
 use super::{EDGE_ORDER, Edges, Listening};
@@ -265,7 +265,7 @@ impl Edges {
             let leaving = copy.before.reversed().image(copy.behind.image(point)) - origin;
             let strength = at.radiator.factor(leaving).sqrt()
                 * kept(wedge, from, to)
-                * in_line(wedge, beside.iter().copied(), point, &[position, at.receiver], CLEAR);
+                * in_line(wedge, beside.iter().copied(), point, &[position, at.receiver], CROWDED);
             for (piece, length) in path.lengths().enumerate() {
                 let amplitudes = path.amplitudes(piece, self.spectrum.wave_numbers());
                 let cells = self.spectrum.cells().iter().zip(amplitudes);

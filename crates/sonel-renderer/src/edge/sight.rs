@@ -12,11 +12,24 @@ use super::mirror::PlaneMirror;
 use super::passage::{Border, CORNER};
 use super::world::{RoomEdge, World};
 
-/// How much longer [m] a way past another edge is over that than straight on where it is far enough from being hidden: some centimetres
-/// before it is. Where several edges are in line as narrow a share as possible must be lost.
-pub(super) const CLEAR: f64 = 1e-4;
-/// The same in rooms about two mirrors, where nothing goes on over edges apart and more is lost: a decimetre.
-pub(super) const CLEAR_OF_TWO: f64 = 2e-3;
+/// How much longer [m] a way past another edge is over that than straight on where it is far enough from being hidden: centimetres before it is.
+/// Wider, passages over two edges would be left that longer ones complete which fade.
+const CLEAR: f64 = 4e-4;
+/// The same where ways over edges apart are left out since there are too many: of what goes past many edges in line as little as possible must be
+/// lost.
+pub(super) const CROWDED: f64 = 1e-4;
+/// The same in rooms about two mirrors, where nothing goes on over edges apart: a decimetre.
+const OF_TWO_MIRRORS: f64 = 2e-3;
+
+/// How much longer [m] ways past other edges are over these where nothing is lost, among edges that have `pairs` and after so many mirrors.
+#[must_use]
+pub(super) fn clear(pairs: Option<&Pairs>, mirrors: u32) -> f64 {
+    match pairs {
+        _ if mirrors > 1 => OF_TWO_MIRRORS,
+        Some(_) => CLEAR,
+        None => CROWDED,
+    }
+}
 
 /// For each edge all others that hide it all at once where no way goes on over both: of the `pairs` that see one another those that do so in
 /// places only, and where no pairs are followed all that are parallel and of no common face.
@@ -67,7 +80,7 @@ pub(super) fn in_sight(world: &World, edge: usize, point: DVec3, ends: &[DVec3])
     let own = &world.edges[edge].wedge;
     let hiders = world.hiders.get(edge).into_iter().flatten().map(|&other| &world.edges[other].wedge);
     let borders = world.hidden_by.get(edge).into_iter().flat_map(|borders| borders.iter());
-    in_line(own, hiders.chain(borders), point, ends, world.clear())
+    in_line(own, hiders.chain(borders), point, ends, world.clear)
 }
 
 /// The same of an edge that is hidden by those of `others` that are parallel to it, where ways past them are not longer by `clear` [m].

@@ -19,7 +19,7 @@ use super::apart::{Apart, NEARLY, Shore, across, apart, hide};
 use super::chain::Chain;
 use super::mirror::{PERPENDICULAR, PlaneMirror};
 use super::passage::{Border, Passage, faces, passages};
-use super::sight::{CLEAR, CLEAR_OF_TWO, borders, hiders};
+use super::sight::{CROWDED, borders, clear, hiders};
 use super::view::joined;
 use unfolding::Unfolding;
 
@@ -70,6 +70,8 @@ pub(crate) struct World {
     across: Vec<Vec<usize>>,
     /// Whether it has only the edges near a path, so that what comes over them fades to nothing far from it.
     pub is_near: bool,
+    /// How much longer a way past an edge that may hide it is over that than straight on where nothing of it is lost [m].
+    pub clear: f64,
     /// For each edge those that hide it all at once, where nothing goes over both; else nothing.
     pub hiders: Vec<Vec<usize>>,
     /// The edges that its mirrors end at.
@@ -92,8 +94,9 @@ impl World {
             joined(geometry, None, places.map(|(_, place, into_air)| (&here, place, into_air)))
         });
         let hiders = hiders(&edges, &faces, apart.as_ref());
+        let clear = clear(apart.as_ref(), 0);
         let whole = Self::with_ways(edges, passages, orders, apart.unwrap_or_default().ways, faces);
-        Self { hiders, ..whole }.hiding()
+        Self { hiders, clear, ..whole }.hiding()
     }
 
     fn with_ways(
@@ -116,6 +119,7 @@ impl World {
             shows: Vec::new(),
             orders,
             is_near: false,
+            clear: CROWDED,
             hiders: Vec::new(),
             borders: Vec::new(),
             hidden_by: Vec::new(),
@@ -140,8 +144,9 @@ impl World {
         let originals = unfolding.originals();
         let Unfolding { edges, parts, copies, .. } = unfolding;
         let hiders = hiders(&edges, &faces, apart.as_ref());
+        let clear = clear(apart.as_ref(), shown.order());
         let whole = Self::with_ways(edges, passages, orders, apart.unwrap_or_default().ways, faces);
-        (Self { shown, copies, parts, hiders, ..whole }.hiding(), originals)
+        (Self { shown, copies, parts, hiders, clear, ..whole }.hiding(), originals)
     }
 
     /// The same where `real` are the edges near a path, each in those copies of the room that `in_copies` says, and met alone.
@@ -172,6 +177,7 @@ impl World {
         let goes_on: Vec<Option<bool>> = (0..room.edges.len()).map(|edge| unfolding.goes_on(edge)).collect();
         let (mut passages, orders, apart, faces) = unfolding.ways();
         let hiders = hiders(&unfolding.edges, &faces, apart.as_ref());
+        let clear = clear(apart.as_ref(), 1);
         let mut apart = apart.unwrap_or_default().ways;
         let across = across(unfolding.edges.len(), &apart);
         let originals = unfolding.originals();
@@ -181,7 +187,7 @@ impl World {
         passages.retain(|way| way.edges.iter().any(|passed| is_image(passed.edge)));
         apart.retain(|way| way.edges().into_iter().any(is_image));
         let ways = Self::with_ways(edges, passages, orders, apart, faces);
-        let with_images = Self { behind: Some(*mirror), alone, copies, parts, hiders, across, ..ways };
+        let with_images = Self { behind: Some(*mirror), alone, copies, parts, hiders, clear, across, ..ways };
         let borders = borders(&Chain::of(&[*mirror]), &room.edges);
         let with_images = with_images.hiding().ending_at(&borders, &originals, |_, _| false);
         let is_in_both = |passed: &[usize]| {
@@ -193,7 +199,7 @@ impl World {
         let apart = room.apart.iter().filter(|way| is_in_both(&way.edges())).cloned().collect();
         let alone = vec![[0.0; 2]; room.edges.len()];
         let taken = Self::with_ways(room.edges.clone(), passages, room.orders, apart, room.faces.clone());
-        [with_images, Self { alone, hiders: room.hiders.clone(), ..taken }]
+        [with_images, Self { alone, hiders: room.hiders.clone(), clear: room.clear, ..taken }]
     }
 
     /// Tells edges and passages which of the `borders` of the mirrors hide them: all over which what is passed does not go on. The edges that
@@ -245,12 +251,6 @@ impl World {
     /// Tells passages where they end since no way goes on over edges apart.
     pub fn hide(&mut self) {
         hide(&mut self.passages, &self.apart, &self.across);
-    }
-
-    /// How much longer a way past an edge that may hide it is than straight on where nothing of it is lost [m].
-    #[must_use]
-    pub fn clear(&self) -> f64 {
-        if self.shown.order() > 1 && !self.is_near { CLEAR_OF_TWO } else { CLEAR }
     }
 
     fn hiding(mut self) -> Self {

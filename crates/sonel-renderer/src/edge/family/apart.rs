@@ -121,7 +121,7 @@ impl Family<'_> {
         let world = self.course.world;
         let left = outer.into_iter().zip(ends).map(|(edge, end)| {
             let wedge = &world.edges[edge].wedge;
-            in_line(wedge, &world.borders, wedge.at(0.5 * wedge.length()), &[end], world.clear())
+            in_line(wedge, &world.borders, wedge.at(0.5 * wedge.length()), &[end], world.clear)
         });
         left.product()
     }

@@ -92,7 +92,7 @@ impl Family<'_> {
         let left = ends.into_iter().zip(hidden_by).map(|((passed, (place, end)), (hidden_by, borders))| {
             let apart = hidden_by.iter().map(|&other| &world.edges[other].wedge).chain(borders.iter());
             let others = passed.map_or(1.0, |passed| in_sight(world, passed.edge, place, &[end]));
-            apart.map(|other| past(other, place, end, world.clear())).product::<f64>() * others
+            apart.map(|other| past(other, place, end, world.clear)).product::<f64>() * others
         });
         left.product()
     }
