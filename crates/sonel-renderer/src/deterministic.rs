@@ -123,12 +123,10 @@ impl Renderer<'_> {
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
         let mut later = Vec::new();
         self.visit_images(&at, chains, &reflections, |found, energy| {
-            if self.edges.is_some() {
-                add_lanes(&mut heard, energy);
-            }
             if self.edges.is_some() && found.order > EDGE_ORDER {
                 later.push((found.length, found.towards, found.order, energy.to_vec()));
             } else {
+                add_lanes(&mut heard, energy);
                 deposit(
                     1,
                     bare(found.length, found.towards, found.order, false),
@@ -207,8 +205,8 @@ impl Renderer<'_> {
         let arrivals = edges.hear(at, &mut reflections);
         (arrivals, reflections)
     }
-    /// The images of more reflections that edges change; `lit` are those that reach the receiver, `heard` is all energy that does
-    /// without that change [1/m²].
+    /// The images of more reflections that edges change; `lit` are those that reach the receiver, `heard` is the energy of all else that does
+    /// [1/m²].
     fn hear_later(
         &self,
         at: &Listening<'_>,

@@ -26,8 +26,9 @@ use super::{EDGE_ORDER, Edges, Listening};
 use crate::direct::spread;
 use crate::mirror::tree::ImageTree;
 
-/// Images that bring less of what is heard than this are as they are without edges: a hundredth of a decibel, if they begin at once. From twice as
-/// much on they are whole what edges make of them.
+/// Images that bring less than this of what direct sound and earlier images do are as they are without edges: a hundredth of a decibel, if they
+/// begin at once. From twice as much on they are whole what edges make of them. Later images do not count: from either end of a path as
+/// many are enumerated as are few enough.
 const WORTH: f64 = 0.002;
 
 /// Where the planes of all mirrors are, and all edges.
@@ -87,7 +88,7 @@ impl Places {
 
 impl Edges {
     /// The images of `tree` of more than [`EDGE_ORDER`] reflections that edges change. `lit` are those that reach the receiver, and `heard`
-    /// is all energy that does, images as they are without edges [1/m²].
+    /// is the energy of direct sound and earlier images [1/m²].
     #[must_use]
     pub fn hear_later(
         &self,
