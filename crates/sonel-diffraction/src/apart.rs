@@ -32,7 +32,7 @@ use crate::wedge::{Wedge, WedgePoint, apex};
 /// P keeps this share of the length of its part, and of the way, from the ends of the part: what an end sends comes from about it.
 const OFF_THE_ENDS: f64 = 0.25;
 /// Share of the distance of the edges by which a way is longer than on a boundary where it no longer counts as near that.
-const NEAR: f64 = 1e-4;
+const NEAR: f64 = 2e-5;
 /// Parts of an edge that are shorter than this send nothing, and edges that are nearer to the plane of a face lie in it [m].
 const SHORTEST: f64 = 1e-6;
 
@@ -95,6 +95,16 @@ enum Over {
     /// Over the edge at the air, and its ends about that.
     One(EdgePath, [WedgePoint; 2]),
     Two(FacePath),
+}
+
+/// A part of an edge that sends past another one.
+struct Part {
+    /// From where to where it is [m].
+    part: [f64; 2],
+    /// The part, not too near to whose ends the place P is that stands for it.
+    about: [f64; 2],
+    /// Whether it is seen past the other edge, where its position does not tell.
+    seen: Option<bool>,
 }
 
 /// Whether waves are completed by the edge beyond, and the ends of the path about their edge.
@@ -226,9 +236,10 @@ fn one_way(first: &Side<'_>, last: &Side<'_>, smallest_k: f64) -> Vec<Chain> {
     };
     let [near, far] = [first, last].map(Side::point_at_air);
     let around = [obstructed(first.edge.wedge, behind, near), obstructed(last.edge.wedge, before, far)];
-    // Where the first edge goes out of sight of the other end the form fades, but not on its own boundaries.
-    let fading = (1.0 - first.share) * share(around[1], NEAR * before.radius);
-    let weight = share(around[0], around[1]) * last.share * (1.0 - fading);
+    // Where an end is about to lose sight of its edge the form fades, but not on its own boundaries, where it completes what is hidden.
+    let off_boundaries = share(around[1], NEAR * before.radius);
+    let [first_left, last_left] = [first, last].map(|side| 1.0 - (1.0 - side.share) * off_boundaries);
+    let weight = share(around[0], around[1]) * first_left * last_left;
     let wedge = last.edge.wedge;
     let across = (first.middle() - wedge.at(before.along)) / before.radius;
     let beyond = wedge.at(far.along) - across * far.radius;
@@ -237,9 +248,9 @@ fn one_way(first: &Side<'_>, last: &Side<'_>, smallest_k: f64) -> Vec<Chain> {
         return Vec::new();
     }
     let mut chains = Vec::new();
-    for (part, seen) in parts(first, last, window(first, last, before.radius, beyond)) {
-        let margin = OFF_THE_ENDS * (part[1] - part[0]).min(near.radius + turned.radius);
-        let crossing = apex(near, turned).clamp(part[0] + margin, part[1] - margin);
+    for Part { part, about, seen } in parts(first, last, window(first, last, before.radius, beyond)) {
+        let margin = OFF_THE_ENDS * (about[1] - about[0]).min(near.radius + turned.radius);
+        let crossing = apex(near, turned).clamp(about[0] + margin, about[1] - margin);
         let place = first.edge.wedge.at(crossing);
         let Some((from, on_face)) = last.seen_from(place) else { continue };
         if on_face && (wedge.is_rim() || last.beyond.is_some()) {
@@ -358,33 +369,35 @@ fn window(first: &Side<'_>, last: &Side<'_>, apart: f64, beyond: DVec3) -> [f64;
     [low.max(part[0]), high.min(part[1])]
 }
 
-/// What of `window` of the edge `first` is seen by the end of `last` and what is hidden, each as a part; as one, where all of it is on the
-/// same side of the boundary.
-fn parts(
-    first: &Side<'_>,
-    last: &Side<'_>,
-    window: [f64; 2],
-) -> impl Iterator<Item = ([f64; 2], Option<bool>)> {
+/// What of `window` of the edge `first` is seen by the end of `last` and what is hidden; as one part, where all of it is on the same side of the
+/// boundary.
+fn parts(first: &Side<'_>, last: &Side<'_>, window: [f64; 2]) -> impl Iterator<Item = Part> {
     let beyond = |along: f64| {
         let from = last.edge.wedge.locate(first.edge.wedge.at(along))?;
         Some(turns(last.edge.wedge, from, last.end.point)[0] - PI)
     };
     let [low, high] = window.map(|along| beyond(along).unwrap_or(0.0));
-    let is_close =
-        last.beyond.is_none() && (low.abs().min(high.abs()) <= last.view.within || low * high < 0.0);
+    let is_in_doubt = [low, high].map(|beyond| last.beyond.is_none() && beyond.abs() <= last.view.within);
+    let is_crossed = last.beyond.is_none() && low * high < 0.0;
     let mut parts = Vec::new();
-    if is_close {
+    if is_crossed || is_in_doubt.contains(&true) {
+        let mut add = |part: [f64; 2], seen| {
+            // All that is in doubt is seen from one place, as it is where none of it is.
+            let about = if is_in_doubt == [true; 2] { window } else { part };
+            parts.push(Part { part, about, seen: Some(seen) });
+        };
         let mut hidden = window[0];
         for [from, to] in (last.view.past)() {
             let [from, to] = [from, to].map(|place| place.clamp(window[0], window[1].max(window[0])));
-            parts.extend([([hidden, from], Some(false)), ([from, to], Some(true))]);
+            add([hidden, from], false);
+            add([from, to], true);
             hidden = to;
         }
-        parts.push(([hidden, window[1]], Some(false)));
+        add([hidden, window[1]], false);
     } else {
-        parts.push((window, None));
+        parts.push(Part { part: window, about: window, seen: None });
     }
-    parts.into_iter().filter(|([from, to], _)| to - from > SHORTEST)
+    parts.into_iter().filter(|Part { part: [from, to], .. }| to - from > SHORTEST)
 }
 
 #[cfg(test)]

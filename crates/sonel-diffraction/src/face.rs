@@ -31,6 +31,7 @@ use crate::wedge::{Wedge, WedgePoint, apex};
 use chain::{Asked, Part, parts};
 
 mod chain;
+mod cut;
 mod narrow;
 mod outline;
 mod overlap;

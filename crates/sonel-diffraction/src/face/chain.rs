@@ -5,6 +5,7 @@
 //! last edge the receiver's form has to be heard alone and whole, where the source crosses that behind the first the source's. Where
 //! either edge comes into sight the path of most edges has to begin with nothing, since no longer one completes it.
 
+use super::cut::seen_over;
 use super::outline::stretches;
 use super::overlap::{Light, Overlap};
 use super::way::FaceWay;
@@ -184,16 +185,21 @@ fn one_way(edges: &[FaceEdge<'_>], source: End, receiver: End, weight: f64, aske
     }
     let turned = before.wedge.in_plane(last.beyond(receiver), before.face(1));
     let on_the_way = End { point: turned, before: false };
-    let mut parts = parts(&edges[..edges.len() - 1], source, on_the_way, asked);
     let begins = (edges.len() == 2).then_some(source);
-    for part in &mut parts {
-        part.chains.retain_mut(|chain| {
-            chain.weight *= weight;
-            chain.go_on([before, last], begins, receiver, asked)
-        });
+    let mut found = Vec::new();
+    for (part, share) in seen_over([before, last], receiver.point) {
+        let before = FaceEdge { part, ..*before };
+        let edges = [&edges[..edges.len() - 2], &[before]].concat();
+        let mut parts = parts(&edges, source, on_the_way, asked);
+        for part in &mut parts {
+            part.chains.retain_mut(|chain| {
+                chain.weight *= weight * share;
+                chain.go_on([&before, last], begins, receiver, asked)
+            });
+        }
+        found.extend(parts.into_iter().filter(|part| !part.chains.is_empty()));
     }
-    parts.retain(|part| !part.chains.is_empty());
-    parts
+    found
 }
 
 impl Chain {

@@ -114,7 +114,7 @@ fn off(angle: f64, faded: f64) -> f64 {
 }
 
 /// From 0 at 0 to 1 at 1, level at both.
-fn smooth(x: f64) -> f64 {
+pub(super) fn smooth(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
