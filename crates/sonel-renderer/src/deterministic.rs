@@ -7,7 +7,9 @@ use sonel_map::{Lanes, lanes_of};
 
 use crate::deposit::{Deposits, add_lanes};
 use crate::direct::{direct_path, spread};
-use crate::edge::{EDGE_ORDER, EdgeArrival, LaterImage, Listening, RECEIVER_OUT, Reflection};
+use crate::edge::{
+    Beside, EDGE_ORDER, EdgeArrival, LaterImage, Listening, RECEIVER_OUT, Reflection, SourceImage,
+};
 use crate::mirror::{MirrorArrival, MirrorChains, Radiator};
 use crate::receiver::PreparedReceiver;
 use crate::render::{PathClass, Renderer};
@@ -121,9 +123,10 @@ impl Renderer<'_> {
             deposit(0, bare(length, -direction, 0, false), &energy, true);
         }
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
-        let mut later = Vec::new();
+        let (mut later, mut lit) = (Vec::new(), Vec::new());
         self.visit_images(&at, chains, &reflections, |found, energy| {
             if self.edges.is_some() && found.order > EDGE_ORDER {
+                lit.push(SourceImage::of(found, place));
                 later.push((found.length, found.towards, found.order, energy.to_vec()));
             } else {
                 add_lanes(&mut heard, energy);
@@ -135,7 +138,7 @@ impl Renderer<'_> {
                 );
             }
         });
-        let lit: Vec<DVec3> = later.iter().map(|(length, towards, ..)| place + *towards * *length).collect();
+
         for image in self.hear_later(&at, chains, &lit, &heard) {
             let energy = to_lanes(image.energy);
             match image.lit {
@@ -193,8 +196,52 @@ impl Renderer<'_> {
         self.edges.as_ref().map_or(place, |edges| edges.beside_planes(self.geometry, place, out))
     }
 
-    /// What edges bring, and the mirror images of low order in the order of their visit, with what edges do to them.
+    /// What edges bring, and the mirror images of low order in the order of their visit, with what edges do to them. Next to a plane in which faces
+    /// of several objects lie there is as much of it as between both sides of the plane.
     fn hear_edges(&self, at: &Listening<'_>, chains: &MirrorChains) -> (Vec<EdgeArrival>, Vec<Reflection>) {
+        let (mut arrivals, mut reflections) = self.hear_edges_at(at, chains);
+        let beside =
+            self.edges.as_ref().and_then(|edges| edges.beside_shared_plane(self.geometry, at.receiver));
+        let Some(Beside { places, share }) = beside else { return (arrivals, reflections) };
+        let energy = self.energy_over_edges(at, &arrivals, &reflections);
+        let [one, other] = places.map(|receiver| {
+            let clear = direct_path(self.geometry, at.radiator.position, receiver).is_some();
+            let there = Listening { receiver, clear, ..*at };
+            let (arrivals, reflections) = self.hear_edges_at(&there, chains);
+            self.energy_over_edges(&there, &arrivals, &reflections)
+        });
+        let between = one.iter().zip(&other).map(|(one, other)| one + (other - one) * share);
+        let gain = |(between, &here)| if here > 0.0 { between / here } else { 1.0 };
+        let gain: Vec<f64> = between.zip(&energy).map(gain).collect();
+        let parts = arrivals.iter_mut().map(|arrival| &mut arrival.energy);
+        for part in parts.chain(reflections.iter_mut().map(|reflection| &mut reflection.ratio)) {
+            part.iter_mut().zip(&gain).for_each(|(part, gain)| *part *= gain);
+        }
+        (arrivals, reflections)
+    }
+
+    /// Energy of direct sound, of what edges bring and of mirror images of low order, per band [1/m²].
+    fn energy_over_edges(
+        &self,
+        at: &Listening<'_>,
+        arrivals: &[EdgeArrival],
+        reflections: &[Reflection],
+    ) -> Vec<f64> {
+        let mut energy = vec![0.0; self.table.bands()];
+        let mut add = |part: &mut dyn Iterator<Item = f64>| {
+            energy.iter_mut().zip(part).for_each(|(energy, part)| *energy += part);
+        };
+        arrivals.iter().for_each(|arrival| add(&mut arrival.energy.iter().copied()));
+        reflections.iter().for_each(|reflection| add(&mut reflection.energy(at.receiver, &self.attenuation)));
+        energy
+    }
+
+    /// The same as it is on the side that the receiver is on.
+    fn hear_edges_at(
+        &self,
+        at: &Listening<'_>,
+        chains: &MirrorChains,
+    ) -> (Vec<EdgeArrival>, Vec<Reflection>) {
         let Some(edges) = &self.edges else { return Default::default() };
         let mut reflections = Vec::new();
         chains.visit(self.geometry, &self.table, at.receiver, self.bins.reach, |found| {
@@ -211,7 +258,7 @@ impl Renderer<'_> {
         &self,
         at: &Listening<'_>,
         chains: &MirrorChains,
-        lit: &[DVec3],
+        lit: &[SourceImage],
         heard: &[Lanes],
     ) -> Vec<LaterImage> {
         match (&self.edges, chains) {

@@ -24,13 +24,11 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use sonel_diffraction::{Complex, Field, Spectrum, Wave, WedgePoint};
 
+use super::image::{SourceImage, same_place};
 use super::view::Leg;
 use super::{EdgeArrival, Listening, Reflection, RoomEdge};
 use crate::direct::spread;
 pub(super) use face::{UNKNOWN, excess, turn};
-
-/// Positions of images that differ by no more than this many resolutions are the same.
-const SAME_IMAGE: f64 = 64.0;
 
 /// Ways over edges that differ by no more than this are one arrival [m]: in shadow, where nothing else is heard, what follows
 /// within 30 ms; beside a clear path, a few milliseconds.
@@ -38,8 +36,7 @@ const SAME_ARRIVAL: [f64; 2] = [10.0, 1.0];
 
 /// A mirror image in a plane at an edge.
 struct Image {
-    /// Where it is, about the scene's centre [m].
-    position: DVec3,
+    source: SourceImage,
     /// Index of the reflection that it is, where it reaches the receiver.
     lit: Option<usize>,
     waves: Vec<Wave>,
@@ -80,7 +77,7 @@ impl<'a> Family<'a> {
             at,
             course: base.clone(),
             base: base.clone(),
-            reflection: find(at, reflections, base.origin).filter(|_| base.order() > 0),
+            reflection: find(at, reflections, &base.seen()).filter(|_| base.order() > 0),
             waves: Vec::new(),
             ways: Vec::new(),
             images: Vec::new(),
@@ -104,7 +101,7 @@ impl<'a> Family<'a> {
             let waves = std::mem::replace(&mut self.waves, base.0);
             let ways = std::mem::replace(&mut self.ways, base.1);
             if !waves.is_empty() {
-                let image = self.image_at(course.origin, reflections);
+                let image = self.image_at(course.seen(), reflections);
                 self.images[image].waves.extend(waves);
                 self.images[image].ways.extend(ways);
             }
@@ -113,7 +110,7 @@ impl<'a> Family<'a> {
 
     /// Whether the course leads from an image of the family and not from where its base path does.
     fn is_image(&self) -> bool {
-        self.course.origin.distance(self.base.origin) > same_image(self.at)
+        self.course.origin.distance(self.base.origin) > same_place(self.at)
     }
 
     /// Adds what edges do to the course on `leg`.
@@ -134,20 +131,19 @@ impl<'a> Family<'a> {
         air * self.course.mirrored[band]
     }
 
-    /// Index of the image of the course in a face of `edge`, on `leg`.
-    fn image(&mut self, edge: &RoomEdge, leg: &Leg<'_>, face: usize, reflections: &[Reflection]) -> usize {
-        self.image_at(edge.faces[face].image(leg.source), reflections)
+    /// Index of the image of the course in a face of `edge`.
+    fn image(&mut self, edge: &RoomEdge, face: usize, reflections: &[Reflection]) -> usize {
+        self.image_at(self.course.seen().in_face(&edge.faces[face]), reflections)
     }
 
-    /// Index of the image at `position` [m].
-    fn image_at(&mut self, position: DVec3, reflections: &[Reflection]) -> usize {
-        let same = |image: &Image| image.position.distance(position) <= same_image(self.at);
-        if let Some(known) = self.images.iter().position(same) {
+    /// Index of an image.
+    fn image_at(&mut self, source: SourceImage, reflections: &[Reflection]) -> usize {
+        if let Some(known) = self.images.iter().position(|image| image.source.is(&source, self.at)) {
             return known;
         }
         self.images.push(Image {
-            position,
-            lit: self.find_image(reflections, position),
+            lit: self.find_image(reflections, &source),
+            source,
             waves: Vec::new(),
             ways: Vec::new(),
             clearance: f64::INFINITY,
@@ -155,9 +151,9 @@ impl<'a> Family<'a> {
         self.images.len() - 1
     }
 
-    /// Index of the image at `position` among the reflections; where the source lies in a face its image is the base path itself.
-    fn find_image(&self, reflections: &[Reflection], position: DVec3) -> Option<usize> {
-        find(self.at, reflections, position).filter(|&found| Some(found) != self.reflection)
+    /// Index of `image` among the reflections but that of the base path.
+    fn find_image(&self, reflections: &[Reflection], image: &SourceImage) -> Option<usize> {
+        find(self.at, reflections, image).filter(|&found| Some(found) != self.reflection)
     }
 
     /// Shares the energy of the family out: to the reflections that it contains, as ratios, and to arrivals of its own.
@@ -174,7 +170,7 @@ impl<'a> Family<'a> {
         }
         for image in 0..self.images.len() {
             if let Some(lit) = self.images[image].lit {
-                let length = self.images[image].position.distance(self.at.receiver);
+                let length = self.images[image].source.position.distance(self.at.receiver);
                 let clear = self.geometric(length, &reflections[lit].factor);
                 self.images[image].waves.push(clear);
                 self.images[image].ways.push(length);
@@ -184,7 +180,7 @@ impl<'a> Family<'a> {
         let gain = self.gain(&arrivals, &of_images);
         for (image, energy) in self.images.iter().zip(&of_images) {
             if let Some(lit) = image.lit {
-                let length = image.position.distance(self.at.receiver);
+                let length = image.source.position.distance(self.at.receiver);
                 self.set_ratio(&mut reflections[lit], length, energy, &gain);
             }
         }
@@ -327,10 +323,6 @@ fn doubt(at: &Listening<'_>, source: WedgePoint, receiver: WedgePoint) -> f64 {
     f64::from(at.geometry.resolution()) / source.radius.min(receiver.radius).max(1e-3)
 }
 
-pub(super) fn same_image(at: &Listening<'_>) -> f64 {
-    SAME_IMAGE * f64::from(at.geometry.resolution())
-}
-
-fn find(at: &Listening<'_>, reflections: &[Reflection], position: DVec3) -> Option<usize> {
-    reflections.iter().position(|reflection| reflection.image.distance(position) <= same_image(at))
+fn find(at: &Listening<'_>, reflections: &[Reflection], image: &SourceImage) -> Option<usize> {
+    reflections.iter().position(|reflection| reflection.image.is(image, at))
 }

@@ -15,7 +15,8 @@ use sonel_map::CoefficientTable;
 
 use super::chain::Chain;
 use super::extent::Extent;
-use super::family::{UNKNOWN, doubt_over, excess, faded, kept, mirrors_at_feet, same_image, turn};
+use super::family::{UNKNOWN, doubt_over, excess, faded, kept, mirrors_at_feet, turn};
+use super::image::SourceImage;
 use super::mirror::{self, PlaneMirror, reflects};
 use super::near::{ends, may_reach};
 use super::reach::{Beside, Reach};
@@ -53,7 +54,7 @@ pub(crate) struct LaterImage {
 
 /// An image, and all chains of planes that may show it.
 struct Shown {
-    position: DVec3,
+    image: SourceImage,
     chains: Vec<Chain>,
     /// How much of what edges change counts: 0 where the image is not worth it … 1.
     share: f64,
@@ -94,11 +95,11 @@ impl Edges {
         &self,
         at: &Listening<'_>,
         tree: &ImageTree,
-        lit: &[DVec3],
+        lit: &[SourceImage],
         heard: &[f64],
     ) -> Vec<LaterImage> {
         let shown = self.shown(at, tree, heard);
-        let find = |shown: &Shown| lit.iter().position(|lit| lit.distance(shown.position) <= same_image(at));
+        let find = |shown: &Shown| lit.iter().position(|lit| lit.is(&shown.image, at));
         shown.iter().filter_map(|shown| self.later(at, shown, find(shown))).collect()
     }
 
@@ -124,13 +125,14 @@ impl Edges {
                 continue;
             }
             // From either end the tree may know the same image by other orders of its mirrors; surfaces of one plane are one mirror.
-            let known = shown.iter_mut().find(|known| known.position.distance(position) <= same_image(at));
+            let image = SourceImage::in_mirrors(position, &chain);
+            let known = shown.iter_mut().find(|known| known.image.is(&image, at));
             if known.as_ref().is_some_and(|known| known.chains.iter().any(|other| other.is(&chain))) {
                 continue;
             }
             let chains = chain.orders().into_iter().filter(|order| self.places.are_met(order, at, far));
             match known {
-                None => shown.push(Shown { position, chains: chains.collect(), share }),
+                None => shown.push(Shown { image, chains: chains.collect(), share }),
                 Some(known) => known.chains.extend(chains),
             }
         }
@@ -144,7 +146,8 @@ impl Edges {
         let mut length = f64::INFINITY;
         for sender in &senders {
             let beside: Vec<&Wedge> = senders.iter().map(|other| &other.edge.wedge).collect();
-            length = length.min(self.send(at, sender, &beside, shown.position, lit.is_some(), &mut waves));
+            length =
+                length.min(self.send(at, sender, &beside, shown.image.position, lit.is_some(), &mut waves));
         }
         if waves.is_empty() {
             return None;
@@ -153,7 +156,7 @@ impl Edges {
         let chain = shown.chains.iter().find(is_met).unwrap_or(&shown.chains[0]);
         let mut alone = vec![0.0; self.spectrum.bands()];
         if lit.is_some() {
-            length = shown.position.distance(at.receiver);
+            length = shown.image.position.distance(at.receiver);
             let leaving = chain.reversed().image(at.receiver) - at.radiator.position;
             let factor = at.radiator.factor(leaving);
             alone.fill(factor / (length * length));
@@ -165,7 +168,7 @@ impl Edges {
             (alone + (changed - alone) * shown.share) * factor / (4.0 * PI)
         });
         let energy = energy.collect();
-        Some(LaterImage { position: shown.position, lit, order: chain.order(), length, energy })
+        Some(LaterImage { position: shown.image.position, lit, order: chain.order(), length, energy })
     }
 
     /// The edges next to the way over `chain`: those that it passes between its mirrors, and those that its mirrors end at.

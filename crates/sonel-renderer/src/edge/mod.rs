@@ -20,12 +20,14 @@ mod apart;
 mod chain;
 mod extent;
 mod family;
+mod image;
 mod later;
 mod mirror;
 mod near;
 mod passage;
 mod reach;
 mod rooms;
+mod shared;
 mod sight;
 mod view;
 mod world;
@@ -36,6 +38,7 @@ use sonel_diffraction::{Spectrum, Wedge};
 use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes};
 
+use crate::direct::spread;
 use crate::mirror::{MirrorArrival, Radiator};
 use family::Family;
 use later::Places;
@@ -43,7 +46,9 @@ use mirror::PlaneMirror;
 use rooms::Rooms;
 use world::RoomEdge;
 
+pub(crate) use image::SourceImage;
 pub(crate) use later::LaterImage;
+pub(crate) use shared::Beside;
 
 /// Reflections of a mirror image that edges change as one field with others.
 pub(crate) const EDGE_ORDER: u32 = 2;
@@ -63,8 +68,8 @@ pub(crate) struct Edges {
 
 /// A mirror image that reaches the receiver.
 pub(crate) struct Reflection {
-    /// Where the sound seems to come from, about the scene's centre [m].
-    image: DVec3,
+    /// Where the sound seems to come from.
+    image: SourceImage,
     /// ∏ (1−α)(1−s) times the source's directivity factor, per band.
     factor: Vec<f64>,
     /// Energy over that of the mirror image alone, per band: 1 but where edges have a say.
@@ -132,6 +137,12 @@ impl Edges {
         })
     }
 
+    /// The places on either side of a receiver next to a plane in which faces of several objects lie.
+    #[must_use]
+    pub fn beside_shared_plane(&self, geometry: &Geometry, receiver: DVec3) -> Option<Beside> {
+        self.rooms.shared.iter().find_map(|plane| plane.beside(geometry, receiver))
+    }
+
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the
     /// ratios of those that edges change are set.
     pub fn hear<'a>(&'a self, at: &'a Listening<'_>, reflections: &mut [Reflection]) -> Vec<EdgeArrival> {
@@ -164,11 +175,18 @@ impl Listening<'_> {
 }
 
 impl Reflection {
+    /// Its energy with what edges do to it, per band, after `attenuation` of the air [1/m] on the way to the `receiver` [1/m²].
+    pub fn energy(&self, receiver: DVec3, attenuation: &[f64]) -> impl Iterator<Item = f64> {
+        let length = self.image.position.distance(receiver);
+        let parts = self.factor.iter().zip(&self.ratio).zip(attenuation);
+        parts.map(move |((factor, ratio), m)| factor * ratio * spread(length) * libm::exp(-m * length))
+    }
+
     /// `found` at `receiver` (about the scene's centre [m]).
     #[must_use]
     pub fn new(found: &MirrorArrival<'_>, receiver: DVec3, bands: usize) -> Self {
         Self {
-            image: receiver + found.towards * found.length,
+            image: SourceImage::of(found, receiver),
             factor: flat(found.factor, bands),
             ratio: vec![1.0; bands],
         }

@@ -12,6 +12,7 @@ use super::chain::Chain;
 use super::family::Course;
 use super::mirror::{self, PlaneMirror};
 use super::near::Near;
+use super::shared::{SharedPlane, shared_planes};
 use super::world::{RoomEdge, World};
 use super::{Listening, Reflection};
 
@@ -41,6 +42,8 @@ pub(super) struct Rooms {
     near: Near,
     /// The planes without edges.
     without: Vec<PlaneMirror>,
+    /// Those in which faces of several objects lie.
+    pub shared: Vec<SharedPlane>,
 }
 
 impl Rooms {
@@ -72,7 +75,8 @@ impl Rooms {
         let twofold = [whole, &without].into_iter().find_map(|mirrors| twofold(geometry, &direct, mirrors));
         unfolded.extend(twofold.unwrap_or_default());
         let near = near(geometry, &direct, &planes, &unfolded, &without);
-        Self { direct, unfolded, behind, near, without }
+        let shared = shared_planes(&direct);
+        Self { direct, unfolded, behind, near, without, shared }
     }
 
     /// The rooms about the receiver's images that are not unfolded as a whole, for wave numbers of at least `smallest_k` [1/m].

@@ -74,13 +74,56 @@ pub(super) fn borders(chain: &Chain, edges: &[RoomEdge]) -> Vec<(usize, Wedge)> 
     chain.mirrors().iter().enumerate().flat_map(of_mirror).collect()
 }
 
-/// What is left of the sound that goes over `edge` at `point` [m] between the `ends`: 0 where either is about to see it no more.
-#[must_use]
-pub(super) fn in_sight(world: &World, edge: usize, point: DVec3, ends: &[DVec3]) -> f64 {
-    let own = &world.edges[edge].wedge;
+/// The edges and borders that hide `edge` all at once where no way goes on over both.
+pub(super) fn hiding(world: &World, edge: usize) -> impl Iterator<Item = &Wedge> {
     let hiders = world.hiders.get(edge).into_iter().flatten().map(|&other| &world.edges[other].wedge);
-    let borders = world.hidden_by.get(edge).into_iter().flat_map(|borders| borders.iter());
-    in_line(own, hiders.chain(borders), point, ends, world.clear)
+    hiders.chain(world.hidden_by.get(edge).into_iter().flat_map(|borders| borders.iter()))
+}
+
+/// The pieces of a `part` [m] of `edge` that those of `others` which are parallel to it are about to hide from some of the `ends`, each with what is
+/// left of its sound: 0 where it is about to be seen no more. What `others` may hide of it is all on one side of where their own ends do.
+#[must_use]
+pub(super) fn pieces<'a>(
+    edge: &Wedge,
+    part: [f64; 2],
+    others: impl IntoIterator<Item = &'a Wedge>,
+    ends: &[DVec3],
+    clear: f64,
+) -> Vec<([f64; 2], f64)> {
+    let parallel = others.into_iter().filter(|other| edge.sine_to(other) <= NEARLY);
+    let hiding: Vec<(&Wedge, DVec3)> = parallel
+        .flat_map(|other| ends.iter().map(move |&end| (other, end)))
+        .filter(|(other, end)| beyond_line(edge, other, *end) < clear)
+        .collect();
+    let mut cuts: Vec<f64> = hiding.iter().flat_map(|(other, end)| shadow(edge, other, *end)).collect();
+    cuts.retain(|cut| (part[0]..part[1]).contains(cut));
+    cuts.extend(part);
+    cuts.sort_by(f64::total_cmp);
+    let left = |piece: [f64; 2]| {
+        let middle = edge.at(0.5 * (piece[0] + piece[1]));
+        hiding.iter().map(|(other, end)| past(other, middle, *end, clear)).product()
+    };
+    let pieces = cuts.windows(2).map(|piece| [piece[0], piece[1]]);
+    pieces.map(|piece| (piece, left(piece))).filter(|([from, to], left)| from < to && *left > 0.0).collect()
+}
+
+/// How far a point is from the line of an edge [m], and where along it [m].
+fn about(edge: &Wedge, point: DVec3) -> (f64, f64) {
+    let along = (point - edge.at(0.0)).dot(edge.direction());
+    (point.distance(edge.at(along)), along)
+}
+
+/// How much longer the way from `edge` to `end` is over the line of another one than straight, across both [m].
+fn beyond_line(edge: &Wedge, other: &Wedge, end: DVec3) -> f64 {
+    let place = other.at(0.5 * other.length());
+    about(edge, place).0 + about(other, end).0 - about(edge, end).0
+}
+
+/// From where to where on the line of `edge` [m] another one hides it from `end`.
+fn shadow(edge: &Wedge, other: &Wedge, end: DVec3) -> [f64; 2] {
+    let (distance, along) = about(edge, end);
+    let stretched = distance / about(other, end).0.max(CORNER);
+    [0.0, other.length()].map(|place| along + (about(edge, other.at(place)).1 - along) * stretched)
 }
 
 /// The same of an edge that is hidden by those of `others` that are parallel to it, where ways past them are not longer by `clear` [m].
@@ -160,5 +203,21 @@ mod tests {
             assert!(past(&wedge, before, behind) < 1e-9);
             assert!(past(&wedge, before, behind + 0.1 * DVec3::Z) >= 1.0);
         }
+    }
+
+    #[test]
+    fn a_short_edge_is_about_to_hide_only_what_is_behind_it() {
+        let along_y = |x: f64, [from, to]: [f64; 2], z: f64| {
+            Wedge::new([dvec3(x, from, z), dvec3(x, to, z)], DVec3::NEG_Z, DVec3::X, 5.0).unwrap()
+        };
+        let (edge, other) = (along_y(0.0, [-2.0, 2.0], 0.0), along_y(1.0, [-0.25, 0.5], 0.0));
+        let seen = |height: f64| pieces(&edge, [0.5, 4.0], [&other], &[dvec3(2.0, 0.0, height)], CLEAR);
+        let nearly_hidden = seen(1e-3);
+        let ends: Vec<f64> = nearly_hidden.iter().flat_map(|(piece, _)| *piece).collect();
+        let expected = [0.5, 1.5, 1.5, 3.0, 3.0, 4.0];
+        assert!(ends.iter().zip(expected).all(|(end, expected)| (end - expected).abs() < 1e-3), "{ends:?}");
+        let left: Vec<f64> = nearly_hidden.iter().map(|(_, left)| *left).collect();
+        assert!(left[0] >= 1.0 && left[1] < 0.01 && left[2] >= 1.0, "{left:?}");
+        assert_eq!(seen(0.1), [([0.5, 4.0], 1.0)]);
     }
 }

@@ -112,7 +112,8 @@ impl ImageLattice {
                     }
                     let leaving = -offset * DVec3::new(x.sign, y.sign, z.sign);
                     product(&plane, &z.factor, self.radiator.factor(leaving), &mut factor);
-                    found(&MirrorArrival { length, towards: offset / length, order, factor: &factor });
+                    let towards = offset / length;
+                    found(&MirrorArrival { length, towards, order, planes: Vec::new(), factor: &factor });
                 }
             }
         }

@@ -13,7 +13,7 @@ pub mod tree;
 
 use glam::DVec3;
 use sonel_acoustics::Directivity;
-use sonel_geometry::Geometry;
+use sonel_geometry::{Geometry, PlaneId};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_scene::Source;
 
@@ -34,6 +34,8 @@ pub struct MirrorArrival<'a> {
     pub towards: DVec3,
     /// Number of reflections, at least one.
     pub order: u32,
+    /// Planes of its mirrors; none where the images of an empty box are a lattice.
+    pub planes: Vec<PlaneId>,
     /// ∏ (1−α)(1−s) times the source's directivity factor, per band; without spreading and air.
     pub factor: &'a [Lanes],
 }

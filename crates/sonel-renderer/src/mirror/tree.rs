@@ -161,7 +161,9 @@ impl ImageTree {
             }
             let offset = node.image - receiver;
             let length = offset.length();
-            found(&MirrorArrival { length, towards: offset / length, order: node.order, factor: &factor });
+            let planes = self.chain(node).map(|node| geometry.surface(node.mirror.surface).plane).collect();
+            let towards = offset / length;
+            found(&MirrorArrival { length, towards, order: node.order, planes, factor: &factor });
         }
     }
 
@@ -174,15 +176,13 @@ impl ImageTree {
         factor: &mut [Lanes],
     ) {
         factor.fill([1.0; 4]);
-        let mut link = Some(leaf);
-        while let Some(node) = link {
+        for node in self.chain(leaf) {
             let material = geometry.surface(node.mirror.surface).material;
             for (factor, specular) in factor.iter_mut().zip(&table.material(material).specular.energy) {
                 for lane in 0..4 {
                     factor[lane] *= specular[lane];
                 }
             }
-            link = node.parent.map(|parent| &self.nodes[parent as usize]);
         }
     }
 
@@ -206,9 +206,13 @@ impl ImageTree {
 
     /// The mirrors of image number `image`, the last one first.
     pub fn mirrors(&self, image: usize) -> impl Iterator<Item = (SurfaceId, Side)> + '_ {
-        let parent = |node: &&Node| node.parent.map(|parent| &self.nodes[parent as usize]);
-        std::iter::successors(Some(&self.nodes[image]), parent)
-            .map(|node| (node.mirror.surface, node.mirror.side))
+        self.chain(&self.nodes[image]).map(|node| (node.mirror.surface, node.mirror.side))
+    }
+
+    /// A node and those before it.
+    fn chain<'a>(&'a self, leaf: &'a Node) -> impl Iterator<Item = &'a Node> {
+        let parent = |node: &&'a Node| node.parent.map(|parent| &self.nodes[parent as usize]);
+        std::iter::successors(Some(leaf), parent)
     }
 
     /// All images with their orders and ∏ (1−α)(1−s).

@@ -8,6 +8,7 @@ use sonel_diffraction::face::{End, FaceEdge};
 use sonel_diffraction::{ApartPath, Cell, Complex, WAVES, Wave, WedgePoint};
 
 use super::super::apart::{Joined, Shore};
+use super::super::image::SourceImage;
 use super::super::mirror::{PlaneMirror, reflects};
 use super::super::passage::Border;
 use super::super::sight::in_line;
@@ -69,7 +70,8 @@ impl Family<'_> {
     }
 
     /// 1, and less where the outer edge is about to go out of sight of `end` [m] behind another edge, where what is left out, over one edge
-    /// more, would begin: 0 in the plane of a face of it beyond another edge of that, and in the plane through it and one apart.
+    /// more, would begin: 0 in the plane of a face of it beyond another edge of that, and in the plane through it and one apart. Where a way
+    /// begins there that completes such a one, over the face to the outer edge, it begins with nothing, too.
     fn in_sight(&self, shore: &Shore, of: usize, leg: &Leg<'_>) -> f64 {
         let (world, edge, end) = (self.course.world, shore.outer(), [leg.source, leg.receiver][of]);
         let angle = |(edge, face): Border| {
@@ -80,10 +82,12 @@ impl Family<'_> {
         let mut share = 1.0;
         for face in &world.faces {
             let Some(own) = face.iter().find(|of| of.0 == edge) else { continue };
-            let Some(above) = angle(*own).filter(|above| *above < FRAC_PI_2) else { continue };
+            let joins = shore.edge != edge && face.iter().any(|of| of.0 == shore.edge);
+            let is_about = |above: &f64| *above < FRAC_PI_2 || joins && *above < 3.0 * FRAC_PI_2;
+            let Some(above) = angle(*own).filter(is_about) else { continue };
             let low = libm::cos(above);
             for other in face.iter().filter(|of| of.0 != edge && !shore.known.contains(&of.0)) {
-                let left = off_the_plane(angle(*other).unwrap_or(PI));
+                let left = off_the_plane(from_the_face(&world.edges[other.0], other.1, end));
                 share *= 1.0 - (1.0 - left) * low * low;
             }
         }
@@ -202,7 +206,7 @@ impl Family<'_> {
             for (of_lead, of_other) in (0..WAVES * of_others).map(|wave| (wave / of_others, wave % of_others))
             {
                 let waves = [in_face(lead, of_lead), other.and_then(|other| in_face(other, of_other))];
-                let Some((image, left)) = self.left_of_both(waves, leg, reflections) else { continue };
+                let Some((image, left)) = self.left_of_both(waves, reflections) else { continue };
                 let amplitudes = cells
                     .iter()
                     .zip(&amplitudes)
@@ -229,7 +233,6 @@ impl Family<'_> {
     fn left_of_both(
         &mut self,
         [of_lead, of_other]: [Option<InFace>; 2],
-        leg: &Leg<'_>,
         reflections: &[Reflection],
     ) -> Option<(Option<usize>, Vec<f64>)> {
         let edges = &self.course.world.edges;
@@ -246,8 +249,8 @@ impl Family<'_> {
         if mirrors.is_empty() {
             return Some((None, left));
         }
-        let shown = |position, of: &InFace| edges[of.edge].faces[of.face].image(position);
-        let image = self.image_at(mirrors.iter().fold(leg.source, shown), reflections);
+        let shown = |image: SourceImage, of: &InFace| image.in_face(&edges[of.edge].faces[of.face]);
+        let image = self.image_at(mirrors.iter().fold(self.course.seen(), shown), reflections);
         if let Some(InFace { led, edge, face }) = of_lead {
             let of_face = self.left(image, edge, face, led.ends);
             left.iter_mut().zip(of_face).for_each(|(left, of_face)| *left *= of_face);
@@ -283,6 +286,12 @@ impl Family<'_> {
 /// Whether a face of `edge` mirrors what is at `from` about it, since that is before its plane.
 fn is_mirrored(edge: &RoomEdge, face: usize, from: WedgePoint) -> bool {
     (if face == 0 { from.angle } else { edge.wedge.angle() - from.angle }) < PI
+}
+
+/// Angle of `end` [m] about an edge from one of its faces, on whichever side of that [rad]: π in its plane beyond the edge.
+fn from_the_face(edge: &RoomEdge, face: usize, end: DVec3) -> f64 {
+    let over = (end - edge.wedge.at(0.0)).dot(edge.wedge.inward(face == 1));
+    libm::atan2(edge.faces[face].height(end).abs(), over)
 }
 
 /// 0 at an angle of π [rad], and 1 away from it.

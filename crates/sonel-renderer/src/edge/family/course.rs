@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::super::chain::Chain;
+use super::super::image::SourceImage;
 use super::super::view::Leg;
 use super::super::world::World;
 use super::super::{Listening, PlaneMirror, Reflection};
@@ -39,7 +40,7 @@ impl<'a> Course<'a> {
             return None;
         }
         let origin = world.shown.image(source);
-        let clear = find(at, reflections, origin).is_some();
+        let clear = find(at, reflections, &SourceImage::in_mirrors(origin, &world.shown)).is_some();
         let mut mirrored = vec![1.0; at.attenuation.len()];
         for mirror in mirrors_at_feet(&world.shown, at) {
             let left = at.specular(&mirror).map(f64::sqrt);
@@ -64,6 +65,12 @@ impl<'a> Course<'a> {
     #[must_use]
     pub fn leg(&self, receiver: DVec3) -> Leg<'a> {
         Leg { source: self.origin, origin: self.source, receiver, shown: &self.world.shown }
+    }
+
+    /// What is seen of the source.
+    #[must_use]
+    pub fn seen(&self) -> SourceImage {
+        SourceImage::in_mirrors(self.origin, &self.world.shown)
     }
 
     /// Number of reflections.

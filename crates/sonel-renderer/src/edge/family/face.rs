@@ -49,7 +49,7 @@ impl Family<'_> {
     fn shows(&self, index: usize, face: usize, image: usize) -> bool {
         let world = self.course.world;
         let (plane, copy) = (&world.edges[index].faces[face], world.copy_at_middle(index));
-        let (from, to) = (self.at.receiver, self.images[image].position);
+        let (from, to) = (self.at.receiver, self.images[image].source.position);
         let [above, below] = [plane.height(from), -plane.height(to)];
         above > 0.0 && below > 0.0 && {
             let foot = from + (to - from) * (above / (above + below));

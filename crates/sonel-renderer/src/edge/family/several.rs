@@ -7,7 +7,7 @@ use sonel_diffraction::face::{End, FaceEdge};
 use sonel_diffraction::{Complex, FacePath, Wave};
 
 use super::super::passage::{Passage, Passed};
-use super::super::sight::{in_sight, past};
+use super::super::sight::{hiding, pieces};
 use super::super::view::{Leg, stretches};
 use super::super::{Reflection, RoomEdge};
 use super::Family;
@@ -74,42 +74,48 @@ impl Family<'_> {
                 FaceEdge { wedge, at_second, part: [0.0, wedge.length()], outline: &passage.outline }
             })
             .collect();
-        of_faces[0].part = part;
-        of_faces[passed.len() - 1].part = last_part;
         let nearest = source.point.radius.min(receiver.point.radius).max(1e-3);
         let within = f64::from(self.at.geometry.resolution()) / nearest;
         let (smallest_k, orders) = (self.spectrum.smallest_k(), self.course.world.orders);
-        if let Some(path) = FacePath::new(&of_faces, [source, receiver], within, smallest_k, orders) {
-            self.add_path(&path, passage, leg, reflections);
+        let of_source = self.pieces(passage, 0, part, leg.source);
+        let of_receiver = self.pieces(passage, 1, last_part, leg.receiver);
+        for (piece, seen) in of_source {
+            for &(last_piece, last_seen) in &of_receiver {
+                of_faces[0].part = piece;
+                of_faces[passed.len() - 1].part = last_piece;
+                let path = FacePath::new(&of_faces, [source, receiver], within, smallest_k, orders);
+                if let Some(path) = path {
+                    self.add_path(&path, passage, seen * last_seen, leg, reflections);
+                }
+            }
         }
     }
 
-    /// What is left of a passage between its ends, each by where it meets the edge there.
-    fn in_sight_past(&self, passage: &Passage, [source, receiver]: [(DVec3, DVec3); 2]) -> f64 {
+    /// The pieces of the `part` that one of the ends of a passage sees of the edge there, each with what is left of it.
+    fn pieces(&self, passage: &Passage, of: usize, part: [f64; 2], end: DVec3) -> Vec<([f64; 2], f64)> {
         let world = self.course.world;
-        let ends = [(passage.edges.first(), source), (passage.edges.last(), receiver)];
-        let hidden_by = passage.hidden_by.iter().zip(&passage.borders);
-        let left = ends.into_iter().zip(hidden_by).map(|((passed, (place, end)), (hidden_by, borders))| {
-            let apart = hidden_by.iter().map(|&other| &world.edges[other].wedge).chain(borders.iter());
-            let others = passed.map_or(1.0, |passed| in_sight(world, passed.edge, place, &[end]));
-            apart.map(|other| past(other, place, end, world.clear)).product::<f64>() * others
-        });
-        left.product()
+        let edge = passage.edges[[0, passage.edges.len() - 1][of]].edge;
+        let apart = passage.hidden_by[of].iter().map(|&other| &world.edges[other].wedge);
+        let others = apart.chain(passage.borders[of].iter()).chain(hiding(world, edge));
+        pieces(&world.edges[edge].wedge, part, others, &[end], world.clear)
     }
 
-    /// Adds a path over `passage`. What belongs to images of the base path that are not lit is added to it as it is: both are heard as
+    /// Adds what is `left` of a path over `passage`. What belongs to images of the base path that are not lit is added to it as it is: both are heard as
     /// one field.
-    fn add_path(&mut self, path: &FacePath, passage: &Passage, leg: &Leg<'_>, reflections: &[Reflection]) {
+    fn add_path(
+        &mut self,
+        path: &FacePath,
+        passage: &Passage,
+        left: f64,
+        leg: &Leg<'_>,
+        reflections: &[Reflection],
+    ) {
         let passed = &passage.edges[..];
         let (edges, cells) = (&self.course.world.edges, self.spectrum.cells());
         let length = path.length();
         let [from, to] = path.crossings();
         let first = edges[passed[0].edge].wedge.at(from);
         let last = edges[passed[passed.len() - 1].edge].wedge.at(to);
-        let left = self.in_sight_past(passage, [(first, leg.source), (last, leg.receiver)]);
-        if left <= 0.0 {
-            return;
-        }
         let strength = self.at.radiator.factor(leg.leaving(first)).sqrt() * left;
         let through: Vec<f64> =
             (0..self.spectrum.bands()).map(|band| self.through(band, length) * strength).collect();
@@ -122,7 +128,7 @@ impl Family<'_> {
                 *sum += terms[0] * through[cell.band];
             }
             for face in [0, 1] {
-                let image = self.image(edge, leg, face, reflections);
+                let image = self.image(edge, face, reflections);
                 let left = self.left(image, index, face, lead.ends);
                 let scaled = cells
                     .iter()

@@ -1,10 +1,10 @@
 //! What goes over one edge ([`EdgePath`]).
 
 use sonel_diffraction::wedge::apex;
-use sonel_diffraction::{Complex, EdgePath, Lit, WAVES, Wave, WedgePoint};
+use sonel_diffraction::{Complex, EdgePath, Lit, WAVES, Wave, Wedge, WedgePoint};
 
 use super::super::reach::Reach;
-use super::super::sight::in_sight;
+use super::super::sight::{hiding, pieces};
 use super::super::view::{Leg, stretches};
 use super::super::{Listening, Reflection};
 use super::face::{excess, turn};
@@ -57,7 +57,7 @@ impl Family<'_> {
             return;
         }
         let images =
-            [0, 1].map(|face| (largest[1 + face] > 0.0).then(|| self.image(edge, leg, face, reflections)));
+            [0, 1].map(|face| (largest[1 + face] > 0.0).then(|| self.image(edge, face, reflections)));
         let lit = Lit {
             direct: Some(self.course.clear),
             faces: images.map(|image| image.map(|image| self.images[image].lit.is_some())),
@@ -69,12 +69,14 @@ impl Family<'_> {
             let left = self.left(images[face]?, index, face, [source, receiver]);
             Some(left.into_iter().zip(shares(1 + face)).map(|(left, share)| left * share).collect())
         });
-        let is_with_base = !self.is_image() || self.find_image(reflections, leg.source).is_none();
+        let is_with_base = !self.is_image() || self.find_image(reflections, &self.course.seen()).is_none();
         let kept = if world.orders.most < 2 { plane::kept(&edge.wedge, source, receiver) } else { 1.0 };
-        for part in seen {
+        let others: Vec<&Wedge> = hiding(world, index).collect();
+        let ends = [leg.source, leg.receiver];
+        let pieces = |part| pieces(&edge.wedge, part, others.iter().copied(), &ends, world.clear);
+        for (part, in_sight) in seen.into_iter().flat_map(pieces) {
             let path = EdgePath::new(&edge.wedge, source, receiver, part, lit, smallest_k);
             let point = edge.wedge.at(apex(source, receiver).clamp(part[0], part[1]));
-            let in_sight = in_sight(world, index, point, &[leg.source, leg.receiver]);
             let strength = self.at.radiator.factor(leg.leaving(point)).sqrt() * kept;
             let in_faces = [0, 1].map(|face| {
                 let left = left[face].as_ref()?.iter().map(|left| left * in_sight);
@@ -96,7 +98,7 @@ impl Family<'_> {
             }
         }
         if self.is_image() && largest[0] > 0.0 {
-            let image = self.image_at(leg.source, reflections);
+            let image = self.image_at(self.course.seen(), reflections);
             let clearance = &mut self.images[image].clearance;
             let excess = excess(source, receiver, (source.angle - receiver.angle).abs());
             *clearance = clearance.min(excess / largest[0]);
