@@ -181,3 +181,74 @@ fn images_of_edges_go_out_of_sight_without_a_step() {
         }
     }
 }
+
+/// Receivers that see an edge past the end of another one, near the plane of a face that goes on over an edge across: what they hear over both completes
+/// what is hidden, and fades in the plane. In the plane of a screen, beside it.
+#[test]
+fn beside_the_ends_of_edges_nothing_steps() {
+    let past_the_end = [[2.5, 3.1, 4.5], [2.5, 3.3, 4.5], [2.5, 3.6, 4.5], [3.0, 3.6, 4.6], [3.5, 3.2, 4.7]];
+    let beside_a_screen = [[2.0, 3.5, 3.6]];
+    for (name, mesh, places) in
+        [("boxes", boxes(), &past_the_end[..]), ("screens", screens(0.0), &beside_a_screen)]
+    {
+        let field = Field::new(mesh, 0.0, HIGHER, &["diffraction"]);
+        for &place in places {
+            let step = field.largest_step(place.into(), DVec3::X);
+            assert!(step < 0.1, "{name}, {place:?}: {step} dB");
+        }
+    }
+}
+
+/// The top of a box would show the source where the floor and then its underside do. Neither image is the other one: a receiver in the second one
+/// hears what it does where the source is a little lower, and loses it without a step.
+#[test]
+fn images_in_one_place_are_told_apart_by_their_mirrors() {
+    let mut above = hall(FLOOR);
+    meshes::add_box(&mut above, OBSTACLE, dvec3(0.0, -3.0, 1.1), dvec3(0.8, 3.0, 2.0));
+    let from = |height| Field::new(above.clone(), 0.0, SOURCE.with_z(height), &["diffraction"]);
+    let (bottom, top) = (1.1, 2.0);
+    let field = from(top - bottom);
+    for height in [0.3499, 0.5986, 0.8082] {
+        let place = dvec3(1.5, 0.4, height);
+        let step = field.largest_step(place, DVec3::Z);
+        assert!(step < 0.02, "{place}: {step} dB");
+        let heard = |field: &Field| field.heard(&[place])[0];
+        let change = |other: f64| {
+            let pairs = heard(&field).into_iter().zip(heard(&from(top - bottom - other)));
+            pairs.map(|(one, other)| (10.0 * (one / other).log10()).abs()).fold(0.0, f64::max)
+        };
+        assert!(
+            change(1e-3) < 0.05 && change(0.05) > 0.1,
+            "{place}: {} dB, {} dB",
+            change(1e-3),
+            change(0.05)
+        );
+    }
+}
+
+/// Receivers that cross the planes of faces beside objects: where another object hides part of the last edge of the face, beyond the corner of a face or
+/// screen, and in the plane in which faces of both boxes lie, where what is on either side of it is far from the same.
+#[test]
+fn planes_of_faces_are_crossed_without_a_step() {
+    let beside_what_is_hidden = [([2.36556, 3.28716, 4.0], DVec3::Z), ([3.12643, 3.96699, 4.0], DVec3::Z)];
+    let beyond_a_corner = [([2.0, 4.84676, 6.58348], DVec3::X), ([-0.2863, 3.92962, 4.0], DVec3::Z)];
+    let of_both = [[5.19683, 3.0, 3.77601], [6.70526, 3.0, 3.80406], [3.83034, 3.0, 3.61557]];
+    let between_both = [[1.60675, 3.0, 4.5441], [1.30686, 3.0, 3.31694]];
+    let of_both: Vec<_> = of_both.into_iter().chain(between_both).map(|place| (place, DVec3::Y)).collect();
+    let about_boxes = [&beside_what_is_hidden[..], &beyond_a_corner, &of_both].concat();
+    let about_screens = [([2.0, -3.70296, 0.3722], DVec3::X), ([5.1579, 3.0, 3.80406], DVec3::Y)];
+    let about = [("boxes", boxes(), &about_boxes[..]), ("screens", screens(0.0), &about_screens)];
+    for (name, mesh, places) in about {
+        let field = Field::new(mesh, 0.0, HIGHER, &["diffraction"]);
+        for &(place, along) in places {
+            let step = field.largest_step(place.into(), along);
+            assert!(step < 0.1, "{name}, {place:?}: {step} dB");
+        }
+    }
+    let field = Field::new(boxes(), 0.0, HIGHER, &["diffraction"]);
+    let (place, along) = of_both[0];
+    let sides = field.heard(&[-0.03, 0.03].map(|offset| DVec3::from(place) + offset * along));
+    let apart = sides[0].iter().zip(sides[1]).map(|(one, other)| (10.0 * (one / other).log10()).abs());
+    let largest = apart.fold(0.0, f64::max);
+    assert!(largest > 1.0, "what is crossed in five centimetres: {largest} dB");
+}

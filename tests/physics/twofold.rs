@@ -173,6 +173,51 @@ fn in_an_oblique_room_hollow_corners_alone_are_heard() {
     assert!(found[2] > 0.1, "a known limit, and what the walk would find: {found:?} dB");
 }
 
+/// In line with an image of two reflections and a corner of a sheet nobody can tell whether the image is lit; it is heard as next to there. The images
+/// are not square to the sheet, so that the borders of their shadows cross at other angles.
+#[test]
+fn in_line_with_a_corner_an_image_is_heard_as_beside_it() {
+    let size = dvec3(8.0, 6.0, 3.0);
+    let mut mesh = Mesh::shoebox(size.to_array(), [FLOOR; 6]);
+    add_sheet(&mut mesh, 3.6, [1.6, 4.1], [1.0, 2.2]);
+    let [without, field] =
+        [&[][..], &["diffraction"]].map(|effects| Field::new(mesh.clone(), 0.0, SOURCE, effects));
+    let mirrored = |at: DVec3, axis: usize, wall: f64| {
+        let mut image = at.to_array();
+        image[axis] = 2.0 * wall - image[axis];
+        DVec3::from(image)
+    };
+    let [floor, ceiling, low, high] = [(2, 0.0), (2, 3.0), (1, 0.0), (1, 6.0)];
+    for (mirrors, y, z, beyond) in [
+        ([floor, high], 4.1, 2.2, 0.5),
+        ([ceiling, high], 4.1, 1.0, 0.5),
+        ([ceiling, low], 1.6, 1.0, 1.3),
+        ([ceiling, low], 4.1, 2.2, 1.3),
+        ([ceiling, high], 4.1, 1.0, 1.3),
+    ] {
+        let image = mirrors.iter().fold(SOURCE, |at, &(axis, wall)| mirrored(at, axis, wall));
+        let corner = dvec3(3.6, y, z);
+        let place = corner + (corner - image).normalize() * beyond;
+        let beside =
+            DVec3::AXES.into_iter().flat_map(|axis| [-1e-5, 1e-5].map(|offset| place + offset * axis));
+        let places: Vec<DVec3> = std::iter::once(place).chain(beside).collect();
+        let spread = |field: &Field| {
+            let heard = field.heard(&places);
+            let levels = |band: usize| heard.iter().map(move |heard| 10.0 * heard[band].log10());
+            let of_band =
+                |band| levels(band).fold(f64::MIN, f64::max) - levels(band).fold(f64::MAX, f64::min);
+            (0..BANDS).map(of_band).fold(0.0, f64::max)
+        };
+        let found = [&field, &without].map(spread);
+        assert!(found[0] < 0.05, "{place}: {} dB", found[0]);
+        assert!(
+            found[1] > 0.1,
+            "{place}: on the line the image begins at once without edges: {} dB",
+            found[1]
+        );
+    }
+}
+
 /// What a corner of two rigid planes mirrors goes past an obstacle that stands in it as it goes from the image of the source in both past the four
 /// images of that obstacle, which are one. Terms of images of three reflections, which fade where such an image may begin, are what is missing at
 /// the lowest frequencies.
