@@ -138,7 +138,6 @@ impl Renderer<'_> {
                 );
             }
         });
-
         for image in self.hear_later(&at, chains, &lit, &heard) {
             let energy = to_lanes(image.energy);
             match image.lit {
@@ -236,7 +235,7 @@ impl Renderer<'_> {
         energy
     }
 
-    /// The same as it is on the side that the receiver is on.
+    /// What edges bring, and the mirror images of low order, as they are where `at` is.
     fn hear_edges_at(
         &self,
         at: &Listening<'_>,

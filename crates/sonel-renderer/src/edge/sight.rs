@@ -81,7 +81,8 @@ pub(super) fn hiding(world: &World, edge: usize) -> impl Iterator<Item = &Wedge>
 }
 
 /// The pieces of a `part` [m] of `edge` that those of `others` which are parallel to it are about to hide from some of the `ends`, each with what is
-/// left of its sound: 0 where it is about to be seen no more. What `others` may hide of it is all on one side of where their own ends do.
+/// left of its sound: 0 where it is about to be seen no more, 1 where ways past the others are longer by `clear` [m]. The pieces end where an
+/// end of the edge that hides them is in line.
 #[must_use]
 pub(super) fn pieces<'a>(
     edge: &Wedge,
@@ -126,7 +127,8 @@ fn shadow(edge: &Wedge, other: &Wedge, end: DVec3) -> [f64; 2] {
     [0.0, other.length()].map(|place| along + (about(edge, other.at(place)).1 - along) * stretched)
 }
 
-/// The same of an edge that is hidden by those of `others` that are parallel to it, where ways past them are not longer by `clear` [m].
+/// What is left of the sound that goes over `edge` at `point` [m] to the `ends`: 0 where one of `others` that are parallel to it is about to hide it, 1
+/// where ways past them are longer by `clear` [m].
 #[must_use]
 pub(super) fn in_line<'a>(
     edge: &Wedge,
