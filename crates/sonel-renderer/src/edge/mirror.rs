@@ -168,12 +168,15 @@ fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
     if sides.iter().all(|[from, to]| (to - from).cross(point - from).dot(normal) >= 0.0) {
         return 0.0;
     }
-    let to_side = |[from, to]: [DVec3; 2]| {
-        let along = to - from;
-        let share = ((point - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-        point.distance(from + along * share)
-    };
-    sides.into_iter().map(to_side).fold(f64::INFINITY, f64::min)
+    sides.into_iter().map(|side| distance_to_line(point, side)).fold(f64::INFINITY, f64::min)
+}
+
+/// Distance of a point from the line between two others [m].
+#[must_use]
+pub(super) fn distance_to_line(point: DVec3, [from, to]: [DVec3; 2]) -> f64 {
+    let along = to - from;
+    let share = ((point - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    point.distance(from + along * share)
 }
 
 /// Where the straight way from `from` over `mirrors` to `to` is mirrored [m]; [`None`] where it does not meet all of their planes.

@@ -9,6 +9,9 @@
 //! and over edges of different objects ([`apart`]). What a plane
 //! mirrors meets the edges of the room unfolded about it ([`world`], [`rooms`]).
 //!
+//! Images are told apart by their mirrors ([`image`]). Next to a plane in which faces of several objects lie a receiver hears what is between both
+//! sides of it ([`shared`]).
+//!
 //! Images of more reflections are no families: each is heard by its own energy, with what single edges next to its way make of it ([`later`]).
 //!
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the

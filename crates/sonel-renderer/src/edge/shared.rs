@@ -6,7 +6,7 @@
 use glam::DVec3;
 use sonel_geometry::Geometry;
 
-use super::mirror::PlaneMirror;
+use super::mirror::{PlaneMirror, distance_to_line};
 use super::world::{RoomEdge, World};
 use crate::direct::direct_path;
 
@@ -57,7 +57,7 @@ impl SharedPlane {
         if height.abs() >= BESIDE {
             return None;
         }
-        let away = self.edges.iter().map(|ends| distance(place, *ends)).fold(f64::INFINITY, f64::min);
+        let away = self.edges.iter().map(|ends| distance_to_line(place, *ends)).fold(f64::INFINITY, f64::min);
         let far = BESIDE.min(NEAR_AN_EDGE * away);
         if height.abs() >= far {
             return None;
@@ -66,11 +66,4 @@ impl SharedPlane {
         direct_path(geometry, places[0], places[1])?;
         Some(Beside { places, share: 0.5 * (height / far + 1.0) })
     }
-}
-
-/// Distance of a point from a line between two others [m].
-fn distance(point: DVec3, [from, to]: [DVec3; 2]) -> f64 {
-    let along = to - from;
-    let share = ((point - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-    point.distance(from + along * share)
 }
