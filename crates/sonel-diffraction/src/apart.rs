@@ -107,8 +107,17 @@ struct Part {
     seen: Option<bool>,
 }
 
-/// Whether waves are completed by the edge beyond, and the ends of the path about their edge.
-type Ends = (bool, [WedgePoint; 2]);
+/// What a piece of a field over the edges of one side sends.
+struct Sent {
+    /// Whether its waves are completed by the edge beyond.
+    beyond: bool,
+    /// The ends of the path about the edge that completes them.
+    ends: [WedgePoint; 2],
+    /// Length with which it rotates [m].
+    length: f64,
+    /// Slowly varying amplitudes by wave at every wave number [1/m].
+    fields: Vec<[Complex; WAVES]>,
+}
 
 /// A wave's edge: which of the sides it is on, whether it is the one beyond that at the air, and the ends of the path over it about it.
 #[derive(Debug, Clone, Copy)]
@@ -128,7 +137,10 @@ pub struct Products {
     pub lead: Led,
     /// The other one; [`None`] where nothing but a direct wave is completed there.
     pub other: Option<Led>,
-    /// Amplitudes by wave number, wave of the leading edge and wave of the other one, to be multiplied by e^(−jk length) [1/m].
+    /// Length with which they rotate [m].
+    pub length: f64,
+    /// Slowly varying amplitudes by wave number, wave of the leading edge and wave of the other one, to be multiplied by
+    /// e^(−jk length) [1/m].
     pub amplitudes: Vec<[[Complex; WAVES]; WAVES]>,
 }
 
@@ -163,7 +175,7 @@ impl ApartPath {
     /// The field, as products of waves.
     #[must_use]
     pub fn products(&self, numbers: &WaveNumbers) -> Vec<Products> {
-        self.chains.iter().flat_map(|chain| chain.products(numbers, self.length)).collect()
+        self.chains.iter().flat_map(|chain| chain.products(numbers)).collect()
     }
 }
 
@@ -172,34 +184,32 @@ impl Chain {
         self.lead.length() + self.trail.length() - self.reach
     }
 
-    fn products(&self, numbers: &WaveNumbers, length: f64) -> Vec<Products> {
+    fn products(&self, numbers: &WaveNumbers) -> Vec<Products> {
         let is_one = matches!(self.trail, Over::One(..)) && !self.on_face;
         let mut trail = vec![[Complex::ZERO; WAVES]; numbers.values().len()];
-        for (_, fields) in self.trail.fields(numbers) {
-            for (sum, terms) in trail.iter_mut().zip(fields) {
+        for Sent { length, fields, .. } in self.trail.sent(numbers) {
+            for ((sum, terms), k) in trail.iter_mut().zip(fields).zip(numbers.values()) {
+                let factor = Complex::unit(k * (self.trail.length() - length)) * (self.reach * self.weight);
                 if is_one {
-                    *sum = terms;
+                    sum.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term * factor);
                 } else {
                     let half = if self.on_face { 0.5 } else { 1.0 };
-                    sum[0] += (terms[0] + terms[1] + terms[2]) * half;
+                    sum[0] += (terms[0] + terms[1] + terms[2]) * factor * half;
                 }
             }
         }
-        for (sum, k) in trail.iter_mut().zip(numbers.values()) {
-            let factor = Complex::unit(k * (self.reach + length)) * (self.reach * self.weight);
-            *sum = sum.map(|term| term * factor);
-        }
         let other = Led { side: 1 - self.side, beyond: false, ends: self.of_trail };
-        let products = |((beyond, ends), fields): (Ends, Vec<[Complex; WAVES]>)| Products {
+        let products = |Sent { beyond, ends, length, fields }: Sent| Products {
             lead: Led { side: self.side, beyond, ends },
             other: is_one.then_some(other),
+            length: length + self.trail.length() - self.reach,
             amplitudes: fields
                 .iter()
                 .zip(&trail)
                 .map(|(lead, trail)| lead.map(|lead| trail.map(|trail| lead * trail)))
                 .collect(),
         };
-        self.lead.fields(numbers).into_iter().map(products).collect()
+        self.lead.sent(numbers).into_iter().map(products).collect()
     }
 }
 
@@ -211,20 +221,29 @@ impl Over {
         }
     }
 
-    /// Fields by wave at every wave number, for every edge that completes waves [1/m].
-    fn fields(&self, numbers: &WaveNumbers) -> Vec<(Ends, Vec<[Complex; WAVES]>)> {
+    /// What every piece of it sends that completes waves.
+    fn sent(&self, numbers: &WaveNumbers) -> Vec<Sent> {
         match self {
-            Self::One(path, ends) => vec![((false, *ends), path.fields(numbers))],
-            Self::Two(path) => {
-                let turned = |amplitudes: Vec<[Complex; WAVES]>| {
-                    let turn = |(terms, k): ([Complex; WAVES], &f64)| {
-                        terms.map(|term| term * Complex::unit(-k * path.length()))
-                    };
-                    amplitudes.into_iter().zip(numbers.values()).map(turn).collect()
-                };
-                let leads = path.leads().map(|lead| (lead.edge == 0, lead.ends));
-                leads.zip(path.amplitudes(numbers).into_iter().map(turned)).collect()
-            }
+            Self::One(path, ends) => path
+                .lengths()
+                .enumerate()
+                .map(|(piece, length)| Sent {
+                    beyond: false,
+                    ends: *ends,
+                    length,
+                    fields: path.amplitudes(piece, numbers),
+                })
+                .collect(),
+            Self::Two(path) => path
+                .leads()
+                .zip(path.amplitudes(numbers))
+                .map(|(lead, fields)| Sent {
+                    beyond: lead.edge == 0,
+                    ends: lead.ends,
+                    length: path.length(),
+                    fields,
+                })
+                .collect(),
         }
     }
 }

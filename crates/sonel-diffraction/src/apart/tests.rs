@@ -68,9 +68,13 @@ impl Pair {
             share: self.shares[of],
         });
         let Some(path) = ApartPath::new(sides, 1.0) else { return Complex::ZERO };
-        let products = path.products(&k.into()).into_iter();
-        let terms = products.flat_map(|product| product.amplitudes).flatten().flatten();
-        terms.fold(Complex::ZERO, |sum, term| sum + term) * Complex::unit(-k * path.length())
+        path.products(&k.into()).into_iter().fold(
+            Complex::ZERO,
+            |sum, Products { length, amplitudes, .. }| {
+                let turn = Complex::unit(-k * length);
+                amplitudes.into_iter().flatten().flatten().fold(sum, |sum, term| sum + term * turn)
+            },
+        )
     }
 
     /// Over the stretches of the first edge that the receiver sees past the second, and over those of the second that the source sees.

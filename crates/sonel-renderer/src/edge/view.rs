@@ -109,6 +109,11 @@ pub(crate) fn stretches(wedge: &Wedge, seen: impl Fn(DVec3) -> bool) -> Vec<[f64
     stretches
 }
 
+/// The longest of `stretches`: a way over several edges takes one of each.
+pub(crate) fn longest(stretches: Vec<[f64; 2]>) -> Option<[f64; 2]> {
+    stretches.into_iter().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
+}
+
 /// Where between a clear and a hidden place the view ends.
 fn border(seen: &impl Fn(f64) -> bool, mut clear: f64, mut hidden: f64) -> f64 {
     for _ in 0..HALVINGS {

@@ -12,7 +12,7 @@ use super::super::image::SourceImage;
 use super::super::mirror::{PlaneMirror, reflects};
 use super::super::passage::Border;
 use super::super::sight::in_line;
-use super::super::view::{Leg, stretches};
+use super::super::view::{Leg, longest, stretches};
 use super::super::{Reflection, RoomEdge};
 use super::face::{excess, turn};
 use super::several::Seen;
@@ -20,6 +20,9 @@ use super::{Family, faded};
 
 /// tan ½θ of the angle from the plane of a face, beyond it, within which an edge of it goes out of sight.
 const FADED: f64 = 0.1;
+
+/// Ways that differ by no more than this rotate as one [m]: a sixth of a radian within an eighth of an octave at 4 kHz.
+const ALIKE: f64 = 0.05;
 
 /// A side as its end hears it.
 #[derive(Clone, Copy)]
@@ -153,15 +156,14 @@ impl Family<'_> {
             at_air[of].wedge.locate(ends[of]).is_some_and(|at| (at.angle - plane).abs() < PI)
         };
         let is_base = self.is_direct();
+        // What comes over an edge beyond, too, is heard over one stretch only.
+        let heard_over = |edge: usize, shore: &Shore, is_seen: &dyn Fn(DVec3) -> bool| {
+            let stretches = stretches(&edges[edge].wedge, is_seen);
+            if shore.beyond.is_some() { longest(stretches).into_iter().collect() } else { stretches }
+        };
         let past: [&dyn Fn() -> Vec<[f64; 2]>; 2] = [
-            &|| {
-                stretches(&edges[across].wedge, |point| {
-                    leg.arrives(geometry, world.copy(across, point), point)
-                })
-            },
-            &|| {
-                stretches(&edges[first].wedge, |point| leg.goes_on(geometry, world.copy(first, point), point))
-            },
+            &|| heard_over(across, shores[1], &|at| leg.arrives(geometry, world.copy(across, at), at)),
+            &|| heard_over(first, shores[0], &|at| leg.goes_on(geometry, world.copy(first, at), at)),
         ];
         let in_face = [0, 1].map(|of| {
             move |face: usize, point: DVec3| {
@@ -196,8 +198,8 @@ impl Family<'_> {
         let strength = self.at.radiator.factor(leg.leaving(first)).sqrt() * left;
         let through: Vec<f64> =
             (0..self.spectrum.bands()).map(|band| self.through(band, length) * strength).collect();
-        let mut course = vec![Complex::ZERO; cells.len()];
-        for Products { lead, other, amplitudes } in path.products(self.spectrum.wave_numbers()) {
+        let mut heard: Vec<(Option<usize>, Wave)> = Vec::new();
+        for Products { lead, other, length, amplitudes } in path.products(self.spectrum.wave_numbers()) {
             let in_face = |led: Led, wave: usize| {
                 let edge = if led.beyond { passed.outer } else { passed.at_air }[led.side];
                 wave.checked_sub(1).map(|face| InFace { led, edge, face })
@@ -212,18 +214,21 @@ impl Family<'_> {
                     .zip(&amplitudes)
                     .zip(&left)
                     .map(|((cell, terms), left)| terms[of_lead][of_other] * (through[cell.band] * left));
-                match image {
-                    Some(image) if self.is_image() || self.images[image].lit.is_some() => {
-                        let amplitude = amplitudes.collect();
-                        self.images[image].waves.push(Wave { length, amplitude });
-                        self.images[image].ways.push(length);
-                    }
-                    _ => course.iter_mut().zip(amplitudes).for_each(|(sum, term)| *sum += term),
-                }
+                let image = image.filter(|&image| self.is_image() || self.images[image].lit.is_some());
+                add_wave(&mut heard, image, Wave { length, amplitude: amplitudes.collect() }, cells);
             }
         }
-        self.waves.push(Wave { length, amplitude: course });
-        self.ways.push(length);
+        for (image, wave) in heard {
+            let (waves, ways) = match image {
+                Some(image) => {
+                    let image = &mut self.images[image];
+                    (&mut image.waves, &mut image.ways)
+                }
+                None => (&mut self.waves, &mut self.ways),
+            };
+            waves.push(wave);
+            ways.push(length);
+        }
         self.detours.push((length, leg.towards(last)));
     }
 
@@ -280,6 +285,18 @@ impl Family<'_> {
             mirrored + (1.0 - mirrored) * dark
         };
         self.spectrum.cells().iter().map(of).collect()
+    }
+}
+
+/// Adds a `wave` to those that are `heard` from the same image over as long a way.
+fn add_wave(heard: &mut Vec<(Option<usize>, Wave)>, image: Option<usize>, wave: Wave, cells: &[Cell]) {
+    let is_alike = |other: &&mut (Option<usize>, Wave)| {
+        other.0 == image && (other.1.length - wave.length).abs() <= ALIKE
+    };
+    let Some((_, sum)) = heard.iter_mut().find(is_alike) else { return heard.push((image, wave)) };
+    let longer = wave.length - sum.length;
+    for ((sum, term), cell) in sum.amplitude.iter_mut().zip(wave.amplitude).zip(cells) {
+        *sum += term * Complex::unit(-cell.k * longer);
     }
 }
 

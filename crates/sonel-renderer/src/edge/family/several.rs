@@ -8,7 +8,7 @@ use sonel_diffraction::{Complex, FacePath, Wave};
 
 use super::super::passage::{Passage, Passed};
 use super::super::sight::{hiding, pieces};
-use super::super::view::{Leg, stretches};
+use super::super::view::{Leg, longest, stretches};
 use super::super::{Reflection, RoomEdge};
 use super::Family;
 
@@ -39,9 +39,6 @@ impl Family<'_> {
     /// What of an edge the source and the receiver see.
     pub(super) fn seen(&self, index: usize, edge: &RoomEdge, leg: &Leg<'_>) -> Seen {
         let (geometry, world) = (self.at.geometry, self.course.world);
-        let longest = |stretches: Vec<[f64; 2]>| {
-            stretches.into_iter().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
-        };
         [
             longest(stretches(&edge.wedge, |point| leg.arrives(geometry, world.copy(index, point), point))),
             longest(stretches(&edge.wedge, |point| leg.goes_on(geometry, world.copy(index, point), point))),
