@@ -195,12 +195,14 @@ impl Renderer<'_> {
         self.edges.as_ref().map_or(place, |edges| edges.beside_planes(self.geometry, place, out))
     }
 
-    /// What edges bring, and the mirror images of low order in the order of their visit, with what edges do to them. Next to a plane in which faces
-    /// of several objects lie there is as much of it as between both sides of the plane.
+    /// What edges bring, and the mirror images of low order in the order of their visit, with what edges do to them. Where [`Edges::beside`] has
+    /// places on either side there is as much of it as between both.
     fn hear_edges(&self, at: &Listening<'_>, chains: &MirrorChains) -> (Vec<EdgeArrival>, Vec<Reflection>) {
         let (mut arrivals, mut reflections) = self.hear_edges_at(at, chains);
-        let beside =
-            self.edges.as_ref().and_then(|edges| edges.beside_shared_plane(self.geometry, at.receiver));
+        let beside = self
+            .edges
+            .as_ref()
+            .and_then(|edges| edges.beside(self.geometry, at.radiator.position, at.receiver));
         let Some(Beside { places, share }) = beside else { return (arrivals, reflections) };
         let energy = self.energy_over_edges(at, &arrivals, &reflections);
         let [one, other] = places.map(|receiver| {

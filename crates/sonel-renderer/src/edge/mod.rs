@@ -9,8 +9,8 @@
 //! and over edges of different objects ([`apart`]). What a plane
 //! mirrors meets the edges of the room unfolded about it ([`world`], [`rooms`]).
 //!
-//! Images are told apart by their mirrors ([`image`]). Next to a plane in which faces of several objects lie a receiver hears what is between both
-//! sides of it ([`shared`]).
+//! Images are told apart by their mirrors ([`image`]). Next to a plane in which faces of several objects lie or that the source grazes, and next to
+//! where an image ends at a hollow corner, a receiver hears what is between both sides ([`beside`], [`hollow`]).
 //!
 //! Images of more reflections are no families: each is heard by its own energy, with what single edges next to its way make of it ([`later`]).
 //!
@@ -20,9 +20,11 @@
 //! References: [Svensson1999] (docs/references.md), docs/physics.md §5.1.
 
 mod apart;
+mod beside;
 mod chain;
 mod extent;
 mod family;
+mod hollow;
 mod image;
 mod later;
 mod mirror;
@@ -30,7 +32,6 @@ mod near;
 mod passage;
 mod reach;
 mod rooms;
-mod shared;
 mod sight;
 mod view;
 mod world;
@@ -49,9 +50,9 @@ use mirror::PlaneMirror;
 use rooms::Rooms;
 use world::RoomEdge;
 
+pub(crate) use beside::Beside;
 pub(crate) use image::SourceImage;
 pub(crate) use later::LaterImage;
-pub(crate) use shared::Beside;
 
 /// Reflections of a mirror image that edges change as one field with others.
 pub(crate) const EDGE_ORDER: u32 = 2;
@@ -140,10 +141,13 @@ impl Edges {
         })
     }
 
-    /// The places on either side of a receiver next to a plane in which faces of several objects lie.
+    /// The places on either side of a `receiver` next to a plane in which faces of several objects lie or that the `source` grazes, or to where an
+    /// image of that ends at a hollow corner.
     #[must_use]
-    pub fn beside_shared_plane(&self, geometry: &Geometry, receiver: DVec3) -> Option<Beside> {
-        self.rooms.shared.iter().find_map(|plane| plane.beside(geometry, receiver))
+    pub fn beside(&self, geometry: &Geometry, source: DVec3, receiver: DVec3) -> Option<Beside> {
+        let Rooms { faces, corners, .. } = &self.rooms;
+        let of_faces = faces.iter().find_map(|plane| plane.beside(geometry, source, receiver));
+        of_faces.or_else(|| corners.iter().find_map(|corner| corner.beside(geometry, source, receiver)))
     }
 
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the

@@ -8,11 +8,12 @@ use sonel_geometry::Geometry;
 use sonel_map::CoefficientTable;
 
 use super::apart;
+use super::beside::{FacePlane, face_planes};
 use super::chain::Chain;
 use super::family::Course;
+use super::hollow::{HollowCorner, hollow_corners};
 use super::mirror::{self, PlaneMirror};
 use super::near::Near;
-use super::shared::{SharedPlane, shared_planes};
 use super::world::{RoomEdge, World};
 use super::{Listening, Reflection};
 
@@ -28,7 +29,7 @@ const PASSAGE_LIMIT: usize = 2048;
 /// second if a receiver sees them all.
 const TWOFOLD_LIMIT: usize = 2000;
 /// The same as for one mirror of passages by way of two.
-const TWOFOLD_PASSAGE_LIMIT: usize = 256;
+const TWOFOLD_PASSAGE_LIMIT: usize = 1024;
 
 /// All edges as base paths meet them.
 pub(super) struct Rooms {
@@ -42,8 +43,10 @@ pub(super) struct Rooms {
     near: Near,
     /// The planes without edges.
     without: Vec<PlaneMirror>,
-    /// Those in which faces of several objects lie.
-    pub shared: Vec<SharedPlane>,
+    /// Those of faces at edges.
+    pub faces: Vec<FacePlane>,
+    /// Those of mirrors that are not at right angles.
+    pub corners: Vec<HollowCorner>,
 }
 
 impl Rooms {
@@ -75,8 +78,10 @@ impl Rooms {
         let twofold = [whole, &without].into_iter().find_map(|mirrors| twofold(geometry, &direct, mirrors));
         unfolded.extend(twofold.unwrap_or_default());
         let near = near(geometry, &direct, &planes, &unfolded, &without);
-        let shared = shared_planes(&direct);
-        Self { direct, unfolded, behind, near, without, shared }
+        let is_whole = !unfolded.iter().chain(behind.iter().flatten()).any(|world| world.is_shortened);
+        let faces = face_planes(&direct, is_whole);
+        let corners = hollow_corners(geometry, &mirror::planes(geometry, table));
+        Self { direct, unfolded, behind, near, without, faces, corners }
     }
 
     /// The rooms about the receiver's images that are not unfolded as a whole, for wave numbers of at least `smallest_k` [1/m].
