@@ -184,6 +184,8 @@ fn images_of_edges_go_out_of_sight_without_a_step() {
 
 /// Receivers that see an edge past the end of another one, near the plane of a face that goes on over an edge across: what they hear over both completes
 /// what is hidden, and fades in the plane. In the plane of a screen, beside it.
+/// Where a rear edge goes out of sight beside that end, of which nobody can tell in the plane itself how much is seen; and deep in the shadow of two
+/// screens, where what the ends of an edge send is as loud as what comes over it, and rotates with ways of its own.
 #[test]
 fn beside_the_ends_of_edges_nothing_steps() {
     let past_the_end = [[2.5, 3.1, 4.5], [2.5, 3.3, 4.5], [2.5, 3.6, 4.5], [3.0, 3.6, 4.6], [3.5, 3.2, 4.7]];
@@ -196,6 +198,18 @@ fn beside_the_ends_of_edges_nothing_steps() {
             let step = field.largest_step(place.into(), DVec3::X);
             assert!(step < 0.1, "{name}, {place:?}: {step} dB");
         }
+    }
+    let mut on_floor = hall(FLOOR);
+    add_sheet(&mut on_floor, 0.0, [0.0, 2.0], 0.0);
+    add_sheet(&mut on_floor, 2.0, [0.0, 1.6], 0.0);
+    let past_the_rear = dvec3(4.304572517635998, 5.348196016637381, 5.168190839212);
+    let in_deep_shadow = dvec3(6.487189, -0.39861, 0.702562);
+    for (name, mesh, source, place, along) in [
+        ("boxes", boxes(), HIGHER, past_the_rear, dvec3(-1.0, 0.0, 3.0)),
+        ("screens on a floor", on_floor, SOURCE, in_deep_shadow, dvec3(1.0, 0.0, 5.0)),
+    ] {
+        let step = Field::new(mesh, 0.0, source, &["diffraction"]).largest_step(place, along.normalize());
+        assert!(step < 0.1, "{name}, {place}: {step} dB");
     }
 }
 

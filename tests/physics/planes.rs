@@ -183,6 +183,25 @@ fn a_source_beside_the_plane_of_a_face_makes_no_slope() {
     }
 }
 
+/// Beside a solid, where ways run past its corners, a source within millimetres of a plane of it is heard differently above and below that: what
+/// is between both is crossed slowly.
+#[test]
+fn beside_a_solid_a_grazed_plane_is_crossed_slowly() {
+    for (size, source, place, sides) in [
+        (dvec3(2.0, 1.0, 0.75), [-2.21891, 0.85417, 0.75035], [1.14866, -0.73952, 0.75], 0.3),
+        (dvec3(1.5, 6.0, 2.5), [-1.19507, 5.40816, 2.50092], [2.55053, 6.36237, 2.5], 0.15),
+        (dvec3(0.5, 0.5, 0.5), [-1.38073, -0.29703, 0.50055], [1.62768, 1.92685, 0.5], 0.15),
+    ] {
+        let walk = (DVec3::from(place), DVec3::Z);
+        let change =
+            |offsets: &[f64]| largest_change(&crossed(&boxed(size), 0.0, source.into(), walk, offsets));
+        let step = change(&OFFSETS);
+        assert!(step < 0.1, "{size}, {}: {step} dB", walk.0);
+        let apart = change(&[-8e-3, 8e-3]);
+        assert!(apart > sides, "{size}, {}: what is crossed, {apart} dB", walk.0);
+    }
+}
+
 /// The same anywhere about a box, a wall and a board, nearer to the plane: where a field is all interference, it may change by more within
 /// a millimetre.
 #[test]
