@@ -9,8 +9,8 @@
 //! and over edges of different objects ([`apart`]). What a plane
 //! mirrors meets the edges of the room unfolded about it ([`world`], [`rooms`]).
 //!
-//! Images are told apart by their mirrors ([`image`]). Next to a plane in which faces of several objects lie or that the source grazes, and next to
-//! where an image ends at a hollow corner, a receiver hears what is between both sides ([`beside`], [`hollow`]).
+//! Images are told apart by their mirrors ([`image`]). Next to a plane of faces in which paths are missing or that the source grazes, and next to where
+//! an image ends at a hollow corner, a receiver hears what is between both sides ([`beside`], [`hollow`]).
 //!
 //! Images of more reflections are no families: each is heard by its own energy, with what single edges next to its way make of it ([`later`]).
 //!
@@ -141,8 +141,8 @@ impl Edges {
         })
     }
 
-    /// The places on either side of a `receiver` next to a plane in which faces of several objects lie or that the `source` grazes, or to where an
-    /// image of that ends at a hollow corner.
+    /// The places on either side of a `receiver` next to a plane of faces in which paths are missing or that the `source` grazes, or to where an image
+    /// of that ends at a hollow corner.
     #[must_use]
     pub fn beside(&self, geometry: &Geometry, source: DVec3, receiver: DVec3) -> Option<Beside> {
         let Rooms { faces, corners, .. } = &self.rooms;
