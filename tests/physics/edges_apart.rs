@@ -213,13 +213,18 @@ fn beside_the_ends_of_edges_nothing_steps() {
     }
 }
 
+/// A box above an open floor.
+fn above_a_floor() -> Mesh {
+    let mut mesh = hall(FLOOR);
+    meshes::add_box(&mut mesh, OBSTACLE, dvec3(0.0, -3.0, 1.1), dvec3(0.8, 3.0, 2.0));
+    mesh
+}
+
 /// The top of a box would show the source where the floor and then its underside do. Neither image is the other one: a receiver in the second one
 /// hears what it does where the source is a little lower, and loses it without a step.
 #[test]
 fn images_in_one_place_are_told_apart_by_their_mirrors() {
-    let mut above = hall(FLOOR);
-    meshes::add_box(&mut above, OBSTACLE, dvec3(0.0, -3.0, 1.1), dvec3(0.8, 3.0, 2.0));
-    let from = |height| Field::new(above.clone(), 0.0, SOURCE.with_z(height), &["diffraction"]);
+    let from = |height| Field::new(above_a_floor(), 0.0, SOURCE.with_z(height), &["diffraction"]);
     let (bottom, top) = (1.1, 2.0);
     let field = from(top - bottom);
     for height in [0.3499, 0.5986, 0.8082] {
@@ -241,7 +246,8 @@ fn images_in_one_place_are_told_apart_by_their_mirrors() {
 }
 
 /// Receivers that cross the planes of faces beside objects: where another object hides part of the last edge of the face, beyond the corner of a face or
-/// screen, and in the plane in which faces of both boxes lie, where what is on either side of it is far from the same.
+/// screen, above a floor, in the plane in which faces of both boxes lie, where what is on either side of it is far from the same, and in both
+/// planes where that crosses another one.
 #[test]
 fn planes_of_faces_are_crossed_without_a_step() {
     let beside_what_is_hidden = [([2.36556, 3.28716, 4.0], DVec3::Z), ([3.12643, 3.96699, 4.0], DVec3::Z)];
@@ -249,11 +255,16 @@ fn planes_of_faces_are_crossed_without_a_step() {
     let of_both = [[5.19683, 3.0, 3.77601], [6.70526, 3.0, 3.80406], [3.83034, 3.0, 3.61557]];
     let between_both = [[1.60675, 3.0, 4.5441], [1.30686, 3.0, 3.31694]];
     let of_both: Vec<_> = of_both.into_iter().chain(between_both).map(|place| (place, DVec3::Y)).collect();
-    let about_boxes = [&beside_what_is_hidden[..], &beyond_a_corner, &of_both].concat();
+    let where_planes_cross = [([5.19683, 3.003, 4.0], DVec3::Z), ([5.19683, 3.0, 4.002], DVec3::Y)];
+    let about_boxes = [&beside_what_is_hidden[..], &beyond_a_corner, &of_both, &where_planes_cross].concat();
     let about_screens = [([2.0, -3.70296, 0.3722], DVec3::X), ([5.1579, 3.0, 3.80406], DVec3::Y)];
-    let about = [("boxes", boxes(), &about_boxes[..]), ("screens", screens(0.0), &about_screens)];
-    for (name, mesh, places) in about {
-        let field = Field::new(mesh, 0.0, HIGHER, &["diffraction"]);
+    let over_the_corner = [([0.0, 4.106248, 3.446326], DVec3::X)];
+    for (name, mesh, source, places) in [
+        ("boxes", boxes(), HIGHER, &about_boxes[..]),
+        ("screens", screens(0.0), HIGHER, &about_screens),
+        ("a box above a floor", above_a_floor(), SOURCE, &over_the_corner),
+    ] {
+        let field = Field::new(mesh, 0.0, source, &["diffraction"]);
         for &(place, along) in places {
             let step = field.largest_step(place.into(), along);
             assert!(step < 0.1, "{name}, {place:?}: {step} dB");

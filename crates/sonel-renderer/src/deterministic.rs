@@ -101,7 +101,7 @@ impl Renderer<'_> {
             clear: direct.is_some(),
             complete_order: chains.order(),
         };
-        let (over_edges, reflections) = self.hear_edges(&at, chains);
+        let (over_edges, reflections) = self.hear_edges(&at, receiver.exact, chains);
         // Beside a clear direct path edges are many and weak: they are heard but not listed.
         let is_direct = |arrival: &EdgeArrival| !arrival.shaded;
         let clear = over_edges.iter().any(is_direct);
@@ -195,30 +195,48 @@ impl Renderer<'_> {
         self.edges.as_ref().map_or(place, |edges| edges.beside_planes(self.geometry, place, out))
     }
 
-    /// What edges bring, and the mirror images of low order in the order of their visit, with what edges do to them. Where [`Edges::beside`] has
-    /// places on either side there is as much of it as between both.
-    fn hear_edges(&self, at: &Listening<'_>, chains: &MirrorChains) -> (Vec<EdgeArrival>, Vec<Reflection>) {
+    /// What edges bring, and the mirror images of low order in the order of their visit, with what edges do to them; as much of it as there is between
+    /// both sides of the boundaries that the receiver is next to, in truth at `place` [m].
+    fn hear_edges(
+        &self,
+        at: &Listening<'_>,
+        place: DVec3,
+        chains: &MirrorChains,
+    ) -> (Vec<EdgeArrival>, Vec<Reflection>) {
         let (mut arrivals, mut reflections) = self.hear_edges_at(at, chains);
-        let beside = self
-            .edges
-            .as_ref()
-            .and_then(|edges| edges.beside(self.geometry, at.radiator.position, at.receiver));
-        let Some(Beside { places, share }) = beside else { return (arrivals, reflections) };
+        let Some(between) = self.energy_between(at, place, chains, 0) else { return (arrivals, reflections) };
         let energy = self.energy_over_edges(at, &arrivals, &reflections);
-        let [one, other] = places.map(|receiver| {
-            let clear = direct_path(self.geometry, at.radiator.position, receiver).is_some();
-            let there = Listening { receiver, clear, ..*at };
-            let (arrivals, reflections) = self.hear_edges_at(&there, chains);
-            self.energy_over_edges(&there, &arrivals, &reflections)
-        });
-        let between = one.iter().zip(&other).map(|(one, other)| one + (other - one) * share);
         let gain = |(between, &here)| if here > 0.0 { between / here } else { 1.0 };
-        let gain: Vec<f64> = between.zip(&energy).map(gain).collect();
+        let gain: Vec<f64> = between.iter().zip(&energy).map(gain).collect();
         let parts = arrivals.iter_mut().map(|arrival| &mut arrival.energy);
         for part in parts.chain(reflections.iter_mut().map(|reflection| &mut reflection.ratio)) {
             part.iter_mut().zip(&gain).for_each(|(part, gain)| *part *= gain);
         }
         (arrivals, reflections)
+    }
+
+    /// Energy at `place` [m] between both sides of the boundaries from number `first` on that it is next to, if there is one, per band [1/m²]: on
+    /// either side of the first one that between both sides of the others.
+    fn energy_between(
+        &self,
+        at: &Listening<'_>,
+        place: DVec3,
+        chains: &MirrorChains,
+        first: usize,
+    ) -> Option<Vec<f64>> {
+        let edges = self.edges.as_ref()?;
+        let source = at.radiator.position;
+        let (number, Beside { places, share }) = edges.beside(self.geometry, source, place, first)?;
+        let [one, other] = places.map(|place| {
+            self.energy_between(at, place, chains, number + 1).unwrap_or_else(|| {
+                let receiver = self.beside_planes(place, RECEIVER_OUT);
+                let clear = direct_path(self.geometry, source, receiver).is_some();
+                let there = Listening { receiver, clear, ..*at };
+                let (arrivals, reflections) = self.hear_edges_at(&there, chains);
+                self.energy_over_edges(&there, &arrivals, &reflections)
+            })
+        });
+        Some(one.iter().zip(&other).map(|(one, other)| one + (other - one) * share).collect())
     }
 
     /// Energy of direct sound, of what edges bring and of mirror images of low order, per band [1/m²].

@@ -9,7 +9,7 @@
 //! and over edges of different objects ([`apart`]). What a plane
 //! mirrors meets the edges of the room unfolded about it ([`world`], [`rooms`]).
 //!
-//! Images are told apart by their mirrors ([`image`]). Next to a plane of faces in which paths are missing or that the source grazes, and next to where
+//! Images are told apart by their mirrors ([`image`]). Next to a plane of faces, and next to where
 //! an image ends at a hollow corner, a receiver hears what is between both sides ([`beside`], [`hollow`]).
 //!
 //! Images of more reflections are no families: each is heard by its own energy, with what single edges next to its way make of it ([`later`]).
@@ -141,13 +141,24 @@ impl Edges {
         })
     }
 
-    /// The places on either side of a `receiver` next to a plane of faces in which paths are missing or that the `source` grazes, or to where an image
-    /// of that ends at a hollow corner.
+    /// The boundaries next to which a receiver hears what is between both sides, from number `first` on: the number of the first one that `receiver`
+    /// is next to, a plane of faces or where an image of `source` ends at a hollow corner, and the places on either side of that.
     #[must_use]
-    pub fn beside(&self, geometry: &Geometry, source: DVec3, receiver: DVec3) -> Option<Beside> {
+    pub fn beside(
+        &self,
+        geometry: &Geometry,
+        source: DVec3,
+        receiver: DVec3,
+        first: usize,
+    ) -> Option<(usize, Beside)> {
         let Rooms { faces, corners, .. } = &self.rooms;
-        let of_faces = faces.iter().find_map(|plane| plane.beside(geometry, source, receiver));
-        of_faces.or_else(|| corners.iter().find_map(|corner| corner.beside(geometry, source, receiver)))
+        (first..faces.len() + corners.len()).find_map(|number| {
+            let beside = match faces.get(number) {
+                Some(plane) => plane.beside(geometry, receiver),
+                None => corners[number - faces.len()].beside(geometry, source, receiver),
+            };
+            Some((number, beside?))
+        })
     }
 
     /// What edges bring to one receiver. `reflections` are all mirror images of up to two reflections that reach it; the

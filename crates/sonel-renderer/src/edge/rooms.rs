@@ -78,8 +78,7 @@ impl Rooms {
         let twofold = [whole, &without].into_iter().find_map(|mirrors| twofold(geometry, &direct, mirrors));
         unfolded.extend(twofold.unwrap_or_default());
         let near = near(geometry, &direct, &planes, &unfolded, &without);
-        let is_whole = !unfolded.iter().chain(behind.iter().flatten()).any(|world| world.is_shortened);
-        let faces = face_planes(&direct, is_whole);
+        let faces = face_planes(&direct);
         let corners = hollow_corners(geometry, &mirror::planes(geometry, table));
         Self { direct, unfolded, behind, near, without, faces, corners }
     }

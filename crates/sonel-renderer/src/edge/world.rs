@@ -66,8 +66,6 @@ pub(crate) struct World {
     /// Which passages there are; where those over two edges are left out what comes over one fades to nothing where it would go on over a
     /// second one.
     pub orders: Orders,
-    /// Whether passages are left out since they would be too many.
-    pub is_shortened: bool,
     /// For each edge those apart that it sees, which hide it all at once.
     across: Vec<Vec<usize>>,
     /// Whether it has only the edges near a path, so that what comes over them fades to nothing far from it.
@@ -120,7 +118,6 @@ impl World {
             faces,
             shows: Vec::new(),
             orders,
-            is_shortened: false,
             is_near: false,
             clear: CROWDED,
             hiders: Vec::new(),
@@ -249,7 +246,6 @@ impl World {
     pub fn shorten(&mut self, most: usize) {
         self.passages.retain(|way| way.edges.len() <= most && !way.is_along_a_face());
         self.orders = Orders { most: self.orders.most.min(most.max(1)), along_a_face: false };
-        self.is_shortened = true;
     }
 
     /// Tells passages where they end since no way goes on over edges apart.
