@@ -13,7 +13,7 @@ use super::world::{RoomEdge, World};
 use crate::direct::direct_path;
 
 /// How far from a plane of faces the field is what it is on that side [m]: a change of 0.8 dB from one side to the other then is less than a tenth
-/// of a decibel in a millimetre, and between both sides the field is curved by less than that.
+/// of a decibel in a millimetre, and the field, taken to be straight between both sides, some hundredths off.
 const BESIDE: f64 = 0.005;
 /// The same of planes that objects share: 3 dB and more.
 const BESIDE_SHARED: f64 = 0.025;
