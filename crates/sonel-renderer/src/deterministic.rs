@@ -271,6 +271,7 @@ impl Renderer<'_> {
         let arrivals = edges.hear(at, &mut reflections);
         (arrivals, reflections)
     }
+
     /// The images of more reflections that edges change; `lit` are those that reach the receiver, `heard` is the energy of all else that does
     /// [1/m²].
     fn hear_later(
