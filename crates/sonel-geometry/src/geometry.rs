@@ -6,7 +6,7 @@ use crate::enclosure::{distance_to_triangle, winding_number};
 use crate::index::Index;
 use crate::orient::{Oriented, Shell, orient};
 use crate::probe::{LocalPlane, Probe};
-use crate::rim::{Rim, keep_inside, rims};
+use crate::rim::{Rim, rims};
 use crate::scale::Scale;
 use crate::shoebox::{Shoebox, recognise};
 use crate::stitch::stitch;
@@ -14,6 +14,8 @@ use crate::surfaces::{Partition, partition};
 use crate::topology::shared_edges;
 use crate::{AirSector, Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
 use glam::{DVec3, Vec3};
+
+mod junction;
 
 /// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
 pub struct Geometry {
@@ -24,6 +26,7 @@ pub struct Geometry {
     of_triangle: Vec<SurfaceId>,
     local: Vec<Vec3>,
     rims: Vec<Rim>,
+    stood_on: Vec<bool>,
     index: Index,
     shells: Vec<Shell>,
     room: Option<usize>,
@@ -68,6 +71,7 @@ impl Geometry {
         let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
         let rims = rims(&mesh, &edges, &plane_of, f64::from(scale.lift()));
         let index = Index::build(&facets, planes, in_shell, scale.lift(), scale.resolution());
+        let stood_on = junction::stood_on(&mesh, &local, &edges, &plane_of, &index, f64::from(scale.lift()));
         let mut geometry = Self {
             mesh,
             scale,
@@ -76,6 +80,7 @@ impl Geometry {
             of_triangle,
             local,
             rims,
+            stood_on,
             index,
             shells,
             room,
@@ -220,7 +225,7 @@ impl Geometry {
     pub fn closest_hit(&self, from: Departure, direction: Vec3) -> Option<Hit> {
         let ray = Probe::new(from.origin, direction, [from.plane, None]);
         let nearest = self.index.nearest(&ray)?;
-        Some(self.hit(ray.at(nearest.distance), direction, nearest.distance, nearest.triangle))
+        Some(self.settle(from, direction, ray.at(nearest.distance), nearest.triangle))
     }
 
     /// Whether anything lies strictly between the start and a local position [m].
@@ -253,19 +258,6 @@ impl Geometry {
     /// Whether any surface but those of the ignored planes lies between two points.
     fn crosses(&self, from: Vec3, to: Vec3, ignored: [Option<PlaneId>; 2], clearance: f64) -> bool {
         from != to && self.index.any_before_tip(&Probe::new(from, to - from, ignored), clearance)
-    }
-
-    fn hit(&self, point: DVec3, direction: Vec3, distance: f64, triangle: u32) -> Hit {
-        let surface = self.of_triangle[triangle as usize];
-        let side = if direction.as_dvec3().dot(self.surface(surface).normal) < 0.0 {
-            Side::Front
-        } else {
-            Side::Back
-        };
-        let corners =
-            self.mesh.triangles[triangle as usize].corners.map(|c| self.local[c as usize].as_dvec3());
-        let position = keep_inside(corners, point, self.rims[triangle as usize]);
-        Hit { position: position.as_vec3(), distance: distance as f32, triangle, surface, side }
     }
 
     /// Whether the scene is a closed room: a closed shell whose bounds contain everything else.

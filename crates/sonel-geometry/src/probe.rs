@@ -39,7 +39,12 @@ const LEAST_SLOPE: f32 = 1e-30;
 impl LocalPlane {
     /// Signed height of a local point over the plane [m].
     pub fn height(&self, point: Vec3) -> f64 {
-        self.normal.dot(point.as_dvec3()) - self.offset
+        self.height_of(point.as_dvec3())
+    }
+
+    /// Signed height of a local point over the plane [m].
+    pub fn height_of(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.offset
     }
 }
 

@@ -51,10 +51,10 @@ fn cotangent_of_half_angle(mesh: &Mesh, edge: &SharedEdge, planes: &[PlaneId]) -
     largest
 }
 
-/// Moves a point that is in a triangle up to rounding off its rim, or to the centre of the inscribed circle where the
-/// rim is all there is. A point that is not on the rim stays.
+/// Where a point on the rim of a triangle is placed instead: off the rim, or at the centre of the inscribed circle where
+/// the rim is all there is. None for a point that is not on the rim.
 #[inline]
-pub(crate) fn keep_inside([a, b, c]: [DVec3; 3], point: DVec3, rim: Rim) -> DVec3 {
+pub(crate) fn keep_inside([a, b, c]: [DVec3; 3], point: DVec3, rim: Rim) -> Option<DVec3> {
     let normal = (b - a).cross(c - a);
     let per_area = 1.0 / normal.length_squared();
     let weight = |p: DVec3, q: DVec3| normal.dot((q - p).cross(point - p)) * per_area;
@@ -62,7 +62,7 @@ pub(crate) fn keep_inside([a, b, c]: [DVec3; 3], point: DVec3, rim: Rim) -> DVec
     let taken = rim.map(f64::from);
     let spare: [f64; 3] = std::array::from_fn(|i| weights[i] - taken[i]);
     if spare.iter().all(|&spare| spare >= 0.0) {
-        return point;
+        return None;
     }
     let free = 1.0 - taken.iter().sum::<f64>();
     let share = if free > 0.0 {
@@ -73,7 +73,7 @@ pub(crate) fn keep_inside([a, b, c]: [DVec3; 3], point: DVec3, rim: Rim) -> DVec
         // The rim is proportional to the sides, and so are the coordinates of the inscribed circle's centre.
         taken.map(|taken| taken / (1.0 - free))
     };
-    a * share[0] + b * share[1] + c * share[2]
+    Some(a * share[0] + b * share[1] + c * share[2])
 }
 
 #[cfg(test)]
@@ -88,17 +88,17 @@ mod tests {
         let inner = dvec3(1.0, 1.0, 0.0);
         // Sides of 5, 3 and 4 opposite the corners, twice the area is 12.
         let rim = |margin: f32| [5.0, 3.0, 4.0].map(|side| margin * side / 12.0);
-        assert!(keep_inside(corners, inner, rim(0.1)) == inner);
+        assert!(keep_inside(corners, inner, rim(0.1)).is_none());
         for outer in
             [dvec3(1.0, -1e-7, 0.0), dvec3(0.0, 0.0, 0.0), dvec3(4.0, 0.0, 0.0), dvec3(2.0, 1.5, 0.0)]
         {
-            let kept = keep_inside(corners, outer, rim(0.1));
+            let kept = keep_inside(corners, outer, rim(0.1)).unwrap();
             let heights = [kept.y, kept.x, (12.0 - 3.0 * kept.x - 4.0 * kept.y) / 5.0];
             assert!(heights.iter().all(|&h| h > 0.1 - 1e-7), "{heights:?}");
             assert!(kept.distance(outer) < 1.0);
         }
         // The inscribed circle has radius 1: no room for a margin of 2.
-        assert!(keep_inside(corners, inner, rim(2.0)).distance(inner) < 1e-7);
+        assert!(keep_inside(corners, inner, rim(2.0)).unwrap().distance(inner) < 1e-7);
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod decays;
 mod edges;
 mod estimators;
 mod geometry;
+mod junctions;
 mod outputs;
 mod positions;
 mod properties;

@@ -19,6 +19,12 @@ const ORDER_LIMIT: u32 = 24;
 /// Within so many lifts of the place where two mirrors meet a ray does not tell which of them is met first; their planes do.
 pub(crate) const IN_CORNER: f64 = 16.0;
 
+/// How far outside its beam a chain is still tried [rad]: beams are cut a resolution inside the surfaces that they light.
+const BEAM_SLACK: f64 = 1e-4;
+
+/// Part of the scene's extent within which rounding of `f64` does not tell on which side of a plane an image path is.
+const SAME_PLACE: f64 = 1e-12;
+
 /// Image sources up to the order K that fits the budget.
 #[derive(Debug)]
 pub struct ImageTree {
@@ -239,8 +245,10 @@ impl ImageTree {
     pub fn feet(&self, geometry: &Geometry, image: usize, mut point: DVec3) -> Vec<(DVec3, DVec3)> {
         let mut feet = Vec::new();
         let mut link = Some(&self.nodes[image]);
+        let mut last = None;
         while let Some(node) = link {
-            let Some(foot) = crossing(geometry, node.mirror, point, node.image) else { break };
+            let Some(foot) = crossing(geometry, node.mirror, last, point, node.image) else { break };
+            last = Some(node.mirror);
             feet.push((foot, geometry.surface(node.mirror.surface).normal));
             point = foot;
             link = node.parent.map(|parent| &self.nodes[parent as usize]);
@@ -270,30 +278,34 @@ impl ImageTree {
     /// tree to the first reflection where the whole path is clear.
     fn validate(&self, geometry: &Geometry, leaf: &Node, from: DVec3, departure: Departure) -> Option<DVec3> {
         let lit = &self.sides[leaf.sides.0 as usize..leaf.sides.1 as usize];
-        let tolerance = f64::from(geometry.resolution());
-        if lit.iter().any(|side| side.dot(from - leaf.image) < -tolerance) {
+        let offset = from - leaf.image;
+        let outside = -BEAM_SLACK * offset.length();
+        if lit.iter().any(|side| side.dot(offset) < outside) {
             return None;
         }
         let (mut point, mut departure) = (from, departure);
         let corner = IN_CORNER * f64::from(geometry.lift());
         let mut node = leaf;
+        let mut last = None;
         let mut is_in_corner = false;
         loop {
             let Mirror { surface, side } = node.mirror;
-            let reflection = crossing(geometry, node.mirror, point, node.image)?;
+            let reflection = crossing(geometry, node.mirror, last, point, node.image)?;
+            last = Some(node.mirror);
             let parent = node.parent.map(|parent| &self.nodes[parent as usize]);
-            let next = parent.and_then(|next| crossing(geometry, next.mirror, reflection, next.image));
+            let next = parent.and_then(|next| crossing(geometry, next.mirror, last, reflection, next.image));
             let goes_to_corner = next.is_some_and(|next| next.distance(reflection) <= corner);
-            let mut position = reflection.as_vec3();
+            // In a corner the origin is lifted off one mirror after the other.
+            let mut position = departure.origin;
             if !is_in_corner {
                 let direction = (node.image - point).normalize().as_vec3();
                 let hit = geometry.closest_hit(departure, direction)?;
                 let met = Mirror { surface: hit.surface, side: hit.side };
-                if met == node.mirror {
-                    position = hit.position;
-                } else if !goes_to_corner || parent.is_none_or(|next| met != next.mirror) {
+                let is_next = || goes_to_corner && parent.is_some_and(|next| met == next.mirror);
+                if met != node.mirror && !is_next() {
                     return None;
                 }
+                position = hit.position;
             }
             departure = geometry.leave(position, surface, side);
             point = reflection;
@@ -304,7 +316,34 @@ impl ImageTree {
             }
         }
         let blocked = geometry.is_blocked(departure, self.radiator.position.as_vec3());
-        (!blocked).then_some(point - self.radiator.position)
+        let open = !blocked && self.stays_aside(geometry, leaf, from);
+        open.then_some(point - self.radiator.position)
+    }
+
+    /// Whether the chain of `leaf` from `from` stays on its side of everything that stands where it is mirrored.
+    fn stays_aside(&self, geometry: &Geometry, leaf: &Node, from: DVec3) -> bool {
+        let mut points = vec![from];
+        let mut planes = Vec::new();
+        let mut last = None;
+        for node in self.chain(leaf) {
+            let before = points[points.len() - 1];
+            let Some(point) = crossing(geometry, node.mirror, last, before, node.image) else {
+                return false;
+            };
+            last = Some(node.mirror);
+            points.push(point);
+            planes.push(geometry.surface(node.mirror.surface).plane);
+        }
+        points.push(self.radiator.position);
+        // Where mirrors meet, the path turns at all of them at once.
+        let corner = IN_CORNER * f64::from(geometry.lift());
+        (1..=planes.len()).all(|turn| {
+            let at = points[turn];
+            let beside = |&other: &usize| points[other].distance(at) > corner;
+            let first = (0..turn).rev().find(beside).unwrap_or(0);
+            let last = (turn..points.len()).find(beside).unwrap_or(points.len() - 1);
+            geometry.stays_aside(points[first], at, points[last], &planes[first..last - 1])
+        })
     }
 }
 
@@ -346,10 +385,25 @@ fn reflected(geometry: &Geometry, mirror: Mirror, point: DVec3) -> DVec3 {
     point - 2.0 * height(geometry, mirror, point) * normal
 }
 
-/// Where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane.
-fn crossing(geometry: &Geometry, mirror: Mirror, point: DVec3, image: DVec3) -> Option<DVec3> {
+/// Where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane; `last` is the mirror on which
+/// `point` lies.
+///
+/// A line through the corner of two mirrors meets both in one point, and chains over them in either order would do, or
+/// neither: of the two it is the one in ascending order of surfaces.
+fn crossing(
+    geometry: &Geometry,
+    mirror: Mirror,
+    last: Option<Mirror>,
+    point: DVec3,
+    image: DVec3,
+) -> Option<DVec3> {
     let (above, below) = (height(geometry, mirror, point), height(geometry, mirror, image));
-    (above > 0.0 && below < 0.0).then(|| point + (image - point) * (above / (above - below)))
+    let same_place = SAME_PLACE * f64::from(geometry.extent());
+    let is_above = match last {
+        Some(last) if above.abs() <= same_place => last.surface < mirror.surface,
+        _ => above > 0.0,
+    };
+    (is_above && below < 0.0).then(|| point + (image - point) * (above / (above - below)))
 }
 
 /// All beams that follow from those of one order, or none where they are more than `room_left`.
