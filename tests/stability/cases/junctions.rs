@@ -180,3 +180,16 @@ fn past_the_end_of_a_screen_nothing_is_lost_beyond_what_the_screen_takes() {
         assert!(here.keys().all(|image| lit.contains_key(image) || shaded.contains_key(image)));
     }
 }
+
+/// The broken variant: a partition that ends half a metre below the ceiling is noticed at every place behind it.
+#[test]
+fn a_gap_above_a_partition_is_noticed() {
+    let mut mesh = Mesh::shoebox([8.0, 6.0, 3.0], [0; 6]);
+    add_partition(&mut mesh, 4.0, [6.0, 2.5]);
+    let traced =
+        Traced::new(scene(mesh, dvec3(2.0, 2.0, 1.0)), Settings { emissions: 64, ..Settings::default() });
+    let places = [dvec3(6.0, 2.0, 1.0), dvec3(5.0, 3.0, 1.5), dvec3(4.5, 5.5, 0.5)];
+    for estimator in [Estimator::Auto, Estimator::Gather] {
+        assert!(fluences(&traced, &places, estimator).iter().all(|&fluence| fluence > 0.0), "{estimator:?}");
+    }
+}
