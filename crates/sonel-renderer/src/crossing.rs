@@ -1,7 +1,6 @@
-//! L S^k R, k > K, and … D S^k R, k > K′: traced segments that cross a sphere about the receiver.
+//! L S^k R, k > K, and … D S^k R, k > K′: traced segments that cross the ball about a receiver ([`crate::ball`]).
 //!
-//! fluence += e / (π r²), at the time of the closest approach. The sphere holds no surface, so a segment through it is
-//! seen whole; the bias is that of averaging over the sphere, O(r²) (docs/physics.md §4).
+//! fluence += e ℓ / V. The bias is that of averaging over the ball (docs/physics.md §4).
 
 use sonel_map::{Lanes, Segment, SegmentHistory};
 
@@ -34,43 +33,33 @@ pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
     }
 }
 
-/// Adds what `segment` brings to the sphere of every receiver that leaves its class to spheres. `coarse` is the coarse bin of
-/// a receiver's fine bin.
+/// Adds what `segment` brings to the ball of every receiver that leaves its class to spheres. `coarse` is the coarse bin of
+/// a receiver's fine bin, `choice` a uniform random number for a receiver.
 #[inline]
 pub fn cross<'a>(
     segment: &Segment<'_>,
     receivers: impl Iterator<Item = (&'a PreparedReceiver, &'a OthersOwn)>,
     medium: &Medium<'_>,
     coarse: impl Fn(usize, usize) -> u32,
+    mut choice: impl FnMut(usize) -> f64,
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
-    let along = (segment.end - segment.start).as_dvec3();
-    let extent_squared = along.length_squared();
     for (index, (receiver, &others)) in receivers.enumerate() {
         if !owns(segment.history, others) {
             continue;
         }
-        let offset = receiver.exact - segment.start.as_dvec3();
-        let radius_squared = receiver.radius * receiver.radius;
-        // Everything times the squared extent, so that a miss costs neither root nor division. The point of closest
-        // approach decides to which segment a crossing belongs, so none counts twice.
-        let projected = offset.dot(along);
-        let miss_squared = offset.length_squared() * extent_squared - projected * projected;
-        if projected <= 0.0 || projected >= extent_squared || miss_squared > radius_squared * extent_squared {
-            continue;
-        }
-        let length = segment.start_length + projected / extent_squared.sqrt();
+        let ends = (segment.start, segment.end);
+        let ball = receiver.balls.at(segment.start_length);
+        let Some(chord) = ball.chord(medium.geometry, ends, || choice(index)) else { continue };
+        let length = segment.start_length + chord.at;
         let Some(bin) = medium.bins.bin(length) else { continue };
-        let fluence = 1.0 / (core::f64::consts::PI * radius_squared);
         for (scratch, energy) in scratch.iter_mut().zip(segment.energy) {
             for lane in 0..4 {
-                scratch[lane] = energy[lane] * fluence;
+                scratch[lane] = energy[lane] * chord.fluence;
             }
         }
-        let in_half = miss_squared <= 0.5 * radius_squared * extent_squared;
-        let gain = if in_half { 2.0 } else { 0.0 };
-        deposits.add_from_kernel(index, (bin, coarse(index, bin)), length, scratch, gain, medium);
+        deposits.add_from_kernel(index, (bin, coarse(index, bin)), length, scratch, chord.gain, medium);
     }
 }
 

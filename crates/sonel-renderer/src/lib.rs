@@ -22,6 +22,7 @@
 
 pub mod air;
 mod alias;
+pub mod ball;
 mod batch;
 pub mod bending;
 pub mod bent_connection;

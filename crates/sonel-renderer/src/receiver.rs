@@ -3,6 +3,8 @@
 use glam::{DVec3, Vec3};
 use sonel_geometry::Geometry;
 
+use crate::ball::Balls;
+
 /// A place where the echogram is wanted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReceiverPoint {
@@ -19,8 +21,8 @@ pub struct PreparedReceiver {
     pub exact: DVec3,
     /// The same in the precision of the geometry.
     pub position: Vec3,
-    /// Radius of the sphere that stands for the point where segments must cross it [m].
-    pub radius: f64,
+    /// The air that stands for the point where segments are counted.
+    pub balls: Balls,
     /// Largest cos θ / d² of a sonel that connections take whole [1/m²]; what is beyond is gathered. Infinite where no surface
     /// is near, or where nothing is gathered.
     pub brightest: f64,
@@ -32,8 +34,6 @@ const RADIUS_PER_FREE_PATH: f64 = 0.12;
 pub const REFERENCE_EMISSIONS: f64 = 50_000.0;
 /// A surface is near within this many radii of a disc: nearer, a single sonel is brighter than a whole disc of them.
 const NEAR_PER_DISC: f64 = 2.0;
-/// Largest part of the way to the nearest surface: the sphere holds no wall, so every segment through it is seen whole.
-const CLEARANCE: f64 = 0.95;
 
 impl PreparedReceiver {
     /// Prepares `receiver` for a map of `emissions` emissions, in a scene of the given mean free path [m].
@@ -49,10 +49,11 @@ impl PreparedReceiver {
         let wanted = RADIUS_PER_FREE_PATH * mean_free_path * shrink;
         let nearest = geometry.distance_to_nearest_surface(receiver.position);
         let near = gather_radius.map(|radius| NEAR_PER_DISC * radius).filter(|near| nearest < *near);
+        let exact = receiver.position - geometry.center();
         Self {
-            exact: receiver.position - geometry.center(),
+            exact,
             position: geometry.to_local(receiver.position),
-            radius: wanted.min(CLEARANCE * nearest),
+            balls: Balls::new(geometry, exact, wanted, nearest, mean_free_path),
             brightest: near.map_or(f64::INFINITY, |near| 1.0 / (near * near)),
         }
     }

@@ -399,7 +399,7 @@ impl<'a> Renderer<'a> {
         let mut rendering =
             Rendering::new(prepared.len(), &self.bins, self.table.bands(), self.batches.len());
         rendering.mirror_order = chains.order();
-        rendering.sphere_radius = prepared.iter().map(|receiver| receiver.radius).collect();
+        rendering.sphere_radius = prepared.iter().map(|receiver| receiver.balls.early_radius()).collect();
         self.add_deterministic(&mut rendering, radiator, &chains, &prepared, borders);
         progress(0.0);
         let tiles = prepared.len().div_ceil(RECEIVERS_IN_FLIGHT);

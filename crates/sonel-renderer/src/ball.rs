@@ -1,0 +1,203 @@
+//! The air about a receiver in which the segments of packets are counted.
+//!
+//! Fluence is path length per volume: F = Σ e ℓ / V over all segments, ℓ the length of a segment within the volume V. The volume is
+//! a ball of radius r about the receiver, less what the receiver does not see of it. So it may reach beyond the nearest wall, and a
+//! receiver beside a wall is as calm as one in the middle of the room. The bias is that of averaging over the ball (docs/physics.md §4).
+//!
+//! Late sound varies less from place to place and its paths are rarer: the ball grows with the length that a path has gone.
+
+use core::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+use sonel_geometry::{Departure, Geometry};
+use sonel_sampling::{ScrambledSobol, warp};
+
+/// Rays that measure how much of a ball a receiver sees: a standard error of some thousandths.
+const RAYS: u32 = 8192;
+
+/// By how much the radius grows, and from which path length on [mean free paths].
+const GROWTH: [(f64, f64); 4] = [(1.0, 0.0), (1.6, 8.0), (2.5, 16.0), (4.0, 32.0)];
+
+/// The balls of a receiver, one for each range of path lengths.
+#[derive(Debug, Clone, Copy)]
+pub struct Balls {
+    balls: [Ball; GROWTH.len()],
+    mean_free_path: f64,
+}
+
+impl Balls {
+    /// Balls about `center` (about the scene's centre [m]), of `radius` [m] for early sound; the next surface is `nearest` [m] away.
+    #[must_use]
+    pub fn new(geometry: &Geometry, center: DVec3, radius: f64, nearest: f64, mean_free_path: f64) -> Self {
+        let ball = |(growth, _)| Ball::new(geometry, center, growth * radius, nearest);
+        Self { balls: GROWTH.map(ball), mean_free_path }
+    }
+
+    /// Radius for early sound [m].
+    #[must_use]
+    pub fn early_radius(&self) -> f64 {
+        self.balls[0].radius
+    }
+
+    /// The ball for paths that have gone `length` [m].
+    #[inline]
+    #[must_use]
+    pub fn at(&self, length: f64) -> &Ball {
+        let grown = |(_, from): &(f64, f64)| from * self.mean_free_path <= length;
+        &self.balls[GROWTH.iter().rposition(grown).unwrap_or(0)]
+    }
+}
+
+/// A ball about a receiver.
+#[derive(Debug, Clone, Copy)]
+pub struct Ball {
+    /// Its centre about the scene's centre [m].
+    center: DVec3,
+    /// Its radius [m].
+    radius: f64,
+    /// What the receiver sees of it [m³].
+    volume: f64,
+    /// What the receiver sees of the ball of half the cross section [m³].
+    inner_volume: f64,
+    /// Whether no surface reaches into it.
+    is_whole: bool,
+}
+
+/// The part of a segment within a ball.
+#[derive(Debug, Clone, Copy)]
+pub struct Chord {
+    /// Distance of its middle or, where the ball is not whole, of a random point of it from the start of the segment [m].
+    pub at: f64,
+    /// Its length per volume [1/m²].
+    pub fluence: f64,
+    /// How many times as much the ball of half the cross section finds.
+    pub gain: f64,
+}
+
+impl Ball {
+    /// The ball of `radius` [m] about `center` (about the scene's centre [m]), `nearest` [m] away from all surfaces.
+    fn new(geometry: &Geometry, center: DVec3, radius: f64, nearest: f64) -> Self {
+        let inner = radius * core::f64::consts::FRAC_1_SQRT_2;
+        let whole = |radius: f64| 4.0 / 3.0 * PI * radius * radius * radius;
+        let ball = Self {
+            center,
+            radius,
+            volume: whole(radius),
+            inner_volume: whole(inner),
+            is_whole: nearest >= radius,
+        };
+        if ball.is_whole {
+            return ball;
+        }
+        let directions = ScrambledSobol::numbered(0, 0, 0);
+        let departure = Departure::free(center.as_vec3());
+        let (mut seen, mut inner_seen) = (0.0, 0.0);
+        for ray in 0..RAYS {
+            let hit = geometry.closest_hit(departure, warp::uniform_sphere(directions.point(ray)));
+            let distance = hit.map_or(f64::INFINITY, |hit| f64::from(hit.distance));
+            seen += whole(distance.min(radius));
+            inner_seen += whole(distance.min(inner));
+        }
+        let rays = f64::from(RAYS);
+        Self { volume: seen / rays, inner_volume: inner_seen / rays, ..ball }
+    }
+
+    /// The part of the segment from `start` to `end` [m] that the receiver sees within the ball. `choice` is a uniform random number,
+    /// asked for where surfaces reach into the ball: it chooses the point that stands for the part.
+    #[inline]
+    #[must_use]
+    pub fn chord(
+        &self,
+        geometry: &Geometry,
+        (start, end): (Vec3, Vec3),
+        choice: impl FnOnce() -> f64,
+    ) -> Option<Chord> {
+        let along = (end - start).as_dvec3();
+        let extent_squared = along.length_squared();
+        let offset = self.center - start.as_dvec3();
+        let radius_squared = self.radius * self.radius;
+        // Everything times the squared extent, so that a miss costs neither root nor division.
+        let projected = offset.dot(along);
+        let miss_squared = offset.length_squared() * extent_squared - projected * projected;
+        if miss_squared > radius_squared * extent_squared || extent_squared <= 0.0 {
+            return None;
+        }
+        let extent = extent_squared.sqrt();
+        let (nearest, miss_squared) = (projected / extent, miss_squared / extent_squared);
+        let within = |radius_squared: f64| {
+            let half = (radius_squared - miss_squared).max(0.0).sqrt();
+            [(nearest - half).max(0.0), (nearest + half).min(extent)]
+        };
+        let [from, to] = within(radius_squared);
+        if to <= from {
+            return None;
+        }
+        let [inner_from, inner_to] = within(0.5 * radius_squared);
+        let (at, inner_share) = if self.is_whole {
+            (0.5 * (from + to), (inner_to - inner_from).max(0.0) / (to - from))
+        } else {
+            let at = from + (to - from) * choice();
+            let point = start.as_dvec3() + along * (at / extent);
+            if geometry.is_blocked(Departure::free(self.center.as_vec3()), point.as_vec3()) {
+                return None;
+            }
+            (at, f64::from(u8::from(at > inner_from && at < inner_to)))
+        };
+        let gain = inner_share * self.volume / self.inner_volume;
+        Some(Chord { at, fluence: (to - from) / self.volume, gain })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+    use sonel_geometry::Mesh;
+    use sonel_testkit::uniform::Uniform;
+
+    /// Mean fluence and mean gain over many random parallel beams of unit fluence through a ball beside a wall.
+    fn of_unit_fluence(height: f64) -> (f64, f64) {
+        let geometry = Geometry::build(Mesh::shoebox([4.0, 4.0, 4.0], [0; 6])).unwrap();
+        let center = dvec3(0.1, -0.2, -2.0 + height);
+        let ball = Ball::new(&geometry, center, 0.5, height);
+        let mut random = Uniform::new(5);
+        let count = 40_000;
+        let (mut sum, mut inner) = (0.0, 0.0);
+        for _ in 0..count {
+            let direction = DVec3::from(random.unit_vector());
+            let (across, aside) = direction.any_orthonormal_pair();
+            // Beams over a square of one metre: a fluence of one each, if each carries one per square metre.
+            let [u, v] = [random.between(-0.5, 0.5), random.between(-0.5, 0.5)];
+            let foot = center + across * u + aside * v;
+            let clip = |t: f64| {
+                let point = foot + direction * t;
+                if point.z >= -2.0 { point } else { foot + direction * ((-2.0 - foot.z) / direction.z) }
+            };
+            if foot.z < -2.0 {
+                // The line enters the room further on.
+                let entry = (-2.0 - foot.z) / direction.z;
+                let (a, b) = (foot + direction * entry, foot + direction * (entry + entry.signum()));
+                if let Some(chord) = ball.chord(&geometry, (a.as_vec3(), b.as_vec3()), || random.next_f64()) {
+                    sum += chord.fluence;
+                    inner += chord.fluence * chord.gain;
+                }
+                continue;
+            }
+            let segment = (clip(-1.0).as_vec3(), clip(1.0).as_vec3());
+            if let Some(chord) = ball.chord(&geometry, segment, || random.next_f64()) {
+                sum += chord.fluence;
+                inner += chord.fluence * chord.gain;
+            }
+        }
+        (sum / f64::from(count), inner / f64::from(count))
+    }
+
+    /// Fluence is one whatever the wall takes of the ball, and the inner ball finds as much.
+    #[test]
+    fn a_ball_beside_a_wall_finds_the_fluence_of_one_in_the_air() {
+        for height in [0.6, 0.4, 0.1, 0.001] {
+            let (whole, inner) = of_unit_fluence(height);
+            assert!((whole - 1.0).abs() < 0.02 && (inner - 1.0).abs() < 0.04, "{height}: {whole} {inner}");
+        }
+    }
+}
