@@ -15,6 +15,8 @@ use sonel_sampling::{ScrambledSobol, warp};
 /// Rays that measure how much of a ball a receiver sees: a standard error of some thousandths.
 const RAYS: u32 = 8192;
 
+/// Part of the way to the nearest surface that a ball takes in an open scene.
+const CLEARANCE: f64 = 0.95;
 /// By how much the radius grows, and from which path length on [mean free paths].
 const GROWTH: [(f64, f64); 4] = [(1.0, 0.0), (1.6, 8.0), (2.5, 16.0), (4.0, 32.0)];
 
@@ -29,7 +31,12 @@ impl Balls {
     /// Balls about `center` (about the scene's centre [m]), of `radius` [m] for early sound; the next surface is `nearest` [m] away.
     #[must_use]
     pub fn new(geometry: &Geometry, center: DVec3, radius: f64, nearest: f64, mean_free_path: f64) -> Self {
-        let ball = |(growth, _)| Ball::new(geometry, center, growth * radius, nearest);
+        // The size of an open scene does not say how far the field about a receiver is alike.
+        let closed = geometry.is_closed_room();
+        let ball = |(growth, _)| {
+            let radius = if closed { growth * radius } else { radius.min(CLEARANCE * nearest) };
+            Ball::new(geometry, center, radius, nearest)
+        };
         Self { balls: GROWTH.map(ball), mean_free_path }
     }
 

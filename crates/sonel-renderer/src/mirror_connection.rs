@@ -22,8 +22,9 @@ use crate::mirror::{Image, Radiator};
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
 
-/// Largest K′ in an empty box: about six thousand images.
-const LATTICE_ORDER_LIMIT: u32 = 16;
+/// Largest K′ in an empty box: about 44 000 images. What is beyond carries little but is noisy: in a flat room K′ = 16 left 0.2 % of
+/// the energy to spheres, and with it most of the variance of T30.
+const LATTICE_ORDER_LIMIT: u32 = 32;
 /// K′ ends where no band keeps more than this of a chain's energy.
 const NEGLIGIBLE_FACTOR: f64 = 1e-4;
 /// Geometries of more surfaces are left to visibility rays: most images would be hidden from most sonels.
