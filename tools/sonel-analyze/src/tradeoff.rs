@@ -50,7 +50,7 @@ pub fn run(
     if !problems.is_empty() {
         bail!("{}", problems.join("\nerror: "));
     }
-    let Loaded { mut scene, notes } = scene::load(&arguments.scene)?;
+    let Loaded { mut scene, notes, .. } = scene::load(&arguments.scene)?;
     for note in notes {
         writeln!(log, "note: {note}")?;
     }

@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let watch = Stopwatch::start();
     use_threads(arguments.threads)?;
     let settings = arguments.settings()?;
-    let Loaded { scene, notes } = scene::load(&arguments.scene)?;
+    let Loaded { scene, notes, .. } = scene::load(&arguments.scene)?;
     for note in notes {
         writeln!(log, "note: {note}")?;
     }
