@@ -24,7 +24,9 @@ fn a_bad_scene_is_reported_with_all_its_problems() {
 #[test]
 fn files_that_are_no_maps_are_refused_and_older_outputs_stay() {
     let shop = workshop();
-    shop.write("a.npz", "older");
+    // As much of a response as tells it from other files.
+    let older = [b"PK\x03\x04".as_slice(), &[0; 26], b"format_version.npy"].concat();
+    shop.write("a.npz", &older);
     shop.write("no.sonelmap", "this is a letter");
     assert!(complaint(render(&shop, "no.sonelmap", "a.npz", &[])).contains("not a sonel map"));
     assert!(complaint(render(&shop, "missing.sonelmap", "a.npz", &[])).contains("missing.sonelmap"));
@@ -35,7 +37,7 @@ fn files_that_are_no_maps_are_refused_and_older_outputs_stay() {
     assert!(complaint(render(&shop, "damaged.sonelmap", "a.npz", &[])).contains("damaged at byte"));
     shop.write("cut.sonelmap", &damaged[..damaged.len() / 2]);
     assert!(complaint(render(&shop, "cut.sonelmap", "a.npz", &[])).contains("cut"));
-    assert_eq!(shop.bytes("a.npz"), b"older");
+    assert_eq!(shop.bytes("a.npz"), older);
 }
 
 #[test]
@@ -94,7 +96,7 @@ fn a_shard_is_not_rendered_alone() {
 fn outputs_that_cannot_be_are_refused_before_the_work() {
     let shop = workshop();
     std::fs::create_dir(shop.path("folder.sonelmap")).unwrap();
-    assert!(complaint(trace(&shop, "folder.sonelmap", &[])).contains("not an ordinary file"));
+    assert!(complaint(trace(&shop, "folder.sonelmap", &[])).contains("not a regular file"));
     assert!(complaint(trace(&shop, "nowhere/a.sonelmap", &[])).contains("does not exist"));
 }
 
@@ -115,5 +117,5 @@ fn echograms_beyond_all_measure_are_refused() {
 fn a_pipe_is_no_map() {
     let shop = workshop();
     shop.pipe("pipe");
-    assert!(complaint(render(&shop, "pipe", "a.npz", &[])).contains("no ordinary file"));
+    assert!(complaint(render(&shop, "pipe", "a.npz", &[])).contains("not a regular file"));
 }

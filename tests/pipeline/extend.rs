@@ -110,6 +110,7 @@ fn shards_damaged_maps_and_other_files_are_not_extended() {
     assert!(complaint(&shop, &options).contains("cannot open"));
     shop.write("a.sonelmap", "a letter");
     assert!(complaint(&shop, &options).contains("not a sonel map"));
+    std::fs::remove_file(shop.path("a.sonelmap")).unwrap();
     trace(&shop, "a.sonelmap", &["--sonels", "2k", "--shard", "2/2"]).unwrap();
     assert!(complaint(&shop, &options).contains("join all shards first"));
     trace(&shop, "a.sonelmap", &["--sonels", "2k"]).unwrap();

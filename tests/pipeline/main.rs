@@ -1,10 +1,12 @@
 //! The programs as a user runs them, from a scene file to a response.
 
 mod bad_input;
+mod choices;
 mod comparison;
 mod effects;
 mod extend;
 mod figures;
+mod placement;
 mod planning;
 mod reproducible;
 mod trial;

@@ -229,7 +229,7 @@ fn targets_and_plans_of_a_map_that_make_no_sense_are_errors() {
         (&["--until", "t30<1dB"], "t30<1%"),
         (&["--until", "t30<1%", "--at-most", "soon"], "60s"),
         (&["--at-most", "60s"], "--until"),
-        (&["--until", "t30<1%", "--rays", "0"], "0 is not in 1.."),
+        (&["--until", "t30<1%", "--rays", "0"], "give 1 … 4294967295 rays"),
     ] {
         let error = format!("{:#}", render(&shop, "a.sonelmap", "a.npz", options).unwrap_err());
         assert!(error.contains(part), "{options:?}: {error}");

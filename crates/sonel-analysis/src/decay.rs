@@ -51,11 +51,11 @@ impl DecayCurve {
     /// the decay.
     pub fn new(echogram: Echogram<'_>) -> Result<Self, Unsupported> {
         let end = echogram.edges.last().copied().unwrap_or(0.0);
-        if echogram.total() <= 0.0 {
-            return Err(Unsupported::NoEnergy);
-        }
         if echogram.direct_time >= end {
             return Err(Unsupported::DirectOutside { direct_time: echogram.direct_time, end });
+        }
+        if echogram.total() <= 0.0 {
+            return Err(Unsupported::NoEnergy);
         }
         let (times, energy, early) = since_direct(echogram);
         if energy.iter().all(|&energy| energy <= 0.0) {

@@ -129,7 +129,7 @@ pub enum Unsupported {
     },
     /// The decay is too fast for the bins.
     #[error(
-        "the decay passes from {from_db:.0} to {to_db:.0} dB within {borders} bin borders, 3 are needed: render with shorter bins"
+        "time bins are too coarse: {borders} bin borders between {from_db:.0} and {to_db:.0} dB of the decay, 3 are needed: render with a shorter --bin"
     )]
     TooSteep {
         /// [dB].
@@ -172,7 +172,7 @@ pub enum Unsupported {
         just_noticeable: f64,
     },
     /// Energies so large or so small that the arithmetic leaves the range of doubles.
-    #[error("the energies are too large or too small to be reckoned with")]
+    #[error("the energies are outside the range of 64-bit numbers")]
     BeyondNumbers,
     /// Speech needs all its octaves.
     #[error("speech needs the octaves 125 to 8000 Hz; missing: {missing}")]
@@ -207,6 +207,6 @@ pub enum NoInterval {
     #[error("the energy is below 1e-38 1/m², the least that the batches can hold")]
     TooQuiet,
     /// The spread leaves the range of doubles.
-    #[error("the spread of the batches is too large to be reckoned with")]
+    #[error("the spread of the batches is outside the range of 64-bit numbers")]
     BeyondNumbers,
 }

@@ -128,8 +128,12 @@ impl Values {
     #[must_use]
     pub fn read(echogram: Echogram<'_>, scale: LevelScale) -> Self {
         let total = echogram.total();
-        let level = |value: f64| if total > 0.0 { Ok(value) } else { Err(Unsupported::NoEnergy) };
         let curve = DecayCurve::new(echogram);
+        let nothing = || match &curve {
+            Err(reason @ Unsupported::DirectOutside { .. }) => reason.clone(),
+            _ => Unsupported::NoEnergy,
+        };
+        let level = |value: f64| if total > 0.0 { Ok(value) } else { Err(nothing()) };
         let on_curve = |read: &dyn Fn(&DecayCurve) -> Result<f64, Unsupported>| {
             curve.as_ref().map_err(Clone::clone).and_then(read)
         };

@@ -19,6 +19,8 @@ use crate::window::{WINDOW_COUNT, WINDOWS, Window};
 pub struct ReceiverFigures {
     /// Name of the source.
     pub source: String,
+    /// Position of the source [m].
+    pub source_position: [f64; 3],
     /// Name of the receiver.
     pub name: String,
     /// Position of the receiver [m].
@@ -78,6 +80,7 @@ fn at_receiver(response: &Response, s: usize, r: usize) -> ReceiverFigures {
     let bands: Vec<Band> = (0..response.bands()).map(|b| read_band(response, (s, r, b))).collect();
     ReceiverFigures {
         source: response.source_names[s].clone(),
+        source_position: response.source_positions[s],
         name: response.receiver_names[r].clone(),
         position: response.receiver_positions[r],
         speech_transmission_index: speech(&response.center_frequency_hz, &bands),

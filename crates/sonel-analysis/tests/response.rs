@@ -240,6 +240,13 @@ fn csv_has_a_row_per_figure_and_the_table_a_line_per_band() {
     assert!(rows.starts_with(
         "source,receiver,center_frequency_hz,parameter,value,ci95_low,ci95_high,warning,reason,just_noticeable_difference,"
     ));
+    assert!(
+        rows.lines()
+            .next()
+            .unwrap()
+            .ends_with("source_x_m,source_y_m,source_z_m,receiver_x_m,receiver_y_m,receiver_z_m")
+    );
+    assert!(rows.lines().skip(1).all(|row| row.ends_with(",0,0,0,3.43,0,0")), "{rows}");
     let table = report::table(&figures, "Hall: ");
     assert!(table.starts_with("Hall: source \"stage\" at receiver \"seat 12\" (3.43, 0, 0) m"), "{table}");
     assert!(

@@ -1,7 +1,7 @@
 //! Numpy archives: named arrays in an uncompressed zip file with constant time stamps, so that the same response has the
 //! same bytes.
 
-use std::io::{BufWriter, Cursor, Read, Seek, Write};
+use std::io::{self, BufWriter, Cursor, Read, Seek, SeekFrom, Write};
 
 use npyz::{DType, Deserialize, NpyFile, WriterBuilder};
 use zip::write::SimpleFileOptions;
@@ -40,12 +40,12 @@ pub type Shaped<T> = (Vec<usize>, Vec<T>);
 /// An archive being written: arrays of plain numbers and texts, for `numpy.load` without pickle.
 #[derive(Debug)]
 pub struct ArchiveWriter<W: Write + Seek> {
-    zip: ZipWriter<W>,
+    zip: ZipWriter<UntilFailure<W>>,
 }
 
 /// An array being written, see [`ArchiveWriter::array`].
 pub struct ArrayWriter<'a, T: Number, W: Write + Seek> {
-    array: npyz::NpyWriter<T, BufWriter<&'a mut ZipWriter<W>>>,
+    array: npyz::NpyWriter<T, BufWriter<&'a mut ZipWriter<UntilFailure<W>>>>,
 }
 
 impl<T: Number, W: Write + Seek> ArrayWriter<'_, T, W> {
@@ -69,7 +69,7 @@ impl<T: Number, W: Write + Seek> ArrayWriter<'_, T, W> {
 impl<W: Write + Seek> ArchiveWriter<W> {
     /// Begins an archive.
     pub fn new(out: W) -> Self {
-        Self { zip: ZipWriter::new(out) }
+        Self { zip: ZipWriter::new(UntilFailure { out, position: 0, has_failed: false }) }
     }
 
     /// Begins an array of numbers whose values come later.
@@ -125,7 +125,8 @@ impl<W: Write + Seek> ArchiveWriter<W> {
     /// # Errors
     /// When it cannot be written.
     pub fn finish(self) -> Result<W, ResponseError> {
-        self.zip.finish().map_err(broken)
+        let UntilFailure { out, has_failed, .. } = self.zip.finish().map_err(broken)?;
+        if has_failed { Err(io::Error::other("an earlier write failed").into()) } else { Ok(out) }
     }
 
     fn begin(&mut self, key: &str, bytes: usize) -> Result<(), ResponseError> {
@@ -135,6 +136,48 @@ impl<W: Write + Seek> ArchiveWriter<W> {
             .unix_permissions(0o644)
             .large_file(bytes > LARGE_ENTRY);
         self.zip.start_file(format!("{key}.npy"), options).map_err(broken)
+    }
+}
+
+/// Passes on what is written until that fails, which it reports once. What follows is dropped without an error: a [`ZipWriter`] that
+/// is dropped completes its archive first, and would print to stderr that it cannot.
+#[derive(Debug)]
+struct UntilFailure<W> {
+    out: W,
+    /// In bytes from the begin.
+    position: u64,
+    has_failed: bool,
+}
+
+impl<W: Write + Seek> UntilFailure<W> {
+    fn attempt<T>(&mut self, work: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
+        let result = work(&mut self.out);
+        self.has_failed = result.as_ref().is_err_and(|error| error.kind() != io::ErrorKind::Interrupted);
+        result
+    }
+}
+
+impl<W: Write + Seek> Write for UntilFailure<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = if self.has_failed { bytes.len() } else { self.attempt(|out| out.write(bytes))? };
+        self.position += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if self.has_failed { Ok(()) } else { self.attempt(Write::flush) }
+    }
+}
+
+impl<W: Write + Seek> Seek for UntilFailure<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.position = match to {
+            _ if !self.has_failed => self.attempt(|out| out.seek(to))?,
+            SeekFrom::Start(position) => position,
+            SeekFrom::Current(step) => self.position.saturating_add_signed(step),
+            SeekFrom::End(_) => self.position,
+        };
+        Ok(self.position)
     }
 }
 

@@ -7,7 +7,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum ResponseError {
     /// Reading or writing failed.
-    #[error("{0}")]
+    #[error(transparent)]
     Io(#[from] std::io::Error),
     /// The file is no archive at all, or a damaged one.
     #[error("this is not a response (a numpy .npz archive), or it is damaged: {0}; render it again")]

@@ -37,22 +37,23 @@ fn solid_angle(corners: [DVec3; 3], point: DVec3) -> f64 {
     2.0 * libm::atan2(volume, rest)
 }
 
-/// Distance from a point to a triangle [m].
-pub(crate) fn distance_to_triangle(corners: [DVec3; 3], point: DVec3) -> f64 {
+/// The point of a triangle nearest to a point.
+pub(crate) fn closest_on_triangle(corners: [DVec3; 3], point: DVec3) -> DVec3 {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
     let inside = |p: DVec3, q: DVec3| normal.dot((q - p).cross(point - p)) >= 0.0;
     if inside(a, b) && inside(b, c) && inside(c, a) {
-        return (normal.dot(point - a) / normal.length()).abs();
+        return point - normal.dot(point - a) / normal.length_squared() * normal;
     }
     [(a, b), (b, c), (c, a)]
         .into_iter()
-        .map(|(p, q)| distance_to_segment(p, q, point))
-        .fold(f64::INFINITY, f64::min)
+        .map(|(p, q)| closest_on_segment(p, q, point))
+        .min_by(|p, q| p.distance_squared(point).total_cmp(&q.distance_squared(point)))
+        .expect("a triangle has sides")
 }
 
-fn distance_to_segment(from: DVec3, to: DVec3, point: DVec3) -> f64 {
+fn closest_on_segment(from: DVec3, to: DVec3, point: DVec3) -> DVec3 {
     let along = to - from;
     let share = ((point - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-    point.distance(from + share * along)
+    from + share * along
 }

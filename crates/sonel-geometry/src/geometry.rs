@@ -2,7 +2,7 @@
 
 use crate::block::Facet;
 use crate::edges::{Edge, Survey};
-use crate::enclosure::{distance_to_triangle, winding_number};
+use crate::enclosure::{closest_on_triangle, winding_number};
 use crate::index::Index;
 use crate::orient::{Oriented, Shell, orient};
 use crate::probe::{LocalPlane, Probe};
@@ -30,6 +30,7 @@ pub struct Geometry {
     index: Index,
     shells: Vec<Shell>,
     room: Option<usize>,
+    open_edges: Vec<[u32; 2]>,
     edges: Vec<Edge>,
     dropped: usize,
 }
@@ -52,7 +53,7 @@ impl Geometry {
         let tolerance = f64::from(scale.resolution());
         stitch(&mut mesh, tolerance);
         let edges = shared_edges(&mesh);
-        let Oriented { shells, in_shell, room } = orient(&mut mesh, &edges, tolerance);
+        let Oriented { shells, in_shell, room, open_edges } = orient(&mut mesh, &edges, tolerance);
         // What is behind a shell is solid in a room. In the open it may be a room of its own.
         let closed = if room.is_some() { &in_shell[..] } else { &vec![false; in_shell.len()] };
         let Partition { surfaces, of_triangle, planes } = partition(&mesh, &edges, closed, tolerance);
@@ -84,6 +85,7 @@ impl Geometry {
             index,
             shells,
             room,
+            open_edges,
             edges: Vec::new(),
             dropped: welded.dropped,
         };
@@ -265,12 +267,29 @@ impl Geometry {
         self.room.is_some()
     }
 
+    /// The edges at which the part of the mesh of the largest extents is open: their ends in world coordinates [m]. A face
+    /// lacks a neighbour there. None where that part is a closed shell.
+    pub fn open_edges(&self) -> Vec<[DVec3; 2]> {
+        let at = |vertex: u32| self.mesh.vertices[vertex as usize];
+        self.open_edges.iter().map(|ends| ends.map(at)).collect()
+    }
+
     /// Whether a world position [m] is in the air of the closed room: within its hull, and in no closed object but in a
     /// cavity of it.
     pub fn contains(&self, point: DVec3) -> bool {
-        let inside = |shell: &&Shell| winding_number(&self.mesh, &shell.triangles, point).abs() > 0.5;
-        let innermost = self.shells.iter().filter(inside).map(|shell| shell.depth).max();
-        self.room.is_some() && innermost.is_some_and(|depth| depth % 2 == 0)
+        self.is_closed_room() && self.nesting(&self.shells_around(point)).is_some_and(|depth| depth % 2 == 0)
+    }
+
+    /// The closed shells around a world position [m], in the order of the mesh.
+    pub(crate) fn shells_around(&self, point: DVec3) -> Vec<usize> {
+        let around =
+            |shell: &usize| winding_number(&self.mesh, &self.shells[*shell].triangles, point).abs() > 0.5;
+        (0..self.shells.len()).filter(around).collect()
+    }
+
+    /// How many others the innermost of some shells lies in; none without a shell.
+    pub(crate) fn nesting(&self, shells: &[usize]) -> Option<u32> {
+        shells.iter().map(|&shell| self.shells[shell].depth).max()
     }
 
     /// Volume of the air in the closed room [m³]: its hull's less that of the closed objects in it, which must not
@@ -293,9 +312,15 @@ impl Geometry {
 
     /// Distance from a world position to the nearest point of any surface [m].
     pub fn distance_to_nearest_surface(&self, point: DVec3) -> f64 {
+        self.closest_point(point).1.distance(point)
+    }
+
+    /// The point of any triangle nearest to a world position [m], and that triangle.
+    pub(crate) fn closest_point(&self, point: DVec3) -> (u32, DVec3) {
         (0..self.mesh.triangles.len() as u32)
-            .map(|triangle| distance_to_triangle(self.mesh.corners(triangle), point))
-            .fold(f64::INFINITY, f64::min)
+            .map(|triangle| (triangle, closest_on_triangle(self.mesh.corners(triangle), point)))
+            .min_by(|a, b| a.1.distance_squared(point).total_cmp(&b.1.distance_squared(point)))
+            .expect("a geometry has triangles")
     }
 
     /// The scene as a rectangular room, if it is exactly one empty axis-aligned box with one surface for each wall,

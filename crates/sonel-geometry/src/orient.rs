@@ -20,6 +20,8 @@ pub(crate) struct Oriented {
     pub in_shell: Vec<bool>,
     /// The shell that holds everything else.
     pub room: Option<usize>,
+    /// Edges at which the component of the largest extents is open, as indices of vertices; none where that is a closed shell.
+    pub open_edges: Vec<[u32; 2]>,
 }
 
 /// A closed, consistently oriented component.
@@ -37,8 +39,8 @@ pub(crate) struct Shell {
 pub(crate) fn orient(mesh: &mut Mesh, edges: &[SharedEdge], tolerance: f64) -> Oriented {
     let joints: Vec<Vec<Joint>> = edges.iter().map(|edge| joints(mesh, edge, tolerance)).collect();
     let orientable = unify(mesh, &joints);
-    let components = components(mesh, edges, &joints, &orientable);
-    let mut shells: Vec<Shell> = components
+    let Components { closed, open_edges } = components(mesh, edges, &joints, &orientable);
+    let mut shells: Vec<Shell> = closed
         .into_iter()
         .map(|triangles| Shell { volume: signed_volume(mesh, &triangles), triangles, depth: 0 })
         .collect();
@@ -61,7 +63,7 @@ pub(crate) fn orient(mesh: &mut Mesh, edges: &[SharedEdge], tolerance: f64) -> O
         }
         shell.volume = shell.volume.abs();
     }
-    Oriented { shells, in_shell, room }
+    Oriented { shells, in_shell, room, open_edges }
 }
 
 /// The outermost shell whose bounds contain everything else.
@@ -172,22 +174,26 @@ fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) -> Vec<bool> {
     orientable
 }
 
-/// The closed components: every edge joined, orientation consistent.
-fn components(
-    mesh: &Mesh,
-    edges: &[SharedEdge],
-    joints: &[Vec<Joint>],
-    orientable: &[bool],
-) -> Vec<Vec<u32>> {
+/// What triangles that are joined make up.
+struct Components {
+    /// The closed ones: every edge joined, orientation consistent.
+    closed: Vec<Vec<u32>>,
+    /// Edges with a face that is not joined, of the component of the largest extents.
+    open_edges: Vec<[u32; 2]>,
+}
+
+fn components(mesh: &Mesh, edges: &[SharedEdge], joints: &[Vec<Joint>], orientable: &[bool]) -> Components {
     let mut connected = Connected::new(mesh.triangles.len());
     for joint in joints.iter().flatten() {
         connected.join(joint.a, joint.b);
     }
-    let mut open = vec![false; mesh.triangles.len()];
+    let mut open: Vec<Vec<[u32; 2]>> = vec![Vec::new(); mesh.triangles.len()];
     for (edge, joints) in edges.iter().zip(joints) {
         for &face in &edge.faces {
-            if !joints.iter().any(|joint| joint.a == face || joint.b == face) {
-                open[connected.root(face) as usize] = true;
+            let open = &mut open[connected.root(face) as usize];
+            let is_joined = joints.iter().any(|joint| joint.a == face || joint.b == face);
+            if !is_joined && open.last() != Some(&edge.ends) {
+                open.push(edge.ends);
             }
         }
     }
@@ -195,7 +201,16 @@ fn components(
     for triangle in 0..mesh.triangles.len() as u32 {
         members[connected.root(triangle) as usize].push(triangle);
     }
-    let closed =
-        |(root, members): &(usize, Vec<u32>)| !members.is_empty() && !open[*root] && orientable[*root];
-    members.into_iter().enumerate().filter(closed).map(|(_, members)| members).collect()
+    let extents = |root: usize| {
+        let (low, high) = mesh.bounds_of(&members[root]);
+        (high - low).length()
+    };
+    let roots = (0..members.len()).filter(|&root| !members[root].is_empty());
+    let largest = roots.map(|root| (extents(root), root)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let open_edges = largest.map_or(Vec::new(), |(_, root)| open[root].clone());
+    let closed = |(root, members): &(usize, Vec<u32>)| {
+        !members.is_empty() && open[*root].is_empty() && orientable[*root]
+    };
+    let closed = members.into_iter().enumerate().filter(closed).map(|(_, members)| members).collect();
+    Components { closed, open_edges }
 }

@@ -42,5 +42,5 @@ pub mod render;
 pub mod rendering;
 
 pub use receiver::ReceiverPoint;
-pub use render::{Air, Estimator, PathClass, RenderError, RenderSettings, Renderer};
+pub use render::{Air, Estimator, PathClass, RenderError, RenderSettings, Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, Rendering};

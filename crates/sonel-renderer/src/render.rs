@@ -4,11 +4,12 @@
 //! deterministic arrivals, and the spread between batches is the interval (docs/physics.md §7). Batches are rendered on
 //! all cores and added in order, so neither the number of threads nor the receivers that share a call change a bit.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_acoustics::mean_free_path;
 use sonel_geometry::Geometry;
 use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, MapHeader, SonelMap};
+use sonel_scene::{Scene, Source};
 use thiserror::Error;
 
 use crate::air::AirTable;
@@ -342,10 +343,11 @@ impl<'a> Renderer<'a> {
         self.settings.seed.unwrap_or(self.map.header().settings.seed)
     }
 
-    /// Problems of `receivers`, one sentence each: coincident with a source, outside the room, without coordinates.
+    /// Problems of `receivers`, one sentence each: at a source, on a surface, in no air, without coordinates.
     #[must_use]
     pub fn problems(&self, receivers: &[ReceiverPoint]) -> Vec<String> {
         let scene = &self.map.header().scene;
+        let sources: Vec<DVec3> = scene.sources.iter().map(|source| source.position).collect();
         let mut problems = Vec::new();
         for receiver in receivers {
             let (name, position) = (&receiver.name, receiver.position);
@@ -354,16 +356,15 @@ impl<'a> Renderer<'a> {
                 continue;
             }
             for source in &scene.sources {
-                if source.position.distance(position) <= f64::from(self.geometry.resolution()) {
+                if coincide(source, position, self.geometry) {
                     problems.push(format!(
                         "receiver \"{name}\" stands at source \"{}\", where the direct sound is infinite: move it",
                         source.name
                     ));
                 }
             }
-            if self.geometry.is_closed_room() && !self.geometry.contains(position) {
-                problems
-                    .push(format!("receiver \"{name}\" at {position} m is outside the closed room: move it"));
+            if let Err(misplaced) = self.geometry.check_place(position, &sources) {
+                problems.push(format!("receiver \"{name}\" at {position} m {misplaced}"));
             }
         }
         problems
@@ -517,6 +518,16 @@ impl<'a> Renderer<'a> {
             .map(|r| PreparedReceiver::new(r, self.geometry, free_path, emissions, disc))
             .collect()
     }
+}
+
+/// Whether a source of `scene` is at `position` [m], where its direct sound is infinite.
+#[must_use]
+pub fn is_at_source(position: DVec3, scene: &Scene, geometry: &Geometry) -> bool {
+    scene.sources.iter().any(|source| coincide(source, position, geometry))
+}
+
+fn coincide(source: &Source, position: DVec3, geometry: &Geometry) -> bool {
+    source.position.distance(position) <= f64::from(geometry.resolution())
 }
 
 /// Mean free path [m]; in an open scene its extent.

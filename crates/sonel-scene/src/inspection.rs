@@ -33,16 +33,10 @@ pub(crate) fn inspect(
         }
     }
     let Some(geometry) = geometry else { return };
+    let all_sources: Vec<DVec3> = sources.iter().map(|source| source.position).collect();
     for Position { position, at, path } in sources.iter().chain(&receivers) {
-        if geometry.distance_to_nearest_surface(*position) <= too_close {
-            report.problem(*at, format!("{path}: {position} lies on a wall; move it into the room"));
-        } else if geometry.is_closed_room() && !geometry.contains(*position) {
-            let (lowest, highest) = geometry.bounds();
-            let message = format!(
-                "{path}: {position} is outside the room; it extends from {lowest} to {highest} m (a closed object in the \
-                 open needs what it stands on)"
-            );
-            report.problem(*at, message);
+        if let Err(misplaced) = geometry.check_place(*position, &all_sources) {
+            report.problem(*at, format!("{path}: {position} {misplaced}"));
         }
     }
 }

@@ -12,6 +12,7 @@ mod mesh_file;
 mod obj;
 mod problem;
 mod report;
+mod room;
 mod scene;
 mod sections;
 mod suggest;

@@ -8,7 +8,8 @@ use toml::de::DeTable;
 
 use crate::document::Table;
 use crate::inspection::inspect;
-use crate::report::Report;
+use crate::report::{Remarks, Report};
+use crate::room;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::walls::{self, Walls};
 use crate::sections::{air, bands, materials};
@@ -34,8 +35,10 @@ const KEYS: [&str; 11] = [
 pub struct Loaded {
     /// The compiled scene.
     pub scene: Scene,
-    /// Defaults taken, repairs made, oddities seen: one sentence each, for the log.
+    /// Size of the room, defaults taken, repairs made: one sentence each, for the log.
     pub notes: Vec<String>,
+    /// What is likely a mistake: one sentence each.
+    pub warnings: Vec<String>,
 }
 
 /// Reads a scene.
@@ -51,7 +54,7 @@ pub fn load(
     open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, SceneErrors> {
     read_document(toml_text, file_label, |document, report| compile(document, toml_text, open_mesh, report))
-        .map(|(scene, notes)| Loaded { scene, notes })
+        .map(|(scene, Remarks { notes, warnings })| Loaded { scene, notes, warnings })
 }
 
 /// Reads the `[[receivers]]` of a file that holds nothing else: receivers of a map, kept beside it.
@@ -70,12 +73,12 @@ pub fn load_receivers(toml_text: &str, file_label: &str) -> Result<Vec<Receiver>
     read_document(toml_text, file_label, read).map(|(receivers, _)| receivers)
 }
 
-/// Parses a document and reads it with `read`; the notes come with the result.
+/// Parses a document and reads it with `read`; the remarks come with the result.
 fn read_document<T>(
     toml_text: &str,
     file_label: &str,
     read: impl FnOnce(&Table<'_>, &mut Report<'_>) -> T,
-) -> Result<(T, Vec<String>), SceneErrors> {
+) -> Result<(T, Remarks), SceneErrors> {
     let mut report = Report::new(file_label, toml_text);
     let (document, errors) = DeTable::parse_recoverable(toml_text);
     // A key given twice leaves a sound document; after any other error the rest is guesswork.
@@ -88,8 +91,8 @@ fn read_document<T>(
         return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
     }
     let result = read(&Table::document(document.get_ref()), &mut report);
-    let notes = report.finish()?;
-    Ok((result, notes))
+    let remarks = report.finish()?;
+    Ok((result, remarks))
 }
 
 /// Reads every section. With problems in the report the scene is a makeshift and must not be used.
@@ -129,6 +132,9 @@ fn compile(
         digest: *blake3::hash(toml_text.as_bytes()).as_bytes(),
         mesh_digest,
     };
+    if let Some(geometry) = &geometry {
+        room::describe(&scene, geometry, document.get("mesh").is_some(), report);
+    }
     scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
     scene
 }
@@ -163,7 +169,7 @@ fn build(walls: &Walls, report: &mut Report<'_>) -> Option<Geometry> {
         report.note(format!("{path}: triangles without area dropped: {dropped}"));
     }
     if !geometry.is_closed_room() {
-        report.note(format!("{path}: the walls are no closed room; energy can escape"));
+        report.note(format!("{path}: {}", room::leak(&geometry)));
     }
     Some(geometry)
 }
@@ -174,7 +180,7 @@ fn note_unused(materials: &[Material], mesh: &Mesh, report: &mut Report<'_>) {
         is_used[triangle.material as usize] = true;
     }
     for (material, _) in materials.iter().zip(is_used).filter(|(_, is_used)| !is_used) {
-        report.note(format!("materials.{}: no wall is made of it", material.name));
+        report.note(format!("materials.{}: the material is not used", material.name));
     }
 }
 

@@ -33,8 +33,9 @@ pub(crate) fn read(
     let mut problems = Vec::new();
     let material_of_name = match_materials(&polygons, materials, &mut problems);
     let vertices: Vec<DVec3> = polygons.vertices.iter().map(|vertex| *vertex * unit).collect();
-    let mut oddities = Oddities { file, bent: Vec::new(), flat: Vec::new() };
+    let mut oddities = Oddities { file, bent: Vec::new(), flat: Vec::new(), doubled: Vec::new() };
     let mut triangles = Vec::new();
+    let mut known = HashMap::new();
     for face in &polygons.faces {
         let corners = &polygons.corners[face.corners.clone()];
         let positions: Vec<DVec3> = corners.iter().map(|corner| vertices[*corner as usize]).collect();
@@ -43,6 +44,12 @@ pub(crate) fn read(
             let message =
                 format!("f: a coordinate of {farthest:e} m is beyond {FARTHEST:e} m; check mesh_unit");
             problems.push(LineProblem { line: face.line, message });
+            continue;
+        }
+        let first = *known.entry(outline(&positions)).or_insert(face);
+        if first.line != face.line {
+            let [used, left_out] = [first, face].map(|face| polygons.names[face.name].name.as_str());
+            oddities.doubled.push((face.line, first.line, (used != left_out).then_some([used, left_out])));
             continue;
         }
         match obj::triangulate(&positions) {
@@ -105,11 +112,22 @@ fn match_materials(polygons: &Polygons, materials: &[Material], problems: &mut V
     matched
 }
 
+/// The corners of a face in an order that does not depend on where it begins and which way it turns.
+fn outline(positions: &[DVec3]) -> Vec<[u64; 3]> {
+    // Adding zero makes one number of both zeros.
+    let mut corners: Vec<[u64; 3]> =
+        positions.iter().map(|position| position.to_array().map(|x| (x + 0.0).to_bits())).collect();
+    corners.sort_unstable();
+    corners
+}
+
 /// Lines of faces that are no problem but deserve a word.
 struct Oddities<'f> {
     file: &'f str,
     bent: Vec<usize>,
     flat: Vec<usize>,
+    /// Faces left out: their line, that of the face they double, and both materials where they differ.
+    doubled: Vec<(usize, usize, Option<[&'f str; 2]>)>,
 }
 
 impl Oddities<'_> {
@@ -131,6 +149,22 @@ impl Oddities<'_> {
             if let Some(first) = lines.first() {
                 report.note(format!("{}:{first}: {what}{}", self.file, obj::and_more(lines.len())));
             }
+        }
+        if let Some((line, first, _)) = self.doubled.first() {
+            let more = obj::and_more(self.doubled.len());
+            report.note(format!(
+                "{}:{line}: the face has the corners of that in line {first} and is left out{more}",
+                self.file
+            ));
+        }
+        let mut conflicts =
+            self.doubled.iter().filter_map(|(line, _, materials)| Some((line, (*materials)?)));
+        if let Some((line, [used, left_out])) = conflicts.next() {
+            let more = obj::and_more(1 + conflicts.count());
+            report.warn(format!(
+                "{}:{line}: the face doubles one of another material: {used} is used on both sides, {left_out} is not{more}",
+                self.file
+            ));
         }
     }
 }

@@ -7,13 +7,22 @@ pub(crate) struct Report<'t> {
     file: &'t str,
     text: &'t str,
     problems: Vec<Problem>,
-    notes: Vec<String>,
+    remarks: Remarks,
+}
+
+/// What is to be said of a sound scene.
+#[derive(Default)]
+pub(crate) struct Remarks {
+    /// Defaults taken, repairs made.
+    pub(crate) notes: Vec<String>,
+    /// What is likely a mistake.
+    pub(crate) warnings: Vec<String>,
 }
 
 impl<'t> Report<'t> {
     /// Nothing found yet in `text`, the scene file that messages call `file`.
     pub(crate) fn new(file: &'t str, text: &'t str) -> Self {
-        Self { file, text, problems: Vec::new(), notes: Vec::new() }
+        Self { file, text, problems: Vec::new(), remarks: Remarks::default() }
     }
 
     /// A problem of the scene file at a byte offset.
@@ -30,7 +39,12 @@ impl<'t> Report<'t> {
 
     /// Something to say in the log.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
-        self.notes.push(note.into());
+        self.remarks.notes.push(note.into());
+    }
+
+    /// Something that is likely a mistake.
+    pub(crate) fn warn(&mut self, warning: impl Into<String>) {
+        self.remarks.warnings.push(warning.into());
     }
 
     /// Whether the scene is sound so far.
@@ -38,10 +52,10 @@ impl<'t> Report<'t> {
         self.problems.is_empty()
     }
 
-    /// The notes of a sound scene, or everything wrong with it: the scene file's problems first, each file's by line.
-    pub(crate) fn finish(mut self) -> Result<Vec<String>, SceneErrors> {
+    /// The remarks on a sound scene, or everything wrong with it: the scene file's problems first, each file's by line.
+    pub(crate) fn finish(mut self) -> Result<Remarks, SceneErrors> {
         if self.problems.is_empty() {
-            return Ok(self.notes);
+            return Ok(self.remarks);
         }
         let scene_file = self.file;
         self.problems.sort_by_key(|problem| {

@@ -195,6 +195,12 @@ impl Scene {
     ///
     /// `geometry` is [`Scene::geometry`]. A mesh that is no closed room is given the volume of its bounding box.
     pub fn largest_sabine_time(&self, geometry: &Geometry) -> Option<f64> {
+        let largest = self.sabine_times(geometry).into_iter().fold(0.0, f64::max);
+        (largest.is_finite() && largest > 0.0).then_some(largest)
+    }
+
+    /// Sabine's time of every band [s], infinite without absorption; `geometry` as in [`Scene::largest_sabine_time`].
+    pub(crate) fn sabine_times(&self, geometry: &Geometry) -> Vec<f64> {
         let volume = geometry.volume().unwrap_or_else(|| {
             let (lowest, highest) = geometry.bounds();
             (highest - lowest).element_product()
@@ -210,8 +216,7 @@ impl Scene {
                 self.speed_of_sound,
             )
         };
-        let largest = (0..self.bands.count()).map(time).fold(0.0, f64::max);
-        (largest.is_finite() && largest > 0.0).then_some(largest)
+        (0..self.bands.count()).map(time).collect()
     }
 }
 

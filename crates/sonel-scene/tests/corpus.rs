@@ -41,7 +41,8 @@ fn good_scenes_are_read_with_their_notes() {
     assert!(scenes.len() >= 3, "the corpus is not where it should be");
     for path in scenes {
         let loaded = load_file(&path).unwrap_or_else(|errors| panic!("{}\n{errors}", path.display()));
-        let notes = loaded.notes.join("\n");
+        let warnings = loaded.warnings.into_iter().map(|warning| format!("warning: {warning}"));
+        let notes = loaded.notes.into_iter().chain(warnings).collect::<Vec<_>>().join("\n");
         let expected = fs::read_to_string(path.with_extension("expected")).unwrap_or_default();
         assert_eq!(notes.trim_end(), expected.trim_end(), "{}\n{notes}", path.display());
     }

@@ -37,15 +37,16 @@ pub fn some_of(receivers: Vec<ReceiverPoint>) -> Vec<ReceiverPoint> {
 fn mid_room(scene: &Scene, geometry: &Geometry) -> ReceiverPoint {
     let (low, high) = geometry.bounds();
     let along = |index: u32| f64::from(index + 1) / f64::from(STEPS + 1);
+    let sources: Vec<DVec3> = scene.sources.iter().map(|source| source.position).collect();
     let clearance = |point: DVec3| {
-        let sources = scene.sources.iter().map(|source| source.position.distance(point));
-        sources.fold(geometry.distance_to_nearest_surface(point), f64::min)
+        let distances = sources.iter().map(|source| source.distance(point));
+        distances.fold(geometry.distance_to_nearest_surface(point), f64::min)
     };
     let mut best = (f64::NEG_INFINITY, 0.5 * (low + high));
     for index in 0..STEPS.pow(3) {
         let at = DVec3::new(along(index % STEPS), along(index / STEPS % STEPS), along(index / STEPS / STEPS));
         let point = low + at * (high - low);
-        if geometry.is_closed_room() && !geometry.contains(point) {
+        if geometry.obstacle(point, &sources).is_some() {
             continue;
         }
         let clearance = clearance(point);

@@ -31,8 +31,8 @@ const WORK_FOR_TAILS: f64 = 1e7;
 const SHORTER: u32 = 4;
 /// A part of the rays tells the noise of all.
 const FEWER_RAYS: u32 = 2;
-/// Emissions that tell how long paths are.
-const FEW: u64 = 256;
+/// Emissions of [`segments`].
+pub const FEW: u64 = 256;
 /// What tells the seeds of pilots from those of users: the golden ratio's bits.
 const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 

@@ -40,7 +40,7 @@ pub enum TargetError {
     )]
     Figure(String),
     /// A unit that this figure does not have.
-    #[error("{figure} is not limited in \"{unit}\": write {figure}<{example} or {figure}<0.2jnd")]
+    #[error("the limit of {figure} has the unit \"{unit}\": write {figure}<{example} or {figure}<0.2jnd")]
     Unit {
         /// The figure.
         figure: &'static str,

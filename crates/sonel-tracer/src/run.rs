@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use sonel_geometry::Geometry;
+use sonel_geometry::{Geometry, Misplaced};
 use sonel_map::{
     BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EdgeTable, EmissionDirections,
     EmissionLayout, Fate, Ledger, MapHeader, Mode, Settings, ShardRange, SonelMap, Spectral, bending_edges,
@@ -35,16 +35,15 @@ pub enum TraceError<E> {
         /// Packets traced.
         packets: u64,
     },
-    /// A source has no air about it.
-    #[error(
-        "source \"{name}\" at {position} m is outside the air of the closed room: move it inside; to hear a closed object \
-         from outside, add what it stands on"
-    )]
-    Outside {
+    /// A source is on a surface or in no air.
+    #[error("source \"{name}\" at {position} m {misplaced}")]
+    Misplaced {
         /// Name of the source.
         name: String,
         /// Its position [m].
         position: DVec3,
+        /// What is in the way.
+        misplaced: Misplaced,
     },
     /// A map to be extended has other paths than this program traces.
     #[error(transparent)]
@@ -178,7 +177,7 @@ impl<'a> Tracer<'a> {
     /// stops the run when it fails. Returns the books of all chunks.
     ///
     /// # Errors
-    /// [`TraceError::Outside`] when a source is not in the air of a closed room, [`TraceError::Leaking`] when that room loses
+    /// [`TraceError::Misplaced`] when a source is on a surface or in no air, [`TraceError::Leaking`] when that room loses
     /// packets, [`TraceError::Sink`] when `sink` fails.
     pub fn run<E: Send>(
         &self,
@@ -241,12 +240,13 @@ impl<'a> Tracer<'a> {
     }
 
     fn check_sources<E>(&self) -> Result<(), TraceError<E>> {
-        let geometry = self.surroundings.geometry;
-        let outside = |source: &&Source| geometry.is_closed_room() && !geometry.contains(source.position);
-        match self.scene.sources.iter().find(outside) {
-            Some(source) => Err(TraceError::Outside { name: source.name.clone(), position: source.position }),
-            None => Ok(()),
+        let positions: Vec<DVec3> = self.scene.sources.iter().map(|source| source.position).collect();
+        for Source { name, position, .. } in &self.scene.sources {
+            if let Err(misplaced) = self.surroundings.geometry.check_place(*position, &positions) {
+                return Err(TraceError::Misplaced { name: name.clone(), position: *position, misplaced });
+            }
         }
+        Ok(())
     }
 
     /// The chunks of `shard`, as many at a time as are traced together.

@@ -104,7 +104,9 @@ fn every_place_is_heard_or_refused() {
     refused.sort();
     refused.dedup();
     println!("refused:\n  {}", refused.join("\n  "));
-    assert!(refused.iter().all(|reason| reason.contains("outside the closed room: move it")), "{refused:?}");
+    let reasons = ["from a surface, at least", "outside the room"];
+    let has_reason = |refused: &String| reasons.iter().any(|reason| refused.contains(reason));
+    assert!(refused.iter().all(has_reason) && refused.len() < places().len(), "{refused:?}");
 }
 
 /// At the source, outside the room and beyond numbers: refused by name.
@@ -114,8 +116,8 @@ fn impossible_places_are_refused() {
     for (position, words) in [
         (DVec3::from(SOURCE), "stands at source"),
         (DVec3::from(SOURCE) + 1e-9, "stands at source"),
-        (dvec3(-1e-3, 2.0, 1.7), "outside the closed room"),
-        (dvec3(7.0, 2.0, 1.7), "outside the closed room"),
+        (dvec3(-1e-3, 2.0, 1.7), "outside the room"),
+        (dvec3(7.0, 2.0, 1.7), "outside the room, 1.0000 m from its nearest surface"),
         (dvec3(f64::NAN, 2.0, 1.7), "not finite"),
     ] {
         let reason = at(&traced, position, RenderSettings::default()).expect_err("impossible");
@@ -161,12 +163,11 @@ fn wrong_chains(source: [f64; 3], receiver: [f64; 3], as_tree: bool, reflection:
 }
 
 /// Source and receiver close to a wall, an edge and a corner: the images fall together in pairs, fours and eights, and
-/// each is heard. An empty box is exact to 10 µm. Elsewhere chains are validated by rays, which leave walls at a distance of
-/// 6 µm in this room: closer than two of these a chain along the wall may be missed.
+/// each is heard. An empty box is exact down to the least distance that is allowed, 11.5 µm in this room.
 #[test]
 fn images_that_fall_together_are_all_heard() {
     let mut wrong = Vec::new();
-    for (as_tree, distances) in [(false, &[1e-2, 1e-3, 1e-4, 1e-5][..]), (true, &[1e-2, 1e-3, 1e-4])] {
+    for (as_tree, distances) in [(false, &[1e-2, 1e-3, 1e-4, 1.2e-5][..]), (true, &[1e-2, 1e-3, 1e-4])] {
         for &d in distances {
             let near = [[d, 2.0, 1.7], [d, d, 1.7], [d, 5.0 - d, 4.0 - d]];
             for place in near {
@@ -188,7 +189,7 @@ fn images_that_fall_together_are_all_heard() {
 /// A source close to a wall, an edge, a corner or an end of the screen: every packet is accounted for.
 #[test]
 fn packets_start_anywhere() {
-    for d in [1e-3, 1e-4, 1e-5] {
+    for d in [1e-3, 1e-4, 1.2e-5] {
         for position in [
             dvec3(d, 2.0, 1.7),
             dvec3(d, d, 1.7),
@@ -246,11 +247,11 @@ fn every_place_of_a_source_is_sound_or_refused() {
             }
             Err(error) => {
                 refused += 1;
-                assert!(error.to_string().contains("outside the air"), "{place}: {error}");
+                assert!(error.to_string().contains("from a surface, at least"), "{place}: {error}");
             }
         }
     }
-    assert!((1..8).contains(&refused), "{refused} places are refused");
+    assert!((1..11).contains(&refused), "{refused} places are refused");
 }
 
 /// Behind the screen at the source's image in it: the chain that would be of no length does not exist.
@@ -313,7 +314,7 @@ fn a_source_outside_the_room_is_refused() {
     let tracer = sonel_tracer::Tracer::new(&scene, &geometry, Settings::default());
     let refused = tracer.run(sonel_map::ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(()));
     let refused = refused.expect_err("outside").to_string();
-    assert!(refused.contains("\"source\" at [7, 2, 1] m is outside the air"), "{refused}");
+    assert!(refused.contains("\"source\" at [7, 2, 1] m is outside the room"), "{refused}");
 }
 
 /// In the solid of a wall 1 cm thick there is no air: source and receiver there are refused. In its cavity they hear one another and
@@ -324,7 +325,7 @@ fn inside_a_wall_there_is_air_only_in_cavities() {
     meshes::add_box(&mut scene.mesh, 0, dvec3(3.0, 0.5, 0.5), dvec3(3.01, 4.5, 3.5));
     let solid = traced(scene.clone());
     let reason = at(&solid, dvec3(3.005, 2.0, 2.0), RenderSettings::default()).expect_err("no air");
-    assert!(reason.contains("outside the closed room"), "{reason}");
+    assert!(reason.contains("inside a closed object"), "{reason}");
     meshes::add_box(&mut scene.mesh, 0, dvec3(3.004, 1.0, 1.0), dvec3(3.006, 4.0, 3.0));
     let geometry = scene.geometry().expect("a box");
     assert!(geometry.contains(dvec3(3.005, 2.0, 2.0)) && !geometry.contains(dvec3(3.002, 2.0, 2.0)));

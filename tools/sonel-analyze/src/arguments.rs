@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use sonel_console::choices::{EstimatorArgument, ModeArgument};
 use sonel_console::count::parse_count;
+use sonel_console::parse_threads;
 use sonel_study::effects::EffectSpec;
 
 /// Inspects maps and responses, reads room-acoustic parameters.
@@ -23,7 +24,7 @@ pub struct Arguments {
     #[arg(long, global = true)]
     pub quiet: bool,
     /// Threads; all cores where none is given. The result does not depend on it.
-    #[arg(long, value_name = "N", global = true)]
+    #[arg(long, value_name = "N", global = true, value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }
 
@@ -69,7 +70,7 @@ pub struct Tradeoff {
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PROPERTIES")]
     pub vary: Vec<Property>,
     /// Emissions per source to be tried.
-    #[arg(long, value_delimiter = ',', value_name = "N,…", value_parser = parse_count)]
+    #[arg(long, value_delimiter = ',', value_name = "N,…", value_parser = parse_count, allow_negative_numbers = true)]
     pub sonels: Vec<u64>,
     /// Survival exponents β to be tried, 0 … 1.
     #[arg(long, value_delimiter = ',', value_name = "BETA,…", allow_hyphen_values = true)]
@@ -81,7 +82,7 @@ pub struct Tradeoff {
     #[arg(long, value_enum, value_delimiter = ',', value_name = "ESTIMATOR,…")]
     pub estimator: Vec<EstimatorArgument>,
     /// Numbers of visibility rays to be tried.
-    #[arg(long, value_delimiter = ',', value_name = "M,…", value_parser = parse_count)]
+    #[arg(long, value_delimiter = ',', value_name = "M,…", value_parser = parse_count, allow_negative_numbers = true)]
     pub rays: Vec<u64>,
     /// Radii of the discs in which rays gather, to be tried [m].
     #[arg(long, value_delimiter = ',', value_name = "METRES,…", allow_hyphen_values = true)]
@@ -94,7 +95,7 @@ pub struct Tradeoff {
     pub seed: u64,
     /// Emissions of the run that errors are told against where no exact answer is known; four times the most sonels where none
     /// are given.
-    #[arg(long, value_name = "N", value_parser = parse_count)]
+    #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub reference: Option<u64>,
     /// How long echograms are simulated [s], instead of the scene's duration.
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
@@ -150,7 +151,7 @@ pub struct Plot {
 pub enum What {
     /// Fluence rate over time, per band.
     Echogram,
-    /// Energy still to come over time, per band.
+    /// Schroeder decay curve, per band.
     Decay,
     /// Room-acoustic parameters over bands.
     Parameters,
@@ -174,6 +175,9 @@ pub struct Diff {
     /// Compare a receiver of A with another of B, by their names, rather than equal names.
     #[arg(long, num_args = 2, value_names = ["RECEIVER", "RECEIVER"])]
     pub between: Vec<String>,
+    /// After the summary, print everything that differs beyond noise.
+    #[arg(long, conflicts_with = "json")]
+    pub list: bool,
     /// Print JSON, with everything compared.
     #[arg(long)]
     pub json: bool,

@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use sonel_analysis::export;
 use sonel_analysis::sonels::Sonels;
 use sonel_console::Outcome;
-use sonel_console::output::Output;
+use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::Progress;
 
 use crate::arguments::Export;
@@ -18,14 +18,15 @@ use crate::open;
 /// When the map is unusable, or the output has another ending or cannot be written.
 pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let Export { map, output } = arguments;
-    let as_archive = match output.extension().and_then(|ending| ending.to_str()) {
-        Some("csv") => false,
-        Some("npz") => true,
+    let (as_archive, kind) = match output {
+        _ if has_ending(output, "csv") => (false, Kind::SONEL_TABLE),
+        _ if has_ending(output, "npz") => (true, Kind::SONEL_ARCHIVE),
         _ => bail!("{} ends neither in .csv nor in .npz: choose one of the two", output.display()),
     };
+    let inputs = [map.clone()];
     let (map, geometry) = open::checked_map(map)?;
     let sonels = Sonels::new(&map, &geometry);
-    let mut target = Output::create(output)?;
+    let mut target = Output::create(output, kind, &inputs)?;
     let failed = || format!("cannot write {}; an older file there is untouched", output.display());
     let (count, passes) = (sonels.count(), if as_archive { export::ARRAYS } else { 1 });
     let progress = Progress::begin("exporting", count * passes, quiet);

@@ -13,7 +13,6 @@ mod verify;
 
 use std::io::Write;
 
-use anyhow::bail;
 use sonel_console::{Outcome, use_threads};
 
 pub use arguments::{
@@ -25,9 +24,6 @@ pub use arguments::{
 /// # Errors
 /// When a file or an option is unusable.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    if arguments.threads == Some(0) {
-        bail!("--threads 0 cannot work: give at least 1, or leave it out");
-    }
     use_threads(arguments.threads)?;
     match &arguments.command {
         Command::Parameters(parameters) => parameters::run(parameters, out, log),

@@ -3,10 +3,10 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use sonel_console::{exit_code, log_stream};
+use sonel_console::{log_stream, run_to_exit};
 
 fn main() -> ExitCode {
     let arguments = sonel_analyze::Arguments::parse();
     let mut log = log_stream(arguments.quiet);
-    exit_code(sonel_analyze::run(&arguments, &mut std::io::stdout().lock(), &mut log))
+    run_to_exit(|| sonel_analyze::run(&arguments, &mut std::io::stdout().lock(), &mut log))
 }

@@ -1,12 +1,11 @@
 //! `sonel-analyze merge`: shards of a run joined to its map.
 
 use std::io::Write;
-use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use sonel_console::Outcome;
 use sonel_console::input;
-use sonel_console::output::Output;
+use sonel_console::output::{Kind, Output};
 use sonel_console::progress::Progress;
 use sonel_map::{MergeError, Merger, ShardRange};
 
@@ -18,15 +17,12 @@ use crate::arguments::Merge;
 /// Everything that speaks against joining the maps, or the output cannot be written.
 pub fn run(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let Merge { maps, output } = arguments;
-    if let Some(map) = maps.iter().find(|map| is_same_file(map, output)) {
-        bail!("{} is both input and output: choose another output", map.display());
-    }
     let names: Vec<String> = maps.iter().map(|map| map.display().to_string()).collect();
     let mut open = |number: usize| input::open(&maps[number]);
     let merger = Merger::new(&names, &mut open).map_err(|problems| together(&problems))?;
     let (paths, ShardRange { index, count }) = (merger.path_count(), merger.header().shard);
 
-    let mut target = Output::create(output)?;
+    let mut target = Output::create(output, Kind::MAP, maps)?;
     let progress = Progress::begin("merging", paths, quiet);
     let written = merger.write(target.writer(), &mut open, &mut |copied| progress.reach(copied));
     progress.end();
@@ -43,9 +39,4 @@ pub fn run(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
 fn together(problems: &[MergeError]) -> anyhow::Error {
     let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
     anyhow::Error::msg(problems.join("\nerror: "))
-}
-
-/// Whether both paths lead to one file, through links or not.
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

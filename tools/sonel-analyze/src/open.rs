@@ -78,6 +78,9 @@ pub fn artifact(path: &Path) -> anyhow::Result<Artifact> {
 /// # Errors
 /// When the file cannot be read or is no sound response.
 pub fn response(path: &Path) -> anyhow::Result<Response> {
+    if kind(path)? == Kind::Map {
+        bail!("{} is a sonel map: make a response of it with sonel-render", path.display());
+    }
     Response::read(BufReader::new(file(path)?)).with_context(|| path.display().to_string())
 }
 

@@ -29,10 +29,7 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
     }
     let warned = figures.iter().map(warnings).sum::<usize>();
     if warned > 0 {
-        writeln!(
-            log,
-            "warning: {warned} figures rest on batches that look unlike a normal sample: see their warnings"
-        )?;
+        writeln!(log, "warning: {warned} intervals may be unreliable (outlier batches): trace more sonels")?;
     }
     Ok(Outcome::Done)
 }

@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use sonel_analysis::plot::{self, Panel, Sheet};
 use sonel_analysis::{ReceiverFigures, parameters};
 use sonel_console::Outcome;
-use sonel_console::output::Output;
+use sonel_console::output::{Kind, Output, has_ending};
 use sonel_echogram::Response;
 
 use crate::arguments::{Plot, What};
@@ -23,8 +23,8 @@ const COLUMNS: usize = 3;
 /// written.
 pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let output = &arguments.output;
-    if output.extension().and_then(|ending| ending.to_str()) != Some("svg") {
-        bail!("{} does not end in .svg, which is all that is drawn", output.display());
+    if !has_ending(output, "svg") {
+        bail!("{} does not end in .svg: plots are drawn as SVG only", output.display());
     }
     let subjects: Vec<Subject> =
         arguments.responses.iter().map(|path| Subject::open(path, arguments)).collect::<Result<_, _>>()?;
@@ -46,7 +46,7 @@ pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         rows.extend(in_rows(plot::parameters(&named)));
     }
     let scene = subjects[0].response.metadata["scene"].as_str().unwrap_or_default().to_owned();
-    let mut target = Output::create(output)?;
+    let mut target = Output::create(output, Kind::DRAWING, &arguments.responses)?;
     plot::svg(&Sheet { title: scene, rows }, target.writer())
         .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
     target.publish()?;

@@ -1,21 +1,20 @@
 //! `sonel-analyze tradeoff`: what accuracy costs in time.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use sonel_acoustics::mean_free_path;
 use sonel_analysis::plot::{self, Sheet};
 use sonel_console::choices::ModeArgument;
 use sonel_console::clock::CpuClock;
-use sonel_console::output::Output;
+use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::Progress;
 use sonel_console::store::TemporaryMaps;
 use sonel_console::{Outcome, scene};
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::{Estimator, RenderSettings};
-use sonel_scene::Loaded;
 use sonel_study::effects::{self, Decision};
 use sonel_study::response::receivers_of;
 use sonel_study::tradeoff::report::{self, Findings};
@@ -50,10 +49,10 @@ pub fn run(
     if !problems.is_empty() {
         bail!("{}", problems.join("\nerror: "));
     }
-    let Loaded { mut scene, notes } = scene::load(&arguments.scene)?;
-    for note in notes {
-        writeln!(log, "note: {note}")?;
-    }
+    let (mut scene, inputs) = scene::load(&arguments.scene, log)?;
+    let folder = &arguments.output;
+    // Whatever is wrong with the output shall be said before the work is done.
+    check_folder(folder, &inputs)?;
     scene.duration = arguments.duration.unwrap_or(scene.duration);
     let receivers = receivers_of(&scene);
     if receivers.is_empty() {
@@ -66,7 +65,6 @@ pub fn run(
     let room = Room::within(&scene, geometry, decisions.iter().map(Decision::state).collect());
     let sweep = sweep(arguments, room.geometry());
 
-    let folder = &arguments.output;
     if !folder.exists() {
         std::fs::create_dir(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
@@ -77,17 +75,41 @@ pub fn run(
         progress.reach((share * PROGRESS_STEPS) as u64);
     });
     progress.end();
-    let tradeoff = conducted?;
+    let tradeoff = conducted.with_context(|| format!("cannot run the trials in {}", folder.display()))?;
     let findings = Findings::of(&tradeoff);
-    write_all(folder, &findings)?;
+    write_all(folder, &inputs, &findings)?;
     writeln!(out, "{}", verdict::recommendation(&tradeoff, &findings.verdicts))?;
     writeln!(log, "{} runs; written to {}", tradeoff.runs.len(), folder.display())?;
     Ok(Outcome::Done)
 }
 
-fn write_all(folder: &Path, findings: &Findings<'_>) -> anyhow::Result<()> {
+/// The files of the folder.
+const FILES: [(&str, Kind); 8] = [
+    ("deviation.svg", Kind::DRAWING),
+    ("bias.svg", Kind::DRAWING),
+    ("efficiency.svg", Kind::DRAWING),
+    ("cost.svg", Kind::DRAWING),
+    ("tradeoff.csv", Kind::TRADEOFF_TABLE),
+    ("figures.csv", Kind::TRADEOFF_TABLE),
+    ("tradeoff.json", Kind::TRADEOFF_REPORT),
+    ("README.md", Kind::TRADEOFF_PAGE),
+];
+
+/// Checks that `folder` may be made or used, and that no file in it is lost.
+fn check_folder(folder: &Path, inputs: &[PathBuf]) -> anyhow::Result<()> {
+    if folder.exists() && !folder.is_dir() {
+        bail!("{} is not a folder: choose another output", folder.display());
+    }
+    for (name, kind) in FILES {
+        output::check_target(&folder.join(name), kind, inputs)?;
+    }
+    Ok(())
+}
+
+fn write_all(folder: &Path, inputs: &[PathBuf], findings: &Findings<'_>) -> anyhow::Result<()> {
     let file = |name: &str, write: &dyn Fn(&mut dyn Write) -> anyhow::Result<()>| {
-        let mut output = Output::create(&folder.join(name))?;
+        let (_, kind) = FILES.into_iter().find(|(known, _)| *known == name).expect("a file of the folder");
+        let mut output = Output::create(&folder.join(name), kind, inputs)?;
         write(output.writer())
             .with_context(|| format!("cannot write {name}; an older file there is untouched"))?;
         output.publish()

@@ -12,7 +12,7 @@ use std::path::Path;
 /// When it cannot be opened, or is a folder, a pipe or a device. The caller says which file.
 pub fn open(path: &Path) -> io::Result<File> {
     if !path.metadata()?.is_file() {
-        let message = "no ordinary file: save what it holds to one first";
+        let message = "not a regular file: save its content to a file first";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
     }
     File::open(path)

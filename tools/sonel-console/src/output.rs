@@ -1,46 +1,215 @@
 //! Outputs that appear under their name only when complete.
 
+use std::ffi::OsString;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use tempfile::NamedTempFile;
+use tempfile::TempPath;
+
+use crate::interrupt;
 
 /// What the name of a file ends with until it is complete.
 pub const UNFINISHED: &str = ".unfinished";
 
+/// The longest begin of a file that tells its kind [bytes].
+const LONGEST_BEGIN: u64 = 4096;
+
+/// A kind of output, told by how its files begin.
+#[derive(Debug, Clone, Copy)]
+pub struct Kind {
+    /// With its article, for messages.
+    name: &'static str,
+    /// The usual ending of a name; other names are allowed where they are not usual for another kind.
+    ending: &'static str,
+    is_begun_by: fn(&[u8]) -> bool,
+}
+
+impl Kind {
+    /// What sonel-trace and merge write.
+    pub const MAP: Self =
+        Self { name: "a sonel map", ending: "sonelmap", is_begun_by: |begin| begin.starts_with(b"SONELMAP") };
+    /// What sonel-render writes.
+    pub const RESPONSE: Self = Self {
+        name: "a response",
+        ending: "npz",
+        is_begun_by: |begin| is_archive(begin, "format_version.npy"),
+    };
+    /// What export writes for numpy.
+    pub const SONEL_ARCHIVE: Self = Self {
+        name: "a numpy archive of sonels",
+        ending: "npz",
+        is_begun_by: |begin| is_archive(begin, "center_frequency_hz.npy"),
+    };
+    /// What export writes for spreadsheets.
+    pub const SONEL_TABLE: Self = Self {
+        name: "a CSV file of sonels",
+        ending: "csv",
+        is_begun_by: |begin| begin.starts_with(b"source,emission,"),
+    };
+    /// What plot and tradeoff draw.
+    pub const DRAWING: Self =
+        Self { name: "a drawing (SVG)", ending: "svg", is_begun_by: |begin| begin.starts_with(b"<svg") };
+    /// Tables of tradeoff.
+    pub const TRADEOFF_TABLE: Self = Self {
+        name: "a table of tradeoff",
+        ending: "csv",
+        is_begun_by: |begin| begin.starts_with(b"setting,"),
+    };
+    /// The report of tradeoff for programs.
+    pub const TRADEOFF_REPORT: Self = Self {
+        name: "a report of tradeoff",
+        ending: "json",
+        is_begun_by: |begin| begin.starts_with(b"{\n  \"scene\""),
+    };
+    /// The report of tradeoff for people.
+    pub const TRADEOFF_PAGE: Self = Self {
+        name: "a page of tradeoff",
+        ending: "md",
+        is_begun_by: |begin| {
+            let line = begin.split(|&byte| byte == b'\n').next().unwrap_or_default();
+            String::from_utf8_lossy(line).ends_with(": what accuracy costs")
+        },
+    };
+}
+
+/// Whether a file begins as a numpy archive whose first array is `first`.
+fn is_archive(begin: &[u8], first: &str) -> bool {
+    // A local header of 30 bytes precedes the name.
+    begin.starts_with(b"PK\x03\x04") && begin.get(30..).is_some_and(|name| name.starts_with(first.as_bytes()))
+}
+
 /// A file being written beside its final place, under a name that says for what and ends with [`UNFINISHED`]. Dropped
-/// without [`Output::publish`], it leaves no trace; a process that is killed leaves that file.
+/// without [`Output::publish`] it leaves no trace, nor does a process that is interrupted ([`interrupt`]). One that is killed
+/// leaves that file; the next run with the same target removes it.
 #[derive(Debug)]
 pub struct Output {
     target: PathBuf,
-    file: BufWriter<NamedTempFile>,
+    file: BufWriter<File>,
+    /// Removes the file when it is dropped.
+    path: TempPath,
+    /// Dropped after the file.
+    unfinished: interrupt::Unfinished,
+}
+
+/// Checks that `target` may be written: it is none of the `inputs`, and where it exists an earlier output of this `kind` or empty.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<()> {
+    if target.as_os_str() == "-" {
+        bail!("outputs are files, not streams: give a name instead of -, or ./- for a file of that name");
+    }
+    if let Some(input) = inputs.iter().find(|input| is_same_file(input, target)) {
+        bail!(
+            "{} is an input of this command ({}): choose another output",
+            target.display(),
+            input.display()
+        );
+    }
+    if let Some(ending) = USUAL_ENDINGS.into_iter().find(|ending| has_ending(target, ending))
+        && ending != kind.ending
+    {
+        bail!(
+            "{} ends in .{ending}, and {} in .{}: choose such a name",
+            target.display(),
+            kind.name,
+            kind.ending
+        );
+    }
+    if !target.exists() {
+        return Ok(());
+    }
+    if !target.is_file() {
+        bail!("{} is not a regular file: choose another output", target.display());
+    }
+    let mut begin = Vec::new();
+    let read = File::open(target).and_then(|file| file.take(LONGEST_BEGIN).read_to_end(&mut begin));
+    read.with_context(|| format!("cannot read {}, which would be replaced", target.display()))?;
+    if !begin.is_empty() && !(kind.is_begun_by)(&begin) {
+        bail!(
+            "{} exists and is not {}: delete it first, or choose another output",
+            target.display(),
+            kind.name
+        );
+    }
+    Ok(())
+}
+
+/// Endings that tell what a file is.
+const USUAL_ENDINGS: [&str; 8] = ["sonelmap", "npz", "csv", "svg", "json", "md", "toml", "obj"];
+
+/// Whether a file name has an ending, in whatever case.
+#[must_use]
+pub fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
+}
+
+/// Whether both paths lead to one file, through links or not.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    if let (Ok(a), Ok(b)) = (a.metadata(), b.metadata()) {
+        use std::os::unix::fs::MetadataExt;
+        return (a.dev(), a.ino()) == (b.dev(), b.ino());
+    }
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+fn folder_of(target: &Path) -> &Path {
+    target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// How the names of unfinished files of `target` begin.
+fn prefix(target: &Path) -> OsString {
+    let mut prefix = target.file_name().unwrap_or_default().to_owned();
+    prefix.push(".");
+    prefix
+}
+
+/// Removes unfinished files of `target` that nobody writes any more: a run holds a lock on its own. What cannot be read, locked or
+/// removed stays.
+fn remove_stale(target: &Path) {
+    let Ok(entries) = folder_of(target).read_dir() else { return };
+    let prefix = prefix(target).to_string_lossy().into_owned();
+    for entry in entries.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let random = name.strip_prefix(&prefix).and_then(|rest| rest.strip_suffix(UNFINISHED));
+        let is_ours = random.is_some_and(|random| !random.is_empty() && !random.contains('.'));
+        if is_ours && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
 }
 
 impl Output {
-    /// Begins an output that will be `target`.
+    /// Begins an output of some `kind` that will be `target`, and removes what earlier runs that were killed left of it.
+    /// `inputs` are the files that the program reads.
     ///
     /// # Errors
-    /// When `target` is a directory or anything else that is no ordinary file, or its folder cannot be written.
-    pub fn create(target: &Path) -> anyhow::Result<Self> {
-        if target.exists() && !target.is_file() {
-            bail!("{} is not an ordinary file: choose another output", target.display());
-        }
-        let folder = match target.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
+    /// When `target` is an input, an existing file of another kind, or no regular file, or its folder cannot be written.
+    pub fn create(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<Self> {
+        check_target(target, kind, inputs)?;
+        let folder = folder_of(target);
         if !folder.is_dir() {
             bail!("the folder {} does not exist: create it first", folder.display());
         }
-        let mut prefix = target.file_name().unwrap_or_default().to_owned();
-        prefix.push(".");
-        let file =
-            tempfile::Builder::new().prefix(&prefix).suffix(UNFINISHED).tempfile_in(folder).with_context(
-                || format!("cannot write in {}: choose another folder for it", folder.display()),
-            )?;
-        Ok(Self { target: target.to_owned(), file: BufWriter::with_capacity(1 << 20, file) })
+        remove_stale(target);
+        let file = tempfile::Builder::new()
+            .prefix(&prefix(target))
+            .suffix(UNFINISHED)
+            .tempfile_in(folder)
+            .with_context(|| format!("cannot write in {}: choose another folder for it", folder.display()))?;
+        // Tells other runs that this file is being written. Where locks are unknown they leave it alone.
+        let (file, path) = file.into_parts();
+        let _ = file.try_lock();
+        // Before that a run with the same target may have taken it for one that was left.
+        if !path.exists() {
+            return Self::create(target, kind, inputs);
+        }
+        let unfinished = interrupt::Unfinished::new(&path);
+        let file = BufWriter::with_capacity(1 << 20, file);
+        Ok(Self { target: target.to_owned(), file, path, unfinished })
     }
 
     /// Where it will be.
@@ -50,7 +219,7 @@ impl Output {
     }
 
     /// What to write to.
-    pub fn writer(&mut self) -> &mut BufWriter<NamedTempFile> {
+    pub fn writer(&mut self) -> &mut BufWriter<File> {
         &mut self.file
     }
 
@@ -60,27 +229,24 @@ impl Output {
     /// When the disk is full.
     pub fn file(&mut self) -> std::io::Result<&File> {
         self.file.flush()?;
-        Ok(self.file.get_ref().as_file())
+        Ok(self.file.get_ref())
     }
 
     /// Puts the complete file in its place, replacing an older one in a single step.
     ///
     /// # Errors
     /// When the disk is full or the file cannot be renamed; an older file then stays as it was.
-    pub fn publish(mut self) -> anyhow::Result<()> {
-        let failed = || format!("cannot write {}; an older file there is untouched", self.target.display());
-        self.file.flush().with_context(failed)?;
-        let file =
-            self.file.into_inner().map_err(std::io::IntoInnerError::into_error).with_context(|| {
-                format!("cannot write {}; an older file there is untouched", self.target.display())
-            })?;
-        let permissions = readable_by_all(file.as_file());
-        file.as_file().sync_all()?;
+    pub fn publish(self) -> anyhow::Result<()> {
+        let Self { target, file, path, unfinished } = self;
+        let failed = || format!("cannot write {}; an older file there is untouched", target.display());
+        let file = file.into_inner().map_err(std::io::IntoInnerError::into_error).with_context(failed)?;
+        let permissions = readable_by_all(&file);
+        file.sync_all().with_context(failed)?;
         if let Some(permissions) = permissions {
-            file.as_file().set_permissions(permissions)?;
+            file.set_permissions(permissions).with_context(failed)?;
         }
-        file.persist(&self.target).map_err(|error| {
-            anyhow::Error::new(error.error).context(format!("cannot rename to {}", self.target.display()))
+        unfinished.done(|| path.persist(&target)).map_err(|error| {
+            anyhow::Error::new(error.error).context(format!("cannot rename to {}", target.display()))
         })?;
         Ok(())
     }
@@ -104,38 +270,87 @@ fn readable_by_all(_: &File) -> Option<std::fs::Permissions> {
 mod tests {
     use super::*;
 
+    const OLD: &str = "SONELMAP, an old one";
+
+    fn names(folder: &Path) -> Vec<String> {
+        let names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+        names.map(|name| name.to_string_lossy().into_owned()).collect()
+    }
+
     #[test]
     fn an_unfinished_output_leaves_the_old_file_alone() {
         let folder = tempfile::tempdir().unwrap();
         let target = folder.path().join("hall.sonelmap");
-        std::fs::write(&target, "old").unwrap();
-        let mut output = Output::create(&target).unwrap();
+        std::fs::write(&target, OLD).unwrap();
+        let mut output = Output::create(&target, Kind::MAP, &[]).unwrap();
         output.writer().write_all(b"new, but never finished").unwrap();
-        let names = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
-        let names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
-        assert!(names.iter().any(|name| name.starts_with("hall.sonelmap.") && name.ends_with(UNFINISHED)));
+        let is_unfinished = |name: &String| name.starts_with("hall.sonelmap.") && name.ends_with(UNFINISHED);
+        assert!(names(folder.path()).iter().any(is_unfinished));
         drop(output);
-        assert_eq!(std::fs::read_to_string(&target).unwrap(), "old");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        assert_eq!(std::fs::read_to_string(&target).unwrap(), OLD);
+        assert_eq!(names(folder.path()).len(), 1);
     }
 
     #[test]
     fn a_published_output_replaces_the_old_file() {
         let folder = tempfile::tempdir().unwrap();
         let target = folder.path().join("hall.sonelmap");
-        std::fs::write(&target, "old").unwrap();
-        let mut output = Output::create(&target).unwrap();
-        output.writer().write_all(b"new").unwrap();
-        output.publish().unwrap();
-        assert_eq!(std::fs::read_to_string(&target).unwrap(), "new");
+        for old in [OLD, ""] {
+            std::fs::write(&target, old).unwrap();
+            let mut output = Output::create(&target, Kind::MAP, &[]).unwrap();
+            output.writer().write_all(b"new").unwrap();
+            output.publish().unwrap();
+            assert_eq!(std::fs::read_to_string(&target).unwrap(), "new");
+        }
     }
 
     #[test]
     fn folders_and_missing_folders_are_named() {
         let folder = tempfile::tempdir().unwrap();
-        let error = Output::create(folder.path()).unwrap_err();
-        assert!(error.to_string().contains("not an ordinary file"));
-        let error = Output::create(&folder.path().join("nowhere/a.npz")).unwrap_err();
+        let error = Output::create(folder.path(), Kind::MAP, &[]).unwrap_err();
+        assert!(error.to_string().contains("not a regular file"));
+        let error = Output::create(&folder.path().join("nowhere/a.sonelmap"), Kind::MAP, &[]).unwrap_err();
         assert!(error.to_string().contains("does not exist"));
+    }
+
+    #[test]
+    fn inputs_and_files_of_other_kinds_are_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::create_dir(path("sub")).unwrap();
+        std::fs::write(path("a.sonelmap"), OLD).unwrap();
+        std::fs::write(path("scene.toml"), "shoebox = [1, 2, 3]").unwrap();
+        std::fs::hard_link(path("a.sonelmap"), path("link.sonelmap")).unwrap();
+        for target in ["a.sonelmap", "sub/../a.sonelmap", "link.sonelmap"] {
+            let error = Output::create(&path(target), Kind::MAP, &[path("a.sonelmap")]).unwrap_err();
+            assert!(error.to_string().contains("is an input of this command"), "{target}: {error}");
+        }
+        std::fs::write(path("letter"), "dear").unwrap();
+        let error = Output::create(&path("letter"), Kind::MAP, &[]).unwrap_err();
+        assert!(error.to_string().contains("exists and is not a sonel map"), "{error}");
+        for (target, kind) in
+            [("scene.toml", Kind::MAP), ("a.sonelmap", Kind::RESPONSE), ("new.NPZ", Kind::DRAWING)]
+        {
+            let error = Output::create(&path(target), kind, &[]).unwrap_err();
+            assert!(error.to_string().contains("choose such a name"), "{error}");
+        }
+        assert!(
+            Output::create(Path::new("-"), Kind::MAP, &[]).unwrap_err().to_string().contains("not streams")
+        );
+        assert_eq!(names(folder.path()).len(), 5);
+    }
+
+    #[test]
+    fn what_killed_runs_left_is_removed_and_what_others_write_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("a.npz");
+        for left in ["a.npz.Ab12Cd.unfinished", "b.npz.Ab12Cd.unfinished", "a.npz.mine.too.unfinished"] {
+            std::fs::write(folder.path().join(left), "half").unwrap();
+        }
+        let first = Output::create(&target, Kind::RESPONSE, &[]).unwrap();
+        let second = Output::create(&target, Kind::RESPONSE, &[]).unwrap();
+        let names = names(folder.path());
+        assert!(names.len() == 4 && !names.contains(&"a.npz.Ab12Cd.unfinished".to_owned()), "{names:?}");
+        drop((first, second));
     }
 }

@@ -10,6 +10,9 @@ use sonel_study::plan::{Plan, Row, Width};
 use sonel_study::spread::{HalfWidth, PLANNED, Place, Reading};
 use sonel_study::until::Verdict;
 
+use crate::feasible::Demand;
+use crate::quantity::{bytes, count, seconds};
+
 /// The table of a plan for a trace.
 #[must_use]
 pub fn trace_table(plan: &Plan) -> String {
@@ -78,7 +81,18 @@ pub fn overrun(at_most: Option<f64>, spent: f64) -> Option<String> {
     Some(format!("--at-most {at_most} s is exceeded by {:.1} s", spent - at_most))
 }
 
+/// Why no run takes what a row asks for.
+fn not_feasible(row: &Row) -> Option<String> {
+    let memory_bytes = row.memory[0].max(row.memory[1]);
+    let cpu_seconds = row.price.trace.max(row.price.render);
+    Demand { cpu_seconds, map_bytes: row.price.bytes, memory_bytes }.excess()
+}
+
+/// The figure that decides a row, or why nobody should run it.
 fn needed_by(plan: &Plan, row: &Row) -> String {
+    if let Some(excess) = not_feasible(row) {
+        return format!("not feasible: {excess}");
+    }
     row.limited_by.map_or_else(|| "the fewest will do".to_owned(), |place| figure(plan, place))
 }
 
@@ -138,7 +152,7 @@ pub fn json(plan: &Plan) -> Value {
                     band
                 })
                 .collect();
-            json!({
+            let mut fields = json!({
                 "just_noticeable": row.just_noticeable,
                 "sonels": row.effort.emissions,
                 "rays": row.effort.rays,
@@ -151,7 +165,11 @@ pub fn json(plan: &Plan) -> Value {
                 "render_memory_bytes": row.memory[1],
                 "needed_by": row.limited_by.map(|place| named(&plan.pairs, &plan.center_frequencies_hz, place)),
                 "half_widths": bands,
-            })
+            });
+            if let Some(excess) = not_feasible(row) {
+                fields["not_feasible"] = json!(excess);
+            }
+            fields
         })
         .collect();
     let unreadable: Vec<Value> = plan
@@ -327,28 +345,4 @@ fn widest(readings: &[Reading], parameter: Parameter) -> Option<f64> {
         .filter(|reading| reading.place.parameter == parameter)
         .filter_map(|reading| reading.half_width.as_ref().ok().copied().map(HalfWidth::total))
         .reduce(f64::max)
-}
-
-fn count(number: u64) -> String {
-    match number {
-        0..10_000 => number.to_string(),
-        10_000..1_000_000 => format!("{}k", number / 1000),
-        1_000_000..1_000_000_000 => format!("{:.1}M", number as f64 / 1e6),
-        _ => format!("{:.1}G", number as f64 / 1e9),
-    }
-}
-
-fn seconds(seconds: f64) -> String {
-    match seconds {
-        s if s < 100.0 => format!("{s:.2} s"),
-        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
-    }
-}
-
-fn bytes(bytes: f64) -> String {
-    match bytes {
-        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
-        b => format!("{:.1} GB", b / 1e9),
-    }
 }

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Parser;
 use glam::DVec3;
 use sonel_console::choices::EstimatorArgument;
+use sonel_console::count::parse_count;
+use sonel_console::parse_threads;
 use sonel_console::time::parse_time;
 use sonel_renderer::ReceiverPoint;
 use sonel_study::target::Targets;
@@ -30,69 +32,90 @@ pub struct Arguments {
     /// Receivers from a CSV file (header name,x,y,z) or a TOML file of [[receivers]].
     #[arg(long = "receivers", value_name = "FILE")]
     pub receivers_file: Option<PathBuf>,
-    /// A grid of receivers: each axis lo:hi:n or one number [m].
+    /// A grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room are left out.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_grid, allow_hyphen_values = true)]
     pub grid: Option<Grid>,
     /// Width of a time bin [s].
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.001)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.001, allow_negative_numbers = true)]
     pub bin: f64,
-    /// Who owns which path class.
+    /// Estimator used for each path class.
     #[arg(long, value_enum, default_value_t = EstimatorArgument::Auto)]
     pub estimator: EstimatorArgument,
-    /// Order of the mirror chains from the source; chosen where none is given.
-    #[arg(long, value_name = "K")]
+    /// Highest order of image sources; by default it follows from the room.
+    #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,
     /// Radius of the discs in which rays gather [m]; by default it follows from the room and the number of sonels.
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
     /// Visibility rays of one receiver, where rays gather; 16384 where nothing is given. With --until the most there may be.
-    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
     /// Seed of the renderer's own choices; the map's where none is given.
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Another temperature of the air's attenuation [°C]; travel times stay those of the map.
     #[arg(long, value_name = "CELSIUS", allow_hyphen_values = true)]
     pub temperature: Option<f64>,
     /// Another relative humidity of the air's attenuation [%].
-    #[arg(long, value_name = "PERCENT")]
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     pub humidity: Option<f64>,
     /// No attenuation by air.
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
-    /// Say which accuracy takes how many rays, and where the map has too few sonels for any; with --output, then render and say
-    /// what became of it.
+    /// Print the rays, cost and intervals for several accuracies, and the sonels where the map has too few; with --output,
+    /// render and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add rays until half of every 95 % interval is below its target; exit code 1 where that is not reached, with the sonels
-    /// it would take where rays cannot help. Figures: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    /// Add rays until the half-width of every 95 % interval is below its target. Exit code 1 where that is not reached, with
+    /// the number of sonels that the map would need. Figures: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
-    /// Begin no further look of --until that would end after this time by the clock: 60s, 5min, 2h.
+    /// Stop --until before a rendering that would end after this time by the clock: 60s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
-    /// Print shares per path class, estimators and timings as JSON.
+    /// Print shares per path class, estimators, points left out of the grid and timings as JSON.
     #[arg(long)]
     pub json: bool,
     /// Say nothing on stderr but errors.
     #[arg(long)]
     pub quiet: bool,
     /// Threads; all cores where none is given. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub threads: Option<u32>,
+    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
 }
 
 /// Positions of a grid along the three axes [m].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    axes: [Vec<f64>; 3],
+    axes: [Axis; 3],
+}
+
+/// Positions of a grid along one axis [m], both ends included; a single one is in the middle.
+#[derive(Debug, Clone, PartialEq)]
+struct Axis {
+    low: f64,
+    high: f64,
+    count: u32,
+}
+
+/// A response of so many receivers would take tens of gigabytes.
+const MOST_GRID_POINTS: f64 = 1e5;
+
+impl Axis {
+    fn positions(&self) -> Vec<f64> {
+        let Self { low, high, count } = *self;
+        match count {
+            1 => vec![0.5 * (low + high)],
+            _ => (0..count).map(|i| low + (high - low) * f64::from(i) / f64::from(count - 1)).collect(),
+        }
+    }
 }
 
 impl Grid {
     /// All points, x slowest, named by their indices.
     #[must_use]
     pub fn points(&self) -> Vec<ReceiverPoint> {
-        let [xs, ys, zs] = &self.axes;
+        let [xs, ys, zs] = &self.axes.each_ref().map(Axis::positions);
         let mut points = Vec::with_capacity(xs.len() * ys.len() * zs.len());
         for (i, &x) in xs.iter().enumerate() {
             for (j, &y) in ys.iter().enumerate() {
@@ -106,6 +129,11 @@ impl Grid {
         }
         points
     }
+}
+
+fn parse_rays(text: &str) -> Result<u32, String> {
+    let rays = u32::try_from(parse_count(text)?).ok().filter(|rays| *rays > 0);
+    rays.ok_or_else(|| format!("give 1 … {} rays", u32::MAX))
 }
 
 fn parse_receiver(text: &str) -> Result<ReceiverPoint, String> {
@@ -127,27 +155,25 @@ fn parse_grid(text: &str) -> Result<Grid, String> {
     let wrong = || {
         format!("\"{text}\" is no grid: write three axes, each lo:hi:n or one number: 10:60:6,1.2,10:60:6")
     };
-    let axes: Vec<Vec<f64>> =
+    let axes: Vec<Axis> =
         text.split(',').map(|axis| parse_axis(axis).ok_or_else(wrong)).collect::<Result<_, _>>()?;
-    let axes: [Vec<f64>; 3] = axes.try_into().map_err(|_| wrong())?;
+    let axes: [Axis; 3] = axes.try_into().map_err(|_| wrong())?;
+    let points: f64 = axes.iter().map(|axis| f64::from(axis.count)).product();
+    if points > MOST_GRID_POINTS {
+        return Err(format!("{points} points are more than {MOST_GRID_POINTS}: give fewer along an axis"));
+    }
     Ok(Grid { axes })
 }
 
 /// `lo:hi:n`, both ends included, or one number.
-fn parse_axis(text: &str) -> Option<Vec<f64>> {
+fn parse_axis(text: &str) -> Option<Axis> {
     let parts: Vec<&str> = text.split(':').map(str::trim).collect();
     let number = |text: &str| text.parse::<f64>().ok().filter(|value| value.is_finite());
     match parts[..] {
-        [single] => Some(vec![number(single)?]),
+        [single] => Some(Axis { low: number(single)?, high: number(single)?, count: 1 }),
         [low, high, count] => {
-            let (low, high, count) = (number(low)?, number(high)?, count.parse::<u32>().ok()?);
-            match count {
-                0 => None,
-                1 => Some(vec![0.5 * (low + high)]),
-                _ => Some(
-                    (0..count).map(|i| low + (high - low) * f64::from(i) / f64::from(count - 1)).collect(),
-                ),
-            }
+            let axis = Axis { low: number(low)?, high: number(high)?, count: count.parse().ok()? };
+            (axis.count > 0).then_some(axis)
         }
         _ => None,
     }
@@ -171,8 +197,9 @@ mod tests {
         for text in ["1,2,3", "a=1,2", "a=1,2,x", "=1,2,3"] {
             assert!(parse_receiver(text).unwrap_err().contains("NAME=x,y,z"), "{text}");
         }
-        for text in ["1,2", "0:1:0,1,1", "0:1,1,1", "nan,1,1"] {
+        for text in ["1,2", "0:1:0,1,1", "0:1,1,1", "nan,1,1", "0:1:-3,1,1"] {
             assert!(parse_grid(text).unwrap_err().contains("lo:hi:n"), "{text}");
         }
+        assert!(parse_grid("0:1:1000,0:1:1000,0:1:1000").unwrap_err().contains("more than 100000"));
     }
 }

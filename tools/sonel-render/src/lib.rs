@@ -7,11 +7,12 @@ mod planning;
 mod receivers;
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use sonel_acoustics::Air as AirState;
-use sonel_console::output::Output;
+use sonel_console::output::{Kind, Output};
 use sonel_console::plan as console;
 use sonel_console::{Outcome, Stopwatch, input, use_threads};
 use sonel_map::SonelMap;
@@ -21,6 +22,7 @@ use sonel_study::effects;
 
 use assemble::Job;
 use judging::{Goal, Judged};
+use receivers::Gathered;
 
 pub use arguments::{Arguments, Grid};
 
@@ -30,19 +32,22 @@ pub use arguments::{Arguments, Grid};
 /// When the map is damaged, a receiver impossible, or the output cannot be written.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let watch = Stopwatch::start();
-    use_threads(arguments.threads.map(|threads| threads as usize))?;
+    use_threads(arguments.threads)?;
     let label = arguments.map.display().to_string();
     let file = input::open(&arguments.map).with_context(|| format!("cannot read the map {label}"))?;
     let map = SonelMap::open(&file).with_context(|| label.clone())?;
     let scene = &map.header().scene;
     let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
     let settings = render_settings(arguments, scene)?;
-    let receivers = receivers::gather(arguments, scene, &geometry, log)?;
+    let Gathered { receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
     let opened = watch.seconds().1;
     let (map, geometry, quiet) = (&map, &geometry, arguments.quiet);
     let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, quiet };
     // Whatever is wrong with the output shall be said before the work is done.
-    let output = arguments.output.as_deref().map(Output::create).transpose()?;
+    let inputs: Vec<PathBuf> =
+        std::iter::once(&arguments.map).chain(&arguments.receivers_file).cloned().collect();
+    let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
+    let output = arguments.output.as_deref().map(create).transpose()?;
     let plan = arguments.plan.then(|| planning::plan(&job, &settings, arguments.at_most)).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
         write!(out, "{}", console::map_table(plan, &label))?;
@@ -64,7 +69,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         None => (job.render(settings)?, json!({}), Outcome::Done),
     };
     let target = output.target().display().to_string();
-    run.response.write(output.writer()).with_context(|| format!("cannot write {target}"))?;
+    run.response
+        .write(output.writer())
+        .with_context(|| format!("cannot write {target}; an older file there is untouched"))?;
     output.publish()?;
 
     let (wall, cpu) = watch.seconds();
@@ -90,6 +97,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     }
     if arguments.json {
         told["warnings"] = missing.into();
+        if let Some(grid) = grid {
+            told["grid"] = grid.json();
+        }
         writeln!(out, "{}", run.report((wall, cpu), &told))?;
     }
     Ok(outcome)

@@ -1,47 +1,64 @@
 //! Which receivers: from options, files, grids, or the scene.
 
 use std::collections::HashSet;
+use std::fmt::{self, Display, Formatter};
 use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use glam::DVec3;
+use rayon::prelude::*;
+use serde_json::{Value, json};
 use sonel_console::input;
-use sonel_geometry::Geometry;
-use sonel_renderer::ReceiverPoint;
+use sonel_geometry::{Geometry, Obstacle};
+use sonel_renderer::{ReceiverPoint, is_at_source};
 use sonel_scene::Scene;
 use sonel_study::response::receivers_of;
 
 use crate::Arguments;
 
-/// All receivers asked for, or those of the scene. Grid points outside a closed room are left out, which is logged.
+/// Where to render.
+pub struct Gathered {
+    /// All receivers.
+    pub receivers: Vec<ReceiverPoint>,
+    /// Points of the grid, where one was asked for.
+    pub grid: Option<GridCounts>,
+}
+
+/// Points of a grid, and those left out because no receiver can stand there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GridCounts {
+    points: usize,
+    on_surfaces: usize,
+    in_closed_objects: usize,
+    outside: usize,
+    at_sources: usize,
+}
+
+/// All receivers asked for, or those of the scene. Grid points where no receiver can stand are left out, which is logged.
 pub fn gather(
     arguments: &Arguments,
     scene: &Scene,
     geometry: &Geometry,
     log: &mut dyn Write,
-) -> anyhow::Result<Vec<ReceiverPoint>> {
+) -> anyhow::Result<Gathered> {
     let mut receivers = arguments.receivers.clone();
     if let Some(path) = &arguments.receivers_file {
         receivers.extend(read_file(path)?);
     }
+    let mut counts = None;
     if let Some(grid) = &arguments.grid {
-        let points = grid.points();
-        let count = points.len();
-        let inside: Vec<ReceiverPoint> = points
-            .into_iter()
-            .filter(|p| !geometry.is_closed_room() || geometry.contains(p.position))
-            .collect();
-        if inside.len() < count {
-            writeln!(
-                log,
-                "note: {} of {count} grid points are outside the room and left out",
-                count - inside.len()
-            )?;
+        let (free, found) = free_points(grid.points(), scene, geometry);
+        if free.is_empty() && receivers.is_empty() {
+            bail!("no receiver can stand at any point of --grid: {found}");
         }
-        receivers.extend(inside);
+        if free.len() < found.points {
+            writeln!(log, "note: {found}")?;
+        }
+        receivers.extend(free);
+        counts = Some(found);
     }
-    if receivers.is_empty() && arguments.grid.is_none() && arguments.receivers_file.is_none() {
+    if receivers.is_empty() {
         receivers = receivers_of(scene);
     }
     if receivers.is_empty() {
@@ -53,7 +70,63 @@ pub fn gather(
     if !twice.is_empty() {
         bail!("receivers share a name: {}; give each its own", twice.join(", "));
     }
-    Ok(receivers)
+    Ok(Gathered { receivers, grid: counts })
+}
+
+/// The points where a receiver can stand, and what became of the others.
+fn free_points(
+    points: Vec<ReceiverPoint>,
+    scene: &Scene,
+    geometry: &Geometry,
+) -> (Vec<ReceiverPoint>, GridCounts) {
+    let sources: Vec<DVec3> = scene.sources.iter().map(|source| source.position).collect();
+    let obstacles: Vec<Option<Obstacle>> =
+        points.par_iter().map(|point| geometry.obstacle(point.position, &sources)).collect();
+    let mut counts = GridCounts { points: points.len(), ..GridCounts::default() };
+    let mut free = Vec::new();
+    for (point, obstacle) in points.into_iter().zip(obstacles) {
+        match obstacle {
+            Some(Obstacle::Surface { .. }) => counts.on_surfaces += 1,
+            Some(Obstacle::Solid { .. }) => counts.in_closed_objects += 1,
+            Some(Obstacle::Hull { .. }) => counts.outside += 1,
+            None if is_at_source(point.position, scene, geometry) => counts.at_sources += 1,
+            None => free.push(point),
+        }
+    }
+    (free, counts)
+}
+
+impl GridCounts {
+    /// As `--json` prints it.
+    pub fn json(self) -> Value {
+        json!({
+            "points": self.points,
+            "left_out": {
+                "on_surfaces": self.on_surfaces,
+                "in_closed_objects": self.in_closed_objects,
+                "outside": self.outside,
+                "at_sources": self.at_sources,
+            },
+        })
+    }
+}
+
+impl Display for GridCounts {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let parts = [
+            (self.on_surfaces, "on surfaces"),
+            (self.in_closed_objects, "inside closed objects"),
+            (self.outside, "outside the room"),
+            (self.at_sources, "at a source"),
+        ];
+        let left_out: usize = parts.iter().map(|(count, _)| count).sum();
+        let parts: Vec<String> = parts
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, place)| format!("{count} {place}"))
+            .collect();
+        write!(f, "{left_out} of {} grid points are left out: {}", self.points, parts.join(", "))
+    }
 }
 
 fn read_file(path: &Path) -> anyhow::Result<Vec<ReceiverPoint>> {
@@ -70,7 +143,8 @@ fn read_file(path: &Path) -> anyhow::Result<Vec<ReceiverPoint>> {
 }
 
 fn read_csv(text: &str, label: &str) -> anyhow::Result<Vec<ReceiverPoint>> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
     let header: Vec<String> = reader.headers()?.iter().map(str::to_lowercase).collect();
     if header != ["name", "x", "y", "z"] {
         bail!("{label}:1: the header is \"{}\" and should be \"name,x,y,z\"", header.join(","));
@@ -93,7 +167,13 @@ fn read_csv(text: &str, label: &str) -> anyhow::Result<Vec<ReceiverPoint>> {
             Err(error) => problems.push(format!("{label}: {error}")),
         }
     }
-    if problems.is_empty() { Ok(receivers) } else { bail!("{}", problems.join("\nerror: ")) }
+    if !problems.is_empty() {
+        bail!("{}", problems.join("\nerror: "));
+    }
+    if receivers.is_empty() {
+        bail!("{label}: no receivers; write a line with a name and three numbers below the header");
+    }
+    Ok(receivers)
 }
 
 #[cfg(test)]
@@ -109,8 +189,15 @@ mod tests {
 
     #[test]
     fn every_bad_line_is_named() {
-        let error = read_csv("name,x,y,z\na,1,2,x\nb,1,2,3\n,1,2,3\n", "seats.csv").unwrap_err().to_string();
-        assert!(error.contains("seats.csv:2:") && error.contains("seats.csv:4:"), "{error}");
+        let error =
+            read_csv("name,x,y,z\na,1,2,x\nb,1,2,3\n,1,2,3\nc,1,2\n", "seats.csv").unwrap_err().to_string();
+        assert!(
+            error.contains("seats.csv:2:")
+                && error.contains("seats.csv:4:")
+                && error.contains("seats.csv:5:"),
+            "{error}"
+        );
+        assert!(read_csv("name,x,y,z\n", "seats.csv").unwrap_err().to_string().contains("no receivers"));
         let error = read_csv("x,y,z\n1,2,3\n", "seats.csv").unwrap_err().to_string();
         assert!(error.contains("name,x,y,z"), "{error}");
     }

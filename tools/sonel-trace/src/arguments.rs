@@ -6,6 +6,7 @@ use anyhow::bail;
 use clap::{Parser, ValueEnum};
 use sonel_console::choices::ModeArgument;
 use sonel_console::count::parse_count;
+use sonel_console::parse_threads;
 use sonel_console::time::parse_time;
 use sonel_map::{Mode, Settings, ShardRange, Spectral};
 use sonel_scene::LONGEST_DURATION;
@@ -29,15 +30,15 @@ pub struct Arguments {
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
     /// Emissions per source (per source and band with --spectral per-band); with --shard those of all shards, with --extend
-    /// those of the whole new map, with --until the most there may be. Where nothing is given, as many as a pilot finds
-    /// necessary for a twentieth of a just-noticeable difference, at least 50k and no more than 8 million segments.
-    #[arg(long, value_name = "N", value_parser = parse_count)]
+    /// those of the whole new map, with --until the most there may be. By default a pilot run chooses
+    /// N for 0.05 just-noticeable differences, at least 50k and at most 8 million path segments.
+    #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub sonels: Option<u64>,
     /// Seed of every random number; 1 where none is given.
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Batches whose spread gives the intervals; 32 where nothing is given.
-    #[arg(long, value_name = "G", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "G", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub batches: Option<u32>,
     /// The method: the best known (accurate, where none is given), or what the founding paper writes.
     #[arg(long, value_enum)]
@@ -58,11 +59,11 @@ pub struct Arguments {
     /// traced. The result is the map of the longer run, byte for byte; it may replace the old one.
     #[arg(long, value_name = "MAP.sonelmap")]
     pub extend: Option<PathBuf>,
-    /// Say what which accuracy costs and which intervals to expect; with --output, then run and say what became of it.
+    /// Print the predicted cost and intervals for several accuracies; with --output, run and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add sonels until half of every 95 % interval at the scene's receivers is below its target; exit code 1 where that
-    /// is not reached. Figures: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    /// Add sonels until the half-width of every 95 % interval at the scene's receivers is below its target. Exit code 1
+    /// where that is not reached. Figures: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
     /// Stop --until after this time by the clock: 60s, 5min, 2h.
@@ -79,7 +80,7 @@ pub struct Arguments {
     #[arg(long)]
     pub quiet: bool,
     /// Threads; all cores where none is given. The result does not depend on it.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }
 
@@ -170,9 +171,6 @@ impl Arguments {
         }
         if self.sonels == Some(0) {
             problems.push("--sonels 0 traces nothing: give at least 1".into());
-        }
-        if self.threads == Some(0) {
-            problems.push("--threads 0 cannot work: give at least 1, or leave it out".into());
         }
         problems
     }

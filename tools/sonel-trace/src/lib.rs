@@ -12,14 +12,14 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use sonel_console::clock::CpuClock;
-use sonel_console::output::Output;
+use sonel_console::output::{Kind, Output};
 use sonel_console::plan::{self as console, Comparison, Names};
 use sonel_console::progress::Progress;
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
 use sonel_geometry::Geometry;
 use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
-use sonel_scene::{Loaded, Scene};
+use sonel_scene::Scene;
 use sonel_study::effects::{self, Decision};
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
@@ -41,10 +41,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let watch = Stopwatch::start();
     use_threads(arguments.threads)?;
     let settings = arguments.settings()?;
-    let Loaded { scene, notes } = scene::load(&arguments.scene)?;
-    for note in notes {
-        writeln!(log, "note: {note}")?;
-    }
+    let (scene, inputs) = scene::load(&arguments.scene, log)?;
     let geometry = scene.geometry().context("the scene's walls cannot be used")?;
     let Beginning { mut header, decisions, extended: beginning } =
         begin(arguments, settings, scene, &geometry)?;
@@ -79,9 +76,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         }
         return Ok(Outcome::Done);
     };
-    let create = || Output::create(path);
+    // A map that is extended may be replaced by the longer one.
+    let create = || Output::create(path, Kind::MAP, &inputs);
     // Whatever is wrong with the output shall be said before the work is done.
     drop(create()?);
+    if arguments.sonels.is_some() {
+        planner.check_feasible(header.shard)?;
+    }
     let (traced, mut told, outcome) = match &arguments.until {
         Some(targets) => {
             let (sonels, seconds) = (arguments.sonels, arguments.at_most);
@@ -125,6 +126,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         seconds: watch.seconds(),
     };
     writeln!(log, "{}", report::summary(&run, path))?;
+    let Settings { emissions, batches, .. } = header.settings;
+    if emissions < u64::from(batches) {
+        writeln!(
+            log,
+            "warning: {batches} batches share {emissions} sonels, some have none: intervals mean little"
+        )?;
+    }
     if arguments.json {
         if arguments.plan {
             told["plan"] = planned;

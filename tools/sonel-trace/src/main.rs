@@ -3,10 +3,10 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use sonel_console::{exit_code, log_stream};
+use sonel_console::{log_stream, run_to_exit};
 
 fn main() -> ExitCode {
     let arguments = sonel_trace::Arguments::parse();
     let mut log = log_stream(arguments.quiet);
-    exit_code(sonel_trace::run(&arguments, &mut std::io::stdout().lock(), &mut log))
+    run_to_exit(|| sonel_trace::run(&arguments, &mut std::io::stdout().lock(), &mut log))
 }

@@ -2,15 +2,24 @@
 
 use std::io::Write;
 
+use anyhow::bail;
 use sonel_analysis::Parameter;
 use sonel_console::clock::CpuClock;
-use sonel_map::{Mode, Settings};
+use sonel_console::feasible::Demand;
+use sonel_map::{Mode, Settings, ShardRange};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_study::judges::judges;
 use sonel_study::pilot::{self, Mission, Pilot};
 use sonel_study::plan::{DEFAULT_ACCURACY, most_by_default};
 use sonel_study::spread::PLANNED;
-use sonel_study::trial::{Room, TrialError};
+use sonel_study::trial::{Clock, Room, TrialError};
+
+/// Fewer emissions than this are feasible in any scene.
+const SURELY_FEASIBLE: f64 = 1e7;
+/// A vertex of a path in the map [bytes] (docs/formats).
+const VERTEX_BYTES: f64 = 16.0;
+/// Emissions in memory at once: 64 chunks of 512.
+const CHUNKS_IN_MEMORY: f64 = 64.0 * 512.0;
 
 /// Whoever judges a run, and how.
 pub struct Planner<'a> {
@@ -44,6 +53,31 @@ impl<'a> Planner<'a> {
         }
     }
 
+    /// Checks that a run of the settings, or its part `shard`, takes no more than any run may.
+    ///
+    /// # Errors
+    /// What it takes and what is allowed.
+    pub fn check_feasible(&self, shard: ShardRange) -> anyhow::Result<()> {
+        let emissions = self.settings.emissions as f64 / f64::from(shard.count);
+        if emissions < SURELY_FEASIBLE {
+            return Ok(());
+        }
+        let sources = self.room.scene().sources.len() as f64;
+        let begin = CpuClock.process();
+        let segments = pilot::segments(&self.mission(&PLANNED, None))?;
+        let each = (CpuClock.process() - begin) / pilot::FEW as f64;
+        let map_bytes = VERTEX_BYTES * segments * sources * emissions;
+        let memory_bytes = VERTEX_BYTES * segments * CHUNKS_IN_MEMORY;
+        let demand = Demand { cpu_seconds: each * emissions, map_bytes, memory_bytes };
+        if let Some(excess) = demand.excess() {
+            bail!(
+                "--sonels {} is not feasible: {excess}. The whole run would take about: {demand}. Give fewer, or see --plan",
+                self.settings.emissions
+            );
+        }
+        Ok(())
+    }
+
     /// Emissions where nobody says how many, and the pilot that found them. A function of scene and settings alone.
     pub fn default_emissions(&self, log: &mut dyn Write) -> anyhow::Result<(u64, Option<Pilot>)> {
         let least = Settings::default().emissions;
@@ -55,25 +89,25 @@ impl<'a> Planner<'a> {
         if most_by_default(segments) <= least {
             writeln!(
                 log,
-                "{least} sonels: paths of {segments:.0} segments leave no room for more unasked (--plan, --until)"
+                "{least} sonels: default limit reached, paths have {segments:.0} segments (--plan, --until)"
             )?;
             return Ok((least, None));
         }
         let pilot = match self.pilot(&PLANNED, None) {
             Ok(pilot) => pilot,
             Err(TrialError::Render(error)) => {
-                writeln!(log, "{least} sonels: nobody can judge this scene ({error})")?;
+                writeln!(log, "{least} sonels: no accuracy can be predicted ({error})")?;
                 return Ok((least, None));
             }
             Err(error) => return Err(error.into()),
         };
         let (emissions, limited) = pilot.default_emissions(self.settings.batches, least);
         let reason = if limited {
-            "as many as are traced unasked; a twentieth of a just-noticeable difference takes more (--plan, --until)"
+            "default limit reached; 0.05 JND need more (--plan, --until)"
         } else if emissions == least {
-            "never fewer; a twentieth of a just-noticeable difference takes no more"
+            "default minimum; 0.05 JND need no more"
         } else {
-            "for a twentieth of a just-noticeable difference"
+            "for 0.05 JND"
         };
         debug_assert!((DEFAULT_ACCURACY - 0.05).abs() < 1e-12, "the words above");
         writeln!(log, "{emissions} sonels: {reason}")?;

@@ -92,12 +92,12 @@ pub fn weighed(header: &MapHeader, decisions: &[Decision], skips: &[Skip]) -> St
 
 /// The most that leaving an effect out changes in any band.
 fn in_words(bound: &Bound) -> String {
-    let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
-    format!(
-        " (at most {:.2} dB and {:.2} % of T without it)",
-        most(&bound.level_db),
-        100.0 * most(&bound.decay)
-    )
+    let most = |values: &[f64], unit: &str| match values.iter().copied().fold(0.0, f64::max) {
+        value if value.is_finite() => format!("at most {value:.2} {unit}"),
+        _ => format!("no limit in {unit}"),
+    };
+    let percent: Vec<f64> = bound.decay.iter().map(|decay| 100.0 * decay).collect();
+    format!(" (without it: {}, {})", most(&bound.level_db, "dB"), most(&percent, "% of T"))
 }
 
 /// On, off, or where it is off.
@@ -201,6 +201,8 @@ mod tests {
     #[test]
     fn the_bound_is_that_of_the_worst_band() {
         let bound = Bound { level_db: vec![0.01, 0.3, 0.2], decay: vec![0.02, 0.0, 0.001] };
-        assert_eq!(in_words(&bound), " (at most 0.30 dB and 2.00 % of T without it)");
+        assert_eq!(in_words(&bound), " (without it: at most 0.30 dB, at most 2.00 % of T)");
+        let bound = Bound { decay: vec![f64::INFINITY], ..bound };
+        assert_eq!(in_words(&bound), " (without it: at most 0.30 dB, no limit in % of T)");
     }
 }

@@ -5,7 +5,7 @@
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use sonel_testkit::workshop::{Ended, Workshop};
@@ -23,12 +23,14 @@ name = "speaker"
 position = [1.0, 1.0, 1.5]
 "#;
 const PROGRAM: &str = env!("CARGO_BIN_EXE_sonel-trace");
+/// How an earlier map begins.
+const OLD: &str = "SONELMAP, the old one";
 /// Somebody without rights.
 const NOBODY: u32 = 65_534;
 
 fn workshop() -> Workshop {
     let shop = Workshop::with(SCENE);
-    shop.write("room.sonelmap", "the old one");
+    shop.write("room.sonelmap", OLD);
     shop
 }
 
@@ -38,7 +40,7 @@ fn arguments(shop: &Workshop, map: &Path, sonels: &str) -> Vec<PathBuf> {
 }
 
 fn old_one_is_there(shop: &Workshop) -> bool {
-    shop.bytes("room.sonelmap") == b"the old one"
+    shop.bytes("room.sonelmap") == OLD.as_bytes()
 }
 
 /// Names in the folder but those of scene and map.
@@ -55,17 +57,16 @@ fn refused(command: &mut Command, parts: &[&str]) {
     }
 }
 
-#[test]
-fn a_killed_run_leaves_the_old_map_and_a_file_that_says_what_it_is() {
-    let shop = workshop();
+/// Starts a long run and waits until it has written something.
+fn begun(shop: &Workshop) -> Child {
     let mut child = Command::new(PROGRAM)
-        .args(arguments(&shop, &shop.path("room.sonelmap"), "20M"))
+        .args(arguments(shop, &shop.path("room.sonelmap"), "9M"))
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
     let begun = Instant::now();
     let written = || {
-        let sizes = others(&shop).into_iter().map(|name| shop.path(&name).metadata().unwrap().len());
+        let sizes = others(shop).into_iter().map(|name| shop.path(&name).metadata().unwrap().len());
         sizes.sum::<u64>() > 1 << 20
     };
     while !written() {
@@ -73,15 +74,102 @@ fn a_killed_run_leaves_the_old_map_and_a_file_that_says_what_it_is() {
         assert!(begun.elapsed() < Duration::from_secs(60), "nothing was written");
         std::thread::sleep(Duration::from_millis(5));
     }
+    child
+}
+
+#[test]
+fn a_killed_run_leaves_the_old_map_and_a_file_that_the_next_run_removes() {
+    let shop = workshop();
+    let mut child = begun(&shop);
+    let of_the_other = others(&shop);
+    // While it runs, another run with the same output leaves its file alone.
+    assert!(
+        Command::new(PROGRAM)
+            .args(arguments(&shop, &shop.path("room.sonelmap"), "100"))
+            .status()
+            .unwrap()
+            .success()
+    );
+    assert_eq!(others(&shop), of_the_other);
     child.kill().unwrap();
     child.wait().unwrap();
-    assert!(old_one_is_there(&shop));
-    let others = others(&shop);
-    assert_eq!(others.len(), 1, "{others:?}");
-    assert!(others[0].starts_with("room.sonelmap.") && others[0].ends_with(".unfinished"), "{others:?}");
+    let others_left = others(&shop);
+    assert_eq!(others_left.len(), 1, "{others_left:?}");
+    let left = &others_left[0];
+    assert!(left.starts_with("room.sonelmap.") && left.ends_with(".unfinished"), "{left}");
     // Whoever takes it for a map is told.
-    let file = std::fs::File::open(shop.path(&others[0])).unwrap();
+    let file = std::fs::File::open(shop.path(left)).unwrap();
     assert!(matches!(sonel_map::SonelMap::open(&file), Err(sonel_map::MapError::Incomplete)));
+    drop(file);
+    assert!(
+        Command::new(PROGRAM)
+            .args(arguments(&shop, &shop.path("room.sonelmap"), "100"))
+            .status()
+            .unwrap()
+            .success()
+    );
+    assert_eq!(others(&shop), [""; 0]);
+}
+
+/// Ctrl-C and `kill`.
+#[test]
+fn an_interrupted_run_leaves_the_old_map_and_nothing_else() {
+    for (signal, code) in [("INT", 130), ("TERM", 143)] {
+        let shop = workshop();
+        let mut child = begun(&shop);
+        let sent = Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+        assert_eq!(child.wait().unwrap().code(), Some(code));
+        assert!(old_one_is_there(&shop));
+        assert_eq!(others(&shop), [""; 0], "{signal}");
+    }
+}
+
+#[test]
+fn no_input_is_replaced() {
+    let shop = workshop();
+    shop.write("room.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl walls\nf 1 2 3\n");
+    let scene = SCENE.replace("shoebox = [5.0, 4.0, 3.0]", "mesh = \"room.obj\"");
+    shop.write("scene.toml", &scene);
+    std::fs::hard_link(shop.path("room.obj"), shop.path("link.sonelmap")).unwrap();
+    std::os::unix::fs::symlink("scene.toml", shop.path("symbolic.sonelmap")).unwrap();
+    for target in ["scene.toml", "room.obj", "link.sonelmap", "symbolic.sonelmap"] {
+        let mut command = Command::new(PROGRAM);
+        command.args(arguments(&shop, &shop.path(target), "100"));
+        refused(&mut command, &[target, "is an input of this command", "choose another output"]);
+    }
+    shop.write("letter.txt", "dear");
+    let mut command = Command::new(PROGRAM);
+    refused(
+        command.args(arguments(&shop, &shop.path("letter.txt"), "100")),
+        &["exists and is not a sonel map"],
+    );
+    assert_eq!((shop.text("scene.toml"), shop.text("letter.txt")), (scene, "dear".to_owned()));
+    assert_eq!(shop.text("link.sonelmap"), shop.text("room.obj"));
+}
+
+#[test]
+fn runs_beyond_all_measure_are_refused_with_what_they_take() {
+    let shop = workshop();
+    let target = shop.path("room.sonelmap");
+    let mut command = Command::new(PROGRAM);
+    refused(
+        command.args(arguments(&shop, &target, "1e15")),
+        &[
+            "--sonels 1000000000000000 is not feasible: map",
+            "TB (limit 1.0 TB)",
+            "CPU time",
+            "memory",
+            "--plan",
+        ],
+    );
+    for threads in ["0", "1025", "10000", "many"] {
+        let mut command = Command::new(PROGRAM);
+        let said =
+            Ended::of(command.args(arguments(&shop, &target, "100")).args(["--threads", threads])).refused();
+        assert!(said.contains("give 1 … 1024 threads"), "{said}");
+    }
+    assert!(old_one_is_there(&shop));
 }
 
 /// A limit on the size of files fails a write as a full disk does. The shell sets it and ignores the signal that goes with it.
@@ -134,19 +222,19 @@ fn what_is_no_file_cannot_be_read() {
     for scene in [&pipe, Path::new("/dev/null"), shop.folder()] {
         let mut arguments = arguments(&shop, &target, "100");
         arguments[0] = scene.to_owned();
-        let parts = ["cannot read the scene", &scene.to_string_lossy(), "no ordinary file"];
+        let parts = ["cannot read the scene", &scene.to_string_lossy(), "not a regular file"];
         refused(Command::new(PROGRAM).args(&arguments), &parts);
     }
     let mesh = SCENE.replace("shoebox = [5.0, 4.0, 3.0]", "mesh = \"pipe\"");
     shop.write("scene.toml", mesh);
     refused(
         Command::new(PROGRAM).args(arguments(&shop, &target, "100")),
-        &["cannot read `pipe`: no ordinary file"],
+        &["cannot read `pipe`: not a regular file"],
     );
     shop.write("scene.toml", SCENE);
     let mut extending = arguments(&shop, &target, "100");
     extending.extend(["--extend".into(), pipe]);
-    refused(Command::new(PROGRAM).args(extending), &["pipe", "no ordinary file"]);
+    refused(Command::new(PROGRAM).args(extending), &["pipe", "not a regular file"]);
     assert!(old_one_is_there(&shop));
 }
 

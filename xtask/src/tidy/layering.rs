@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 20] = [
+const HOMES: [(&str, &[&str]); 21] = [
     ("anyhow", &["tools/", "xtask"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
@@ -37,6 +37,7 @@ const HOMES: [(&str, &[&str]); 20] = [
         "serde_json",
         &["crates/sonel-echogram", "crates/sonel-analysis", "crates/sonel-study", "tools/", "xtask"],
     ),
+    ("signal-hook", &["tools/sonel-console"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["tools/", "crates/sonel-testkit"]),
     ("tobj", &["crates/sonel-scene"]),

@@ -213,6 +213,8 @@ fn an_echogram_without_decay_has_reasons_and_no_numbers() {
     };
     let mut energy = [0.0; 100];
     assert_eq!(reasons(&energy, 0.1), vec![Unsupported::NoEnergy; 9]);
+    let too_short = Unsupported::DirectOutside { direct_time: 1.5, end: 1.0 };
+    assert_eq!(reasons(&energy, 1.5), vec![too_short; 9]);
     energy[10] = 1.0;
     // Direct sound alone: it has a level, early energy and a centre, but neither late energy nor a slope.
     let direct_alone = reasons(&energy, 0.1);

@@ -63,7 +63,7 @@ pub fn decay(response: &Response, s: usize, r: usize) -> Panel {
     Panel {
         title: title("Decay", response, s, r),
         x: Axis::linear("time since the direct sound [s]"),
-        y: Axis::linear("energy still to come [dB re all]").from_to(-SHOWN_DB, 2.0),
+        y: Axis::linear("Schroeder decay curve [dB]").from_to(-SHOWN_DB, 2.0),
         series,
     }
 }

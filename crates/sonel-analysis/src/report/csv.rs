@@ -9,7 +9,7 @@ use crate::parameter::Parameter;
 use crate::receiver::ReceiverFigures;
 
 /// Columns of [`csv`].
-const HEADER: [&str; 13] = [
+const HEADER: [&str; 19] = [
     "source",
     "receiver",
     "center_frequency_hz",
@@ -23,6 +23,12 @@ const HEADER: [&str; 13] = [
     "decay_range_db",
     "non_linearity_permille",
     "curvature_percent",
+    "source_x_m",
+    "source_y_m",
+    "source_z_m",
+    "receiver_x_m",
+    "receiver_y_m",
+    "receiver_z_m",
 ];
 
 /// Writes all figures, one a row; what a figure has not is an empty field. The speech transmission index has no band.
@@ -33,13 +39,12 @@ pub fn csv(receivers: &[ReceiverFigures], out: impl Write) -> std::io::Result<()
     let mut writer = ::csv::Writer::from_writer(out);
     writer.write_record(HEADER)?;
     for receiver in receivers {
+        let places = [receiver.source_position, receiver.position];
+        let places: Vec<String> = places.as_flattened().iter().map(ToString::to_string).collect();
         let mut write =
             |frequency: &str, key: &str, figure: &Figure, just_noticeable: &dyn Fn(f64) -> f64| {
-                writer.write_record(row(
-                    [&receiver.source, &receiver.name, frequency, key],
-                    figure,
-                    just_noticeable,
-                ))
+                let names = [&receiver.source, &receiver.name, frequency, key];
+                writer.write_record(row(names, figure, just_noticeable).iter().chain(&places))
             };
         write("", "speech_transmission_index", &receiver.speech_transmission_index, &|_| {
             noticeable::SPEECH_TRANSMISSION_INDEX

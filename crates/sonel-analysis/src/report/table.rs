@@ -6,14 +6,19 @@ use crate::figure::Figure;
 use crate::parameter::Parameter;
 use crate::receiver::{BandFigures, ReceiverFigures};
 
-/// Aligned text; `title` begins the line above every block.
+/// Aligned text; `title` begins the line above every block. Remarks are printed once, below all blocks.
 #[must_use]
 pub fn table(receivers: &[ReceiverFigures], title: &str) -> String {
-    receivers.iter().map(|receiver| block(receiver, title)).collect::<Vec<_>>().join("\n")
+    let mut notes = Notes::default();
+    let blocks: Vec<String> = receivers.iter().map(|receiver| block(receiver, title, &mut notes)).collect();
+    format!(
+        "{}\n±: half-width of the 95 % interval; JND: just-noticeable difference\n{}",
+        blocks.join("\n"),
+        notes.text()
+    )
 }
 
-fn block(receiver: &ReceiverFigures, title: &str) -> String {
-    let mut notes = Notes::default();
+fn block(receiver: &ReceiverFigures, title: &str, notes: &mut Notes) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
     let headings = Parameter::ALL.iter().map(|parameter| {
@@ -23,22 +28,20 @@ fn block(receiver: &ReceiverFigures, title: &str) -> String {
     let quality = ["ξ T30 [‰]", "C [%]"].map(str::to_owned);
     table.set_header(std::iter::once("f [Hz]".to_owned()).chain(headings).chain(quality));
     for band in &receiver.bands {
-        table.add_row(row(band, &mut notes));
+        table.add_row(row(band, notes));
     }
     table.add_row(just_noticeable());
     for column in table.column_iter_mut() {
         column.set_cell_alignment(CellAlignment::Right);
     }
     let [x, y, z] = receiver.position;
-    let speech = cell(&receiver.speech_transmission_index, 1.0, &mut notes);
+    let speech = cell(&receiver.speech_transmission_index, 1.0, notes);
     let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     format!(
-        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m; ± is the half-width of the 95 % interval, JND the just-noticeable difference\n\
-         {}\nspeech transmission index, no noise: {speech}\n{}",
+        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m\n{}\nspeech transmission index, no noise: {speech}\n",
         receiver.source,
         receiver.name,
-        lines.join("\n"),
-        notes.text()
+        lines.join("\n")
     )
 }
 
@@ -93,22 +96,52 @@ fn digits(value: f64, half: f64) -> usize {
     wanted.clamp(1.0, f64::from(most)) as usize
 }
 
-/// Remarks, numbered in the order they are first made.
+/// Remarks, numbered in the order they are first made. Those that differ in numbers alone share one.
 #[derive(Default)]
 struct Notes {
-    remarks: Vec<String>,
+    remarks: Vec<Remark>,
+}
+
+struct Remark {
+    first: String,
+    has_other_numbers: bool,
 }
 
 impl Notes {
     fn mark(&mut self, remark: &str) -> String {
-        let index = self.remarks.iter().position(|known| known == remark).unwrap_or_else(|| {
-            self.remarks.push(remark.to_owned());
+        let index =
+            self.remarks.iter().position(|known| without_numbers(&known.first) == without_numbers(remark));
+        let index = index.unwrap_or_else(|| {
+            self.remarks.push(Remark { first: remark.to_owned(), has_other_numbers: false });
             self.remarks.len() - 1
         });
+        let known = &mut self.remarks[index];
+        known.has_other_numbers |= known.first != remark;
         format!(" [{}]", index + 1)
     }
 
     fn text(&self) -> String {
-        self.remarks.iter().enumerate().map(|(index, remark)| format!("[{}] {remark}\n", index + 1)).collect()
+        let line = |(index, remark): (usize, &Remark)| {
+            let more = if remark.has_other_numbers { " (numbers of the first case)" } else { "" };
+            format!("[{}] {}{more}\n", index + 1, remark.first)
+        };
+        self.remarks.iter().enumerate().map(line).collect()
+    }
+}
+
+fn without_numbers(remark: &str) -> String {
+    remark.chars().filter(|letter| !letter.is_ascii_digit() && !matches!(letter, '.' | '-' | '−')).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn remarks_that_differ_in_numbers_alone_are_printed_once() {
+        let mut notes = Notes::default();
+        let marks = ["only 12.5 dB", "no energy", "only 9 dB", "no energy"].map(|remark| notes.mark(remark));
+        assert_eq!(marks, [" [1]", " [2]", " [1]", " [2]"]);
+        assert_eq!(notes.text(), "[1] only 12.5 dB (numbers of the first case)\n[2] no energy\n");
     }
 }

@@ -36,6 +36,12 @@ fn read_table(table: &Table<'_>, report: &mut Report<'_>) -> Option<Bands> {
     let nominal: Vec<f64> = centers.readable.iter().map(|center| center.value).collect();
     let width = width?;
     let problems = Bands::problems(&nominal, width);
+    let are_thirds =
+        || table.get("width").is_none() && Bands::problems(&nominal, BandWidth::Third).is_empty();
+    if !problems.is_empty() && are_thirds() {
+        entry.problem(report, "these are third octaves; add width = \"third\"");
+        return None;
+    }
     for problem in &problems {
         report.problem(place(problem, &entry, &centers.readable), format!("{}: {problem}", entry.path));
     }

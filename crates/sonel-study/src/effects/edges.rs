@@ -179,12 +179,12 @@ fn listeners(scene: &Scene, geometry: &Geometry) -> (Vec<ReceiverPoint>, String)
 
 /// Places spread evenly over the air, for scenes without receivers: points of the sequence of Halton in the box about everything.
 pub(crate) fn places(scene: &Scene, geometry: &Geometry) -> Vec<ReceiverPoint> {
-    let sources = || scene.sources.iter().map(|source| source.position);
-    let (low, high) = sources().fold(geometry.bounds(), |(low, high), at| (low.min(at), high.max(at)));
+    let sources: Vec<DVec3> = scene.sources.iter().map(|source| source.position).collect();
+    let (low, high) = sources.iter().fold(geometry.bounds(), |(low, high), at| (low.min(*at), high.max(*at)));
     let least = f64::from(geometry.resolution());
     let in_air = |place: &DVec3| {
-        (!geometry.is_closed_room() || geometry.contains(*place))
-            && sources().all(|source| source.distance(*place) > least)
+        geometry.obstacle(*place, &sources).is_none()
+            && sources.iter().all(|source| source.distance(*place) > least)
     };
     (1..=TRIES)
         .map(|number| {

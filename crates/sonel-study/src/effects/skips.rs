@@ -49,11 +49,11 @@ fn heroes(scene: &Scene, spectral: Spectral) -> Skip {
     let reason = match (kinds, spectral) {
         _ if bands == 1 => "one band".to_owned(),
         (_, Spectral::PerBand) => "every band has packets of its own, as asked for".to_owned(),
-        (1, _) => format!("all {bands} bands share their coefficients: one hero"),
+        (1, _) => format!("all {bands} bands share coefficients: one lead band is enough"),
         (kinds, _) if kinds == bands => format!("all {bands} bands differ in their coefficients"),
         (kinds, _) => format!("{bands} bands of {kinds} kinds of coefficients"),
     };
-    Skip { what: "a hero for every band", skipped, reason }
+    Skip { what: "a lead band for each band", skipped, reason }
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use sonel_map::provenance::Difference;
 use crate::arguments::Diff;
 use crate::open;
 
-/// Lines of the listing; JSON has all.
+/// Lines of the listing without --list.
 const LISTED: usize = 20;
 
 /// Compares two maps; [`Outcome::Missed`] where they differ beyond noise.
@@ -41,7 +41,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     if arguments.json {
         writeln!(out, "{:#}", to_json(&comparison, &changes))?;
     } else {
-        write!(out, "{}", to_text(&comparison, &changes))?;
+        write!(out, "{}", to_text(&comparison, &changes, arguments.list))?;
     }
     let differ = comparison.tiers.iter().flat_map(|tier| &tier.cells).any(|cell| cell.differs);
     Ok(if differ { Outcome::Missed } else { Outcome::Done })
@@ -105,7 +105,7 @@ fn cell_json(cell: &CellDifference) -> Value {
     })
 }
 
-fn to_text(comparison: &MapComparison, changes: &[Difference]) -> String {
+fn to_text(comparison: &MapComparison, changes: &[Difference], list_all: bool) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
     if changes.is_empty() {
@@ -133,18 +133,18 @@ fn to_text(comparison: &MapComparison, changes: &[Difference]) -> String {
     }
     let beyond = comparison.beyond_noise();
     text.push('\n');
-    text.push_str(&listing(&beyond));
+    text.push_str(&listing(&beyond, if list_all { usize::MAX } else { LISTED }));
     text.push_str(&verdict(comparison, &beyond));
     text
 }
 
-fn listing(beyond: &[&CellDifference]) -> String {
+fn listing(beyond: &[&CellDifference], most: usize) -> String {
     let mut text = String::new();
     if beyond.is_empty() {
         return text;
     }
     text.push_str("   B/A [dB]      95 % interval      time [ms]  where, bands [Hz]\n");
-    for cell in beyond.iter().take(LISTED) {
+    for cell in beyond.iter().take(most) {
         let ratio = match (cell.ratio_db, cell.interval_db) {
             (Some(value), Some([low, high])) => format!("{value:>+11.3}   {low:>+7.3} … {high:>+7.3}"),
             _ if cell.incident[0] > 0.0 => format!("{:>31}", "only in A"),
@@ -160,8 +160,8 @@ fn listing(beyond: &[&CellDifference]) -> String {
             cell.source
         );
     }
-    if beyond.len() > LISTED {
-        let _ = writeln!(text, "   … and {} more: --json lists all", beyond.len() - LISTED);
+    if beyond.len() > most {
+        let _ = writeln!(text, "   … and {} more: --list prints all", beyond.len() - most);
     }
     text.push('\n');
     text

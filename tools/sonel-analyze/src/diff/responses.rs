@@ -1,5 +1,8 @@
 //! Two responses: same scene, code, options? Then which figures differ beyond noise.
 
+use std::collections::HashSet;
+use std::fmt::Write as _;
+use std::hash::Hash;
 use std::io::Write;
 use std::path::Path;
 
@@ -11,6 +14,9 @@ use sonel_console::Outcome;
 
 use crate::arguments::Diff;
 use crate::open;
+
+/// Digits of a digest.
+const DIGEST_DIGITS: usize = 64;
 
 /// What decided a response, as its metadata name it.
 const PROVENANCE: [&str; 9] = [
@@ -50,7 +56,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     if arguments.json {
         writeln!(out, "{:#}", to_json(&comparison, &provenance))?;
     } else {
-        write!(out, "{}", to_text(&comparison, &provenance))?;
+        write!(out, "{}", to_text(&comparison, &provenance, arguments))?;
     }
     Ok(if comparison.beyond_noise().next().is_some() { Outcome::Missed } else { Outcome::Done })
 }
@@ -107,30 +113,84 @@ fn entry(difference: &Difference) -> Value {
     })
 }
 
-fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)]) -> String {
-    let mut lines: Vec<String> =
-        provenance.iter().map(|(key, a, b)| format!("other {key}: {a} against {b}")).collect();
-    let beyond: Vec<&Difference> = comparison.beyond_noise().collect();
-    lines.push(format!(
-        "{} of {} figures differ beyond noise (all together err once in a hundred), {} could not be judged",
-        beyond.len(),
-        comparison.differences.len(),
+fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)], arguments: &Diff) -> String {
+    let all = &comparison.differences;
+    let mut text = format!("A: {}\nB: {}\n", arguments.a.display(), arguments.other().display());
+    // Writing to a String cannot fail.
+    let same: Vec<&str> =
+        PROVENANCE.into_iter().filter(|key| provenance.iter().all(|(other, ..)| other != key)).collect();
+    if !same.is_empty() {
+        let _ = writeln!(text, "same: {}", same.join(", "));
+    }
+    for (key, a, b) in provenance {
+        let _ = writeln!(text, "different {key}: {} in A, {} in B", shortened(a), shortened(b));
+    }
+    let _ = writeln!(
+        text,
+        "pairs of source and receiver: {}, bands: {}, figures compared: {}, figures that could not be compared: {}\n",
+        distinct(all.iter().map(|difference| (&difference.source, &difference.receiver))),
+        distinct(all.iter().filter_map(|difference| difference.center_frequency_hz.map(f64::to_bits))),
+        all.len(),
         comparison.not_judged
-    ));
-    lines.extend(beyond.iter().map(|difference| sentence(difference)));
-    lines.push(String::new());
-    lines.join("\n")
+    );
+    text.push_str("                                compared  differ  largest B − A, 95 % interval\n");
+    let mut keys: Vec<&str> = Vec::new();
+    for difference in all {
+        if !keys.contains(&difference.figure) {
+            keys.push(difference.figure);
+        }
+    }
+    for key in keys {
+        let of_key = || all.iter().filter(|difference| difference.figure == key);
+        let Some(largest) = of_key().max_by(|a, b| a.just_noticeable.total_cmp(&b.just_noticeable)) else {
+            continue;
+        };
+        let differ = of_key().filter(|difference| difference.differs).count();
+        let _ = writeln!(text, "{key:<31} {:>8} {differ:>7}  {}", of_key().count(), measured(largest));
+    }
+    let beyond: Vec<&Difference> = comparison.beyond_noise().collect();
+    if arguments.list {
+        text.push('\n');
+        for difference in &beyond {
+            let _ = writeln!(text, "{}: {}", difference.figure, measured(difference));
+        }
+    }
+    let verdict = if beyond.is_empty() { "same within noise" } else { "different" };
+    let _ = writeln!(
+        text,
+        "\n{verdict}: {} of {} figures differ beyond noise (equal responses: any at all in 1 % of comparisons)",
+        beyond.len(),
+        all.len()
+    );
+    if !beyond.is_empty() && !arguments.list {
+        text.push_str("--list prints every figure that differs, --json all figures\n");
+    }
+    text
 }
 
-fn sentence(difference: &Difference) -> String {
-    let band = difference.center_frequency_hz.map(|center| format!(" at {center} Hz")).unwrap_or_default();
+/// How many of `values` are different.
+fn distinct<T: Eq + Hash>(values: impl Iterator<Item = T>) -> usize {
+    values.collect::<HashSet<T>>().len()
+}
+
+/// A digest by its first digits, everything else as it is.
+fn shortened(value: &Value) -> String {
+    match value.as_str() {
+        Some(text) if text.len() == DIGEST_DIGITS => format!("{}…", &text[..8]),
+        Some(text) => text.to_owned(),
+        None if value.is_null() => "nothing".to_owned(),
+        None => value.to_string(),
+    }
+}
+
+fn measured(difference: &Difference) -> String {
+    let band = difference.center_frequency_hz.map(|center| format!("{center} Hz, ")).unwrap_or_default();
     format!(
-        "{}{band}, \"{}\" to \"{}\": B − A = {:+.4} ± {:.4}, {:.2} just-noticeable differences",
-        difference.figure,
-        difference.source,
-        difference.receiver,
+        "{:+.4} ± {:.4} ({:.2} JND), {band}\"{}\" to \"{}\"",
         difference.value,
         0.5 * (difference.interval[1] - difference.interval[0]),
-        difference.just_noticeable
+        difference.just_noticeable,
+        difference.source,
+        difference.receiver
     )
 }

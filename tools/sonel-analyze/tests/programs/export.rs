@@ -107,3 +107,19 @@ fn other_endings_and_damaged_maps_are_refused_and_older_outputs_stay() {
         assert_eq!(shop.bytes(output), b"older");
     }
 }
+
+/// A limit on the size of files fails a write as a full disk does: one message, and nothing of the libraries' own.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_said_once() {
+    let shop = Workshop::with(SCENE);
+    trace(&shop, "a.sonelmap", &["--sonels", "2k"]);
+    for output in ["a.csv", "a.npz"] {
+        let program = env!("CARGO_BIN_EXE_sonel-analyze");
+        let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" export --quiet -o \"$1\" a.sonelmap";
+        let said = shop.run("sh", &["-c", script, program, output]).refused();
+        assert!(said.starts_with("error: cannot write ") && said.contains(output), "{said}");
+        assert!(said.lines().count() == 1 && said.matches("(os error").count() == 1, "{said}");
+        assert_eq!(shop.names(), ["a.sonelmap", "scene.toml"]);
+    }
+}

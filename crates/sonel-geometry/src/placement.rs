@@ -1,0 +1,127 @@
+//! Where sources and receivers may stand: in air that a source can reach, and clear of every surface.
+//!
+//! In a closed room the air is the inside of its hull without the closed objects in it. In the open every closed shell is a
+//! solid, unless a source stands in the same shells: sound does not pass surfaces.
+
+use std::fmt;
+
+use glam::DVec3;
+use thiserror::Error;
+
+use crate::Geometry;
+
+/// Clearance in lifts. Rays leave a surface one lift above it, so that nearer than that a point is behind the start of
+/// rays from the wall. The second lift keeps mirror chains along the wall, which start one lift above it too.
+const LIFTS_PER_CLEARANCE: f64 = 2.0;
+/// How far from a surface a place is proposed [m], where the clearance is not larger.
+const PROPOSED_DISTANCE: f64 = 1e-3;
+/// Proposed coordinates are rounded to one over this [m].
+const PROPOSED_PER_METRE: f64 = 1e4;
+/// A corner has this many walls to be moved away from, one after the other.
+const PUSHES: u32 = 3;
+
+/// Why nothing can stand at a position.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("{obstacle}{}", proposal(.free))]
+pub struct Misplaced {
+    /// What is in the way.
+    pub obstacle: Obstacle,
+    /// The nearest free position that was found [m].
+    pub free: Option<DVec3>,
+}
+
+/// What is in the way of a source or receiver; `distance` is that to the nearest surface [m].
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum Obstacle {
+    /// A surface that is too near.
+    #[error("is {} from a surface, at least {} are needed", Length(*.distance), Length(*.clearance))]
+    Surface {
+        /// [m].
+        distance: f64,
+        /// What is needed [m].
+        clearance: f64,
+    },
+    /// A closed object.
+    #[error("is inside a closed object where no sound arrives, {} from its surface", Length(*.distance))]
+    Solid {
+        /// [m].
+        distance: f64,
+    },
+    /// The hull of the closed room.
+    #[error(
+        "is outside the room, {} from its nearest surface (an outdoor scene needs a ground surface)",
+        Length(*.distance)
+    )]
+    Hull {
+        /// [m].
+        distance: f64,
+    },
+}
+
+/// A length in the unit that suits it.
+struct Length(f64);
+
+impl fmt::Display for Length {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            zero if zero <= 0.0 => write!(f, "0 m"),
+            small if small < 1e-3 => write!(f, "{:.4} mm", 1e3 * small),
+            length => write!(f, "{length:.4} m"),
+        }
+    }
+}
+
+fn proposal(free: &Option<DVec3>) -> String {
+    free.map(|DVec3 { x, y, z }| format!("; ({x}, {y}, {z}) m is free")).unwrap_or_default()
+}
+
+impl Geometry {
+    /// Least distance of sources and receivers from every surface [m]: some ten micrometres in a room of 10 m.
+    pub fn clearance(&self) -> f64 {
+        LIFTS_PER_CLEARANCE * f64::from(self.lift())
+    }
+
+    /// Checks that a source or receiver can stand at a world position [m]; `sources` are the positions of all sources.
+    ///
+    /// # Errors
+    /// What is in the way, with the nearest free position found.
+    pub fn check_place(&self, point: DVec3, sources: &[DVec3]) -> Result<(), Misplaced> {
+        match self.obstacle(point, sources) {
+            None => Ok(()),
+            Some(obstacle) => Err(Misplaced { obstacle, free: self.free_place(point, sources, PUSHES) }),
+        }
+    }
+
+    /// What is in the way of a source or receiver at a world position [m], if anything; `sources` as in
+    /// [`Geometry::check_place`].
+    pub fn obstacle(&self, point: DVec3, sources: &[DVec3]) -> Option<Obstacle> {
+        let (distance, clearance) = (self.distance_to_nearest_surface(point), self.clearance());
+        if distance < clearance {
+            return Some(Obstacle::Surface { distance, clearance });
+        }
+        let shells = self.shells_around(point);
+        if self.is_closed_room() {
+            return match self.nesting(&shells) {
+                None => Some(Obstacle::Hull { distance }),
+                Some(depth) => (depth % 2 == 1).then_some(Obstacle::Solid { distance }),
+            };
+        }
+        let is_reached =
+            || shells.is_empty() || sources.iter().any(|&source| self.shells_around(source) == shells);
+        (!is_reached()).then_some(Obstacle::Solid { distance })
+    }
+
+    /// A free position near `point`: beside the nearest surface, then beside the next one, at most `pushes` times.
+    fn free_place(&self, point: DVec3, sources: &[DVec3], pushes: u32) -> Option<DVec3> {
+        let (triangle, foot) = self.closest_point(point);
+        let normal = self.surface(self.triangle_surface(triangle)).normal;
+        let step = PROPOSED_DISTANCE.max(2.0 * self.clearance());
+        let rounded = |place: DVec3| (place * PROPOSED_PER_METRE).round() / PROPOSED_PER_METRE;
+        let beside = [step, -step].map(|step| rounded(foot + step * normal));
+        let free = beside.into_iter().find(|&place| self.obstacle(place, sources).is_none());
+        free.or_else(|| {
+            let mut pushed = beside.into_iter().filter(|_| pushes > 1);
+            pushed.find_map(|place| self.free_place(place, sources, pushes - 1))
+        })
+    }
+}

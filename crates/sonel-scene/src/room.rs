@@ -1,0 +1,96 @@
+//! What the log says of a room: its size, whether that is plausible, and where its mesh is open.
+
+use glam::DVec3;
+use sonel_acoustics::mean_free_path;
+use sonel_geometry::Geometry;
+
+use crate::Scene;
+use crate::report::Report;
+
+/// Volumes of rooms that are not warned of [m³]: from a small booth to a large stadium.
+const PLAUSIBLE_VOLUMES: [f64; 2] = [1.0, 3e6];
+/// Longest extents of open scenes that are not warned of [m].
+const PLAUSIBLE_LENGTHS: [f64; 2] = [1.0, 1e4];
+
+/// Notes extents, volume, surface, mean free path and Sabine time, and warns of an implausible size. `is_mesh` tells a mesh
+/// from a shoebox.
+pub(crate) fn describe(scene: &Scene, geometry: &Geometry, is_mesh: bool, report: &mut Report<'_>) {
+    let (low, high) = geometry.bounds();
+    let extents = high - low;
+    let DVec3 { x, y, z } = extents;
+    let mut note = format!("geometry: extents {} m", [x, y, z].map(number).join(" × "));
+    if let Some(volume) = geometry.volume() {
+        let free_path = mean_free_path(volume, geometry.area());
+        note += &format!(", volume {} m³, mean free path {} m", number(volume), number(free_path));
+    }
+    note += &format!(", surface {} m²", number(geometry.area()));
+    if geometry.is_closed_room() && report.is_clean() {
+        let times = scene.sabine_times(geometry);
+        let [shortest, longest] = [f64::min, f64::max].map(|pick| times.iter().copied().reduce(pick));
+        if let (Some(shortest), Some(longest)) = (shortest, longest) {
+            let range = [shortest, longest].map(number);
+            let range = if range[0] == range[1] { range[0].clone() } else { range.join(" … ") };
+            note += &format!(", Sabine time {range} s");
+        }
+    }
+    report.note(note);
+    let (size, [least, most], unit) = match geometry.volume() {
+        Some(volume) => (volume, PLAUSIBLE_VOLUMES, "m³"),
+        None => (extents.max_element(), PLAUSIBLE_LENGTHS, "m"),
+    };
+    if size < least || size > most {
+        let judgement = if size > most { "large" } else { "small" };
+        let remedy = if is_mesh { "check mesh_unit" } else { "shoebox is in metres" };
+        report.warn(format!(
+            "the room is implausibly {judgement}: {} m, {} {unit} (usual: {least} … {most} {unit}); {remedy}",
+            [x, y, z].map(number).join(" × "),
+            number(size)
+        ));
+    }
+}
+
+/// Where the mesh is open, in a sentence.
+pub(crate) fn leak(geometry: &Geometry) -> String {
+    let edges = geometry.open_edges();
+    let longest = edges.iter().max_by(|a, b| length(a).total_cmp(&length(b)));
+    let Some(longest) = longest else {
+        return "the mesh is not watertight: no closed part of it contains all others; energy can escape"
+            .to_owned();
+    };
+    let [from, to] = longest.map(|end| end.to_array().map(number).join(", "));
+    format!(
+        "the mesh is not watertight: {} open edges, the longest from ({from}) to ({to}) m, {} m long; energy can escape",
+        edges.len(),
+        number(length(longest))
+    )
+}
+
+fn length([from, to]: &[DVec3; 2]) -> f64 {
+    from.distance(*to)
+}
+
+/// Four significant digits; as a power of ten where it has many zeros.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size.is_infinite() {
+        return "∞".to_owned();
+    }
+    if size > 0.0 && !(1e-3..1e7).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let digits = 3 - libm::floor(libm::log10(size.max(1e-3))) as i32;
+    let scale = libm::pow(10.0, f64::from(digits.clamp(0, 6)));
+    // Adding zero makes one number of both zeros.
+    ((value * scale).round() / scale + 0.0).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let numbers = [0.0, -0.0, 1.2e-7, 0.51374, 2.5532, 147_000.4, 9e10, f64::INFINITY].map(number);
+        assert_eq!(numbers, ["0", "0", "1.200e-7", "0.5137", "2.553", "147000", "9.000e10", "∞"]);
+    }
+}
