@@ -11,7 +11,7 @@
 //! Holds for surfaces that share vertices and for surfaces that cross or stand on one another without.
 
 use super::Geometry;
-use crate::enclosure::distance_to_triangle;
+use crate::enclosure::closest_on_triangle;
 use crate::index::Index;
 use crate::probe::Probe;
 use crate::rim::keep_inside;
@@ -87,7 +87,9 @@ impl Geometry {
         let mut standing = Vec::new();
         self.index.near_box(low, high, |triangle| {
             let plane = self.surface(self.of_triangle[triangle as usize]).plane;
-            if !own.contains(&plane) && distance_to_triangle(self.local_corners(triangle), at) <= lift {
+            if !own.contains(&plane)
+                && closest_on_triangle(self.local_corners(triangle), at).distance(at) <= lift
+            {
                 standing.push(plane);
             }
         });
