@@ -40,6 +40,8 @@ const BLIND_SHARE: f64 = 0.1;
 pub struct ReceiverImages {
     /// About the scene's centre [m].
     receiver: DVec3,
+    /// [`PreparedReceiver::brightest`].
+    brightest: f64,
     images: Vec<Image>,
     /// 1 / P(image).
     inverse_probability: Vec<f64>,
@@ -104,6 +106,7 @@ impl ReceiverImages {
         let total: f64 = weights.iter().sum();
         (total > 0.0).then(|| Self {
             receiver: receiver.exact,
+            brightest: receiver.brightest,
             inverse_probability: weights.iter().map(|weight| total / weight).collect(),
             choice: AliasTable::new(&weights),
             images,
@@ -148,7 +151,9 @@ impl ReceiverImages {
         {
             return;
         }
-        let weight = projected / (distance * squared) * self.inverse_probability[index];
+        // What is brighter than the receiver's limit is left to its rays.
+        let solid_angle = (projected / (distance * squared)).min(self.brightest);
+        let weight = solid_angle * self.inverse_probability[index];
         for ((scratch, radiosity), factor) in scratch.iter_mut().zip(sonel.radiosity).zip(&image.factor) {
             for lane in 0..4 {
                 scratch[lane] = radiosity[lane] * factor[lane] * weight;

@@ -57,20 +57,34 @@ impl PreparedReceiver {
         }
     }
 
+    /// A point that only images are made of, about the scene's centre [m].
+    #[must_use]
+    pub fn point(exact: DVec3) -> Self {
+        Self { exact, position: exact.as_vec3(), radius: 0.0, brightest: f64::INFINITY }
+    }
+
     /// Whether a surface is so near that connections share with the gather.
     #[must_use]
     pub fn is_near_surface(&self) -> bool {
         self.brightest.is_finite()
     }
 
-    /// How much of the diffuse reflection at `position`, on a surface with unit `normal`, is gathered rather than connected:
-    /// a function of the place. Connections take it at the sonel, the gather at the middle of its disc, so that a disc
-    /// smooths the irradiance alone and not the share.
+    /// How much of what a place under `solid_angle` (cos θ / d², d by way of mirrors if need be) [1/m²] reflects diffusely is left to rays:
+    /// connections bring the rest.
     #[must_use]
-    pub fn gathered_share(&self, position: Vec3, normal: Vec3) -> f64 {
-        let offset = (self.position - position).as_dvec3();
-        let squared = offset.length_squared();
-        let solid_angle = offset.dot(normal.as_dvec3()) / (squared * squared.sqrt());
+    pub fn followed_share(&self, solid_angle: f64) -> f64 {
         if solid_angle > self.brightest { 1.0 - self.brightest / solid_angle } else { 0.0 }
+    }
+
+    /// Whether `position` is so near that rays go on from there instead of gathering.
+    #[must_use]
+    pub fn is_near(&self, position: Vec3) -> bool {
+        self.is_near_along(f64::from(self.position.distance(position)))
+    }
+
+    /// Whether a place at the end of a way of `length` [m] can be near.
+    #[must_use]
+    pub fn is_near_along(&self, length: f64) -> bool {
+        length * length * self.brightest < 1.0
     }
 }

@@ -12,6 +12,7 @@
 mod backwards;
 pub mod disc;
 pub mod index;
+pub mod near;
 pub mod rays;
 mod turning;
 mod visible;
