@@ -170,7 +170,7 @@ impl Renderer<'_> {
         audience: &Audience<'_>,
         source: usize,
         batch: u32,
-        scratch: &mut Scratch,
+        scratch: &mut [Lanes],
         estimate: &mut BatchEstimate,
     ) -> Option<GatherIndex> {
         let (sheets, settings) = self.gather.as_ref()?;
@@ -187,9 +187,8 @@ impl Renderer<'_> {
                 Found::Disc(point) => points.push(point),
                 Found::Near(place) => {
                     let Some(source) = &audience.source else { return };
-                    let choice = scratch.choices[number].uniform_fine();
                     let mut deposits = estimate.class(last_class(place.seen_directly));
-                    source.connect(&place, number, &medium, choice, &mut scratch.energy, &mut deposits);
+                    source.connect(&place, number, &medium, scratch, &mut deposits);
                 }
             });
         }
@@ -268,7 +267,7 @@ impl Renderer<'_> {
             radiosity: zeros.clone(),
             energy: zeros,
         };
-        let index = self.gather_index(audience, source, batch, &mut scratch, estimate);
+        let index = self.gather_index(audience, source, batch, &mut scratch.energy, estimate);
         self.each_segment(batch, source, directions, |segment| {
             self.hear_segment(segment, audience, index.as_ref(), &mut scratch, estimate);
         });

@@ -31,7 +31,7 @@ const RADIUS_PER_FREE_PATH: f64 = 0.12;
 /// Radii shrink as N^(−1/6) from here, so that its O(r²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub const REFERENCE_EMISSIONS: f64 = 50_000.0;
 /// A surface is near within this many radii of a disc: nearer, a single sonel is brighter than a whole disc of them.
-const NEAR_PER_DISC: f64 = 2.0;
+const NEAR_PER_DISC: f64 = 4.0;
 /// Largest part of the way to the nearest surface: the sphere holds no wall, so every segment through it is seen whole.
 const CLEARANCE: f64 = 0.95;
 

@@ -37,13 +37,12 @@ impl NearSource {
         !history.diffused && history.order <= self.images.as_ref().map_or(0, ReceiverImages::order)
     }
 
-    /// Adds what `place` sends of it to `receiver`, by number; the uniform number `choice` selects an image.
+    /// Adds what `place` sends of it to `receiver`, by number.
     pub fn connect(
         &self,
         place: &NearPlace,
         receiver: usize,
         medium: &Medium<'_>,
-        choice: f64,
         scratch: &mut [Lanes],
         deposits: &mut ClassDeposits<'_>,
     ) {
@@ -58,7 +57,7 @@ impl NearSource {
             length: place.length,
             radiosity: &radiosity,
         };
-        images.connect(&sonel, receiver, medium, choice, scratch, deposits);
+        images.connect(&sonel, receiver, medium, place.choice, scratch, deposits);
     }
 
     fn connect_directly(

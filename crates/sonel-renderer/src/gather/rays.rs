@@ -27,6 +27,8 @@ pub struct GatherSettings {
 
 /// Turns weigh bands differently: a ray that carries so many times what it left with goes on in parts.
 const HEAVY: f64 = 4.0;
+/// A ray from next to the receiver that carries less than this part of what it left with goes on by roulette.
+const LIGHT: f64 = 0.1;
 
 /// One disc that gathers.
 #[derive(Debug, Clone)]
@@ -73,6 +75,8 @@ pub struct NearPlace {
     pub throughput: Vec<Lanes>,
     /// Whether the receiver sees the place without a mirror.
     pub seen_directly: bool,
+    /// A random number, 0 … 1, that selects an image of the source.
+    pub choice: f64,
 }
 
 /// What a visibility ray finds.
@@ -113,7 +117,9 @@ pub fn cast(
     stream: &mut Stream,
     mut found: impl FnMut(Found),
 ) {
-    let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
+    let mut points = || ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
+    let (directions, onward, choices) = (points(), points(), points());
+    let mut near_places = 0;
     let mut rays: Vec<Ray> = Vec::new();
     for number in 0..settings.rays {
         let direction = warp::uniform_sphere(directions.point(number));
@@ -156,13 +162,21 @@ pub fn cast(
             disc(shares.followed, Sonels::NotFollowed);
             if shares.followed > 0.0 {
                 let on = ray.followed(medium, &hit, normal, (&row.diffuse.energy, shares.followed));
-                found(Found::Near(on.near_place(normal)));
-                let survival = if ray.is_scattered { strongest(&row.diffuse.energy) } else { 1.0 };
-                rays.extend(on.scattered(normal, survival, stream));
+                found(Found::Near(on.near_place(normal, choices.point(near_places)[0])));
+                let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
+                rays.extend(on.scattered(normal, point).thinned(settings, stream));
+                near_places += 1;
             }
-            if mirrors && ray.reflect(medium, &hit, normal, &row.specular.energy, stream) {
+            if mirrors {
+                // With the strongest band's reflection no band's throughput grows; next to the receiver few rays stand for much.
+                let is_near = ray.is_scattered || observer.receiver.is_near_along(ray.length);
+                let survival = if is_near { 1.0 } else { strongest(&row.specular.energy) };
+                if !ray.reflect(medium, &hit, normal, (&row.specular.energy, survival), stream) {
+                    continue;
+                }
                 match medium.bends {
                     Some(_) => rays.extend(ray.balanced(settings, stream)),
+                    None if is_near => rays.extend(ray.thinned(settings, stream)),
                     None => rays.push(ray),
                 }
             }
@@ -344,7 +358,7 @@ impl Ray {
     }
 
     /// The place that it goes on from, on a surface with unit `normal`.
-    fn near_place(&self, normal: Vec3) -> NearPlace {
+    fn near_place(&self, normal: Vec3, choice: f32) -> NearPlace {
         NearPlace {
             position: self.at.as_vec3(),
             normal,
@@ -352,18 +366,26 @@ impl Ray {
             length: self.length,
             throughput: self.throughput.clone(),
             seen_directly: self.is_seen_directly(),
+            choice: f64::from(choice),
         }
     }
 
-    /// The ray in a direction drawn by Lambert's law about `normal`; [`None`] where roulette with `survival` ends it.
-    fn scattered(mut self, normal: Vec3, survival: f64, stream: &mut Stream) -> Option<Self> {
-        if survival < 1.0 && stream.uniform_fine() >= survival {
-            return None;
-        }
-        self.throughput.iter_mut().flatten().for_each(|energy| *energy /= survival);
-        self.direction = Frame::about(normal).outward(warp::cosine_hemisphere(stream.uniform_pair()));
+    /// The ray in the direction of a random `point`, by Lambert's law about `normal`.
+    fn scattered(mut self, normal: Vec3, point: [f32; 2]) -> Self {
+        self.direction = Frame::about(normal).outward(warp::cosine_hemisphere(point));
         self.end = WayEnd::at_surface(self.at, f64::from(self.direction.dot(normal)));
-        Some(self)
+        self
+    }
+
+    /// The ray, but for roulette where it carries little of what it left with.
+    fn thinned(mut self, settings: &GatherSettings, stream: &mut Stream) -> Option<Self> {
+        let survival = self.weight() * f64::from(settings.rays) / 4.0 / LIGHT;
+        if survival >= 1.0 {
+            return Some(self);
+        }
+        let survives = stream.uniform_fine() < survival;
+        self.throughput.iter_mut().flatten().for_each(|energy| *energy /= survival);
+        survives.then_some(self)
     }
 
     /// Keeps what comes this way from `hit` on a surface with unit `normal`, where edges bend.
@@ -376,20 +398,18 @@ impl Ray {
         bends.keep_turned(medium.geometry, [start, self.end], &self.turns, &mut self.throughput);
     }
 
-    /// Goes on as a mirror with the `specular` factors has it; false where it ends.
+    /// Goes on as a mirror with the `specular` factors has it; false where it ends, by roulette with `survival` or as nothing is left.
     fn reflect(
         &mut self,
         medium: &Medium<'_>,
         hit: &Hit,
         normal: Vec3,
-        specular: &[Lanes],
+        (specular, survival): (&[Lanes], f64),
         stream: &mut Stream,
     ) -> bool {
         if self.throughput.iter().flatten().all(|&band| band <= 0.0) {
             return false;
         }
-        // Roulette with the strongest band's reflection: no band's throughput grows.
-        let survival = strongest(specular);
         if stream.uniform_fine() >= survival {
             return false;
         }
