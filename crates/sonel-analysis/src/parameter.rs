@@ -127,9 +127,13 @@ impl Values {
     /// Reads all parameters off `echogram`.
     #[must_use]
     pub fn read(echogram: Echogram<'_>, scale: LevelScale) -> Self {
-        let total = echogram.total();
+        Self::of_curve(echogram.total(), DecayCurve::new(echogram), scale)
+    }
+
+    /// The parameters of a record of energy `total` with `curve`.
+    #[must_use]
+    pub fn of_curve(total: f64, curve: Result<DecayCurve, Unsupported>, scale: LevelScale) -> Self {
         let level = |value: f64| if total > 0.0 { Ok(value) } else { Err(Unsupported::NoEnergy) };
-        let curve = DecayCurve::new(echogram);
         let on_curve = |read: &dyn Fn(&DecayCurve) -> Result<f64, Unsupported>| {
             curve.as_ref().map_err(Clone::clone).and_then(read)
         };

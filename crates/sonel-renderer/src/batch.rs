@@ -9,7 +9,7 @@ use sonel_sampling::{Purpose, Stream, StreamFamily};
 use crate::bent_connection::{EdgeChoice, connect_bent};
 use crate::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::crossing::{OthersOwn, cross};
-use crate::deposit::Deposits;
+use crate::deposit::{Deposits, add_lanes};
 use crate::gather::rays::{Found, Observer, Sonels, place};
 use crate::gather::near::NearSource;
 use crate::gather::{GatherIndex, cast};
@@ -28,6 +28,8 @@ pub(crate) struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
     kernel: KernelDifference,
+    /// What packets carry at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
+    under_way: [Vec<Lanes>; 2],
 }
 
 impl BatchEstimate {
@@ -36,6 +38,7 @@ impl BatchEstimate {
             deposits: Deposits::new(borders.len(), bins, bands),
             kernel: KernelDifference::new(borders, bands),
             sums: PathClass::ALL.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
+            under_way: [(); 2].map(|()| vec![[0.0; 4]; lanes_of(bands)]),
         }
     }
 
@@ -44,6 +47,21 @@ impl BatchEstimate {
         self.deposits.clear();
         self.sums.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
         self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
+        self.under_way.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
+    }
+
+    /// Counts what `segment` carries at [`TimeBins::marks`](crate::deposit::TimeBins::marks). What escapes brings nothing any more.
+    pub fn take_stock(&mut self, segment: &Segment<'_>, medium: &Medium<'_>, scratch: &mut [Lanes]) {
+        for (sum, mark) in self.under_way.iter_mut().zip(medium.bins.marks()) {
+            if segment.escapes || mark < segment.start_length || mark >= segment.end_length {
+                continue;
+            }
+            scratch.copy_from_slice(segment.energy);
+            if let Some(air) = medium.air {
+                air.attenuate(mark, scratch);
+            }
+            add_lanes(sum, scratch);
+        }
     }
 
     /// Where the estimator of `class` leaves its energy.
@@ -116,6 +134,9 @@ impl Renderer<'_> {
                 let weight = self.batches[batch].weight;
                 for (class, sum) in PathClass::ALL.into_iter().zip(&estimate.sums) {
                     rendering.book(class, weight, sum);
+                }
+                if tile.start == 0 {
+                    rendering.book_under_way(weight, &estimate.under_way);
                 }
                 rendering.total.add_receivers(tile.start, &estimate.deposits, weight);
                 rendering.kernel_differences[batch].extend_from_slice(&estimate.kernel.at);
@@ -305,6 +326,7 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate,
     ) {
         let medium = self.medium();
+        estimate.take_stock(segment, &medium, &mut scratch.energy);
         if segment.history.specular_run > 0 || segment.history.bends > 1 || !self.connects_diffuse() {
             let receivers = audience.receivers.iter().zip(&audience.others);
             let class = sphere_class(segment.history);

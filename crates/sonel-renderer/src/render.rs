@@ -331,6 +331,16 @@ impl<'a> Renderer<'a> {
         &self.bins
     }
 
+    /// [`Rendering::missing`] in the room, or in the box about an open scene.
+    #[must_use]
+    pub fn missing(&self, rendering: &Rendering) -> (Vec<f64>, Vec<f64>) {
+        let box_volume = || {
+            let (low, high) = self.geometry.bounds();
+            (high - low).max_element().powi(3)
+        };
+        rendering.missing(&self.bins, self.geometry.volume().unwrap_or_else(box_volume))
+    }
+
     /// Attenuation by air in use, per band [1/m].
     #[must_use]
     pub fn attenuation(&self) -> Vec<f64> {
