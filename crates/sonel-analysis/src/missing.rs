@@ -70,9 +70,9 @@ pub fn widened(
         let values: Vec<&Values> = bounds.iter().map(|bounds| &bounds.ends[end]).collect();
         Ok(read(&values)? - figure.value)
     };
-    let (end, rate) = bounds.iter().fold((0.0_f64, f64::INFINITY), |(end, rate), bounds| {
-        (end.max(bounds.end), rate.min(bounds.rate))
-    });
+    let (end, rate) = bounds
+        .iter()
+        .fold((0.0_f64, f64::INFINITY), |(end, rate), bounds| (end.max(bounds.end), rate.min(bounds.rate)));
     let (least, most) = match (off(0), off(1)) {
         (Ok(first), Ok(second)) => (first.min(second).min(0.0), first.max(second).max(0.0)),
         // A range that one of the ends does not reach is not known to be reached.

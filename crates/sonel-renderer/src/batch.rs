@@ -10,8 +10,8 @@ use crate::bent_connection::{EdgeChoice, connect_bent};
 use crate::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::crossing::{OthersOwn, cross};
 use crate::deposit::{Deposits, add_lanes};
-use crate::gather::rays::{Found, Observer, Sonels, place};
 use crate::gather::near::NearSource;
+use crate::gather::rays::{Found, Observer, Sonels, place};
 use crate::gather::{GatherIndex, cast};
 use crate::kernel::{KernelDifference, coarse_bins};
 use crate::mirror::Radiator;
@@ -164,7 +164,9 @@ impl Renderer<'_> {
             .collect();
         let others = images
             .iter()
-            .map(|images| OthersOwn {
+            .zip(receivers)
+            .map(|(images, receiver)| OthersOwn {
+                direct_length: radiator.position.distance(receiver.exact),
                 mirror_order,
                 image_order: self.owned_order(images.as_ref()),
                 diffuse: self.connects_diffuse(),
@@ -175,8 +177,8 @@ impl Renderer<'_> {
         let connected = self.bends.iter().filter(|_| !self.gathers_by_mirrors());
         let edges = connected.flat_map(|bends| receivers.iter().map(|r| EdgeChoice::new(bends, r.exact)));
         let is_near = self.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
-        let source = (is_near && self.bends.is_none())
-            .then(|| NearSource::new(self.geometry, &self.table, radiator, self.image_order));
+        let source =
+            (is_near && self.bends.is_none()).then(|| NearSource::new(self.geometry, &self.table, radiator));
         Audience { receivers, edges: edges.collect(), images, others, source, coarse_bins }
     }
 
@@ -331,7 +333,10 @@ impl Renderer<'_> {
             let receivers = audience.receivers.iter().zip(&audience.others);
             let class = sphere_class(segment.history);
             let coarse = |receiver, bin| audience.coarse_bin(receiver, bin);
-            cross(segment, receivers, &medium, coarse, &mut scratch.energy, &mut estimate.class(class));
+            let choices = &mut scratch.choices;
+            let choice = |receiver: usize| choices[receiver].uniform_fine();
+            let deposits = &mut estimate.class(class);
+            cross(segment, receivers, &medium, coarse, choice, &mut scratch.energy, deposits);
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.material(self.material_of[arrival.surface.0 as usize]);

@@ -197,9 +197,8 @@ fn keep_straight(
 /// S/4 / (D² + S/(16π)), D the distance of the image from the receiver.
 fn blind_weights(geometry: &Geometry, images: &[Image], receiver: DVec3) -> Vec<f64> {
     let inside = geometry.area() / (16.0 * core::f64::consts::PI);
-    let weight = |image: &Image| {
-        mirrored_energy(image) / (image.position.distance_squared(receiver) + inside)
-    };
+    let weight =
+        |image: &Image| mirrored_energy(image) / (image.position.distance_squared(receiver) + inside);
     images.iter().map(weight).collect()
 }
 

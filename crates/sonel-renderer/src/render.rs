@@ -470,7 +470,7 @@ impl<'a> Renderer<'a> {
             PathClass::Diffuse if self.bends.is_some() && self.connects_diffuse() => {
                 "connection, straight or over one edge; receiver sphere where it is bent more often"
             }
-            PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with gather",
+            PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
             PathClass::Diffuse if self.connects_diffuse() => "connection",
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => "gather",
             PathClass::DiffuseMirror => "connection to images of the receiver",

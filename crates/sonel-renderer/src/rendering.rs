@@ -135,7 +135,8 @@ impl Rendering {
             (nepers / (to - from)).max(SLOWEST_NEPERS / to)
         };
         let [before, after] = &self.under_way;
-        let rates: Vec<f64> = before.iter().zip(after).map(|(&before, &after)| rate([before, after])).collect();
+        let rates: Vec<f64> =
+            before.iter().zip(after).map(|(&before, &after)| rate([before, after])).collect();
         let fluence = after.iter().zip(&rates).map(|(after, rate)| after / (rate * volume)).collect();
         (fluence, rates.iter().map(|rate| rate / bins.time(1.0)).collect())
     }

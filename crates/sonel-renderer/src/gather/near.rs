@@ -12,7 +12,7 @@ use super::rays::NearPlace;
 use crate::connection::{ClassDeposits, DiffuseSonel};
 use crate::direct::spread;
 use crate::mirror::Radiator;
-use crate::mirror_connection::ReceiverImages;
+use crate::mirror_connection::{ReceiverImages, image_order};
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
 
@@ -23,10 +23,11 @@ pub struct NearSource {
 }
 
 impl NearSource {
-    /// Prepares `radiator`, with images of at most `image_order` reflections.
+    /// Prepares `radiator`, with its images where surfaces are few.
     #[must_use]
-    pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator, image_order: u32) -> Self {
-        let order = if radiator.directivity == Directivity::Omni { image_order } else { 0 };
+    pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator) -> Self {
+        let is_omni = radiator.directivity == Directivity::Omni;
+        let order = if is_omni { image_order(geometry, table) } else { 0 };
         let images = ReceiverImages::new(geometry, table, &PreparedReceiver::point(radiator.position), order);
         Self { radiator, images }
     }

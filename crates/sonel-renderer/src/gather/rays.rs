@@ -21,7 +21,7 @@ pub struct GatherSettings {
     pub radius: f64,
     /// Longest path that matters [m].
     pub reach: f64,
-    /// Whether rays go on by mirrors; else they gather near surfaces only.
+    /// Whether rays go on by mirrors; else they bring only what connections leave next to surfaces.
     pub by_mirrors: bool,
 }
 
@@ -319,10 +319,12 @@ impl Ray {
         if !self.turns.is_empty() {
             return Shares { gathered: 1.0, followed: 0.0 };
         }
+        if self.reflections > 0 && settings.by_mirrors {
+            let is_near = receiver.is_near_along(self.length);
+            return Shares { gathered: f64::from(!is_near), followed: f64::from(is_near) };
+        }
         let cosine = f64::from(self.direction.dot(normal).abs());
-        let followed = receiver.followed_share(cosine / (self.length * self.length));
-        let is_connected = self.reflections == 0 || !settings.by_mirrors;
-        Shares { gathered: if is_connected { 0.0 } else { 1.0 - followed }, followed }
+        Shares { gathered: 0.0, followed: receiver.followed_share(cosine / (self.length * self.length)) }
     }
 
     /// Whether mirrors show it what it has to find.
