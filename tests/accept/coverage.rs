@@ -79,3 +79,16 @@ fn intervals_hold_in_the_mixed_shoebox() {
 fn intervals_hold_where_rays_gather() {
     check(&shipped("shoebox"), Run { emissions: 4_000, band: 4, estimator: Estimator::Gather });
 }
+
+/// Rays take over from connections at all distances there.
+#[test]
+fn intervals_hold_next_to_walls() {
+    for place in [[0.001, 2.3, 1.7], [0.03, 0.03, 1.7], [0.3, 0.3, 0.3]] {
+        let mut scene = shipped("shoebox");
+        scene.receivers.clear();
+        check(
+            &scene.with_receiver("near", place),
+            Run { emissions: 4_000, band: 4, estimator: Estimator::Auto },
+        );
+    }
+}

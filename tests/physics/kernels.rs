@@ -1,5 +1,4 @@
-//! What discs and spheres average over: their bias as the renderer states it, and what they take over from connections near
-//! a surface.
+//! What discs and spheres average over: their bias as the renderer states it, and what rays take over from connections near a surface.
 
 use core::f64::consts::PI;
 
@@ -41,15 +40,25 @@ fn render(traced: &Traced, settings: RenderSettings) -> (Vec<f64>, Vec<f64>) {
     batches(&traced.render(RenderSettings { bin: 0.01, ..settings }))
 }
 
-/// The source lights a spot of the wall; discs wider than the spot darken it for a receiver beside. Twice what half the area
-/// changes brings back most of the light that connections find, which have no bias.
+/// The source lights a spot of a wall opposite to a mirror, and everything else is next to black: what a receiver sees in the mirror is darkened
+/// by discs wider than the spot. Twice what half the area changes brings back most of the light that connections to its image find, which
+/// have no bias.
 #[test]
 fn the_stated_bias_of_wide_discs_is_their_bias() {
-    let (source, receiver) = ([3.0, 0.5, 2.0], [3.2, 0.3, 2.0]);
-    let traced = one_dead_wall(1.0, source, receiver);
-    let direct = 1.0 / (4.0 * PI * 0.08);
-    let (exact, _) = render(&traced, connection_alone());
-    let wide = RenderSettings { gather_radius: Some(0.4), rays: 65_536, ..RenderSettings::default() };
+    let wall = |absorption, scattering| Material::uniform("wall", absorption, scattering, 1);
+    let walls = vec![wall(0.95, 1.0), wall(0.1, 1.0), wall(0.05, 0.0)];
+    let bands = Bands::new(vec![500.0], BandWidth::Octave).expect("one band");
+    let mut scene = Scene::from_parts(Mesh::shoebox(SIZE, [0, 0, 1, 2, 0, 0]), walls, bands, 0.5)
+        .with_source("source", [3.0, 0.5, 2.0])
+        .with_receiver("receiver", [3.2, 2.5, 2.0])
+        .without_air_attenuation();
+    scene.speed_of_sound = 343.0;
+    let traced = Traced::new(scene, Settings { emissions: 20_000, ..Settings::default() });
+    let direct = 1.0 / (4.0 * PI * 4.04);
+    let (exact, _) = render(&traced, RenderSettings::default());
+    let estimator = Estimator::Gather;
+    let wide =
+        RenderSettings { gather_radius: Some(0.45), rays: 262_144, estimator, ..RenderSettings::default() };
     let (energy, difference) = render(&traced, wide);
     // Same map, same batches: their differences are free of most of the noise.
     let off = |factor: f64| -> Estimate {
@@ -69,7 +78,7 @@ fn the_stated_bias_of_wide_discs_is_their_bias() {
 /// Two centimetres from a wall a single sonel can outshine the room. Shared with the gather it cannot, and the energy stays
 /// the same.
 #[test]
-fn beside_a_wall_connections_share_with_discs() {
+fn beside_a_wall_connections_share_with_rays() {
     let traced = one_dead_wall(1.0, [1.5, 1.2, 1.3], [4.2, 0.02, 2.1]);
     let (alone, _) = render(&traced, connection_alone());
     let (shared, _) = render(&traced, RenderSettings::default());
@@ -81,10 +90,10 @@ fn beside_a_wall_connections_share_with_discs() {
 
 /// Thirty centimetres from it both are calm: the same to half a hundredth, and an answer off by two is rejected.
 #[test]
-fn what_connections_leave_the_discs_bring() {
+fn what_connections_leave_rays_bring() {
     let traced = one_dead_wall(1.0, [1.5, 1.2, 1.3], [4.2, 0.3, 2.1]);
     let (alone, _) = render(&traced, connection_alone());
-    let wide = RenderSettings { gather_radius: Some(0.25), rays: 65_536, ..RenderSettings::default() };
+    let wide = RenderSettings { gather_radius: Some(0.25), rays: 262_144, ..RenderSettings::default() };
     let (shared, _) = render(&traced, wide);
     let off = |factor: f64| -> Estimate {
         let batches = shared.iter().zip(&alone).map(|(shared, alone)| factor * shared / alone - 1.0);

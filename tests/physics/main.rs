@@ -1,5 +1,6 @@
 //! Physics across crates: every estimator against an exact answer or a second, independent one.
 
+mod barrier;
 mod bending;
 mod box_energies;
 mod conservation;
@@ -15,8 +16,10 @@ mod later;
 mod mirrored_edges;
 mod mirrors;
 mod near_edges;
+mod near_walls;
 mod paper;
 mod planes;
+mod short_runs;
 mod twofold;
 
 mod uneven_box;

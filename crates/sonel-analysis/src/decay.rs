@@ -14,6 +14,11 @@ use crate::tail::{self, Tail};
 /// Most of the energy that the extrapolated tail may hold: 10 dB of the decay must have been recorded.
 const LARGEST_TAIL: f64 = 0.1;
 
+/// The level that T30 needs [dB].
+const T30_DB: f64 = -35.0;
+/// So far below the last level that is evaluated a record should reach [dB].
+const BEYOND_DB: f64 = 15.0;
+
 /// Energy per time bin, with the time of the direct sound.
 #[derive(Debug, Clone, Copy)]
 pub struct Echogram<'a> {
@@ -41,6 +46,8 @@ pub struct DecayCurve {
     /// Energy after each of `times`, in the unit of the echogram; not ascending.
     remaining: Vec<f64>,
     tail: Tail,
+    /// When the direct sound arrives, from the emission [s].
+    direct_time: f64,
 }
 
 impl DecayCurve {
@@ -67,13 +74,35 @@ impl DecayCurve {
             remaining[bin] = remaining[bin + 1] + energy[bin];
         }
         remaining[0] += early;
-        let curve = Self { times, remaining, tail };
+        let curve = Self { times, remaining, tail, direct_time: echogram.direct_time };
         let share = curve.tail.energy / curve.total();
         if share > LARGEST_TAIL {
             let reached_db = -10.0 * libm::log10(share);
-            return Err(Unsupported::RecordTooShort { reached_db });
+            let needed_s = curve.duration_to_reach(T30_DB);
+            return Err(Unsupported::RecordTooShort { reached_db, needed_s });
         }
         Ok(curve)
+    }
+
+    /// Duration of a run [s], from the emission, whose record reaches `level_db`, and [`BEYOND_DB`] more that make the tail small, if the decay
+    /// goes on as at the end.
+    #[must_use]
+    pub fn duration_to_reach(&self, level_db: f64) -> f64 {
+        let reached_db = 10.0 * libm::log10(self.tail.energy / self.total());
+        let missing_nepers = (reached_db - level_db + BEYOND_DB) * core::f64::consts::LN_10 / 10.0;
+        self.direct_time + self.duration() + missing_nepers.max(0.0) / self.tail.rate
+    }
+
+    /// The same record followed by another tail.
+    #[must_use]
+    pub fn with_tail(&self, energy: f64, rate: f64) -> Self {
+        let more = energy - self.tail.energy;
+        Self {
+            times: self.times.clone(),
+            remaining: self.remaining.iter().map(|remaining| (remaining + more).max(0.0)).collect(),
+            tail: Tail { energy, rate, ..self.tail },
+            direct_time: self.direct_time,
+        }
     }
 
     /// All energy, the tail included.

@@ -86,6 +86,53 @@ pub struct DecayQuality {
     pub curvature_percent: Option<f64>,
 }
 
+/// Largest non-linearity ξ of a straight decay [‰] (ISO 3382-2 annex B).
+const LARGEST_NON_LINEARITY: f64 = 10.0;
+/// Largest curvature |C| of a straight decay [%] (ISO 3382-2 annex B).
+const LARGEST_CURVATURE: f64 = 10.0;
+/// Beyond so many times these limits a decay has no reverberation time: at ξ = 100 ‰ a tenth of the variance of the level is no decay at
+/// the rate of the line, at C = 100 % T30 is twice T20.
+const HOPELESS: f64 = 10.0;
+
+impl DecayQuality {
+    /// What exceeds `times` the limits of ISO 3382-2; [`None`] where nothing does.
+    fn excess(&self, times: f64) -> Option<String> {
+        let (linear, curved) = (times * LARGEST_NON_LINEARITY, times * LARGEST_CURVATURE);
+        if self.non_linearity_permille > linear {
+            return Some(format!("ξ = {:.0} ‰, limit {linear:.0} ‰", self.non_linearity_permille));
+        }
+        let curvature = self.curvature_percent.filter(|curvature| curvature.abs() > curved)?;
+        Some(format!("C = {curvature:.0} %, limit {curved:.0} %"))
+    }
+}
+
+impl Estimate {
+    /// A reverberation time read as `quality` says, with a warning where the decay exceeds the limits of ISO 3382-2 annex B.
+    ///
+    /// # Errors
+    /// [`Unsupported::NotStraight`] where it exceeds them [`HOPELESS`]ly.
+    pub fn if_straight(self, quality: Option<DecayQuality>) -> Figure {
+        let Some(quality) = quality else { return Ok(self) };
+        if let Some(found) = quality.excess(HOPELESS) {
+            let [from_db, to_db] = quality.range_db;
+            return Err(Unsupported::NotStraight { from_db, to_db, found });
+        }
+        let bent =
+            quality.excess(1.0).map(|found| format!("the decay is no straight line: {found} (ISO 3382-2)"));
+        Ok(Self { decay: Some(quality), ..self }.warned(bent))
+    }
+
+    /// The estimate with one more warning.
+    #[must_use]
+    pub fn warned(self, warning: Option<String>) -> Self {
+        let warning = match (self.warning, warning) {
+            (Some(first), Some(second)) => Some(format!("{first}; {second}")),
+            (first, second) => first.or(second),
+        };
+        Self { warning, ..self }
+    }
+}
+
 /// Why a figure has no value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -111,21 +158,48 @@ pub enum Unsupported {
     NotDecaying,
     /// The tail would be extrapolation.
     #[error(
-        "the echogram holds only {reached_db:.1} dB of the decay, 10 dB are needed: simulate a longer duration"
+        "the echogram holds only {reached_db:.1} dB of the decay, 10 dB are needed: set duration_s to {needed_s:.2} or more"
     )]
     RecordTooShort {
         /// [dB].
         reached_db: f64,
+        /// Duration that brings T30 at the rate of the record's end [s].
+        needed_s: f64,
+    },
+    /// What follows the record decides.
+    #[error(
+        "the run ends at {end_s:.2} s, before the decay does, and what is missing decides this: set duration_s to {needed_s:.2} or more"
+    )]
+    CutOff {
+        /// [s].
+        end_s: f64,
+        /// [s].
+        needed_s: f64,
+    },
+    /// The decay is no line.
+    #[error(
+        "the decay from {from_db:.0} to {to_db:.0} dB is no straight line: {found}; this has no reverberation time, look at the \
+         decay curve"
+    )]
+    NotStraight {
+        /// [dB].
+        from_db: f64,
+        /// [dB].
+        to_db: f64,
+        /// What is beyond its limit.
+        found: String,
     },
     /// The evaluation range is not covered.
     #[error(
-        "the decay reaches only {reached_db:.1} dB, {needed_db:.0} dB are needed: simulate a longer duration"
+        "the decay reaches only {reached_db:.1} dB, {needed_db:.0} dB are needed: set duration_s to {needed_s:.2} or more"
     )]
     RangeNotReached {
         /// [dB], negative.
         reached_db: f64,
         /// [dB], negative.
         needed_db: f64,
+        /// Duration that brings it, at the rate of the record's end [s].
+        needed_s: f64,
     },
     /// The decay is too fast for the bins.
     #[error(

@@ -24,6 +24,7 @@ pub mod export;
 pub mod figure;
 pub mod jackknife;
 pub mod map_comparison;
+mod missing;
 pub mod modulation;
 pub mod outlier;
 pub mod parameter;

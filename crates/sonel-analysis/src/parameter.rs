@@ -127,8 +127,12 @@ impl Values {
     /// Reads all parameters off `echogram`.
     #[must_use]
     pub fn read(echogram: Echogram<'_>, scale: LevelScale) -> Self {
-        let total = echogram.total();
-        let curve = DecayCurve::new(echogram);
+        Self::of_curve(echogram.total(), DecayCurve::new(echogram), scale)
+    }
+
+    /// The parameters of a record of energy `total` with `curve`.
+    #[must_use]
+    pub fn of_curve(total: f64, curve: Result<DecayCurve, Unsupported>, scale: LevelScale) -> Self {
         let nothing = || match &curve {
             Err(reason @ Unsupported::DirectOutside { .. }) => reason.clone(),
             _ => Unsupported::NoEnergy,

@@ -9,7 +9,8 @@ use sonel_echogram::Response;
 
 use crate::batches::{self, Parts};
 use crate::decay::Echogram;
-use crate::figure::{Estimate, Figure, NoInterval, Unsupported};
+use crate::figure::{Figure, NoInterval, Unsupported};
+use crate::missing::{self, Bounds};
 use crate::modulation::{self, SPEECH_OCTAVES};
 use crate::parameter::{LevelScale, PARAMETER_COUNT, Parameter, Values};
 use crate::window::{WINDOW_COUNT, WINDOWS, Window};
@@ -68,6 +69,8 @@ pub fn parameters(response: &Response) -> Vec<ReceiverFigures> {
 struct Band {
     fine: Values,
     parts: Result<Parts, NoInterval>,
+    /// With what may follow the record; none where nothing is known of it.
+    bounds: Option<Bounds>,
 }
 
 impl Band {
@@ -106,14 +109,22 @@ fn read_band(response: &Response, (s, r, b): (usize, usize, usize)) -> Band {
         energy: response.echogram(s, r, b),
         direct_time: response.direct_time(s, r),
     };
-    Band { fine: Values::read(echogram, scale), parts: Parts::read(response, (s, r, b), scale) }
+    let fine = Values::read(echogram, scale);
+    let bounds =
+        response.missing(s, b).and_then(|missing| Bounds::new(echogram, &fine.curve, missing, scale));
+    Band { bounds, fine, parts: Parts::read(response, (s, r, b), scale) }
 }
 
 fn band_figure(band: &Band, parameter: Parameter) -> Figure {
     let read = |values: &Values| values.values[parameter as usize].clone();
-    let figure = figure_of(band, read)?;
+    let figure = figure_of(band, &read)?.if_straight(band.fine.quality(parameter))?;
     let just_noticeable = parameter.just_noticeable(figure.value);
-    Estimate { decay: band.fine.quality(parameter), ..figure }.unless_noisy(just_noticeable)
+    let bounds: Vec<&Bounds> = band.bounds.iter().collect();
+    let figure = figure.unless_noisy(just_noticeable)?;
+    if bounds.is_empty() {
+        return Ok(figure);
+    }
+    missing::widened(figure, &bounds, just_noticeable, |values| read(values[0]))
 }
 
 fn window_figure(band: &Band, window: Window) -> Figure {
@@ -134,8 +145,15 @@ fn speech(frequencies: &[f64], bands: &[Band]) -> Figure {
     let parts: Result<Vec<&Parts>, &NoInterval> = bands.iter().map(|band| band.parts()).collect();
     let parts = parts.as_ref().map(Vec::as_slice).map_err(|reason| *reason);
     let fine: Vec<&Values> = bands.iter().map(|band| &band.fine).collect();
-    batches::figure(speech_index(&fine), parts, speech_index)?
-        .unless_noisy(noticeable::SPEECH_TRANSMISSION_INDEX)
+    let figure = batches::figure(speech_index(&fine), parts, speech_index)?
+        .unless_noisy(noticeable::SPEECH_TRANSMISSION_INDEX)?;
+    let bounds: Option<Vec<&Bounds>> = bands.iter().map(|band| band.bounds.as_ref()).collect();
+    match bounds {
+        Some(bounds) => {
+            missing::widened(figure, &bounds, noticeable::SPEECH_TRANSMISSION_INDEX, speech_index)
+        }
+        None => Ok(figure),
+    }
 }
 
 fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Band>, Unsupported> {

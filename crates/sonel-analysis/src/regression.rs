@@ -79,7 +79,11 @@ fn clip(curve: &DecayCurve, range: DecayRange) -> Result<Vec<(f64, f64)>, Unsupp
     if ends_in_silence(curve) {
         return enough(points, borders.min(FEWEST_BORDERS - 1), range);
     }
-    Err(Unsupported::RangeNotReached { reached_db: before.1, needed_db: range.to_db })
+    Err(Unsupported::RangeNotReached {
+        reached_db: before.1,
+        needed_db: range.to_db,
+        needed_s: curve.duration_to_reach(range.to_db),
+    })
 }
 
 /// Whether the last energy falls within one bin, from above the range to nothing.

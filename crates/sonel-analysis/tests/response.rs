@@ -44,6 +44,7 @@ fn response(weight: &[f64], mut batch: impl FnMut(&[f64]) -> Vec<f32>) -> Respon
             energy,
             kernel_difference: Vec::new(),
         }),
+        missing: None,
         arrivals: Arrivals::default(),
         metadata: Value::Null,
     }

@@ -35,6 +35,10 @@ fn shapes(response: &Response) -> Vec<String> {
             expect("kernel_difference_batches", batches.kernel_difference.len(), &shape);
         }
     }
+    if let Some(missing) = &response.missing {
+        expect("missing_fluence", missing.fluence.len(), &[s, b]);
+        expect("missing_decay_rate", missing.decay_rate.len(), &[s, b]);
+    }
     let (arrivals, a) = (&response.arrivals, response.arrivals.source.len());
     expect("arrival_receiver", arrivals.receiver.len(), &[a]);
     expect("arrival_time_s", arrivals.time_s.len(), &[a]);
@@ -80,6 +84,10 @@ fn values(response: &Response) -> Vec<String> {
             "kernel_difference_batches",
             wrong.map(|difference| format!("holds {difference}, which is not finite")),
         );
+    }
+    if let Some(missing) = &response.missing {
+        reject("missing_fluence", no_energy(&missing.fluence));
+        reject("missing_decay_rate", not_positive(&missing.decay_rate));
     }
     let arrivals = &response.arrivals;
     let beyond = |indices: &[u32], count: usize| indices.iter().any(|&index| index as usize >= count);

@@ -16,7 +16,7 @@ mod write;
 pub use archive::{ArchiveWriter, ArrayWriter, Number};
 pub use borders::batch_time_edges;
 pub use error::ResponseError;
-pub use response::{ArrivalKind, Arrivals, Batches, Response};
+pub use response::{ArrivalKind, Arrivals, Batches, Missing, Response};
 
 /// Version of the response file, in its array `format_version`; a file without one is of this version.
 pub const FORMAT_VERSION: u32 = 1;

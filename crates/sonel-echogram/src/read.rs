@@ -6,7 +6,7 @@ use npyz::Deserialize;
 
 use crate::archive::ArchiveReader;
 use crate::check::check;
-use crate::{Arrivals, Batches, FORMAT_VERSION, Response, ResponseError};
+use crate::{Arrivals, Batches, FORMAT_VERSION, Missing, Response, ResponseError};
 
 /// Power level where a file states none [dB re 1 pW]: the scene file's default.
 const DEFAULT_POWER_LEVEL_DB: f64 = 90.0;
@@ -39,6 +39,7 @@ impl Response {
             speed_of_sound: file.scalar("speed_of_sound", DEFAULT_SPEED_OF_SOUND)?,
             characteristic_impedance: file.scalar("characteristic_impedance", DEFAULT_IMPEDANCE)?,
             batches: file.batches(s, r, b)?,
+            missing: file.missing(s, b)?,
             arrivals: file.arrivals(b)?,
             metadata: file.metadata()?,
             center_frequency_hz,
@@ -123,6 +124,11 @@ impl<R: Read + Seek> Arrays<R> {
         Ok(Some(Batches { weight, time_edges_s, bins, energy, kernel_difference }))
     }
 
+    fn missing(&mut self, s: usize, b: usize) -> Result<Option<Missing>, ResponseError> {
+        let Some(fluence) = self.optional("missing_fluence", &[s, b])? else { return Ok(None) };
+        Ok(Some(Missing { fluence, decay_rate: self.required("missing_decay_rate", &[s, b])? }))
+    }
+
     fn arrivals(&mut self, b: usize) -> Result<Arrivals, ResponseError> {
         if !self.archive.contains("arrival_source") {
             return Ok(Arrivals::default());
@@ -179,6 +185,7 @@ mod tests {
                 energy: vec![0.25; 2 * 2 * 2 * bins],
                 kernel_difference: vec![-0.001; 2 * 2 * 2 * bins],
             }),
+            missing: Some(Missing { fluence: vec![1e-9, 2e-9], decay_rate: vec![14.0, 15.0] }),
             arrivals: Arrivals {
                 source: vec![0],
                 receiver: vec![1],
@@ -211,7 +218,7 @@ mod tests {
 
     #[test]
     fn a_response_without_arrivals_and_batches_is_read() {
-        let bare = Response { batches: None, arrivals: Arrivals::default(), ..response() };
+        let bare = Response { batches: None, missing: None, arrivals: Arrivals::default(), ..response() };
         assert_eq!(Response::read(Cursor::new(bytes(&bare))).unwrap(), bare);
     }
 
@@ -266,7 +273,7 @@ mod tests {
     fn a_flipped_bit_is_an_error_or_changes_nothing() {
         // Contents carry checksums. What does not are dates, permissions and copies of names in the archive's directory, and
         // the names of arrays that may be missing: about a tenth of so small a file.
-        let bare = Response { batches: None, arrivals: Arrivals::default(), ..response() };
+        let bare = Response { batches: None, missing: None, arrivals: Arrivals::default(), ..response() };
         let good = bytes(&bare);
         let mut refused = 0;
         for at in 0..good.len() {

@@ -27,6 +27,8 @@ pub struct Response {
     pub energy: Vec<f64>,
     /// Batch estimates; none where the file holds none.
     pub batches: Option<Batches>,
+    /// What follows the last bin; none where the file says nothing of it.
+    pub missing: Option<Missing>,
     /// Discrete arrivals.
     pub arrivals: Arrivals,
     /// Tool version, seed, digests, options, shares per path class.
@@ -47,6 +49,15 @@ pub struct Batches {
     /// What discs and spheres of half the area would have found less `energy`, [G, S, R, B, `bins`] [1/m²]: minus half the
     /// bias of `energy`, which averages over their areas. Empty where nothing does.
     pub kernel_difference: Vec<f32>,
+}
+
+/// What arrives after the end of the run, from the energy that packets still carried then: its mean over the room.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Missing {
+    /// Fluence per unit emitted energy, [S, B] [1/m²].
+    pub fluence: Vec<f64>,
+    /// Rate at which the energy of all packets decayed at the end, [S, B] [1/s].
+    pub decay_rate: Vec<f64>,
 }
 
 /// What a discrete arrival is.
@@ -140,6 +151,13 @@ impl Response {
         let batches = self.batches.as_ref()?;
         let row = ((g * self.sources() + s) * self.receivers() + r) * self.bands() + b;
         batches.kernel_difference.get(row * batches.bins..(row + 1) * batches.bins)
+    }
+
+    /// Expected fluence after the last bin from source `s` in band `b`, as the mean over the room [1/m²], and its decay rate [1/s].
+    #[must_use]
+    pub fn missing(&self, s: usize, b: usize) -> Option<(f64, f64)> {
+        let (missing, at) = (self.missing.as_ref()?, s * self.bands() + b);
+        Some((*missing.fluence.get(at)?, *missing.decay_rate.get(at)?))
     }
 
     /// When the direct sound of source `s` reaches, or would reach, receiver `r`: distance / c [s].

@@ -40,6 +40,10 @@ impl Response {
                 archive.numbers("kernel_difference_batches", &shape, &batches.kernel_difference)?;
             }
         }
+        if let Some(missing) = &self.missing {
+            archive.numbers("missing_fluence", &[sources, bands], &missing.fluence)?;
+            archive.numbers("missing_decay_rate", &[sources, bands], &missing.decay_rate)?;
+        }
         let (arrivals, count) = (&self.arrivals, self.arrivals.source.len());
         archive.numbers("arrival_source", &[count], &arrivals.source)?;
         archive.numbers("arrival_receiver", &[count], &arrivals.receiver)?;

@@ -61,6 +61,8 @@ pub struct Segment<'a> {
     pub arrival: Option<Arrival>,
     /// Whether it ends where the packet passed an edge or was sent on from one.
     pub ends_at_edge: bool,
+    /// Whether the packet meets nothing any more: it ends at the end of the run.
+    pub escapes: bool,
 }
 
 /// Visits the segments of a path from `source` (about the scene's centre [m]). `weight` must have been started for this
@@ -98,6 +100,7 @@ pub fn sweep(
             history,
             arrival,
             ends_at_edge: edges.is_some() || event == Event::Diffracted,
+            escapes: matches!(event, Event::Escaped | Event::Lost),
         });
         if event.is_final() {
             return;

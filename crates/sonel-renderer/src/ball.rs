@@ -21,7 +21,7 @@ const CLEARANCE: f64 = 0.95;
 const GROWTH: [(f64, f64); 4] = [(1.0, 0.0), (1.6, 8.0), (2.5, 16.0), (4.0, 32.0)];
 
 /// The balls of a receiver, one for each range of path lengths.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Balls {
     balls: [Ball; GROWTH.len()],
     mean_free_path: f64,
@@ -56,7 +56,7 @@ impl Balls {
 }
 
 /// A ball about a receiver.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Ball {
     /// Its centre about the scene's centre [m].
     center: DVec3,
@@ -73,7 +73,7 @@ pub struct Ball {
 /// The part of a segment within a ball.
 #[derive(Debug, Clone, Copy)]
 pub struct Chord {
-    /// Distance of its middle or, where the ball is not whole, of a random point of it from the start of the segment [m].
+    /// Distance from the start of the segment at which its line passes the centre [m].
     pub at: f64,
     /// Its length per volume [1/m²].
     pub fluence: f64,
@@ -140,18 +140,18 @@ impl Ball {
             return None;
         }
         let [inner_from, inner_to] = within(0.5 * radius_squared);
-        let (at, inner_share) = if self.is_whole {
-            (0.5 * (from + to), (inner_to - inner_from).max(0.0) / (to - from))
+        let inner_share = if self.is_whole {
+            (inner_to - inner_from).max(0.0) / (to - from)
         } else {
             let at = from + (to - from) * choice();
             let point = start.as_dvec3() + along * (at / extent);
             if geometry.is_blocked(Departure::free(self.center.as_vec3()), point.as_vec3()) {
                 return None;
             }
-            (at, f64::from(u8::from(at > inner_from && at < inner_to)))
+            f64::from(u8::from(at > inner_from && at < inner_to))
         };
         let gain = inner_share * self.volume / self.inner_volume;
-        Some(Chord { at, fluence: (to - from) / self.volume, gain })
+        Some(Chord { at: nearest, fluence: (to - from) / self.volume, gain })
     }
 }
 

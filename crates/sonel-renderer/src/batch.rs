@@ -9,10 +9,12 @@ use sonel_sampling::{Purpose, Stream, StreamFamily};
 use crate::bent_connection::{EdgeChoice, connect_bent};
 use crate::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::crossing::{OthersOwn, cross};
-use crate::deposit::Deposits;
-use crate::gather::rays::place;
+use crate::deposit::{Deposits, add_lanes};
+use crate::gather::near::NearSource;
+use crate::gather::rays::{Found, Observer, Sonels, place};
 use crate::gather::{GatherIndex, cast};
 use crate::kernel::{KernelDifference, coarse_bins};
+use crate::mirror::Radiator;
 use crate::mirror_connection::ReceiverImages;
 use crate::receiver::PreparedReceiver;
 use crate::render::{Medium, PathClass, Renderer};
@@ -26,6 +28,8 @@ pub(crate) struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
     kernel: KernelDifference,
+    /// What packets carry at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
+    under_way: [Vec<Lanes>; 2],
 }
 
 impl BatchEstimate {
@@ -34,6 +38,7 @@ impl BatchEstimate {
             deposits: Deposits::new(borders.len(), bins, bands),
             kernel: KernelDifference::new(borders, bands),
             sums: PathClass::ALL.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
+            under_way: [(); 2].map(|()| vec![[0.0; 4]; lanes_of(bands)]),
         }
     }
 
@@ -42,6 +47,21 @@ impl BatchEstimate {
         self.deposits.clear();
         self.sums.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
         self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
+        self.under_way.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
+    }
+
+    /// Counts what `segment` carries at [`TimeBins::marks`](crate::deposit::TimeBins::marks). What escapes brings nothing any more.
+    pub fn take_stock(&mut self, segment: &Segment<'_>, medium: &Medium<'_>, scratch: &mut [Lanes]) {
+        for (sum, mark) in self.under_way.iter_mut().zip(medium.bins.marks()) {
+            if segment.escapes || mark < segment.start_length || mark >= segment.end_length {
+                continue;
+            }
+            scratch.copy_from_slice(segment.energy);
+            if let Some(air) = medium.air {
+                air.attenuate(mark, scratch);
+            }
+            add_lanes(sum, scratch);
+        }
     }
 
     /// Where the estimator of `class` leaves its energy.
@@ -62,6 +82,8 @@ pub(crate) struct Audience<'a> {
     /// By receiver, where edges bend and no rays turn at them.
     edges: Vec<EdgeChoice>,
     others: Vec<OthersOwn>,
+    /// For places next to receivers; none where no receiver has such places, or where edges bend what goes there.
+    source: Option<NearSource>,
     /// By receiver and fine bin.
     coarse_bins: Vec<Vec<u32>>,
 }
@@ -94,12 +116,12 @@ impl Renderer<'_> {
         tile: Range<usize>,
         progress: &mut dyn FnMut(f64),
     ) {
-        let position = self.map.header().scene.sources[source].position - self.geometry.center();
+        let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let traced = &self.map.header().settings;
         let directions =
             EmissionDirections::new(traced.seed, source as u32, self.map.layout(), traced.spectral);
         let count = self.batches.len() as u32;
-        let audience = self.audience(&receivers[tile.clone()], borders, rendering.mirror_order);
+        let audience = self.audience(&receivers[tile.clone()], borders, radiator, rendering.mirror_order);
         rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));
         let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
             .map(|_| BatchEstimate::new(borders, self.bins.count, self.table.bands()))
@@ -114,10 +136,13 @@ impl Renderer<'_> {
                 for (class, sum) in PathClass::ALL.into_iter().zip(&estimate.sums) {
                     rendering.book(class, weight, sum);
                 }
+                if tile.start == 0 {
+                    rendering.book_under_way(weight, &estimate.under_way);
+                }
                 rendering.total.add_receivers(tile.start, &estimate.deposits, weight);
                 rendering.kernel_differences[batch].extend_from_slice(&estimate.kernel.at);
                 for (local, index) in tile.clone().enumerate() {
-                    let first_arrival = self.bins.time(position.distance(receivers[index].exact));
+                    let first_arrival = self.bins.time(radiator.position.distance(receivers[index].exact));
                     let coarse: &mut CoarseEchogram = &mut rendering.batches[batch][index];
                     coarse.add_fine(&borders[local], &estimate.deposits, local, &self.bins, first_arrival);
                 }
@@ -131,6 +156,7 @@ impl Renderer<'_> {
         &self,
         receivers: &'b [PreparedReceiver],
         borders: &[Vec<f64>],
+        radiator: Radiator,
         mirror_order: u32,
     ) -> Audience<'b> {
         let images: Vec<Option<ReceiverImages>> = receivers
@@ -139,7 +165,9 @@ impl Renderer<'_> {
             .collect();
         let others = images
             .iter()
-            .map(|images| OthersOwn {
+            .zip(receivers)
+            .map(|(images, receiver)| OthersOwn {
+                direct_length: radiator.position.distance(receiver.exact),
                 mirror_order,
                 image_order: self.owned_order(images.as_ref()),
                 diffuse: self.connects_diffuse(),
@@ -149,7 +177,10 @@ impl Renderer<'_> {
         let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
         let connected = self.bends.iter().filter(|_| !self.gathers_by_mirrors());
         let edges = connected.flat_map(|bends| receivers.iter().map(|r| EdgeChoice::new(bends, r.exact)));
-        Audience { receivers, edges: edges.collect(), images, others, coarse_bins }
+        let is_near = self.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
+        let source =
+            (is_near && self.bends.is_none()).then(|| NearSource::new(self.geometry, &self.table, radiator));
+        Audience { receivers, edges: edges.collect(), images, others, source, coarse_bins }
     }
 
     /// K′ at a receiver with `images`; without limit where rays gather.
@@ -157,21 +188,41 @@ impl Renderer<'_> {
         if self.gathers_by_mirrors() { u32::MAX } else { images.map_or(0, ReceiverImages::order) }
     }
 
-    /// The discs of all visibility rays of one batch.
-    fn gather_index(&self, audience: &Audience<'_>, source: usize, batch: u32) -> Option<GatherIndex> {
+    /// The discs of all visibility rays of one batch. Direct sound that rays find next to receivers is added to `estimate`.
+    fn gather_index(
+        &self,
+        audience: &Audience<'_>,
+        source: usize,
+        batch: u32,
+        scratch: &mut [Lanes],
+        estimate: &mut BatchEstimate,
+    ) -> Option<GatherIndex> {
         let (sheets, settings) = self.gather.as_ref()?;
+        let medium = self.medium();
         let mut points = Vec::new();
         for (number, receiver) in audience.receivers.iter().enumerate() {
             if !settings.by_mirrors && !receiver.is_near_surface() {
                 continue;
             }
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
-            let receiver = (number as u32, receiver);
-            cast(&self.medium(), &self.table, sheets, receiver, settings, &mut stream, |point| {
-                points.push(point);
+            let image_order = audience.others[number].image_order;
+            let observer = Observer { number: number as u32, receiver, image_order };
+            cast(&medium, &self.table, sheets, observer, settings, &mut stream, |found| match found {
+                Found::Disc(point) => points.push(point),
+                Found::Near(place) => {
+                    let Some(source) = &audience.source else { return };
+                    let mut deposits = estimate.class(last_class(place.seen_directly));
+                    source.connect(&place, number, &medium, scratch, &mut deposits);
+                }
             });
         }
         (!points.is_empty()).then(|| GatherIndex::new(points, settings.radius))
+    }
+
+    /// Whether a ray that goes on from a surface next to the receiver finds a sonel with `history` where it came from.
+    fn is_followed(&self, history: SegmentHistory, audience: &Audience<'_>) -> bool {
+        let by_rays = history.diffused && (history.bends == 0 || self.gathers_by_mirrors());
+        by_rays || audience.source.as_ref().is_some_and(|source| source.finds(history))
     }
 
     /// Adds what `segment` leaves in the discs around its end.
@@ -189,7 +240,10 @@ impl Renderer<'_> {
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         index.around(place(arrival.surface, arrival.side), at, |point, gain| {
             let receiver = point.receiver as usize;
-            let class = if point.seen_directly { PathClass::Diffuse } else { PathClass::DiffuseMirror };
+            if point.sonels == Sonels::NotFollowed && self.is_followed(segment.history, audience) {
+                return;
+            }
+            let class = last_class(point.seen_directly);
             let length = segment.end_length + point.length;
             let Some(bin) = self.bins.bin(length) else { return };
             for ((scratch, energy), weight) in scratch.iter_mut().zip(segment.energy).zip(&point.weight) {
@@ -238,7 +292,7 @@ impl Renderer<'_> {
             radiosity: zeros.clone(),
             energy: zeros,
         };
-        let index = self.gather_index(audience, source, batch);
+        let index = self.gather_index(audience, source, batch, &mut scratch.energy, estimate);
         self.each_segment(batch, source, directions, |segment| {
             self.hear_segment(segment, audience, index.as_ref(), &mut scratch, estimate);
         });
@@ -276,6 +330,7 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate,
     ) {
         let medium = self.medium();
+        estimate.take_stock(segment, &medium, &mut scratch.energy);
         if segment.history.specular_run > 0 || segment.history.bends > 1 || !self.connects_diffuse() {
             let receivers = audience.receivers.iter().zip(&audience.others);
             let class = sphere_class(segment.history);
@@ -326,6 +381,11 @@ impl Renderer<'_> {
             }
         }
     }
+}
+
+/// The class of what rays find, by whether they see the last diffuse reflection without a mirror.
+fn last_class(seen_directly: bool) -> PathClass {
+    if seen_directly { PathClass::Diffuse } else { PathClass::DiffuseMirror }
 }
 
 /// The class of a segment that crosses a sphere.

@@ -2,7 +2,7 @@
 //!
 //! F += e · δ · cos θ / (π d²) · e^(−m·length) (docs/physics.md §4): Lambert radiance of the surface times the solid angle of
 //! a unit receiver. δ = (1 − α) s is applied here and nowhere else. At a receiver near a surface cos θ / d² has no bound: there
-//! the part beyond [`PreparedReceiver::brightest`] is gathered instead, so that no single sonel weighs more.
+//! the part beyond [`PreparedReceiver::brightest`] is left to visibility rays, so that no single sonel weighs more.
 
 use glam::Vec3;
 use sonel_geometry::{Departure, Side};
@@ -117,7 +117,7 @@ pub fn connect(
         if medium.geometry.is_blocked(sonel.departure, receiver.position) {
             continue;
         }
-        // What is brighter than the receiver's limit is left to its gather.
+        // What is brighter than the receiver's limit is left to its rays.
         let solid_angle = (f64::from(projected) / (distance * squared)).min(receiver.brightest);
         for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
             for lane in 0..4 {

@@ -1,6 +1,7 @@
 //! L S^k R, k > K, and … D S^k R, k > K′: traced segments that cross the ball about a receiver ([`crate::ball`]).
 //!
-//! fluence += e ℓ / V. The bias is that of averaging over the ball (docs/physics.md §4).
+//! fluence += e ℓ / V, at the time at which the segment's line passes the receiver, but not before the direct sound. The bias is that of
+//! averaging over the ball (docs/physics.md §4).
 
 use sonel_map::{Lanes, Segment, SegmentHistory};
 
@@ -9,7 +10,7 @@ use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
 
 /// What other estimators own of the reflected sound at one receiver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OthersOwn {
     /// K: mirror chains from the source.
     pub mirror_order: u32,
@@ -20,6 +21,8 @@ pub struct OthersOwn {
     /// Whether visibility rays own what was bent behind its last diffuse reflection: else connections do where it was once and reached the
     /// receiver without a mirror, and the rest is left.
     pub bent: bool,
+    /// Length of the straight way from the source [m].
+    pub direct_length: f64,
 }
 
 /// Whether a segment with `history` is left to the sphere. Direct sound never is.
@@ -52,7 +55,7 @@ pub fn cross<'a>(
         let ends = (segment.start, segment.end);
         let ball = receiver.balls.at(segment.start_length);
         let Some(chord) = ball.chord(medium.geometry, ends, || choice(index)) else { continue };
-        let length = segment.start_length + chord.at;
+        let length = (segment.start_length + chord.at).max(others.direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
         for (scratch, energy) in scratch.iter_mut().zip(segment.energy) {
             for lane in 0..4 {
@@ -71,7 +74,8 @@ mod tests {
     fn each_history_has_one_owner() {
         let bent = |specular_run, diffused, bends| SegmentHistory { order: 9, specular_run, diffused, bends };
         let history = |specular_run, diffused| bent(specular_run, diffused, 0);
-        let others = OthersOwn { mirror_order: 2, image_order: 1, diffuse: true, bent: false };
+        let others =
+            OthersOwn { mirror_order: 2, image_order: 1, diffuse: true, bent: false, direct_length: 0.0 };
         assert!(!owns(history(0, false), others), "direct sound");
         assert!(!owns(history(2, false), others), "mirror chain");
         assert!(owns(history(3, false), others));
@@ -85,7 +89,8 @@ mod tests {
         let rays = OthersOwn { bent: true, ..others };
         assert!(!owns(bent(0, true, 2), rays) && !owns(bent(1, true, 1), rays), "visibility rays turn");
         assert!(owns(bent(2, true, 1), rays) && owns(bent(3, false, 1), rays));
-        let alone = OthersOwn { mirror_order: 0, image_order: 0, diffuse: false, bent: false };
+        let alone =
+            OthersOwn { mirror_order: 0, image_order: 0, diffuse: false, bent: false, direct_length: 0.0 };
         assert!(!owns(history(0, false), alone), "direct sound");
         assert!(
             owns(history(1, false), alone) && owns(history(0, true), alone) && owns(history(1, true), alone)

@@ -41,6 +41,12 @@ impl TimeBins {
         (0..=self.count).map(|edge| edge as f64 * self.width).collect()
     }
 
+    /// Path lengths at which the energy under way is taken stock of: after three quarters of the simulated time, and at its end [m].
+    #[must_use]
+    pub fn marks(&self) -> [f64; 2] {
+        [0.75 * self.reach, self.reach]
+    }
+
     /// Travel time over `length` [s].
     #[must_use]
     pub fn time(&self, length: f64) -> f64 {

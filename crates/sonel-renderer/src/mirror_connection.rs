@@ -41,6 +41,8 @@ const BLIND_SHARE: f64 = 0.1;
 pub struct ReceiverImages {
     /// About the scene's centre [m].
     receiver: DVec3,
+    /// [`PreparedReceiver::brightest`].
+    brightest: f64,
     images: Vec<Image>,
     /// 1 / P(image).
     inverse_probability: Vec<f64>,
@@ -92,7 +94,7 @@ impl ReceiverImages {
             Some(room) => {
                 let lattice = ImageLattice::new(geometry, &room, table, origin, f64::INFINITY, Some(most));
                 let images = lattice.images();
-                let weights = blind_weights(&images, receiver.exact);
+                let weights = blind_weights(geometry, &images, receiver.exact);
                 (images, weights, None)
             }
             None => {
@@ -105,6 +107,7 @@ impl ReceiverImages {
         let total: f64 = weights.iter().sum();
         (total > 0.0).then(|| Self {
             receiver: receiver.exact,
+            brightest: receiver.brightest,
             inverse_probability: weights.iter().map(|weight| total / weight).collect(),
             choice: AliasTable::new(&weights),
             images,
@@ -149,7 +152,9 @@ impl ReceiverImages {
         {
             return;
         }
-        let weight = projected / (distance * squared) * self.inverse_probability[index];
+        // What is brighter than the receiver's limit is left to its rays.
+        let solid_angle = (projected / (distance * squared)).min(self.brightest);
+        let weight = solid_angle * self.inverse_probability[index];
         for ((scratch, radiosity), factor) in scratch.iter_mut().zip(sonel.radiosity).zip(&image.factor) {
             for lane in 0..4 {
                 scratch[lane] = radiosity[lane] * factor[lane] * weight;
@@ -188,9 +193,14 @@ fn keep_straight(
     }
 }
 
-/// What an image brings if nothing hides it: its mirrors' energy, averaged over bands, over the squared distance.
-fn blind_weights(images: &[Image], receiver: DVec3) -> Vec<f64> {
-    images.iter().map(|image| mirrored_energy(image) / image.position.distance_squared(receiver)).collect()
+/// What an image brings if nothing hides it, up to a factor: its mirrors' energy times the solid angle under which the room is seen from
+/// it. A room of surface S looks from afar like a body of the mean projection S/4, and fills all directions from inside:
+/// S/4 / (D² + S/(16π)), D the distance of the image from the receiver.
+fn blind_weights(geometry: &Geometry, images: &[Image], receiver: DVec3) -> Vec<f64> {
+    let inside = geometry.area() / (16.0 * core::f64::consts::PI);
+    let weight =
+        |image: &Image| mirrored_energy(image) / (image.position.distance_squared(receiver) + inside);
+    images.iter().map(weight).collect()
 }
 
 fn mirrored_energy(image: &Image) -> f64 {
@@ -205,7 +215,7 @@ fn pilot_weights(geometry: &Geometry, tree: &ImageTree, images: &[Image], receiv
         let direction = warp::uniform_sphere(directions.point(ray)).as_dvec3();
         tree.follow(geometry, direction, |image| seen[image] += mirrored_energy(&images[image]));
     }
-    let blind = blind_weights(images, receiver);
+    let blind = blind_weights(geometry, images, receiver);
     let (seen_total, blind_total) = (seen.iter().sum::<f64>(), blind.iter().sum::<f64>());
     if seen_total <= 0.0 || blind_total <= 0.0 {
         return blind;

@@ -23,8 +23,8 @@ pub struct PreparedReceiver {
     pub position: Vec3,
     /// The air that stands for the point where segments are counted.
     pub balls: Balls,
-    /// Largest cos θ / d² of a sonel that connections take whole [1/m²]; what is beyond is gathered. Infinite where no surface
-    /// is near, or where nothing is gathered.
+    /// Largest cos θ / d² of a sonel that connections take whole [1/m²]; what is beyond is left to rays. Infinite where no surface
+    /// is near, or where no rays are cast.
     pub brightest: f64,
 }
 
@@ -32,8 +32,8 @@ pub struct PreparedReceiver {
 const RADIUS_PER_FREE_PATH: f64 = 0.12;
 /// Radii shrink as N^(−1/6) from here, so that its O(r²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub const REFERENCE_EMISSIONS: f64 = 50_000.0;
-/// A surface is near within this many radii of a disc: nearer, a single sonel is brighter than a whole disc of them.
-const NEAR_PER_DISC: f64 = 2.0;
+/// A surface is near within this many radii of a disc: nearer, few sonels bring much, and rays are calmer than connections.
+const NEAR_PER_DISC: f64 = 4.0;
 
 impl PreparedReceiver {
     /// Prepares `receiver` for a map of `emissions` emissions, in a scene of the given mean free path [m].
@@ -58,20 +58,34 @@ impl PreparedReceiver {
         }
     }
 
+    /// A point that only images are made of, about the scene's centre [m].
+    #[must_use]
+    pub fn point(exact: DVec3) -> Self {
+        Self { exact, position: exact.as_vec3(), balls: Balls::default(), brightest: f64::INFINITY }
+    }
+
     /// Whether a surface is so near that connections share with the gather.
     #[must_use]
     pub fn is_near_surface(&self) -> bool {
         self.brightest.is_finite()
     }
 
-    /// How much of the diffuse reflection at `position`, on a surface with unit `normal`, is gathered rather than connected:
-    /// a function of the place. Connections take it at the sonel, the gather at the middle of its disc, so that a disc
-    /// smooths the irradiance alone and not the share.
+    /// How much of what a place under `solid_angle` (cos θ / d², d by way of mirrors if need be) [1/m²] reflects diffusely is left to rays:
+    /// connections bring the rest.
     #[must_use]
-    pub fn gathered_share(&self, position: Vec3, normal: Vec3) -> f64 {
-        let offset = (self.position - position).as_dvec3();
-        let squared = offset.length_squared();
-        let solid_angle = offset.dot(normal.as_dvec3()) / (squared * squared.sqrt());
+    pub fn followed_share(&self, solid_angle: f64) -> f64 {
         if solid_angle > self.brightest { 1.0 - self.brightest / solid_angle } else { 0.0 }
+    }
+
+    /// Whether `position` is so near that rays go on from there instead of gathering.
+    #[must_use]
+    pub fn is_near(&self, position: Vec3) -> bool {
+        self.is_near_along(f64::from(self.position.distance(position)))
+    }
+
+    /// Whether a place at the end of a way of `length` [m] can be near.
+    #[must_use]
+    pub fn is_near_along(&self, length: f64) -> bool {
+        length * length * self.brightest < 1.0
     }
 }

@@ -332,6 +332,16 @@ impl<'a> Renderer<'a> {
         &self.bins
     }
 
+    /// [`Rendering::missing`] in the room, or in the box about an open scene.
+    #[must_use]
+    pub fn missing(&self, rendering: &Rendering) -> (Vec<f64>, Vec<f64>) {
+        let box_volume = || {
+            let (low, high) = self.geometry.bounds();
+            (high - low).max_element().powi(3)
+        };
+        rendering.missing(&self.bins, self.geometry.volume().unwrap_or_else(box_volume))
+    }
+
     /// Attenuation by air in use, per band [1/m].
     #[must_use]
     pub fn attenuation(&self) -> Vec<f64> {
@@ -461,7 +471,7 @@ impl<'a> Renderer<'a> {
             PathClass::Diffuse if self.bends.is_some() && self.connects_diffuse() => {
                 "connection, straight or over one edge; receiver sphere where it is bent more often"
             }
-            PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with gather",
+            PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
             PathClass::Diffuse if self.connects_diffuse() => "connection",
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => "gather",
             PathClass::DiffuseMirror => "connection to images of the receiver",

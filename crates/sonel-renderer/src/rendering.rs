@@ -7,6 +7,9 @@ use sonel_map::{BandClasses, Lanes, lanes_of};
 /// A relative variance below this is rounding.
 const ROUNDING: f64 = 1e-14;
 
+/// A room that decays by less than this in a whole run has not been seen to decay.
+const SLOWEST_NEPERS: f64 = 0.01;
+
 /// A discrete arrival at a receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscreteArrival {
@@ -39,6 +42,8 @@ pub struct Rendering {
     pub classes: [(PathClass, Vec<f64>); PathClass::ALL.len()],
     /// Weighted mean over the batches of the squares of their energies, as `classes`.
     squares: [Vec<f64>; PathClass::ALL.len()],
+    /// What packets carried at [`TimeBins::marks`], per unit emitted energy and band [1].
+    pub under_way: [Vec<f64>; 2],
     /// K.
     pub mirror_order: u32,
     /// K′ of every receiver.
@@ -58,6 +63,7 @@ impl Rendering {
             arrivals: Vec::new(),
             classes: PathClass::ALL.map(|class| (class, vec![0.0; bands])),
             squares: PathClass::ALL.map(|_| vec![0.0; bands]),
+            under_way: [vec![0.0; bands], vec![0.0; bands]],
             mirror_order: 0,
             image_order: Vec::new(),
             sphere_radius: Vec::new(),
@@ -92,6 +98,7 @@ impl Rendering {
             arrivals: arrivals.collect(),
             classes: self.classes.map(|(class, energy)| (class, classes.spread(&energy))),
             squares: self.squares.map(|squares| classes.spread(&squares)),
+            under_way: self.under_way.map(|energy| classes.spread(&energy)),
             ..self
         }
     }
@@ -104,6 +111,34 @@ impl Rendering {
             *sum += weight * energy;
             *square += weight * energy * energy;
         }
+    }
+
+    /// Books `energy` under way, times `weight`.
+    pub fn book_under_way(&mut self, weight: f64, energy: &[Vec<Lanes>; 2]) {
+        for (sums, energy) in self.under_way.iter_mut().zip(energy) {
+            for (band, sum) in sums.iter_mut().enumerate() {
+                *sum += weight * energy[band / 4][band % 4];
+            }
+        }
+    }
+
+    /// What arrives after the end of the run, as the mean over a room of `volume` [m³]: fluence per unit emitted energy [1/m²], and the rate at
+    /// which the energy of all packets decayed at the end [1/s], both per band.
+    ///
+    /// The energy E spreads over the volume, so that its fluence is c/V ∫E dt = c E / (V k). A room that hardly decays is taken for one
+    /// that decays by [`SLOWEST_NEPERS`] in the whole run.
+    #[must_use]
+    pub fn missing(&self, bins: &TimeBins, volume: f64) -> (Vec<f64>, Vec<f64>) {
+        let [from, to] = bins.marks();
+        let rate = |[before, after]: [f64; 2]| {
+            let nepers = if after > 0.0 { libm::log(before / after) } else { SLOWEST_NEPERS };
+            (nepers / (to - from)).max(SLOWEST_NEPERS / to)
+        };
+        let [before, after] = &self.under_way;
+        let rates: Vec<f64> =
+            before.iter().zip(after).map(|(&before, &after)| rate([before, after])).collect();
+        let fluence = after.iter().zip(&rates).map(|(after, rate)| after / (rate * volume)).collect();
+        (fluence, rates.iter().map(|rate| rate / bins.time(1.0)).collect())
     }
 
     /// How many independent equal contributions would scatter as the energy of `class` does between the batches, per band:

@@ -2,7 +2,7 @@
 //!
 //! What the response says of its provenance is left to whoever writes it to a file.
 
-use sonel_echogram::{ArrivalKind, Arrivals, Batches, Response, batch_time_edges};
+use sonel_echogram::{ArrivalKind, Arrivals, Batches, Missing, Response, batch_time_edges};
 use sonel_map::SonelMap;
 use sonel_renderer::{CoarseEchogram, ReceiverPoint, RenderError, Renderer, Rendering};
 use sonel_scene::Scene;
@@ -74,6 +74,7 @@ pub fn assemble(
         characteristic_impedance: scene.impedance(),
         energy: energy(renderer, scene.bands.count(), receivers.len(), renderings),
         batches: Some(batches(map, receivers, renderings)),
+        missing: Some(missing(renderer, renderings)),
         arrivals: arrivals(renderer, renderings),
         metadata: Default::default(),
     }
@@ -119,6 +120,12 @@ fn batches(map: &SonelMap, receivers: &[ReceiverPoint], renderings: &[Rendering]
         energy: column(&|rendering| &rendering.batches),
         kernel_difference,
     }
+}
+
+fn missing(renderer: &Renderer<'_>, renderings: &[Rendering]) -> Missing {
+    let (fluence, rate): (Vec<_>, Vec<_>) =
+        renderings.iter().map(|rendering| renderer.missing(rendering)).unzip();
+    Missing { fluence: fluence.concat(), decay_rate: rate.concat() }
 }
 
 fn arrivals(renderer: &Renderer<'_>, renderings: &[Rendering]) -> Arrivals {

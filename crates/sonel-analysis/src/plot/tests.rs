@@ -134,6 +134,7 @@ fn response(factors: &[f32]) -> Response {
             time_edges_s: coarse,
             kernel_difference: Vec::new(),
         }),
+        missing: None,
         arrivals: Arrivals::default(),
         metadata: serde_json::Value::Null,
     }

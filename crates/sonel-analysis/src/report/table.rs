@@ -81,7 +81,8 @@ fn cell(figure: &Figure, factor: f64, notes: &mut Notes) -> String {
     let warning = estimate.warning.as_ref().map(|warning| notes.mark(warning)).unwrap_or_default();
     match &estimate.interval {
         Ok([low, high]) => {
-            let half = 0.5 * (high - low) * factor;
+            // Where the run ends early, an interval reaches further to one side.
+            let half = (high - estimate.value).max(estimate.value - low) * factor;
             let digits = digits(value, half);
             format!("{value:.digits$} ±{half:.digits$}{warning}")
         }

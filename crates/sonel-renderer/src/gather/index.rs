@@ -62,6 +62,7 @@ impl GatherIndex {
 #[cfg(test)]
 mod tests {
     use super::super::disc::View;
+    use super::super::rays::Sonels;
     use super::*;
     use sonel_sampling::{Purpose, StreamFamily};
 
@@ -77,6 +78,7 @@ mod tests {
                 view: View { area: 1.0, inner_area: 0.5, hidden_by: Vec::new() },
                 weight: Vec::new(),
                 seen_directly: false,
+                sonels: Sonels::All,
             })
             .collect();
         (points, (0..2000).map(|_| random()).collect())

@@ -2,8 +2,9 @@
 //!
 //! Ray j of M with throughput T_j: F += (4π/M) · T_j · (δ/π) · Σ e_i / A(h), over the sonels that arrived on the same surface
 //! and side within h of the ray's hit; A is the area of the disc clipped to the surface (docs/physics.md §4). No cosine: e is
-//! flux, and flux over area is irradiance. What is seen directly belongs to the connection, but for the part of sonels near the
-//! receiver that connections leave; then the ray goes on as a mirror reflection. Where edges bend, rays turn at them (`turning`) and gather
+//! flux, and flux over area is irradiance. What is seen directly belongs to the connection; then the ray goes on as a mirror reflection.
+//! Next to the receiver, where connections leave a part, rays do not gather but go on from the surface by Lambert's law until they are far
+//! enough: L … D_far S^k D_near S^l R. What has no D_far is connected ([`near`]). Where edges bend, rays turn at them (`turning`) and gather
 //! what was bent, also where no mirror is between. Rays are few and their hits are indexed; the map streams past
 //! them, so memory does not grow with it. Each batch has rays of its own: the interval covers both passes.
 //!
@@ -12,6 +13,7 @@
 mod backwards;
 pub mod disc;
 pub mod index;
+pub mod near;
 pub mod rays;
 mod turning;
 mod visible;

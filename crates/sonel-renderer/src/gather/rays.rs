@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
-use sonel_sampling::{ScrambledSobol, Stream, warp};
+use sonel_sampling::{Frame, ScrambledSobol, Stream, warp};
 
 use super::disc::{Sheet, View};
 use super::turning::{Look, Turning};
@@ -21,12 +21,14 @@ pub struct GatherSettings {
     pub radius: f64,
     /// Longest path that matters [m].
     pub reach: f64,
-    /// Whether rays go on by mirrors; else they gather near surfaces only.
+    /// Whether rays go on by mirrors; else they bring only what connections leave next to surfaces.
     pub by_mirrors: bool,
 }
 
 /// Turns weigh bands differently: a ray that carries so many times what it left with goes on in parts.
 const HEAVY: f64 = 4.0;
+/// A ray from next to the receiver that carries less than this part of what it left with goes on by roulette.
+const LIGHT: f64 = 0.1;
 
 /// One disc that gathers.
 #[derive(Debug, Clone)]
@@ -43,8 +45,58 @@ pub struct GatherPoint {
     pub view: View,
     /// (4π/M) · T · δ / (π A) per band, times the share that is gathered [1/m²].
     pub weight: Vec<Lanes>,
-    /// Whether the receiver sees it without a mirror: it gathers only what connections leave.
+    /// Whether the receiver sees the last diffuse reflection without a mirror.
     pub seen_directly: bool,
+    /// Which sonels it gathers.
+    pub sonels: Sonels,
+}
+
+/// Which sonels a disc gathers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sonels {
+    /// Each of them.
+    All,
+    /// Those that the ray does not find where it goes on from a near surface.
+    NotFollowed,
+}
+
+/// A place near the receiver that reflects diffusely: what the source and its mirror images send there has still to be connected.
+#[derive(Debug, Clone)]
+pub struct NearPlace {
+    /// Where it is [m].
+    pub position: Vec3,
+    /// Normal of its surface on the side that is seen.
+    pub normal: Vec3,
+    /// How a ray leaves it.
+    pub departure: Departure,
+    /// Length of the way to the receiver [m].
+    pub length: f64,
+    /// Fluence at the receiver per irradiance at the place, per band [1].
+    pub throughput: Vec<Lanes>,
+    /// Whether the receiver sees the place without a mirror.
+    pub seen_directly: bool,
+    /// A random number, 0 … 1, that selects an image of the source.
+    pub choice: f64,
+}
+
+/// What a visibility ray finds.
+#[derive(Debug)]
+pub enum Found {
+    /// A disc that gathers.
+    Disc(GatherPoint),
+    /// A place to be connected with the source.
+    Near(NearPlace),
+}
+
+/// Who looks, and for whom.
+#[derive(Clone, Copy)]
+pub struct Observer<'a> {
+    /// Number of the receiver.
+    pub number: u32,
+    /// The receiver.
+    pub receiver: &'a PreparedReceiver,
+    /// K′, beyond which rays do not follow mirrors before the first diffuse reflection.
+    pub image_order: u32,
 }
 
 /// Number of a surface's side.
@@ -54,57 +106,91 @@ pub fn place(surface: SurfaceId, side: sonel_geometry::Side) -> u32 {
     2 * surface.0 + u32::from(side == sonel_geometry::Side::Back)
 }
 
-/// Casts the rays of one receiver in one batch and hands every disc to `found`. Where edges bend, rays that go on by mirrors turn at them,
+/// Casts the rays of one receiver in one batch and hands over what they find. Where edges bend, rays that go on by mirrors turn at them,
 /// and a ray carries the bands alone that come its way. `stream` is that of the receiver and batch.
 pub fn cast(
     medium: &Medium<'_>,
     table: &CoefficientTable,
     sheets: &[Sheet],
-    receiver: (u32, &PreparedReceiver),
+    observer: Observer<'_>,
     settings: &GatherSettings,
     stream: &mut Stream,
-    mut found: impl FnMut(GatherPoint),
+    mut found: impl FnMut(Found),
 ) {
-    let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
+    let mut points = || ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
+    let (directions, onward, choices) = (points(), points(), points());
+    let mut near_places = 0;
     let mut rays: Vec<Ray> = Vec::new();
     for number in 0..settings.rays {
-        rays.push(Ray::new(receiver.1, warp::uniform_sphere(directions.point(number)), settings, table));
+        let direction = warp::uniform_sphere(directions.point(number));
+        rays.push(Ray::new(observer.receiver, direction, settings, table));
         while let Some(mut ray) = rays.pop() {
             let Some(hit) = ray.arrive(medium, settings, stream, &mut rays) else { continue };
             let surface = medium.geometry.surface(hit.surface);
             let row = table.material(surface.material);
             let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
-            let share = match (row.is_mirror, ray.is_connected()) {
-                (true, _) => 0.0,
-                (false, true) => receiver.1.gathered_share(hit.position, normal),
-                (false, false) => 1.0,
+            let shares = if row.is_mirror {
+                Shares { gathered: 0.0, followed: 0.0 }
+            } else {
+                ray.shares(&observer, &hit, normal, settings)
             };
-            if share > 0.0 || settings.by_mirrors {
+            let mirrors = ray.goes_on_by_mirrors(&observer, settings);
+            if shares.gathered > 0.0 || shares.followed > 0.0 || mirrors {
                 ray.keep(medium, &hit, normal);
             }
-            if share > 0.0 && ray.weight() > 0.0 {
-                let sheet = &sheets[hit.surface.0 as usize];
-                let centre = sheet.flat(hit.position.as_dvec3());
-                let view = sheet.view(hit.side, centre, settings.radius);
-                let weight = product(&ray.throughput, &row.diffuse.energy, share / view.area);
-                found(GatherPoint {
-                    receiver: receiver.0,
-                    place: place(hit.surface, hit.side),
-                    centre,
-                    length: ray.length,
-                    weight,
-                    view,
-                    seen_directly: ray.reflections == 0,
-                });
+            if ray.weight() <= 0.0 {
+                continue;
             }
-            if settings.by_mirrors && ray.reflect(medium, &hit, normal, &row.specular.energy, stream) {
+            let mut disc = |share: f64, sonels: Sonels| {
+                if share > 0.0 {
+                    let sheet = &sheets[hit.surface.0 as usize];
+                    let centre = sheet.flat(hit.position.as_dvec3());
+                    let view = sheet.view(hit.side, centre, settings.radius);
+                    found(Found::Disc(GatherPoint {
+                        receiver: observer.number,
+                        place: place(hit.surface, hit.side),
+                        centre,
+                        length: ray.length,
+                        weight: product(&ray.throughput, &row.diffuse.energy, share / view.area),
+                        view,
+                        seen_directly: ray.is_seen_directly(),
+                        sonels,
+                    }));
+                }
+            };
+            disc(shares.gathered, Sonels::All);
+            disc(shares.followed, Sonels::NotFollowed);
+            if shares.followed > 0.0 {
+                let on = ray.followed(medium, &hit, normal, (&row.diffuse.energy, shares.followed));
+                found(Found::Near(on.near_place(normal, choices.point(near_places)[0])));
+                let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
+                rays.extend(on.scattered(normal, point).thinned(settings, stream));
+                near_places += 1;
+            }
+            if mirrors {
+                // With the strongest band's reflection no band's throughput grows; next to the receiver few rays stand for much.
+                let is_near = ray.is_scattered || observer.receiver.is_near_along(ray.length);
+                let survival = if is_near { 1.0 } else { strongest(&row.specular.energy) };
+                if !ray.reflect(medium, &hit, normal, (&row.specular.energy, survival), stream) {
+                    continue;
+                }
                 match medium.bends {
                     Some(_) => rays.extend(ray.balanced(settings, stream)),
+                    None if is_near => rays.extend(ray.thinned(settings, stream)),
                     None => rays.push(ray),
                 }
             }
         }
     }
+}
+
+/// What becomes of the diffuse reflection that a ray meets; the rest is left to connections.
+#[derive(Debug, Clone, Copy)]
+struct Shares {
+    /// Share that a disc gathers there.
+    gathered: f64,
+    /// Share that the ray goes on for, as the place is too near for discs as well.
+    followed: f64,
 }
 
 /// A visibility ray, going against the packets.
@@ -118,7 +204,10 @@ struct Ray {
     throughput: Vec<Lanes>,
     /// Its way so far [m].
     length: f64,
+    /// Mirrors met before the first diffuse reflection.
     reflections: u32,
+    /// Whether it has gone on from a diffuse reflection.
+    is_scattered: bool,
     /// Where packets on this way end.
     end: WayEnd,
     /// Where it turned since it left that.
@@ -139,6 +228,7 @@ impl Ray {
             throughput: vec![[4.0 / f64::from(settings.rays); 4]; sonel_map::lanes_of(table.bands())],
             length: 0.0,
             reflections: 0,
+            is_scattered: false,
             end: WayEnd::in_air(receiver.exact),
             turns: Vec::new(),
         }
@@ -201,7 +291,7 @@ impl Ray {
 
     /// The most that it carries of any band.
     fn weight(&self) -> f64 {
-        self.throughput.iter().flatten().copied().fold(0.0, f64::max)
+        strongest(&self.throughput)
     }
 
     /// Several of it that carry less each, where it carries much more than when it left, and few where it carries less.
@@ -219,9 +309,85 @@ impl Ray {
         std::iter::repeat_n(self, copies)
     }
 
-    /// Whether connections reach what it sees now.
-    fn is_connected(&self) -> bool {
-        self.reflections == 0 && self.turns.is_empty()
+    /// What becomes of the diffuse reflection at `hit`. All shares are functions of the place: so what a disc averages is irradiance alone.
+    fn shares(&self, observer: &Observer<'_>, hit: &Hit, normal: Vec3, settings: &GatherSettings) -> Shares {
+        let receiver = observer.receiver;
+        if self.is_scattered {
+            let is_near = receiver.is_near(hit.position);
+            return Shares { gathered: f64::from(!is_near), followed: f64::from(is_near) };
+        }
+        if !self.turns.is_empty() {
+            return Shares { gathered: 1.0, followed: 0.0 };
+        }
+        if self.reflections > 0 && settings.by_mirrors {
+            let is_near = receiver.is_near_along(self.length);
+            return Shares { gathered: f64::from(!is_near), followed: f64::from(is_near) };
+        }
+        let cosine = f64::from(self.direction.dot(normal).abs());
+        Shares { gathered: 0.0, followed: receiver.followed_share(cosine / (self.length * self.length)) }
+    }
+
+    /// Whether mirrors show it what it has to find.
+    fn goes_on_by_mirrors(&self, observer: &Observer<'_>, settings: &GatherSettings) -> bool {
+        let by_images =
+            || self.reflections < observer.image_order && observer.receiver.is_near_along(self.length);
+        settings.by_mirrors || self.is_scattered || by_images()
+    }
+
+    /// Whether no mirror is between the receiver and the first diffuse reflection.
+    fn is_seen_directly(&self) -> bool {
+        self.reflections == 0
+    }
+
+    /// The ray at `hit`, with the part of what is reflected there that it goes on for.
+    fn followed(
+        &self,
+        medium: &Medium<'_>,
+        hit: &Hit,
+        normal: Vec3,
+        (diffuse, share): (&[Lanes], f64),
+    ) -> Self {
+        Self {
+            throughput: product(&self.throughput, diffuse, share),
+            end: WayEnd::at_surface(hit.position.as_dvec3(), 1.0),
+            direction: normal,
+            departure: medium.geometry.leave(hit.position, hit.surface, hit.side),
+            at: hit.position.as_dvec3(),
+            turns: Vec::new(),
+            is_scattered: true,
+            ..self.clone()
+        }
+    }
+
+    /// The place that it goes on from, on a surface with unit `normal`.
+    fn near_place(&self, normal: Vec3, choice: f32) -> NearPlace {
+        NearPlace {
+            position: self.at.as_vec3(),
+            normal,
+            departure: self.departure,
+            length: self.length,
+            throughput: self.throughput.clone(),
+            seen_directly: self.is_seen_directly(),
+            choice: f64::from(choice),
+        }
+    }
+
+    /// The ray in the direction of a random `point`, by Lambert's law about `normal`.
+    fn scattered(mut self, normal: Vec3, point: [f32; 2]) -> Self {
+        self.direction = Frame::about(normal).outward(warp::cosine_hemisphere(point));
+        self.end = WayEnd::at_surface(self.at, f64::from(self.direction.dot(normal)));
+        self
+    }
+
+    /// The ray, but for roulette where it carries little of what it left with.
+    fn thinned(mut self, settings: &GatherSettings, stream: &mut Stream) -> Option<Self> {
+        let survival = self.weight() * f64::from(settings.rays) / 4.0 / LIGHT;
+        if survival >= 1.0 {
+            return Some(self);
+        }
+        let survives = stream.uniform_fine() < survival;
+        self.throughput.iter_mut().flatten().for_each(|energy| *energy /= survival);
+        survives.then_some(self)
     }
 
     /// Keeps what comes this way from `hit` on a surface with unit `normal`, where edges bend.
@@ -234,20 +400,18 @@ impl Ray {
         bends.keep_turned(medium.geometry, [start, self.end], &self.turns, &mut self.throughput);
     }
 
-    /// Goes on as a mirror with the `specular` factors has it; false where it ends.
+    /// Goes on as a mirror with the `specular` factors has it; false where it ends, by roulette with `survival` or as nothing is left.
     fn reflect(
         &mut self,
         medium: &Medium<'_>,
         hit: &Hit,
         normal: Vec3,
-        specular: &[Lanes],
+        (specular, survival): (&[Lanes], f64),
         stream: &mut Stream,
     ) -> bool {
         if self.throughput.iter().flatten().all(|&band| band <= 0.0) {
             return false;
         }
-        // Roulette with the strongest band's reflection: no band's throughput grows.
-        let survival = specular.iter().flatten().copied().fold(0.0, f64::max);
         if stream.uniform_fine() >= survival {
             return false;
         }
@@ -257,9 +421,14 @@ impl Ray {
         self.departure = medium.geometry.leave(hit.position, hit.surface, hit.side);
         self.at = hit.position.as_dvec3();
         self.turns.clear();
-        self.reflections += 1;
+        self.reflections += u32::from(!self.is_scattered);
         true
     }
+}
+
+/// The largest of all bands.
+fn strongest(bands: &[Lanes]) -> f64 {
+    bands.iter().flatten().copied().fold(0.0, f64::max)
 }
 
 /// A whole number that is `expected` on average.

@@ -14,7 +14,7 @@ use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
 use crate::connection::normal_on;
-use crate::gather::rays::{GatherPoint, place};
+use crate::gather::rays::{GatherPoint, Sonels, place};
 use crate::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
 
@@ -133,6 +133,7 @@ impl Paper {
             weight: only(looking.column, columns, 4.0 / (f64::from(self.rays) * view.area)),
             view,
             seen_directly,
+            sonels: Sonels::All,
         }
     }
 }

@@ -57,6 +57,7 @@ fn render(shop: &Workshop) {
         characteristic_impedance: 413.0,
         energy,
         batches: None,
+        missing: None,
         arrivals: Arrivals::default(),
         metadata: serde_json::json!({ "scene": "test room" }),
     };

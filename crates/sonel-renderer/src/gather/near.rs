@@ -1,0 +1,85 @@
+//! L S^k D R with the diffuse reflection next to the receiver: from the places where rays go on, connections to the source and its images.
+//!
+//! Discs would find few of the packets that come straight from the source, and each of them would weigh much. The irradiance of a place
+//! by the source is exact, D cos θ / (4π d²) e^(−m d) with D its directivity; of its mirror images one is chosen at random, as for
+//! … D S^k R. Sources with a directivity leave their images to the discs, and where edges bend all is left to them.
+
+use sonel_acoustics::Directivity;
+use sonel_geometry::Geometry;
+use sonel_map::{CoefficientTable, Lanes, SegmentHistory};
+
+use super::rays::NearPlace;
+use crate::connection::{ClassDeposits, DiffuseSonel};
+use crate::direct::spread;
+use crate::mirror::Radiator;
+use crate::mirror_connection::{ReceiverImages, image_order};
+use crate::receiver::PreparedReceiver;
+use crate::render::Medium;
+
+/// A source as places next to receivers see it.
+pub struct NearSource {
+    radiator: Radiator,
+    images: Option<ReceiverImages>,
+}
+
+impl NearSource {
+    /// Prepares `radiator`, with its images where surfaces are few.
+    #[must_use]
+    pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator) -> Self {
+        let is_omni = radiator.directivity == Directivity::Omni;
+        let order = if is_omni { image_order(geometry, table) } else { 0 };
+        let images = ReceiverImages::new(geometry, table, &PreparedReceiver::point(radiator.position), order);
+        Self { radiator, images }
+    }
+
+    /// Whether it finds sonels with `history` where they come from, with nothing bent.
+    #[must_use]
+    pub fn finds(&self, history: SegmentHistory) -> bool {
+        !history.diffused && history.order <= self.images.as_ref().map_or(0, ReceiverImages::order)
+    }
+
+    /// Adds what `place` sends of it to `receiver`, by number.
+    pub fn connect(
+        &self,
+        place: &NearPlace,
+        receiver: usize,
+        medium: &Medium<'_>,
+        scratch: &mut [Lanes],
+        deposits: &mut ClassDeposits<'_>,
+    ) {
+        self.connect_directly(place, receiver, medium, scratch, deposits);
+        let Some(images) = &self.images else { return };
+        let radiosity: Vec<_> =
+            place.throughput.iter().map(|lanes| lanes.map(|energy| energy * spread(1.0))).collect();
+        let sonel = DiffuseSonel {
+            position: place.position,
+            normal: place.normal,
+            departure: place.departure,
+            length: place.length,
+            radiosity: &radiosity,
+        };
+        images.connect(&sonel, receiver, medium, place.choice, scratch, deposits);
+    }
+
+    fn connect_directly(
+        &self,
+        place: &NearPlace,
+        receiver: usize,
+        medium: &Medium<'_>,
+        scratch: &mut [Lanes],
+        deposits: &mut ClassDeposits<'_>,
+    ) {
+        let offset = self.radiator.position - place.position.as_dvec3();
+        let (distance, projected) = (offset.length(), offset.dot(place.normal.as_dvec3()));
+        let length = place.length + distance;
+        let Some(bin) = medium.bins.bin(length).filter(|_| projected > 0.0) else { return };
+        if medium.geometry.is_blocked(place.departure, self.radiator.position.as_vec3()) {
+            return;
+        }
+        let irradiance = self.radiator.factor(-offset) * spread(distance) * projected / distance;
+        for (scratch, throughput) in scratch.iter_mut().zip(&place.throughput) {
+            *scratch = throughput.map(|throughput| throughput * irradiance);
+        }
+        deposits.add(receiver, bin, length, scratch, medium);
+    }
+}
