@@ -117,7 +117,7 @@ fn read_band(response: &Response, (s, r, b): (usize, usize, usize)) -> Band {
 
 fn band_figure(band: &Band, parameter: Parameter) -> Figure {
     let read = |values: &Values| values.values[parameter as usize].clone();
-    let figure = figure_of(band, &read)?.if_straight(band.fine.quality(parameter))?;
+    let figure = figure_of(band, read)?.if_straight(band.fine.quality(parameter))?;
     let just_noticeable = parameter.just_noticeable(figure.value);
     let bounds: Vec<&Bounds> = band.bounds.iter().collect();
     let figure = figure.unless_noisy(just_noticeable)?;

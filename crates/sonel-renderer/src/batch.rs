@@ -244,7 +244,11 @@ impl Renderer<'_> {
                 return;
             }
             let class = last_class(point.seen_directly);
-            let length = segment.end_length + point.length;
+            // By way of the sonel, not of the disc's middle: never shorter than the straight way.
+            let end = segment.end.as_dvec3();
+            let middle = sheets[arrival.surface.0 as usize].place(point.centre);
+            let leg = end.distance(point.start) - middle.distance(point.start);
+            let length = segment.end_length + point.length + leg;
             let Some(bin) = self.bins.bin(length) else { return };
             for ((scratch, energy), weight) in scratch.iter_mut().zip(segment.energy).zip(&point.weight) {
                 for lane in 0..4 {

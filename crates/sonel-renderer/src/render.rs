@@ -337,7 +337,8 @@ impl<'a> Renderer<'a> {
     pub fn missing(&self, rendering: &Rendering) -> (Vec<f64>, Vec<f64>) {
         let box_volume = || {
             let (low, high) = self.geometry.bounds();
-            (high - low).max_element().powi(3)
+            let side = (high - low).max_element();
+            side * side * side
         };
         rendering.missing(&self.bins, self.geometry.volume().unwrap_or_else(box_volume))
     }

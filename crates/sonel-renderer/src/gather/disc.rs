@@ -139,6 +139,13 @@ impl Sheet {
         DVec2::new(self.across.dot(offset), self.along.dot(offset))
     }
 
+    /// The point at coordinates in the plane, about the scene's centre [m].
+    #[inline]
+    #[must_use]
+    pub fn place(&self, flat: DVec2) -> DVec3 {
+        self.origin + self.across * flat.x + self.along * flat.y
+    }
+
     /// Area of the disc of `radius` about `centre`, a point of the surface, that lies on the surface [m²].
     #[must_use]
     pub fn clipped_area(&self, centre: DVec2, radius: f64) -> f64 {

@@ -64,6 +64,7 @@ mod tests {
     use super::super::disc::View;
     use super::super::rays::Sonels;
     use super::*;
+    use glam::DVec3;
     use sonel_sampling::{Purpose, StreamFamily};
 
     fn discs(count: usize) -> (Vec<GatherPoint>, Vec<DVec2>) {
@@ -75,6 +76,7 @@ mod tests {
                 place: number as u32 % 3,
                 centre: random(),
                 length: 0.0,
+                start: DVec3::ZERO,
                 view: View { area: 1.0, inner_area: 0.5, hidden_by: Vec::new() },
                 weight: Vec::new(),
                 seen_directly: false,

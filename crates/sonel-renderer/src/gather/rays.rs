@@ -41,6 +41,8 @@ pub struct GatherPoint {
     pub centre: DVec2,
     /// Length of the ray [m].
     pub length: f64,
+    /// Where its last leg began, about the scene's centre [m].
+    pub start: DVec3,
     /// What the disc sees of its surface.
     pub view: View,
     /// (4π/M) · T · δ / (π A) per band, times the share that is gathered [1/m²].
@@ -151,6 +153,7 @@ pub fn cast(
                         place: place(hit.surface, hit.side),
                         centre,
                         length: ray.length,
+                        start: ray.at,
                         weight: product(&ray.throughput, &row.diffuse.energy, share / view.area),
                         view,
                         seen_directly: ray.is_seen_directly(),

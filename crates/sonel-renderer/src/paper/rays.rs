@@ -130,6 +130,7 @@ impl Paper {
             place: place(hit.surface, hit.side) * columns as u32 + looking.column as u32,
             centre,
             length,
+            start: glam::DVec3::ZERO,
             weight: only(looking.column, columns, 4.0 / (f64::from(self.rays) * view.area)),
             view,
             seen_directly,
