@@ -2,9 +2,9 @@
 //!
 //! The correction C of ISO 3382-1: beyond the record the decay goes on as the exponential that fits its last 10 dB. The fit
 //! matches the centre of gravity of the energy in the window (the maximum of the likelihood of a truncated exponential), so
-//! empty bins do no harm, noise averages out, and an ideal decay is met exactly, whatever the bins. The window shrinks from
-//! the whole record in tenths of it as long as it spans 10 dB: a short window that seems to, as it begins with a strong
-//! reflection, is not met on the way. A record that decays by less is fitted as a whole.
+//! empty bins do no harm, noise averages out, and an ideal decay is met exactly, whatever the bins. The window grows in
+//! tenths of the record until it and the next one span 10 dB: a short window that seems to, as it begins with a strong
+//! reflection, does not stand that. A record that decays by less is fitted as a whole.
 //!
 //! References: [ISO3382-1] (docs/references.md).
 
@@ -48,21 +48,23 @@ impl Tail {
 /// When the record as a whole does not decay.
 pub fn fit(times: &[f64], energy: &[f64]) -> Result<Tail, Unsupported> {
     let (begin, end) = (times[0], times[times.len() - 1]);
-    let mut found = None;
-    for step in (1..=WINDOW_STEPS).rev() {
+    let mut shorter: Option<Tail> = None;
+    for step in 1..=WINDOW_STEPS {
         let wanted = end - (end - begin) * step as f64 / WINDOW_STEPS as f64;
         let first = times.partition_point(|&edge| edge < wanted).min(energy.len() - 1);
         let first = if step == WINDOW_STEPS { 0 } else { first };
         let window = Window::group(&times[first..], &energy[first..]);
-        let spans_enough = |rate: &f64| rate * window.width() >= WINDOW_NEPERS;
-        let rate = window.rate().filter(|rate| step == WINDOW_STEPS || spans_enough(rate));
-        match rate {
-            Some(rate) => found = Some(Tail { energy: window.energy_behind(rate), rate, begin: end }),
-            None if found.is_some() => break,
-            None => {}
+        let tail = window.rate().map(|rate| Tail { energy: window.energy_behind(rate), rate, begin: end });
+        let spanning = tail.filter(|tail| tail.rate * window.width() >= WINDOW_NEPERS);
+        if let (Some(tail), Some(_)) = (shorter, spanning) {
+            return Ok(tail);
         }
+        if step == WINDOW_STEPS {
+            return tail.ok_or(Unsupported::NotDecaying);
+        }
+        shorter = spanning;
     }
-    found.ok_or(Unsupported::NotDecaying)
+    Err(Unsupported::NotDecaying)
 }
 
 /// The end of the record in groups of bins; times count from its begin.
