@@ -6,17 +6,13 @@ mod conservation;
 mod diffraction;
 mod diffuse_box;
 mod diffuse_sphere;
-mod edges_apart;
 mod effects;
 mod free_field;
 mod invariances;
 mod kernels;
-mod later;
 mod mirrored_edges;
 mod mirrors;
-mod near_edges;
 mod paper;
-mod planes;
 mod twofold;
 
 mod uneven_box;

@@ -42,4 +42,4 @@ pub mod rendering;
 
 pub use receiver::ReceiverPoint;
 pub use render::{Air, Estimator, PathClass, RenderError, RenderSettings, Renderer};
-pub use rendering::{CoarseEchogram, DiscreteArrival, Rendering};
+pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
