@@ -147,44 +147,6 @@ fn walks_past_obstacles_on_a_floor_have_no_steps() {
     assert!(step > 1.0, "the sound mirrored in the floor begins at once without edges: {step} dB");
 }
 
-/// A box on a rigid floor is the upper half of a box of twice the height; what the floor mirrors comes from a source under it, and what it
-/// mirrors before and after an edge goes over that edge's image. Two edges one of which is an image are left out: a few tenths.
-#[test]
-fn a_box_on_a_floor_is_half_a_box() {
-    let (low, high) = (dvec3(0.0, -3.0, 0.0), dvec3(0.8, 3.0, 2.0));
-    let mut on_floor = hall(FLOOR);
-    add_standing_box(&mut on_floor, low, high);
-    let on_floor = Field::new(on_floor, 0.0, SOURCE, &["diffraction"]);
-    let twice_as_high = |source| {
-        let mut mesh = Mesh::shoebox([24.0, 20.0, 16.0], [VOID; 6]);
-        mesh.vertices.iter_mut().for_each(|vertex| *vertex -= dvec3(12.0, 10.0, 8.0));
-        meshes::add_box(&mut mesh, OBSTACLE, low.with_z(-high.z), high);
-        Field::new(mesh, 0.0, source, &["diffraction"])
-    };
-    let places = [
-        dvec3(3.0, 0.4, 0.7),
-        dvec3(3.0, 2.4, 1.7),
-        dvec3(1.1, -0.4, 0.2),
-        dvec3(3.0, 4.4, 0.7),
-        dvec3(-2.0, 0.4, 0.7),
-        dvec3(0.4, 0.4, 2.7),
-        dvec3(5.0, 0.4, 2.2),
-    ];
-    let found = on_floor.heard(&places);
-    let direct = twice_as_high(SOURCE).heard(&places);
-    let largest_error = |depth: f64| {
-        let mirrored = twice_as_high(SOURCE.with_z(-depth)).heard(&places);
-        let all = (0..places.len()).flat_map(|at| (0..BANDS).map(move |band| (at, band)));
-        let error = |(at, band): (usize, usize)| {
-            10.0 * (found[at][band] / (direct[at][band] + mirrored[at][band])).log10()
-        };
-        all.map(|cell| error(cell).abs()).fold(0.0, f64::max)
-    };
-    let (error, other) = (largest_error(SOURCE.z), largest_error(SOURCE.z + 0.4));
-    assert!(error < 0.5, "{error} dB");
-    assert!(other > 1.0, "an image forty centimetres lower is noticed: {other} dB");
-}
-
 /// Boxes that stand on a floor are the same with and without a foot: the inner sides of hollow ones are no mirrors for anybody outside, and the
 /// edges of one box do not go on in images that another one's would show.
 #[test]

@@ -44,7 +44,16 @@ impl Place {
         let odd = planes.chunk_by(|one, other| one == other).filter(|run| run.len() % 2 == 1);
         Self { position, planes: odd.map(|run| run[0]).collect() }
     }
+
+    /// About the place.
+    #[must_use]
+    pub(super) fn key(&self) -> Key {
+        (self.position.to_array().map(|x| libm::round(1e3 * x) as i64), self.planes.clone())
+    }
 }
+
+/// A place in millimetres and planes, to tell most image sources from one another.
+pub(super) type Key = ([i64; 3], Vec<PlaneId>);
 
 /// Waves of one length.
 pub(super) struct Part {

@@ -20,7 +20,7 @@ use crate::mirror::tree::ImageTree;
 const IMAGES: usize = 2048;
 const IMAGES_TIMES_EDGES: usize = 1 << 20;
 /// How far off a mirror, in lifts, an edge lies at least that it shows.
-const OFF_THE_MIRROR: f64 = 16.0;
+pub(super) const OFF_THE_MIRROR: f64 = 16.0;
 
 /// An end of a path, or its image in mirrors.
 #[derive(Debug)]
@@ -54,6 +54,8 @@ pub(crate) struct Images {
     origin: DVec3,
     /// The end first, then by order.
     pub(super) all: Vec<Image>,
+    /// Up to which order they are complete.
+    order: u32,
     views: Mutex<HashMap<(usize, usize), Option<Arc<View>>>>,
 }
 
@@ -139,13 +141,13 @@ impl Images {
             }
             image.edges = bits;
         }
-        Self { origin, all, views: Mutex::default() }
+        Self { origin, all, order, views: Mutex::default() }
     }
 
-    /// The highest order among them.
+    /// Up to which order they are complete.
     #[must_use]
     pub fn order(&self) -> u32 {
-        self.all.last().map_or(0, Image::order)
+        self.order
     }
 
     /// What of an edge is visible from an image.

@@ -27,7 +27,7 @@ use sonel_map::CoefficientTable;
 use crate::mirror::tree::ImageTree;
 use crate::mirror::{MirrorChains, Radiator};
 use crate::rendering::EdgeWork;
-use contributions::{Chosen, Search};
+use contributions::Search;
 use faces::Pair;
 use field::Field;
 use mirror::Mirror;
@@ -194,10 +194,14 @@ impl Edges {
         let same_place = SAME_PLACE * f64::from(at.geometry.resolution());
         let field = Field::new(&self.spectrum, at.attenuation, visible, same_place);
         let search = Search { edges: self, at, from, to: &to, field: &field };
-        let Chosen { contributions, dropped } = search.choose(visible);
+        let mut ranked = search.rank(visible);
         let mut waves = Waves { edges: self, at, from, to: &to, field };
-        contributions.iter().for_each(|contribution| waves.add(*contribution));
-        let work = EdgeWork { computed: contributions.len(), dropped };
+        while let Some(contribution) = ranked.next() {
+            if let Some(energy) = waves.add(contribution) {
+                ranked.found(&energy);
+            }
+        }
+        let work = EdgeWork { computed: ranked.computed(), dropped: ranked.dropped() };
         EdgeSound { arrivals: waves.field.energies(visible), work }
     }
 }

@@ -12,6 +12,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use sonel_diffraction::apex;
 
 use super::images::over_edge;
 use super::visibility::smooth;
@@ -25,9 +26,15 @@ const GRAZED: f64 = 0.5;
 const MOST: f64 = 50.0;
 
 /// The share of edge `index` among those that are grazed with it by a path between `ends` [m], in every cell. Whether the edge shades the path
-/// is for `is_dark` to say where the path is reflected in a face of the edge.
+/// is for `is_dark` to say where the path is reflected in a face of the edge; which other edges may be grazed, for `counts`.
 #[must_use]
-pub(super) fn in_row(edges: &Edges, index: usize, ends: [DVec3; 2], is_dark: Option<bool>) -> Vec<f64> {
+pub(super) fn in_row(
+    edges: &Edges,
+    index: usize,
+    ends: [DVec3; 2],
+    is_dark: Option<bool>,
+    counts: impl Fn(&RoomEdge) -> bool,
+) -> Vec<f64> {
     let edge = &edges.all[index];
     let (excess, place) = over_edge(&edge.wedge, ends[0], ends[1]);
     let own = match is_dark {
@@ -41,7 +48,7 @@ pub(super) fn in_row(edges: &Edges, index: usize, ends: [DVec3; 2], is_dark: Opt
         let other = &edges.all[other];
         let excess = ends.map(|end| over_edge(&other.wedge, place, end).0);
         let excess = excess[0].min(excess[1]);
-        if excess < farthest {
+        if excess < farthest && counts(other) {
             grazed.push((excess, own - clearance(other, ends)));
         }
     }
@@ -55,11 +62,65 @@ pub(super) fn in_row(edges: &Edges, index: usize, ends: [DVec3; 2], is_dark: Opt
     edges.spectrum.cells().iter().map(|cell| share(cell.k)).collect()
 }
 
-/// How much longer the way over an edge is than straight [m]; negative where the edge shades that.
+/// How much longer the way over an edge is than straight [m]; negative where the edge shades that, not beyond its ends.
 fn clearance(edge: &RoomEdge, ends: [DVec3; 2]) -> f64 {
     let (excess, _) = over_edge(&edge.wedge, ends[0], ends[1]);
     match ends.map(|end| edge.wedge.locate(end)) {
-        [Some(one), Some(other)] if (one.angle - other.angle).abs() <= PI => excess,
+        [Some(one), Some(other)] => {
+            let is_between = (0.0..=edge.wedge.length()).contains(&apex(one, other));
+            let is_dark = (one.angle - other.angle).abs() > PI;
+            if is_dark && is_between { -excess } else { excess }
+        }
         _ => -excess,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+    use sonel_acoustics::{BandWidth, Bands};
+    use sonel_geometry::{Geometry, Mesh, MeshTriangle};
+
+    /// Shares of the upper rims of screens with these heights, half a metre apart, of a path over them at a height of 2 m.
+    fn shares(tops: &[f64]) -> Vec<Vec<f64>> {
+        let mut mesh = Mesh::default();
+        for (row, top) in tops.iter().enumerate() {
+            let x = 0.5 * row as f64;
+            let first = mesh.vertices.len() as u32;
+            let corners = [[-2.0, 0.0], [2.0, 0.0], [2.0, *top], [-2.0, *top]];
+            mesh.vertices.extend(corners.map(|[y, z]| dvec3(x, y, z)));
+            let triangles = [[0, 1, 2], [0, 2, 3]].map(|corners: [u32; 3]| corners.map(|c| first + c));
+            mesh.triangles.extend(triangles.map(|corners| MeshTriangle { corners, material: 0 }));
+        }
+        let geometry = Geometry::build(mesh).unwrap();
+        let bands = Bands::new(vec![125.0, 4000.0], BandWidth::Octave).unwrap();
+        let edges = Edges::new(&geometry, &bands, 343.0).unwrap();
+        let ends = [dvec3(-4.0, 0.0, 2.0), dvec3(6.0, 0.0, 2.0)].map(|end| end - geometry.center());
+        let is_top = |edge: &RoomEdge, top: &f64| {
+            let height = |along: f64| edge.wedge.at(along).z + geometry.center().z;
+            (height(0.0) - top).abs() < 1e-9 && (height(edge.wedge.length()) - top).abs() < 1e-9
+        };
+        let of_row = |(row, top): (usize, &f64)| {
+            let x = 0.5 * row as f64 - geometry.center().x;
+            let index = edges
+                .all
+                .iter()
+                .position(|edge| is_top(edge, top) && (edge.wedge.at(0.0).x - x).abs() < 1e-9);
+            in_row(&edges, index.unwrap(), ends, None, |_| true)
+        };
+        tops.iter().enumerate().map(of_row).collect()
+    }
+
+    #[test]
+    fn what_is_grazed_together_counts_once() {
+        let alone = &shares(&[1.9])[0];
+        assert!(alone.iter().all(|share| *share >= 1.0), "{alone:?}");
+        let rows = shares(&[1.9, 1.9, 1.9, 1.9]);
+        let lowest: f64 = rows.iter().map(|shares| shares[0]).sum();
+        assert!((lowest - 1.0).abs() < 0.1, "{rows:?}");
+        let [lower, higher] = &shares(&[1.0, 2.5])[..] else { unreachable!() };
+        assert!(higher.iter().all(|share| *share > 0.99), "{higher:?}");
+        assert!(lower[0] < 0.1, "what shades more counts: {lower:?}");
     }
 }

@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use sonel_diffraction::face::{End, FaceEdge};
-use sonel_diffraction::{Complex, EdgePath, FacePath, Lit, WAVES, WedgePoint, apex};
+use sonel_diffraction::{Complex, EdgePath, FacePath, Lit, WAVES, Wave, WedgePoint, apex};
 
 use super::contributions::{Contribution, Over, place};
 use super::faces::Pair;
 use super::field::{FacePart, Field, Part, Place};
-use super::images::{Image, Images, specular};
+use super::images::{Image, Images, OFF_THE_MIRROR, specular};
 use super::mirror::Mirror;
 use super::rows::in_row;
 use super::visibility::smooth;
@@ -52,20 +52,22 @@ struct Course {
 }
 
 impl Waves<'_> {
-    /// Adds the waves of a contribution to the field.
-    pub fn add(&mut self, contribution: Contribution) {
-        // None where an end does not see its edge.
-        let _ = match contribution.over {
-            Over::Edge(edge) => self.add_edge(contribution, edge),
-            Over::Pair(pair) => self.add_pair(contribution, pair),
-        };
+    /// Adds the waves of a contribution to the field. Returns about the energy that they have by themselves, per band [1/m²]; [`None`] where an
+    /// end does not see its edge.
+    pub fn add(&mut self, contribution: Contribution) -> Option<Vec<f64>> {
+        let mut energy = vec![0.0; self.at.attenuation.len()];
+        match contribution.over {
+            Over::Edge(edge) => self.add_edge(contribution, edge, &mut energy)?,
+            Over::Pair(pair) => self.add_pair(contribution, pair, &mut energy)?,
+        }
+        Some(energy)
     }
 
     fn images(&self, contribution: Contribution) -> [&Image; 2] {
         [&self.from.all[contribution.from], &self.to.all[contribution.to]]
     }
 
-    fn add_edge(&mut self, contribution: Contribution, index: usize) -> Option<()> {
+    fn add_edge(&mut self, contribution: Contribution, index: usize, energy: &mut [f64]) -> Option<()> {
         let (all, geometry) = (self.edges, self.at.geometry);
         let edge = &all.all[index];
         let source = self.from.view(all, geometry, contribution.from, index)?;
@@ -79,8 +81,7 @@ impl Waves<'_> {
             faces: faces.map(|image| image.group.map(|group| self.field.is_visible(group))),
             within: self.doubt(contribution, from, to),
         };
-        let [here, there] = self.images(contribution).map(|image| image.position);
-        let rows = row_shares(all, index, [here, there], [from, to]);
+        let rows = self.row_shares(contribution, index, [from, to]);
         for part in source.common(&receiver) {
             let path = EdgePath::new(&edge.wedge, from, to, part, lit, all.spectrum.smallest_k());
             let along = apex(from, to).clamp(part[0], part[1]);
@@ -91,6 +92,9 @@ impl Waves<'_> {
             self.field.keep_clear(group, (path.detour() - straight) / share);
             for (piece, length) in path.lengths().enumerate() {
                 let terms = path.amplitudes(piece, all.spectrum.wave_numbers());
+                if piece == 0 {
+                    self.add_energy(&course, &terms, energy);
+                }
                 self.add_terms(&course, length, &terms, edge, faces, [from, to]);
             }
             self.keep_clear(&faces, path.detour(), share);
@@ -98,7 +102,7 @@ impl Waves<'_> {
         Some(())
     }
 
-    fn add_pair(&mut self, contribution: Contribution, pair: Pair) -> Option<()> {
+    fn add_pair(&mut self, contribution: Contribution, pair: Pair, energy: &mut [f64]) -> Option<()> {
         let (all, geometry) = (self.edges, self.at.geometry);
         let [first, last] = pair.edges.map(|edge| &all.all[edge]);
         let source = self.from.view(all, geometry, contribution.from, pair.edges[0])?;
@@ -121,7 +125,7 @@ impl Waves<'_> {
         let [start, end] = path.crossings();
         let places = [first.wedge.at(start), last.wedge.at(end)];
         let group = self.group(contribution);
-        let [one, other] = pair.edges.map(|edge| in_row(all, edge, [from, to], None));
+        let [one, other] = pair.edges.map(|edge| self.in_row(contribution, edge, [from, to], None));
         let both: Vec<f64> = one.into_iter().zip(other).map(|(one, other)| one.min(other)).collect();
         let rows = [(); WAVES].map(|()| both.clone());
         let share = source.share * receiver.share;
@@ -131,9 +135,62 @@ impl Waves<'_> {
             let edge = [first, last][lead.edge];
             let faces = [0, 1].map(|face| self.image(contribution, &edge.faces[face], places[lead.edge]));
             self.keep_clear(&faces, path.length(), share);
+            self.add_energy(&course, terms, energy);
             self.add_terms(&course, path.length(), terms, edge, faces, lead.ends);
         }
         Some(())
+    }
+
+    /// Adds the mean square of all waves of one length together to the `energy` of every band.
+    fn add_energy(&self, course: &Course, terms: &[[Complex; WAVES]], energy: &mut [f64]) {
+        let spectrum = &self.edges.spectrum;
+        let sum = |(cell, terms): (usize, &[Complex; WAVES])| {
+            let terms = terms.iter().zip(&course.through);
+            terms.fold(Complex::ZERO, |sum, (term, through)| sum + *term * through[cell])
+        };
+        let wave = Wave { length: 0.0, amplitude: terms.iter().enumerate().map(sum).collect() };
+        energy.iter_mut().zip(spectrum.energy(&[wave])).for_each(|(sum, energy)| *sum += energy);
+    }
+
+    /// The share of an edge among those of its row, see [`in_row`], of a path between `ends` [m].
+    fn in_row(
+        &self,
+        contribution: Contribution,
+        edge: usize,
+        ends: [DVec3; 2],
+        is_dark: Option<bool>,
+    ) -> Vec<f64> {
+        let least = OFF_THE_MIRROR * f64::from(self.at.geometry.lift());
+        let images = self.images(contribution);
+        // Edges behind a mirror are on no way, those in its plane border on it.
+        let is_before = |other: &RoomEdge| {
+            let middle = other.wedge.at(0.5 * other.wedge.length());
+            images.iter().all(|image| image.mirrors.last().is_none_or(|mirror| mirror.height(middle) > least))
+        };
+        in_row(self.edges, edge, ends, is_dark, is_before)
+    }
+
+    /// The shares of the waves over an edge: that of the image in a face is grazed as the image is seen from either end.
+    fn row_shares(
+        &self,
+        contribution: Contribution,
+        index: usize,
+        points: [WedgePoint; 2],
+    ) -> [Vec<f64>; WAVES] {
+        let [from, to] = self.images(contribution).map(|image| image.position);
+        let edge = &self.edges.all[index];
+        let direct = self.in_row(contribution, index, [from, to], None);
+        let [first, second] = [0, 1].map(|face| {
+            let mirror = &edge.faces[face];
+            if mirror.height(from) <= 0.0 || mirror.height(to) <= 0.0 {
+                return direct.clone();
+            }
+            let is_dark = Some(turn(edge, points[0], points[1], face) > PI);
+            let there = self.in_row(contribution, index, [mirror.image(from), to], is_dark);
+            let back = self.in_row(contribution, index, [from, mirror.image(to)], is_dark);
+            there.into_iter().zip(back).map(|(there, back)| there.min(back)).collect()
+        });
+        [direct, first, second]
     }
 
     /// Notes that edges cut off the images in their faces; of sound whose way is `way` [m], `share` of which is there.
@@ -238,26 +295,6 @@ impl Waves<'_> {
         let of_mirrors = LEFT * f64::from(source.order() + receiver.order()) * f64::from(geometry.lift());
         (f64::from(geometry.resolution()) + of_mirrors) / from.radius.min(to.radius).max(NEAREST)
     }
-}
-
-/// The shares of the waves over an edge among those of its row, see [`in_row`]: the wave of an image in a face is grazed as that is seen.
-fn row_shares(
-    edges: &Edges,
-    index: usize,
-    [from, to]: [DVec3; 2],
-    [source, receiver]: [WedgePoint; 2],
-) -> [Vec<f64>; WAVES] {
-    let edge = &edges.all[index];
-    let direct = in_row(edges, index, [from, to], None);
-    let [first, second] = [0, 1].map(|face| {
-        let mirror = &edge.faces[face];
-        if mirror.height(from) <= 0.0 || mirror.height(to) <= 0.0 {
-            return direct.clone();
-        }
-        let is_dark = turn(edge, source, receiver, face) > PI;
-        in_row(edges, index, [mirror.image(from), to], Some(is_dark))
-    });
-    [direct, first, second]
 }
 
 /// By how much [rad] a wave turns about `edge` that seems to come from the image in `face`: π on the image's boundary.
