@@ -48,6 +48,9 @@ pub(super) struct View {
     pub share: f64,
 }
 
+/// What has been looked at, by image and edge.
+type Views = HashMap<(usize, usize), Option<Arc<View>>>;
+
 /// All images of one end.
 pub(crate) struct Images {
     /// The end itself, about the scene's centre [m].
@@ -56,7 +59,7 @@ pub(crate) struct Images {
     pub(super) all: Vec<Image>,
     /// Up to which order they are complete.
     order: u32,
-    views: Mutex<HashMap<(usize, usize), Option<Arc<View>>>>,
+    views: Mutex<Views>,
 }
 
 /// Most images that are affordable beside so many edges.
