@@ -2,7 +2,7 @@
 //!
 //! A contribution is an image of the source, an edge or two edges of a convex face, and an image of the receiver. Its energy is at most about
 //! 1/(4 + 20 N) of the free field over its way, N the Fresnel number of the detour: the formula of [Maekawa1968] at its upper side, where half a
-//! plane takes 1/4 on the boundary and 1/(4π² N) far in shadow. An edge shorter than the first Fresnel zone sends less as its length squared. With a
+//! plane takes 1/4 on the boundary and 1/(4π² N) far in shadow. Far from its boundary an edge shorter than the first Fresnel zone sends less, as its length squared. With a
 //! visible image source it interferes, by twice the product of the amplitudes, less over a band the more it turns there. Contributions are computed
 //! in the order of these bounds until those of the others together are less than [`DROPPED`] of what has been found, or the budget is spent.
 //! Interference is of random sign: its bounds are added as squares.
@@ -237,7 +237,9 @@ impl Search<'_> {
         let least = in_faces.map(|face| length - face.image(from).distance(to)).fold(excess, f64::min);
         let number = number.min(least.max(0.0) * k / PI);
         let zone = TAU / k * before * behind / length;
-        let short = (first.length().min(last.length()).powi(2) / zone.max(f64::MIN_POSITIVE)).min(1.0);
+        // Next to its boundary a wave comes from a shorter part of the edge.
+        let square = first.length().min(last.length()) * first.length().min(last.length());
+        let short = (square / (zone * number.min(1.0)).max(f64::MIN_POSITIVE)).min(1.0);
         let air = libm::exp(-self.at.attenuation[band] * length);
         let energy = ends.factor[band] * air * short / ((4.0 + 20.0 * number) * length * length);
         let turns = (1.0 / (HALF_BAND * k * excess.max(f64::MIN_POSITIVE))).min(1.0);
