@@ -7,7 +7,7 @@
 //!
 //! over the others, c′ their clearances: how much longer the way over an edge is than the straight one, negative where the edge shades it.
 //! The one that shades most counts; two in line count half each. q is 1 for others that the way over the edge passes within a Fresnel number
-//! of 1/4 and 0 from 1/2 on.
+//! of 1/4 and 0 from 1/2 on. Where |c| < s/4 it falls to 0 with c: next to its own boundary an edge counts wholly, or the wave would step there.
 
 use std::f64::consts::{PI, TAU};
 
@@ -55,7 +55,9 @@ pub(super) fn in_row(
     let share = |k: f64| {
         let of = |&(excess, lower): &(f64, f64)| {
             let grazes = smooth(2.0 - 2.0 * excess * k / (PI * GRAZED));
-            grazes * libm::exp((lower * k / (TAU * SPREAD)).clamp(-MOST, MOST))
+            let spread = TAU * SPREAD / k;
+            let off = smooth(4.0 * own.abs() / spread);
+            off * grazes * libm::exp((lower / spread).clamp(-MOST, MOST))
         };
         1.0 / (1.0 + grazed.iter().map(of).sum::<f64>())
     };
@@ -114,9 +116,9 @@ mod tests {
 
     #[test]
     fn what_is_grazed_together_counts_once() {
-        let alone = &shares(&[1.9])[0];
+        let alone = &shares(&[1.5])[0];
         assert!(alone.iter().all(|share| *share >= 1.0), "{alone:?}");
-        let rows = shares(&[1.9, 1.9, 1.9, 1.9]);
+        let rows = shares(&[1.5, 1.5, 1.5, 1.5]);
         let lowest: f64 = rows.iter().map(|shares| shares[0]).sum();
         assert!((lowest - 1.0).abs() < 0.1, "{rows:?}");
         let [lower, higher] = &shares(&[1.0, 2.5])[..] else { unreachable!() };
