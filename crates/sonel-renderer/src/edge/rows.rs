@@ -123,6 +123,6 @@ mod tests {
         assert!((lowest - 1.0).abs() < 0.1, "{rows:?}");
         let [lower, higher] = &shares(&[1.0, 2.5])[..] else { unreachable!() };
         assert!(higher.iter().all(|share| *share > 0.99), "{higher:?}");
-        assert!(lower[0] < 0.1, "what shades more counts: {lower:?}");
+        assert!(lower[0] < 0.2, "what shades more counts: {lower:?}");
     }
 }
