@@ -225,10 +225,10 @@ impl Search<'_> {
     fn bound(&self, ends: &Ends<'_>, edges: [&RoomEdge; 2], band: usize) -> [f64; 2] {
         let [from, to] = ends.images.map(|image| image.position);
         let [first, last] = edges.map(|edge| &edge.wedge);
-        let near = nearest(first, from, to);
-        let far = if std::ptr::eq(edges[0], edges[1]) { near } else { nearest(last, near, to) };
-        let (before, behind) = (from.distance(near), near.distance(far) + far.distance(to));
-        let length = before + behind;
+        // The same with both ends exchanged.
+        let (near, far) = (nearest(first, from, to), nearest(last, from, to));
+        let (before, behind) = (from.distance(near), far.distance(to));
+        let length = before + near.distance(far) + behind;
         let k = self.edges.centres[band];
         let excess = length - ends.straight;
         let number = excess.max(0.0) * k / PI;
