@@ -7,18 +7,14 @@ mod conservation;
 mod diffraction;
 mod diffuse_box;
 mod diffuse_sphere;
-mod edges_apart;
 mod effects;
 mod free_field;
 mod invariances;
 mod kernels;
-mod later;
 mod mirrored_edges;
 mod mirrors;
-mod near_edges;
 mod near_walls;
 mod paper;
-mod planes;
 mod short_runs;
 mod twofold;
 

@@ -40,12 +40,8 @@ enum Chore {
     Cluster,
     /// Trace and render the seed room into target/demo and print its levels and reverberation times
     Demo,
-    /// Draw the plots of docs/diffraction.md: laws of screens, and what edges do in the hall
-    Diffraction {
-        /// Only draw again what the last run left in target/diffraction
-        #[arg(long)]
-        redraw: bool,
-    },
+    /// Draw the plots of docs/diffraction.md: laws of screens
+    Diffraction,
     /// Repeat the founding paper's experiment and write docs/paper
     Figures {
         /// Only draw again what the last run left in target/paper
@@ -68,7 +64,7 @@ fn main() -> ExitCode {
         Chore::Ci => ci::run(),
         Chore::Cluster => cluster::check(),
         Chore::Demo => demo::run(),
-        Chore::Diffraction { redraw } => diffraction::run(redraw),
+        Chore::Diffraction => diffraction::run(),
         Chore::Figures { redraw } => figures::run(redraw),
         Chore::Hall => hall::run(),
         Chore::PythonReader => python_reader::check(),

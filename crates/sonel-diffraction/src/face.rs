@@ -1,4 +1,4 @@
-//! Two and three edges, each joined to the next by a flat face, whichever way they run: source, edge, along the face, edge, …, receiver.
+//! Two edges of a flat convex face, whichever way they run: source, edge, along the face, edge, receiver.
 //!
 //! Each edge alone takes the face to go on for ever, so that its field steps where a receiver crosses the plane of the face beside it.
 //! What it sends along the face reaches the receiver past the next edge as that of a point source on the face would: with D₁ the first
@@ -12,28 +12,24 @@
 //! face crosses one such part, so that over all of its edges H₂ jumps as D₁ does, whatever the shape, and no step is left. Beside a
 //! sheet, which scatters nothing in its plane, it is −D₁ there.
 //!
-//! H₂ itself begins where its second edge comes into sight over the plane of that edge's other face. With H₂ in the place of D₁ the same
-//! formula gives H₃ over the edges of that face, and nothing steps there either; so does H₃ over a third edge of the same face, where that cuts
-//! off what grazes it. What would run on to a fourth edge, or to a third one of a sheet, is left out, and with it fades what would be cut
-//! off by it (`weight`).
-//!
-//! The formula is exact at the receiver's end only. Exchanged, it is exact at the source's: [`FacePath`] takes the mean of both. Where
-//! both ends are near the plane the edges are not lit from one another alone (`overlap`), nor where the face is narrow (`narrow`).
+//! A third edge is left out, and with it fades what would be cut off by it (`weight`). The formula is exact at the receiver's end only. Exchanged,
+//! it is exact at the source's: [`FacePath`] takes the mean of both forms. Where both ends are near the plane the edges are not lit from one
+//! another alone (`overlap`), nor where the face is narrow (`narrow`).
 //!
 //! Reference: [Svensson1999] for the parts (docs/references.md); measured against boundary elements in docs/diffraction.md.
 
 use glam::DVec3;
 
 use crate::complex::Complex;
-use crate::edge_path::{Lit, Secondary, WAVES};
+use crate::contour::SIX;
+use crate::edge_path::{EdgePath, Lit, Secondary, WAVES};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
-use chain::{Asked, Part, parts};
+use overlap::{Light, Overlap};
+use way::FaceWay;
+use weight::weights;
 
-mod chain;
-mod cut;
 mod narrow;
-mod outline;
 mod overlap;
 mod way;
 mod weight;
@@ -41,46 +37,38 @@ mod weight;
 /// P keeps this share of the length of its edge, and of the way, from the ends of the edge: what a corner sends comes from about it.
 const OFF_THE_ENDS: f64 = 0.25;
 
-/// An edge between two faces that sound runs along: of a solid, or of a sheet, whose sides count as one face.
+/// An edge of a face of a solid, or of a sheet, whose sides count as one face.
 #[derive(Debug, Clone, Copy)]
 pub struct FaceEdge<'a> {
     /// The edge.
     pub wedge: &'a Wedge,
-    /// Whether the face from the edge before is its second one, and whether that to the next edge is.
-    pub at_second: [bool; 2],
-    /// The part of it that is seen: of the first edge by the source, of the last by the receiver, from its start [m].
+    /// Whether the common face is its second one.
+    pub at_second: bool,
+    /// The part of it that is visible, from the source or from the receiver, from its start [m].
     pub part: [f64; 2],
-    /// The rims of its sheet [m], where that is not convex; empty otherwise.
-    pub outline: &'a [[DVec3; 2]],
 }
 
 impl FaceEdge<'_> {
-    /// The way back.
-    fn exchanged(mut self) -> Self {
-        self.at_second.reverse();
-        self
+    /// Angle of the common face [rad].
+    pub(crate) fn face(&self) -> f64 {
+        if self.at_second { self.wedge.angle() } else { 0.0 }
     }
 
-    /// Angle of the face towards the edge before (0) or the next one (1) [rad].
-    pub(crate) fn face(&self, side: usize) -> f64 {
-        if self.at_second[side] { self.wedge.angle() } else { 0.0 }
-    }
-
-    /// R′: where `end` is when it is turned about the edge into the plane of the face towards the edge before.
+    /// R′: where `end` is when it is turned about the edge into the plane of the face.
     fn beyond(&self, end: End) -> DVec3 {
-        self.wedge.beyond(end.point, self.at_second[0])
+        self.wedge.beyond(end.point, self.at_second)
     }
 
-    /// Which waves `end` sees that come along the face from the edge before.
+    /// Which waves `end` sees that come along the face from the other edge.
     fn lit(&self, end: End, within: f64) -> Lit {
         let front = Some(end.before);
-        let faces = if self.at_second[0] { [None, front] } else { [front, None] };
+        let faces = if self.at_second { [None, front] } else { [front, None] };
         Lit { direct: front, faces, within }
     }
 
-    /// What its secondary sources send to `end` of what comes along the face from the edge before.
+    /// What its secondary sources send to `end` of what comes along the face from the other edge.
     fn secondary(&self, end: End, within: f64) -> Secondary {
-        Secondary::new(self.wedge.angle(), self.face(0), end.point.angle, self.lit(end, within))
+        Secondary::new(self.wedge.angle(), self.face(), end.point.angle, self.lit(end, within))
     }
 
     /// P: where on the edge the way to the next one crosses it that comes from `from` and goes on to `turned`.
@@ -96,30 +84,32 @@ impl FaceEdge<'_> {
 pub struct End {
     /// Where it is.
     pub point: WedgePoint,
-    /// Whether it is before the plane of the face that joins its edge to the others, and sees these past it.
+    /// Whether it is before the plane of the face, and sees the other edge past its own.
     pub before: bool,
 }
 
-/// Which paths there are about a solid: each completes shorter ones where those are cut off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Orders {
-    /// Over how many edges the longest go: one, two or three.
-    pub most: usize,
-    /// Whether some go over three edges of one face.
-    pub along_a_face: bool,
+/// What all paths are asked for with.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    /// Angle from a plane [rad] within which [`End::before`] is believed.
+    within: f64,
+    smallest_k: f64,
 }
 
-impl Orders {
-    /// All that there may be.
-    pub const ALL: Self = Self { most: 3, along_a_face: true };
+impl Asked {
+    fn path(self, edge: &FaceEdge<'_>, from: WedgePoint, to: WedgePoint, lit: Lit) -> EdgePath {
+        EdgePath::by(SIX, edge.wedge, from, to, edge.part, lit, self.smallest_k)
+    }
 }
 
-/// A path over several edges.
+/// A path over two edges of a face.
 #[derive(Debug, Clone)]
 pub struct FacePath {
     length: f64,
     crossings: [f64; 2],
-    parts: Vec<Part>,
+    /// That which is exact at the receiver's end, and that at the source's.
+    forms: [Option<Form>; 2],
+    overlap: Overlap,
 }
 
 /// What begins at one of the edges: the waves that it is part of are those of this edge.
@@ -131,29 +121,55 @@ pub struct Lead {
     pub ends: [WedgePoint; 2],
 }
 
+/// A product of the fields of both edges: the second one is lit by a point source on the first.
+#[derive(Debug, Clone)]
+struct Form {
+    lead: Lead,
+    weight: f64,
+    /// Length of the shortest way [m].
+    length: f64,
+    first: EdgePath,
+    /// The second edge, lit from the first one, and from as far as the sound comes from.
+    near: Beam,
+    far: Beam,
+}
+
+/// The field of a point source past an edge.
+#[derive(Debug, Clone)]
+struct Beam {
+    path: EdgePath,
+    /// The way to R′ [m].
+    reach: f64,
+}
+
 impl FacePath {
-    /// The path over `edges`, two or three of them, for wave numbers of at least `smallest_k` [1/m]. Within the angle `within` [rad] of
+    /// The path over both `edges` between `ends`, for wave numbers of at least `smallest_k` [1/m]. Within the angle `within` [rad] of
     /// a plane beyond an edge, on which side of it an end is, is for [`End::before`] to say.
-    /// `orders` are those that are heard as well.
-    /// [`None`] where nothing comes over all of them.
+    /// [`None`] where nothing comes over both.
     #[must_use]
-    pub fn new(
-        edges: &[FaceEdge<'_>],
-        [source, receiver]: [End; 2],
-        within: f64,
-        smallest_k: f64,
-        orders: Orders,
-    ) -> Option<Self> {
-        let parts = parts(edges, source, receiver, Asked { within, smallest_k, orders });
-        let lengths = parts.iter().flat_map(|part| &part.chains).map(|chain| chain.length);
-        let length = lengths.fold(f64::INFINITY, f64::min);
-        let back: Vec<FaceEdge<'_>> = edges.iter().rev().map(|edge| edge.exchanged()).collect();
-        let crossings =
-            [crossing(edges, source.point, receiver.point), crossing(&back, receiver.point, source.point)];
-        length.is_finite().then_some(Self { length, crossings, parts })
+    pub fn new(edges: [FaceEdge<'_>; 2], ends: [End; 2], within: f64, smallest_k: f64) -> Option<Self> {
+        let asked = Asked { within, smallest_k };
+        let [first, last] = edges;
+        let [source, receiver] = ends;
+        let weights = weights(edges, ends.map(|end| end.point));
+        let there = Form::new([&first, &last], ends, weights[0], asked);
+        let mut back = Form::new([&last, &first], [receiver, source], weights[1], asked);
+        back.iter_mut().for_each(|form| form.lead.edge = 1);
+        let forms = [there, back];
+        let length = forms.iter().flatten().map(|form| form.length).fold(f64::INFINITY, f64::min);
+        let crossings = [
+            crossing([&first, &last], source.point, receiver.point),
+            crossing([&last, &first], receiver.point, source.point),
+        ];
+        length.is_finite().then(|| Self {
+            length,
+            crossings,
+            forms,
+            overlap: Overlap::new(edges, ends, asked),
+        })
     }
 
-    /// Length of the shortest way over all edges [m].
+    /// Length of the shortest way over both edges [m].
     #[must_use]
     pub fn length(&self) -> f64 {
         self.length
@@ -167,23 +183,70 @@ impl FacePath {
 
     /// The edges whose waves the path is part of, in the order of [`FacePath::amplitudes`].
     pub fn leads(&self) -> impl Iterator<Item = Lead> + '_ {
-        self.parts.iter().flat_map(|part| part.chains.iter().map(|chain| chain.lead))
+        self.forms.iter().flatten().map(|form| form.lead)
     }
 
     /// Amplitudes by lead, wave number and wave that the leading edge completes, to be multiplied by e^(−jk length) [1/m].
     #[must_use]
     pub fn amplitudes(&self, numbers: &WaveNumbers) -> Vec<Vec<[Complex; WAVES]>> {
-        self.parts.iter().flat_map(|part| part.amplitudes(numbers, self.length)).collect()
+        let lights = self.overlap.lights(numbers);
+        let forms = self.forms.iter().zip(&lights);
+        forms
+            .filter_map(|(form, lights)| Some(form.as_ref()?.amplitudes(numbers, self.length, lights)))
+            .collect()
     }
 }
 
-/// Where the way from the source to the receiver, unfolded about the other edges, crosses the first one [m from its start].
-fn crossing(edges: &[FaceEdge<'_>], source: WedgePoint, receiver: WedgePoint) -> f64 {
-    let towards = edges.windows(2).rev().fold(receiver, |point, pair| {
-        let beyond = pair[1].wedge.beyond(point, pair[1].at_second[0]);
-        pair[0].wedge.in_plane(beyond, pair[0].face(1))
-    });
-    apex(source, towards).clamp(edges[0].part[0], edges[0].part[1])
+impl Form {
+    /// The form that is exact at the receiver's end, `weight` times.
+    fn new(
+        [before, last]: [&FaceEdge<'_>; 2],
+        [source, receiver]: [End; 2],
+        weight: f64,
+        asked: Asked,
+    ) -> Option<Self> {
+        if weight <= 0.0 {
+            return None;
+        }
+        let turned = before.wedge.in_plane(last.beyond(receiver), before.face());
+        let first = asked.path(before, source.point, turned, Lit::default());
+        let way = FaceWay::new([before, last], source.point, receiver);
+        let lit = last.lit(receiver, asked.within);
+        let beam =
+            |from: WedgePoint, reach: f64| Beam { path: asked.path(last, from, receiver.point, lit), reach };
+        let near = beam(way.near, way.lights.distance(way.to));
+        let (afar, longer) = way.afar([before, last], source);
+        let far = beam(afar, near.reach + longer);
+        let length = first.detour() + near.path.detour() - near.reach;
+        let lead = Lead { edge: 0, ends: [source.point, turned] };
+        Some(Self { lead, weight, length, first, near, far })
+    }
+
+    /// Amplitudes at every wave number by the wave that the leading edge completes, to be multiplied by e^(−jk length) [1/m].
+    fn amplitudes(&self, numbers: &WaveNumbers, length: f64, lights: &[Light]) -> Vec<[Complex; WAVES]> {
+        let left = self.near.left(numbers).into_iter().zip(self.far.left(numbers)).zip(lights);
+        let factors = left.zip(numbers.values()).map(|(((near, far), light), k)| {
+            let lit = far + (near - far) * light.near + far * light.more;
+            lit * (Complex::unit(k * length) * self.weight)
+        });
+        let first = self.first.fields(numbers).into_iter();
+        first.zip(factors).map(|(terms, factor)| terms.map(|term| term * factor)).collect()
+    }
+}
+
+impl Beam {
+    /// The share of the sound at R′ that there is at the receiver, at every wave number.
+    fn left(&self, numbers: &WaveNumbers) -> Vec<Complex> {
+        let free = |k: &f64| Complex::unit(k * self.reach) * self.reach;
+        self.path.totals(numbers).into_iter().zip(numbers.values()).map(|(left, k)| left * free(k)).collect()
+    }
+}
+
+/// Where the way from the source to the receiver, unfolded about the last edge, crosses the first one [m from its start].
+fn crossing([first, last]: [&FaceEdge<'_>; 2], source: WedgePoint, receiver: WedgePoint) -> f64 {
+    let beyond = last.wedge.beyond(receiver, last.at_second);
+    let towards = first.wedge.in_plane(beyond, first.face());
+    apex(source, towards).clamp(first.part[0], first.part[1])
 }
 
 #[cfg(test)]

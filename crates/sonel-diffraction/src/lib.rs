@@ -1,15 +1,13 @@
 //! Sound over edges: the exact field of a rigid wedge and what follows from it.
 //!
 //! - [`wedge`] places points about an edge, [`edge_path`] is the field of one edge of any length at any distance;
-//! - [`face`] is the field over two edges of a face, as of a barrier or a panel, and over three edges of a box;
-//! - [`apart`] is the field over two parallel edges of different objects;
+//! - [`face`] is the field over two edges of a convex face, as of a barrier or a panel;
 //! - [`bending`] is what passing an edge does to a packet of energy, which knows no phase;
 //! - [`spectrum`] takes means over frequency bands, flat per Hz; [`wave_numbers`] are those that they ask for.
 //!
 //! The crate knows no mesh and no room: who asks says where the faces are and which part of the edge is seen
 //! (docs/diffraction.md).
 
-pub mod apart;
 pub mod bending;
 pub mod complex;
 mod contour;
@@ -19,10 +17,9 @@ pub mod spectrum;
 pub mod wave_numbers;
 pub mod wedge;
 
-pub use apart::ApartPath;
 pub use complex::Complex;
 pub use edge_path::{EdgePath, Lit, WAVES};
 pub use face::FacePath;
-pub use spectrum::{Cell, Field, Spectrum, Wave};
+pub use spectrum::{Cell, Spectrum, Wave};
 pub use wave_numbers::WaveNumbers;
 pub use wedge::{Wedge, WedgePoint, apex};

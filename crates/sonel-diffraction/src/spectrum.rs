@@ -4,6 +4,7 @@
 //! the rotation of two waves against one another is averaged exactly, so a difference of path of a thousand wavelengths
 //! needs no more cells than none. Amplitudes over edges change as the root of the frequency at the fastest.
 
+use std::borrow::Borrow;
 use std::f64::consts::TAU;
 
 use crate::complex::Complex;
@@ -95,9 +96,8 @@ impl Spectrum {
     }
 
     /// The field of `waves`, ready for products.
-    #[must_use]
-    pub fn field(&self, waves: &[Wave]) -> Field {
-        let turned: Vec<TurnedWave> = waves.iter().map(|wave| self.turned(wave)).collect();
+    fn field<W: Borrow<Wave>>(&self, waves: &[W]) -> Field {
+        let turned: Vec<TurnedWave> = waves.iter().map(|wave| self.turned(wave.borrow())).collect();
         let loudest = turned.iter().map(|wave| wave.largest_square).fold(0.0, f64::max);
         Field { waves: turned, loudest }
     }
@@ -117,17 +117,7 @@ impl Spectrum {
         }
     }
 
-    /// Adds, per band, the mean of Re(a b*) of two fields, each cell times `weight` [1/m²].
-    pub fn add_products(&self, a: &Field, b: &Field, weight: impl Fn(usize) -> f64, sum: &mut [f64]) {
-        let weights: Vec<f64> =
-            self.cells.iter().enumerate().map(|(index, cell)| weight(index) * cell.weight).collect();
-        let least = NEGLIGIBLE * a.loudest.max(b.loudest);
-        for a in &a.waves {
-            self.add(a, &b.waves, &weights, least, sum);
-        }
-    }
-
-    /// The same of one wave, each cell times `weights`, without products that cannot exceed `least` [1/m²].
+    /// Adds, per band, the mean of Re(a b*) of a wave `a` with others, each cell times `weights`, without products that cannot exceed `least` [1/m²].
     fn add(&self, a: &TurnedWave, b: &[TurnedWave], weights: &[f64], least: f64, sum: &mut [f64]) {
         let narrowest = self.cells.iter().map(|cell| cell.half).fold(f64::INFINITY, f64::min);
         // With the weights and the half widths, which all waves share.
@@ -164,7 +154,7 @@ impl Spectrum {
 
     /// Mean of |p|² of the field of `waves` per band [1/m²].
     #[must_use]
-    pub fn energy(&self, waves: &[Wave]) -> Vec<f64> {
+    pub fn energy<W: Borrow<Wave>>(&self, waves: &[W]) -> Vec<f64> {
         let field = self.field(waves);
         let once: Vec<f64> = self.cells.iter().map(|cell| cell.weight).collect();
         let twice: Vec<f64> = once.iter().map(|weight| 2.0 * weight).collect();
@@ -181,8 +171,7 @@ impl Spectrum {
 }
 
 /// Waves whose phases at the receiver are known in every cell, so that products of thousands of pairs need no sine.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+struct Field {
     waves: Vec<TurnedWave>,
     /// Largest |amplitude|² of any wave and cell [1/m²].
     loudest: f64,

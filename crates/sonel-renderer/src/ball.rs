@@ -12,6 +12,8 @@ use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry};
 use sonel_sampling::{ScrambledSobol, warp};
 
+/// What the squared part of the radius at which a segment passes is multiplied by, so that the digits behind the point choose.
+const DIGITS: f64 = 10_000.0;
 /// Rays that measure how much of a ball a receiver sees: a standard error of some thousandths.
 const RAYS: u32 = 8192;
 
@@ -109,16 +111,13 @@ impl Ball {
         Self { volume: seen / rays, inner_volume: inner_seen / rays, ..ball }
     }
 
-    /// The part of the segment from `start` to `end` [m] that the receiver sees within the ball. `choice` is a uniform random number,
-    /// asked for where surfaces reach into the ball: it chooses the point that stands for the part.
+    /// The part of the segment from `start` to `end` [m] that the receiver sees within the ball.
+    ///
+    /// Where surfaces reach into the ball one point stands for the part. It is chosen by digits of the distance at which the segment passes,
+    /// which are as good as random.
     #[inline]
     #[must_use]
-    pub fn chord(
-        &self,
-        geometry: &Geometry,
-        (start, end): (Vec3, Vec3),
-        choice: impl FnOnce() -> f64,
-    ) -> Option<Chord> {
+    pub fn chord(&self, geometry: &Geometry, (start, end): (Vec3, Vec3)) -> Option<Chord> {
         let along = (end - start).as_dvec3();
         let extent_squared = along.length_squared();
         let offset = self.center - start.as_dvec3();
@@ -131,9 +130,11 @@ impl Ball {
         }
         let extent = extent_squared.sqrt();
         let (nearest, miss_squared) = (projected / extent, miss_squared / extent_squared);
+        // Points within rounding of the surfaces at the ends may be behind them.
+        let margin = f64::from(geometry.lift());
         let within = |radius_squared: f64| {
             let half = (radius_squared - miss_squared).max(0.0).sqrt();
-            [(nearest - half).max(0.0), (nearest + half).min(extent)]
+            [(nearest - half).max(margin), (nearest + half).min(extent - margin)]
         };
         let [from, to] = within(radius_squared);
         if to <= from {
@@ -143,9 +144,11 @@ impl Ball {
         let inner_share = if self.is_whole {
             (inner_to - inner_from).max(0.0) / (to - from)
         } else {
-            let at = from + (to - from) * choice();
+            let digits = DIGITS * miss_squared / radius_squared;
+            let at = from + (to - from) * (digits - digits.floor());
             let point = start.as_dvec3() + along * (at / extent);
-            if geometry.is_blocked(Departure::free(self.center.as_vec3()), point.as_vec3()) {
+            let ends = [point, self.center].map(|end| Departure::free(end.as_vec3()));
+            if geometry.is_blocked_between_surfaces(ends[0], ends[1]) {
                 return None;
             }
             f64::from(u8::from(at > inner_from && at < inner_to))
@@ -184,14 +187,14 @@ mod tests {
                 // The line enters the room further on.
                 let entry = (-2.0 - foot.z) / direction.z;
                 let (a, b) = (foot + direction * entry, foot + direction * (entry + entry.signum()));
-                if let Some(chord) = ball.chord(&geometry, (a.as_vec3(), b.as_vec3()), || random.next_f64()) {
+                if let Some(chord) = ball.chord(&geometry, (a.as_vec3(), b.as_vec3())) {
                     sum += chord.fluence;
                     inner += chord.fluence * chord.gain;
                 }
                 continue;
             }
             let segment = (clip(-1.0).as_vec3(), clip(1.0).as_vec3());
-            if let Some(chord) = ball.chord(&geometry, segment, || random.next_f64()) {
+            if let Some(chord) = ball.chord(&geometry, segment) {
                 sum += chord.fluence;
                 inner += chord.fluence * chord.gain;
             }

@@ -99,7 +99,6 @@ impl Audience<'_> {
 /// Buffers and random numbers of one batch.
 struct Scratch {
     choices: Vec<Stream>,
-    points: Vec<Stream>,
     bends: Vec<Stream>,
     radiosity: Vec<Lanes>,
     energy: Vec<Lanes>,
@@ -291,7 +290,6 @@ impl Renderer<'_> {
         };
         let mut scratch = Scratch {
             choices: streams(Purpose::MirrorChoice),
-            points: streams(Purpose::ChordChoice),
             bends: streams(Purpose::BendChoice),
             radiosity: zeros.clone(),
             energy: zeros,
@@ -339,9 +337,7 @@ impl Renderer<'_> {
             let receivers = audience.receivers.iter().zip(&audience.others);
             let class = sphere_class(segment.history);
             let coarse = |receiver, bin| audience.coarse_bin(receiver, bin);
-            let Scratch { points, energy, .. } = scratch;
-            let choice = |receiver: usize| points[receiver].uniform_fine();
-            cross(segment, receivers, &medium, coarse, choice, energy, &mut estimate.class(class));
+            cross(segment, receivers, &medium, coarse, &mut scratch.energy, &mut estimate.class(class));
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.material(self.material_of[arrival.surface.0 as usize]);

@@ -37,14 +37,13 @@ pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
 }
 
 /// Adds what `segment` brings to the ball of every receiver that leaves its class to spheres. `coarse` is the coarse bin of
-/// a receiver's fine bin, `choice` a uniform random number for a receiver.
+/// a receiver's fine bin.
 #[inline]
 pub fn cross<'a>(
     segment: &Segment<'_>,
     receivers: impl Iterator<Item = (&'a PreparedReceiver, &'a OthersOwn)>,
     medium: &Medium<'_>,
     coarse: impl Fn(usize, usize) -> u32,
-    mut choice: impl FnMut(usize) -> f64,
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
@@ -54,7 +53,7 @@ pub fn cross<'a>(
         }
         let ends = (segment.start, segment.end);
         let ball = receiver.balls.at(segment.start_length);
-        let Some(chord) = ball.chord(medium.geometry, ends, || choice(index)) else { continue };
+        let Some(chord) = ball.chord(medium.geometry, ends) else { continue };
         let length = (segment.start_length + chord.at).max(others.direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
         for (scratch, energy) in scratch.iter_mut().zip(segment.energy) {

@@ -43,4 +43,4 @@ pub mod rendering;
 
 pub use receiver::ReceiverPoint;
 pub use render::{Air, Estimator, PathClass, RenderError, RenderSettings, Renderer, is_at_source};
-pub use rendering::{CoarseEchogram, DiscreteArrival, Rendering};
+pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};

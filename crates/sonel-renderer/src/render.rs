@@ -302,7 +302,7 @@ impl<'a> Renderer<'a> {
             paper: (settings.estimator == Estimator::Paper)
                 .then(|| Paper::new(geometry, map.header(), &settings)),
             edges: (diffracts && settings.estimator != Estimator::Paper)
-                .then(|| Edges::new(geometry, &table, &scene.bands, scene.speed_of_sound))
+                .then(|| Edges::new(geometry, &scene.bands, scene.speed_of_sound))
                 .flatten(),
             // The paper's rays know of no bends: they gather what arrives, however it came.
             bends: table

@@ -50,6 +50,17 @@ pub struct Rendering {
     pub image_order: Vec<u32>,
     /// Radius of every receiver's sphere [m].
     pub sphere_radius: Vec<f64>,
+    /// What was computed over edges at every receiver; empty without edges.
+    pub edge_work: Vec<EdgeWork>,
+}
+
+/// How much of what edges do at a receiver was computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeWork {
+    /// Number of contributions that were computed.
+    pub computed: usize,
+    /// The most that the others would change the energy of direct sound, image sources and edges, as a share of it.
+    pub dropped: f64,
 }
 
 impl Rendering {
@@ -67,6 +78,7 @@ impl Rendering {
             mirror_order: 0,
             image_order: Vec::new(),
             sphere_radius: Vec::new(),
+            edge_work: Vec::new(),
         }
     }
 

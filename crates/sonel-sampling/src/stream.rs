@@ -25,8 +25,6 @@ pub enum Purpose {
     ZonePoint = 5,
     /// Choices among the ways over edges to one receiver.
     BendChoice = 6,
-    /// Points of segments within the air about one receiver.
-    ChordChoice = 7,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

@@ -1,5 +1,7 @@
 //! From renderings to a response file and its report.
 
+use std::f64::consts::LOG10_E;
+
 use anyhow::Context;
 use serde_json::{Value, json};
 use sonel_console::Stopwatch;
@@ -112,10 +114,16 @@ impl Run<'_> {
                 })
             })
             .collect();
+        let edges: Vec<Value> = rendering
+            .edge_work
+            .iter()
+            .map(|work| json!({ "computed": work.computed, "dropped_db": 10.0 * LOG10_E * work.dropped.ln_1p() }))
+            .collect();
         json!({
             "mirror_order": rendering.mirror_order,
             "image_order": rendering.image_order,
             "sphere_radius_m": rendering.sphere_radius,
+            "edges": edges,
             "classes": classes,
         })
     }

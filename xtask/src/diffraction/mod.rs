@@ -1,6 +1,5 @@
-//! The plots and tables of docs/diffraction.md: what a screen takes by every law that is around, and what edges do in the hall.
+//! The plots and the table of docs/diffraction.md: what a screen takes by every law that is around.
 
-mod hall;
 mod laws;
 
 use std::fmt::Write;
@@ -22,24 +21,17 @@ const AWAY: f64 = 10.0;
 /// The band in which the Fresnel number is swept [Hz].
 const SWEPT: f64 = 4000.0;
 
-/// Computes the laws, runs the hall unless an older run is to be drawn again, and rewrites plots and tables.
-pub fn run(redraw: bool) -> Result<()> {
-    if !redraw {
-        hall::conduct()?;
-    }
-    let changes = hall::changes()?;
-    let mut sheets = vec![("fresnel.svg", fresnel_sheet()), ("bands.svg", bands_sheet())];
-    sheets.extend(hall::sheets(&changes));
-    for (file, sheet) in sheets {
+/// Computes the laws and rewrites plots and table.
+pub fn run() -> Result<()> {
+    for (file, sheet) in [("fresnel.svg", fresnel_sheet()), ("bands.svg", bands_sheet())] {
         let mut svg = Vec::new();
         plot::svg(&sheet, &mut svg).with_context(|| format!("cannot draw {file}"))?;
         workspace::write(&format!("{PLOTS}/{file}"), svg)?;
     }
     workspace::write(&format!("{PLOTS}/fresnel.csv"), fresnel_csv()?)?;
-    workspace::write(&format!("{PLOTS}/hall.csv"), hall::csv(&changes)?)?;
-    let tables = format!("{}\n{}", bands_table()?, hall::markdown(&changes)?);
-    workspace::write(PAGE, workspace::with_figures(&workspace::read(PAGE)?, &tables)?)?;
-    print!("{tables}");
+    let table = bands_table()?;
+    workspace::write(PAGE, workspace::with_figures(&workspace::read(PAGE)?, &table)?)?;
+    print!("{table}");
     Ok(())
 }
 

@@ -15,14 +15,13 @@
 //!
 //! and H₂ + H₄ + … is about H₂/(1 − q). For small ka X is at P, for large ka far off: ρ₁ρ₂ e^(−2jka) is twice as much with X far off than at P in
 //! the one limit, half as much in the other. A third of their sum is right in both, and within 0.003 between: q is worth up to
-//! 0.5 dB. H₃, which ends at the edge where it began, is a way of its own over three edges.
+//! 0.5 dB. H₃, which ends at the edge where it began, is left out.
 //!
-//! Reference: [Svensson1999] for the secondary sources; docs/decisions/0033-narrow-faces-have-an-integral-of-their-own.md.
+//! Reference: [Svensson1999] for the secondary sources.
 
 use std::f64::consts::PI;
 
-use super::chain::Asked;
-use super::{End, FaceEdge};
+use super::{Asked, End, FaceEdge};
 use crate::complex::Complex;
 use crate::contour::{Integral, SIX};
 use crate::edge_path::{EdgePath, Lit, Secondary};
@@ -72,8 +71,7 @@ impl Narrow {
         asked: Asked,
     ) -> Self {
         let width = width.max(NARROWEST);
-        let edges =
-            [last.secondary(receiver, asked.within), first.exchanged().secondary(source, asked.within)];
+        let edges = [last.secondary(receiver, asked.within), first.secondary(source, asked.within)];
         let alike = (first.wedge.angle() - last.wedge.angle()).abs() <= f64::EPSILON;
         let back = |edge: &FaceEdge<'_>| Back::new(edge.wedge.angle(), width, asked);
         let back = (back(&first), (!alike).then(|| back(&last)));

@@ -18,13 +18,10 @@
 //!
 //! errs by 0.6 % at most for γ = 1.7 and 4 % for γ up to 20. It is C and, of what R₂ adds to it, the share p/(λ + (1 − λ)(p + q − p q)).
 //! What that lacks where the face is narrower than the wavelength is in [`super::narrow`].
-//!
-//! Reference: docs/decisions/0031-two-forms-are-one.md.
 
-use super::chain::Asked;
 use super::narrow::{Narrow, Narrowness, ONE};
 use super::way::FaceWay;
-use super::{End, FaceEdge};
+use super::{Asked, End, FaceEdge};
 use crate::complex::Complex;
 use crate::contour::SIX;
 use crate::edge_path::EdgePath;
@@ -67,7 +64,7 @@ impl Overlap {
     /// The overlap on two edges.
     pub fn new([first, last]: [FaceEdge<'_>; 2], [source, receiver]: [End; 2], asked: Asked) -> Self {
         let there = Transition::new([&first, &last], [source, receiver], asked);
-        let back = Transition::new([&last.exchanged(), &first.exchanged()], [receiver, source], asked);
+        let back = Transition::new([&last, &first], [receiver, source], asked);
         let width = 0.5 * (there.width + back.width);
         Self { narrow: Narrow::new([first, last], [source, receiver], width, asked), ends: [there, back] }
     }

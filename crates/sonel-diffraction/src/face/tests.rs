@@ -7,7 +7,6 @@ use super::*;
 use crate::edge_path::EdgePath;
 use glam::{DVec3, dvec3};
 use sonel_testkit::analytic::rigid_sheet::RigidSheet;
-use sonel_testkit::uniform::Uniform;
 use std::f64::consts::{PI, TAU};
 
 /// The panel [m].
@@ -35,10 +34,6 @@ impl Sheet {
         self.sides().map(rim).collect()
     }
 
-    fn outline(&self) -> Vec<[DVec3; 2]> {
-        self.sides().map(|ends| ends.map(|[y, z]| dvec3(0.0, y, z))).collect()
-    }
-
     /// Whether a place in its plane is on it: a line from there crosses its rims an odd number of times.
     fn has(&self, place: DVec3) -> bool {
         let crosses = |[a, b]: &[[f64; 2]; 2]| {
@@ -58,15 +53,13 @@ impl Sheet {
         let lit = lit.into_iter().filter(|(_, lit)| *lit);
         let mut orders =
             [lit.fold(Complex::ZERO, |sum, (from, _)| sum + free(from, receiver)), Complex::ZERO];
-        let (rims, outline) = (self.rims(), self.outline());
-        let is_convex = outline.len() == 4;
+        let rims = self.rims();
         for (i, first) in rims.iter().enumerate() {
             let ends = [source, receiver].map(|point| first.locate(point).unwrap());
             let over = EdgePath::new(first, ends[0], ends[1], [0.0, first.length()], Lit::default(), K);
             orders[0] = over.field(K).into_iter().fold(orders[0], |sum, term| sum + term);
             for (_, second) in rims.iter().enumerate().filter(|(j, _)| *j != i) {
-                let outline = if is_convex { &[][..] } else { &outline };
-                if let Some(path) = path([first, second], outline, source, receiver) {
+                if let Some(path) = path([first, second], source, receiver) {
                     orders[1] += field(&path);
                 }
             }
@@ -75,25 +68,14 @@ impl Sheet {
     }
 }
 
-/// Over two rims of a sheet with these rims, where it is not convex.
-fn path(
-    [first, second]: [&Wedge; 2],
-    outline: &[[DVec3; 2]],
-    source: DVec3,
-    receiver: DVec3,
-) -> Option<FacePath> {
-    let rim = |wedge| FaceEdge { wedge, at_second: [false; 2], part: [0.0, Wedge::length(wedge)], outline };
+/// Over two rims of a sheet.
+fn path([first, second]: [&Wedge; 2], source: DVec3, receiver: DVec3) -> Option<FacePath> {
+    let rim = |wedge| FaceEdge { wedge, at_second: false, part: [0.0, Wedge::length(wedge)] };
     let end = |wedge: &Wedge, point| {
         let point = wedge.locate(point).unwrap();
         End { point, before: point.angle < PI }
     };
-    FacePath::new(
-        &[rim(first), rim(second)],
-        [end(first, source), end(second, receiver)],
-        1e-9,
-        K,
-        Orders::ALL,
-    )
+    FacePath::new([rim(first), rim(second)], [end(first, source), end(second, receiver)], 1e-9, K)
 }
 
 fn field(path: &FacePath) -> Complex {
@@ -151,49 +133,13 @@ fn in_the_plane_two_orders_are_the_free_field() {
     }
 }
 
-/// Beside sheets of any shape neither: an L, a U, and a wall with a window that is itself no rectangle. What is seen from one rim past a
-/// notch would be there twice.
-#[test]
-fn in_the_plane_of_any_sheet_two_orders_are_the_free_field() {
-    let angled = vec![[-1.0, -0.8], [1.5, -0.8], [1.5, 0.1], [0.2, 0.1], [0.2, 1.2], [-1.0, 1.2]];
-    let forked = vec![
-        [-1.2, -0.8],
-        [1.5, -0.8],
-        [1.5, 1.4],
-        [0.9, 1.4],
-        [0.7, -0.1],
-        [-0.3, -0.1],
-        [-0.4, 1.2],
-        [-1.2, 1.0],
-    ];
-    let wall = vec![[-3.0, -2.0], [3.0, -2.0], [3.0, 2.5], [-3.0, 2.5]];
-    let window = vec![[-0.9, -0.5], [-1.0, 0.9], [-0.1, 0.4], [0.8, 1.1], [1.0, -0.6]];
-    let mut random = Uniform::new(3);
-    let mut largest = [0.0f64; 2];
-    for sheet in [vec![angled], vec![forked], vec![wall, window]].map(Sheet) {
-        for _ in 0..30 {
-            let place = dvec3(0.0, 8.0 * random.next_f64() - 4.0, 6.0 * random.next_f64() - 3.0);
-            if sheet.has(place) {
-                continue;
-            }
-            let [once, twice] = sheet.orders(SOURCE, place + DVec3::X * 1e-9);
-            let free = free(SOURCE, place);
-            for (largest, sum) in largest.iter_mut().zip([once, once + twice]) {
-                *largest = largest.max((sum - free).modulus() / free.modulus());
-            }
-        }
-    }
-    println!("{largest:?}");
-    assert!(largest[1] < 1e-4 && largest[0] > 0.1, "{largest:?}");
-}
-
 #[test]
 fn exchange_of_source_and_receiver_changes_nothing() {
     let rims = Sheet::panel().rims();
     let [first, second, ..] = &rims[..] else { unreachable!() };
     for receiver in [dvec3(2.0, 0.5, 1.9), dvec3(0.01, 2.0, 0.5), dvec3(-1.0, 0.0, 0.0)] {
-        let there = field(&path([first, second], &[], SOURCE, receiver).unwrap());
-        let back = field(&path([second, first], &[], receiver, SOURCE).unwrap());
+        let there = field(&path([first, second], SOURCE, receiver).unwrap());
+        let back = field(&path([second, first], receiver, SOURCE).unwrap());
         assert!((there - back).modulus() <= 1e-12 * there.modulus(), "{there:?} {back:?}");
     }
 }
@@ -212,7 +158,7 @@ fn every_field_is_finite() {
     for other in [second, third] {
         for source in places {
             for receiver in places {
-                let found = path([first, other], &[], source, receiver).map(|path| field(&path));
+                let found = path([first, other], source, receiver).map(|path| field(&path));
                 assert!(found.is_none_or(|field| field.modulus().is_finite()), "{source} {receiver}");
             }
         }

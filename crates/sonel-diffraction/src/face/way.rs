@@ -26,8 +26,8 @@ impl FaceWay {
     /// The way from what is at `from` about the edge `before` to the receiver past the edge `last`.
     pub fn new([before, last]: [&FaceEdge<'_>; 2], from: WedgePoint, receiver: End) -> Self {
         let to = last.beyond(receiver);
-        let lights = before.lights(from, before.wedge.in_plane(to, before.face(1)));
-        let near = last.wedge.in_plane(lights, last.face(0));
+        let lights = before.lights(from, before.wedge.in_plane(to, before.face()));
+        let near = last.wedge.in_plane(lights, last.face());
         let crosses = last.wedge.at(apex(near, receiver.point));
         let lengths = [lights.distance(crosses).max(SHORTEST), crosses.distance(to)];
         Self { lights, near, to, lengths, crosses }
@@ -41,10 +41,10 @@ impl FaceWay {
 
     /// Where the sound would come from, about the `last` edge, if it came straight from the source, and how far that is beyond P [m].
     pub fn afar(&self, [before, last]: [&FaceEdge<'_>; 2], source: End) -> (WedgePoint, f64) {
-        let source = before.wedge.at(source.point.along)
-            - before.wedge.inward(before.at_second[1]) * source.point.radius;
+        let source =
+            before.wedge.at(source.point.along) - before.wedge.inward(before.at_second) * source.point.radius;
         let longer = source.distance(self.lights);
         let place = self.crosses.lerp(self.lights, 1.0 + longer / self.lengths[0]);
-        (last.wedge.in_plane(place, last.face(0)), longer)
+        (last.wedge.in_plane(place, last.face()), longer)
     }
 }

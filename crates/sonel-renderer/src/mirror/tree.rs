@@ -45,8 +45,6 @@ struct Node {
     /// Index of the node before, none for first-order images.
     parent: Option<u32>,
     order: u32,
-    /// Most that its mirrors leave of the energy in any band.
-    strongest: f64,
     /// Range of the sides of its beam.
     sides: (u32, u32),
 }
@@ -112,19 +110,16 @@ impl ImageTree {
             }
             tree.order += 1;
             for grown in &mut next {
-                tree.adopt(geometry, table, grown);
+                tree.adopt(grown);
             }
             last_order = next;
         }
         tree
     }
 
-    fn adopt(&mut self, geometry: &Geometry, table: &CoefficientTable, grown: &mut Grown) {
+    fn adopt(&mut self, grown: &mut Grown) {
         let index = self.nodes.len() as u32;
         let (mirror, _) = grown.last.expect("every beam but the source's has a mirror");
-        let specular = &table.material(geometry.surface(mirror.surface).material).specular.energy;
-        let strongest = specular.iter().flatten().copied().fold(0.0, f64::max);
-        let before = grown.parent.map_or(1.0, |parent| self.nodes[parent as usize].strongest);
         let first_side = self.sides.len() as u32;
         self.sides.extend(grown.beam.sides());
         let sides = (first_side, self.sides.len() as u32);
@@ -133,7 +128,6 @@ impl ImageTree {
             mirror,
             parent: grown.parent,
             order: self.order,
-            strongest: strongest * before,
             sides,
         });
         self.children.insert((grown.parent, mirror), index);
@@ -192,10 +186,16 @@ impl ImageTree {
         }
     }
 
-    /// Numbers of the images of more than `order` reflections.
+    /// Number of the images of up to `order` reflections, which come first.
     #[must_use]
-    pub fn beyond(&self, order: u32) -> std::ops::Range<usize> {
-        self.nodes.partition_point(|node| node.order <= order)..self.nodes.len()
+    pub fn count(&self, order: u32) -> usize {
+        self.nodes.partition_point(|node| node.order <= order)
+    }
+
+    /// The highest order up to which there are no more than `most` images.
+    #[must_use]
+    pub fn order_within(&self, most: usize) -> u32 {
+        (0..=self.order).take_while(|&order| self.count(order) <= most).last().unwrap_or(0)
     }
 
     /// Where image number `image` is, about the scene's centre [m].
@@ -204,10 +204,11 @@ impl ImageTree {
         self.nodes[image].image
     }
 
-    /// Most that the mirrors of image number `image` leave of the energy in any band.
+    /// Inward unit normals of the sides of the beam of image number `image`; all sides contain the image.
     #[must_use]
-    pub fn strongest(&self, image: usize) -> f64 {
-        self.nodes[image].strongest
+    pub fn sides(&self, image: usize) -> &[DVec3] {
+        let (first, end) = self.nodes[image].sides;
+        &self.sides[first as usize..end as usize]
     }
 
     /// The mirrors of image number `image`, the last one first.

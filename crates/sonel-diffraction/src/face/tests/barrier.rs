@@ -19,13 +19,13 @@ fn edge(x: f64, inward: f64) -> Wedge {
 /// [m] wide.
 fn over(source: (f64, f64), receiver: (f64, f64), width: f64, offset: f64) -> FacePath {
     let (first, second) = (edge(0.0, 1.0), edge(width, -1.0));
-    let passed = |wedge| FaceEdge { wedge, at_second: [false; 2], part: [0.0, 2.0 * HALF], outline: &[] };
+    let passed = |wedge| FaceEdge { wedge, at_second: false, part: [0.0, 2.0 * HALF] };
     let end = |(radius, angle): (f64, f64), along| End {
         point: WedgePoint { radius, angle, along },
         before: angle < PI,
     };
     let ends = [end(source, HALF), end(receiver, HALF + offset)];
-    FacePath::new(&[passed(&first), passed(&second)], ends, 1e-9, 0.5, Orders::ALL).unwrap()
+    FacePath::new([passed(&first), passed(&second)], ends, 1e-9, 0.5).unwrap()
 }
 
 fn field_at(path: &FacePath, k: f64) -> Complex {

@@ -1,0 +1,332 @@
+//! Which ways over edges are computed: those that matter most, within a budget.
+//!
+//! A contribution is an image of the source, an edge or two edges of a convex face, and an image of the receiver. Its energy is at most about
+//! 1/(4 + 20 N) of the free field over its way, N the Fresnel number of the detour: the formula of [Maekawa1968] at its upper side, where half a
+//! plane takes 1/4 on the boundary and 1/(4π² N) far in shadow. Far from its boundary an edge shorter than the first Fresnel zone sends less, as its length squared. With a
+//! visible image source it interferes, by twice the product of the amplitudes, less over a band the more it turns there. Contributions are computed
+//! in the order of these bounds until those of the others together are less than [`DROPPED`] of what has been found, or the budget is spent.
+//! Interference is of random sign: its bounds are added as squares.
+
+use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use sonel_diffraction::Wedge;
+
+use super::faces::Pair;
+use super::field::{Field, Key, Place};
+use super::images::{Image, Images};
+use super::{Edges, Listening, RoomEdge, VisibleWave};
+
+/// Share of a receiver's energy in every band that is left out: 0.05 dB.
+const DROPPED: f64 = 0.0116;
+/// Share of the energies of contributions that their sum has at least, as far as this is concerned.
+const FOUND: f64 = 0.5;
+/// Most contributions of a receiver: some 0.2 CPU-s.
+const BUDGET: usize = 1024;
+/// So many tell which share of their bounds contributions bring.
+const SURE: usize = 256;
+/// Half the relative width of a band that two waves have to turn against one another in, to interfere no more [1].
+const HALF_BAND: f64 = 0.35;
+
+/// What is passed.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Over {
+    /// An edge, by its index.
+    Edge(usize),
+    /// Two edges of a face.
+    Pair(Pair),
+}
+
+/// A way over edges.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contribution {
+    /// Image of the source, by index.
+    pub from: usize,
+    /// Image of the receiver.
+    pub to: usize,
+    pub over: Over,
+}
+
+/// All contributions, the greatest first, and how much those still to come may bring.
+pub(super) struct Ranked {
+    /// Each with the number of its bounds.
+    contributions: Vec<(Contribution, usize)>,
+    /// Energy by itself and by interference at most, by contribution and band [1/m²].
+    bounds: Vec<[f64; 2]>,
+    /// Sums over those still to come per band: of energies, and of squares of interference.
+    rest: Vec<[f64; 2]>,
+    /// What has been found per band [1/m²].
+    found: Vec<f64>,
+    /// Energies of those computed per band: at most, and in truth [1/m²].
+    computed: Vec<[f64; 2]>,
+    next: usize,
+}
+
+/// Searches for all contributions at a receiver.
+pub(super) struct Search<'a> {
+    pub edges: &'a Edges,
+    pub at: &'a Listening<'a>,
+    pub from: &'a Images,
+    pub to: &'a Images,
+    pub field: &'a Field<'a>,
+}
+
+/// An image of the source with one of the receiver.
+struct Ends<'a> {
+    images: [&'a Image; 2],
+    /// ∏ (1−α)(1−s) of the mirrors of both, per band.
+    factor: Vec<f64>,
+    /// Length of the straight way between them [m].
+    straight: f64,
+    /// Whether that is clear.
+    is_visible: bool,
+    /// The image source that is seen along it.
+    place: Place,
+}
+
+/// The strongest wave of every image source.
+#[derive(Default)]
+struct Strongest {
+    bands: usize,
+    /// Number of each image source.
+    numbers: HashMap<Key, usize>,
+    /// Energies by image source and band [1/m²].
+    energies: Vec<f64>,
+    /// The ends that were added last.
+    last: Option<([usize; 2], usize)>,
+    /// The image source of every contribution.
+    of_contribution: Vec<usize>,
+}
+
+impl Strongest {
+    /// Adds a contribution between the images of two numbers.
+    fn add(&mut self, images: [usize; 2], ends: &Ends<'_>, bounds: &[[f64; 2]]) {
+        let number = match self.last {
+            Some((last, number)) if last == images => number,
+            _ => self.number(ends),
+        };
+        self.last = Some((images, number));
+        self.of_contribution.push(number);
+        for (energy, bound) in self.energies[number * self.bands..].iter_mut().zip(bounds) {
+            *energy = energy.max(bound[0]);
+        }
+    }
+
+    fn number(&mut self, ends: &Ends<'_>) -> usize {
+        let count = self.numbers.len();
+        let number = *self.numbers.entry(ends.place.key()).or_insert(count);
+        if number == count {
+            self.energies.resize((count + 1) * self.bands, 0.0);
+        }
+        if ends.is_visible {
+            let free = ends.straight * ends.straight;
+            for (energy, factor) in self.energies[number * self.bands..].iter_mut().zip(&ends.factor) {
+                *energy = energy.max(factor / free);
+            }
+        }
+        number
+    }
+
+    /// Gives interference the amplitudes of the strongest waves.
+    fn interfere(&self, bounds: &mut [[f64; 2]]) {
+        for (bounds, number) in bounds.chunks_exact_mut(self.bands).zip(&self.of_contribution) {
+            for (bound, energy) in bounds.iter_mut().zip(&self.energies[number * self.bands..]) {
+                bound[1] *= energy.sqrt();
+            }
+        }
+    }
+}
+
+impl Search<'_> {
+    /// All contributions beside the `visible` waves.
+    #[must_use]
+    pub fn rank(&self, visible: &[VisibleWave]) -> Ranked {
+        let bands = self.at.attenuation.len();
+        let mut found = vec![0.0; bands];
+        for wave in visible {
+            found.iter_mut().zip(&wave.energy).for_each(|(sum, energy)| *sum += 4.0 * PI * energy);
+        }
+        let (mut contributions, mut bounds) = (Vec::new(), Vec::new());
+        let mut strongest = Strongest { bands, ..Strongest::default() };
+        self.visit(|contribution, ends, wedges| {
+            contributions.push((contribution, contributions.len()));
+            let first = bounds.len();
+            bounds.extend((0..bands).map(|band| self.bound(ends, wedges, band)));
+            strongest.add([contribution.from, contribution.to], ends, &bounds[first..]);
+        });
+        strongest.interfere(&mut bounds);
+        let mut rest = vec![[0.0; 2]; bands];
+        let mut loudest = vec![f64::MIN_POSITIVE; bands];
+        for bounds in bounds.chunks_exact(bands) {
+            for ((bound, rest), loudest) in bounds.iter().zip(&mut rest).zip(&mut loudest) {
+                *rest = [rest[0] + bound[0], rest[1] + bound[1] * bound[1]];
+                *loudest = loudest.max(bound[0]);
+            }
+        }
+        // By the share of what there is, or of the loudest where nothing is visible.
+        let weigh = |number: usize| {
+            let bounds = bounds[number * bands..][..bands].iter().zip(found.iter().zip(&loudest));
+            bounds
+                .map(|(bound, (found, loudest))| (bound[0] + bound[1]) / found.max(*loudest))
+                .fold(0.0, f64::max)
+        };
+        let mut weighed: Vec<(f64, (Contribution, usize))> =
+            contributions.into_iter().map(|one| (weigh(one.1), one)).collect();
+        // Ties stay in the order in which they were found.
+        weighed.sort_by(|one, other| other.0.total_cmp(&one.0));
+        let contributions = weighed.into_iter().map(|(_, one)| one).collect();
+        Ranked { contributions, bounds, rest, found, computed: vec![[0.0; 2]; bands], next: 0 }
+    }
+
+    /// Visits all contributions, with their ends and edges.
+    fn visit(&self, mut visit: impl FnMut(Contribution, &Ends<'_>, [&RoomEdge; 2])) {
+        let order = self.from.order().min(self.to.order()).min(self.at.complete_order);
+        for (from, source) in self.from.all.iter().enumerate() {
+            for (to, receiver) in self.to.all.iter().enumerate() {
+                // Images are sorted by order.
+                if source.order() + receiver.order() > order {
+                    break;
+                }
+                let Some(ends) = self.ends(source, receiver) else { continue };
+                let contribution = |over| Contribution { from, to, over };
+                for edge in common(&source.edges, &receiver.edges) {
+                    let of = &self.edges.all[edge];
+                    if lies_off(of, &ends) {
+                        visit(contribution(Over::Edge(edge)), &ends, [of; 2]);
+                    }
+                }
+                for pair in &self.edges.pairs {
+                    for pair in [*pair, pair.reversed()] {
+                        let [first, last] = pair.edges;
+                        if has(&source.edges, first) && has(&receiver.edges, last) {
+                            let both = pair.edges.map(|edge| &self.edges.all[edge]);
+                            visit(contribution(Over::Pair(pair)), &ends, both);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn ends<'a>(&self, source: &'a Image, receiver: &'a Image) -> Option<Ends<'a>> {
+        let factor: Vec<f64> =
+            source.factor.iter().zip(&receiver.factor).map(|(one, other)| one * other).collect();
+        if factor.iter().all(|&factor| factor <= 0.0) {
+            return None;
+        }
+        let place = place(source, receiver);
+        let is_visible = self.field.find(&place).is_some();
+        let straight = source.position.distance(receiver.position);
+        Some(Ends { images: [source, receiver], factor, straight, is_visible, place })
+    }
+
+    /// The most that a contribution brings in `band`, by itself [1/m²], and by interference with an amplitude of 1 [1/m].
+    fn bound(&self, ends: &Ends<'_>, edges: [&RoomEdge; 2], band: usize) -> [f64; 2] {
+        let [from, to] = ends.images.map(|image| image.position);
+        let [first, last] = edges.map(|edge| &edge.wedge);
+        // The same with both ends exchanged.
+        let (near, far) = (nearest(first, from, to), nearest(last, from, to));
+        let (before, behind) = (from.distance(near), far.distance(to));
+        let length = before + near.distance(far) + behind;
+        let k = self.edges.centres[band];
+        let excess = length - ends.straight;
+        let number = excess.max(0.0) * k / PI;
+        // Images in faces may be as near to their boundaries as they like: half of the field at most.
+        let in_faces = edges[0].faces.iter().chain(&edges[1].faces);
+        let least = in_faces.map(|face| length - face.image(from).distance(to)).fold(excess, f64::min);
+        let number = number.min(least.max(0.0) * k / PI);
+        let zone = TAU / k * before * behind / length;
+        // Next to its boundary a wave comes from a shorter part of the edge.
+        let square = first.length().min(last.length()) * first.length().min(last.length());
+        let short = (square / (zone * number.min(1.0)).max(f64::MIN_POSITIVE)).min(1.0);
+        let air = libm::exp(-self.at.attenuation[band] * length);
+        let energy = ends.factor[band] * air * short / ((4.0 + 20.0 * number) * length * length);
+        let turns = (1.0 / (HALF_BAND * k * excess.max(f64::MIN_POSITIVE))).min(1.0);
+        [energy, 2.0 * energy.sqrt() * turns]
+    }
+}
+
+impl Ranked {
+    /// The next contribution that has to be computed.
+    pub fn next(&mut self) -> Option<Contribution> {
+        if self.next >= BUDGET || self.dropped() <= DROPPED {
+            return None;
+        }
+        let (contribution, number) = *self.contributions.get(self.next)?;
+        self.next += 1;
+        let bands = self.rest.len();
+        let bounds = &self.bounds[number * bands..];
+        for ((rest, bound), computed) in self.rest.iter_mut().zip(bounds).zip(&mut self.computed) {
+            computed[0] += bound[0];
+            *rest = [(rest[0] - bound[0]).max(0.0), (rest[1] - bound[1] * bound[1]).max(0.0)];
+        }
+        Some(contribution)
+    }
+
+    /// Notes the `energy` per band of what has been computed [1/m²].
+    pub fn found(&mut self, energy: &[f64]) {
+        for ((found, computed), energy) in self.found.iter_mut().zip(&mut self.computed).zip(energy) {
+            *found += FOUND * energy;
+            computed[1] += energy;
+        }
+    }
+
+    /// How many have been computed.
+    #[must_use]
+    pub fn computed(&self) -> usize {
+        self.next
+    }
+
+    /// How much the others are expected to change any band, as a share of its energy. Most are invisible: they bring as much of their bounds as
+    /// those that have been computed, once these are enough to tell.
+    #[must_use]
+    pub fn dropped(&self) -> f64 {
+        if self.next >= self.contributions.len() {
+            return 0.0;
+        }
+        let of_band = |((rest, found), computed): ((&[f64; 2], &f64), &[f64; 2])| {
+            let is_known = self.next >= SURE && computed[0] > 0.0;
+            let share = if is_known { (computed[1] / computed[0]).min(1.0) } else { 1.0 };
+            let rest = rest[0] * share + (rest[1] * share).sqrt();
+            if rest > 0.0 { rest / found.max(f64::MIN_POSITIVE) } else { 0.0 }
+        };
+        let bands = self.rest.iter().zip(&self.found).zip(&self.computed);
+        bands.map(of_band).fold(0.0, f64::max)
+    }
+}
+
+/// Where the image source is that is seen past the edges between two images.
+pub(super) fn place(source: &Image, receiver: &Image) -> Place {
+    let planes = source.mirrors.iter().chain(&receiver.mirrors).map(|mirror| mirror.plane);
+    Place::new(receiver.unfold(source.position), planes)
+}
+
+/// Whether both ends see an edge from outside its solid.
+fn lies_off(edge: &RoomEdge, ends: &Ends<'_>) -> bool {
+    ends.images
+        .iter()
+        .all(|image| edge.faces.iter().any(|face| face.height(image.position) > 0.0) || edge.wedge.is_rim())
+}
+
+/// Where on an edge the way between two places is shortest [m].
+fn nearest(wedge: &Wedge, from: DVec3, to: DVec3) -> DVec3 {
+    super::images::over_edge(wedge, from, to).1
+}
+
+fn has(bits: &[u64], edge: usize) -> bool {
+    bits[edge / 64] & (1 << (edge % 64)) != 0
+}
+
+fn common<'a>(one: &'a [u64], other: &'a [u64]) -> impl Iterator<Item = usize> + 'a {
+    one.iter().zip(other).enumerate().flat_map(|(word, (one, other))| {
+        let mut bits = one & other;
+        std::iter::from_fn(move || {
+            (bits != 0).then(|| {
+                let bit = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                64 * word + bit
+            })
+        })
+    })
+}

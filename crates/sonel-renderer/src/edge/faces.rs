@@ -1,0 +1,122 @@
+//! Pairs of edges of one convex face, which sound passes one after the other.
+
+use glam::DVec3;
+
+use super::RoomEdge;
+
+/// How far apart two places are that are one corner, and how far beyond a line what counts as on it [m].
+const CORNER: f64 = 1e-6;
+/// More pairs than this for each edge and they are left out: a face with a round outline has as many as the square of its edges.
+const PAIRS_PER_EDGE: usize = 16;
+
+/// Two edges of a convex face, or of a convex sheet.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pair {
+    pub edges: [usize; 2],
+    /// Whether the common face is the second one of each edge.
+    pub at_second: [bool; 2],
+}
+
+impl Pair {
+    /// In the other direction.
+    #[must_use]
+    pub fn reversed(self) -> Self {
+        let [one, other] = self.edges;
+        let [first, second] = self.at_second;
+        Self { edges: [other, one], at_second: [second, first] }
+    }
+}
+
+/// An edge of a face: index of the edge, and which of its faces it is.
+type Border = (usize, usize);
+
+/// All pairs of edges of convex faces.
+#[must_use]
+pub(super) fn pairs(edges: &[RoomEdge]) -> Vec<Pair> {
+    let mut pairs: Vec<Pair> = Vec::new();
+    for face in faces(edges).iter().filter(|face| is_convex(edges, face)) {
+        if face.len() > 2 * PAIRS_PER_EDGE {
+            continue;
+        }
+        for (count, &one) in face.iter().enumerate() {
+            for &other in &face[..count] {
+                let both = [one, other];
+                let is_sheet = both.iter().all(|(edge, _)| edges[*edge].wedge.is_rim());
+                let indices = both.map(|(edge, _)| edge);
+                // The sides of a sheet are two faces, and what goes over both is counted once.
+                let is_known = || pairs.iter().any(|pair| pair.edges == indices);
+                if indices[0] != indices[1] && !(is_sheet && is_known()) {
+                    pairs.push(Pair { edges: indices, at_second: both.map(|(_, face)| face == 1) });
+                }
+            }
+        }
+    }
+    pairs
+}
+
+/// The edges of each face: those in one plane, turned to one side, that share surfaces or corners.
+fn faces(edges: &[RoomEdge]) -> Vec<Vec<Border>> {
+    let plane = |&(edge, face): &Border| edges[edge].faces[face].plane;
+    let mut borders: Vec<Border> = (0..edges.len()).flat_map(|edge| [(edge, 0), (edge, 1)]).collect();
+    borders.sort_by_key(plane);
+    let mut faces = Vec::new();
+    for of_plane in borders.chunk_by(|one, other| plane(one) == plane(other)) {
+        let mut left = of_plane.to_vec();
+        while let Some(first) = left.pop() {
+            let mut face = vec![first];
+            let mut reached = 0;
+            while reached < face.len() {
+                let (more, rest) = left.iter().partition(|&&border| touch(edges, face[reached], border));
+                face.extend::<Vec<Border>>(more);
+                left = rest;
+                reached += 1;
+            }
+            face.sort_unstable();
+            faces.push(face);
+        }
+    }
+    faces
+}
+
+/// For each edge the others that are parallel to it and of no common face: they hide it all at once.
+#[must_use]
+pub(super) fn hiders(edges: &[RoomEdge]) -> Vec<Vec<usize>> {
+    let mut of_one_face = vec![Vec::new(); edges.len()];
+    for face in faces(edges) {
+        for &(edge, _) in &face {
+            of_one_face[edge].extend(face.iter().map(|(other, _)| *other));
+        }
+    }
+    let hides = |edge: usize, other: usize| {
+        edge != other
+            && edges[edge].wedge.sine_to(&edges[other].wedge) <= PARALLEL
+            && !of_one_face[edge].contains(&other)
+    };
+    (0..edges.len()).map(|edge| (0..edges.len()).filter(|&other| hides(edge, other)).collect()).collect()
+}
+
+/// Sine of the angle up to which edges hide one another all at once [1].
+const PARALLEL: f64 = 0.01;
+
+/// Whether no edge of a face reaches beyond another one of it.
+fn is_convex(edges: &[RoomEdge], face: &[Border]) -> bool {
+    face.iter().all(|&one| face.iter().all(|&other| is_within(edges, one, other)))
+}
+
+fn ends(edge: &RoomEdge) -> [DVec3; 2] {
+    [0.0, edge.wedge.length()].map(|along| edge.wedge.at(along))
+}
+
+/// Whether two borders in one plane are of one face.
+fn touch(edges: &[RoomEdge], (i, of_i): Border, (j, of_j): Border) -> bool {
+    let (one, other) = (&edges[i].faces[of_i], &edges[j].faces[of_j]);
+    let corner = |end: DVec3| ends(&edges[j]).iter().any(|other| end.distance(*other) <= CORNER);
+    one.is_coplanar_with(other) && (one.surface == other.surface || ends(&edges[i]).into_iter().any(corner))
+}
+
+/// Whether an edge is on the face's side of a border of it.
+fn is_within(edges: &[RoomEdge], (border, face): Border, (other, _): Border) -> bool {
+    let wedge = &edges[border].wedge;
+    let inward = wedge.inward(face == 1);
+    ends(&edges[other]).into_iter().all(|end| (end - wedge.at(0.0)).dot(inward) >= -CORNER)
+}

@@ -1,0 +1,286 @@
+//! The waves that reach a receiver, by the image source that each belongs to, and their energy.
+//!
+//! Over an edge come three waves ([`sonel_diffraction::EdgePath`]): one completes the image source that is seen past the edge, two the images of
+//! that in the faces of the edge. All waves of an image source are added coherently, with itself where it is visible: so nothing steps where it
+//! is cut off. Different image sources add by their energies, as in the rest of the room. In shadow, where neither an image in a face is visible
+//! nor its boundary near, its waves are those of a rigid face and are added coherently to the image source seen past the edge: with N the Fresnel
+//! number of the clearance from the boundary they pass from the one to the other with the amplitude N²/(1 + N²).
+//!
+//! Reference: docs/diffraction.md.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use sonel_diffraction::{Complex, Spectrum, Wave};
+use sonel_geometry::PlaneId;
+
+use super::{EdgeArrival, VisibleWave};
+
+/// Ways over edges that differ by no more than this are one arrival [m]: those of hidden image sources, and those beside visible ones.
+const SAME_ARRIVAL: [f64; 2] = [10.0, 1.0];
+
+/// Fresnel number at which half of the amplitude of a hidden image in a face is added to that of the image source past the edge. The smaller it
+/// is the more is right in shadow.
+const HALF: f64 = 0.2;
+/// A Fresnel number at which nothing is near.
+const FAR: f64 = 1e6;
+
+/// Where an image source is seen from the receiver, and in which planes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Place {
+    /// About the scene's centre [m].
+    pub position: DVec3,
+    /// The planes of its mirrors in ascending order, each that is met an odd number of times once.
+    planes: Vec<PlaneId>,
+}
+
+impl Place {
+    /// At `position` in `planes`.
+    #[must_use]
+    pub fn new(position: DVec3, planes: impl IntoIterator<Item = PlaneId>) -> Self {
+        let mut planes: Vec<PlaneId> = planes.into_iter().collect();
+        planes.sort_unstable();
+        let odd = planes.chunk_by(|one, other| one == other).filter(|run| run.len() % 2 == 1);
+        Self { position, planes: odd.map(|run| run[0]).collect() }
+    }
+
+    /// About the place.
+    #[must_use]
+    pub(super) fn key(&self) -> Key {
+        (self.position.to_array().map(|x| libm::round(1e3 * x) as i64), self.planes.clone())
+    }
+}
+
+/// A place in millimetres and planes, to tell most image sources from one another.
+pub(super) type Key = ([i64; 3], Vec<PlaneId>);
+
+/// Waves of one length.
+pub(super) struct Part {
+    /// The image source that is seen past the edges.
+    pub group: usize,
+    /// The length with which the amplitudes rotate [m].
+    pub length: f64,
+    /// The shortest way over the edges [m].
+    pub way: f64,
+    /// Unit direction from the receiver to where it comes from.
+    pub towards: DVec3,
+    /// Amplitudes of the wave past the edges, one a cell [1/m].
+    pub direct: Vec<Complex>,
+    /// Those of the images in the faces.
+    pub faces: [Option<FacePart>; 2],
+}
+
+/// Waves that complete the image in a face.
+pub(super) struct FacePart {
+    /// That image source; none where nobody knows whether it is visible.
+    pub group: Option<usize>,
+    /// √((1−α)(1−s)) of the face, per band.
+    pub mirrored: Vec<f64>,
+    /// Whether the receiver is in the shadow of the image behind the edge.
+    pub is_dark: bool,
+    /// How far both ends are in front of the face, where its image may be visible: 0 … 1.
+    pub in_front: f64,
+    /// How much longer the way over the edge is than that to the image [m].
+    pub excess: f64,
+    /// Amplitudes, one a cell [1/m].
+    pub terms: Vec<Complex>,
+}
+
+/// A wave with the way that it has come.
+struct Sent {
+    wave: Wave,
+    way: f64,
+    towards: DVec3,
+}
+
+/// An image source with the waves that belong to it.
+struct Group {
+    place: Place,
+    order: u32,
+    /// Index of the visible wave.
+    visible: Option<usize>,
+    /// Least excess over an edge that cuts it off [m].
+    clearance: f64,
+    sent: Vec<Sent>,
+}
+
+/// All waves at a receiver.
+pub(super) struct Field<'a> {
+    spectrum: &'a Spectrum,
+    attenuation: &'a [f64],
+    groups: Vec<Group>,
+    by_planes: HashMap<Vec<PlaneId>, Vec<usize>>,
+    same_place: f64,
+    parts: Vec<Part>,
+}
+
+impl<'a> Field<'a> {
+    /// The `visible` waves, and nothing over edges yet. Places nearer than `same_place` [m] are one.
+    #[must_use]
+    pub fn new(
+        spectrum: &'a Spectrum,
+        attenuation: &'a [f64],
+        visible: &[VisibleWave],
+        same_place: f64,
+    ) -> Self {
+        let mut field = Self {
+            spectrum,
+            attenuation,
+            groups: Vec::new(),
+            by_planes: HashMap::new(),
+            same_place,
+            parts: Vec::new(),
+        };
+        for (index, wave) in visible.iter().enumerate() {
+            let group = field.group(wave.place.clone(), wave.order);
+            field.groups[group].visible = Some(index);
+        }
+        field
+    }
+
+    /// The group of the image source at `place`, if it has one.
+    #[must_use]
+    pub fn find(&self, place: &Place) -> Option<usize> {
+        let is_there =
+            |&&group: &&usize| self.groups[group].place.position.distance(place.position) <= self.same_place;
+        self.by_planes.get(&place.planes)?.iter().find(is_there).copied()
+    }
+
+    /// The group of the image source at `place`.
+    pub fn group(&mut self, place: Place, order: u32) -> usize {
+        self.find(&place).unwrap_or_else(|| {
+            let group = self.groups.len();
+            self.by_planes.entry(place.planes.clone()).or_default().push(group);
+            self.groups.push(Group {
+                place,
+                order,
+                visible: None,
+                clearance: f64::INFINITY,
+                sent: Vec::new(),
+            });
+            group
+        })
+    }
+
+    /// Whether the image source of a group is visible.
+    #[must_use]
+    pub fn is_visible(&self, group: usize) -> bool {
+        self.groups[group].visible.is_some()
+    }
+
+    /// Where the image source of a group is [m].
+    #[must_use]
+    pub fn position(&self, group: usize) -> DVec3 {
+        self.groups[group].place.position
+    }
+
+    /// Notes that an edge cuts the image source of a group off over which the way is longer by `excess` [m].
+    pub fn keep_clear(&mut self, group: usize, excess: f64) {
+        let clearance = &mut self.groups[group].clearance;
+        *clearance = clearance.min(excess);
+    }
+
+    /// Adds waves over edges.
+    pub fn add(&mut self, part: Part) {
+        self.parts.push(part);
+    }
+
+    /// Sets the energies of the `visible` waves that edges change; returns what arrives over edges besides.
+    #[must_use]
+    pub fn energies(mut self, visible: &mut [VisibleWave]) -> Vec<EdgeArrival> {
+        for part in std::mem::take(&mut self.parts) {
+            self.share_out(part);
+        }
+        let mut arrivals = Vec::new();
+        for group in self.groups.iter().filter(|group| !group.sent.is_empty()) {
+            arrivals.extend(self.hear(group, visible));
+        }
+        arrivals
+    }
+
+    /// Gives the waves of a part to the groups that they belong to.
+    fn share_out(&mut self, part: Part) {
+        let Part { group, length, way, towards, mut direct, faces } = part;
+        let cells = self.spectrum.cells();
+        for face in faces.into_iter().flatten() {
+            let is_visible = face.group.is_some_and(|group| self.is_visible(group));
+            let clearance = face.group.map_or(face.excess, |group| self.groups[group].clearance);
+            let mut own = Vec::with_capacity(cells.len());
+            for ((sum, term), cell) in direct.iter_mut().zip(face.terms).zip(cells) {
+                let mirrored = face.mirrored[cell.band];
+                let shaded = |way: f64, half: f64| {
+                    let number = (way * cell.k / PI).min(FAR);
+                    let near = half * half / (half * half + number * number);
+                    1.0 - face.in_front * if face.is_dark || face.group.is_some() { near } else { 1.0 }
+                };
+                let rigid = if is_visible { 0.0 } else { shaded(clearance, HALF) };
+                // Far in its shadow a face is rigid.
+                let left = if face.is_dark { shaded(face.excess, 1.0) } else { 1.0 - face.in_front };
+                *sum += term * (rigid * (mirrored + (1.0 - mirrored) * left));
+                own.push(term * ((1.0 - rigid * rigid).sqrt() * mirrored));
+            }
+            if let Some(image) = face.group {
+                let wave = Wave { length, amplitude: own };
+                self.groups[image].sent.push(Sent { wave, way, towards });
+            }
+        }
+        let wave = Wave { length, amplitude: direct };
+        self.groups[group].sent.push(Sent { wave, way, towards });
+    }
+
+    /// The energy of a group, shared out to the visible wave and to arrivals in proportion to what each brings alone.
+    fn hear(&self, group: &Group, visible: &mut [VisibleWave]) -> Vec<EdgeArrival> {
+        let together = SAME_ARRIVAL[usize::from(group.visible.is_some())];
+        let mut sent: Vec<(&Wave, f64, DVec3)> =
+            group.sent.iter().map(|sent| (&sent.wave, sent.way, sent.towards)).collect();
+        let lit = group.visible.map(|index| self.visible(&visible[index]));
+        if let (Some(index), Some(lit)) = (group.visible, &lit) {
+            sent.push((lit, 0.0, visible[index].towards));
+        }
+        sent.sort_by(|one, other| one.1.total_cmp(&other.1));
+        let mut energies: Vec<(f64, DVec3, Vec<f64>)> = Vec::new();
+        let mut first = 0;
+        for next in 1..=sent.len() {
+            let start = if first == 0 && lit.is_some() { sent[0].0.length } else { sent[first].1 };
+            if next == sent.len() || sent[next].1 > start + together {
+                let waves: Vec<&Wave> = sent[first..next].iter().map(|sent| sent.0).collect();
+                energies.push((start, sent[first].2, self.spectrum.energy(&waves)));
+                first = next;
+            }
+        }
+        if energies.len() > 1 {
+            let all: Vec<&Wave> = sent.iter().map(|sent| sent.0).collect();
+            let total = self.spectrum.energy(&all);
+            for (band, total) in total.into_iter().enumerate() {
+                let sum: f64 = energies.iter().map(|(.., energy)| energy[band]).sum();
+                let gain = total / sum.max(f64::MIN_POSITIVE);
+                energies.iter_mut().for_each(|(.., energy)| energy[band] *= gain);
+            }
+        }
+        let mut energies = energies.into_iter().map(|(length, towards, energy)| EdgeArrival {
+            length,
+            towards,
+            order: group.order,
+            energy: energy.into_iter().map(|energy| energy / (4.0 * PI)).collect(),
+        });
+        if let Some(index) = group.visible
+            && let Some(first) = energies.next()
+        {
+            visible[index].energy = first.energy;
+        }
+        energies.collect()
+    }
+
+    /// A visible wave without edges.
+    fn visible(&self, wave: &VisibleWave) -> Wave {
+        let amplitude = |band: usize| {
+            (wave.factor[band] * libm::exp(-self.attenuation[band] * wave.length)).sqrt() / wave.length
+        };
+        let cells = self.spectrum.cells().iter();
+        Wave {
+            length: wave.length,
+            amplitude: cells.map(|cell| Complex::real(amplitude(cell.band))).collect(),
+        }
+    }
+}

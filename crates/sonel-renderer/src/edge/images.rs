@@ -1,0 +1,231 @@
+//! Image sources of one end of a path, and which part of each edge is visible from them.
+//!
+//! A source has images in the mirrors that its sound meets before an edge, a receiver in those between the edge and itself. All images up
+//! to the highest order whose number times that of the edges is affordable are taken. Visibility is found when it is asked for, and kept.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::DVec3;
+use sonel_diffraction::{Wedge, WedgePoint};
+use sonel_geometry::Geometry;
+use sonel_map::CoefficientTable;
+
+use super::mirror::{Mirror, is_clear};
+use super::visibility::{stretches, unobstructed};
+use super::{Edges, RoomEdge};
+use crate::mirror::tree::ImageTree;
+
+/// Most images of a source or a receiver, and most images times edges.
+const IMAGES: usize = 2048;
+const IMAGES_TIMES_EDGES: usize = 1 << 20;
+/// How far off a mirror, in lifts, an edge lies at least that it shows.
+pub(super) const OFF_THE_MIRROR: f64 = 16.0;
+
+/// An end of a path, or its image in mirrors.
+#[derive(Debug)]
+pub(super) struct Image {
+    /// The mirrors, the one next to the end of the path first.
+    pub mirrors: Vec<Mirror>,
+    /// About the scene's centre [m].
+    pub position: DVec3,
+    /// ∏ (1−α)(1−s) of the mirrors, per band.
+    pub factor: Vec<f64>,
+    /// One bit an edge: whether any part of it may be visible.
+    pub edges: Vec<u64>,
+    /// Inward normals of the sides of the beam through the mirrors; all sides contain the image.
+    sides: Vec<DVec3>,
+}
+
+/// What of an edge is visible from an image.
+#[derive(Debug)]
+pub(super) struct View {
+    /// The image about the edge.
+    pub point: WedgePoint,
+    /// Visible parts, from the start of the edge [m].
+    pub parts: Vec<[f64; 2]>,
+    /// 1, but where another edge is about to hide all of it at once, down to 0.
+    pub share: f64,
+}
+
+/// What has been looked at, by image and edge.
+type Views = HashMap<(usize, usize), Option<Arc<View>>>;
+
+/// All images of one end.
+pub(crate) struct Images {
+    /// The end itself, about the scene's centre [m].
+    origin: DVec3,
+    /// The end first, then by order.
+    pub(super) all: Vec<Image>,
+    /// Up to which order they are complete.
+    order: u32,
+    views: Mutex<Views>,
+}
+
+/// Most images that are affordable beside so many edges.
+pub(crate) fn most_images(edges: usize) -> usize {
+    (IMAGES_TIMES_EDGES / edges.max(1)).min(IMAGES)
+}
+
+impl Image {
+    /// Number of reflections.
+    pub fn order(&self) -> u32 {
+        self.mirrors.len() as u32
+    }
+
+    /// Where what is at `point` behind the mirrors appears from the end of the path.
+    pub fn unfold(&self, point: DVec3) -> DVec3 {
+        self.mirrors.iter().rev().fold(point, |point, mirror| mirror.image(point))
+    }
+
+    /// The part of an edge within the beam [m from its start].
+    fn within_beam(&self, edge: &RoomEdge, least: f64) -> Option<[f64; 2]> {
+        let ends = [0.0, edge.wedge.length()].map(|along| edge.wedge.at(along));
+        let mut part = [0.0, 1.0];
+        let mut clip = |[at_start, at_end]: [f64; 2]| {
+            let crossing = at_start / (at_start - at_end);
+            match (at_start < 0.0, at_end < 0.0) {
+                (true, true) => part[1] = -1.0,
+                (true, false) => part[0] = crossing.max(part[0]),
+                (false, true) => part[1] = crossing.min(part[1]),
+                (false, false) => {}
+            }
+        };
+        if let Some(last) = self.mirrors.last() {
+            clip(ends.map(|end| last.height(end) - least));
+        }
+        self.sides.iter().for_each(|side| clip(ends.map(|end| side.dot(end - self.position))));
+        (part[0] < part[1]).then(|| part.map(|share| share * edge.wedge.length()))
+    }
+}
+
+impl Images {
+    /// The images at the root of `tree` and in it, up to `order` reflections.
+    #[must_use]
+    pub fn new(
+        edges: &Edges,
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        origin: DVec3,
+        (tree, order): (Option<&ImageTree>, u32),
+    ) -> Self {
+        let mut all = vec![Image {
+            mirrors: Vec::new(),
+            position: origin,
+            factor: vec![1.0; table.bands()],
+            edges: Vec::new(),
+            sides: Vec::new(),
+        }];
+        if let Some(tree) = tree {
+            all.extend((0..tree.count(order)).map(|image| {
+                let mut mirrors: Vec<Mirror> =
+                    tree.mirrors(image).map(|(surface, side)| Mirror::new(geometry, surface, side)).collect();
+                mirrors.reverse();
+                let factor = (0..table.bands()).map(|band| {
+                    let of = |mirror: &Mirror| specular(geometry, table, mirror, band);
+                    mirrors.iter().map(of).product()
+                });
+                Image {
+                    factor: factor.collect(),
+                    position: tree.position(image),
+                    sides: tree.sides(image).to_vec(),
+                    edges: Vec::new(),
+                    mirrors,
+                }
+            }));
+        }
+        let least = OFF_THE_MIRROR * f64::from(geometry.lift());
+        for image in &mut all {
+            let mut bits = vec![0_u64; edges.all.len().div_ceil(64)];
+            for (index, edge) in edges.all.iter().enumerate() {
+                if image.within_beam(edge, least).is_some() {
+                    bits[index / 64] |= 1 << (index % 64);
+                }
+            }
+            image.edges = bits;
+        }
+        Self { origin, all, order, views: Mutex::default() }
+    }
+
+    /// Up to which order they are complete.
+    #[must_use]
+    pub fn order(&self) -> u32 {
+        self.order
+    }
+
+    /// What of an edge is visible from an image.
+    #[must_use]
+    pub(super) fn view(
+        &self,
+        edges: &Edges,
+        geometry: &Geometry,
+        image: usize,
+        edge: usize,
+    ) -> Option<Arc<View>> {
+        let views = || self.views.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = views().get(&(image, edge)) {
+            return known.clone();
+        }
+        let view = self.look(edges, geometry, &self.all[image], &edges.all[edge]).map(Arc::new);
+        views().insert((image, edge), view.clone());
+        view
+    }
+
+    fn look(&self, edges: &Edges, geometry: &Geometry, image: &Image, edge: &RoomEdge) -> Option<View> {
+        let within = image.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.lift()))?;
+        let point = edge.wedge.locate(image.position)?;
+        let part = edge.wedge.between(within);
+        let parts = stretches(&part, |place| is_clear(geometry, &image.mirrors, self.origin, place));
+        let parts: Vec<[f64; 2]> =
+            parts.into_iter().map(|part| part.map(|along| along + within[0])).collect();
+        let nearest = parts.iter().min_by(|a, b| aside(point, a).total_cmp(&aside(point, b)))?;
+        let place = edge.wedge.at(point.along.clamp(nearest[0], nearest[1]));
+        let hiding = edge.hiders.iter().map(|&other| &edges.all[other].wedge);
+        let share = unobstructed(place, image.position, hiding);
+        (share > 0.0).then_some(View { point, parts, share })
+    }
+
+    /// The direction in which sound leaves the end for `place`, through the mirrors of an image [m].
+    #[must_use]
+    pub(super) fn leaving(&self, image: usize, place: DVec3) -> DVec3 {
+        self.all[image].unfold(place) - self.origin
+    }
+}
+
+impl View {
+    /// The longest visible part [m].
+    pub fn longest(&self) -> [f64; 2] {
+        let length = |part: &&[f64; 2]| part[1] - part[0];
+        *self.parts.iter().max_by(|a, b| length(a).total_cmp(&length(b))).expect("a view has parts")
+    }
+
+    /// The parts that are visible in `other` as well [m].
+    pub fn common<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = [f64; 2]> + 'a {
+        let both =
+            |one: &'a [f64; 2]| other.parts.iter().map(|other| [one[0].max(other[0]), one[1].min(other[1])]);
+        self.parts.iter().flat_map(both).filter(|[from, to]| from < to)
+    }
+}
+
+/// How far along the edge a part is from the point [m].
+fn aside(point: WedgePoint, part: &[f64; 2]) -> f64 {
+    (point.along - point.along.clamp(part[0], part[1])).abs()
+}
+
+/// (1−α)(1−s) of a mirror in `band`.
+#[must_use]
+pub(super) fn specular(geometry: &Geometry, table: &CoefficientTable, mirror: &Mirror, band: usize) -> f64 {
+    let material = geometry.surface(mirror.surface).material;
+    table.material(material).specular.energy[band / 4][band % 4]
+}
+
+/// How much longer the way from one place to another is over an edge than straight [m], and where it crosses the edge.
+#[must_use]
+pub(super) fn over_edge(wedge: &Wedge, from: DVec3, to: DVec3) -> (f64, DVec3) {
+    let along = [from, to].map(|end| (end - wedge.at(0.0)).dot(wedge.direction()));
+    let near = from.distance(wedge.at(along[0]));
+    let far = to.distance(wedge.at(along[1]));
+    let share = if near + far > 0.0 { near / (near + far) } else { 0.5 };
+    let place = wedge.at((along[0] + (along[1] - along[0]) * share).clamp(0.0, wedge.length()));
+    (from.distance(place) + place.distance(to) - from.distance(to), place)
+}
