@@ -1,7 +1,8 @@
-//! A long screen on a rigid floor in the open: what is heard behind it is the interference of four paths over its rim.
+//! A long screen on a rigid floor in the open: four paths over its rim, two of each image source.
 //!
-//! Source, receiver and their images in the floor pair up to four paths, each with Macdonald's field of a half plane. Paths of one source over
-//! one edge are coherent (docs/physics.md §5), so the level behind the screen rises and falls with the bands.
+//! Source, receiver and their images in the floor pair up to four paths, each with Macdonald's field of a half plane. The direct path and the
+//! path that the floor reflects on both sides belong to the source, the two others to its image: paths of one image source interfere, image
+//! sources add by energy (docs/diffraction.md).
 
 use core::f64::consts::PI;
 
@@ -45,10 +46,10 @@ fn polar((x, z): (f64, f64)) -> (f64, f64, f64) {
     (away.hypot(below), if x < 0.0 { -from_down } else { 2.0 * PI - from_down }, 0.0)
 }
 
-/// |p|² of the four paths for a source of free field 1/r, the mean over an octave [1/m²].
-fn four_paths(center: f64) -> f64 {
+/// |p|² of two paths for a source of free field 1/r, each mirrored in the floor or not (−1 or 1) at the source and at the receiver; the mean
+/// over an octave [1/m²].
+fn two_paths(center: f64, signs: [(f64, f64); 2]) -> f64 {
     let mirrored = |(x, z): (f64, f64), sign: f64| polar((x, sign * z));
-    let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
     let paths =
         signs.map(|(s, r)| HalfPlane { source: mirrored(SOURCE, s), receiver: mirrored(RECEIVER, r) });
     let (low, count) = (center / 2.0_f64.sqrt(), 60);
@@ -63,10 +64,12 @@ fn four_paths(center: f64) -> f64 {
 }
 
 #[test]
-fn behind_a_screen_four_paths_interfere() {
+fn behind_a_screen_the_paths_of_each_image_source_interfere() {
     let rendering = outdoors(&["diffraction"], 64, 0.0).render(RenderSettings::default());
     for (band, center) in OCTAVES.into_iter().enumerate() {
-        let off = 10.0 * (rendering.energy(0, band) * 4.0 * PI / four_paths(center)).log10();
+        let direct = two_paths(center, [(1.0, 1.0), (-1.0, -1.0)]);
+        let of_image = two_paths(center, [(1.0, -1.0), (-1.0, 1.0)]);
+        let off = 10.0 * (rendering.energy(0, band) * 4.0 * PI / (direct + of_image)).log10();
         assert!(off.abs() < 0.3, "{center} Hz: {off:+.2} dB");
     }
 }
