@@ -2,14 +2,13 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel_geometry::PlaneId;
 use sonel_map::coefficients::to_lanes;
 use sonel_map::{Lanes, lanes_of};
 
 use crate::deposit::{Deposits, add_lanes};
 use crate::direct::{direct_path, spread};
 use crate::edge::{Edges, Images, Listening, Place, RECEIVER_OUT, VisibleWave};
-use crate::mirror::{MirrorChains, Radiator};
+use crate::mirror::{MirrorArrival, MirrorChains, Radiator};
 use crate::receiver::PreparedReceiver;
 use crate::render::{PathClass, Renderer};
 use crate::rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
@@ -110,26 +109,29 @@ impl Renderer<'_> {
             receiver: place,
             complete_order: chains.order(),
         };
-        let mut visible = self.visible(&at, chains);
-        let is_direct = |wave: &VisibleWave| wave.order == 0;
-        let is_clear = visible.iter().any(is_direct);
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
-        let mut edge_work = None;
-        if let Some((edges, images)) = over_edges {
-            let sound = edges.hear(&at, images, &mut visible);
-            edge_work = Some(sound.work);
-            for arrival in sound.arrivals {
-                let found = bare(arrival.length, arrival.towards, arrival.order, true);
-                // Beside a clear direct path edges are many and weak: they are heard but not listed.
-                deposit(2, found, &to_lanes(arrival.energy), !is_clear && arrival.order <= listed);
-            }
+        let class = |order: u32| usize::from(order > 0);
+        let Some((edges, images)) = over_edges else {
+            self.visit_visible(&at, chains, |wave, energy| {
+                let found = bare(wave.length, wave.towards, wave.order, false);
+                deposit(class(wave.order), found, energy, wave.order <= listed);
+            });
+            part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
+            return part;
+        };
+        let mut visible = self.visible(&at, chains);
+        let is_clear = visible.iter().any(|wave| wave.order == 0);
+        let sound = edges.hear(&at, images, &mut visible);
+        for arrival in sound.arrivals {
+            let found = bare(arrival.length, arrival.towards, arrival.order, true);
+            // Beside a clear direct path edges are many and weak: they are heard but not listed.
+            deposit(2, found, &to_lanes(arrival.energy), !is_clear && arrival.order <= listed);
         }
         for wave in visible {
-            let class = usize::from(!is_direct(&wave));
             let found = bare(wave.length, wave.towards, wave.order, false);
-            deposit(class, found, &to_lanes(wave.energy), wave.order <= listed);
+            deposit(class(wave.order), found, &to_lanes(wave.energy), wave.order <= listed);
         }
-        part.edge_work = edge_work;
+        part.edge_work = Some(sound.work);
         part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
         part
     }
@@ -138,26 +140,48 @@ impl Renderer<'_> {
     fn visible(&self, at: &Listening<'_>, chains: &MirrorChains) -> Vec<VisibleWave> {
         let bands = self.table.bands();
         let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
-        let wave = |length: f64, towards: DVec3, order, planes: &[PlaneId], factor: Vec<f64>| {
-            let mut energy = to_lanes(factor.iter().map(|factor| factor * spread(length)));
-            if let Some(air) = self.air.as_ref().filter(|_| order > 0) {
-                air.attenuate(length, &mut energy);
-            }
-            let place = Place::new(at.receiver + towards * length, planes.iter().copied());
-            VisibleWave { place, length, towards, order, factor, energy: flat(&energy) }
-        };
         let mut visible = Vec::new();
-        if let Some((length, direction)) = direct_path(self.geometry, at.radiator.position, at.receiver) {
-            let factor = vec![at.radiator.factor(direction); bands];
-            let mut wave = wave(length, -direction, 0, &[], factor);
-            let air = self.attenuation.iter().map(|m| libm::exp(-m * length));
-            wave.energy.iter_mut().zip(air).for_each(|(energy, air)| *energy *= air);
-            visible.push(wave);
-        }
-        chains.visit(self.geometry, &self.table, at.receiver, self.bins.reach, |found| {
-            visible.push(wave(found.length, found.towards, found.order, &found.planes, flat(found.factor)));
+        self.visit_visible(at, chains, |found, energy| {
+            visible.push(VisibleWave {
+                place: Place::new(at.receiver + found.towards * found.length, found.planes.iter().copied()),
+                length: found.length,
+                towards: found.towards,
+                order: found.order,
+                factor: flat(found.factor),
+                energy: flat(energy),
+            });
         });
         visible
+    }
+
+    /// Visits direct sound, as an arrival over no mirror, and the image sources of `chains` that are visible from the receiver, each with its
+    /// energy after air [1/m²].
+    fn visit_visible(
+        &self,
+        at: &Listening<'_>,
+        chains: &MirrorChains,
+        mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
+    ) {
+        let bands = self.table.bands();
+        if let Some((length, direction)) = direct_path(self.geometry, at.radiator.position, at.receiver) {
+            let factor = at.radiator.factor(direction);
+            let energy = self.attenuation.iter().map(|m| factor * spread(length) * libm::exp(-m * length));
+            let factors = to_lanes(vec![factor; bands]);
+            let direct =
+                MirrorArrival { length, towards: -direction, order: 0, planes: vec![], factor: &factors };
+            visit(&direct, &to_lanes(energy));
+        }
+        let mut energy = vec![[0.0; 4]; lanes_of(bands)];
+        chains.visit(self.geometry, &self.table, at.receiver, self.bins.reach, |found| {
+            let spreading = spread(found.length);
+            for (energy, factor) in energy.iter_mut().zip(found.factor) {
+                *energy = factor.map(|factor| factor * spreading);
+            }
+            if let Some(air) = &self.air {
+                air.attenuate(found.length, &mut energy);
+            }
+            visit(found, &energy);
+        });
     }
 
     /// A source's or receiver's place [m] as edges are asked about it, `out` [resolutions] of the planes that it lies in.

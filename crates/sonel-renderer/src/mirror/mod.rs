@@ -32,7 +32,7 @@ pub struct MirrorArrival<'a> {
     pub length: f64,
     /// Unit direction from the receiver to the image.
     pub towards: DVec3,
-    /// Number of reflections, at least one.
+    /// Number of reflections; none of direct sound.
     pub order: u32,
     /// Planes of its mirrors; none where the images of an empty box are a lattice.
     pub planes: Vec<PlaneId>,
