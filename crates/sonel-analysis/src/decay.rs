@@ -84,7 +84,7 @@ impl DecayCurve {
         Ok(curve)
     }
 
-    /// Duration of a run [s], from the emission, whose record reaches `level_db`, and [`BEYOND_DB`] more that make the tail small, if the decay
+    /// Duration of a run [s], from the emission, whose record reaches `level_db` and 15 dB more, so that the tail is small, if the decay
     /// goes on as at the end.
     #[must_use]
     pub fn duration_to_reach(&self, level_db: f64) -> f64 {

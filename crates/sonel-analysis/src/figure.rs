@@ -110,7 +110,7 @@ impl Estimate {
     /// A reverberation time read as `quality` says, with a warning where the decay exceeds the limits of ISO 3382-2 annex B.
     ///
     /// # Errors
-    /// [`Unsupported::NotStraight`] where it exceeds them [`HOPELESS`]ly.
+    /// [`Unsupported::NotStraight`] where it exceeds ten times the limits.
     pub fn if_straight(self, quality: Option<DecayQuality>) -> Figure {
         let Some(quality) = quality else { return Ok(self) };
         if let Some(found) = quality.excess(HOPELESS) {

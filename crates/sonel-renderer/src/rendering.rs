@@ -138,7 +138,7 @@ impl Rendering {
     /// which the energy of all packets decayed at the end [1/s], both per band.
     ///
     /// The energy E spreads over the volume, so that its fluence is c/V ∫E dt = c E / (V k). A room that hardly decays is taken for one
-    /// that decays by [`SLOWEST_NEPERS`] in the whole run.
+    /// that decays by 0.01 nepers in the whole run.
     #[must_use]
     pub fn missing(&self, bins: &TimeBins, volume: f64) -> (Vec<f64>, Vec<f64>) {
         let [from, to] = bins.marks();
