@@ -9,6 +9,7 @@ use sonel_renderer::{DiscreteArrival, RenderSettings};
 use sonel_scene::Scene;
 use sonel_testkit::analytic::specular_box::{Arrival, SpecularBox};
 use sonel_tests::Traced;
+use sonel_tests::estimates::{agree_in_windows, windows};
 
 const SIZE: [f64; 3] = [6.0, 5.0, 4.0];
 const SOURCE: [f64; 3] = [1.5, 1.2, 1.3];
@@ -147,4 +148,26 @@ fn images_of_a_directional_source_are_mirrored() {
         assert_eq!(unlike, 0, "band {band}");
         assert!(turned > 300, "band {band}: {turned} images would do without being turned");
     }
+}
+
+/// In a box whose long chains are left to rays that are always mirrored, energies are those of the whole lattice of images, early and late,
+/// and no other estimator brings them again.
+#[test]
+fn rays_bring_the_chains_that_are_not_enumerated() {
+    let scene = |absorption: f64| {
+        let mut scene = six_walls(Mesh::shoebox(SIZE, [0, 1, 2, 3, 4, 5]));
+        scene.materials[0] = Material::uniform("wall", absorption, 0.0, scene.bands.count());
+        scene.sources[0].directivity = Directivity::Cardioid;
+        scene
+    };
+    let borders = [0.0, 0.05, 0.1, 0.15, 0.25];
+    let settings = Settings { emissions: 65_536, ..Settings::default() };
+    let in_windows = |absorption: f64, mirror_order: Option<u32>| {
+        let render = RenderSettings { mirror_order, ..RenderSettings::default() };
+        let windows = windows(&Traced::new(scene(absorption), settings), render, &borders);
+        windows[0][3].clone()
+    };
+    let lattice = in_windows(0.05, None);
+    agree_in_windows(&in_windows(0.05, Some(2)), &lattice, 0.04).expect("the same energy");
+    agree_in_windows(&in_windows(0.15, Some(2)), &lattice, 0.04).expect_err("another absorption");
 }

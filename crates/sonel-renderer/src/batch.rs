@@ -7,9 +7,9 @@ use sonel_map::{Arrival, EmissionDirections, Lanes, PathWeight, Segment, Segment
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use crate::bent_connection::{EdgeChoice, connect_bent};
-use crate::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
-use crate::crossing::{OthersOwn, cross};
-use crate::deposit::{Deposits, add_lanes};
+use crate::connection::{ClassDeposits, DiffuseSonel, Thinning, connect, normal_on, radiosity};
+use crate::crossing::{OthersOwn, Piece, cross, owns};
+use crate::deposit::{Deposits, TimeBins, add_lanes};
 use crate::gather::near::NearSource;
 use crate::gather::rays::{Found, Observer, Sonels, place};
 use crate::gather::{GatherIndex, cast};
@@ -21,7 +21,7 @@ use crate::render::{Medium, PathClass, Renderer};
 use crate::rendering::{CoarseEchogram, Rendering};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
-const BATCHES_IN_FLIGHT: u32 = 8;
+pub(crate) const BATCHES_IN_FLIGHT: u32 = 8;
 
 /// One batch's estimate: all its echograms, and the sums of its classes.
 pub(crate) struct BatchEstimate {
@@ -33,7 +33,7 @@ pub(crate) struct BatchEstimate {
 }
 
 impl BatchEstimate {
-    fn new(borders: &[Vec<f64>], bins: usize, bands: usize) -> Self {
+    pub fn new(borders: &[Vec<f64>], bins: usize, bands: usize) -> Self {
         Self {
             deposits: Deposits::new(borders.len(), bins, bands),
             kernel: KernelDifference::new(borders, bands),
@@ -43,7 +43,7 @@ impl BatchEstimate {
     }
 
     /// Forgets the batch before. Memory is taken over from batch to batch: fresh pages would cost a tenth of the time.
-    fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.deposits.clear();
         self.sums.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
         self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
@@ -61,6 +61,30 @@ impl BatchEstimate {
                 air.attenuate(mark, scratch);
             }
             add_lanes(sum, scratch);
+        }
+    }
+
+    /// Adds the estimate of `batch` of `weight` at the receivers `tile`, whose direct sound arrives at `first_arrivals` [s], to `rendering`.
+    pub fn add_to(
+        &self,
+        rendering: &mut Rendering,
+        (batch, weight): (usize, f64),
+        tile: Range<usize>,
+        bins: &TimeBins,
+        borders: &[Vec<f64>],
+        first_arrivals: &[f64],
+    ) {
+        for (class, sum) in PathClass::ALL.into_iter().zip(&self.sums) {
+            rendering.book(class, weight, sum);
+        }
+        if tile.start == 0 {
+            rendering.book_under_way(weight, &self.under_way);
+        }
+        rendering.total.add_receivers(tile.start, &self.deposits, weight);
+        for (local, index) in tile.enumerate() {
+            rendering.kernel_differences[batch][index].add(&self.kernel.at[local]);
+            let coarse: &mut CoarseEchogram = &mut rendering.batches[batch][index];
+            coarse.add_fine(&borders[local], &self.deposits, local, bins, first_arrivals[local]);
         }
     }
 
@@ -100,6 +124,7 @@ impl Audience<'_> {
 struct Scratch {
     choices: Vec<Stream>,
     bends: Vec<Stream>,
+    turns: Vec<Thinning>,
     radiosity: Vec<Lanes>,
     energy: Vec<Lanes>,
 }
@@ -121,6 +146,8 @@ impl Renderer<'_> {
             EmissionDirections::new(traced.seed, source as u32, self.map.layout(), traced.spectral);
         let count = self.batches.len() as u32;
         let audience = self.audience(&receivers[tile.clone()], borders, radiator, rendering.mirror_order);
+        let first_arrivals: Vec<f64> =
+            audience.others.iter().map(|others| self.bins.time(others.direct_length)).collect();
         rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));
         let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
             .map(|_| BatchEstimate::new(borders, self.bins.count, self.table.bands()))
@@ -131,20 +158,8 @@ impl Renderer<'_> {
                 self.estimate(batch, source, &directions, &audience, estimate);
             });
             for (batch, estimate) in (first as usize..).zip(group) {
-                let weight = self.batches[batch].weight;
-                for (class, sum) in PathClass::ALL.into_iter().zip(&estimate.sums) {
-                    rendering.book(class, weight, sum);
-                }
-                if tile.start == 0 {
-                    rendering.book_under_way(weight, &estimate.under_way);
-                }
-                rendering.total.add_receivers(tile.start, &estimate.deposits, weight);
-                rendering.kernel_differences[batch].extend_from_slice(&estimate.kernel.at);
-                for (local, index) in tile.clone().enumerate() {
-                    let first_arrival = self.bins.time(radiator.position.distance(receivers[index].exact));
-                    let coarse: &mut CoarseEchogram = &mut rendering.batches[batch][index];
-                    coarse.add_fine(&borders[local], &estimate.deposits, local, &self.bins, first_arrival);
-                }
+                let weighed = (batch, self.batches[batch].weight);
+                estimate.add_to(rendering, weighed, tile.clone(), &self.bins, borders, &first_arrivals);
             }
             progress(f64::from(count.min(first + BATCHES_IN_FLIGHT)) / f64::from(count));
         }
@@ -168,6 +183,7 @@ impl Renderer<'_> {
             .map(|(images, receiver)| OthersOwn {
                 direct_length: radiator.position.distance(receiver.exact),
                 mirror_order,
+                long_chains: self.mirrors_long_chains(),
                 image_order: self.owned_order(images.as_ref()),
                 diffuse: self.connects_diffuse(),
                 bent: self.gathers_by_mirrors(),
@@ -284,13 +300,16 @@ impl Renderer<'_> {
         }
         let bands = self.table.bands();
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
-        let streams = |purpose| {
+        let streams = |purpose| -> Vec<Stream> {
             let stream = |r| receiver_stream(self.seed(), purpose, r, source, batch);
             audience.receivers.iter().map(stream).collect()
         };
+        let every = self.sonels_per_connection();
+        let turns = streams(Purpose::ConnectionChoice);
         let mut scratch = Scratch {
             choices: streams(Purpose::MirrorChoice),
             bends: streams(Purpose::BendChoice),
+            turns: turns.into_iter().map(|mut stream| Thinning::new(every, stream.bits())).collect(),
             radiosity: zeros.clone(),
             energy: zeros,
         };
@@ -334,10 +353,12 @@ impl Renderer<'_> {
         let medium = self.medium();
         estimate.take_stock(segment, &medium, &mut scratch.energy);
         if segment.history.specular_run > 0 || segment.history.bends > 1 || !self.connects_diffuse() {
-            let receivers = audience.receivers.iter().zip(&audience.others);
-            let class = sphere_class(segment.history);
+            let receivers = audience.receivers.iter().zip(&audience.others).enumerate();
+            let left = receivers.filter(|(_, (_, others))| owns(segment.history, **others));
+            let receivers = left.map(|(index, (receiver, others))| (index, receiver, others.direct_length));
+            let mut deposits = estimate.class(sphere_class(segment.history));
             let coarse = |receiver, bin| audience.coarse_bin(receiver, bin);
-            cross(segment, receivers, &medium, coarse, &mut scratch.energy, &mut estimate.class(class));
+            cross(&Piece::of(segment), receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
@@ -347,7 +368,8 @@ impl Renderer<'_> {
         if let Some(index) = index {
             self.gather(segment, arrival, index, audience, &mut scratch.energy, estimate);
         }
-        radiosity(segment.energy, &row.diffuse, &mut scratch.radiosity);
+        let times = f64::from(self.sonels_per_connection());
+        radiosity(segment.energy, &row.diffuse, times, &mut scratch.radiosity);
         let sonel = DiffuseSonel {
             position: segment.end,
             normal: normal_on(arrival.side, self.normals[arrival.surface.0 as usize]),
@@ -358,6 +380,7 @@ impl Renderer<'_> {
         connect(
             &sonel,
             audience.receivers,
+            &mut scratch.turns,
             &medium,
             &mut scratch.energy,
             &mut estimate.class(PathClass::Diffuse),

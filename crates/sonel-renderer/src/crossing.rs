@@ -1,10 +1,13 @@
-//! L S^k R, k > K, and … D S^k R, k > K′: traced segments that cross the ball about a receiver ([`crate::ball`]).
+//! … D S^k R, k > K′, and L S^k R, k > K, where [`crate::specular`] does not own it: traced segments that cross the ball about a receiver
+//! ([`crate::ball`]).
 //!
 //! fluence += e ℓ / V, at the time at which the segment's line passes the receiver, but not before the direct sound. The bias is that of
 //! averaging over the ball (docs/physics.md §4).
 
+use glam::Vec3;
 use sonel_map::{Lanes, Segment, SegmentHistory};
 
+use crate::bending::WayEnd;
 use crate::connection::ClassDeposits;
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
@@ -14,6 +17,8 @@ use crate::render::Medium;
 pub struct OthersOwn {
     /// K: mirror chains from the source.
     pub mirror_order: u32,
+    /// Whether rays of their own own longer chains that no edge bent.
+    pub long_chains: bool,
     /// K′: mirror images of the receiver.
     pub image_order: u32,
     /// Whether connections own … D R.
@@ -30,36 +35,59 @@ pub struct OthersOwn {
 #[must_use]
 pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
     match (history.diffused, history.specular_run) {
-        (false, run) => run > others.mirror_order,
+        (false, run) => run > others.mirror_order && (history.bends > 0 || !others.long_chains),
         (true, 0) => !others.diffuse || history.bends > 1 && !others.bent,
         (true, run) => run > others.image_order || history.bends > 0 && !others.bent,
     }
 }
 
-/// Adds what `segment` brings to the ball of every receiver that leaves its class to spheres. `coarse` is the coarse bin of
-/// a receiver's fine bin.
+/// A straight piece of a way.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece<'a> {
+    /// Where it begins and ends, about the scene's centre [m].
+    pub ends: (Vec3, Vec3),
+    /// Path length from the source to its beginning [m].
+    pub start_length: f64,
+    /// Energy on it, without air [1].
+    pub energy: &'a [Lanes],
+    /// Where its straight way began, where edges still have to take from it what they bend.
+    pub unbent_from: Option<WayEnd>,
+}
+
+impl<'a> Piece<'a> {
+    /// The whole of `segment`, which edges have passed already.
+    #[must_use]
+    pub fn of(segment: &Segment<'a>) -> Self {
+        let ends = (segment.start, segment.end);
+        Self { ends, start_length: segment.start_length, energy: segment.energy, unbent_from: None }
+    }
+}
+
+/// Adds what `piece` brings to the balls of `receivers`, each with its number and the length of the straight way from the source.
+/// `coarse` is the coarse bin of a receiver's fine bin.
 #[inline]
 pub fn cross<'a>(
-    segment: &Segment<'_>,
-    receivers: impl Iterator<Item = (&'a PreparedReceiver, &'a OthersOwn)>,
+    piece: &Piece<'_>,
+    receivers: impl Iterator<Item = (usize, &'a PreparedReceiver, f64)>,
     medium: &Medium<'_>,
     coarse: impl Fn(usize, usize) -> u32,
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
-    for (index, (receiver, &others)) in receivers.enumerate() {
-        if !owns(segment.history, others) {
-            continue;
-        }
-        let ends = (segment.start, segment.end);
-        let ball = receiver.balls.at(segment.start_length);
-        let Some(chord) = ball.chord(medium.geometry, ends) else { continue };
-        let length = (segment.start_length + chord.at).max(others.direct_length);
+    for (index, receiver, direct_length) in receivers {
+        let ball = receiver.balls.at(piece.start_length);
+        let Some(chord) = ball.chord(medium.geometry, piece.ends) else { continue };
+        let length = (piece.start_length + chord.at).max(direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
-        for (scratch, energy) in scratch.iter_mut().zip(segment.energy) {
+        for (scratch, energy) in scratch.iter_mut().zip(piece.energy) {
             for lane in 0..4 {
                 scratch[lane] = energy[lane] * chord.fluence;
             }
+        }
+        if let Some((bends, from)) = medium.bends.zip(piece.unbent_from) {
+            let (start, end) = (piece.ends.0.as_dvec3(), piece.ends.1.as_dvec3());
+            let passed = start + (end - start).normalize() * chord.at.max(0.0);
+            bends.keep_straight(medium.geometry, [from, WayEnd::in_air(passed)], scratch);
         }
         deposits.add_from_kernel(index, (bin, coarse(index, bin)), length, scratch, chord.gain, medium);
     }
@@ -73,8 +101,14 @@ mod tests {
     fn each_history_has_one_owner() {
         let bent = |specular_run, diffused, bends| SegmentHistory { order: 9, specular_run, diffused, bends };
         let history = |specular_run, diffused| bent(specular_run, diffused, 0);
-        let others =
-            OthersOwn { mirror_order: 2, image_order: 1, diffuse: true, bent: false, direct_length: 0.0 };
+        let others = OthersOwn {
+            mirror_order: 2,
+            long_chains: false,
+            image_order: 1,
+            diffuse: true,
+            bent: false,
+            direct_length: 0.0,
+        };
         assert!(!owns(history(0, false), others), "direct sound");
         assert!(!owns(history(2, false), others), "mirror chain");
         assert!(owns(history(3, false), others));
@@ -88,8 +122,9 @@ mod tests {
         let rays = OthersOwn { bent: true, ..others };
         assert!(!owns(bent(0, true, 2), rays) && !owns(bent(1, true, 1), rays), "visibility rays turn");
         assert!(owns(bent(2, true, 1), rays) && owns(bent(3, false, 1), rays));
-        let alone =
-            OthersOwn { mirror_order: 0, image_order: 0, diffuse: false, bent: false, direct_length: 0.0 };
+        let mirrored = OthersOwn { long_chains: true, ..others };
+        assert!(!owns(history(3, false), mirrored) && owns(bent(3, false, 1), mirrored));
+        let alone = OthersOwn { mirror_order: 0, image_order: 0, diffuse: false, ..others };
         assert!(!owns(history(0, false), alone), "direct sound");
         assert!(
             owns(history(1, false), alone) && owns(history(0, true), alone) && owns(history(1, true), alone)

@@ -55,6 +55,10 @@ impl Renderer<'_> {
             for batch in &mut rendering.batches {
                 batch.push(part.coarse.clone());
             }
+            let nothing = CoarseEchogram::new(borders[index].len(), self.table.bands());
+            for differences in &mut rendering.kernel_differences {
+                differences.push(nothing.clone());
+            }
             for (class, energy) in CLASSES.into_iter().zip(&part.classes) {
                 rendering.book(class, 1.0, energy);
             }

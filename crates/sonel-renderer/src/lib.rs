@@ -10,7 +10,8 @@
 //! | … D R | [`connection`] (a shadow ray from every sonel; beside a surface shared with [`gather`]); [`bent_connection`] over one edge |
 //! | … D S^k R, k ≤ K′ | [`mirror_connection`] (a connection from every sonel to one of the receiver's images) |
 //! | … D S⁺ R in geometries of many surfaces | [`gather`] (visibility rays and density estimation) |
-//! | L S^k R, k > K, and … D S^k R, k > K′ | [`crossing`] (traced segments through a receiver sphere) |
+//! | L S^k R, k > K | `specular` (rays that are always mirrored, through a receiver sphere); [`crossing`] where edges bent it |
+//! | … D S^k R, k > K′ | [`crossing`] (traced segments through a receiver sphere) |
 //!
 //! The founding paper's own estimators are apart from these, in `paper`.
 //!
@@ -40,6 +41,7 @@ mod paper;
 pub mod receiver;
 pub mod render;
 pub mod rendering;
+mod specular;
 
 pub use receiver::ReceiverPoint;
 pub use render::{Air, Estimator, PathClass, RenderError, RenderSettings, Renderer, is_at_source};

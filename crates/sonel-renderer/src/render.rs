@@ -40,7 +40,8 @@ pub struct RenderSettings {
     pub estimator: Estimator,
     /// Order K of the mirror chains; chosen where none is given.
     pub mirror_order: Option<u32>,
-    /// Visibility rays of one receiver over all batches, where rays gather.
+    /// Visibility rays of one receiver over all batches, where rays go on by mirrors; where they only share with connections next to
+    /// surfaces, an eighth of them.
     pub rays: u32,
     /// Radius of the discs in which rays gather [m]; chosen where none is given.
     pub gather_radius: Option<f64>,
@@ -88,17 +89,25 @@ pub enum Air {
     Attenuation(Vec<f64>),
 }
 
-impl Default for RenderSettings {
-    fn default() -> Self {
+impl RenderSettings {
+    /// What `estimator` renders with where nothing else is asked for.
+    #[must_use]
+    pub fn of(estimator: Estimator) -> Self {
         Self {
             bin: 0.001,
-            estimator: Estimator::Auto,
+            estimator,
             mirror_order: None,
-            rays: 16_384,
+            rays: if estimator == Estimator::Paper { 1 << 14 } else { 1 << 17 },
             gather_radius: None,
             seed: None,
             air: Air::OfScene,
         }
+    }
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self::of(Estimator::Auto)
     }
 }
 
@@ -165,6 +174,9 @@ pub enum RenderError {
     #[error("{0}")]
     Settings(String),
 }
+
+/// In rooms of many surfaces one of so many sonels is connected with a receiver.
+const SONELS_PER_CONNECTION: u32 = 4;
 
 /// Most bins of an echogram: 17 minutes in milliseconds, 20 seconds in samples of 50 kHz. Neither the option nor the duration
 /// that a map states is limited otherwise, and 64 MB a receiver are enough for either.
@@ -414,6 +426,7 @@ impl<'a> Renderer<'a> {
         rendering.sphere_radius = prepared.iter().map(|receiver| receiver.balls.early_radius()).collect();
         self.add_deterministic(&mut rendering, radiator, &chains, &prepared, borders);
         progress(0.0);
+        self.add_long_chains(&mut rendering, source, &prepared, borders);
         let tiles = prepared.len().div_ceil(RECEIVERS_IN_FLIGHT);
         for tile in 0..tiles {
             let range = tile * RECEIVERS_IN_FLIGHT..((tile + 1) * RECEIVERS_IN_FLIGHT).min(prepared.len());
@@ -442,6 +455,16 @@ impl<'a> Renderer<'a> {
         self.enumerates_mirrors()
     }
 
+    /// One of so many sonels is connected with a receiver. Where visibility rays bring what mirrors show, most noise is theirs, and shadow
+    /// rays would take most of the time.
+    pub(crate) fn sonels_per_connection(&self) -> u32 {
+        if self.gathers_by_mirrors() && self.settings.estimator == Estimator::Auto {
+            SONELS_PER_CONNECTION
+        } else {
+            1
+        }
+    }
+
     /// Whether visibility rays own what mirrors show.
     #[must_use]
     pub fn gathers_by_mirrors(&self) -> bool {
@@ -466,6 +489,7 @@ impl<'a> Renderer<'a> {
             PathClass::Direct => "shadow ray",
             PathClass::MirrorChain => "image sources",
             PathClass::Edge => "edges",
+            PathClass::LongMirrorChain if self.mirrors_long_chains() => "specular rays into receiver spheres",
             PathClass::Diffuse if self.bends.is_some() && self.gathers_by_mirrors() => {
                 "connection where it is straight, gather where it is bent"
             }
@@ -558,8 +582,11 @@ fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry) -> bool {
     }
 }
 
+/// Rays that only share with connections next to surfaces are so many times fewer.
+const FEWER_RAYS_NEAR_SURFACES: u32 = 8;
+
 /// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`].
-const DISC_PER_FREE_PATH: f64 = 0.06;
+const DISC_PER_FREE_PATH: f64 = 0.03;
 
 /// The radius of the discs [m]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub(crate) fn disc_radius(
@@ -577,10 +604,12 @@ fn gather_settings(
     traced: &sonel_map::Settings,
     reach: f64,
 ) -> GatherSettings {
+    let by_mirrors = gathers_by_mirrors(settings, geometry);
+    let rays = if by_mirrors { settings.rays } else { settings.rays.div_ceil(FEWER_RAYS_NEAR_SURFACES) };
     GatherSettings {
-        rays: settings.rays.div_ceil(traced.batches),
+        rays: rays.div_ceil(traced.batches),
         radius: disc_radius(settings, geometry, traced),
         reach,
-        by_mirrors: gathers_by_mirrors(settings, geometry),
+        by_mirrors,
     }
 }

@@ -1,6 +1,6 @@
 //! What rendering one source yields, and how energy is added to it.
 
-use crate::deposit::{Deposits, TimeBins, spread_lanes};
+use crate::deposit::{Deposits, TimeBins, add_lanes, spread_lanes};
 use crate::render::PathClass;
 use sonel_map::{BandClasses, Lanes, lanes_of};
 
@@ -191,6 +191,11 @@ impl CoarseEchogram {
     /// Energy of `band` in every bin.
     pub fn band(&self, band: usize) -> impl Iterator<Item = f64> + '_ {
         self.energy.chunks_exact(self.lanes).map(move |bin| bin[band / 4][band % 4])
+    }
+
+    /// Adds what `other` holds between the same borders.
+    pub fn add(&mut self, other: &Self) {
+        add_lanes(&mut self.energy, &other.energy);
     }
 
     /// Adds a discrete arrival at `time` [s].

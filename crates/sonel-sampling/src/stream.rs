@@ -25,6 +25,10 @@ pub enum Purpose {
     ZonePoint = 5,
     /// Choices among the ways over edges to one receiver.
     BendChoice = 6,
+    /// Rays of one source that every surface mirrors.
+    SpecularRay = 7,
+    /// Choices of the sonels that are connected with one receiver.
+    ConnectionChoice = 8,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

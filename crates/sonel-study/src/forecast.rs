@@ -1,8 +1,8 @@
 //! What a run of so many emissions and rays will find, and what it will cost, from a pilot.
 //!
 //! Variances fall as 1/N: batches are independent, and deterministic parts have none (docs/physics.md §7). Areas of discs and
-//! spheres shrink as N^(−1/3), and with them their bias; the sonels on them grow as N^(2/3) only,
-//! those on the discs of visibility rays with the number of rays too.
+//! spheres shrink as N^(−1/3), and with them their bias; the sonels on them grow as N^(2/3) only. What visibility rays bring is the noise
+//! of their directions first of all: it falls as their number.
 
 use crate::pilot::{Costs, Linear, Pilot, Spread, Variance};
 use crate::spread::{HalfWidth, student_factor};
@@ -67,11 +67,11 @@ impl Pilot {
         Ok([width.noise / factor, (width.noise + shift + real) * factor])
     }
 
-    /// Variance from sonels, from the sonels on discs and in spheres, and from visibility rays, whose discs hold sonels too.
+    /// Variance from sonels, from the sonels on discs and in spheres, and from visibility rays.
     pub(crate) fn parts(&self, variance: &Variance, effort: Effort) -> [f64; 3] {
         let (fewer, rays) = (self.fewer_on_areas(effort), f64::from(self.rays) / f64::from(effort.rays));
         let sonels = variance.sonels * self.emissions as f64 / effort.emissions as f64;
-        [sonels, variance.areas * fewer, variance.rays * fewer * rays]
+        [sonels, variance.areas * fewer, variance.rays * rays]
     }
 
     /// How many times fewer sonels were on an area in the pilot.
@@ -93,7 +93,8 @@ impl Pilot {
     #[must_use]
     pub fn price(&self, effort: Effort) -> Price {
         let Costs { trace, open, render, rays, bytes, .. } = self.costs;
-        let more_rays = (f64::from(effort.rays) / f64::from(self.rays) - 1.0) * rays;
+        let as_many = effort.emissions as f64 / self.emissions as f64;
+        let more_rays = (f64::from(effort.rays) / f64::from(self.rays) - as_many) * rays;
         Price {
             trace: trace.at(effort.emissions),
             render: open.at(effort.emissions) + (render.at(effort.emissions) + more_rays).max(0.0),

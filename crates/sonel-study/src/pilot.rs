@@ -6,7 +6,9 @@
 //!   batches says that few strong paths carry a figure, whose variance itself scatters (`tails`).
 //! - What visibility rays add to the variance is told from what sonels add by hearing the same map with other and fewer rays; what
 //!   the sonels on discs and in spheres add, whose area shrinks as there are more, by the inner and outer halves of the areas.
-//! - A shorter run beside it tells fixed times from times per emission.
+//! - A shorter run before it tells fixed times from times per emission, and is enough where its answer is already sure.
+//! - Its rays are fewer than the run's as its emissions are, and edges, which bring no noise, are heard by the shorter run alone where
+//!   their time is asked for.
 //!
 //! Everything but the seconds is a function of scene and settings.
 
@@ -14,10 +16,11 @@ use sonel_analysis::Parameter;
 use sonel_map::Settings;
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 
+use crate::effects::edges;
 use crate::split::{self, HeardTwice};
 use crate::spread::{Place, Reading, readings};
 use crate::tails;
-use crate::trial::{Clock, Heard, InMemory, NoClock, Room, TracedMap, TrialError, hear};
+use crate::trial::{Clock, Heard, InMemory, NoClock, Room, TracedMap, TrialError, hear, trace};
 
 /// Batches of the pilot.
 const BATCHES: u32 = 96;
@@ -31,6 +34,10 @@ const WORK_FOR_TAILS: f64 = 1e7;
 const SHORTER: u32 = 4;
 /// A part of the rays tells the noise of all.
 const FEWER_RAYS: u32 = 2;
+/// A pilot of so many emissions has all rays that are asked for.
+const EMISSIONS_FOR_ALL_RAYS: u64 = 1 << 17;
+/// Rays for each of its batches at least.
+const LEAST_RAYS_PER_BATCH: u32 = 16;
 /// Emissions of [`segments`].
 pub const FEW: u64 = 256;
 /// What tells the seeds of pilots from those of users: the golden ratio's bits.
@@ -48,6 +55,8 @@ pub struct Pilot {
     pub batches: u32,
     /// Visibility rays of a receiver.
     pub rays: u32,
+    /// Those of the run that is planned, as far as it is known.
+    pub asked_rays: u32,
     /// Whether visibility rays are cast: then more of them help.
     pub casts_rays: bool,
     /// How uncertain each figure was.
@@ -77,7 +86,7 @@ pub struct Variance {
     pub sonels: f64,
     /// What shrinks with the number of sonels on a disc or in a sphere.
     pub areas: f64,
-    /// What shrinks with the number of visibility rays and of sonels on their discs.
+    /// What shrinks with the number of visibility rays.
     pub rays: f64,
     /// The square of the bias of discs and spheres.
     pub bias: f64,
@@ -92,7 +101,7 @@ pub struct Costs {
     pub open: Linear,
     /// CPU seconds of rendering the pilot's receivers with the pilot's rays.
     pub render: Linear,
-    /// CPU seconds of the pilot's rays once more.
+    /// CPU seconds of the pilot's rays once more. Those of as many rays for each emission are part of `render`.
     pub rays: f64,
     /// CPU seconds of reading the figures, for each batch.
     pub figures: f64,
@@ -147,11 +156,23 @@ pub struct Mission<'a> {
     /// CPU seconds that a pilot may take, where the clock matters; its shortest form, a quarter of the shortest otherwise, takes what it
     /// takes.
     pub seconds: Option<f64>,
+    /// Whether costs hold the time of edges.
+    pub prices_edges: bool,
+}
+
+impl Mission<'_> {
+    /// Rays of a pilot of so many emissions in so many batches.
+    fn rays(&self, emissions: u64, batches: u32) -> u32 {
+        let asked = u64::from(self.render.rays);
+        let rays = (asked * emissions / EMISSIONS_FOR_ALL_RAYS) as u32;
+        rays.max(LEAST_RAYS_PER_BATCH * batches).min(self.render.rays)
+    }
 }
 
 /// One of a pilot's runs.
 struct Run {
     emissions: f64,
+    rays: u32,
     traced: TracedMap,
     heard: Heard,
 }
@@ -159,16 +180,19 @@ struct Run {
 impl Run {
     fn of(
         mission: &Mission<'_>,
-        emissions: u64,
-        batches: u32,
+        (emissions, batches): (u64, u32),
+        with_edges: bool,
         clock: &dyn Clock,
     ) -> Result<Self, TrialError> {
+        let Mission { room, receivers, .. } = *mission;
         let seed = mission.trace.seed.wrapping_add(1).wrapping_mul(SEED);
         let settings = Settings { emissions, seed, batches, ..mission.trace };
-        let traced = mission.room.trace(settings, &mut InMemory, clock)?;
-        let render = RenderSettings { seed: None, ..mission.render.clone() };
-        let heard = hear(&traced.map, mission.room.geometry(), mission.receivers, &render, clock)?;
-        Ok(Self { emissions: settings.emissions as f64, traced, heard })
+        let effects = if with_edges { room.effects().to_vec() } else { edges::left_out(room.effects()) };
+        let traced = trace(room.scene(), room.geometry(), effects, settings, &mut InMemory, clock)?;
+        let rays = mission.rays(emissions, batches);
+        let render = RenderSettings { seed: None, rays, ..mission.render.clone() };
+        let heard = hear(&traced.map, room.geometry(), receivers, &render, clock)?;
+        Ok(Self { emissions: settings.emissions as f64, rays, traced, heard })
     }
 
     /// CPU seconds of a run of so many emissions in [`BATCHES`] batches that is heard twice where rays are cast; at the most, as every
@@ -187,9 +211,26 @@ impl Run {
 /// # Errors
 /// As [`Room::trace`] and [`hear`].
 pub fn run(mission: &Mission<'_>, clock: &dyn Clock) -> Result<Pilot, TrialError> {
+    run_until(mission, clock, |_| false)
+}
+
+/// Runs a pilot that ends with its shorter run where `is_sure` says that its answer will not change.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_until(
+    mission: &Mission<'_>,
+    clock: &dyn Clock,
+    is_sure: impl Fn(&Pilot) -> bool,
+) -> Result<Pilot, TrialError> {
     let begin = clock.process();
     let least = EMISSIONS[EMISSIONS.len() - 1];
-    let shorter = Run::of(mission, least / u64::from(SHORTER), BATCHES / SHORTER, clock)?;
+    let length = (least / u64::from(SHORTER), BATCHES / SHORTER);
+    let shorter = Run::of(mission, length, mission.prices_edges, clock)?;
+    let known = found(mission, &shorter, &shorter, None);
+    if is_sure(&known) {
+        return Ok(known);
+    }
     let ends_in_time = |emissions| {
         let end = mission.seconds.map_or(f64::INFINITY, |seconds| begin + seconds);
         clock.process() + shorter.seconds_of(emissions) <= end
@@ -198,17 +239,17 @@ pub fn run(mission: &Mission<'_>, clock: &dyn Clock) -> Result<Pilot, TrialError
     if !is_heavy(mission, &shorter)
         && let Some(emissions) = lengths(mission, &shorter, WORK).find(|&emissions| ends_in_time(emissions))
     {
-        run = Some(Run::of(mission, emissions, BATCHES, clock)?);
+        run = Some(Run::of(mission, (emissions, BATCHES), false, clock)?);
     }
     if is_heavy(mission, run.as_ref().unwrap_or(&shorter)) {
         let known = run.as_ref().map_or(0.0, |run| run.emissions);
         let longer = |emissions: &u64| *emissions as f64 > known && ends_in_time(*emissions);
         if let Some(emissions) = lengths(mission, &shorter, WORK_FOR_TAILS).find(longer) {
-            run = Some(Run::of(mission, emissions, BATCHES, clock)?);
+            run = Some(Run::of(mission, (emissions, BATCHES), false, clock)?);
         }
     }
-    let Some(run) = run else { return Ok(found(mission, &shorter, &shorter, None)) };
-    let fewer = run.heard.casts_rays.then(|| hear_fewer(mission, &run.traced, clock)).transpose()?;
+    let Some(run) = run else { return Ok(known) };
+    let fewer = run.heard.casts_rays.then(|| hear_fewer(mission, &run, clock)).transpose()?;
     Ok(found(mission, &shorter, &run, fewer.as_ref()))
 }
 
@@ -227,7 +268,8 @@ fn found(mission: &Mission<'_>, shorter: &Run, run: &Run, fewer: Option<&Heard>)
     Pilot {
         emissions,
         batches,
-        rays: mission.render.rays,
+        rays: run.rays,
+        asked_rays: mission.render.rays,
         casts_rays: run.heard.casts_rays,
         spreads: spreads(&found, (emissions, batches), share),
         costs: costs(shorter, run, fewer),
@@ -259,11 +301,12 @@ fn lengths(mission: &Mission<'_>, shorter: &Run, limit: f64) -> impl Iterator<It
 }
 
 /// The same map, heard with fewer rays and other choices.
-fn hear_fewer(mission: &Mission<'_>, traced: &TracedMap, clock: &dyn Clock) -> Result<Heard, TrialError> {
-    let seed = traced.map.header().settings.seed.wrapping_mul(SEED);
-    let rays = mission.render.rays.div_ceil(FEWER_RAYS);
+fn hear_fewer(mission: &Mission<'_>, run: &Run, clock: &dyn Clock) -> Result<Heard, TrialError> {
+    let map = &run.traced.map;
+    let seed = map.header().settings.seed.wrapping_mul(SEED);
+    let rays = run.rays.div_ceil(FEWER_RAYS);
     let render = RenderSettings { seed: Some(seed), rays, ..mission.render.clone() };
-    Ok(hear(&traced.map, mission.room.geometry(), mission.receivers, &render, clock)?)
+    Ok(hear(map, mission.room.geometry(), mission.receivers, &render, clock)?)
 }
 
 /// How uncertain the figures are that were `found` in a run of so many emissions and batches, where visibility rays have a `share` of
@@ -285,8 +328,8 @@ pub(crate) fn spreads(
 fn costs(few: &Run, many: &Run, fewer: Option<&Heard>) -> Costs {
     let line =
         |of: &dyn Fn(&Run) -> f64| Linear::through((few.emissions, of(few)), (many.emissions, of(many)));
-    // What is deterministic costs the same each time.
-    let deterministic = few.heard.seconds.deterministic.min(many.heard.seconds.deterministic);
+    // What is deterministic costs the same each time, but for edges.
+    let deterministic = few.heard.seconds.deterministic;
     let render = line(&|run| run.heard.seconds.sweep);
     let rays = fewer.map_or(0.0, |fewer| {
         let saved = many.heard.seconds.sweep - fewer.seconds.sweep;
@@ -346,6 +389,7 @@ mod tests {
             receivers: &receivers,
             parameters: &PLANNED,
             seconds,
+            prices_edges: true,
         };
         let pilot = run(&mission, &Ticking::default()).expect("a sound scene");
         let plan = Plan::of_trace(pilot.clone(), &scene, &receivers, 32, 0.001);

@@ -16,13 +16,15 @@ use crate::target::Targets;
 pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
 /// What is aimed at where nobody says how many sonels [JND].
 pub const DEFAULT_ACCURACY: f64 = 0.05;
+/// A limit is sure to bind where it does for an accuracy so many times as wide.
+const SURELY: f64 = 4.0;
 /// Segments of a run that nobody sized: seconds to trace, and a map of about 130 MB.
 pub const DEFAULT_SEGMENTS: f64 = 8e6;
 /// More rays are taken where they have more than this part of the variance of the figure that decides: sonels and rays cost alike, and
 /// halves are never far from the optimum.
 const SHARE_OF_RAYS: f64 = 0.5;
 /// Most visibility rays of a plan: beyond that they cost more than sonels save.
-pub const MOST_RAYS: u32 = 1 << 17;
+pub const MOST_RAYS: u32 = 1 << 20;
 /// Emissions of a batch at least: fewer make no estimate of their own.
 pub const LEAST_PER_BATCH: u64 = 32;
 /// Emissions beyond which nobody plans.
@@ -143,9 +145,19 @@ impl Pilot {
     #[must_use]
     pub fn default_emissions(&self, batches: u32, least: u64) -> (u64, bool) {
         let wanted =
-            self.need(&Targets::just_noticeable(DEFAULT_ACCURACY), batches, self.rays).effort.emissions;
+            self.need(&Targets::just_noticeable(DEFAULT_ACCURACY), batches, self.asked_rays).effort.emissions;
         let most = most_by_default(self.costs.segments).max(least);
         (wanted.clamp(least, most), wanted > most)
+    }
+}
+
+impl Pilot {
+    /// Whether [`Self::default_emissions`] are those of the limit without doubt.
+    #[must_use]
+    pub fn is_far_beyond_default(&self, batches: u32, least: u64) -> bool {
+        let targets = Targets::just_noticeable(SURELY * DEFAULT_ACCURACY);
+        let most = most_by_default(self.costs.segments).max(least);
+        self.need(&targets, batches, self.asked_rays).effort.emissions > most
     }
 }
 
@@ -169,7 +181,7 @@ impl Plan {
     #[must_use]
     pub fn of_trace(pilot: Pilot, scene: &Scene, judges: &[ReceiverPoint], batches: u32, bin: f64) -> Self {
         let rows = STEPS.map(|step| {
-            let need = pilot.need(&Targets::just_noticeable(step), batches, pilot.rays);
+            let need = pilot.need(&Targets::just_noticeable(step), batches, pilot.asked_rays);
             let hearing = Hearing { effort: need.effort, limited_by: need.limited_by, lacking: None };
             Row::new(step, hearing, &pilot, scene, judges.len(), bin)
         });
@@ -313,7 +325,15 @@ mod tests {
         let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
         let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];
         let costs = Costs { segments: 40.0, ..Costs::default() };
-        Pilot { emissions: 10_000, batches: 96, rays: 1000, casts_rays: rays > 0.0, spreads, costs }
+        Pilot {
+            emissions: 10_000,
+            batches: 96,
+            rays: 1000,
+            asked_rays: 1000,
+            casts_rays: rays > 0.0,
+            spreads,
+            costs,
+        }
     }
 
     #[test]

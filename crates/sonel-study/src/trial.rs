@@ -207,6 +207,12 @@ impl<'a> Room<'a> {
         &self.geometry
     }
 
+    /// The effects that go into maps.
+    #[must_use]
+    pub fn effects(&self) -> &[EffectState] {
+        &self.effects
+    }
+
     /// Only the walls.
     #[must_use]
     pub fn into_geometry(self) -> Geometry {

@@ -87,7 +87,7 @@ fn scene(mesh: Mesh, source: DVec3) -> Scene {
 
 /// Fluence at each of `places` [1/m²].
 fn fluences(traced: &Traced, places: &[DVec3], estimator: Estimator) -> Vec<f64> {
-    let mirror_order = form(Some(3), None);
+    let mirror_order = Some(form(3, 5));
     let settings =
         RenderSettings { estimator, rays: form(32, 256), mirror_order, ..RenderSettings::default() };
     let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");

@@ -47,7 +47,8 @@ pub struct Arguments {
     /// Radius of the discs in which rays gather [m]; by default it follows from the room and the number of sonels.
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Visibility rays of one receiver, where rays gather; 16384 where nothing is given. With --until the most there may be.
+    /// Visibility rays of one receiver, where rays gather; 131072 where nothing is given, 16384 with --estimator paper. With
+    /// --until the most there may be.
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
     /// Seed of the renderer's own choices; the map's where none is given.

@@ -106,14 +106,15 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
 }
 
 fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<RenderSettings> {
+    let default = RenderSettings::of(arguments.estimator.into());
     Ok(RenderSettings {
         bin: arguments.bin,
-        estimator: arguments.estimator.into(),
         mirror_order: arguments.order,
-        rays: arguments.rays.unwrap_or(RenderSettings::default().rays),
+        rays: arguments.rays.unwrap_or(default.rays),
         gather_radius: arguments.radius,
         seed: arguments.seed,
         air: air(arguments, scene)?,
+        ..default
     })
 }
 

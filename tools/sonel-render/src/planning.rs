@@ -31,6 +31,7 @@ pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> a
         receivers: &judges,
         parameters: &PLANNED,
         seconds: at_most.map(|seconds| SHARE_OF_TIME * seconds),
+        prices_edges: true,
     };
     let pilot = pilot::run(&mission, &CpuClock)?;
     let map = effort(job, settings.rays);

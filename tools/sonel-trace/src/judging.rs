@@ -166,9 +166,9 @@ pub fn compare_planned(
     seconds: f64,
 ) -> anyhow::Result<Comparison> {
     let map = SonelMap::open(traced.output.file()?)?;
-    let (_, found, heard) = look(planner, &map, &Targets::just_noticeable(1.0), pilot.rays)?;
+    let (_, found, heard) = look(planner, &map, &Targets::just_noticeable(1.0), pilot.asked_rays)?;
     let settings = traced.header.settings;
-    let effort = Effort { emissions: settings.emissions, rays: pilot.rays, batches: settings.batches };
+    let effort = Effort { emissions: settings.emissions, rays: pilot.asked_rays, batches: settings.batches };
     Ok(compared(pilot, effort, &found, (seconds, &heard), map.byte_length()))
 }
 

@@ -222,7 +222,7 @@ fn plan(planner: &Planner<'_>, header: &MapHeader, at_most: Option<f64>) -> anyh
 /// What the run of `traced` cost against what `pilot` said.
 fn costs(pilot: &Pilot, traced: &mut Traced, seconds: f64) -> anyhow::Result<Comparison> {
     let Settings { emissions, batches, .. } = traced.header.settings;
-    let effort = Effort { emissions, rays: pilot.rays, batches };
+    let effort = Effort { emissions, rays: pilot.asked_rays, batches };
     Ok(Comparison {
         predicted: Some(pilot.price(effort)),
         trace: Some(seconds),

@@ -39,11 +39,12 @@ impl<'a> Planner<'a> {
 
     /// Runs a pilot that looks at `parameters`, in so many CPU `seconds` where they are limited.
     pub fn pilot(&self, parameters: &[Parameter], seconds: Option<f64>) -> Result<Pilot, TrialError> {
-        pilot::run(&self.mission(parameters, seconds), &CpuClock)
+        pilot::run(&Mission { prices_edges: true, ..self.mission(parameters, seconds) }, &CpuClock)
     }
 
     fn mission<'b>(&'b self, parameters: &'b [Parameter], seconds: Option<f64>) -> Mission<'b> {
         Mission {
+            prices_edges: false,
             room: self.room,
             trace: self.settings,
             render: RenderSettings::default(),
@@ -93,7 +94,9 @@ impl<'a> Planner<'a> {
             )?;
             return Ok((least, None));
         }
-        let pilot = match self.pilot(&PLANNED, None) {
+        let batches = self.settings.batches;
+        let is_sure = |pilot: &Pilot| pilot.is_far_beyond_default(batches, least);
+        let pilot = match pilot::run_until(&self.mission(&PLANNED, None), &CpuClock, is_sure) {
             Ok(pilot) => pilot,
             Err(TrialError::Render(error)) => {
                 writeln!(log, "{least} sonels: no accuracy can be predicted ({error})")?;
@@ -101,7 +104,7 @@ impl<'a> Planner<'a> {
             }
             Err(error) => return Err(error.into()),
         };
-        let (emissions, limited) = pilot.default_emissions(self.settings.batches, least);
+        let (emissions, limited) = pilot.default_emissions(batches, least);
         let reason = if limited {
             "default limit reached; 0.05 JND need more (--plan, --until)"
         } else if emissions == least {

@@ -1,59 +1,145 @@
 //! Finding the discs that a sonel lies in: a grid of cells per surface and side.
 //!
-//! A cell lists every disc that touches it, so a sonel looks into a single cell. Cells are as wide as a disc; surfaces have
-//! grids of their own, so nothing leaks through thin walls or around corners, and no cell is shared by chance.
-
-use std::collections::HashMap;
+//! A cell lists every disc that touches it, so a sonel looks into a single cell. Surfaces have grids of their own, so nothing leaks
+//! through thin walls or around corners, and each grid covers the discs on its surface alone.
 
 use glam::DVec2;
 
 use super::rays::GatherPoint;
 
+/// Cells of a grid, for each disc on it, at the most: on large surfaces with few discs cells are wider than a disc.
+const MOST_CELLS: f64 = 16.0;
+
 /// Discs of one batch.
 #[derive(Debug)]
 pub struct GatherIndex {
     points: Vec<GatherPoint>,
-    cells: HashMap<(u32, i32, i32), Vec<u32>>,
+    /// By place.
+    grids: Vec<Grid>,
+    /// Where the list of each cell begins, of all grids in turn, and where the last one ends.
+    starts: Vec<u32>,
+    /// The lists of all cells.
+    listed: Vec<Listed>,
     radius: f64,
+}
+
+/// The cells of one side of a surface.
+#[derive(Debug, Clone, Copy)]
+struct Grid {
+    low: DVec2,
+    high: DVec2,
+    discs: u32,
+    cells_per_length: f64,
+    /// Cells across and along.
+    cells: [usize; 2],
+    /// Number of the first cell.
+    first: usize,
+}
+
+/// A disc in the list of a cell.
+#[derive(Debug, Clone, Copy, Default)]
+struct Listed {
+    centre: DVec2,
+    number: u32,
+}
+
+impl Grid {
+    const EMPTY: Self = Self {
+        low: DVec2::INFINITY,
+        high: DVec2::NEG_INFINITY,
+        discs: 0,
+        cells_per_length: 0.0,
+        cells: [0; 2],
+        first: 0,
+    };
+
+    /// Makes room for a disc about `centre` of `radius` [m].
+    fn cover(&mut self, centre: DVec2, radius: f64) {
+        self.low = self.low.min(centre - radius);
+        self.high = self.high.max(centre + radius);
+        self.discs += 1;
+    }
+
+    /// Divides what is covered into cells, the first with number `first`; how many there are.
+    fn divide(&mut self, radius: f64, first: usize) -> usize {
+        if self.discs == 0 {
+            return 0;
+        }
+        let extent = self.high - self.low;
+        let side = radius.max((extent.x * extent.y / (MOST_CELLS * f64::from(self.discs))).sqrt());
+        self.cells_per_length = side.recip();
+        self.cells = (extent / side).to_array().map(|cells| cells as usize + 1);
+        self.first = first;
+        self.cells[0] * self.cells[1]
+    }
+
+    /// Column and row of the cell of a covered place.
+    fn cell(&self, at: DVec2) -> [usize; 2] {
+        let [x, y] = ((at - self.low) * self.cells_per_length).to_array();
+        [(x as usize).min(self.cells[0] - 1), (y as usize).min(self.cells[1] - 1)]
+    }
+
+    /// Numbers of the cells that a disc about `centre` touches.
+    fn touched(&self, centre: DVec2, radius: f64) -> impl Iterator<Item = usize> + use<> {
+        let (low, high) = (self.cell(centre - radius), self.cell(centre + radius));
+        let (first, across) = (self.first, self.cells[0]);
+        (low[1]..=high[1]).flat_map(move |y| (low[0]..=high[0]).map(move |x| first + y * across + x))
+    }
 }
 
 impl GatherIndex {
     /// Indexes discs of `radius` [m].
     #[must_use]
     pub fn new(points: Vec<GatherPoint>, radius: f64) -> Self {
-        let mut index = Self { points, cells: HashMap::new(), radius };
-        for number in 0..index.points.len() {
-            let (place, centre) = (index.points[number].place, index.points[number].centre);
-            let (low, high) = (index.cell(centre - radius), index.cell(centre + radius));
-            for x in low.0..=high.0 {
-                for y in low.1..=high.1 {
-                    index.cells.entry((place, x, y)).or_default().push(number as u32);
-                }
+        let places = points.iter().map(|point| point.place as usize + 1).max().unwrap_or(0);
+        let mut grids = vec![Grid::EMPTY; places];
+        for point in &points {
+            grids[point.place as usize].cover(point.centre, radius);
+        }
+        let mut cells = 0;
+        for grid in &mut grids {
+            cells += grid.divide(radius, cells);
+        }
+        // Each list is filled from its end, so that its start is found on the way.
+        let mut starts = vec![0_u32; cells + 1];
+        let touched = |point: &GatherPoint| grids[point.place as usize].touched(point.centre, radius);
+        points.iter().flat_map(touched).for_each(|cell| starts[cell] += 1);
+        let mut end = 0;
+        for start in &mut starts {
+            end += *start;
+            *start = end;
+        }
+        let mut listed = vec![Listed::default(); end as usize];
+        for (number, point) in (0..).zip(&points) {
+            for cell in touched(point) {
+                starts[cell] -= 1;
+                listed[starts[cell] as usize] = Listed { centre: point.centre, number };
             }
         }
-        index
-    }
-
-    fn cell(&self, at: DVec2) -> (i32, i32) {
-        let cell = (at / (2.0 * self.radius)).floor();
-        (cell.x as i32, cell.y as i32)
+        Self { points, grids, starts, listed, radius }
     }
 
     /// Visits every disc on `place` that `at`, in the plane of its surface, lies in and is seen from, and says how much more
     /// dense the disc of half the size finds it: nothing where it lies beside that.
     #[inline]
     pub fn around(&self, place: u32, at: DVec2, mut found: impl FnMut(&GatherPoint, f64)) {
-        let (x, y) = self.cell(at);
-        let Some(candidates) = self.cells.get(&(place, x, y)) else { return };
-        for &number in candidates {
-            let point = &self.points[number as usize];
-            let offset = at - point.centre;
-            let (squared, limit) = (offset.length_squared(), self.radius * self.radius);
-            if squared <= limit && point.view.sees(offset) {
-                found(
-                    point,
-                    if squared <= 0.5 * limit { point.view.area / point.view.inner_area } else { 0.0 },
-                );
+        let Some(grid) = self.grids.get(place as usize) else { return };
+        if !(at.cmpge(grid.low).all() && at.cmple(grid.high).all()) {
+            return;
+        }
+        let [x, y] = grid.cell(at);
+        let cell = grid.first + y * grid.cells[0] + x;
+        let limit = self.radius * self.radius;
+        for disc in &self.listed[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
+            let offset = at - disc.centre;
+            let squared = offset.length_squared();
+            if squared > limit {
+                continue;
+            }
+            let point = &self.points[disc.number as usize];
+            if point.view.sees(offset) {
+                let inner = squared <= 0.5 * limit;
+                found(point, if inner { point.view.area / point.view.inner_area } else { 0.0 });
             }
         }
     }
@@ -111,7 +197,7 @@ mod tests {
         let mut index = GatherIndex::new(points, 0.7);
         let (wrong, found_any) = compared(&index, &places);
         assert!(wrong == 0 && found_any > 1000, "{wrong}, {found_any}");
-        index.cells.retain(|&(place, x, y), _| (place, x, y) != (1, 0, 0));
-        assert!(compared(&index, &places).0 > 10, "a grid that forgets a cell is noticed");
+        index.listed.reverse();
+        assert!(compared(&index, &places).0 > 10, "a grid whose cells are mixed up is noticed");
     }
 }

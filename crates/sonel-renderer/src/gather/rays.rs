@@ -430,7 +430,7 @@ impl Ray {
 }
 
 /// The largest of all bands.
-fn strongest(bands: &[Lanes]) -> f64 {
+pub fn strongest(bands: &[Lanes]) -> f64 {
     bands.iter().flatten().copied().fold(0.0, f64::max)
 }
 

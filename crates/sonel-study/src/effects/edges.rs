@@ -18,7 +18,7 @@ use sonel_scene::Scene;
 use super::spec::Wish;
 use super::{ASKED, Bound, Decision, Effect, Question};
 use crate::response::receivers_of;
-use crate::trial::{Clock, Heard, InMemory, TrialError, hear, trace};
+use crate::trial::{Clock, Heard, InMemory, TracedMap, TrialError, hear, trace};
 
 /// Most receivers that are listened at: of more, as many evenly among them.
 pub const LISTENERS: usize = 8;
@@ -58,7 +58,7 @@ pub(super) fn decide(
     if let Some(on) = wish.decided().filter(|_| !asked.weigh) {
         return Ok(decision(on, format!("{ASKED}, {count} edges")));
     }
-    let worth = weigh_edges(scene, geometry, clock)?;
+    let worth = weigh_edges(asked, scene, geometry, clock)?;
     let on = wish.decided().unwrap_or_else(|| asked.exceeding(&worth.bound).contains(&true));
     let why = if wish == Wish::Auto { String::new() } else { format!("{ASKED}, ") };
     let reason = format!("{why}{} {}", describe(count, scene, geometry), worth.describe(scene));
@@ -77,6 +77,12 @@ pub(super) fn decide_for_paper(wish: Wish, scene: &Scene, geometry: &Geometry) -
         }
     };
     Decision::new(Effect::Diffraction, vec![on; bands], reason)
+}
+
+/// `effects` without diffraction.
+pub(crate) fn left_out(effects: &[EffectState]) -> Vec<EffectState> {
+    let name = Effect::Diffraction.name();
+    effects.iter().filter(|effect| effect.name != name).cloned().collect()
 }
 
 fn describe(count: usize, scene: &Scene, geometry: &Geometry) -> String {
@@ -114,24 +120,39 @@ impl Worth {
     }
 }
 
-fn weigh_edges(scene: &Scene, geometry: &Geometry, clock: &dyn Clock) -> Result<Worth, TrialError> {
-    let (listeners, described) = listeners(scene, geometry);
-    let heard = |on: bool| -> Result<Heard, TrialError> {
+/// Hears the listeners one after the other; where nobody asks for the bound itself, until one calls for edges.
+fn weigh_edges(
+    asked: Question,
+    scene: &Scene,
+    geometry: &Geometry,
+    clock: &dyn Clock,
+) -> Result<Worth, TrialError> {
+    let (listeners, all) = listeners(scene, geometry);
+    let traced = |on: bool| -> Result<TracedMap, TrialError> {
         let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
         let state =
             EffectState::new(Effect::Diffraction.name(), vec![on; scene.bands.count()], String::new());
-        let traced = trace(scene, geometry, vec![state], settings, &mut InMemory, clock)?;
-        let render =
-            RenderSettings { rays: RAYS, mirror_order: Some(MIRROR_ORDER), ..RenderSettings::default() };
-        Ok(hear(&traced.map, geometry, &listeners, &render, clock)?)
+        trace(scene, geometry, vec![state], settings, &mut InMemory, clock)
     };
-    let (without, with) = (heard(false)?, heard(true)?);
-    let places = (listeners.len() * scene.sources.len()).max(1) as f64;
-    Ok(Worth {
-        bound: change(scene.bands.count(), &without, &with),
-        listeners: described,
-        seconds: (with.seconds.deterministic - without.seconds.deterministic).max(0.0) / places,
-    })
+    let maps = [traced(false)?, traced(true)?];
+    let render = RenderSettings { rays: RAYS, mirror_order: Some(MIRROR_ORDER), ..RenderSettings::default() };
+    let mut worth = Worth { bound: Bound::nothing(scene.bands.count()), listeners: all, seconds: 0.0 };
+    let mut seconds = 0.0;
+    for (heard, listener) in (1..).zip(&listeners) {
+        let hear =
+            |traced: &TracedMap| hear(&traced.map, geometry, std::slice::from_ref(listener), &render, clock);
+        let (without, with) = (hear(&maps[0])?, hear(&maps[1])?);
+        seconds += (with.seconds.deterministic - without.seconds.deterministic).max(0.0);
+        worth.bound.extend(&change(scene.bands.count(), &without, &with));
+        worth.seconds = seconds / f64::from(heard) / scene.sources.len().max(1) as f64;
+        let is_sure =
+            asked.wish == Wish::Auto && !asked.weigh && asked.exceeding(&worth.bound).contains(&true);
+        if is_sure && (heard as usize) < listeners.len() {
+            worth.listeners = format!("already at {}", listener.name);
+            break;
+        }
+    }
+    Ok(worth)
 }
 
 /// The largest change between two ways of hearing the same packets.

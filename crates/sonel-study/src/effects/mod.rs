@@ -7,7 +7,7 @@
 
 mod air;
 pub(crate) mod bending;
-mod edges;
+pub(crate) mod edges;
 mod shadow;
 mod skips;
 mod spec;
@@ -90,6 +90,17 @@ impl Bound {
     /// Nothing in any of `bands`.
     fn nothing(bands: usize) -> Self {
         Self { level_db: vec![0.0; bands], decay: vec![0.0; bands] }
+    }
+
+    /// Takes the larger of both in every band.
+    fn extend(&mut self, other: &Self) {
+        let larger = |mine: &mut [f64], others: &[f64]| {
+            for (mine, other) in mine.iter_mut().zip(others) {
+                *mine = mine.max(*other);
+            }
+        };
+        larger(&mut self.level_db, &other.level_db);
+        larger(&mut self.decay, &other.decay);
     }
 }
 

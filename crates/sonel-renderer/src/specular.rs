@@ -1,0 +1,190 @@
+//! L S^k R, k > K: rays that every surface mirrors, through the balls about the receivers.
+//!
+//! Few packets of a map are mirrored many times in a row, and those carry much. These rays are always mirrored and carry the product of
+//! (1−α)(1−s) in every band instead: there are as many of them as the map has packets, and all of them are heard. Rays that carry little
+//! go on by roulette. Where edges bend, the rays carry what goes straight; packets of the map bring what was bent. Each batch has rays
+//! of its own, so the interval covers them.
+
+use rayon::prelude::*;
+use sonel_geometry::Departure;
+use sonel_map::Lanes;
+use sonel_sampling::{Purpose, ScrambledSobol, Stream, StreamFamily, warp};
+
+use crate::batch::{BATCHES_IN_FLIGHT, BatchEstimate};
+use crate::bending::WayEnd;
+use crate::connection::normal_on;
+use crate::crossing::{Piece, cross};
+use crate::gather::rays::strongest;
+use crate::kernel::coarse_bins;
+use crate::mirror::Radiator;
+use crate::receiver::PreparedReceiver;
+use crate::render::{Estimator, PathClass, Renderer};
+use crate::rendering::Rendering;
+
+/// Receivers that share rays: their echograms bound the memory.
+const RECEIVERS: usize = 64;
+/// A ray that carries less than this part of what it left with, in every band, goes on by roulette.
+const LIGHT: f64 = 0.01;
+
+/// Receivers of one tile.
+struct Listeners<'a> {
+    receivers: &'a [PreparedReceiver],
+    /// Lengths of the straight ways from the source [m].
+    direct_lengths: Vec<f64>,
+    /// By receiver and fine bin.
+    coarse_bins: Vec<Vec<u32>>,
+}
+
+impl Renderer<'_> {
+    /// Whether rays of their own bring L S^k R, k > K. In an empty box image sources bring all that matters.
+    pub(crate) fn mirrors_long_chains(&self) -> bool {
+        let is_lattice = self.geometry.as_shoebox().is_some() && self.settings.mirror_order.is_none();
+        matches!(self.settings.estimator, Estimator::Auto | Estimator::Gather) && !is_lattice
+    }
+
+    /// Adds L S^k R, k > K, of `source` at all `receivers` to `rendering`.
+    pub(crate) fn add_long_chains(
+        &self,
+        rendering: &mut Rendering,
+        source: usize,
+        receivers: &[PreparedReceiver],
+        borders: &[Vec<f64>],
+    ) {
+        if !self.mirrors_long_chains() {
+            return;
+        }
+        let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
+        let count = self.batches.len() as u32;
+        for first in (0..receivers.len()).step_by(RECEIVERS) {
+            let tile = first..(first + RECEIVERS).min(receivers.len());
+            let (receivers, borders) = (&receivers[tile.clone()], &borders[tile.clone()]);
+            let direct_lengths: Vec<f64> =
+                receivers.iter().map(|receiver| radiator.position.distance(receiver.exact)).collect();
+            let first_arrivals: Vec<f64> =
+                direct_lengths.iter().map(|&length| self.bins.time(length)).collect();
+            let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
+            let listeners = Listeners { receivers, direct_lengths, coarse_bins };
+            let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
+                .map(|_| BatchEstimate::new(borders, self.bins.count, self.table.bands()))
+                .collect();
+            for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
+                let group = &mut estimates[..(count - first).min(BATCHES_IN_FLIGHT) as usize];
+                group.par_iter_mut().zip(first..count).for_each(|(estimate, batch)| {
+                    estimate.clear();
+                    self.mirror_rays((source, batch), radiator, rendering.mirror_order, &listeners, estimate);
+                });
+                for (batch, estimate) in (first as usize..).zip(group) {
+                    let weighed = (batch, self.batches[batch].weight);
+                    estimate.add_to(rendering, weighed, tile.clone(), &self.bins, borders, &first_arrivals);
+                }
+            }
+        }
+    }
+
+    /// Follows the rays of one batch.
+    fn mirror_rays(
+        &self,
+        (source, batch): (usize, u32),
+        radiator: Radiator,
+        mirror_order: u32,
+        listeners: &Listeners<'_>,
+        estimate: &mut BatchEstimate,
+    ) {
+        let traced = &self.map.header().settings;
+        let rays = traced.emissions.div_ceil(u64::from(traced.batches)) as u32;
+        let family = StreamFamily::new(self.seed(), Purpose::SpecularRay, [source as u32, 0, 0, 0]);
+        let mut stream = family.stream(u64::from(batch));
+        let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
+        let mut energy = vec![[0.0; 4]; sonel_map::lanes_of(self.table.bands())];
+        let mut scratch = energy.clone();
+        for ray in 0..rays {
+            let direction = warp::uniform_sphere(directions.point(ray));
+            let emitted = radiator.factor(direction.as_dvec3()) / f64::from(rays);
+            energy.fill([emitted; 4]);
+            let light = LIGHT * emitted;
+            let mut way = Way {
+                departure: Departure::free(radiator.position.as_vec3()),
+                direction,
+                length: 0.0,
+                start: WayEnd::in_air(radiator.position),
+                reflections: 0,
+            };
+            while strongest(&energy) > 0.0
+                && self.follow(&mut way, mirror_order, listeners, &mut energy, &mut scratch, estimate)
+                && survives(&mut energy, light, &mut stream)
+            {}
+        }
+    }
+
+    /// Follows a ray to the next surface and mirrors it there; false where it ends.
+    fn follow(
+        &self,
+        way: &mut Way,
+        mirror_order: u32,
+        listeners: &Listeners<'_>,
+        energy: &mut [Lanes],
+        scratch: &mut [Lanes],
+        estimate: &mut BatchEstimate,
+    ) -> bool {
+        let medium = self.medium();
+        let hit = self.geometry.closest_hit(way.departure, way.direction);
+        let start = way.departure.origin;
+        let end = hit.map_or_else(
+            || start + way.direction * (self.bins.reach - way.length) as f32,
+            |hit| hit.position,
+        );
+        if way.reflections > mirror_order {
+            let piece =
+                Piece { ends: (start, end), start_length: way.length, energy, unbent_from: Some(way.start) };
+            let Listeners { receivers, direct_lengths, coarse_bins } = listeners;
+            let receivers = receivers.iter().zip(direct_lengths).enumerate();
+            let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));
+            let coarse = |receiver: usize, bin: usize| coarse_bins[receiver][bin];
+            let mut deposits = estimate.class(PathClass::LongMirrorChain);
+            cross(&piece, receivers, &medium, coarse, scratch, &mut deposits);
+        }
+        let Some(hit) = hit else { return false };
+        way.length += f64::from(start.distance(end));
+        if way.length > self.bins.reach {
+            return false;
+        }
+        let normal = normal_on(hit.side, self.normals[hit.surface.0 as usize]);
+        let steepness = f64::from(way.direction.dot(normal).abs());
+        let arrived = WayEnd::at_surface(end.as_dvec3(), steepness);
+        if let Some(bends) = medium.bends {
+            bends.keep_straight(self.geometry, [way.start, arrived], energy);
+        }
+        let specular = &self.table.material(self.material_of[hit.surface.0 as usize]).specular.energy;
+        for (energy, specular) in energy.iter_mut().zip(specular) {
+            for lane in 0..4 {
+                energy[lane] *= specular[lane];
+            }
+        }
+        way.direction = (way.direction - 2.0 * way.direction.dot(normal) * normal).normalize();
+        way.departure = self.geometry.leave(end, hit.surface, hit.side);
+        way.start = arrived;
+        way.reflections += 1;
+        true
+    }
+}
+
+/// Where a ray stands and how it goes on.
+struct Way {
+    departure: Departure,
+    direction: glam::Vec3,
+    /// Length from the source [m].
+    length: f64,
+    /// Where its straight piece begins.
+    start: WayEnd,
+    reflections: u32,
+}
+
+/// Whether a ray that carries `energy` goes on: by roulette where that is less than `light` in every band.
+fn survives(energy: &mut [Lanes], light: f64, stream: &mut Stream) -> bool {
+    let survival = strongest(energy) / light;
+    if survival >= 1.0 {
+        return true;
+    }
+    energy.iter_mut().flatten().for_each(|band| *band /= survival);
+    stream.uniform_fine() < survival
+}
