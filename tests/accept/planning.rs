@@ -127,8 +127,15 @@ fn compare(name: &str, scene: &Scene) -> Record {
     let trace = Settings { emissions: EMISSIONS, ..Settings::default() };
     let render = RenderSettings::default();
     let effort = Effort { emissions: EMISSIONS, rays: render.rays, batches: trace.batches };
-    let mission =
-        Mission { room: &room, trace, render, receivers: &receivers, parameters: &PLANNED, seconds: None };
+    let mission = Mission {
+        room: &room,
+        trace,
+        render,
+        receivers: &receivers,
+        parameters: &PLANNED,
+        seconds: None,
+        prices_edges: true,
+    };
     let before = CpuClock.process();
     let pilot = pilot::run(&mission, &CpuClock).expect("a pilot");
     let spent = CpuClock.process() - before;
