@@ -7,7 +7,9 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::{cluster, documentation, python_reader, tidy, workspace};
+use xtask::workspace;
+
+use crate::{cluster, documentation, python_reader, tidy};
 
 /// Runs all steps; an error names those that failed.
 pub fn run() -> Result<()> {
