@@ -44,7 +44,7 @@ fn steps() -> [Step; 7] {
             let arguments = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
             succeed(workspace::cargo(&arguments))
         }),
-        ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--no-fail-fast"]))),
+        ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--tests", "--no-fail-fast"]))),
         ("python reader", python_reader::check),
         ("workflow", cluster::check),
         ("documentation", documentation::check),
