@@ -65,7 +65,7 @@ fn packets_behind_a_knife_edge_are_as_many_as_their_law_says() {
     let frequency = 2000.0;
     let scene = knife_edge(frequency);
     let geometry = scene.geometry().unwrap();
-    let settings = Settings { emissions: 600_000, ..Settings::default() };
+    let settings = Settings { emissions: 1_500_000, ..Settings::default() };
     // About the boundary, and at Fresnel numbers of 1 and of 2 behind it.
     let height = |fresnel: f64| -2.0 * fresnel / (2.0_f64 / (343.0 / frequency * 5.0)).sqrt();
     let bins =
@@ -188,7 +188,7 @@ fn a_screen_in_a_reverberant_room_gives_the_same_answer_by_two_estimators() {
     let scene = screened([0.2, 0.3, 0.2, 0.3], [1.0; 4], 1.0)
         .with_receiver("behind", [9.0, 2.5, 1.4])
         .with_receiver("in sight", [3.5, 6.5, 2.0]);
-    let settings = Settings { emissions: 80_000, ..Settings::default() };
+    let settings = Settings { emissions: 160_000, ..Settings::default() };
     let traced = Traced::bending(scene, settings);
     let (spheres, connections) = (heard(&traced, Estimator::Sphere), heard(&traced, Estimator::Connection));
     for (spheres, connections) in spheres.iter().zip(&connections) {
@@ -211,7 +211,7 @@ fn mirrors_behind_the_last_diffuse_reflection_give_the_same_answer_by_three_esti
     let scene = screened([0.2, 0.3, 0.2, 0.3], [0.4; 4], 0.6)
         .with_receiver("behind", [9.0, 2.5, 1.4])
         .with_receiver("in sight", [3.5, 6.5, 2.0]);
-    let settings = Settings { emissions: 80_000, ..Settings::default() };
+    let settings = Settings { emissions: 160_000, ..Settings::default() };
     let traced = Traced::bending(scene, settings);
     let spheres = heard(&traced, Estimator::Sphere);
     for estimator in [Estimator::Auto, Estimator::Gather] {
