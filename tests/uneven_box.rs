@@ -9,7 +9,7 @@ use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_testkit::bruteforce::{BoxRoom, Count, Counted, History};
-use sonel_testkit::z_test::{Disagreement, Within, agree};
+use sonel_testkit::z_test::{Disagreement, Estimate, Within, agree};
 
 use crate::Traced;
 use crate::estimates::{Windows, agree_in_windows, class_estimates, windows};
@@ -137,30 +137,51 @@ impl UnevenBox {
     }
 }
 
-/// Compares what every class of path and every window of time brings in every band: `rendered` by the programs against
-/// `counted` by the slow simulator. All disagreements, one sentence each.
-#[must_use]
-pub fn disagreements(rendered: &UnevenBox, counted: &UnevenBox, effort: Effort) -> Vec<String> {
-    let settings = Settings { emissions: effort.emissions, ..Settings::default() };
-    let classes = class_estimates(&rendered.scene(), settings, effort.runs);
-    let whole = Settings { emissions: effort.emissions * effort.runs, ..settings };
-    let rendering = windows(&Traced::new(rendered.scene(), whole), RenderSettings::default(), &BORDERS);
-    let counts: Vec<Counted> = (0..BANDS).into_par_iter().map(|band| counted.count(band, effort)).collect();
-    let mut wrong = Vec::new();
-    for (band, count) in counts.iter().enumerate() {
-        let mut judge = |what: &str, outcome: Result<(), Disagreement>| {
-            wrong.extend(outcome.err().map(|error| format!("band {band}, {what}: {error}")));
-        };
-        let slow = slow_windows(count);
-        judge("windows", agree_in_windows(&rendering[0][band], &slow, effort.window_error));
-        let all: f64 = slow.iter().map(|window| window.value).sum();
-        let within = Within { sigmas: 4.0, maximal_sigma: effort.class_error * all };
-        let histories = [History::Specular, History::Diffuse, History::DiffuseThenSpecular];
-        for (history, class) in histories.into_iter().zip(classes[band]) {
-            judge(&format!("{history:?}"), agree(class, count.class(history), within));
-        }
+/// A room as the programs render it, to be compared with rooms that the slow simulator counts.
+#[derive(Debug, Clone)]
+pub struct Rendered {
+    effort: Effort,
+    /// By band and class.
+    classes: Vec<[Estimate; 3]>,
+    /// By band.
+    windows: Vec<Windows>,
+}
+
+impl Rendered {
+    /// Renders `room`.
+    #[must_use]
+    pub fn of(room: &UnevenBox, effort: Effort) -> Self {
+        let settings = Settings { emissions: effort.emissions, ..Settings::default() };
+        let classes = class_estimates(&room.scene(), settings, effort.runs);
+        let whole = Settings { emissions: effort.emissions * effort.runs, ..settings };
+        let traced = Traced::new(room.scene(), whole);
+        let windows = windows(&traced, RenderSettings::default(), &BORDERS).swap_remove(0);
+        Self { effort, classes, windows }
     }
-    wrong
+
+    /// Compares what every class of path and every window of time brings in every band with what is `counted`. All
+    /// disagreements, one sentence each.
+    #[must_use]
+    pub fn disagreements(&self, counted: &UnevenBox) -> Vec<String> {
+        let effort = self.effort;
+        let counts: Vec<Counted> =
+            (0..BANDS).into_par_iter().map(|band| counted.count(band, effort)).collect();
+        let mut wrong = Vec::new();
+        for (band, count) in counts.iter().enumerate() {
+            let mut judge = |what: &str, outcome: Result<(), Disagreement>| {
+                wrong.extend(outcome.err().map(|error| format!("band {band}, {what}: {error}")));
+            };
+            let slow = slow_windows(count);
+            judge("windows", agree_in_windows(&self.windows[band], &slow, effort.window_error));
+            let all: f64 = slow.iter().map(|window| window.value).sum();
+            let within = Within { sigmas: 4.0, maximal_sigma: effort.class_error * all };
+            let histories = [History::Specular, History::Diffuse, History::DiffuseThenSpecular];
+            for (history, class) in histories.into_iter().zip(self.classes[band]) {
+                judge(&format!("{history:?}"), agree(class, count.class(history), within));
+            }
+        }
+        wrong
+    }
 }
 
 /// Energies between [`BORDERS`].

@@ -13,6 +13,10 @@ mod planning;
 mod stability;
 mod stopping;
 mod uneven_box;
+#[path = "../physics/watertight.rs"]
+mod watertight;
 
 /// Which form of the hard cases this binary runs.
 const FORM: stability::Form = stability::Form::Long;
+/// Rays in each shipped room.
+const WATERTIGHT_RAYS: u32 = 1_000_000;

@@ -1,7 +1,7 @@
 //! Boxes against a slow and obvious simulator, to some thousandths: each class of path, each window of time, in bands and at
 //! walls that differ.
 
-use sonel_tests::uneven_box::{Effort, WILD, disagreements};
+use sonel_tests::uneven_box::{Effort, Rendered, WILD};
 
 const EFFORT: Effort = Effort {
     rays_per_batch: 250_000,
@@ -17,7 +17,7 @@ fn classes_and_windows_of_uneven_boxes() {
     let mut smooth = WILD;
     smooth.scattering.iter_mut().flatten().for_each(|scattering| *scattering *= 0.2);
     for room in [WILD, smooth] {
-        let wrong = disagreements(&room, &room, EFFORT);
+        let wrong = Rendered::of(&room, EFFORT).disagreements(&room);
         assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     }
 }
@@ -25,7 +25,7 @@ fn classes_and_windows_of_uneven_boxes() {
 /// A hundredth of absorption is found out.
 #[test]
 fn a_slightly_wrong_box_is_rejected() {
-    let wrong = disagreements(&WILD, &WILD.more_absorbing(0.01), EFFORT);
+    let wrong = Rendered::of(&WILD, EFFORT).disagreements(&WILD.more_absorbing(0.01));
     for band in 0..4 {
         assert!(wrong.iter().any(|text| text.starts_with(&format!("band {band}"))), "{}", wrong.join("\n"));
     }

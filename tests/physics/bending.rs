@@ -231,9 +231,9 @@ fn mirrors_behind_the_last_diffuse_reflection_give_the_same_answer_by_three_esti
 fn bands_that_share_paths_past_edges_are_heard_as_on_their_own() {
     let scene =
         screened([0.2, 0.3, 0.2, 0.3], [0.6, 0.5, 0.7, 0.9], 1.0).with_receiver("behind", [9.0, 2.5, 1.4]);
-    let settings = Settings { emissions: 80_000, ..Settings::default() };
+    let settings = Settings { emissions: 40_000, ..Settings::default() };
     let shared = heard(&Traced::bending(scene.clone(), settings), Estimator::Connection);
-    let alone = Settings { emissions: 40_000, spectral: Spectral::PerBand, seed: 2, ..settings };
+    let alone = Settings { emissions: 20_000, spectral: Spectral::PerBand, seed: 2, ..settings };
     let alone = heard(&Traced::bending(scene, alone), Estimator::Connection);
     for (&shared, &alone) in shared[0].iter().zip(&alone[0]) {
         let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * alone.value };

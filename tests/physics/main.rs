@@ -20,3 +20,6 @@ mod twofold;
 
 mod uneven_box;
 mod watertight;
+
+/// The long form is in `accept`.
+const WATERTIGHT_RAYS: u32 = 200_000;

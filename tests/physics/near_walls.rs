@@ -20,7 +20,12 @@ const NEAR: [[f64; 3]; 6] = [
     [0.1, 0.1, 0.1],
 ];
 
-fn room(source: [f64; 3], receivers: &[[f64; 3]], (absorption, scattering): (f64, f64)) -> Traced {
+fn room(
+    source: [f64; 3],
+    receivers: &[[f64; 3]],
+    (absorption, scattering): (f64, f64),
+    emissions: u64,
+) -> Traced {
     let bands = Bands::new(vec![1000.0], BandWidth::Octave).expect("one band");
     let wall = Material::uniform("wall", absorption, scattering, 1);
     let mut scene = Scene::from_parts(Mesh::shoebox([6.0, 5.0, 4.0], [0; 6]), vec![wall], bands, 0.9)
@@ -29,7 +34,7 @@ fn room(source: [f64; 3], receivers: &[[f64; 3]], (absorption, scattering): (f64
     for (number, &receiver) in receivers.iter().enumerate() {
         scene = scene.with_receiver(&number.to_string(), receiver);
     }
-    Traced::new(scene, Settings { emissions: 8_000, ..Settings::default() })
+    Traced::new(scene, Settings { emissions, ..Settings::default() })
 }
 
 /// Half-widths of level, C80 and T30.
@@ -52,7 +57,7 @@ fn half_widths(traced: &Traced) -> Vec<[f64; 3]> {
 fn next_to_walls_intervals_are_at_most_twice_as_wide() {
     for walls in [(0.2, 0.5), (0.1, 0.1)] {
         let receivers: Vec<[f64; 3]> = [MIDDLE].into_iter().chain(NEAR).collect();
-        let found = half_widths(&room(SOURCE, &receivers, walls));
+        let found = half_widths(&room(SOURCE, &receivers, walls, 4_000));
         for (place, half_widths) in receivers.iter().zip(&found).skip(1) {
             for (parameter, (near, middle)) in half_widths.iter().zip(&found[0]).enumerate() {
                 assert!(near / middle < 2.5, "{walls:?} {place:?} {parameter}: {near} {middle}");
@@ -70,11 +75,11 @@ fn next_to_walls_exchange_of_source_and_receiver_changes_nothing() {
     };
     let places = [NEAR[1], NEAR[4], NEAR[5]];
     let walls = (0.2, 0.5);
-    let there = room(SOURCE, &places, walls);
+    let there = room(SOURCE, &places, walls, 8_000);
     let near = there.render(RenderSettings::default());
     let gathered = there.render(RenderSettings { estimator: Estimator::Gather, ..RenderSettings::default() });
     for (index, &place) in places.iter().enumerate() {
-        let back = estimate(&room(place, &[SOURCE], walls).render(RenderSettings::default()), 0);
+        let back = estimate(&room(place, &[SOURCE], walls, 8_000).render(RenderSettings::default()), 0);
         for found in [&near, &gathered].map(|rendering| estimate(rendering, index)) {
             let within = Within { sigmas: 4.0, maximal_sigma: 0.02 * back.value };
             agree(found, back, within).unwrap_or_else(|off| panic!("{place:?}: {off}"));

@@ -121,8 +121,10 @@ fn images_begin_and_end_without_a_step() {
         let without = Field::new(mesh.clone(), absorption, SOURCE, &[]);
         let field = Field::new(mesh, absorption, SOURCE, &["diffraction"]);
         let along = (ends[1] - ends[0]).normalize();
-        let places = boundaries(&without, ends, order..=order);
-        assert!(!places.is_empty(), "{name}: {}", places.len());
+        let all = boundaries(&without, ends, order..=order);
+        let places: Vec<DVec3> = all.iter().copied().step_by(3).collect();
+        println!("{name}: {} of {} boundaries", places.len(), all.len());
+        assert!(!places.is_empty(), "{name}");
         for (place, step) in places.iter().zip(steps(&field, &places, along)) {
             assert!(step < 0.1, "{name}, α = {absorption}, {place}: {step} dB");
         }

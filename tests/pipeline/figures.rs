@@ -1,5 +1,5 @@
 //! Known rooms from scene file to figure, at the programs' default settings: levels, decay times and clarity with intervals
-//! that are narrow enough to mean something (docs/physics.md §8).
+//! that are narrow enough to mean something (docs/physics.md §8). The founding paper's room is in `accept`, `known_rooms`.
 
 use sonel_analysis::{Parameter, parameters};
 
@@ -86,12 +86,4 @@ fn diffuse_box_of_kuttruff() {
          [[receivers]]\nname = \"receiver\"\nposition = [7.0, 5.5, 3.0]\n",
     );
     check(&shop, &["--sonels", "150k"], 0, &[(Parameter::T30, 0.888, 0.005 * 0.888, 0.004)]);
-}
-
-/// The founding paper's room without diffraction.
-#[test]
-fn seed_room() {
-    let free_of_distance = strength(1.0) - 31.48;
-    let expected = [(Parameter::Strength, free_of_distance, 0.1, 0.06), (Parameter::T30, 7.75, 0.1, 0.06)];
-    check(&Workshop::shipped("seed-room"), &[], 2, &expected);
 }

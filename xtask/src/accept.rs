@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, ensure};
 
-use crate::workspace;
+use xtask::workspace;
 
 /// Runs all of them, one test after the other, and shows what they measured.
 pub fn run() -> Result<()> {

@@ -7,7 +7,9 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::{cluster, documentation, python_reader, tidy, workspace};
+use xtask::workspace;
+
+use crate::{cluster, documentation, python_reader, tidy};
 
 /// Runs all steps; an error names those that failed.
 pub fn run() -> Result<()> {
@@ -42,7 +44,7 @@ fn steps() -> [Step; 7] {
             let arguments = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
             succeed(workspace::cargo(&arguments))
         }),
-        ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--no-fail-fast"]))),
+        ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--tests", "--no-fail-fast"]))),
         ("python reader", python_reader::check),
         ("workflow", cluster::check),
         ("documentation", documentation::check),

@@ -2,13 +2,13 @@
 
 use std::env;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
 use crate::python::{self, printed};
-use crate::workspace;
+use xtask::workspace::{self, Profile};
 
 const REQUIREMENTS: &str = "workflow/requirements.txt";
 const ENVIRONMENT: &str = "target/cluster/python";
@@ -21,20 +21,18 @@ const SHARDS: u32 = 4;
 /// Makes a run in one piece, by Snakemake and by the script; compares.
 pub fn check() -> Result<()> {
     let snakemake = python::environment(ENVIRONMENT, REQUIREMENTS)?.join("snakemake");
-    let packages = ["sonel-trace", "sonel-render", "sonel-analyze"];
-    let build = packages.iter().flat_map(|package| ["--package", package]);
-    printed(workspace::cargo(&["build", "--quiet"]).args(build))?;
+    let programs = workspace::programs(Profile::Dev)?;
     let folder = workspace::root().join(FOLDER);
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
     }
     fs::create_dir_all(&folder)?;
 
-    let whole = trace(&folder.join("whole.sonelmap"), "1")?;
-    let other = trace(&folder.join("other.sonelmap"), "2")?;
+    let whole = trace(&programs, &folder.join("whole.sonelmap"), "1")?;
+    let other = trace(&programs, &folder.join("other.sonelmap"), "2")?;
     ensure!(whole != other, "another seed goes unnoticed: the comparison is blind");
 
-    with_snakemake(&snakemake, &folder)?;
+    with_snakemake(&snakemake, &programs, &folder)?;
     ensure!(
         fs::read(folder.join("snakemake/map.sonelmap"))? == whole,
         "the workflow's map is not that of the run in one piece"
@@ -44,7 +42,7 @@ pub fn check() -> Result<()> {
         .context("the workflow's parameters are no JSON")?;
     println!("Snakemake: {SHARDS} shards joined equal the run in one piece, {} bytes", whole.len());
 
-    with_script(&folder)?;
+    with_script(&programs, &folder)?;
     ensure!(
         fs::read(folder.join("slurm/map.sonelmap"))? == whole,
         "the script's map is not that of the run in one piece"
@@ -54,14 +52,14 @@ pub fn check() -> Result<()> {
 }
 
 /// The map of the run in one piece.
-fn trace(map: &Path, seed: &str) -> Result<Vec<u8>> {
-    let mut command = Command::new(programs()?.join("sonel-trace"));
+fn trace(programs: &Path, map: &Path, seed: &str) -> Result<Vec<u8>> {
+    let mut command = Command::new(programs.join("sonel-trace"));
     command.args([SCENE, "--sonels", SONELS, "--seed", seed, "--quiet", "-o"]).arg(map);
     printed(&mut command)?;
     Ok(fs::read(map)?)
 }
 
-fn with_snakemake(snakemake: &Path, folder: &Path) -> Result<()> {
+fn with_snakemake(snakemake: &Path, programs: &Path, folder: &Path) -> Result<()> {
     let mut command = Command::new(snakemake);
     command.args([
         "--snakefile",
@@ -74,7 +72,7 @@ fn with_snakemake(snakemake: &Path, folder: &Path) -> Result<()> {
     ]);
     command.arg("--directory").arg(folder).arg("--config").args([
         format!("scene={}", workspace::root().join(SCENE).display()),
-        format!("programs={}", programs()?.display()),
+        format!("programs={}", programs.display()),
         format!("sonels={SONELS}"),
         format!("shards={SHARDS}"),
         "output=snakemake".to_owned(),
@@ -83,9 +81,9 @@ fn with_snakemake(snakemake: &Path, folder: &Path) -> Result<()> {
 }
 
 /// The script as Slurm calls it: once for every task of the array, once more to join.
-fn with_script(folder: &Path) -> Result<()> {
+fn with_script(programs: &Path, folder: &Path) -> Result<()> {
     let path = env::var_os("PATH").unwrap_or_default();
-    let path = env::join_paths([programs()?].into_iter().chain(env::split_paths(&path)))?;
+    let path = env::join_paths([programs.to_owned()].into_iter().chain(env::split_paths(&path)))?;
     for task in (1..=SHARDS).map(Some).chain([None]) {
         let mut command = Command::new("bash");
         command.args(["workflow/slurm.sh", &SHARDS.to_string(), SCENE]);
@@ -96,10 +94,4 @@ fn with_script(folder: &Path) -> Result<()> {
         printed(&mut command)?;
     }
     Ok(())
-}
-
-/// Where cargo puts programs: beside this one.
-fn programs() -> Result<PathBuf> {
-    let own = env::current_exe()?;
-    Ok(own.parent().context("a program lies in a folder")?.to_owned())
 }

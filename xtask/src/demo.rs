@@ -6,7 +6,7 @@ use std::fs;
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use crate::workspace;
+use xtask::workspace::{self, Profile};
 
 const SCENE: &str = "scenes/seed-room/scene.toml";
 const FOLDER: &str = "target/demo";
@@ -24,9 +24,10 @@ const COLUMNS: [(&str, &str); 4] = [
 /// Builds the programs, runs the three stages, prints the table.
 pub fn run() -> Result<()> {
     fs::create_dir_all(workspace::root().join(FOLDER)).with_context(|| format!("cannot create {FOLDER}"))?;
-    workspace::program("sonel-trace", &[SCENE, "-o", MAP])?;
-    workspace::program("sonel-render", &[MAP, "-o", RESPONSE])?;
-    let json = workspace::program("sonel-analyze", &["parameters", RESPONSE, "--format", "json"])?;
+    workspace::program(Profile::Dev, "sonel-trace", &[SCENE, "-o", MAP])?;
+    workspace::program(Profile::Dev, "sonel-render", &[MAP, "-o", RESPONSE])?;
+    let json =
+        workspace::program(Profile::Dev, "sonel-analyze", &["parameters", RESPONSE, "--format", "json"])?;
     let parameters = serde_json::from_str(&json).context("sonel-analyze parameters printed no JSON")?;
     print!("\n{}", table(&parameters)?);
     println!(

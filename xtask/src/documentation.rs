@@ -6,7 +6,7 @@
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
-use crate::workspace;
+use xtask::workspace;
 
 /// Documents every crate of ours; an error if rustdoc has anything to say.
 pub fn check() -> Result<()> {

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::workspace;
+use xtask::workspace;
 
 /// The folder of programs of the environment in `folder`, in which the packages listed in the file `requirements` are
 /// installed.

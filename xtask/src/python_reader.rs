@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
 use crate::python::{self, printed};
-use crate::workspace;
+use xtask::workspace::{self, Profile};
 
 const SCENE: &str = "python/box.toml";
 /// A room with a screen at whose edges packets are bent.
@@ -71,7 +71,7 @@ fn check_export(python: &Path, spectral: &str, scene: &str, effects: &str) -> Re
 }
 
 fn program(name: &str, arguments: &[&str]) -> Result<String> {
-    printed(workspace::cargo(&["run", "--quiet", "--package", name, "--"]).args(arguments))
+    printed(Command::new(workspace::programs(Profile::Dev)?.join(name)).args(arguments))
 }
 
 /// Largest |reader / renderer − 1| over sources and bands.

@@ -1,7 +1,7 @@
 //! Where the workspace is, and running programs in it.
 
-use std::path::Path;
-use std::process::{Command, Output};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
@@ -46,25 +46,48 @@ pub fn cargo(arguments: &[&str]) -> Command {
     command(&std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), arguments)
 }
 
-/// Runs one of the tools in release, its log on our stderr; returns its stdout.
-///
-/// # Errors
-/// When it cannot be run or fails.
-pub fn program(name: &str, arguments: &[&str]) -> Result<String> {
-    let output = output(name, arguments)?;
-    ensure!(output.status.success(), "{name}: {}", output.status);
-    String::from_utf8(output.stdout).with_context(|| format!("{name} printed no UTF-8"))
+/// A profile of the root manifest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Profile {
+    /// That of development and tests.
+    Dev,
+    /// That of users.
+    Release,
 }
 
-/// The same with whatever exit code it ends.
+/// Builds the three programs; returns the folder they lie in.
+///
+/// They are selected from the whole workspace: a package built alone unifies fewer features of its dependencies, and cargo would
+/// build most of them once more.
 ///
 /// # Errors
-/// When it cannot be run.
-pub fn output(name: &str, arguments: &[&str]) -> Result<Output> {
+/// When they do not build.
+pub fn programs(profile: Profile) -> Result<PathBuf> {
+    let mut build = cargo(&["build", "--quiet", "--workspace"]);
+    build.args(["sonel-trace", "sonel-render", "sonel-analyze"].iter().flat_map(|name| ["--bin", name]));
+    if profile == Profile::Release {
+        build.arg("--release");
+    }
+    let status = build.status().with_context(|| format!("cannot run {build:?}"))?;
+    ensure!(status.success(), "{build:?}: {status}");
+    // Chores are built with the dev profile.
+    let own = std::env::current_exe()?;
+    let dev = own.parent().context("a program lies in a folder")?;
+    Ok(if profile == Profile::Dev { dev.to_owned() } else { dev.with_file_name("release") })
+}
+
+/// Runs one of the programs, its log on our stderr; returns its stdout.
+///
+/// # Errors
+/// When it cannot be built or run, or fails.
+pub fn program(profile: Profile, name: &str, arguments: &[&str]) -> Result<String> {
+    let path = programs(profile)?.join(name);
     eprintln!("$ {name} {}", arguments.join(" "));
-    let mut run = cargo(&["run", "--quiet", "--release", "--package", name, "--"]);
-    let run = run.args(arguments).stderr(std::process::Stdio::inherit());
-    run.output().with_context(|| format!("cannot run {name}"))
+    let mut run = command(&path.to_string_lossy(), arguments);
+    let run = run.stderr(std::process::Stdio::inherit());
+    let output = run.output().with_context(|| format!("cannot run {name}"))?;
+    ensure!(output.status.success(), "{name}: {}", output.status);
+    String::from_utf8(output.stdout).with_context(|| format!("{name} printed no UTF-8"))
 }
 
 /// `page` with what stands between its markers `<!-- figures: begin -->` and `<!-- figures: end -->` replaced by `figures`.

@@ -104,14 +104,14 @@ fn fluences(traced: &Traced, places: &[DVec3], estimator: Estimator) -> Vec<f64>
 #[test]
 fn nothing_passes_a_sealed_partition() {
     let mut random = Uniform::new(23);
-    for room in 0..form(12, 500) {
+    for room in 0..form(8, 500) {
         let rooms = TwoRooms::random(&mut random);
         let source = rooms.place(&mut random, false);
         let settings = Settings { emissions: form(32, 256), ..Settings::default() };
         let scene = scene(rooms.mesh(), source);
         let traced =
             if room % 2 == 0 { Traced::new(scene, settings) } else { Traced::diffracting(scene, settings) };
-        let mut places: Vec<DVec3> = (0..form(20, 50)).map(|_| rooms.place(&mut random, true)).collect();
+        let mut places: Vec<DVec3> = (0..form(8, 50)).map(|_| rooms.place(&mut random, true)).collect();
         places.push(source.with_x(2.0 * f64::from(rooms.partition) - source.x));
         places.retain(|place| place.x < f64::from(rooms.size[0]));
         let own = rooms.place(&mut random, false);

@@ -87,7 +87,9 @@ fn every_place_is_heard_or_refused() {
     let traced = traced(room(0.5, true));
     let mut refused = Vec::new();
     for estimator in [Estimator::Auto, Estimator::Gather, Estimator::Connection, Estimator::Sphere] {
-        let settings = RenderSettings { estimator, rays: 1_024, ..RenderSettings::default() };
+        let mirror_order = form(Some(4), None);
+        let settings =
+            RenderSettings { estimator, rays: form(256, 1_024), mirror_order, ..RenderSettings::default() };
         let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
         for (place, position) in places() {
             match heard(&renderer, position) {

@@ -15,10 +15,9 @@ pub mod scene;
 pub mod store;
 pub mod time;
 
+use std::cell::Cell;
 use std::io::Write;
 use std::process::ExitCode;
-
-use anyhow::Context;
 
 /// How a program ended, when nothing was wrong with its input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,10 +28,57 @@ pub enum Outcome {
     Missed,
 }
 
-/// Runs a program; its outputs that are not complete go when it is interrupted.
-pub fn run_to_exit(program: impl FnOnce() -> anyhow::Result<Outcome>) -> ExitCode {
-    let ready = interrupt::remove_unfinished_files().context("cannot handle signals");
-    exit_code(ready.and_then(|()| program()))
+/// Runs a program with stdout and a log, which is stderr, or nothing where it is `quiet`. Outputs that are not complete are
+/// removed when it is interrupted. Exit code 2 comes with the error on stderr.
+///
+/// When the reader of a stream goes away (`… | head`), the program ends at its next write, with exit code 0.
+pub fn run_to_exit(
+    quiet: bool,
+    program: impl FnOnce(&mut dyn Write, &mut dyn Write) -> anyhow::Result<Outcome>,
+) -> ExitCode {
+    if let Err(error) = interrupt::remove_unfinished_files() {
+        return exit_code(Err(anyhow::Error::new(error).context("cannot handle signals")));
+    }
+    exit_code(unless_closed(std::io::stdout().lock(), log_stream(quiet), program))
+}
+
+/// The outcome of `program`; [`Outcome::Done`] if it failed after the reader of `out` or `log` had gone away. The error itself
+/// may not say so: writers of formats wrap it.
+fn unless_closed(
+    out: impl Write,
+    log: impl Write,
+    program: impl FnOnce(&mut dyn Write, &mut dyn Write) -> anyhow::Result<Outcome>,
+) -> anyhow::Result<Outcome> {
+    let closed = Cell::new(false);
+    let result =
+        program(&mut Watched { stream: out, closed: &closed }, &mut Watched { stream: log, closed: &closed });
+    if closed.get() { result.or(Ok(Outcome::Done)) } else { result }
+}
+
+/// A stream that notes when its reader has gone away.
+struct Watched<'a, W> {
+    stream: W,
+    closed: &'a Cell<bool>,
+}
+
+impl<W> Watched<'_, W> {
+    fn note<T>(&self, result: std::io::Result<T>) -> std::io::Result<T> {
+        let is_closed = |error: &std::io::Error| error.kind() == std::io::ErrorKind::BrokenPipe;
+        self.closed.set(self.closed.get() || result.as_ref().is_err_and(is_closed));
+        result
+    }
+}
+
+impl<W: Write> Write for Watched<'_, W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.stream.write(bytes);
+        self.note(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        let flushed = self.stream.flush();
+        self.note(flushed)
+    }
 }
 
 /// The exit code of `result`; an error is printed to stderr with its causes and is code 2.
@@ -40,24 +86,16 @@ fn exit_code(result: anyhow::Result<Outcome>) -> ExitCode {
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Missed) => ExitCode::from(1),
-        // Whoever read stdout has seen enough (`… | head`): that is no failure.
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            // A reader that went away (a closed pipe) cannot be told either.
+            // A closed stderr cannot be told.
             let _ = writeln!(std::io::stderr(), "error: {error:#}");
             ExitCode::from(2)
         }
     }
 }
 
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    let broken = |cause: &std::io::Error| cause.kind() == std::io::ErrorKind::BrokenPipe;
-    error.chain().any(|cause| cause.downcast_ref::<std::io::Error>().is_some_and(broken))
-}
-
 /// Where a program logs to: stderr, or nowhere with `--quiet`.
-#[must_use]
-pub fn log_stream(quiet: bool) -> Box<dyn Write> {
+fn log_stream(quiet: bool) -> Box<dyn Write> {
     if quiet { Box::new(std::io::sink()) } else { Box::new(std::io::stderr()) }
 }
 

@@ -3,10 +3,9 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use sonel_console::{log_stream, run_to_exit};
+use sonel_console::run_to_exit;
 
 fn main() -> ExitCode {
     let arguments = sonel_trace::Arguments::parse();
-    let mut log = log_stream(arguments.quiet);
-    run_to_exit(|| sonel_trace::run(&arguments, &mut std::io::stdout().lock(), &mut log))
+    run_to_exit(arguments.quiet, |out, log| sonel_trace::run(&arguments, out, log))
 }

@@ -19,10 +19,10 @@ const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "th
 
 /// Every other foreign package and the folders it may be used in.
 const HOMES: [(&str, &[&str]); 21] = [
-    ("anyhow", &["tools/", "xtask"]),
+    ("anyhow", &["tools/", "xtask", "pages"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
-    ("clap", &["tools/", "xtask"]),
+    ("clap", &["tools/", "xtask", "pages"]),
     ("comfy-table", &["crates/sonel-analysis"]),
     ("cpu-time", &["tools/"]),
     ("csv", &["crates/sonel-analysis", "crates/sonel-study", "tools/"]),
@@ -35,13 +35,13 @@ const HOMES: [(&str, &[&str]); 21] = [
     ("rand", &["crates/sonel-sampling"]),
     (
         "serde_json",
-        &["crates/sonel-echogram", "crates/sonel-analysis", "crates/sonel-study", "tools/", "xtask"],
+        &["crates/sonel-echogram", "crates/sonel-analysis", "crates/sonel-study", "tools/", "xtask", "pages"],
     ),
     ("signal-hook", &["tools/sonel-console"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["tools/", "crates/sonel-testkit"]),
     ("tobj", &["crates/sonel-scene"]),
-    ("toml", &["crates/sonel-scene", "xtask"]),
+    ("toml", &["crates/sonel-scene", "xtask", "pages"]),
     ("zip", &["crates/sonel-echogram"]),
 ];
 
@@ -61,7 +61,8 @@ pub fn arrows(tree: &Tree) -> Vec<Finding> {
 pub fn homes(tree: &Tree) -> Vec<Finding> {
     each_dependency(tree, |manifest, package| {
         let for_tests = ["tests/", "fuzz/"].iter().any(|folder| manifest.path.starts_with(folder));
-        if for_tests || package.starts_with("sonel-") || EVERYWHERE.contains(&package) {
+        let is_own = package == "xtask" || package.starts_with("sonel-");
+        if for_tests || is_own || EVERYWHERE.contains(&package) {
             return None;
         }
         let Some((_, homes)) = HOMES.iter().find(|(name, _)| *name == package) else {

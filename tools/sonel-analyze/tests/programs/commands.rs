@@ -247,3 +247,26 @@ fn a_comparison_needs_two_of_a_kind_with_batches() {
     assert!(analyze(&shop, &["diff", RESPONSE, MAP]).refused().contains("room.sonelmap is a map and"));
     assert!(analyze(&shop, &["diff", RESPONSE, RESPONSE]).refused().contains("no figure in common"));
 }
+
+/// `… | head`: the reader of stdout is gone before the first byte. That is neither a failure nor worth a word.
+#[test]
+fn a_closed_pipe_ends_the_program_quietly() {
+    let shop = traced(&["--sonels", "100"]);
+    render(&shop);
+    let run = |words: &[&str]| {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_sonel-analyze"));
+        let command = command.current_dir(shop.folder()).args(words).stdout(writer);
+        command.output().expect("a program that starts")
+    };
+    for words in [
+        &["parameters", RESPONSE, "--format", "csv"][..],
+        &["parameters", RESPONSE, "--format", "table"],
+        &["inspect", MAP],
+    ] {
+        let ended = run(words);
+        assert!(ended.status.success() && ended.stderr.is_empty(), "{words:?}: {ended:?}");
+    }
+    assert_eq!(run(&["inspect", "nowhere.npz"]).status.code(), Some(2), "other errors are told");
+}

@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 
-use crate::workspace;
+use xtask::workspace::{self, Profile};
 
 const SCENE: &str = "scenes/seed-room/scene.toml";
 const FOLDER: &str = "target/paper";
@@ -56,7 +56,7 @@ fn conduct((name, effects, counts): (&str, &str, &str)) -> Result<()> {
     let folder = folder(name);
     let options = ["--duration", "3", "--repeats", "2", "--reference", "200k", "--effects", effects];
     let words = ["tradeoff", SCENE, "-o", &folder, "--mode", "accurate,paper", "--sonels", counts];
-    workspace::program("sonel-analyze", &[&words[..], &options].concat()).map(drop)
+    workspace::program(Profile::Release, "sonel-analyze", &[&words[..], &options].concat()).map(drop)
 }
 
 fn conducted((name, _, _): (&'static str, &str, &str)) -> Result<Condition> {

@@ -8,9 +8,9 @@ mod shape;
 
 use anyhow::Result;
 
-use crate::workspace::{self, read, write};
 use grid::Grid;
 use mesh::QuadMesh;
+use xtask::workspace::{self, read, write};
 
 const MESH: &str = "scenes/hall/hall.obj";
 const SCENE: &str = "scenes/hall/scene.toml";
@@ -60,14 +60,14 @@ mod tests {
 
     #[test]
     fn checked_in_mesh_is_the_generated_one() {
-        assert!(read(MESH).unwrap() == build().to_obj(), "run `cargo xtask hall` and commit {MESH}");
+        assert!(read(MESH).unwrap() == build().to_obj(), "run `cargo pages hall` and commit {MESH}");
     }
 
     #[test]
     fn figures_in_the_readme_are_the_computed_ones() {
         let readme = read(README).unwrap();
         let figures = figures::markdown(&build(), &read(SCENE).unwrap()).unwrap();
-        assert_eq!(readme, workspace::with_figures(&readme, &figures).unwrap(), "run `cargo xtask hall`");
+        assert_eq!(readme, workspace::with_figures(&readme, &figures).unwrap(), "run `cargo pages hall`");
     }
 
     #[test]

@@ -64,7 +64,7 @@ impl QuadMesh {
     /// Wavefront OBJ text.
     pub fn to_obj(&self) -> String {
         let mut obj = String::from(
-            "# Concert hall, z up, metres. Written by `cargo xtask hall`; change the plan there, not this file.\n",
+            "# Concert hall, z up, metres. Written by `cargo pages hall`; change the plan there, not this file.\n",
         );
         for [x, y, z] in &self.vertices {
             writeln!(obj, "v {} {} {}", decimal(*x), decimal(*y), decimal(*z))

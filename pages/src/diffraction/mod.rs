@@ -8,8 +8,8 @@ use anyhow::{Context, Result};
 use glam::DVec2;
 use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 
-use crate::workspace;
 use laws::{Arrangement, LAWS, Losses};
+use xtask::workspace;
 
 const PAGE: &str = "docs/diffraction.md";
 const PLOTS: &str = "docs/diffraction";
@@ -150,7 +150,7 @@ mod tests {
     fn what_is_checked_in_is_what_is_computed() {
         assert!(
             workspace::read(PAGE).unwrap().contains(&bands_table().unwrap()),
-            "run `cargo xtask diffraction`"
+            "run `cargo pages diffraction`"
         );
         assert_eq!(workspace::read(&format!("{PLOTS}/fresnel.csv")).unwrap(), fresnel_csv().unwrap());
     }

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 
-use crate::workspace;
+use xtask::workspace::{self, Profile};
 
 const FOLDER: &str = "target/accuracy";
 const PAGES: &str = "docs/accuracy";
@@ -62,7 +62,7 @@ fn sweep(scene: &str, what: &str, varied: &[&str], sonels: &str, repeats: &str) 
         "1",
     ];
     let words = ["tradeoff", &file, "-o", &folder];
-    workspace::program("sonel-analyze", &[&words[..], varied, &options].concat()).map(drop)
+    workspace::program(Profile::Release, "sonel-analyze", &[&words[..], varied, &options].concat()).map(drop)
 }
 
 /// Copies what a page shows of the sweep called `name`.
@@ -78,11 +78,14 @@ fn render(scene: &str, sonels: &str, grids: [&str; 4]) -> Result<()> {
     let (map, response) = (format!("{FOLDER}/{scene}.sonelmap"), format!("{FOLDER}/{scene}.npz"));
     let file = format!("scenes/{scene}/scene.toml");
     let options = ["--sonels", sonels, "--effects", "auto,-bending", "--quiet"];
-    workspace::program("sonel-trace", &[&[&file, "-o", &map][..], &options].concat())?;
+    workspace::program(Profile::Release, "sonel-trace", &[&[&file, "-o", &map][..], &options].concat())?;
     for (power, grid) in grids.into_iter().enumerate() {
         let grid = format!("--grid={grid}");
         let words = [&map, "-o", &response, &grid, "--json", "--quiet", "--threads", "1"];
-        workspace::write(&report(scene, power), workspace::program("sonel-render", &words)?)?;
+        workspace::write(
+            &report(scene, power),
+            workspace::program(Profile::Release, "sonel-render", &words)?,
+        )?;
     }
     Ok(())
 }

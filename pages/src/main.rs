@@ -1,0 +1,43 @@
+//! Writes the pages, plots and meshes that are generated. `cargo pages --help` lists them.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a chore reports to the person who runs it")]
+
+mod accuracy;
+mod diffraction;
+mod figures;
+mod hall;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Write the pages, plots and meshes that are generated.
+#[derive(Parser)]
+#[command(name = "cargo pages")]
+enum Page {
+    /// Run the sweeps behind docs/accuracy.md and draw its plots
+    Accuracy {
+        /// Only draw again what the last run left in target/accuracy
+        #[arg(long)]
+        redraw: bool,
+    },
+    /// Draw the plots of docs/diffraction.md: laws of screens
+    Diffraction,
+    /// Repeat the founding paper's experiment and write docs/paper
+    Figures {
+        /// Only draw again what the last run left in target/paper
+        #[arg(long)]
+        redraw: bool,
+    },
+    /// Write scenes/hall/hall.obj and the figures in its README from the plan
+    Hall,
+}
+
+fn main() -> ExitCode {
+    let outcome = match Page::parse() {
+        Page::Accuracy { redraw } => accuracy::run(redraw),
+        Page::Diffraction => diffraction::run(),
+        Page::Figures { redraw } => figures::run(redraw),
+        Page::Hall => hall::run(),
+    };
+    xtask::exit_code(outcome)
+}
