@@ -41,8 +41,10 @@ mod paper;
 pub mod receiver;
 pub mod render;
 pub mod rendering;
+mod settings;
 mod specular;
 
 pub use receiver::ReceiverPoint;
-pub use render::{Air, Estimator, PathClass, RenderError, RenderSettings, Renderer, is_at_source};
+pub use render::{PathClass, RenderError, Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
+pub use settings::{Air, Estimator, RenderSettings};

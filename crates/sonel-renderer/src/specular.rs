@@ -18,8 +18,9 @@ use crate::gather::rays::strongest;
 use crate::kernel::coarse_bins;
 use crate::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
-use crate::render::{Estimator, PathClass, Renderer};
+use crate::render::{PathClass, Renderer};
 use crate::rendering::Rendering;
+use crate::settings::Estimator;
 
 /// Receivers that share rays: their echograms bound the memory.
 const RECEIVERS: usize = 64;

@@ -88,8 +88,7 @@ fn scene(mesh: Mesh, source: DVec3) -> Scene {
 /// Fluence at each of `places` [1/m²].
 fn fluences(traced: &Traced, places: &[DVec3], estimator: Estimator) -> Vec<f64> {
     let mirror_order = Some(form(3, 4));
-    let settings =
-        RenderSettings { estimator, rays: 32, mirror_order, ..RenderSettings::default() };
+    let settings = RenderSettings { estimator, rays: 32, mirror_order, ..RenderSettings::default() };
     let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
     let named = |(index, &position): (usize, &DVec3)| ReceiverPoint { name: index.to_string(), position };
     let receivers: Vec<ReceiverPoint> = places.iter().enumerate().map(named).collect();

@@ -19,10 +19,10 @@ const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "th
 
 /// Every other foreign package and the folders it may be used in.
 const HOMES: [(&str, &[&str]); 21] = [
-    ("anyhow", &["tools/", "xtask", "pages"]),
+    ("anyhow", &["tools/", "xtask"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
-    ("clap", &["tools/", "xtask", "pages"]),
+    ("clap", &["tools/", "xtask"]),
     ("comfy-table", &["crates/sonel-analysis"]),
     ("cpu-time", &["tools/"]),
     ("csv", &["crates/sonel-analysis", "crates/sonel-study", "tools/"]),
@@ -35,13 +35,13 @@ const HOMES: [(&str, &[&str]); 21] = [
     ("rand", &["crates/sonel-sampling"]),
     (
         "serde_json",
-        &["crates/sonel-echogram", "crates/sonel-analysis", "crates/sonel-study", "tools/", "xtask", "pages"],
+        &["crates/sonel-echogram", "crates/sonel-analysis", "crates/sonel-study", "tools/", "xtask"],
     ),
     ("signal-hook", &["tools/sonel-console"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["tools/", "crates/sonel-testkit"]),
     ("tobj", &["crates/sonel-scene"]),
-    ("toml", &["crates/sonel-scene", "xtask", "pages"]),
+    ("toml", &["crates/sonel-scene", "xtask"]),
     ("zip", &["crates/sonel-echogram"]),
 ];
 

@@ -16,7 +16,8 @@ mod zone;
 use sonel_geometry::Geometry;
 
 use crate::gather::disc::Sheet;
-use crate::render::{PathClass, RenderSettings, disc_radius, free_path};
+use crate::render::{PathClass, disc_radius, free_path};
+use crate::settings::RenderSettings;
 use zone::ZoneEdge;
 
 /// Share of the mean free path that the radius of the source's sphere takes at [`REFERENCE_RAYS`].

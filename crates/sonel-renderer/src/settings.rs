@@ -1,0 +1,81 @@
+//! How a map is rendered: what can be asked for, and what is done where nothing is.
+
+/// How a map is rendered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderSettings {
+    /// Width of a time bin [s].
+    pub bin: f64,
+    /// Who owns which path class.
+    pub estimator: Estimator,
+    /// Order K of the mirror chains; chosen where none is given.
+    pub mirror_order: Option<u32>,
+    /// Visibility rays of one receiver over all batches, where rays go on by mirrors; where they only share with connections next to
+    /// surfaces, an eighth of them.
+    pub rays: u32,
+    /// Radius of the discs in which rays gather [m]; chosen where none is given.
+    pub gather_radius: Option<f64>,
+    /// Seed of the renderer's own choices; the map's where none is given.
+    pub seed: Option<u64>,
+    /// Attenuation by air.
+    pub air: Air,
+}
+
+/// Who owns which path class: the same energy by different means, so that any two can be compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimator {
+    /// Each class by its best estimator.
+    Auto,
+    /// Connections for … D R; spheres for everything specular behind a diffuse reflection.
+    Connection,
+    /// As `Auto`, but density estimation behind visibility rays for everything specular behind a diffuse reflection.
+    Gather,
+    /// Spheres for everything but the direct sound.
+    Sphere,
+    /// What the founding paper writes, apart from this table: see docs/paper-mode.md.
+    Paper,
+}
+
+impl Estimator {
+    /// Its word in docs/interface.md.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Connection => "connection",
+            Self::Gather => "gather",
+            Self::Sphere => "sphere",
+            Self::Paper => "paper",
+        }
+    }
+}
+
+/// Which air sound travels through.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Air {
+    /// That of the scene.
+    OfScene,
+    /// Another attenuation m per band [1/m]; zeros for none.
+    Attenuation(Vec<f64>),
+}
+
+impl RenderSettings {
+    /// What `estimator` renders with where nothing else is asked for.
+    #[must_use]
+    pub fn of(estimator: Estimator) -> Self {
+        Self {
+            bin: 0.001,
+            estimator,
+            mirror_order: None,
+            rays: if estimator == Estimator::Paper { 1 << 14 } else { 1 << 17 },
+            gather_radius: None,
+            seed: None,
+            air: Air::OfScene,
+        }
+    }
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self::of(Estimator::Auto)
+    }
+}
