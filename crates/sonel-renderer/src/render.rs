@@ -509,14 +509,15 @@ const FEWER_RAYS_NEAR_SURFACES: u32 = 8;
 /// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`].
 const DISC_PER_FREE_PATH: f64 = 0.03;
 
-/// The radius of the discs [m]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
+/// The radius of discs [m] that take `share` of the mean free path at [`REFERENCE_EMISSIONS`]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub(crate) fn disc_radius(
+    share: f64,
     settings: &RenderSettings,
     geometry: &Geometry,
     traced: &sonel_map::Settings,
 ) -> f64 {
     let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
-    settings.gather_radius.unwrap_or_else(|| DISC_PER_FREE_PATH * free_path(geometry) * shrink)
+    settings.gather_radius.unwrap_or_else(|| share * free_path(geometry) * shrink)
 }
 
 fn gather_settings(
@@ -529,7 +530,7 @@ fn gather_settings(
     let rays = if by_mirrors { settings.rays } else { settings.rays.div_ceil(FEWER_RAYS_NEAR_SURFACES) };
     GatherSettings {
         rays: rays.div_ceil(traced.batches),
-        radius: disc_radius(settings, geometry, traced),
+        radius: disc_radius(DISC_PER_FREE_PATH, settings, geometry, traced),
         reach,
         by_mirrors,
     }

@@ -22,6 +22,8 @@ use zone::ZoneEdge;
 
 /// Share of the mean free path that the radius of the source's sphere takes at [`REFERENCE_RAYS`].
 const SPHERE_PER_FREE_PATH: f64 = 0.12;
+/// Share of the mean free path that the radius of a disc takes.
+const DISC_PER_FREE_PATH: f64 = 0.06;
 /// The sphere shrinks as M^(−1/6) from here, so that its O(a²) bias vanishes as fast as the noise.
 const REFERENCE_RAYS: f64 = 16_384.0;
 /// Largest part of the way to the nearest surface: a sphere holds no wall, so what meets it sees the source.
@@ -54,7 +56,7 @@ impl Paper {
         let clearance = |position| CLEARANCE * geometry.distance_to_nearest_surface(position);
         Self {
             sheets: Sheet::all(geometry),
-            disc_radius: disc_radius(settings, geometry, traced),
+            disc_radius: disc_radius(DISC_PER_FREE_PATH, settings, geometry, traced),
             source_radius: scene.sources.iter().map(|s| sphere.min(clearance(s.position))).collect(),
             rays: settings.rays.div_ceil(traced.batches),
             edges: if wavelengths.is_some() { ZoneEdge::all(geometry) } else { Vec::new() },
