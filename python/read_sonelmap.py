@@ -18,6 +18,7 @@ ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST = range(8, 13)
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
 EDGE = np.dtype([("ends", "<f8", (2, 3))])
+FACES = np.dtype([("faces", "<f8", (2, 4))])
 CHUNK = np.dtype([("source", "<u4"), ("paths", "<u4"), ("first_emission", "<u8"), ("vertices", "<u8"),
                   ("offset", "<u8"), ("digest", "V32")])
 VERTEX = np.dtype([("position", "<f4", 3), ("tag", "<u4")])
@@ -84,6 +85,7 @@ class SonelMap:
         self.surfaces = self.section("surfaces", SURFACE)
         self.chunks = self.section("chunks", CHUNK)
         self.edges = self.section("edges", EDGE)["ends"] if "edges" in self.sections else np.zeros((0, 2, 3))
+        self.faces = self.section("edges.faces", FACES)["faces"] if "edges.faces" in self.sections else np.zeros((0, 2, 4))
         self.reach = self.section("edges.reach", "<f8") if "edges.reach" in self.sections else np.zeros(1)
 
     def section(self, name, dtype):
@@ -129,15 +131,40 @@ def reach(map):
     return np.where(map.reach > 0, map.reach, -1.0)
 
 
-def at_edge(map, event, vertex, alive):
+def sizes_seen(map, vertex, before, foot):
+    """What a packet sees of the faces of an edge: before it is bent, bent, and if it were bent by the opposite angle [m]."""
+    edge = vertex["tag"] >> 5
+    first, last = map.edges[edge] - map.header["center"]
+    along = (last - first) / np.linalg.norm(last - first)
+    direction = (foot - before) / np.linalg.norm(foot - before)
+    outward = foot - first - (foot - first) @ along * along
+    outward = outward / np.linalg.norm(outward)
+    forward = np.cross(along, outward) * (-1 if vertex["tag"] >> 4 & 1 else 1)
+    slant = direction @ along
+    across = np.sqrt(max(1 - slant**2, 0))
+
+    def seen(way):
+        return max(min(face[3], abs(face[:3] @ way)) for face in map.faces[edge])
+
+    def bent(tangent):
+        return slant * along + across / np.sqrt(1 + tangent**2) * (forward - tangent * outward)
+
+    tangent = float(vertex["position"][2])
+    return seen(direction), seen(bent(tangent)), seen(bent(-tangent))
+
+
+def at_edge(map, event, vertex, alive, before, foot):
     """What passing an edge multiplies f and p of the bands still alive by, up to a common factor."""
     _, distance, tangent = vertex["position"].astype(float)
+    straight, turned, opposite = (size >= wavelengths(map) / 2 for size in sizes_seen(map, vertex, before, foot))
+    bends = straight & (distance <= reach(map))
     if event == PASSED:
-        return (distance > reach(map)) * 1.0
+        return ~bends * 1.0
+    preference = np.where(turned == opposite, 1.0, 2.0 * turned)
     concentration = 4 * np.pi / (GAMMA * wavelengths(map))
     exponent = np.log(concentration) - (concentration * distance * tangent) ** 2 / 2
-    exponent = np.where(alive & (distance <= reach(map)), exponent, -np.inf)
-    return np.exp(exponent - exponent.max())
+    exponent = np.where(alive & bends, exponent, -np.inf)
+    return preference * np.exp(exponent - exponent.max())
 
 
 def places(map, origin, vertices):
@@ -281,7 +308,8 @@ def sonels(map, source):
             if event in (ESCAPED, EXPIRED, LOST):
                 break
             if event in (BENT, PASSED):
-                factor = at_edge(map, event, vertices[step], drawing > 0)
+                before = points[step - 1] if step else origin
+                factor = at_edge(map, event, vertices[step], drawing > 0, before, points[step])
                 feeding, drawing = feeding * factor, drawing * factor
                 continue
             if event == DIFFRACTED:

@@ -159,7 +159,7 @@ fn holds(scene: &str, [without, with]: [&Heard; 2], promised: &Bound, sure: f64)
 }
 
 #[test]
-fn bending_changes_no_more_than_promised_and_is_missed_between_seats() {
+fn bending_changes_no_more_than_promised_and_is_missed_in_the_hall() {
     let mut missed = Vec::new();
     for scene in rooms_with_edges() {
         let without = run(&scene, "auto,-bending", BENT_EMISSIONS);
@@ -178,8 +178,5 @@ fn bending_changes_no_more_than_promised_and_is_missed_between_seats() {
         );
     }
     println!("bending: missed in {}", missed.join(", "));
-    assert!(
-        missed.contains(&"seat rows".to_owned()) && missed.contains(&"Concert hall".to_owned()),
-        "{missed:?}"
-    );
+    assert!(missed.contains(&"Concert hall".to_owned()), "{missed:?}");
 }

@@ -28,6 +28,61 @@ fn main() {
         println!("{name}: {} triangles, {} bands", scene.mesh.triangles.len(), scene.bands.count());
         measure(scene);
     }
+    for (name, counts, allowed) in EDGES {
+        if chosen.is_empty() || chosen.iter().any(|word| word == "edges") {
+            counts.iter().for_each(|&count| measure_edges_alone(name, count, allowed));
+        }
+    }
+}
+
+/// Scenes, numbers of receivers, and CPU seconds that edges may take for the first of them.
+const EDGES: [(&str, &[usize], f64); 3] =
+    [("Concert hall", &[6], 2.0), ("office screen", &[50, 1000], 5.0), ("coupled rooms", &[6], 1.0)];
+
+/// CPU seconds that edges take at `count` receivers: the difference to a map without.
+fn measure_edges_alone(name: &str, count: usize, allowed: f64) {
+    let scene = sonel_tests::occasions::scenes().into_iter().find(|scene| scene.name == name);
+    let scene = scene.expect("one of them");
+    let render = |effects: &[&str]| {
+        let traced = Traced::with(effects, scene.clone(), Settings { emissions: 64, ..Settings::default() });
+        let settings =
+            RenderSettings { estimator: sonel_renderer::Estimator::Connection, ..Default::default() };
+        let receivers = spread(&traced, count);
+        let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+        let borders = vec![vec![0.0, scene.duration]; receivers.len()];
+        let start = ProcessTime::now();
+        let rendering = renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers");
+        (start.elapsed().as_secs_f64(), rendering)
+    };
+    let ((with, rendering), (without, _)) = (render(&["diffraction"]), render(&[]));
+    let most = rendering.edge_work.iter().map(|work| work.computed).max().unwrap_or(0);
+    let dropped = rendering.edge_work.iter().map(|work| work.dropped).fold(0.0, f64::max);
+    println!(
+        "edges, {name}, {count} receivers: {:.2} CPU-s ({allowed} allowed for the fewest), up to {most} contributions, the others expected \
+         to change {:.2} dB",
+        with - without,
+        10.0 * dropped.ln_1p() * std::f64::consts::LOG10_E
+    );
+}
+
+/// The receivers of the scene, or `count` places spread over its floor where it has fewer.
+fn spread(traced: &Traced, count: usize) -> Vec<ReceiverPoint> {
+    let known = &traced.map.header().scene.receivers;
+    if known.len() == count {
+        let point = |receiver: &sonel_scene::Receiver| ReceiverPoint {
+            name: receiver.name.clone(),
+            position: receiver.position,
+        };
+        return known.iter().map(point).collect();
+    }
+    let (low, high) = traced.geometry.bounds();
+    let place = |index: usize| {
+        let share = |step: f64| 0.08 + 0.84 * (step * (index as f64 + 0.5)).fract();
+        // The additive sequence of the plastic number.
+        let share = glam::DVec3::new(share(0.754_877_666), share(0.569_840_291), 0.4);
+        ReceiverPoint { name: index.to_string(), position: low + share * (high - low) }
+    };
+    (0..count).map(place).collect()
 }
 
 /// From so many edges on the exact ones take minutes, and are not measured.

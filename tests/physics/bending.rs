@@ -99,11 +99,25 @@ fn packets_behind_a_knife_edge_are_as_many_as_their_law_says() {
     );
 }
 
-/// A room of four bands, divided by a screen of half its height with two free edges.
+/// Adds a box of `material` with a corner at `from`.
+fn add_box(mesh: &mut Mesh, from: [f64; 3], size: [f64; 3], material: u32) {
+    let first = mesh.vertices.len() as u32;
+    let solid = Mesh::shoebox(size, [material; 6]);
+    mesh.vertices.extend(solid.vertices.iter().map(|&vertex| vertex + DVec3::from(from)));
+    mesh.triangles.extend(solid.triangles.iter().map(|triangle| MeshTriangle {
+        // Turned, so that the air is outside.
+        corners: [2, 1, 0].map(|corner| first + triangle.corners[corner]),
+        ..*triangle
+    }));
+}
+
+/// A room of four bands, divided by a screen of half its height with two free edges. A box before it and a shelf behind it bend some of the bands.
 fn screened(absorption: [f64; 4], scattering: [f64; 4], duration: f64) -> Scene {
     let bands = Bands::new(vec![125.0, 250.0, 1000.0, 4000.0], BandWidth::Octave).expect("octaves");
     let mut mesh = Mesh::shoebox([12.0, 9.0, 6.0], [0; 6]);
     add_quad(&mut mesh, [[6.0, 0.0, 0.0], [6.0, 6.0, 0.0], [6.0, 6.0, 3.5], [6.0, 0.0, 3.5]], 0);
+    add_box(&mut mesh, [4.6, 2.0, 1.0], [0.6, 0.5, 0.6], 0);
+    add_quad(&mut mesh, [[7.5, 3.0, 2.0], [9.0, 3.0, 2.0], [9.0, 5.0, 2.0], [7.5, 5.0, 2.0]], 0);
     let material = Material {
         absorption: absorption.to_vec(),
         scattering: scattering.to_vec(),
@@ -139,7 +153,7 @@ fn the_ledger_closes_past_edges_in_every_band() {
 }
 
 /// Energy over time at each receiver in each band.
-fn heard(traced: &Traced, estimator: Estimator) -> Vec<Vec<Estimate>> {
+fn heard(traced: &Traced, estimator: Estimator, bands: usize) -> Vec<Vec<Estimate>> {
     let settings = RenderSettings { estimator, mirror_order: Some(0), ..RenderSettings::default() };
     let rendering = traced.render(settings);
     let receivers = traced.map.header().scene.receivers.len();
@@ -147,7 +161,7 @@ fn heard(traced: &Traced, estimator: Estimator) -> Vec<Vec<Estimate>> {
         let (value, sigma) = batch_fluence(&rendering, receiver, band);
         Estimate { value, sigma }
     };
-    (0..receivers).map(|receiver| (0..4).map(|b| band(receiver, b)).collect()).collect()
+    (0..receivers).map(|receiver| (0..bands).map(|b| band(receiver, b)).collect()).collect()
 }
 
 /// Energy at receiver 0 of connections that no edge takes anything from, and of spheres of `radius` for what was bent since its
@@ -190,7 +204,8 @@ fn a_screen_in_a_reverberant_room_gives_the_same_answer_by_two_estimators() {
         .with_receiver("in sight", [3.5, 6.5, 2.0]);
     let settings = Settings { emissions: 160_000, ..Settings::default() };
     let traced = Traced::bending(scene, settings);
-    let (spheres, connections) = (heard(&traced, Estimator::Sphere), heard(&traced, Estimator::Connection));
+    let (spheres, connections) =
+        (heard(&traced, Estimator::Sphere, 4), heard(&traced, Estimator::Connection, 4));
     for (spheres, connections) in spheres.iter().zip(&connections) {
         for (&spheres, &connections) in spheres.iter().zip(connections) {
             let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * spheres.value };
@@ -213,9 +228,9 @@ fn mirrors_behind_the_last_diffuse_reflection_give_the_same_answer_by_three_esti
         .with_receiver("in sight", [3.5, 6.5, 2.0]);
     let settings = Settings { emissions: 160_000, ..Settings::default() };
     let traced = Traced::bending(scene, settings);
-    let spheres = heard(&traced, Estimator::Sphere);
+    let spheres = heard(&traced, Estimator::Sphere, 4);
     for estimator in [Estimator::Auto, Estimator::Gather] {
-        for (spheres, others) in spheres.iter().zip(heard(&traced, estimator)) {
+        for (spheres, others) in spheres.iter().zip(heard(&traced, estimator, 4)) {
             for (&spheres, others) in spheres.iter().zip(others) {
                 let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * spheres.value };
                 agree(spheres, others, within).unwrap();
@@ -232,13 +247,97 @@ fn bands_that_share_paths_past_edges_are_heard_as_on_their_own() {
     let scene =
         screened([0.2, 0.3, 0.2, 0.3], [0.6, 0.5, 0.7, 0.9], 1.0).with_receiver("behind", [9.0, 2.5, 1.4]);
     let settings = Settings { emissions: 40_000, ..Settings::default() };
-    let shared = heard(&Traced::bending(scene.clone(), settings), Estimator::Connection);
+    let shared = heard(&Traced::bending(scene.clone(), settings), Estimator::Connection, 4);
     let alone = Settings { emissions: 20_000, spectral: Spectral::PerBand, seed: 2, ..settings };
-    let alone = heard(&Traced::bending(scene, alone), Estimator::Connection);
+    let alone = heard(&Traced::bending(scene, alone), Estimator::Connection, 4);
     for (&shared, &alone) in shared[0].iter().zip(&alone[0]) {
         let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * alone.value };
         agree(shared, alone, within).unwrap();
         let spoilt = Estimate { value: 1.3 * shared.value, ..shared };
         assert!(agree(spoilt, alone, within).is_err(), "a band that is weighed wrongly");
     }
+}
+
+/// A closed room with a box of `size` hung in its middle.
+fn with_box(frequencies: Vec<f64>, size: f64) -> Scene {
+    let mut mesh = Mesh::shoebox([9.0, 8.0, 7.0], [0; 6]);
+    add_box(&mut mesh, [4.0, 3.0, 2.5], [size; 3], 0);
+    let count = frequencies.len();
+    let bands = Bands::new(frequencies, BandWidth::Octave).expect("octaves");
+    let mut scene = Scene::from_parts(mesh, vec![Material::uniform("wall", 0.1, 0.5, count)], bands, 0.4)
+        .with_source("source", [2.0, 2.0, 1.5])
+        .with_receiver("receiver", [7.0, 6.0, 2.0])
+        .without_air_attenuation();
+    scene.speed_of_sound = 343.0;
+    scene
+}
+
+fn bends(traced: &Traced) -> usize {
+    let paths = (0..traced.map.layout().total).filter_map(|emission| traced.map.path(0, emission));
+    paths.flat_map(|path| path.vertices).filter(|vertex| vertex.event() == Some(Event::Bent)).count()
+}
+
+/// λ/2 is 1.37 m at 125 Hz and 0.17 m at 1000 Hz.
+#[test]
+fn boxes_smaller_than_half_a_wave_bend_nothing_and_change_nothing() {
+    let settings = Settings { emissions: 2_000, ..Settings::default() };
+    let result = |traced: &Traced| heard(traced, Estimator::Connection, 1);
+    let small = Traced::bending(with_box(vec![125.0], 1.3), settings);
+    assert_eq!(bends(&small), 0);
+    assert_eq!(result(&small), result(&Traced::new(with_box(vec![125.0], 1.3), settings)));
+    let large = Traced::bending(with_box(vec![125.0], 1.45), settings);
+    assert!(bends(&large) > 100);
+    assert_ne!(result(&large), result(&Traced::new(with_box(vec![125.0], 1.45), settings)));
+    // Each band on paths of its own: what is long enough is as it is without edges, number by number.
+    let alone = Settings { spectral: Spectral::PerBand, ..settings };
+    let scene = || with_box(vec![125.0, 1000.0], 0.5);
+    let [bent, straight] = [Traced::bending(scene(), alone), Traced::new(scene(), alone)];
+    let [bent_levels, straight_levels] =
+        [&bent, &straight].map(|traced| heard(traced, Estimator::Connection, 2));
+    assert_eq!(bent_levels[0][0], straight_levels[0][0]);
+    assert_ne!(bent_levels[0][1], straight_levels[0][1]);
+    let short = Traced::bending(with_box(vec![1000.0], 0.5), settings);
+    assert!(bends(&short) > 100);
+}
+
+/// A plate of 4 m × 2 m about the origin, which is horizontal or upright and seen along x from 5 m away.
+fn plate(is_upright: bool) -> Scene {
+    let mut mesh = Mesh::default();
+    let corners = [[-2.0, -1.0], [2.0, -1.0], [2.0, 1.0], [-2.0, 1.0]];
+    add_quad(&mut mesh, corners.map(|[y, d]| if is_upright { [0.0, y, d] } else { [d, y, 0.0] }), 0);
+    let bands = Bands::new(vec![500.0], BandWidth::Octave).expect("octaves");
+    let mut scene = Scene::from_parts(mesh, vec![Material::uniform("plate", 0.1, 0.5, 1)], bands, 0.1)
+        .with_source("source", [-5.0, 0.2, 0.1])
+        .without_air_attenuation();
+    scene.speed_of_sound = 343.0;
+    scene
+}
+
+/// λ/2 is 0.343 m: a plate of 4 m is as deep where it is seen at 4.9°. The way from the source to its middle rises by 1.1°.
+#[test]
+fn plates_seen_edge_on_bend_nothing() {
+    let settings = Settings { emissions: 40_000, ..Settings::default() };
+    let slopes = |is_upright: bool| {
+        let traced = Traced::bending(plate(is_upright), settings);
+        let mut slopes: Vec<[f64; 2]> = Vec::new();
+        let mut before = 0.0;
+        traced.for_each_segment(|_, _, segment| {
+            let way = (segment.end - segment.start).as_dvec3().normalize();
+            if segment.history.bends == 1 && !segment.history.diffused && segment.history.order == 0 {
+                slopes.push([before, way.z.abs()]);
+            }
+            before = way.z.abs();
+        });
+        slopes
+    };
+    let upright = slopes(true);
+    assert!(upright.iter().filter(|[before, _]| *before < 0.15).count() > 100, "{}", upright.len());
+    let level = slopes(false);
+    // The sides of 2 m have a depth of 4 m.
+    let least = 0.5 * 343.0 / 500.0 / 4.0;
+    let lowest = |of: usize| level.iter().map(|slopes| slopes[of]).fold(1.0, f64::min);
+    assert!(lowest(0) > least - 1e-3, "{}", lowest(0));
+    // Nothing is turned from where the plate is seen to where it is not.
+    assert!(lowest(1) > least - 1e-3, "{}", lowest(1));
+    assert!(level.len() > 100, "{} bends over the plate seen from above and below", level.len());
 }

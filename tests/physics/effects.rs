@@ -81,7 +81,10 @@ fn by_name(name: &str) -> sonel_scene::Scene {
 fn bending_is_on_where_its_bound_exceeds_the_thresholds() {
     let seats = bending(&by_name("seat rows"), "auto");
     let bound = seats.bound.as_ref().expect("a closed room");
-    assert!(bound.decay[0] > 0.02 && bound.decay.is_sorted_by(|low, high| low > high), "{:?}", bound.decay);
+    // Rows 0.8 m high and 0.5 m wide: half a wave at 63 and 125 Hz is longer.
+    assert!(bound.decay[..2].iter().all(|&decay| decay <= 0.0), "{:?}", bound.decay);
+    let from_500 = &bound.decay[3..];
+    assert!(from_500[0] > 0.02 && from_500.is_sorted_by(|low, high| low > high), "{:?}", bound.decay);
     for (band, &on) in seats.on.iter().enumerate() {
         assert_eq!(
             on,
@@ -89,7 +92,7 @@ fn bending_is_on_where_its_bound_exceeds_the_thresholds() {
             "band {band}: {bound:?}"
         );
     }
-    assert!(seats.on[0] && seats.reason.contains("% of T at 63 Hz"), "{}", seats.reason);
+    assert!(!seats.on[0] && seats.on[3] && seats.reason.contains("% of T at 63 Hz"), "{}", seats.reason);
     assert!(!bending(&by_name("Enclosure with a screen"), "auto").on.contains(&true));
     assert!(bending(&by_name("Enclosure with a screen"), "all").on.iter().all(|&on| on));
     assert_eq!(bending(&by_name("dead booth"), "auto,+bending").bound.expect("nothing").decay, [0.0; 8]);
@@ -98,17 +101,17 @@ fn bending_is_on_where_its_bound_exceeds_the_thresholds() {
     assert!(outdoors.bound.is_none() && outdoors.on.iter().all(|&on| on));
 }
 
-/// Who asks for less gets less: whole just-noticeable differences may be missing.
+/// Who asks for less gets less: three tenths of just-noticeable differences may be missing.
 #[test]
 fn a_coarser_threshold_leaves_out_more() {
     let scene = by_name("seat rows");
-    let [fine, coarse] = ["auto", "auto:1"].map(|spec| bending(&scene, spec));
+    let [fine, coarse] = ["auto", "auto:0.3"].map(|spec| bending(&scene, spec));
     let count = |decision: &Decision| decision.on.iter().filter(|&&on| on).count();
     assert!(count(&coarse) > 0 && count(&coarse) < count(&fine), "{:?} {:?}", coarse.on, fine.on);
-    assert!(coarse.reach[0] < 0.5 * fine.reach[0], "{:?} {:?}", coarse.reach, fine.reach);
+    assert!(coarse.reach[4] < 0.5 * fine.reach[4], "{:?} {:?}", coarse.reach, fine.reach);
     let rest = coarse.rest.expect("a closed room");
     assert!(
-        rest.decay.iter().all(|&t| t <= 10.0 * DECAY) && rest.decay.iter().any(|&t| t > DECAY),
+        rest.decay.iter().all(|&t| t <= 3.0 * DECAY) && rest.decay.iter().any(|&t| t > DECAY),
         "{rest:?}"
     );
 }
@@ -129,7 +132,7 @@ fn edges_bend_as_far_as_it_matters() {
     }
     assert_eq!(bending(&scene, "auto,+bending").reach, whole);
     // Steps are half octaves: what a tenth of the reach would leave out does matter.
-    assert!(rest.decay[0] > 0.2 * DECAY, "{rest:?}");
+    assert!(rest.decay[3] > 0.2 * DECAY, "{rest:?}");
 }
 
 /// Ways that meet nothing that absorbs sustain a decay; what edges turn away from them ends sooner where some walls absorb more than others.
@@ -141,5 +144,5 @@ fn walls_that_differ_count_for_more() {
     uneven.mesh.triangles[0].material = 1;
     uneven.mesh.triangles[1].material = 1;
     let differing = bound(&uneven);
-    assert!(differing.decay[0] > 2.0 * alike.decay[0], "{:?} {:?}", differing.decay, alike.decay);
+    assert!(differing.decay[3] > 2.0 * alike.decay[3], "{:?} {:?}", differing.decay, alike.decay);
 }

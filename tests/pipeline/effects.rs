@@ -94,7 +94,10 @@ fn air_that_is_left_out_for_packets_stays_with_what_is_computed_one_by_one() {
 #[test]
 fn packets_are_bent_where_the_bound_says_so() {
     let shop = Workshop::with(&SCREENED.replace("absorption = 0.97", "absorption = [0.1, 0.1]"));
-    shop.write("screened.obj", MESH.replace("v 12 3 0\nv 12 7 0", "v 12 3 1\nv 12 7 1"));
+    // Hung free of floor and ceiling, and several waves large.
+    let (standing, hung) =
+        ("v 12 3 0\nv 12 7 0\nv 12 7 2\nv 12 3 2", "v 12 2 0.3\nv 12 8 0.3\nv 12 8 3.7\nv 12 2 3.7");
+    shop.write("screened.obj", MESH.replace(standing, hung));
     let bending = |name: &str, options: &[&str]| {
         let options = [&["--sonels", "2k", "--json"][..], options].concat();
         effect(&trace(&shop, name, &options).unwrap(), "bending")

@@ -40,7 +40,7 @@ pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
 pub use geometry::Geometry;
 pub use mesh::{Mesh, MeshTriangle};
-pub use passage::{EdgeIndex, EdgeLine, Nearby, Passage, Way};
+pub use passage::{EdgeFaces, EdgeIndex, EdgeLine, Nearby, Passage, Way};
 pub use placement::{Misplaced, Obstacle};
 pub use ray::{Departure, Hit};
 pub use sectors::AirSector;

@@ -8,6 +8,9 @@
 
 use sonel_geometry::{EdgeIndex, Geometry, Passage, Way};
 
+use crate::coefficients::Lanes;
+use crate::edges::EdgeTable;
+
 /// Edges that may bend a packet between two surfaces; a way that is bent more often goes straight on.
 pub const MOST_BENDS: usize = 64;
 
@@ -37,10 +40,19 @@ impl Course {
         self.bends < MOST_BENDS && !self.bent_by[..self.bends].contains(&edge)
     }
 
-    /// The first passage of an edge from `way.from` on that matters to any band in reach.
+    /// The first passage of an edge from `way.from` on that bends any band of those with `energy`.
     #[must_use]
-    pub fn next(&self, edges: &EdgeIndex, geometry: &Geometry, way: &Way) -> Option<Passage> {
-        if way.reach < 0.0 { None } else { edges.first(geometry, way, |edge| self.may_pass(edge)) }
+    pub fn next(
+        &self,
+        (edges, table): (&EdgeIndex, &EdgeTable),
+        geometry: &Geometry,
+        way: &Way,
+        energy: &[Lanes],
+    ) -> Option<Passage> {
+        let matters = |edge: u32, squared: f64| {
+            self.may_pass(edge) && table.bends_any(energy, edge, squared, way.direction)
+        };
+        if way.reach < 0.0 { None } else { edges.first(geometry, way, matters) }
     }
 
     /// Notes that `edge` has bent the packet at `distance` [m].

@@ -46,7 +46,7 @@ pub mod writer;
 pub use classes::BandClasses;
 pub use coefficients::{CoefficientTable, Lanes, lanes_of};
 pub use course::Course;
-pub use edges::{EdgeTable, bending_edges};
+pub use edges::{EdgeTable, Passing, SizesSeen, bending_edges};
 pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart, Spectral};
 pub use error::MapError;
 pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};

@@ -268,7 +268,7 @@ impl Headers {
                 .scene
                 .geometry()
                 .map_err(MapError::from)
-                .and_then(|geometry| reader::compare_places(surfaces, edges, *center, &geometry));
+                .and_then(|geometry| reader::compare_places(surfaces, edges, header, *center, &geometry));
             self.reference = Some(Reference {
                 name: name.to_owned(),
                 header: header.clone(),

@@ -15,7 +15,7 @@ use crate::codec::{self, HeaderRecord};
 use crate::edges::{self, EdgeTable};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
-use crate::format::{ChunkEntry, ChunkFates, EdgeRow, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow};
+use crate::format::{ChunkEntry, ChunkFates, EdgeRow, FacesRow, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow};
 use crate::header::{BENDING, MapHeader, ShardRange};
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::record;
@@ -33,6 +33,7 @@ pub struct SonelMap {
     center: DVec3,
     surfaces: Vec<SurfaceRow>,
     edges: Vec<EdgeRow>,
+    faces: Vec<FacesRow>,
     chunks: Vec<ChunkEntry>,
     books: Vec<Ledger>,
 }
@@ -106,6 +107,14 @@ impl SonelMap {
         let surfaces = sections.rows::<SurfaceRow>("surfaces")?.to_vec();
         let edges =
             if sections.has("edges") { sections.rows::<EdgeRow>("edges")?.to_vec() } else { Vec::new() };
+        if !edges.is_empty() && !sections.has("edges.faces") {
+            return Err(MapError::Outdated("its edges bent packets whatever the size of their faces"));
+        }
+        let faces = if sections.has("edges.faces") {
+            sections.rows::<FacesRow>("edges.faces")?.to_vec()
+        } else {
+            Vec::new()
+        };
         let fates = sections.rows::<ChunkFates>("chunk.fates")?;
         let terms = sections.rows::<[f64; LEDGER_TERMS]>("chunk.ledger")?;
         let bands = sections.header.scene.nominal_frequencies.len();
@@ -121,7 +130,7 @@ impl SonelMap {
             bending.reach = reach;
         }
         surfaces::check_rows(&surfaces, header.scene.materials.len()).map_err(damaged)?;
-        edges::check_rows(&edges).map_err(damaged)?;
+        edges::check_rows(&edges, &faces).map_err(damaged)?;
         edges::check_reach(&header, bands).map_err(damaged)?;
         if header.bending_reach().is_none() && !edges.is_empty() {
             return Err(damaged("it names edges, and no band is bent".to_owned()));
@@ -131,7 +140,7 @@ impl SonelMap {
         }
         check_directory(&chunks, &header)?;
         let (minor, digest) = (preamble.minor, preamble.header_digest);
-        Ok(Self { bytes, header, minor, digest, center, surfaces, edges, chunks, books })
+        Ok(Self { bytes, header, minor, digest, center, surfaces, edges, faces, chunks, books })
     }
 
     /// Provenance.
@@ -195,7 +204,7 @@ impl SonelMap {
     /// # Errors
     /// [`MapError::ForeignSurfaces`] with the first difference.
     pub fn check_surfaces(&self, geometry: &Geometry) -> Result<(), MapError> {
-        compare_places(&self.surfaces, &self.edges, self.center, geometry)
+        compare_places(&self.surfaces, &self.edges, &self.header, self.center, geometry)
     }
 
     /// What passing edges means to the bands; [`None`] where nothing is bent.
@@ -203,7 +212,8 @@ impl SonelMap {
     pub fn edge_table(&self) -> Option<EdgeTable> {
         let reach = self.header.bending_reach().filter(|_| !self.edges.is_empty())?;
         let scene = &self.header.scene;
-        Some(EdgeTable::new(edges::lines(&self.edges, self.center), &scene.wavelengths(), reach))
+        let lines = edges::lines(&self.edges, self.center);
+        Some(EdgeTable::new(lines, edges::faces(&self.faces), &scene.wavelengths(), reach))
     }
 
     /// Compares every chunk with its checksum and with the rules of the layout, on all cores. `surfaces` is the number of
@@ -280,10 +290,12 @@ pub(crate) struct Directory {
 pub(crate) fn compare_places(
     surfaces: &[SurfaceRow],
     edges: &[EdgeRow],
+    header: &MapHeader,
     center: DVec3,
     geometry: &Geometry,
 ) -> Result<(), MapError> {
-    let same_edges = || if edges.is_empty() { Ok(()) } else { edges::compare(edges, geometry) };
+    let wavelengths = header.scene.wavelengths();
+    let same_edges = || if edges.is_empty() { Ok(()) } else { edges::compare(edges, geometry, &wavelengths) };
     surfaces::compare(surfaces, center, geometry)
         .and_then(|()| same_edges())
         .map_err(|reason| MapError::ForeignSurfaces { reason })
@@ -325,7 +337,7 @@ fn is_sound_path(path: &[Vertex], places: Places<'_>) -> bool {
         vertex.event().is_some_and(|event| {
             event.is_final() == is_final
                 && (!event.leaves_sonel() || vertex.surface().0 < places.surfaces)
-                && (!event.is_at_edge() || is_sound_passing(event, vertex.passing(), places.edges))
+                && (!event.is_at_edge() || is_sound_passing(event, vertex.at(), places.edges))
         }) && vertex.position.is_finite()
     };
     sound(last, true) && before.iter().all(|vertex| sound(vertex, false))

@@ -81,13 +81,11 @@ pub fn sweep(
     for vertex in vertices {
         let Some(event) = vertex.event() else { return };
         let edges = if event.is_at_edge() { table.edges() } else { None };
-        let end = match edges {
-            Some(edges) => {
-                let (edge, place) = vertex.passing();
-                edges.foot(start, edge, &place)
-            }
-            None => vertex.position.as_dvec3(),
-        };
+        let passing = edges.map(|edges| {
+            let (edge, place) = vertex.at();
+            edges.passing(start, edge, &place)
+        });
+        let end = passing.map_or_else(|| vertex.position.as_dvec3(), |passing| passing.foot);
         let end_length = start_length + start.distance(end);
         let arrival =
             event.leaves_sonel().then(|| Arrival { surface: vertex.surface(), side: vertex.side(), event });
@@ -105,8 +103,8 @@ pub fn sweep(
         if event.is_final() {
             return;
         }
-        if let Some(edges) = edges {
-            weight.pass_edge(edges, event, &vertex.passing().1);
+        if let (Some(edges), Some(passing)) = (edges, passing) {
+            weight.pass_edge(edges, event, &passing);
         } else if event != Event::Diffracted {
             let row = table.material(material_of[vertex.surface().0 as usize]);
             weight.pass(match event {

@@ -5,7 +5,7 @@
 //!
 //! At an edge the three numbers are no position but what passing it depends on: where on the edge, how far from it, and how far
 //! the packet was turned. Distances far below the resolution of positions then still have their densities, and edges that are
-//! passed at one place their order; the foot follows from where the packet came from ([`crate::EdgeTable::foot`]).
+//! passed at one place their order; the foot follows from where the packet came from ([`crate::EdgeTable::passing`]).
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -151,7 +151,7 @@ impl Vertex {
     /// The number of the edge that was passed and how, where [`Event::is_at_edge`].
     #[inline]
     #[must_use]
-    pub fn passing(&self) -> (u32, EdgePlace) {
+    pub fn at(&self) -> (u32, EdgePlace) {
         let [along, distance, tangent] = self.position.to_array();
         (self.surface().0, EdgePlace { along, distance, tangent, side: self.side() })
     }
@@ -212,7 +212,7 @@ mod tests {
         let place = EdgePlace { along: 3.25, distance: 1e-7, tangent: -2e4, side: Side::Back };
         for event in [Event::Bent, Event::Passed] {
             let vertex = Vertex::at_edge(17, &place, event);
-            assert_eq!((vertex.passing(), vertex.event()), ((17, place), Some(event)));
+            assert_eq!((vertex.at(), vertex.event()), ((17, place), Some(event)));
         }
     }
 }

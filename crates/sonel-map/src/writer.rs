@@ -120,7 +120,9 @@ impl<W: Write + Seek> MapWriter<W> {
             self.take_section("chunk.ledger", |writer| std::mem::take(&mut writer.terms))?,
         ];
         if let Some(reach) = header.bending_reach() {
-            sections.push(self.section("edges", bytemuck::cast_slice(&edges::rows(&geometry)))?);
+            let (rows, faces) = edges::rows(&geometry, &header.scene.wavelengths());
+            sections.push(self.section("edges", bytemuck::cast_slice(&rows))?);
+            sections.push(self.section("edges.faces", bytemuck::cast_slice(&faces))?);
             sections.push(self.section("edges.reach", bytemuck::cast_slice(reach))?);
         }
         let record = record::header_record(header, geometry.center(), sections);

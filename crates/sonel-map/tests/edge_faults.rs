@@ -173,6 +173,20 @@ fn edges_that_cannot_be_and_edges_of_another_scene_are_refused() {
 }
 
 #[test]
+fn maps_from_before_edges_had_faces_are_told_from_damaged_ones() {
+    let sound = bytes(true);
+    let stated_at = forged::section(&sound, "edges.faces").stated_at;
+    let renamed = forged::in_header(&sound, stated_at - 1, b"?");
+    let error = read(&renamed).expect_err("no faces");
+    assert!(
+        error.to_string().contains("earlier version") && error.to_string().contains("trace it again"),
+        "{error}"
+    );
+    let faces = |value: f64| forged::in_section(&sound, "edges.faces", 0, &value.to_le_bytes());
+    assert!(matches!(read(&faces(f64::NAN)), Err(MapError::Damaged { .. })));
+}
+
+#[test]
 fn sections_of_edges_that_are_cut_off_or_missing_are_refused() {
     let sound = bytes(true);
     let stated_at = forged::section(&sound, "edges").stated_at;

@@ -8,8 +8,8 @@
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
 use glam::DVec3;
-use sonel_geometry::{EdgeIndex, EdgeLine, Geometry, Nearby, Passage, Way};
-use sonel_map::{Course, EdgeTable, Lanes, bending_edges};
+use sonel_geometry::{EdgeIndex, EdgeLine, Geometry, Nearby, Passage, Side, Way};
+use sonel_map::{Course, EdgeTable, Lanes, SizesSeen, bending_edges};
 
 /// The edges of a room that bend, with what they do to the bands.
 pub struct Bends {
@@ -68,9 +68,9 @@ impl Bends {
     #[must_use]
     pub fn new(geometry: &Geometry, table: &EdgeTable, columns: usize) -> Self {
         let reach = table.reach(&vec![[1.0; 4]; columns.div_ceil(4)]);
-        let bent = (0..columns).filter(|&band| table.bends(band, 0.0));
+        let bent = (0..columns).filter(|&band| table.reach_of(band) > 0.0);
         Self {
-            index: bending_edges(geometry),
+            index: bending_edges(geometry, table.wavelengths()),
             reach,
             bent: bent.map(|band| (band, table.concentration(band))).collect(),
             table: table.clone(),
@@ -89,11 +89,39 @@ impl Bends {
         self.reach
     }
 
-    /// Whether `band` is bent at `distance` from an edge [m].
+    /// Whether `band` is bent at `distance` from an edge whose faces a packet sees in this `size` [m].
     #[inline]
     #[must_use]
-    pub fn bends(&self, band: usize, distance: f64) -> bool {
-        self.table.bends(band, distance)
+    pub fn bends(&self, band: usize, distance: f64, size: f64) -> bool {
+        self.table.bends(band, distance, size)
+    }
+
+    /// How often `band` takes an angle, see [`EdgeTable::preference`].
+    #[inline]
+    #[must_use]
+    pub fn preference(&self, band: usize, seen: &SizesSeen) -> f64 {
+        self.table.preference(band, seen)
+    }
+
+    /// What a packet that is bent in `turn` by the angle with the given `tangent` sees of the faces of the edge.
+    #[must_use]
+    pub fn sizes_seen(&self, turn: &Turn, tangent: f64) -> SizesSeen {
+        let line = self.table.line(turn.edge);
+        let is_front = line.along.cross(turn.foot - line.origin).dot(turn.before) >= 0.0;
+        let side = if is_front { Side::Front } else { Side::Back };
+        self.table.sizes_seen(turn.edge, turn.foot, turn.before, (side, tangent))
+    }
+
+    /// What a way in a unit `direction` sees of the faces of `edge` [m].
+    #[must_use]
+    pub fn size_seen(&self, edge: u32, direction: DVec3) -> f64 {
+        self.table.faces(edge).size_seen(direction)
+    }
+
+    /// Whether `edge` bends `band` from any direction.
+    #[must_use]
+    pub fn may_bend(&self, band: usize, edge: u32) -> bool {
+        self.table.is_large(band, self.table.faces(edge).size())
     }
 
     /// Number and concentration of the bands that are bent.
@@ -102,10 +130,13 @@ impl Bends {
         &self.bent
     }
 
-    /// The first passage on `way`, of any edge but those in `passed`.
+    /// The first passage on `way`, of any edge that bends any band of those with `energy`, but those in `passed`.
     #[must_use]
-    pub fn next(&self, geometry: &Geometry, way: &Way, passed: &[Turn]) -> Option<Passage> {
-        let counts = |edge: u32| passed.iter().all(|turn| turn.edge != edge);
+    pub fn next(&self, geometry: &Geometry, way: &Way, passed: &[Turn], energy: &[Lanes]) -> Option<Passage> {
+        let counts = |edge: u32, squared: f64| {
+            passed.iter().all(|turn| turn.edge != edge)
+                && self.table.bends_any(energy, edge, squared, way.direction)
+        };
         if way.reach < 0.0 { None } else { self.index.first(geometry, way, counts) }
     }
 
@@ -120,12 +151,14 @@ impl Bends {
         self.table.reach_of(band)
     }
 
-    /// The edge within `reach` [m] that is passed at `place` by whatever has its foot there, and the point of it that is nearest.
+    /// The edges within `reach` [m] that may be passed at `place` by what has its foot there, and the points of them that are nearest.
     #[must_use]
-    pub fn nearest(&self, geometry: &Geometry, place: DVec3, reach: f64) -> Option<(u32, DVec3)> {
-        let (edge, along) = self.index.nearest(geometry, place, reach)?;
-        let line = &self.lines()[edge as usize];
-        (along > 0.0 && along < line.length).then(|| (edge, line.point(along)))
+    pub fn nearest(&self, geometry: &Geometry, place: DVec3, reach: f64) -> Vec<(u32, DVec3)> {
+        let point = |(edge, along): (u32, f64)| {
+            let line = &self.lines()[edge as usize];
+            (along > 0.0 && along < line.length).then(|| (edge, line.point(along)))
+        };
+        self.index.nearest(geometry, place, reach).into_iter().filter_map(point).collect()
     }
 
     /// The largest distance at which any band of `energy` is bent [m]; below zero where none is.
@@ -188,12 +221,13 @@ impl Bends {
         last: Option<u32>,
         energy: &mut [Lanes],
     ) -> bool {
-        while let Some(passage) = course.next(&self.index, geometry, &way) {
+        while let Some(passage) = course.next((&self.index, &self.table), geometry, &way, energy) {
             if Some(passage.edge) == last {
                 return true;
             }
             // What matters to the bands that are left is behind, and within their reach.
-            self.table.keep_straight(passage.distance, energy);
+            let size = self.size_seen(passage.edge, way.direction);
+            self.table.keep_straight(passage.distance, size, energy);
             way.reach = self.table.reach(energy);
             way.from = passage.at;
         }

@@ -159,17 +159,24 @@ struct Proposal<'a> {
 }
 
 impl<'a> Proposal<'a> {
-    fn new(plane: &Plane, bends: &'a Bends) -> Self {
-        let reach = bends.reach();
+    /// For the bands that `edge` bends; [`None`] where it bends none.
+    fn new(plane: &Plane, bends: &'a Bends, edge: u32) -> Option<Self> {
+        // Bands ascend: an edge that bends one bends all shorter waves.
+        let first = bends.bent().partition_point(|&(band, _)| !bends.may_bend(band, edge));
+        let bent = &bends.bent()[first..];
+        let reach = bent.iter().map(|&(band, _)| bends.reach_of_band(band)).fold(0.0, f64::max);
+        if reach <= 0.0 {
+            return None;
+        }
         let [x, y] = plane.target;
         let beyond = libm::hypot(x - plane.radius, y).max(f64::MIN_POSITIVE);
         let widest = if reach < plane.radius { libm::asin(reach / plane.radius) } else { FRAC_PI_2 };
-        Self {
-            bent: bends.bent(),
+        Some(Self {
+            bent,
             straight: libm::atan2(y, x),
             scale: plane.radius * (plane.radius + beyond) / beyond,
             widest,
-        }
+        })
     }
 
     /// x per radian, and B, of a band with `concentration`.
@@ -259,7 +266,7 @@ pub fn connect_bent(
     let side = if stream.bits() & 1 == 0 { Side::Front } else { Side::Back };
     let from = sonel.position.as_dvec3();
     let Some(plane) = Plane::new(line, from, receiver.exact, side) else { return };
-    let proposal = Proposal::new(&plane, bends);
+    let Some(proposal) = Proposal::new(&plane, bends, edge) else { return };
     let psi = proposal.draw(stream);
     if psi.is_nan() || psi <= 0.0 || psi >= proposal.widest {
         return;
@@ -274,9 +281,12 @@ pub fn connect_bent(
     let inverse = 2.0 * choice.inverse_probability[edge as usize] / proposal.density(psi);
     let weight = inverse * cosine * way.spread;
     scratch.fill([0.0; 4]);
+    let turn = Turn { edge, foot: way.foot, distance: way.distance, before: way.direction };
+    let seen = bends.sizes_seen(&turn, way.tangent);
     for &(band, concentration) in bends.bent() {
-        if bends.bends(band, way.distance) {
-            let density = bending::density(way.tangent, concentration, way.distance);
+        if bends.bends(band, way.distance, seen.before) {
+            let density =
+                bending::density(way.tangent, concentration, way.distance) * bends.preference(band, &seen);
             scratch[band / 4][band % 4] = sonel.radiosity[band / 4][band % 4] * density * weight;
         }
     }
@@ -289,7 +299,6 @@ pub fn connect_bent(
         return;
     }
     let ends = [WayEnd::at_surface(from, cosine), WayEnd::in_air(receiver.exact)];
-    let turn = Turn { edge, foot: way.foot, distance: way.distance, before: way.direction };
     bends.keep_turned(medium.geometry, ends, &[turn], scratch);
     deposits.add(index, bin, length, scratch, medium);
 }
@@ -320,8 +329,8 @@ mod tests {
             triangles: vec![MeshTriangle { corners: [0, 1, 2], material: 0 }],
         };
         let geometry = Geometry::build(mesh).unwrap();
-        let lines = sonel_map::bending_edges(&geometry).lines().to_vec();
-        let table = EdgeTable::new(lines, wavelengths, &sonel_map::edges::whole_reach(wavelengths));
+        let index = sonel_map::bending_edges(&geometry, wavelengths);
+        let table = EdgeTable::of(&index, wavelengths, &sonel_map::edges::whole_reach(wavelengths));
         Bends::new(&geometry, &table, wavelengths.len())
     }
 
@@ -377,7 +386,7 @@ mod tests {
         let mut stream = StreamFamily::new(5, Purpose::BendChoice, [0; 4]).stream(0);
         for height in [-4.0, -1.0, 0.0, 0.4, 3.0] {
             let of = plane(height, 3.0);
-            let proposal = Proposal::new(&of.3, &bends);
+            let proposal = Proposal::new(&of.3, &bends, 0).unwrap();
             let drawn: Vec<f64> = (0..60_000).map(|_| proposal.draw(&mut stream)).collect();
             for wavelength in wavelengths {
                 let concentration = bending::concentration(wavelength);

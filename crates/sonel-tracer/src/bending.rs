@@ -3,40 +3,27 @@
 //!
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
-use sonel_geometry::Passage;
-use sonel_map::{EdgePlace, EdgeTable, Event};
+use glam::DVec3;
+use sonel_map::{EdgePlace, EdgeTable, Event, Passing};
 use sonel_sampling::{Stream, warp};
 
-/// What a packet led by `deciding` does at a passage, as it is written down.
-#[must_use]
-pub fn pass(
-    edges: &EdgeTable,
-    passage: &Passage,
-    deciding: usize,
-    stream: &mut Stream,
-) -> (Event, EdgePlace) {
-    let place = EdgePlace {
-        along: passage.along as f32,
-        distance: passage.distance as f32,
-        tangent: 0.0,
-        side: passage.side,
-    };
-    decide(edges, place, deciding, stream)
-}
-
-/// Event and angle for a packet led by `deciding` where it passes at `place`.
+/// What a packet from `from` led by the band `deciding` does where it passes `edge` at `place`, whose tangent is zero.
 #[must_use]
 pub fn decide(
     edges: &EdgeTable,
-    place: EdgePlace,
+    (from, edge, place): (DVec3, u32, EdgePlace),
     deciding: usize,
     stream: &mut Stream,
-) -> (Event, EdgePlace) {
+) -> (Event, Passing) {
+    let straight = edges.passing(from, edge, &place);
     let distance = f64::from(place.distance);
-    if edges.bends(deciding, distance) {
-        let [normal, _] = warp::normal_pair(stream.uniform_pair());
-        (Event::Bent, EdgePlace { tangent: edges.tangent(deciding, distance, normal) as f32, ..place })
-    } else {
-        (Event::Passed, place)
+    if !edges.bends(deciding, distance, straight.seen.before) {
+        return (Event::Passed, straight);
     }
+    let [normal, _] = warp::normal_pair(stream.uniform_pair());
+    let tangent = edges.tangent(deciding, distance, normal) as f32;
+    let turned = |tangent| edges.passing(from, edge, &EdgePlace { tangent, ..place });
+    let passing = turned(tangent);
+    let is_preferred = edges.preference(deciding, &passing.seen) > 0.0;
+    (Event::Bent, if is_preferred { passing } else { turned(-tangent) })
 }

@@ -5,7 +5,7 @@ use sonel_geometry::{Departure, EdgeIndex, Geometry, Hit};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::{
     CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Course, EdgePlace, EdgeTable, Event, Lanes,
-    PacketStart, PathWeight, Vertex,
+    PacketStart, Passing, PathWeight, Vertex,
 };
 use sonel_sampling::{Frame, Stream};
 
@@ -171,11 +171,19 @@ impl Surroundings<'_> {
                 to: self.passable(edges, flight, hit),
                 reach: table.reach(weight.energy()),
             };
-            let Some(passage) = flight.course.next(edges, self.geometry, &way) else { return false };
-            let (event, place) = bending::pass(table, &passage, deciding, stream);
-            pass_edge(table, event, &place, books, weight);
+            let next = flight.course.next((edges, table), self.geometry, &way, weight.energy());
+            let Some(passage) = next else { return false };
+            let place = EdgePlace {
+                along: passage.along as f32,
+                distance: passage.distance as f32,
+                tangent: 0.0,
+                side: passage.side,
+            };
+            let at = (flight.position, passage.edge, place);
+            let (event, passing) = bending::decide(table, at, deciding, stream);
+            let Passing { foot, place, .. } = passing;
+            pass_edge(table, event, &passing, books, weight);
             paths.vertices.push(Vertex::at_edge(passage.edge, &place, event));
-            let foot = table.foot(flight.position, passage.edge, &place);
             flight.length += flight.position.distance(foot);
             flight.position = foot;
             if event == Event::Bent {
@@ -216,7 +224,7 @@ impl Surroundings<'_> {
     ) -> bool {
         begin(emission, records);
         let Records { paths, books, weight, nothing } = records;
-        let mut last = None;
+        let (mut last, mut position) = (None, emission.position);
         for vertex in path {
             let Some(event) = vertex.event() else { return false };
             books.segments += 1;
@@ -235,13 +243,17 @@ impl Surroundings<'_> {
                 }
             } else if event.is_at_edge() {
                 let Some(table) = self.table.edges() else { return false };
-                let (_, place) = vertex.passing();
-                if bending::decide(table, EdgePlace { tangent: 0.0, ..place }, emission.deciding, stream)
-                    != (event, place)
-                {
+                let (edge, place) = vertex.at();
+                let at = (position, edge, EdgePlace { tangent: 0.0, ..place });
+                let (drawn, passing) = bending::decide(table, at, emission.deciding, stream);
+                if (drawn, passing.place) != (event, place) {
                     return false;
                 }
-                pass_edge(table, event, &place, books, weight);
+                pass_edge(table, event, &passing, books, weight);
+                position = passing.foot;
+            }
+            if !event.is_at_edge() {
+                position = vertex.position.as_dvec3();
             }
             last = Some(event);
         }
@@ -300,12 +312,12 @@ fn steepness(direction: Vec3, frame: &Frame) -> f64 {
 fn pass_edge(
     table: &EdgeTable,
     event: Event,
-    place: &EdgePlace,
+    passing: &Passing,
     books: &mut ChunkLedger,
     weight: &mut PathWeight,
 ) {
     books.passed_edge(weight.energy());
-    weight.pass_edge(table, event, place);
+    weight.pass_edge(table, event, passing);
     books.departed(weight.energy());
 }
 

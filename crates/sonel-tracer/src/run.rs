@@ -117,7 +117,7 @@ impl<'a> Tracer<'a> {
         let bands = scene.bands.count();
         let layout = settings.layout(bands);
         let edges = reach
-            .map(|reach| (bending_edges(geometry), reach))
+            .map(|reach| (bending_edges(geometry, &scene.wavelengths()), reach))
             .filter(|(edges, _)| !edges.lines().is_empty());
         // Edges tell all bands apart.
         let classes = match &edges {
@@ -132,9 +132,7 @@ impl<'a> Tracer<'a> {
         let surroundings = Surroundings {
             geometry,
             table: CoefficientTable::grouped(&scene.materials, &classes, settings.survival).with_edges(
-                edges.as_ref().map(|(edges, reach)| {
-                    EdgeTable::new(edges.lines().to_vec(), &scene.wavelengths(), reach)
-                }),
+                edges.as_ref().map(|(edges, reach)| EdgeTable::of(edges, &scene.wavelengths(), reach)),
             ),
             edges: edges.map(|(edges, _)| edges),
             surfaces,

@@ -33,11 +33,10 @@ pub(super) trait Search {
 }
 
 impl Hierarchy {
-    /// A hierarchy of the edges along `lines`.
-    pub fn new(lines: &[EdgeLine]) -> Self {
+    /// A hierarchy of some `edges` of those along `lines`, which it sorts.
+    pub fn new(lines: &[EdgeLine], edges: &mut [u32]) -> Self {
         let mut hierarchy = Self { nodes: Vec::new(), blocks: Vec::new() };
-        let mut edges: Vec<u32> = (0..lines.len() as u32).collect();
-        hierarchy.node(&mut edges, lines);
+        hierarchy.node(edges, lines);
         hierarchy
     }
 

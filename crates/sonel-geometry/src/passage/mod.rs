@@ -1,8 +1,10 @@
 //! Where straight ways pass edges: the search for edges near a ray, and what is asked at the foot of the shortest distance.
 //!
 //! A way passes an edge where the shortest distance between both lies within both. At the foot of that distance the edge
-//! must be in sight, the nearest of all edges in sight, and the foot must lie in one of the edge's sectors of air: what is
-//! said of an edge is then said by one edge at a time, and not through walls.
+//! must be in sight, no other edge in sight may be nearer, and the foot must lie in the edge's sector of air: what is
+//! said of an edge is then said by one edge at a time, and not through walls. Edges have a limit, a distance beyond which they are not
+//! passed; an edge of a smaller limit hides none of a larger one, so that an edge that matters to long waves is not lost behind a small one that
+//! does not.
 //!
 //! Both searches, for feet on a way and for rivals about a foot, walk a hierarchy of boxes over blocks of edges and leave with the
 //! first few they find; rays are cast last, and towards the likeliest rival first. What is left out cannot be found, so the
@@ -10,6 +12,7 @@
 
 mod air;
 mod boxes;
+mod faces;
 mod few;
 mod hierarchy;
 mod lanes;
@@ -19,6 +22,8 @@ mod search;
 
 use crate::{Departure, Edge, Geometry, Side};
 use air::Air;
+pub use faces::EdgeFaces;
+use faces::Regions;
 use few::Near;
 use glam::DVec3;
 use hierarchy::Hierarchy;
@@ -74,10 +79,22 @@ pub struct Way {
 #[derive(Debug)]
 pub struct EdgeIndex {
     lines: Vec<EdgeLine>,
+    faces: Vec<EdgeFaces>,
     air: Vec<Air>,
-    hierarchy: Hierarchy,
+    /// By edge [m].
+    limits: Vec<f64>,
+    /// Those of one limit, the largest limit first.
+    groups: Vec<Group>,
     least: f64,
     extent: f64,
+}
+
+/// Edges of one limit.
+#[derive(Debug)]
+struct Group {
+    /// Distance beyond which they are not passed [m].
+    limit: f64,
+    hierarchy: Hierarchy,
 }
 
 /// A place on a way at the distance from an edge at which it passes it.
@@ -86,20 +103,36 @@ struct Foot {
     position: DVec3,
     near: Near,
     distance: f64,
+    /// Limit below which edges do not hide what is passed here [m].
+    least_limit: f64,
 }
 
 impl EdgeIndex {
-    /// The diffracting edges of `geometry` that `chosen` picks, numbered in their order.
+    /// The diffracting edges of `geometry` to which `limit` gives one [m], numbered in their order.
     #[must_use]
-    pub fn new(geometry: &Geometry, chosen: impl Fn(&Edge) -> bool) -> Self {
-        let (mut lines, mut air) = (Vec::new(), Vec::new());
-        for edge in geometry.diffracting_edges().filter(|&edge| chosen(edge)) {
-            lines.push(EdgeLine::new(edge.ends.map(|end| end - geometry.center())));
-            air.push(Air::new(&edge.sectors[0]));
+    pub fn new(geometry: &Geometry, limit: impl Fn(&Edge, &EdgeFaces) -> Option<f64>) -> Self {
+        let mut regions = Regions::new(geometry);
+        let (mut lines, mut all_faces, mut air, mut limits) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for edge in geometry.diffracting_edges() {
+            let line = EdgeLine::new(edge.ends.map(|end| end - geometry.center()));
+            let faces = regions.of(&edge.sectors[0], line.along, edge.ends[0]);
+            if let Some(limit) = limit(edge, &faces) {
+                lines.push(line);
+                all_faces.push(faces);
+                air.push(Air::new(&edge.sectors[0]));
+                limits.push(limit);
+            }
         }
         let least = f64::from(geometry.lift());
         let extent = f64::from(geometry.extent());
-        Self { hierarchy: Hierarchy::new(&lines), lines, air, least, extent }
+        Self { groups: groups(&lines, &limits), lines, faces: all_faces, air, limits, least, extent }
+    }
+
+    /// The faces of its edges.
+    #[must_use]
+    pub fn faces(&self) -> &[EdgeFaces] {
+        &self.faces
     }
 
     /// The lines of its edges.
@@ -115,15 +148,26 @@ impl EdgeIndex {
         self.least
     }
 
-    /// The first passage on a way, of edges that `counts` accepts.
+    /// The first passage on a way, of edges that `counts` accepts, asked with the square of the distance [m²].
     #[must_use]
-    pub fn first(&self, geometry: &Geometry, way: &Way, counts: impl Fn(u32) -> bool) -> Option<Passage> {
+    pub fn first(
+        &self,
+        geometry: &Geometry,
+        way: &Way,
+        counts: impl Fn(u32, f64) -> bool,
+    ) -> Option<Passage> {
         let mut behind = (way.from, u32::MAX);
         let mut rival = None;
         loop {
             let mut feet = Feet::new(self, way, &counts, behind);
-            self.hierarchy.search(&mut feet);
-            let stands = |near: &&Near| self.stands(geometry, &Foot::new(way, near), &mut rival);
+            for group in &self.groups {
+                feet.limit_to(group.limit);
+                group.hierarchy.search(&mut feet);
+            }
+            let stands = |near: &&Near| {
+                let least_limit = self.limits[near.edge as usize];
+                self.stands(geometry, &Foot::new(way, near, least_limit), &mut rival)
+            };
             if let Some(near) = feet.few.found().iter().find(stands) {
                 return Some(self.passage(way, near));
             }
@@ -132,17 +176,32 @@ impl EdgeIndex {
     }
 
     /// Calls `found` for all edges that a way comes near, seen or not, in an order of their own.
-    pub fn nearby(&self, way: &Way, found: impl FnMut(Nearby)) {
-        self.hierarchy.search(&mut Neighbours::new(self, way, found));
+    pub fn nearby(&self, way: &Way, mut found: impl FnMut(Nearby)) {
+        for group in &self.groups {
+            let way = Way { reach: way.reach.min(group.limit), ..*way };
+            group.hierarchy.search(&mut Neighbours::new(self, &way, &mut found));
+        }
     }
 
-    /// Of all edges nearer to `place` than `reach` [m] and in sight, the nearest: the edge that is passed there, if any is. Its number,
-    /// and where on it the nearest point is, from its first end [m].
+    /// The edges nearer to `place` than `reach` [m] that may be passed there: the nearest in sight, and those farther off that no edge of their
+    /// limit or a larger one hides. Their numbers, and where on them the nearest point is, from their first end [m].
     #[must_use]
-    pub fn nearest(&self, geometry: &Geometry, place: DVec3, reach: f64) -> Option<(u32, f64)> {
+    pub fn nearest(&self, geometry: &Geometry, place: DVec3, reach: f64) -> Vec<(u32, f64)> {
         let near = Near { edge: u32::MAX, ..Near::default() };
-        let found = self.rival(geometry, &Foot { position: place, near, distance: reach })?;
-        Some((found.edge, found.along))
+        let (mut found, mut least_limit) = (Vec::new(), 0.0);
+        while let Some(next) =
+            self.rival(geometry, &Foot { position: place, near, distance: reach, least_limit })
+        {
+            let limit = self.limits[next.edge as usize];
+            if next.squared <= limit * limit {
+                found.push((next.edge, next.along));
+            }
+            if limit >= self.groups[0].limit {
+                break;
+            }
+            least_limit = limit.next_up();
+        }
+        found
     }
 
     fn passage(&self, way: &Way, near: &Near) -> Passage {
@@ -181,17 +240,20 @@ impl EdgeIndex {
     fn is_before(&self, geometry: &Geometry, foot: &Foot, edge: u32) -> bool {
         let (squared, along) = self.lines[edge as usize].distance_squared(foot.position);
         edge != foot.near.edge
+            && self.limits[edge as usize] >= foot.least_limit
             && squared < foot.limit()
             && self.air_holds(foot.position, edge, along)
             && self.is_clear(geometry, foot.position, edge, along)
     }
 
-    /// An edge that is nearer to the foot than the one passed, and in sight.
+    /// An edge that is nearer to the foot than the one passed and hides it, and in sight.
     fn rival(&self, geometry: &Geometry, foot: &Foot) -> Option<Near> {
         let mut behind = few::BEFORE_ALL;
         loop {
             let mut rivals = Rivals::new(self, foot, behind);
-            self.hierarchy.search(&mut rivals);
+            for group in self.groups.iter().take_while(|group| group.limit >= foot.least_limit) {
+                group.hierarchy.search(&mut rivals);
+            }
             let is_seen = |near: &&Near| {
                 self.air_holds(foot.position, near.edge, near.along)
                     && self.is_clear(geometry, foot.position, near.edge, near.along)
@@ -217,10 +279,20 @@ impl EdgeIndex {
     }
 }
 
+/// Groups of edges by limit, the largest first.
+fn groups(lines: &[EdgeLine], limits: &[f64]) -> Vec<Group> {
+    let mut edges: Vec<u32> = (0..lines.len() as u32).collect();
+    edges.sort_by(|&a, &b| limits[b as usize].total_cmp(&limits[a as usize]).then(a.cmp(&b)));
+    let alike = edges.chunk_by_mut(|&a, &b| limits[a as usize].total_cmp(&limits[b as usize]).is_eq());
+    alike
+        .map(|edges| Group { limit: limits[edges[0] as usize], hierarchy: Hierarchy::new(lines, edges) })
+        .collect()
+}
+
 impl Foot {
-    fn new(way: &Way, near: &Near) -> Self {
+    fn new(way: &Way, near: &Near, least_limit: f64) -> Self {
         let position = way.origin + near.order * way.direction;
-        Self { position, near: *near, distance: near.squared.sqrt() }
+        Self { position, near: *near, distance: near.squared.sqrt(), least_limit }
     }
 
     /// Square of the distance within which other edges are nearer [m²].

@@ -22,16 +22,24 @@ pub(super) struct Feet<'a, C> {
     index: &'a EdgeIndex,
     way: &'a Way,
     ray: Ray,
+    /// Square of the largest distance [m²].
+    within: f64,
     counts: C,
     /// In the order in which they are passed.
     pub few: Few<FEET>,
 }
 
-impl<'a, C: Fn(u32) -> bool> Feet<'a, C> {
+impl<'a, C: Fn(u32, f64) -> bool> Feet<'a, C> {
     /// Those behind a foot and edge.
     pub fn new(index: &'a EdgeIndex, way: &'a Way, counts: C, behind: (f64, u32)) -> Self {
         let ray = Ray::new(way.origin, way.direction, way.to, way.reach, index.extent);
-        Self { index, way, ray, counts, few: Few::behind(behind) }
+        Self { index, way, ray, within: way.reach * way.reach, counts, few: Few::behind(behind) }
+    }
+
+    /// Goes on with edges of another limit [m].
+    pub fn limit_to(&mut self, limit: f64) {
+        let reach = self.way.reach.min(limit);
+        (self.ray.reach, self.within) = (reach as f32, reach * reach);
     }
 
     /// Where feet are still looked for: from … to [m].
@@ -41,7 +49,7 @@ impl<'a, C: Fn(u32) -> bool> Feet<'a, C> {
     }
 }
 
-impl<C: Fn(u32) -> bool> Search for Feet<'_, C> {
+impl<C: Fn(u32, f64) -> bool> Search for Feet<'_, C> {
     #[inline]
     fn enters(&self, boxes: &Boxes) -> u32 {
         boxes.beside(&self.ray, self.part())
@@ -56,7 +64,7 @@ impl<C: Fn(u32) -> bool> Search for Feet<'_, C> {
             let is_on_both = at < way.to && along > 0.0 && along < line.length;
             let is_apart =
                 squared >= self.index.least * self.index.least && at * at >= ABREAST * ABREAST * squared;
-            if is_on_both && is_apart && squared <= way.reach * way.reach && (self.counts)(edge) {
+            if is_on_both && is_apart && squared <= self.within && (self.counts)(edge, squared) {
                 self.few.offer(Near { order: at, edge, along, squared });
             }
         }

@@ -22,24 +22,38 @@ fn screened() -> Geometry {
     Geometry::build(mesh).unwrap()
 }
 
+/// Every edge, at any distance.
+#[allow(clippy::unnecessary_wraps, reason = "an index asks for it so")]
+fn any(_: &Edge, _: &EdgeFaces) -> Option<f64> {
+    Some(f64::INFINITY)
+}
+
+/// Edges of three limits, by their length.
+#[allow(clippy::unnecessary_wraps, reason = "an index asks for it so")]
+fn limited(edge: &Edge, _: &EdgeFaces) -> Option<f64> {
+    Some([0.4, 2.0, 8.0][(100.0 * edge.length()) as usize % 3])
+}
+
+type Limit = fn(&Edge, &EdgeFaces) -> Option<f64>;
+
 fn first(geometry: &Geometry, from: DVec3, to: DVec3, reach: f64) -> Option<Passage> {
-    let index = EdgeIndex::new(geometry, |_| true);
+    let index = EdgeIndex::new(geometry, any);
     let local = |point: DVec3| point - geometry.center();
-    index.first(geometry, &Way::between(local(from), local(to), reach), |_| true)
+    index.first(geometry, &Way::between(local(from), local(to), reach), |_, _| true)
 }
 
 /// Starts beside the screen, ever nearer to being abreast of its top.
 #[test]
 fn a_foot_is_found_again_from_a_distance_in_f32() {
     let geometry = screened();
-    let index = EdgeIndex::new(&geometry, |_| true);
+    let index = EdgeIndex::new(&geometry, any);
     let mut passed = 0;
     for step in 0..400 {
         let before = libm::pow(10.0, -f64::from(step) / 80.0);
         let origin = dvec3(10.0 - before, 5.0, 3.3 + 0.002 * f64::from(step)) - geometry.center();
         let direction = dvec3(1.0, 0.01, 0.0).normalize();
         let way = Way { origin, direction, from: 0.0, to: 5.0, reach: 3.0 };
-        let Some(passage) = index.first(&geometry, &way, |_| true) else { continue };
+        let Some(passage) = index.first(&geometry, &way, |_, _| true) else { continue };
         passed += 1;
         let line = index.lines()[passage.edge as usize];
         let found = line.foot(origin, passage.along, f64::from(passage.distance as f32), passage.side);
@@ -144,7 +158,8 @@ fn by_definition(geometry: &Geometry, index: &EdgeIndex, way: &Way) -> Option<(u
         let Some((at, along, squared)) = line.nearest(way.origin, way.direction) else { continue };
         let distance = squared.sqrt();
         let within = at > way.from && at < way.to && along > 0.0 && along < line.length;
-        if within && distance >= index.least && distance <= way.reach && at >= 2e-3 * distance {
+        let reach = way.reach.min(index.limits[edge]);
+        if within && distance >= index.least && distance <= reach && at >= 2e-3 * distance {
             feet.push((at, edge, along, distance));
         }
     }
@@ -153,7 +168,8 @@ fn by_definition(geometry: &Geometry, index: &EdgeIndex, way: &Way) -> Option<(u
         let foot = way.origin + at * way.direction;
         let is_nearer = |other: usize| {
             let (squared, along) = index.lines[other].distance_squared(foot);
-            other != edge && squared < distance * distance && sees(foot, other, along)
+            let hides = index.limits[other] >= index.limits[edge];
+            other != edge && hides && squared < distance * distance && sees(foot, other, along)
         };
         sees(foot, edge, along) && !(0..index.lines.len()).any(is_nearer)
     };
@@ -164,22 +180,27 @@ fn by_definition(geometry: &Geometry, index: &EdgeIndex, way: &Way) -> Option<(u
 fn what_is_found_is_what_the_definition_says() {
     let mut chance = Chance(7);
     let (mut ways, mut passed, mut hidden) = (0, 0, 0);
-    for (sheets, boxes) in [(1, 0), (2, 1), (6, 3), (20, 12), (60, 30)] {
+    for (sheets, boxes, limit) in
+        [(1, 0, any as Limit), (2, 1, limited), (6, 3, any), (20, 12, limited), (60, 30, any)]
+    {
         let geometry = furnished(&mut chance, sheets, boxes);
-        let index = EdgeIndex::new(&geometry, |_| true);
+        let index = EdgeIndex::new(&geometry, limit);
         assert!(index.lines.len() >= 4 * sheets);
         for number in 0..400 {
             let [from, to] =
                 [chance.point(ROOM, 0.1), chance.point(ROOM, 0.1)].map(|p| p - geometry.center());
             let way =
                 Way { from: chance.next(), ..Way::between(from, to, [0.2, 1.0, 4.0, 20.0][number % 4]) };
-            let found = index.first(&geometry, &way, |_| true).map(|passage| (passage.edge, passage.at));
+            let found = index.first(&geometry, &way, |_, _| true).map(|passage| (passage.edge, passage.at));
             assert_eq!(found, by_definition(&geometry, &index, &way), "{way:?}");
             ways += 1;
             passed += usize::from(found.is_some());
             // Of all that come near, others than the first are passed: the rays matter.
-            let mut feet = search::Feet::new(&index, &way, |_| true, (way.from, u32::MAX));
-            index.hierarchy.search(&mut feet);
+            let mut feet = search::Feet::new(&index, &way, |_, _| true, (way.from, u32::MAX));
+            for group in &index.groups {
+                feet.limit_to(group.limit);
+                group.hierarchy.search(&mut feet);
+            }
             let nearest = feet.few.found().first().map(|near| (near.edge, near.order));
             hidden += usize::from(nearest != found);
         }
@@ -190,16 +211,16 @@ fn what_is_found_is_what_the_definition_says() {
 #[test]
 fn edges_that_do_not_count_are_passed_by_none() {
     let geometry = furnished(&mut Chance(3), 8, 4);
-    let index = EdgeIndex::new(&geometry, |_| true);
+    let index = EdgeIndex::new(&geometry, any);
     let mut chance = Chance(11);
     let mut passed = 0;
     for _ in 0..200 {
         let [from, to] = [chance.point(ROOM, 0.1), chance.point(ROOM, 0.1)].map(|p| p - geometry.center());
         let way = Way::between(from, to, 5.0);
-        let Some(first) = index.first(&geometry, &way, |_| true) else { continue };
+        let Some(first) = index.first(&geometry, &way, |_, _| true) else { continue };
         passed += 1;
-        let other = index.first(&geometry, &way, |edge| edge != first.edge);
-        let behind = index.first(&geometry, &Way { from: first.at, ..way }, |edge| edge != first.edge);
+        let other = index.first(&geometry, &way, |edge, _| edge != first.edge);
+        let behind = index.first(&geometry, &Way { from: first.at, ..way }, |edge, _| edge != first.edge);
         assert_eq!(other, behind);
     }
     assert!(passed > 50);
@@ -210,9 +231,9 @@ fn edges_that_do_not_count_are_passed_by_none() {
 fn what_is_passed_anywhere_on_a_way_is_near_there() {
     let mut chance = Chance(13);
     let (mut asked, mut near, mut hidden) = (0, 0, 0);
-    for (sheets, boxes) in [(1, 0), (6, 3), (20, 12)] {
+    for (sheets, boxes, limit) in [(1, 0, any as Limit), (6, 3, limited), (20, 12, any)] {
         let geometry = furnished(&mut chance, sheets, boxes);
-        let index = EdgeIndex::new(&geometry, |_| true);
+        let index = EdgeIndex::new(&geometry, limit);
         for number in 0..60 {
             let [from, to] =
                 [chance.point(ROOM, 0.1), chance.point(ROOM, 0.1)].map(|p| p - geometry.center());
@@ -225,7 +246,8 @@ fn what_is_passed_anywhere_on_a_way_is_near_there() {
                 for (edge, line) in index.lines.iter().enumerate() {
                     let along = (place - line.origin).dot(line.along);
                     let distance = place.distance(line.point(along));
-                    let is_near = along > 0.0 && along < line.length && distance <= way.reach;
+                    let reach = way.reach.min(index.limits[edge]);
+                    let is_near = along > 0.0 && along < line.length && distance <= reach;
                     let holds = |found: &Nearby| {
                         found.edge == edge as u32 && found.part[0] <= at && at <= found.part[1]
                     };
@@ -240,7 +262,7 @@ fn what_is_passed_anywhere_on_a_way_is_near_there() {
                     squared(*a).total_cmp(&squared(*b))
                 };
                 let of_all = (0..index.lines.len()).min_by(of_all).unwrap();
-                hidden += usize::from(nearest.is_some_and(|(edge, _)| edge != of_all as u32));
+                hidden += usize::from(nearest.first().is_some_and(|(edge, _)| *edge != of_all as u32));
             }
         }
     }
@@ -252,13 +274,59 @@ fn nearest_by_definition(
     index: &EdgeIndex,
     place: DVec3,
     reach: f64,
-) -> Option<(u32, f64)> {
+) -> Vec<(u32, f64)> {
     let near = |edge: usize| {
         let (squared, along) = index.lines[edge].distance_squared(place);
         let is_seen =
             index.air_holds(place, edge as u32, along) && index.is_clear(geometry, place, edge as u32, along);
-        (squared < reach * reach && is_seen).then_some((squared, edge as u32, along))
+        (squared < reach * reach && is_seen).then_some((squared, edge, along))
     };
-    let nearest = (0..index.lines.len()).filter_map(near).min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.map(|(_, edge, along)| (edge, along))
+    let mut all: Vec<_> = (0..index.lines.len()).filter_map(near).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let is_hidden = |&(squared, edge, _): &(f64, usize, f64)| {
+        all.iter()
+            .any(|other| (other.0, other.1) < (squared, edge) && index.limits[other.1] >= index.limits[edge])
+    };
+    let passed = all.iter().filter(|near| near.0.sqrt() <= index.limits[near.1] && !is_hidden(near));
+    passed.map(|&(_, edge, along)| (edge as u32, along)).collect()
+}
+
+/// A plate of two materials, 3 m × 2 m, with a step of 0.3 m below one side.
+#[test]
+fn faces_are_measured_across_materials_and_plates_seen_edge_on_have_no_size() {
+    let mut mesh = Mesh::default();
+    let corners = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [3.0, 0.0, 0.0],
+        [3.0, 2.0, 0.0],
+        [1.0, 2.0, 0.0],
+        [0.0, 2.0, 0.0],
+    ];
+    mesh.vertices.extend(corners.map(DVec3::from_array));
+    mesh.vertices.extend([dvec3(0.0, 0.0, -0.3), dvec3(0.0, 2.0, -0.3)]);
+    for (quad, material) in [([0, 1, 4, 5], 0), ([1, 2, 3, 4], 1), ([0, 5, 7, 6], 1)] {
+        for corners in [[0, 1, 2], [0, 2, 3]] {
+            let corners = corners.map(|corner: usize| quad[corner]);
+            mesh.triangles.push(MeshTriangle { corners, material });
+        }
+    }
+    let geometry = Geometry::build(mesh).unwrap();
+    let index = EdgeIndex::new(&geometry, any);
+    let at = |x: f64, y: f64, z: f64| {
+        let place = dvec3(x, y, z) - geometry.center();
+        let is_there = |line: &EdgeLine| line.distance_squared(place).0 < 1e-12;
+        index.faces()[index.lines().iter().position(is_there).unwrap()]
+    };
+    let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+    let rim = at(3.0, 1.0, 0.0);
+    close(rim.size(), 2.0);
+    close(rim.size_seen(DVec3::X), 0.0);
+    close(rim.size_seen(DVec3::Z), 2.0);
+    close(rim.size_seen(dvec3(0.8, 0.0, 0.6)), 1.8);
+    let step = at(0.0, 1.0, 0.0);
+    close(step.size(), 2.0);
+    close(step.size_seen(DVec3::X), 0.3);
+    close(at(0.0, 1.0, -0.3).size(), 0.3);
+    assert_eq!(EdgeFaces::from_rows(step.rows()), step);
 }

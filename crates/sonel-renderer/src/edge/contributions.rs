@@ -4,8 +4,9 @@
 //! 1/(4 + 20 N) of the free field over its way, N the Fresnel number of the detour: the formula of [Maekawa1968] at its upper side, where half a
 //! plane takes 1/4 on the boundary and 1/(4π² N) far in shadow. Far from its boundary an edge shorter than the first Fresnel zone sends less, as its length squared. With a
 //! visible image source it interferes, by twice the product of the amplitudes, less over a band the more it turns there. Contributions are computed
-//! in the order of these bounds until those of the others together are less than [`DROPPED`] of what has been found, or the budget is spent.
-//! Interference is of random sign: its bounds are added as squares.
+//! in the order of these bounds until the others are expected to bring less than [`DROPPED`] of what has been found, or the budget is spent.
+//! Interference is of random sign: its bounds are added as squares. Most contributions are invisible, the more the lower they rank: the others are
+//! expected to bring the same share of their bounds as the last few hundred.
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -24,7 +25,7 @@ const DROPPED: f64 = 0.0116;
 const FOUND: f64 = 0.5;
 /// Most contributions of a receiver: some 0.2 CPU-s.
 const BUDGET: usize = 1024;
-/// So many tell which share of their bounds contributions bring.
+/// So many of the last tell which share of their bounds contributions bring.
 const SURE: usize = 256;
 /// Half the relative width of a band that two waves have to turn against one another in, to interfere no more [1].
 const HALF_BAND: f64 = 0.35;
@@ -58,7 +59,7 @@ pub(super) struct Ranked {
     rest: Vec<[f64; 2]>,
     /// What has been found per band [1/m²].
     found: Vec<f64>,
-    /// Energies of those computed per band: at most, and in truth [1/m²].
+    /// Energies of the last that were computed per band: at most, and in truth [1/m²]. Each counts 1 − 1/[`SURE`] of the next.
     computed: Vec<[f64; 2]>,
     next: usize,
 }
@@ -258,6 +259,7 @@ impl Ranked {
         let bands = self.rest.len();
         let bounds = &self.bounds[number * bands..];
         for ((rest, bound), computed) in self.rest.iter_mut().zip(bounds).zip(&mut self.computed) {
+            *computed = computed.map(|sum| sum * (1.0 - 1.0 / SURE as f64));
             computed[0] += bound[0];
             *rest = [(rest[0] - bound[0]).max(0.0), (rest[1] - bound[1] * bound[1]).max(0.0)];
         }
@@ -279,7 +281,7 @@ impl Ranked {
     }
 
     /// How much the others are expected to change any band, as a share of its energy. Most are invisible: they bring as much of their bounds as
-    /// those that have been computed, once these are enough to tell.
+    /// the last that have been computed, once these are enough to tell.
     #[must_use]
     pub fn dropped(&self) -> f64 {
         if self.next >= self.contributions.len() {

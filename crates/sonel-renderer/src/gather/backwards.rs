@@ -75,7 +75,7 @@ pub struct TurnedBack {
     /// b [m].
     pub distance: f64,
     /// t.
-    tangent: f64,
+    pub tangent: f64,
     /// b / b′² · cos β [1/m].
     spread: f64,
 }

@@ -84,42 +84,54 @@ impl Turning {
         if nearby.is_empty() {
             return None;
         }
-        let passages = passages(geometry, bends, way, turns);
+        let passages = passages(geometry, bends, way, turns, throughput);
         let beside = OFF_SURFACES * bends.least_distance();
         let at_ends = [from + beside, to - beside]
-            .map(|at| bends.nearest(geometry, look.origin + at * look.direction, reach));
+            .map(|at| bends.nearest(geometry, look.origin + at * look.direction, reach))
+            .concat();
         let turns_here = |near: &Nearby| {
             passages.iter().any(|passage| passage.edge == near.edge)
-                || at_ends.iter().flatten().any(|(edge, _)| *edge == near.edge)
+                || at_ends.iter().any(|(edge, _)| *edge == near.edge)
         };
         let known: Vec<bool> = nearby.iter().map(turns_here).collect();
         let mut this = Self { look, nearby, bands: Vec::new(), expected: 0.0, passed: Vec::new() };
         for &(band, concentration) in bends.bent() {
             let energy = throughput[band / 4][band % 4];
             if energy > 0.0 {
-                let first = passages.iter().find(|passage| bends.bends(band, passage.distance));
+                let first = passages.iter().find(|passage| {
+                    bends.bends(band, passage.distance, bends.size_seen(passage.edge, look.direction))
+                });
                 this.passed.extend(first.map(|_| band));
                 let first = first.map_or(f64::INFINITY, |first| first.at);
                 let is_free = |near: &Nearby| clear(near) <= first && (turns.is_empty() || clear(near) > 0.0);
                 let reach = bends.reach_of_band(band);
-                this.add(energy, concentration, reach, |index, near| known[index] && is_free(near));
+                let likelihood = |near: &Nearby| {
+                    let bends = bends.may_bend(band, near.edge);
+                    if bends { likelihood(near, concentration, reach) } else { 0.0 }
+                };
+                let likelihoods: Vec<f64> = this.nearby.iter().map(likelihood).collect();
+                this.add(energy, concentration, &likelihoods, |index, near| known[index] && is_free(near));
             }
         }
         this.bands.iter_mut().for_each(|band| band.chance /= this.expected);
         (!this.bands.is_empty()).then_some(this)
     }
 
-    /// Adds a band that carries `energy` and is bent within `reach` [m], by edges that are known to turn it and others that might.
-    fn add(&mut self, energy: f64, concentration: f64, reach: f64, turns: impl Fn(usize, &Nearby) -> bool) {
-        let likelihoods: Vec<f64> =
-            self.nearby.iter().map(|near| likelihood(near, concentration, reach)).collect();
+    /// Adds a band that carries `energy`, which edges turn that are known to, and others that might with these `likelihoods`.
+    fn add(
+        &mut self,
+        energy: f64,
+        concentration: f64,
+        likelihoods: &[f64],
+        turns: impl Fn(usize, &Nearby) -> bool,
+    ) {
         let of_known =
             |(index, near): (usize, &Nearby)| if turns(index, near) { likelihoods[index] } else { 0.0 };
         let mut chances: Vec<f64> = self.nearby.iter().enumerate().map(of_known).collect();
         // The nearer an edge, the likelier it is the nearest of all.
         let nearness =
             |(near, likelihood): (&Nearby, &f64)| likelihood / (1.0 + concentration * near.distance);
-        let guesses: Vec<f64> = self.nearby.iter().zip(&likelihoods).map(nearness).collect();
+        let guesses: Vec<f64> = self.nearby.iter().zip(likelihoods).map(nearness).collect();
         let (known, all) = (chances.iter().sum::<f64>(), guesses.iter().sum::<f64>());
         if all <= 0.0 {
             return;
@@ -155,22 +167,27 @@ impl Turning {
         if !(at > from && at < to) {
             return None;
         }
-        let (edge, point) = bends.nearest(geometry, place, bends.reach_of(throughput))?;
+        let passed = bends.nearest(geometry, place, bends.reach_of(throughput));
+        // Each of them as likely.
+        let (edge, point) = *passed.get((stream.uniform_fine() * passed.len() as f64) as usize)?;
         if turns.iter().any(|turn| turn.edge == edge) {
             return None;
         }
         let back = TurnedBack::new(&bends.lines()[edge as usize], point, place, self.look.direction)?;
-        let inverse = 1.0 / self.density(at);
+        let turn = Turn { edge, foot: place, distance: back.distance, before: back.before };
+        let seen = bends.sizes_seen(&turn, back.tangent);
+        let inverse = passed.len() as f64 / self.density(at);
         let mut weights = vec![[0.0; 4]; throughput.len()];
         for &(band, concentration) in bends.bent() {
-            if bends.bends(band, back.distance) {
-                weights[band / 4][band % 4] = back.density(concentration) * inverse;
+            if bends.bends(band, back.distance, seen.before) {
+                let density = back.density(concentration) * bends.preference(band, &seen);
+                weights[band / 4][band % 4] = density * inverse;
             }
         }
         for (energy, weight) in throughput.iter_mut().flatten().zip(weights.iter().flatten()) {
             *energy *= weight;
         }
-        Some(Turn { edge, foot: place, distance: back.distance, before: back.before })
+        Some(turn)
     }
 
     /// A place on the ray for all bands [m].
@@ -213,10 +230,16 @@ fn clear(near: &Nearby) -> f64 {
 }
 
 /// What the ray passes: the first edge, and those from whose feet packets may reach it unbent.
-fn passages(geometry: &Geometry, bends: &Bends, mut way: Way, turns: &[Turn]) -> Vec<Passage> {
+fn passages(
+    geometry: &Geometry,
+    bends: &Bends,
+    mut way: Way,
+    turns: &[Turn],
+    throughput: &[Lanes],
+) -> Vec<Passage> {
     let mut passages: Vec<Passage> = Vec::new();
     while passages.len() < MOST_PASSAGES
-        && let Some(passage) = bends.next(geometry, &way, turns)
+        && let Some(passage) = bends.next(geometry, &way, turns, throughput)
     {
         way.from = passage.at;
         if passages.first().is_some_and(|first| passage.at > first.at + way.reach) {

@@ -42,7 +42,7 @@ pub(super) fn decide(
     let wish = asked.wish;
     let is_weighed = wish == Wish::Auto || asked.weigh;
     let bands = scene.bands.count();
-    let edges = bending_edges(geometry);
+    let edges = bending_edges(geometry, &scene.wavelengths());
     let count = edges.lines().len();
     let off = |reason: &str| Decision::new(Effect::Bending, vec![false; bands], reason.to_owned());
     if count == 0 {

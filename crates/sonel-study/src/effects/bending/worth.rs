@@ -39,12 +39,14 @@ impl Worth {
         let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
         let traced = trace(scene, geometry, Vec::new(), settings, &mut InMemory, clock)?;
         let (bands, wavelengths) = (scene.bands.count(), scene.wavelengths());
-        let table = EdgeTable::new(edges.lines().to_vec(), &wavelengths, &whole_reach(&wavelengths));
+        let table = EdgeTable::of(edges, &wavelengths, &whole_reach(&wavelengths));
         let mut legs = vec![Legs::default(); bands];
         each_leg(&traced.map, geometry, |segment| {
-            let distances = passed(segment, geometry, edges, &table);
+            let passed = passed(segment, geometry, edges, &table);
             for (band, legs) in legs.iter_mut().enumerate() {
                 let energy = segment.energy[band / 4][band % 4];
+                let bending = passed.iter().filter(|(_, size)| table.is_large(band, *size));
+                let distances: Vec<f64> = bending.map(|(distance, _)| *distance).collect();
                 legs.add(energy, &distances, wavelengths[band], |distance| {
                     table.tangent(band, distance, 1.0)
                 });
@@ -171,13 +173,19 @@ fn each_leg(map: &SonelMap, geometry: &Geometry, mut visit: impl FnMut(&Segment<
     }
 }
 
-/// Distances at which one leg passes edges that would bend it [m], also where one has just done so: a shorter reach would let that be.
-fn passed(segment: &Segment<'_>, geometry: &Geometry, edges: &EdgeIndex, table: &EdgeTable) -> Vec<f64> {
-    let mut distances = Vec::new();
+/// Distances at which one leg passes edges that would bend it, and sizes of the faces that it sees of them [m], also where one has just done so: a
+/// shorter reach would let that be.
+fn passed(
+    segment: &Segment<'_>,
+    geometry: &Geometry,
+    edges: &EdgeIndex,
+    table: &EdgeTable,
+) -> Vec<(f64, f64)> {
+    let mut passed = Vec::new();
     let mut way = Way::between(segment.start.as_dvec3(), segment.end.as_dvec3(), table.reach(segment.energy));
-    while let Some(passage) = edges.first(geometry, &way, |_| true) {
-        distances.push(passage.distance);
+    while let Some(passage) = edges.first(geometry, &way, |_, _| true) {
+        passed.push((passage.distance, table.faces(passage.edge).size_seen(way.direction)));
         way.from = passage.at;
     }
-    distances
+    passed
 }
