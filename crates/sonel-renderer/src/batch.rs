@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use sonel_map::{Arrival, EmissionDirections, Lanes, PathWeight, Segment, SegmentHistory, lanes_of, sweep};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
-use crate::bent_connection::{EdgeChoice, connect_bent};
 use crate::connection::{ClassDeposits, DiffuseSonel, Thinning, connect, normal_on, radiosity};
 use crate::crossing::{OthersOwn, Piece, cross, owns};
 use crate::deposit::{Deposits, TimeBins, add_lanes};
@@ -103,8 +102,6 @@ pub(crate) struct Audience<'a> {
     /// The receivers.
     pub receivers: &'a [PreparedReceiver],
     images: Vec<Option<ReceiverImages>>,
-    /// By receiver, where edges bend and no rays turn at them.
-    edges: Vec<EdgeChoice>,
     others: Vec<OthersOwn>,
     /// For places next to receivers; none where no receiver has such places, or where edges bend what goes there.
     source: Option<NearSource>,
@@ -123,7 +120,6 @@ impl Audience<'_> {
 /// Buffers and random numbers of one batch.
 struct Scratch {
     choices: Vec<Stream>,
-    bends: Vec<Stream>,
     turns: Vec<Thinning>,
     radiosity: Vec<Lanes>,
     energy: Vec<Lanes>,
@@ -190,12 +186,10 @@ impl Renderer<'_> {
             })
             .collect();
         let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
-        let connected = self.bends.iter().filter(|_| !self.gathers_by_mirrors());
-        let edges = connected.flat_map(|bends| receivers.iter().map(|r| EdgeChoice::new(bends, r.exact)));
         let is_near = self.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
         let source =
             (is_near && self.bends.is_none()).then(|| NearSource::new(self.geometry, &self.table, radiator));
-        Audience { receivers, edges: edges.collect(), images, others, source, coarse_bins }
+        Audience { receivers, images, others, source, coarse_bins }
     }
 
     /// K′ at a receiver with `images`; without limit where rays gather.
@@ -308,7 +302,6 @@ impl Renderer<'_> {
         let turns = streams(Purpose::ConnectionChoice);
         let mut scratch = Scratch {
             choices: streams(Purpose::MirrorChoice),
-            bends: streams(Purpose::BendChoice),
             turns: turns.into_iter().map(|mut stream| Thinning::new(every, stream.bits())).collect(),
             radiosity: zeros.clone(),
             energy: zeros,
@@ -352,7 +345,7 @@ impl Renderer<'_> {
     ) {
         let medium = self.medium();
         estimate.take_stock(segment, &medium, &mut scratch.energy);
-        if segment.history.specular_run > 0 || segment.history.bends > 1 || !self.connects_diffuse() {
+        if segment.history.specular_run > 0 || segment.history.bends > 0 || !self.connects_diffuse() {
             let receivers = audience.receivers.iter().zip(&audience.others).enumerate();
             let left = receivers.filter(|(_, (_, others))| owns(segment.history, **others));
             let receivers = left.map(|(index, (receiver, others))| (index, receiver, others.direct_length));
@@ -385,11 +378,6 @@ impl Renderer<'_> {
             &mut scratch.energy,
             &mut estimate.class(PathClass::Diffuse),
         );
-        for (index, choice) in audience.edges.iter().enumerate() {
-            let receiver = (index, &audience.receivers[index], choice);
-            let deposits = &mut estimate.class(PathClass::Diffuse);
-            connect_bent(&sonel, receiver, &medium, &mut scratch.bends[index], &mut scratch.energy, deposits);
-        }
         for (index, images) in audience.images.iter().enumerate() {
             if let Some(images) = images {
                 let choice = scratch.choices[index].uniform_fine();

@@ -2,8 +2,7 @@
 //!
 //! A packet that goes there passes the same edges as a traced one, by the same rules: a band within whose reach it passes any is
 //! bent there, and arrives elsewhere unless the way turns there, too. So a straight connection carries the bands alone that go straight on;
-//! ways that turn have connections of their own ([`crate::bent_connection`]) or are those of rays ([`crate::gather`]), and what is left is
-//! heard by the spheres of [`crate::crossing`]. No energy is counted straight and bent.
+//! ways that turn are those of rays ([`crate::gather`]), and what is left is heard by the spheres of [`crate::crossing`]. No energy is counted straight and bent.
 //!
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 

@@ -23,8 +23,7 @@ pub struct OthersOwn {
     pub image_order: u32,
     /// Whether connections own … D R.
     pub diffuse: bool,
-    /// Whether visibility rays own what was bent behind its last diffuse reflection: else connections do where it was once and reached the
-    /// receiver without a mirror, and the rest is left.
+    /// Whether visibility rays own what was bent behind its last diffuse reflection.
     pub bent: bool,
     /// Length of the straight way from the source [m].
     pub direct_length: f64,
@@ -36,7 +35,7 @@ pub struct OthersOwn {
 pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
     match (history.diffused, history.specular_run) {
         (false, run) => run > others.mirror_order && (history.bends > 0 || !others.long_chains),
-        (true, 0) => !others.diffuse || history.bends > 1 && !others.bent,
+        (true, 0) => !others.diffuse || history.bends > 0 && !others.bent,
         (true, run) => run > others.image_order || history.bends > 0 && !others.bent,
     }
 }
@@ -115,8 +114,7 @@ mod tests {
         assert!(!owns(history(0, true), others), "connection");
         assert!(!owns(history(1, true), others), "mirror connection");
         assert!(owns(history(2, true), others));
-        assert!(!owns(bent(0, true, 1), others), "connection over an edge");
-        assert!(owns(bent(0, true, 2), others));
+        assert!(owns(bent(0, true, 1), others), "connections are straight");
         assert!(owns(bent(1, true, 1), others), "images do not follow bends");
         assert!(!owns(bent(0, false, 1), others), "direct sound is left to the edges");
         let rays = OthersOwn { bent: true, ..others };

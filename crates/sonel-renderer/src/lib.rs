@@ -7,17 +7,16 @@
 //! | L R | [`direct`] |
 //! | L S^k R, k ≤ K | [`mirror`] (image sources over completely enumerated mirror chains) |
 //! | L E R, L S E R, and what edges add to the two above | `edge` (coherent sums over edges, where diffraction is on) |
-//! | … D R | [`connection`] (a shadow ray from every sonel; beside a surface shared with [`gather`]); [`bent_connection`] over one edge |
-//! | … D S^k R, k ≤ K′ | [`mirror_connection`] (a connection from every sonel to one of the receiver's images) |
-//! | … D S⁺ R in geometries of many surfaces | [`gather`] (visibility rays and density estimation) |
+//! | … D R | [`connection`] (a shadow ray from every sonel; beside a surface shared with [`gather`]) |
+//! | … D S^k R, k ≤ K′, in empty boxes | [`mirror_connection`] (a connection from every sonel to one of the receiver's images) |
+//! | … D S⁺ R elsewhere | [`gather`] (visibility rays and density estimation) |
 //! | L S^k R, k > K | `specular` (rays that are always mirrored, through a receiver sphere); [`crossing`] where edges bent it |
 //! | … D S^k R, k > K′ | [`crossing`] (traced segments through a receiver sphere) |
 //!
 //! The founding paper's own estimators are apart from these, in `paper`.
 //!
 //! Where edges bend packets, [`bending`] says which bands a way is left to. What was bent since its last diffuse reflection is gathered by
-//! visibility rays that turn, in geometries of many surfaces; elsewhere [`bent_connection`] goes over one edge, and what was bent more often
-//! or mirrored besides is heard by [`crossing`].
+//! visibility rays that turn; where an estimator without rays is asked for, by [`crossing`].
 //!
 //! [`render`](mod@render) drives them batch by batch; [`deposit`] holds the echograms under construction.
 
@@ -26,7 +25,6 @@ mod alias;
 pub mod ball;
 mod batch;
 pub mod bending;
-pub mod bent_connection;
 pub mod connection;
 pub mod crossing;
 pub mod deposit;

@@ -23,8 +23,6 @@ pub enum Purpose {
     MirrorChoice = 4,
     /// Points of the Fresnel zones of one receiver.
     ZonePoint = 5,
-    /// Choices among the ways over edges to one receiver.
-    BendChoice = 6,
     /// Rays of one source that every surface mirrors.
     SpecularRay = 7,
     /// Choices of the sonels that are connected with one receiver.

@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn drawn_places_bring_on_average_what_all_bring() {
-        let mut stream = StreamFamily::new(5, Purpose::BendChoice, [0; 4]).stream(0);
+        let mut stream = StreamFamily::new(5, Purpose::VisibilityRay, [0; 4]).stream(0);
         for (distance, wavelength) in [(0.003, 2.7), (0.05, 0.3), (0.4, 0.3), (2.0, 2.7)] {
             let (of, concentration) = (ray(distance), bending::concentration(wavelength));
             let (mut all, width) = (0.0, 1e-5 * wavelength);
