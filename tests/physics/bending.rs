@@ -154,7 +154,8 @@ fn the_ledger_closes_past_edges_in_every_band() {
 
 /// Energy over time at each receiver in each band.
 fn heard(traced: &Traced, estimator: Estimator, bands: usize) -> Vec<Vec<Estimate>> {
-    let settings = RenderSettings { estimator, mirror_order: Some(0), ..RenderSettings::default() };
+    let settings =
+        RenderSettings { estimator, mirror_order: Some(0), rays: 1 << 15, ..RenderSettings::default() };
     let rendering = traced.render(settings);
     let receivers = traced.map.header().scene.receivers.len();
     let band = |receiver, band| {
@@ -247,9 +248,9 @@ fn bands_that_share_paths_past_edges_are_heard_as_on_their_own() {
     let scene =
         screened([0.2, 0.3, 0.2, 0.3], [0.6, 0.5, 0.7, 0.9], 1.0).with_receiver("behind", [9.0, 2.5, 1.4]);
     let settings = Settings { emissions: 40_000, ..Settings::default() };
-    let shared = heard(&Traced::bending(scene.clone(), settings), Estimator::Connection, 4);
+    let shared = heard(&Traced::bending(scene.clone(), settings), Estimator::Gather, 4);
     let alone = Settings { emissions: 20_000, spectral: Spectral::PerBand, seed: 2, ..settings };
-    let alone = heard(&Traced::bending(scene, alone), Estimator::Connection, 4);
+    let alone = heard(&Traced::bending(scene, alone), Estimator::Gather, 4);
     for (&shared, &alone) in shared[0].iter().zip(&alone[0]) {
         let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * alone.value };
         agree(shared, alone, within).unwrap();

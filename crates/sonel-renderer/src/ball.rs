@@ -35,10 +35,10 @@ impl Balls {
     pub fn new(geometry: &Geometry, center: DVec3, radius: f64, nearest: f64, mean_free_path: f64) -> Self {
         // The size of an open scene does not say how far the field about a receiver is alike.
         let closed = geometry.is_closed_room();
-        let ball = |(growth, _)| {
-            let radius = if closed { growth * radius } else { radius.min(CLEARANCE * nearest) };
-            Ball::new(geometry, center, radius, nearest)
-        };
+        let radius = |growth| if closed { growth * radius } else { radius.min(CLEARANCE * nearest) };
+        let is_cut = GROWTH.iter().any(|&(growth, _)| radius(growth) > nearest);
+        let distances = if is_cut { distances(geometry, center) } else { Vec::new() };
+        let ball = |(growth, _)| Ball::new(center, radius(growth), nearest, &distances);
         Self { balls: GROWTH.map(ball), mean_free_path }
     }
 
@@ -83,9 +83,21 @@ pub struct Chord {
     pub gain: f64,
 }
 
+/// How far one sees from `center` (about the scene's centre [m]) in directions that are spread evenly [m].
+fn distances(geometry: &Geometry, center: DVec3) -> Vec<f64> {
+    let directions = ScrambledSobol::numbered(0, 0, 0);
+    let departure = Departure::free(center.as_vec3());
+    let distance = |ray| {
+        let hit = geometry.closest_hit(departure, warp::uniform_sphere(directions.point(ray)));
+        hit.map_or(f64::INFINITY, |hit| f64::from(hit.distance))
+    };
+    (0..RAYS).map(distance).collect()
+}
+
 impl Ball {
-    /// The ball of `radius` [m] about `center` (about the scene's centre [m]), `nearest` [m] away from all surfaces.
-    fn new(geometry: &Geometry, center: DVec3, radius: f64, nearest: f64) -> Self {
+    /// The ball of `radius` [m] about `center` (about the scene's centre [m]), `nearest` [m] away from all surfaces. `distances` are how far
+    /// one sees from there; they do not matter to a ball that no surface reaches into.
+    fn new(center: DVec3, radius: f64, nearest: f64, distances: &[f64]) -> Self {
         let inner = radius * core::f64::consts::FRAC_1_SQRT_2;
         let whole = |radius: f64| 4.0 / 3.0 * PI * radius * radius * radius;
         let ball = Self {
@@ -98,17 +110,10 @@ impl Ball {
         if ball.is_whole {
             return ball;
         }
-        let directions = ScrambledSobol::numbered(0, 0, 0);
-        let departure = Departure::free(center.as_vec3());
-        let (mut seen, mut inner_seen) = (0.0, 0.0);
-        for ray in 0..RAYS {
-            let hit = geometry.closest_hit(departure, warp::uniform_sphere(directions.point(ray)));
-            let distance = hit.map_or(f64::INFINITY, |hit| f64::from(hit.distance));
-            seen += whole(distance.min(radius));
-            inner_seen += whole(distance.min(inner));
-        }
-        let rays = f64::from(RAYS);
-        Self { volume: seen / rays, inner_volume: inner_seen / rays, ..ball }
+        let mean = |radius: f64| {
+            distances.iter().map(|distance| whole(distance.min(radius))).sum::<f64>() / distances.len() as f64
+        };
+        Self { volume: mean(radius), inner_volume: mean(inner), ..ball }
     }
 
     /// The part of the segment from `start` to `end` [m] that the receiver sees within the ball.
@@ -169,7 +174,7 @@ mod tests {
     fn of_unit_fluence(height: f64) -> (f64, f64) {
         let geometry = Geometry::build(Mesh::shoebox([4.0, 4.0, 4.0], [0; 6])).unwrap();
         let center = dvec3(0.1, -0.2, -2.0 + height);
-        let ball = Ball::new(&geometry, center, 0.5, height);
+        let ball = Ball::new(center, 0.5, height, &distances(&geometry, center));
         let mut random = Uniform::new(5);
         let count = 40_000;
         let (mut sum, mut inner) = (0.0, 0.0);

@@ -19,7 +19,7 @@ use crate::edge::{Edges, SOURCE_OUT};
 use crate::gather::GatherSettings;
 use crate::gather::disc::Sheet;
 use crate::mirror::{MirrorChains, Radiator};
-use crate::mirror_connection::image_order;
+use crate::mirror_connection::{has_few_surfaces, image_order};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
 use crate::rendering::Rendering;
@@ -96,7 +96,7 @@ pub enum RenderError {
     Settings(String),
 }
 
-/// In rooms of many surfaces one of so many sonels is connected with a receiver.
+/// Among many surfaces one of so many sonels is connected with a receiver.
 const SONELS_PER_CONNECTION: u32 = 4;
 
 /// Most bins of an echogram: 17 minutes in milliseconds, 20 seconds in samples of 50 kHz. Neither the option nor the duration
@@ -376,14 +376,11 @@ impl<'a> Renderer<'a> {
         self.enumerates_mirrors()
     }
 
-    /// One of so many sonels is connected with a receiver. Where visibility rays bring what mirrors show, most noise is theirs, and shadow
-    /// rays would take most of the time.
+    /// One of so many sonels is connected with a receiver. Where visibility rays bring what mirrors show, most noise is theirs, and among
+    /// many surfaces shadow rays would take most of the time.
     pub(crate) fn sonels_per_connection(&self) -> u32 {
-        if self.gathers_by_mirrors() && self.settings.estimator == Estimator::Auto {
-            SONELS_PER_CONNECTION
-        } else {
-            1
-        }
+        let is_thinned = self.settings.estimator == Estimator::Auto && !has_few_surfaces(self.geometry);
+        if is_thinned { SONELS_PER_CONNECTION } else { 1 }
     }
 
     /// Whether visibility rays own what mirrors show.

@@ -19,7 +19,7 @@ const LARGEST_ERROR: f64 = 0.03;
 
 /// What is heard in the box of uneven walls drawn as `mesh`, and its mirror chains.
 fn heard(mesh: Mesh, seed: u64) -> (Vec<Windows>, Vec<DiscreteArrival>) {
-    let emissions = form(20_000, 200_000);
+    let emissions = form(26_000, 200_000);
     let traced =
         Traced::new(Scene { mesh, ..WILD.scene() }, Settings { emissions, seed, ..Settings::default() });
     assert_eq!(traced.books.fates.count(Fate::Lost), 0);

@@ -117,7 +117,8 @@ fn nothing_passes_a_sealed_partition() {
         if own != source {
             places.push(own);
         }
-        for estimator in ESTIMATORS {
+        // All estimators in turn, two of them in each room.
+        for estimator in ESTIMATORS.into_iter().skip(room / 2 % 2).step_by(2) {
             for (place, fluence) in places.iter().zip(fluences(&traced, &places, estimator)) {
                 let behind = place.x > f64::from(rooms.partition);
                 assert!(
