@@ -1,22 +1,28 @@
 //! Cracks: gaps between open edges that run beside one another.
 //!
-//! Two open edges face one another where they are parallel within 10°, no farther apart than [`WIDEST_CRACK`], their faces
-//! do not go the same way (those are two sides of a panel), and what is between them is a gap and no narrow strip. Each has the nearest such edge for its partner, and both must
-//! agree. An edge with partners along all of it is the rim of a crack, and so are edges without a partner that only close the
-//! end of one. The width is the distance between the edges where it is largest, the area length times mean width.
+//! Two open edges face one another where they are parallel within 10°, no farther apart than the widest crack, their faces do
+//! not go the same way (those are two sides of a panel), and what is between them is a gap and no narrow strip. Each has the
+//! nearest such edge for its partner, and both must agree. An edge with partners along all of it is the rim of a crack; so
+//! are edges that close the end of one, and the rim of a hole no longer than a crack is wide. The width is the distance
+//! between the edges where it is largest, the area length times mean width.
 //!
-//! The limit is half a wavelength at 8.5 kHz: what is wider may be drawn on purpose and its rims diffract.
+//! The widest crack is half a wavelength at 8.5 kHz, in small scenes a part of their size: what is wider may be drawn on
+//! purpose and its rims diffract.
 
 use crate::Mesh;
 use crate::boundary::{ALIKE, OpenEdge, open_edges};
 use crate::stitch::edge_grid;
 use crate::topology::{Connected, SharedEdge};
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-/// Gaps up to this width [m] are cracks.
+/// Gaps up to this width [m] are cracks, in scenes of [`SIZES_PER_CRACK`] times that and more.
 pub const WIDEST_CRACK: f64 = 0.02;
+/// The longest side of the box around a scene over the width of the widest crack, at least.
+const SIZES_PER_CRACK: f64 = 500.0;
 
+/// An edge has partners along all of it if what is left is shorter than this part of it and of the widest crack.
+const ALLOWED_BARE: f64 = 0.5;
 /// A way from edge to edge leads over a face where it turns towards it by more than this share of its length: 10°.
 const SLANT: f64 = 0.174;
 /// Faces of walls that cross are at least this many times as high as their edges are apart.
@@ -49,8 +55,10 @@ pub(crate) struct Facing {
 /// Finds where open edges face one another, and marks those that are rims of cracks; `tolerance` [m] is below which positions are
 /// the same.
 pub(crate) fn find_cracks(mesh: &Mesh, edges: &mut [SharedEdge], tolerance: f64) -> Vec<Facing> {
+    let (low, high) = mesh.bounds();
+    let widest = WIDEST_CRACK.min((high - low).max_element() / SIZES_PER_CRACK);
     let open = open_edges(mesh, edges);
-    let beside = neighbours(&open, tolerance);
+    let beside = neighbours(&open, widest, tolerance);
     let nearest = |here: usize, along: f64| {
         let over = beside[here].iter().filter(|span| (span.from..=span.to).contains(&along));
         over.min_by(|a, b| a.width_at(along).total_cmp(&b.width_at(along))).map(|span| span.other)
@@ -70,7 +78,12 @@ pub(crate) fn find_cracks(mesh: &Mesh, edges: &mut [SharedEdge], tolerance: f64)
             }
         }
     }
-    for (edge, is_rim) in open.iter().zip(rims(&open, covered, tolerance)) {
+    let is_covered = open
+        .iter()
+        .zip(covered)
+        .map(|(edge, parts)| bare(edge.length(), parts) <= ALLOWED_BARE * widest.min(edge.length()))
+        .collect();
+    for (edge, is_rim) in open.iter().zip(rims(&open, is_covered, &facing, widest)) {
         edges[edge.index].is_crack = is_rim;
     }
     facing
@@ -96,8 +109,8 @@ impl Span {
 }
 
 /// For each open edge the parts that others face.
-fn neighbours(open: &[OpenEdge], tolerance: f64) -> Vec<Vec<Span>> {
-    let grid = edge_grid(open, WIDEST_CRACK);
+fn neighbours(open: &[OpenEdge], widest: f64, tolerance: f64) -> Vec<Vec<Span>> {
+    let grid = edge_grid(open, widest);
     let mut spans: Vec<Vec<Span>> = (0..open.len()).map(|_| Vec::new()).collect();
     // Where one edge is beside another, an end of either is.
     let near_an_end = |here: usize| open[here].points.map(|point| grid.around(point));
@@ -109,16 +122,20 @@ fn neighbours(open: &[OpenEdge], tolerance: f64) -> Vec<Vec<Span>> {
     pairs.sort_unstable();
     pairs.dedup();
     for [a, b] in pairs {
-        let found = [span(&open[a], &open[b], b, tolerance), span(&open[b], &open[a], a, tolerance)];
+        let found = [[a, b], [b, a]].map(|[here, there]| span(&open[here], &open[there], widest));
         if let [Some(there), Some(back)] = found {
-            spans[a].push(there);
-            spans[b].push(back);
+            for (here, other, [from, to], widths) in [(a, b, there.0, there.1), (b, a, back.0, back.1)] {
+                if to - from > tolerance {
+                    spans[here].push(Span { other, from, to, widths });
+                }
+            }
         }
     }
     spans
 }
 
-fn span(edge: &OpenEdge, other: &OpenEdge, index: usize, tolerance: f64) -> Option<Span> {
+/// Where an edge faces another one [m], and how far apart they are there [m].
+fn span(edge: &OpenEdge, other: &OpenEdge, widest: f64) -> Option<([f64; 2], [f64; 2])> {
     let are_alike = edge.along.dot(other.along).abs() > ALIKE;
     if !are_alike || edge.inward.dot(other.inward) > ALIKE {
         return None;
@@ -130,9 +147,8 @@ fn span(edge: &OpenEdge, other: &OpenEdge, index: usize, tolerance: f64) -> Opti
         other.at(other.project(point).clamp(0.0, other.length())).distance(point)
     };
     let widths = [width(from), width(to)];
-    let is_gap = to - from > tolerance && widths[0].max(widths[1]) <= WIDEST_CRACK;
-    let middle = 0.5 * (from + to);
-    (is_gap && !is_strip(edge, other, middle)).then_some(Span { other: index, from, to, widths })
+    let is_gap = widths[0].max(widths[1]) <= widest && !is_strip(edge, other, 0.5 * (from + to));
+    is_gap.then_some(([from, to], widths))
 }
 
 /// Whether faces rather than air lie between two edges, seen from a place along the first [m]: the way from one to the other
@@ -157,27 +173,50 @@ fn pair(mesh: &Mesh, [a, b]: [&OpenEdge; 2], edges: &[SharedEdge], span: &Span) 
     Facing { rims: [a.index, b.index], faces: [a.face, b.face], agree, crack }
 }
 
-/// Whether each open edge is the rim of a crack, given the parts of it that have a partner.
-fn rims(open: &[OpenEdge], covered: Vec<Vec<[f64; 2]>>, tolerance: f64) -> Vec<bool> {
-    let bare: Vec<f64> =
-        open.iter().zip(covered).map(|(edge, covered)| bare(edge.length(), covered)).collect();
-    let is_bare = |edge: &usize| bare[*edge] > tolerance;
-    let mut connected = Connected::new(open.len());
-    let mut at: HashMap<u32, u32> = HashMap::new();
-    for edge in (0..open.len()).filter(is_bare) {
-        for end in open[edge].ends {
-            let first = *at.entry(end).or_insert(edge as u32);
-            connected.join(first, edge as u32);
+/// Whether each open edge is the rim of a crack, given which have partners along all of them.
+fn rims(open: &[OpenEdge], is_covered: Vec<bool>, facing: &[Facing], widest: f64) -> Vec<bool> {
+    let mut at: HashMap<u32, Vec<usize>> = HashMap::new();
+    for (index, edge) in open.iter().enumerate() {
+        for end in edge.ends {
+            at.entry(end).or_default().push(index);
         }
     }
-    let mut total = vec![0.0; open.len()];
-    for edge in (0..open.len()).filter(is_bare) {
-        total[connected.root(edge as u32) as usize] += bare[edge];
+    let pairs: HashSet<[usize; 2]> = facing.iter().map(|facing| facing.rims).collect();
+    let mut is_rim = is_covered.clone();
+    let mut seen = is_covered.clone();
+    for first in 0..open.len() {
+        if std::mem::replace(&mut seen[first], true) {
+            continue;
+        }
+        // Bare edges that hang together, and the covered ones at their ends.
+        let (mut chain, mut next, mut beside) = (vec![first], 0, Vec::new());
+        while next < chain.len() {
+            for &other in open[chain[next]].ends.iter().flat_map(|end| &at[end]) {
+                if is_covered[other] {
+                    beside.push(open[other].index);
+                } else if !std::mem::replace(&mut seen[other], true) {
+                    chain.push(other);
+                }
+            }
+            next += 1;
+        }
+        let length: f64 = chain.iter().map(|&edge| open[edge].length()).sum();
+        let closes_a_crack = || {
+            beside.iter().any(|&a| beside.iter().any(|&b| pairs.contains(&[a, b]) || pairs.contains(&[b, a])))
+        };
+        if length <= widest && (if beside.is_empty() { is_hole(open, &chain) } else { closes_a_crack() }) {
+            chain.iter().for_each(|&edge| is_rim[edge] = true);
+        }
     }
-    // Bare edges that together are no longer than a crack is wide close its end.
-    (0..open.len())
-        .map(|edge| !is_bare(&edge) || total[connected.root(edge as u32) as usize] <= WIDEST_CRACK)
-        .collect()
+    is_rim
+}
+
+/// Whether the faces at some open edges lie around them, not between.
+fn is_hole(open: &[OpenEdge], chain: &[usize]) -> bool {
+    let middle = |edge: usize| 0.5 * (open[edge].points[0] + open[edge].points[1]);
+    let center = chain.iter().map(|&edge| middle(edge)).sum::<DVec3>() / chain.len() as f64;
+    let outward = |&edge: &usize| open[edge].length() * open[edge].inward.dot(middle(edge) - center);
+    chain.iter().map(outward).sum::<f64>() > 0.0
 }
 
 /// What some parts of an edge leave of its length [m].

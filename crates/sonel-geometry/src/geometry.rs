@@ -368,7 +368,7 @@ fn exposed(surface: &Surface) -> f64 {
     if surface.closed { surface.area } else { 2.0 * surface.area }
 }
 
-fn validate(mesh: &Mesh) -> Result<(), GeometryError> {
+pub(crate) fn validate(mesh: &Mesh) -> Result<(), GeometryError> {
     let count = mesh.vertices.len().max(mesh.triangles.len());
     if count > i32::MAX as usize {
         return Err(GeometryError::TooLarge { count });

@@ -12,6 +12,7 @@
 
 use crate::Mesh;
 use crate::boundary::{ALIKE, OpenEdge, open_edges};
+use crate::geometry::validate;
 use crate::grid::BoxGrid;
 use crate::scale::Scale;
 use crate::stitch::{edge_grid, share_along, stitch, stitch_where};
@@ -41,9 +42,9 @@ const MOVES_PER_DISTANCE: f64 = 2.0;
 const WEIGHTS_OF_STAYING: [f64; 5] = [1e-9, 1e-7, 1e-5, 1e-3, 1e-1];
 
 impl Mesh {
-    /// Closes cracks up to `tolerance` [m], or none where there is nothing to close. Corners must be valid indices and
-    /// coordinates finite.
+    /// Closes cracks up to `tolerance` [m]; none where there is nothing to close, or no sound mesh.
     pub fn mended(&self, tolerance: f64) -> Option<Mended> {
+        validate(self).ok()?;
         let welded = self.welded();
         let mut mesh = welded.mesh;
         let (low, high) = mesh.bounds();
@@ -276,7 +277,7 @@ impl<'a> Rims<'a> {
         let (mut pull, mut towards, mut weight) = (DMat3::ZERO, DVec3::ZERO, 0.0);
         for face in faces {
             let area = self.mesh.vector_area(face);
-            let normal = area.normalize();
+            let normal = area.normalize_or_zero();
             let height = normal.dot(self.mesh.corners(face)[0] - middle);
             pull += area.length() * DMat3::from_cols(normal.x * normal, normal.y * normal, normal.z * normal);
             towards += area.length() * height * normal;
