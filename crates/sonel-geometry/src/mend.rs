@@ -15,7 +15,7 @@ use crate::boundary::{ALIKE, OpenEdge, open_edges};
 use crate::geometry::validate;
 use crate::grid::BoxGrid;
 use crate::scale::Scale;
-use crate::stitch::{edge_grid, share_along, stitch, stitch_where};
+use crate::stitch::{edge_grid, share_along, stitch_where};
 use crate::topology::shared_edges;
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -53,7 +53,11 @@ impl Mesh {
         if !(tolerance > resolution) {
             return None;
         }
-        stitch(&mut mesh, resolution);
+        // A wall that crosses another has its corner on the rim of that one, near the end: such corners are to be joined.
+        let at = mesh.vertices.clone();
+        stitch_where(&mut mesh, resolution, |edge, vertex, share| {
+            has_room(edge, share, at[vertex as usize], tolerance)
+        });
         let rims = Rims::new(&mesh, tolerance);
         let joints = rims.joints();
         let joined: usize = joints.iter().map(|joint| joint.corners.len() - 1).sum();
