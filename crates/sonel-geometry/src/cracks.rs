@@ -25,7 +25,7 @@ const SIZES_PER_CRACK: f64 = 500.0;
 const ALLOWED_BARE: f64 = 0.5;
 /// A way from edge to edge leads over a face where it turns towards it by more than this share of its length: 10°.
 const SLANT: f64 = 0.174;
-/// Faces of walls that cross are at least this many times as high as their edges are apart.
+/// A face that is this many times as high as the edges are apart is no part of a strip between them.
 const HEIGHTS_PER_WIDTH: f64 = 2.0;
 
 /// A gap between open edges of the mesh that run beside one another.
@@ -152,13 +152,13 @@ fn span(edge: &OpenEdge, other: &OpenEdge, widest: f64) -> Option<([f64; 2], [f6
 }
 
 /// Whether faces rather than air lie between two edges, seen from a place along the first [m]: the way from one to the other
-/// leads over their faces, and these are not much higher than the edges are apart. Walls that cross at their edges lie so
-/// too, but are higher.
+/// leads over their faces, and neither is much higher than the edges are apart. Walls that cross at their edges lie so too,
+/// but one of them is higher.
 fn is_strip(edge: &OpenEdge, other: &OpenEdge, along: f64) -> bool {
     let across = other.at(other.project(edge.at(along))) - edge.at(along);
     let distance = across.length();
     let over_a_face = across.dot(edge.inward).max(-across.dot(other.inward)) > SLANT * distance;
-    over_a_face && edge.height.min(other.height) < HEIGHTS_PER_WIDTH * distance
+    over_a_face && edge.height.max(other.height) < HEIGHTS_PER_WIDTH * distance
 }
 
 fn pair(mesh: &Mesh, [a, b]: [&OpenEdge; 2], edges: &[SharedEdge], span: &Span) -> Facing {
@@ -193,7 +193,7 @@ fn rims(open: &[OpenEdge], is_covered: Vec<bool>, facing: &[Facing], widest: f64
         while next < chain.len() {
             for &other in open[chain[next]].ends.iter().flat_map(|end| &at[end]) {
                 if is_covered[other] {
-                    beside.push(open[other].index);
+                    beside.push(other);
                 } else if !std::mem::replace(&mut seen[other], true) {
                     chain.push(other);
                 }
@@ -201,10 +201,12 @@ fn rims(open: &[OpenEdge], is_covered: Vec<bool>, facing: &[Facing], widest: f64
             next += 1;
         }
         let length: f64 = chain.iter().map(|&edge| open[edge].length()).sum();
-        let closes_a_crack = || {
-            beside.iter().any(|&a| beside.iter().any(|&b| pairs.contains(&[a, b]) || pairs.contains(&[b, a])))
+        let faces = |a: usize, b: usize| pairs.contains(&[open[a].index, open[b].index]);
+        let is_part = || match &beside[..] {
+            [] => is_hole(open, &chain),
+            _ => beside.iter().any(|&a| beside.iter().any(|&b| faces(a, b))),
         };
-        if length <= widest && (if beside.is_empty() { is_hole(open, &chain) } else { closes_a_crack() }) {
+        if length <= widest && is_part() {
             chain.iter().for_each(|&edge| is_rim[edge] = true);
         }
     }
