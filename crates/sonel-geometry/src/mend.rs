@@ -49,8 +49,7 @@ impl Mesh {
         let mut mesh = welded.mesh;
         let (low, high) = mesh.bounds();
         let resolution = f64::from(Scale::of_bounds(low, high).resolution());
-        // Not above the resolution, or no number because there is no triangle: welding does all there is to do.
-        if !(tolerance > resolution) {
+        if mesh.triangles.is_empty() || tolerance <= resolution {
             return None;
         }
         // A wall that crosses another has its corner on the rim of that one, near the end: such corners are to be joined.
