@@ -136,6 +136,19 @@ fn what_is_small_is_not_destroyed() {
         );
     }
     assert!(strip.mended(1e-3).is_none());
+    // One edge on one side of it, four on the other.
+    let mut fan = Mesh::default();
+    let top = |i: i32| dvec3(0.3 * f64::from(i), 5e-4, 0.0);
+    rooms::add(&mut fan, 0, &[[DVec3::ZERO, dvec3(1.2, 0.0, 0.0), top(4)]]);
+    for i in 0..4 {
+        rooms::add(&mut fan, 0, &[[DVec3::ZERO, top(i + 1), top(i)]]);
+    }
+    assert!(fan.mended(1e-3).is_none());
+    // A flat triangle would turn over if its apex met the corner below it.
+    let mut flat = Mesh::default();
+    rooms::add(&mut flat, 0, &[[DVec3::ZERO, dvec3(2.0, 0.0, 0.0), dvec3(1.0, 4e-4, 0.0)]]);
+    rooms::add(&mut flat, 0, &[[dvec3(1.0, -5e-4, 0.0), dvec3(0.0, -1.0, 0.0), dvec3(2.0, -1.0, 0.0)]]);
+    assert!(flat.mended(1e-3).is_none());
     let mut disc = Mesh::default();
     let at =
         |i: i32| DVec3::from_array([(f64::from(i) * 0.01).cos(), (f64::from(i) * 0.01).sin(), 0.0]) * 0.05;
@@ -144,6 +157,19 @@ fn what_is_small_is_not_destroyed() {
     }
     let triangles = disc.triangles.len();
     assert!(disc.mended(1e-3).is_none_or(|mended| mended.mesh.triangles.len() == triangles));
+}
+
+/// A crack beside a bevel that is narrower than the tolerance: the crack is closed, the bevel stays.
+#[test]
+fn a_bevel_beside_a_crack_stays() {
+    let mut mesh = Mesh::default();
+    let profile = [[(0.0, 0.0), (1.0, 0.0)], [(1.0, 0.0), (1.0, 6e-4)], [(1.00025, 6e-4), (2.0, 6e-4)]];
+    for [from, to] in profile {
+        let at = |(x, y): (f64, f64), z: f64| dvec3(x, y, z);
+        rooms::add_quad(&mut mesh, 0, [at(from, 0.0), at(to, 0.0), at(to, 1.0), at(from, 1.0)]);
+    }
+    let mended = mesh.mended(1e-3).unwrap();
+    assert_eq!((mended.joined, mended.mesh.triangles.len(), mended.mesh.vertices.len()), (2, 6, 8));
 }
 
 #[test]
