@@ -81,6 +81,21 @@ pub fn sphere(radius: f64, depth: u32) -> Mesh {
     mesh
 }
 
+/// Every wall of a mesh, which is a material, with corners of its own and moved outward by `distance` [m], as seen from the
+/// middle of the mesh's vertices.
+#[must_use]
+pub fn walls_apart(mesh: &Mesh, distance: f64) -> Mesh {
+    let middle = mesh.vertices.iter().sum::<DVec3>() / mesh.vertices.len() as f64;
+    let mut apart = Mesh::default();
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.corners.map(|corner| mesh.vertices[corner as usize]);
+        let normal = (b - a).cross(c - a).normalize();
+        let outward = normal * distance.copysign(normal.dot(a - middle));
+        add(&mut apart, triangle.material, [a, b, c].map(|corner| corner + outward));
+    }
+    apart
+}
+
 /// Every triangle with corners of its own, moved by up to `distance` [m] along each axis: cracks and overlaps everywhere.
 #[must_use]
 pub fn cracked(mesh: &Mesh, distance: f64) -> Mesh {

@@ -1,6 +1,6 @@
 //! Straight edges of the surfaces, with the angle of the air about them: where sound may diffract.
 //!
-//! Edges of the mesh within one surface are none. The others are joined as long as they are straight and lie between
+//! Edges of the mesh within one surface are none, nor are rims of cracks. The others are joined as long as they are straight and lie between
 //! the same planes on the same side, so that a finely tessellated wall, or one of many materials, has one edge on each
 //! side.
 
@@ -90,7 +90,7 @@ impl Survey<'_> {
         &self.surfaces[self.of_triangle[face as usize].0 as usize]
     }
 
-    /// A mesh edge as part of an edge, unless it is within one surface.
+    /// A mesh edge as part of an edge, unless it is within one surface or the rim of a crack.
     fn segment(
         &self,
         edge: &SharedEdge,
@@ -98,6 +98,7 @@ impl Survey<'_> {
     ) -> Option<Segment> {
         let of = |face: u32| self.of_triangle[face as usize];
         let (mut shape, mut wedge_angle) = match edge.faces[..] {
+            [_] if edge.is_crack => return None,
             [_] => (EdgeShape::Free, TAU),
             [a, b] if of(a) == of(b) => return None,
             [a, b] if edge.is_ahead(self.mesh, a) != edge.is_ahead(self.mesh, b) => self.wedge(edge, [a, b]),

@@ -1,6 +1,7 @@
 //! The geometry of a scene: everything that rays and receivers ask about the walls.
 
 use crate::block::Facet;
+use crate::cracks::{find_cracks, joined_up};
 use crate::edges::{Edge, Survey};
 use crate::enclosure::{closest_on_triangle, winding_number};
 use crate::index::Index;
@@ -12,7 +13,7 @@ use crate::shoebox::{Shoebox, recognise};
 use crate::stitch::stitch;
 use crate::surfaces::{Partition, partition};
 use crate::topology::shared_edges;
-use crate::{AirSector, Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
+use crate::{AirSector, Crack, Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
 use glam::{DVec3, Vec3};
 
 mod junction;
@@ -30,7 +31,9 @@ pub struct Geometry {
     index: Index,
     shells: Vec<Shell>,
     room: Option<usize>,
+    is_watertight: bool,
     open_edges: Vec<[u32; 2]>,
+    cracks: Vec<Crack>,
     edges: Vec<Edge>,
     dropped: usize,
 }
@@ -52,8 +55,13 @@ impl Geometry {
         let scale = Scale::of_bounds(bounds.0, bounds.1);
         let tolerance = f64::from(scale.resolution());
         stitch(&mut mesh, tolerance);
-        let edges = shared_edges(&mesh);
-        let Oriented { shells, in_shell, room, open_edges } = orient(&mut mesh, &edges, tolerance);
+        let mut edges = shared_edges(&mesh);
+        let facing = find_cracks(&mesh, &mut edges, tolerance);
+        let Oriented { shells, in_shell, room, open_edges } = orient(&mut mesh, &edges, &facing, tolerance);
+        let is_watertight = room.is_some_and(|room| {
+            let hull = &shells[room].triangles;
+            !edges.iter().any(|edge| edge.is_crack && hull.binary_search(&edge.faces[0]).is_ok())
+        });
         // What is behind a shell is solid in a room. In the open it may be a room of its own.
         let closed = if room.is_some() { &in_shell[..] } else { &vec![false; in_shell.len()] };
         let Partition { surfaces, of_triangle, planes } = partition(&mesh, &edges, closed, tolerance);
@@ -85,7 +93,9 @@ impl Geometry {
             index,
             shells,
             room,
+            is_watertight,
             open_edges,
+            cracks: joined_up(&edges, &facing),
             edges: Vec::new(),
             dropped: welded.dropped,
         };
@@ -262,13 +272,24 @@ impl Geometry {
         from != to && self.index.any_before_tip(&Probe::new(from, to - from, ignored), clearance)
     }
 
-    /// Whether the scene is a closed room: a closed shell whose bounds contain everything else.
+    /// Whether the scene is a closed room: a closed shell whose bounds contain everything else. It may have cracks.
     pub fn is_closed_room(&self) -> bool {
         self.room.is_some()
     }
 
+    /// Whether the scene is a closed room without cracks, which nothing leaves.
+    pub fn is_watertight(&self) -> bool {
+        self.is_watertight
+    }
+
+    /// Cracks of the mesh, the largest area first: gaps up to [`WIDEST_CRACK`](crate::WIDEST_CRACK) between open edges. Their
+    /// rims do not diffract.
+    pub fn cracks(&self) -> &[Crack] {
+        &self.cracks
+    }
+
     /// The edges at which the part of the mesh of the largest extents is open: their ends in world coordinates [m]. A face
-    /// lacks a neighbour there. None where that part is a closed shell.
+    /// lacks a neighbour there. None where that part is a closed shell or has nothing but cracks.
     pub fn open_edges(&self) -> Vec<[DVec3; 2]> {
         let at = |vertex: u32| self.mesh.vertices[vertex as usize];
         self.open_edges.iter().map(|ends| ends.map(at)).collect()
@@ -347,7 +368,7 @@ fn exposed(surface: &Surface) -> f64 {
     if surface.closed { surface.area } else { 2.0 * surface.area }
 }
 
-fn validate(mesh: &Mesh) -> Result<(), GeometryError> {
+pub(crate) fn validate(mesh: &Mesh) -> Result<(), GeometryError> {
     let count = mesh.vertices.len().max(mesh.triangles.len());
     if count > i32::MAX as usize {
         return Err(GeometryError::TooLarge { count });

@@ -13,12 +13,15 @@
 //! References: [WoopBenthinWald2013], [Ize2013], [VanOosterom1983] (docs/references.md).
 
 mod block;
+mod boundary;
+mod cracks;
 mod edges;
 mod enclosure;
 mod error;
 mod geometry;
 mod grid;
 mod index;
+mod mend;
 mod mesh;
 mod nesting;
 mod orient;
@@ -36,9 +39,11 @@ mod topology;
 mod tree;
 mod weld;
 
+pub use cracks::{Crack, WIDEST_CRACK};
 pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
 pub use geometry::Geometry;
+pub use mend::Mended;
 pub use mesh::{Mesh, MeshTriangle};
 pub use passage::{EdgeFaces, EdgeIndex, EdgeLine, Nearby, Passage, Way};
 pub use placement::{Misplaced, Obstacle};

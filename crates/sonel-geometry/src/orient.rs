@@ -1,16 +1,20 @@
 //! Consistent orientation: across every edge that joins two triangles, and towards the air.
 //!
 //! Triangles are joined across an edge when it has two faces, or when among more faces exactly two continue one
-//! another in the same plane (a screen welded onto a floor does not cut the floor). Components whose every edge is
-//! joined are closed shells. The scene is a room if one of them holds all the rest. Then a shell within an even number of
+//! another in the same plane (a screen welded onto a floor does not cut the floor), and across cracks. Components whose
+//! every edge is joined are closed shells if their cracks are below a thousandth of their area. The scene is a room if one of them holds all the rest. Then a shell within an even number of
 //! others is a room and faces inward, one within an odd number is an object and faces outward, so that the normals point to
 //! the air between them. In the open it is the other way round: what stands there is an object. But a room of which only a
 //! corner pokes out looks the same, and the source may be in it: there is air on both sides of every shell then.
 
 use crate::Mesh;
+use crate::cracks::Facing;
 use crate::enclosure::signed_volume;
 use crate::nesting::nesting_depths;
 use crate::topology::{Connected, SharedEdge};
+
+/// A shell is closed if its cracks have at most this share of its area.
+pub(crate) const LARGEST_CRACKED_SHARE: f64 = 1e-3;
 
 /// What orientation found: shells and which triangles belong to one.
 pub(crate) struct Oriented {
@@ -20,7 +24,8 @@ pub(crate) struct Oriented {
     pub in_shell: Vec<bool>,
     /// The shell that holds everything else.
     pub room: Option<usize>,
-    /// Edges at which the component of the largest extents is open, as indices of vertices; none where that is a closed shell.
+    /// Edges at which the component of the largest extents is open, as indices of vertices; none where that is a closed shell
+    /// or all are rims of cracks.
     pub open_edges: Vec<[u32; 2]>,
 }
 
@@ -36,10 +41,13 @@ pub(crate) struct Shell {
 }
 
 /// Orients the mesh in place.
-pub(crate) fn orient(mesh: &mut Mesh, edges: &[SharedEdge], tolerance: f64) -> Oriented {
-    let joints: Vec<Vec<Joint>> = edges.iter().map(|edge| joints(mesh, edge, tolerance)).collect();
+pub(crate) fn orient(mesh: &mut Mesh, edges: &[SharedEdge], cracks: &[Facing], tolerance: f64) -> Oriented {
+    let mut joints: Vec<Vec<Joint>> = edges.iter().map(|edge| joints(mesh, edge, tolerance)).collect();
+    for &Facing { rims, faces: [a, b], agree, .. } in cracks {
+        joints[rims[0]].push(Joint { a, b, agree });
+    }
     let orientable = unify(mesh, &joints);
-    let Components { closed, open_edges } = components(mesh, edges, &joints, &orientable);
+    let Components { closed, open_edges } = components(mesh, edges, cracks, &joints, &orientable);
     let mut shells: Vec<Shell> = closed
         .into_iter()
         .map(|triangles| Shell { volume: signed_volume(mesh, &triangles), triangles, depth: 0 })
@@ -176,13 +184,19 @@ fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) -> Vec<bool> {
 
 /// What triangles that are joined make up.
 struct Components {
-    /// The closed ones: every edge joined, orientation consistent.
+    /// The closed ones: every edge joined or the rim of a crack, cracks small, orientation consistent.
     closed: Vec<Vec<u32>>,
-    /// Edges with a face that is not joined, of the component of the largest extents.
+    /// Edges with a face that is not joined and no rims of cracks, of the component of the largest extents.
     open_edges: Vec<[u32; 2]>,
 }
 
-fn components(mesh: &Mesh, edges: &[SharedEdge], joints: &[Vec<Joint>], orientable: &[bool]) -> Components {
+fn components(
+    mesh: &Mesh,
+    edges: &[SharedEdge],
+    cracks: &[Facing],
+    joints: &[Vec<Joint>],
+    orientable: &[bool],
+) -> Components {
     let mut connected = Connected::new(mesh.triangles.len());
     for joint in joints.iter().flatten() {
         connected.join(joint.a, joint.b);
@@ -191,7 +205,9 @@ fn components(mesh: &Mesh, edges: &[SharedEdge], joints: &[Vec<Joint>], orientab
     for (edge, joints) in edges.iter().zip(joints) {
         for &face in &edge.faces {
             let open = &mut open[connected.root(face) as usize];
-            let is_joined = joints.iter().any(|joint| joint.a == face || joint.b == face);
+            // A partner along a part of an open edge does not close the rest.
+            let is_joined = edge.is_crack
+                || edge.faces.len() > 1 && joints.iter().any(|joint| joint.a == face || joint.b == face);
             if !is_joined && open.last() != Some(&edge.ends) {
                 open.push(edge.ends);
             }
@@ -208,8 +224,16 @@ fn components(mesh: &Mesh, edges: &[SharedEdge], joints: &[Vec<Joint>], orientab
     let roots = (0..members.len()).filter(|&root| !members[root].is_empty());
     let largest = roots.map(|root| (extents(root), root)).max_by(|a, b| a.0.total_cmp(&b.0));
     let open_edges = largest.map_or(Vec::new(), |(_, root)| open[root].clone());
+    let mut cracked = vec![0.0; mesh.triangles.len()];
+    for Facing { faces, crack, .. } in cracks {
+        cracked[connected.root(faces[0]) as usize] += crack.area;
+    }
+    let area = |members: &[u32]| members.iter().map(|&face| mesh.vector_area(face).length()).sum::<f64>();
     let closed = |(root, members): &(usize, Vec<u32>)| {
-        !members.is_empty() && open[*root].is_empty() && orientable[*root]
+        !members.is_empty()
+            && open[*root].is_empty()
+            && orientable[*root]
+            && (cracked[*root] <= 0.0 || cracked[*root] <= LARGEST_CRACKED_SHARE * area(members))
     };
     let closed = members.into_iter().enumerate().filter(closed).map(|(_, members)| members).collect();
     Components { closed, open_edges }

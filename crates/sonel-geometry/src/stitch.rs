@@ -5,6 +5,7 @@
 //! divides nothing.
 
 use crate::Mesh;
+use crate::boundary::{OpenEdge, open_edges};
 use crate::grid::BoxGrid;
 use crate::topology::shared_edges;
 use glam::DVec3;
@@ -14,11 +15,20 @@ const PASSES: usize = 64;
 
 /// Divides triangles at all vertices that lie within `tolerance` [m] of their rims; returns how many divisions it took.
 pub(crate) fn stitch(mesh: &mut Mesh, tolerance: f64) -> usize {
+    stitch_where(mesh, tolerance, |_, _, _| true)
+}
+
+/// As [`stitch`], at the vertices that `accepts` takes for a rim, given where they lie along it as a share of its length.
+pub(crate) fn stitch_where(
+    mesh: &mut Mesh,
+    tolerance: f64,
+    accepts: impl Fn(&OpenEdge, u32, f64) -> bool,
+) -> usize {
     let mut divisions = 0;
     for _ in 0..PASSES {
         let before = divisions;
         let mut done = vec![false; mesh.triangles.len()];
-        for (face, ends, vertices) in vertices_on_rims(mesh, tolerance) {
+        for (face, ends, vertices) in vertices_on_rims(mesh, tolerance, &accepts) {
             // One division of a triangle at a time; its parts are looked at again.
             if !std::mem::replace(&mut done[face as usize], true) {
                 divide(mesh, face, ends, vertices[vertices.len() / 2]);
@@ -33,30 +43,26 @@ pub(crate) fn stitch(mesh: &mut Mesh, tolerance: f64) -> usize {
 }
 
 /// For each rim with vertices on it: its triangle, its ends, and those vertices in order along it.
-fn vertices_on_rims(mesh: &Mesh, tolerance: f64) -> Vec<(u32, [u32; 2], Vec<u32>)> {
-    let edges = shared_edges(mesh);
-    let rims: Vec<_> = edges.iter().filter(|edge| edge.faces.len() == 1).collect();
+fn vertices_on_rims(
+    mesh: &Mesh,
+    tolerance: f64,
+    accepts: impl Fn(&OpenEdge, u32, f64) -> bool,
+) -> Vec<(u32, [u32; 2], Vec<u32>)> {
+    let rims = open_edges(mesh, &shared_edges(mesh));
     let at = |vertex: u32| mesh.vertices[vertex as usize];
-    let boxes: Vec<_> = rims
-        .iter()
-        .map(|rim| {
-            let [a, b] = rim.ends.map(at);
-            (a.min(b) - tolerance, a.max(b) + tolerance)
-        })
-        .collect();
-    let grid = BoxGrid::new(&boxes);
+    let grid = edge_grid(&rims, tolerance);
     let mut candidates: Vec<u32> = rims.iter().flat_map(|rim| rim.ends).collect();
     candidates.sort_unstable();
     candidates.dedup();
     let mut found: Vec<Vec<(f64, u32)>> = vec![Vec::new(); rims.len()];
     for vertex in candidates {
-        for &rim in grid.around(at(vertex)) {
-            let ends = rims[rim as usize].ends;
-            let face = &mesh.triangles[rims[rim as usize].faces[0] as usize];
-            if let Some(share) = share_along(ends.map(at), at(vertex), tolerance)
-                && !face.corners.contains(&vertex)
+        for &index in grid.around(at(vertex)) {
+            let rim = &rims[index as usize];
+            if let Some(share) = share_along(rim.points, at(vertex), tolerance)
+                && !mesh.triangles[rim.face as usize].corners.contains(&vertex)
+                && accepts(rim, vertex, share)
             {
-                found[rim as usize].push((share, vertex));
+                found[index as usize].push((share, vertex));
             }
         }
     }
@@ -64,13 +70,22 @@ fn vertices_on_rims(mesh: &Mesh, tolerance: f64) -> Vec<(u32, [u32; 2], Vec<u32>
     occupied
         .map(|(rim, mut vertices)| {
             vertices.sort_by(|a, b| a.0.total_cmp(&b.0));
-            (rim.faces[0], rim.ends, vertices.into_iter().map(|(_, vertex)| vertex).collect())
+            (rim.face, rim.ends, vertices.into_iter().map(|(_, vertex)| vertex).collect())
         })
         .collect()
 }
 
-/// Where a point lies along a segment, if it lies on its inside.
-fn share_along([from, to]: [DVec3; 2], point: DVec3, tolerance: f64) -> Option<f64> {
+/// Edges filed by the boxes around them, `margin` [m] wider on all sides.
+pub(crate) fn edge_grid(edges: &[OpenEdge], margin: f64) -> BoxGrid {
+    let around = |edge: &OpenEdge| {
+        let [a, b] = edge.points;
+        (a.min(b) - margin, a.max(b) + margin)
+    };
+    BoxGrid::new(&edges.iter().map(around).collect::<Vec<_>>())
+}
+
+/// Where a point lies along a segment as a share of its length, if it lies on its inside.
+pub(crate) fn share_along([from, to]: [DVec3; 2], point: DVec3, tolerance: f64) -> Option<f64> {
     let along = to - from;
     let share = (point - from).dot(along) / along.length_squared();
     let beside = point.distance(from + share * along);

@@ -11,6 +11,8 @@ pub(crate) struct SharedEdge {
     pub ends: [u32; 2],
     /// Triangles with this edge in ascending order.
     pub faces: Vec<u32>,
+    /// Whether it is the rim of a crack.
+    pub is_crack: bool,
 }
 
 impl SharedEdge {
@@ -49,7 +51,7 @@ pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
             let (from, to) = (triangle.corners[side], triangle.corners[(side + 1) % 3]);
             let ends = [from.min(to), from.max(to)];
             let slot = *known.entry(ends).or_insert_with(|| {
-                edges.push(SharedEdge { ends, faces: Vec::new() });
+                edges.push(SharedEdge { ends, faces: Vec::new(), is_crack: false });
                 edges.len() - 1
             });
             edges[slot].faces.push(index as u32);

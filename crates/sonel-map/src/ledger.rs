@@ -22,7 +22,7 @@ pub enum Fate {
     Expired,
     /// Too little energy left in every band.
     Extinguished,
-    /// Met no surface in a closed room: a defect.
+    /// Met no surface in a closed room without cracks: a defect.
     Lost,
 }
 
@@ -87,7 +87,7 @@ pub struct BandLedger {
     pub absorbed: f64,
     /// Left through partitions.
     pub transmitted: f64,
-    /// Left an open scene.
+    /// Left an open scene, or a room through its cracks.
     pub escaped: f64,
     /// Still under way when packets were ended by time, threshold or loss.
     pub truncated: f64,

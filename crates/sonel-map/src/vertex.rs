@@ -37,7 +37,7 @@ pub enum Event {
     Expired = 10,
     /// Ended here because too little energy was left in every band.
     Extinguished = 11,
-    /// Met no surface in a closed room: a defect, counted.
+    /// Met no surface in a closed room without cracks: a defect, counted.
     Lost = 12,
 }
 

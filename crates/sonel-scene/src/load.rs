@@ -16,10 +16,11 @@ use crate::sections::{air, bands, materials};
 use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Receiver, Scene, SceneErrors};
 
 /// Keys of the document itself.
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 12] = [
     "name",
     "mesh",
     "mesh_unit",
+    "mesh_weld",
     "mesh_up",
     "duration_s",
     "shoebox",
@@ -111,8 +112,8 @@ fn compile(
     let first_source = sources.first().map(|source| source.point.position);
     let receivers = read_receivers(document, first_source, report);
     let up = walls::read_up(document, report);
-    let walls = walls::read(document, &materials, open_mesh, report);
-    let geometry = walls.as_ref().and_then(|walls| build(walls, report));
+    let mut walls = walls::read(document, &materials, open_mesh, report);
+    let geometry = walls.as_mut().and_then(|walls| build(walls, report));
     inspect(geometry.as_ref(), &sources, &receivers, report);
 
     let (mesh, mesh_digest) = walls.map_or((Mesh::default(), [0; 32]), |walls| (walls.mesh, walls.digest));
@@ -150,9 +151,22 @@ fn read_name(document: &Table<'_>, report: &mut Report<'_>) -> String {
     name.unwrap_or("untitled").to_owned()
 }
 
-/// Builds the geometry of the walls and tells what that changed.
-fn build(walls: &Walls, report: &mut Report<'_>) -> Option<Geometry> {
+/// Closes cracks of the walls, builds their geometry and tells what that changed.
+fn build(walls: &mut Walls, report: &mut Report<'_>) -> Option<Geometry> {
     let path = walls.path;
+    let mut before = walls.mesh.vertices.len();
+    let mut dropped = 0;
+    if let Some(mended) = walls.mesh.mended(walls.weld) {
+        report.note(format!(
+            "{path}: cracks up to {} mm closed: {} corners joined to others, {} put on edges; mesh_weld sets the width",
+            room::number(1e3 * walls.weld),
+            mended.joined,
+            mended.attached
+        ));
+        before -= mended.joined;
+        dropped = mended.dropped;
+        walls.mesh = mended.mesh;
+    }
     let geometry = match Geometry::build(walls.mesh.clone()) {
         Ok(geometry) => geometry,
         Err(error) => {
@@ -160,13 +174,16 @@ fn build(walls: &Walls, report: &mut Report<'_>) -> Option<Geometry> {
             return None;
         }
     };
-    let joined = walls.mesh.vertices.len().saturating_sub(geometry.mesh().vertices.len());
+    let joined = before.saturating_sub(geometry.mesh().vertices.len());
     if joined > 0 {
         report.note(format!("{path}: vertices joined to others at the same place: {joined}"));
     }
-    let dropped = geometry.dropped_triangles();
+    let dropped = dropped + geometry.dropped_triangles();
     if dropped > 0 {
         report.note(format!("{path}: triangles without area dropped: {dropped}"));
+    }
+    if !geometry.cracks().is_empty() {
+        report.note(format!("{path}: {}", room::cracks(&geometry)));
     }
     if !geometry.is_closed_room() {
         report.note(format!("{path}: {}", room::leak(&geometry)));

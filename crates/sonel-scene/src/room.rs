@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use sonel_acoustics::mean_free_path;
-use sonel_geometry::Geometry;
+use sonel_geometry::{Crack, Geometry};
 
 use crate::Scene;
 use crate::report::Report;
@@ -49,6 +49,42 @@ pub(crate) fn describe(scene: &Scene, geometry: &Geometry, is_mesh: bool, report
     }
 }
 
+/// How many cracks are named.
+const NAMED_CRACKS: usize = 3;
+
+/// Cracks of the mesh with places and widths, and what they mean, in a sentence.
+pub(crate) fn cracks(geometry: &Geometry) -> String {
+    let cracks = geometry.cracks();
+    let area: f64 = cracks.iter().map(|crack| crack.area).sum();
+    let surface: f64 = geometry.surfaces().iter().map(|surface| surface.area).sum();
+    let named = |crack: &Crack| {
+        let [from, to] = crack.ends.map(place);
+        let length = crack.ends[0].distance(crack.ends[1]);
+        format!("({from}) to ({to}) m, {} m long, {} mm wide", number(length), number(1e3 * crack.width))
+    };
+    let mut list: Vec<String> = cracks.iter().take(NAMED_CRACKS).map(named).collect();
+    if cracks.len() > NAMED_CRACKS {
+        list.push(format!("{} more", cracks.len() - NAMED_CRACKS));
+    }
+    let escape = match geometry.is_closed_room() {
+        true if geometry.is_watertight() => "",
+        true => "; the room counts as closed, and sound that leaves through its cracks as escaped",
+        false => "; a room may have at most 0.1 %",
+    };
+    format!(
+        "{} cracks, {} m² or {} % of the surface: {}; their rims do not diffract{escape}; raise mesh_weld above their width \
+         or mend the mesh",
+        cracks.len(),
+        number(area),
+        number(100.0 * area / surface),
+        list.join("; ")
+    )
+}
+
+fn place(point: DVec3) -> String {
+    point.to_array().map(number).join(", ")
+}
+
 /// Where the mesh is open, in a sentence.
 pub(crate) fn leak(geometry: &Geometry) -> String {
     let edges = geometry.open_edges();
@@ -57,7 +93,7 @@ pub(crate) fn leak(geometry: &Geometry) -> String {
         return "the mesh is not watertight: no closed part of it contains all others; energy can escape"
             .to_owned();
     };
-    let [from, to] = longest.map(|end| end.to_array().map(number).join(", "));
+    let [from, to] = longest.map(place);
     format!(
         "the mesh is not watertight: {} open edges, the longest from ({from}) to ({to}) m, {} m long; energy can escape",
         edges.len(),
@@ -70,7 +106,7 @@ fn length([from, to]: &[DVec3; 2]) -> f64 {
 }
 
 /// Four significant digits; as a power of ten where it has many zeros.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let size = value.abs();
     if size.is_infinite() {
         return "∞".to_owned();

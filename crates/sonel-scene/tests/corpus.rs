@@ -47,3 +47,20 @@ fn good_scenes_are_read_with_their_notes() {
         assert_eq!(notes.trim_end(), expected.trim_end(), "{}\n{notes}", path.display());
     }
 }
+
+/// What is shipped was drawn without cracks: the weld tolerance changes none of it, and none of its edges is taken for a crack.
+#[test]
+fn shipped_scenes_have_no_cracks() {
+    let folders = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let scenes: Vec<PathBuf> = fs::read_dir(folders)
+        .unwrap()
+        .map(|folder| folder.unwrap().path().join("scene.toml"))
+        .filter(|path| path.exists())
+        .collect();
+    assert!(scenes.len() >= 3, "the scenes are not where they should be");
+    for path in scenes {
+        let loaded = load_file(&path).unwrap();
+        let cracks: Vec<&String> = loaded.notes.iter().filter(|note| note.contains("crack")).collect();
+        assert!(cracks.is_empty(), "{}: {cracks:?}", path.display());
+    }
+}

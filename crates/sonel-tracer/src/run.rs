@@ -24,10 +24,9 @@ const LOSS_BUDGET_PER_SEGMENT: f64 = 1e-7;
 /// Why a run was aborted.
 #[derive(Debug, Error)]
 pub enum TraceError<E> {
-    /// Packets slipped out of a closed room.
+    /// Packets slipped out of a watertight room.
     #[error(
-        "{lost} of {packets} packets were lost through the walls of a closed room: the mesh may have cracks wider \
-         than its welding tolerance; please report the scene if it has none"
+        "{lost} of {packets} packets were lost through the walls of a watertight room; please report the scene"
     )]
     Leaking {
         /// Packets lost.
@@ -138,7 +137,7 @@ impl<'a> Tracer<'a> {
             surfaces,
             reach: scene.duration * scene.speed_of_sound,
             extinction_threshold: settings.extinction_threshold,
-            closed: geometry.is_closed_room(),
+            closed: geometry.is_watertight(),
             zones: None,
         };
         let batches = (0..layout.batches)

@@ -1,4 +1,4 @@
-//! `mesh`, `mesh_unit`, `mesh_up` or `shoebox`: the walls.
+//! `mesh`, `mesh_unit`, `mesh_weld`, `mesh_up` or `shoebox`: the walls.
 
 use std::io;
 
@@ -17,6 +17,11 @@ pub(crate) type OpenMesh<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 /// No coordinate lies further from the origin [m]; generous for national grids, far below where squares overflow.
 pub(crate) const FARTHEST: f64 = 1e8;
 
+/// Distance up to which cracks of a mesh are closed unless the scene file states one [m].
+const DEFAULT_WELD: f64 = 1e-3;
+/// The largest such distance [m]. What is farther apart needs a person to look at it.
+const LARGEST_WELD: f64 = 0.1;
+
 /// Names of a shoebox's walls; a material of that name covers that wall.
 const SHOEBOX_WALLS: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
 /// The material of a shoebox's other walls.
@@ -31,6 +36,8 @@ pub(crate) struct Walls {
     pub(crate) digest: [u8; 32],
     pub(crate) at: usize,
     pub(crate) path: &'static str,
+    /// Distance up to which cracks are closed [m].
+    pub(crate) weld: f64,
 }
 
 /// Which way is up in the axes of the scene.
@@ -54,6 +61,7 @@ pub(crate) fn read(
     report: &mut Report<'_>,
 ) -> Option<Walls> {
     let unit = read_unit(document, report);
+    let weld = read_weld(document, report);
     match (document.get("mesh"), document.get("shoebox")) {
         (None, None) => {
             report.problem(0, "mesh: missing; name an OBJ file, or give shoebox = [x, y, z]");
@@ -63,10 +71,13 @@ pub(crate) fn read(
             shoebox.problem(report, "given together with mesh; keep one of the two");
             None
         }
-        (Some(mesh), None) => read_mesh(&mesh, unit, materials, open_mesh, report),
+        (Some(mesh), None) => read_mesh(&mesh, unit.zip(weld), materials, open_mesh, report),
         (None, Some(shoebox)) => {
             if let Some(entry) = document.get("mesh_unit") {
                 entry.problem(report, "a shoebox is in metres; remove this key");
+            }
+            if let Some(entry) = document.get("mesh_weld") {
+                entry.problem(report, "a shoebox has no cracks; remove this key");
             }
             read_shoebox(&shoebox, materials, report)
         }
@@ -84,9 +95,21 @@ fn read_unit(document: &Table<'_>, report: &mut Report<'_>) -> Option<f64> {
     found
 }
 
+fn read_weld(document: &Table<'_>, report: &mut Report<'_>) -> Option<f64> {
+    let Some(entry) = document.get("mesh_weld") else { return Some(DEFAULT_WELD) };
+    let weld = entry.number(report)?.value;
+    let is_allowed = (0.0..=LARGEST_WELD).contains(&weld);
+    if !is_allowed {
+        let message = format!("{weld} m is outside 0 … {LARGEST_WELD} m; 0 closes no cracks");
+        entry.problem(report, &message);
+    }
+    is_allowed.then_some(weld)
+}
+
+/// Reads the mesh; `lengths` are those of its unit and up to which cracks are closed [m].
 fn read_mesh(
     entry: &Entry<'_>,
-    unit: Option<f64>,
+    lengths: Option<(f64, f64)>,
     materials: &[Material],
     open_mesh: OpenMesh<'_>,
     report: &mut Report<'_>,
@@ -100,10 +123,10 @@ fn read_mesh(
             return None;
         }
     };
-    let mesh = mesh_file::read(&bytes, path, unit.unwrap_or(1.0), materials, report)?;
+    let mesh = mesh_file::read(&bytes, path, lengths.map_or(1.0, |(unit, _)| unit), materials, report)?;
     // Read for its own problems; in an unknown unit nothing can be said about positions in it.
-    unit?;
-    Some(Walls { mesh, digest: *blake3::hash(&bytes).as_bytes(), at: entry.at, path: "mesh" })
+    let (_, weld) = lengths?;
+    Some(Walls { mesh, digest: *blake3::hash(&bytes).as_bytes(), at: entry.at, path: "mesh", weld })
 }
 
 fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'_>) -> Option<Walls> {
@@ -118,7 +141,7 @@ fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'
     }
     let walls = shoebox_materials(entry, materials, report)?;
     let mesh = Mesh::shoebox(size.to_array(), walls);
-    Some(Walls { mesh, digest: *blake3::hash(&[]).as_bytes(), at: entry.at, path: "shoebox" })
+    Some(Walls { mesh, digest: *blake3::hash(&[]).as_bytes(), at: entry.at, path: "shoebox", weld: 0.0 })
 }
 
 /// The material of each wall: that of its own name, else that of all walls.

@@ -1,0 +1,66 @@
+//! Open edges: sides of triangles that no other triangle shares, and how two of them lie to one another.
+
+use crate::Mesh;
+use crate::topology::SharedEdge;
+use glam::DVec3;
+
+/// Directions that differ by less than 10° count as one: its cosine.
+pub(crate) const ALIKE: f64 = 0.984_807_753_012_208;
+
+/// An edge with a single face.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OpenEdge {
+    /// Its place among the edges of the mesh.
+    pub index: usize,
+    /// Its two vertices, the lower index first.
+    pub ends: [u32; 2],
+    /// Positions of its vertices [m].
+    pub points: [DVec3; 2],
+    /// Its face.
+    pub face: u32,
+    /// Unit vector from its first end to its second.
+    pub along: DVec3,
+    /// Unit vector into its face, at right angles to the edge.
+    pub inward: DVec3,
+    /// Height of its face over it [m].
+    pub height: f64,
+}
+
+/// The open edges of a mesh whose edges are `edges`.
+pub(crate) fn open_edges(mesh: &Mesh, edges: &[SharedEdge]) -> Vec<OpenEdge> {
+    let open = |(index, edge): (usize, &SharedEdge)| {
+        let &[face] = &edge.faces[..] else { return None };
+        Some(OpenEdge {
+            index,
+            ends: edge.ends,
+            points: edge.ends.map(|end| mesh.vertices[end as usize]),
+            face,
+            along: edge.along(mesh),
+            inward: edge.inward(mesh, face),
+            height: edge.height(mesh, face).length(),
+        })
+    };
+    edges.iter().enumerate().filter_map(open).collect()
+}
+
+impl OpenEdge {
+    /// Length [m].
+    pub fn length(&self) -> f64 {
+        self.points[0].distance(self.points[1])
+    }
+
+    /// The point at a distance `along` from the first end [m].
+    pub fn at(&self, along: f64) -> DVec3 {
+        self.points[0] + along * self.along
+    }
+
+    /// Where a point projects on the edge's line, as the distance from the first end [m].
+    pub fn project(&self, point: DVec3) -> f64 {
+        (point - self.points[0]).dot(self.along)
+    }
+
+    /// Unit vector along the edge, away from one of its ends.
+    pub fn away_from(&self, end: u32) -> DVec3 {
+        if self.ends[0] == end { self.along } else { -self.along }
+    }
+}
