@@ -10,7 +10,7 @@
 use core::f64::consts::FRAC_1_SQRT_2;
 use glam::{DVec2, DVec3};
 use sonel_geometry::{Geometry, Side, SurfaceId};
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use super::visible::visible_area;
 
@@ -78,12 +78,13 @@ impl Sheet {
         };
         let triangles = || surface.triangles.iter().map(|&t| geometry.mesh().triangles[t as usize].corners);
         let edges = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
-        let directed: HashSet<(u32, u32)> = triangles().flat_map(edges).collect();
+        // Triangles that are drawn twice count once.
+        let directed: BTreeSet<(u32, u32)> = triangles().flat_map(edges).collect();
         let corner = |index: u32| geometry.mesh().vertices[index as usize] - geometry.center();
-        sheet.boundary = triangles()
-            .flat_map(edges)
-            .filter(|&(from, to)| !directed.contains(&(to, from)))
-            .map(|(from, to)| (sheet.flat(corner(from)), sheet.flat(corner(to))))
+        sheet.boundary = directed
+            .iter()
+            .filter(|&&(from, to)| !directed.contains(&(to, from)))
+            .map(|&(from, to)| (sheet.flat(corner(from)), sheet.flat(corner(to))))
             .collect();
         let resolution = f64::from(geometry.resolution());
         sheet.feet = geometry.footprints(id).map(|feet| {
