@@ -16,7 +16,7 @@ use crate::topology::{Connected, SharedEdge};
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
-/// Gaps up to this width [m] are cracks, in scenes of [`SIZES_PER_CRACK`] times that and more.
+/// Gaps up to this width [m] are cracks, in scenes of `SIZES_PER_CRACK` times that and more.
 pub const WIDEST_CRACK: f64 = 0.02;
 /// The longest side of the box around a scene over the width of the widest crack, at least.
 const SIZES_PER_CRACK: f64 = 500.0;

@@ -1,4 +1,4 @@
-//! … D S^k R, k > K′, and L S^k R, k > K, where [`crate::specular`] does not own it: traced segments that cross the ball about a receiver
+//! … D S^k R, k > K′, and L S^k R, k > K, where `specular` does not own it: traced segments that cross the ball about a receiver
 //! ([`crate::ball`]).
 //!
 //! fluence += e ℓ / V, at the time at which the segment's line passes the receiver, but not before the direct sound. The bias is that of
