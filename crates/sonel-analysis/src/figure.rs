@@ -284,3 +284,35 @@ pub enum NoInterval {
     #[error("the spread of the batches is outside the range of 64-bit numbers")]
     BeyondNumbers,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A time read off a decay of non-linearity `xi` [‰] and curvature `c` [%].
+    fn time(xi: f64, c: f64) -> Figure {
+        let estimate = Estimate {
+            value: 1.0,
+            interval: Ok([0.9, 1.1]),
+            error: None,
+            without: Vec::new(),
+            weight: Vec::new(),
+            warning: None,
+            decay: None,
+            kernel: None,
+        };
+        let quality =
+            DecayQuality { range_db: [-5.0, -25.0], non_linearity_permille: xi, curvature_percent: Some(c) };
+        estimate.if_straight(Some(quality))
+    }
+
+    #[test]
+    fn curved_decays_are_warned_of_and_refused_beyond_ten_times_the_limits() {
+        assert_eq!(time(9.0, -9.0).unwrap().warning, None);
+        assert!(time(11.0, 0.0).unwrap().warning.unwrap().contains("ξ = 11 ‰"));
+        assert!(time(0.0, -11.0).unwrap().warning.unwrap().contains("C = -11 %"));
+        for refused in [time(101.0, 0.0), time(0.0, 101.0)] {
+            assert!(matches!(refused, Err(Unsupported::NotStraight { .. })), "{refused:?}");
+        }
+    }
+}
