@@ -159,7 +159,14 @@ pub fn fluence(rendering: &Rendering, bins: usize, receiver: usize, band: usize)
 /// Mean and standard error over batches of equal weight of each batch's fluence at `receiver` in `band`.
 #[must_use]
 pub fn batch_fluence(rendering: &Rendering, receiver: usize, band: usize) -> (f64, f64) {
-    let sums: Vec<f64> = rendering.batches.iter().map(|batch| batch[receiver].band(band).sum()).collect();
+    late_batch_fluence(rendering, receiver, band, 0)
+}
+
+/// The same of what arrives in coarse bin `first` and later.
+#[must_use]
+pub fn late_batch_fluence(rendering: &Rendering, receiver: usize, band: usize, first: usize) -> (f64, f64) {
+    let batches = rendering.batches.iter();
+    let sums: Vec<f64> = batches.map(|batch| batch[receiver].band(band).skip(first).sum()).collect();
     let count = sums.len() as f64;
     let mean = sums.iter().sum::<f64>() / count;
     let variance = sums.iter().map(|sum| (sum - mean).powi(2)).sum::<f64>() / (count - 1.0);

@@ -36,14 +36,12 @@ impl Outcome {
     }
 }
 
-/// The sum of the bounds of what `decisions` leave out, or bend less far, and `others` do not, per band: (level [dB], relative change of T30).
+/// The sum of the bounds of what `decisions` leave out and `others` do not, per band: (level [dB], relative change of T30).
 #[must_use]
 pub fn promised(decisions: &[Decision], others: &[Decision]) -> Vec<(f64, f64)> {
     let left_out = |band: usize| {
         decisions.iter().zip(others).filter(move |(_, other)| other.on[band]).filter_map(
-            move |(decision, _)| {
-                if decision.on[band] { decision.rest.as_ref() } else { decision.bound.as_ref() }
-            },
+            move |(decision, _)| (!decision.on[band]).then_some(decision.bound.as_ref()).flatten(),
         )
     };
     let sum = |band: usize| {
@@ -190,25 +188,6 @@ fn with_cardioid(mut scene: Scene) -> Scene {
     scene.sources[0].directivity = Directivity::Cardioid;
     scene.sources[0].aim = DVec3::NEG_X;
     scene
-}
-
-/// The same in 63 and 125 Hz only, where edges bend most, with the coefficients of the lowest band in both.
-#[must_use]
-pub fn in_low_bands(scene: &Scene) -> Scene {
-    let bands = octaves(&[63.0, 125.0]);
-    let uniform = |material: &Material| {
-        Material::uniform(&material.name, material.absorption[0], material.scattering[0], bands.count())
-    };
-    let materials = scene.materials.iter().map(uniform).collect();
-    let mut low = Scene::from_parts(scene.mesh.clone(), materials, bands.clone(), scene.duration);
-    low.name.clone_from(&scene.name);
-    for source in &scene.sources {
-        low = low.with_source(&source.name, source.position.to_array());
-    }
-    for receiver in &scene.receivers {
-        low = low.with_receiver(&receiver.name, receiver.position.to_array());
-    }
-    low
 }
 
 /// Twenty-one of them.

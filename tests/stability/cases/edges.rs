@@ -151,12 +151,15 @@ fn every_obstacle_is_heard_at_every_place() {
     }
 }
 
+/// `place`, and a micrometre from it in six directions.
+fn neighbours(place: DVec3) -> Vec<DVec3> {
+    let steps = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    [DVec3::ZERO].into_iter().chain(steps).map(|step| place + 1e-6 * step).collect()
+}
+
 /// Level at `place` and a micrometre from it in six directions: the largest step in any band [dB].
 fn largest_step_db(mesh: &Mesh, place: DVec3, diffracting: bool) -> f64 {
-    let steps = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-    let mut receivers = vec![place];
-    receivers.extend(steps.map(|step| place + 1e-6 * step));
-    let energies = energies(scene(mesh.clone(), SOURCE, &receivers), diffracting);
+    let energies = energies(scene(mesh.clone(), SOURCE, &neighbours(place)), diffracting);
     let level = |energy: f64| 10.0 * energy.max(1e-30).log10();
     let step = |there: &Vec<f64>| {
         let pairs = energies[0].iter().zip(there);
@@ -166,7 +169,7 @@ fn largest_step_db(mesh: &Mesh, place: DVec3, diffracting: bool) -> f64 {
 }
 
 /// On shadow boundaries, in the planes of faces and on edges rounding decides who sees what, and must decide nothing that
-/// is heard. Left out are edges themselves, where the limit is finite but not the same from all sides.
+/// is heard.
 #[test]
 fn a_micrometre_is_not_heard() {
     let mut worst = 0.0_f64;
@@ -174,10 +177,12 @@ fn a_micrometre_is_not_heard() {
         if name.contains("panels") {
             continue;
         }
-        for place in places().into_iter().step_by(form(2, 1)) {
-            if name == "a slab of 2 m" && place == dvec3(2.0, 0.3, 1.5) {
-                continue;
-            }
+        let geometry = sonel_geometry::Geometry::build(mesh.clone()).expect("an obstacle");
+        // Receivers keep off surfaces; on an edge the limit is not the same from all sides.
+        let is_free = |place: &DVec3| {
+            neighbours(*place).iter().all(|neighbour| geometry.obstacle(*neighbour, &[SOURCE]).is_none())
+        };
+        for place in places().into_iter().step_by(form(2, 1)).filter(is_free) {
             let step = largest_step_db(&mesh, place, true);
             worst = worst.max(step);
             assert!(step < LARGEST_STEP_DB, "{name}, {place}: {step} dB");

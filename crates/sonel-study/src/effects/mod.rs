@@ -1,7 +1,7 @@
 //! Which effects a scene calls for, per band, and why.
 //!
-//! Of each effect a bound is derived on what leaving it out changes in levels and reverberation times; `auto` leaves it out where
-//! both are below a tenth of a just-noticeable difference ([`LEVEL_DB`], [`DECAY`]) and simulates it otherwise. A new effect is a
+//! Of each effect but bending, which `auto` leaves to the user, a bound is derived on what leaving it out changes in levels and reverberation
+//! times; `auto` leaves it out where both are below a tenth of a just-noticeable difference ([`LEVEL_DB`], [`DECAY`]) and simulates it otherwise. A new effect is a
 //! variant of [`Effect`] and an arm of [`decide`]; what tells its worth is a module of its own. An effect that is not built yet
 //! is off, with that reason, whatever was asked for.
 
@@ -119,13 +119,11 @@ pub struct Decision {
     pub cost: String,
     /// How far from edges it acts, see [`EffectState::reach`] [m].
     pub reach: Vec<f64>,
-    /// What the part of it changes at most that is left out where it is on; none where that is nothing.
-    pub rest: Option<Bound>,
 }
 
 impl Decision {
     fn new(effect: Effect, on: Vec<bool>, reason: String) -> Self {
-        Self { effect, on, bound: None, reason, cost: String::new(), reach: Vec::new(), rest: None }
+        Self { effect, on, bound: None, reason, cost: String::new(), reach: Vec::new() }
     }
 
     /// What a map says of it.
@@ -183,7 +181,7 @@ pub fn decide(
                 Ok(edges::decide_for_paper(spec.wish(effect), scene, geometry))
             }
             Effect::Diffraction => edges::decide(asked(effect), scene, geometry, clock),
-            Effect::Bending => bending::decide(asked(effect), mode, scene, geometry, clock),
+            Effect::Bending => Ok(bending::decide(spec.wish(effect), mode, scene, geometry)),
             Effect::Air => Ok(air.clone()),
             Effect::Directivity => Ok(directivity.clone()),
             _ => Ok(Decision::new(effect, vec![false; scene.bands.count()], "not built yet".to_owned())),
