@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from read_sonelmap import ABSORBED, BENT, DIFFRACTED, DIFFUSE, ESCAPED, EXPIRED, LOST, PASSED, SPECULAR, SonelMap, places, sonels
+from read_sonelmap import ABSORBED, BENT, DIFFRACTED, DIFFUSE, ESCAPED, EXPIRED, LEFT, LOST, PASSED, SPECULAR, SonelMap, places, sonels
 
 # Relative: both multiply the same factors in another order.
 ROUNDING = 1e-9
@@ -23,7 +23,7 @@ def histories(map, source):
     for emission, vertices in map.paths(source):
         order, run, diffused = 0, 0, False
         for event in vertices["tag"] & 15:
-            if event in (ESCAPED, EXPIRED, LOST):
+            if event in (ESCAPED, EXPIRED, LOST, LEFT):
                 break
             if event in (BENT, PASSED, DIFFRACTED):
                 continue
@@ -43,7 +43,7 @@ def directions(map, source):
         steps = np.diff(points, axis=0, prepend=origin[None])
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         for vertex, step in zip(vertices, steps / np.where(lengths > 0, lengths, 1)):
-            if vertex["tag"] & 15 not in (BENT, PASSED, DIFFRACTED, ESCAPED, EXPIRED, LOST):
+            if vertex["tag"] & 15 not in (BENT, PASSED, DIFFRACTED, ESCAPED, EXPIRED, LOST, LEFT):
                 yield step
 
 

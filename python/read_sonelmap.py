@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT, PASSED, DIFFRACTED = range(7)
-ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST = range(8, 13)
+ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST, LEFT = range(8, 14)
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
 EDGE = np.dtype([("ends", "<f8", (2, 3))])
@@ -115,7 +115,19 @@ def coefficients(map):
     factors = np.stack([(1 - alpha) * (1 - s), (1 - alpha) * s, tau], 1)
     passed_on = factors.sum(1, keepdims=True)
     roulette = np.where(passed_on > 0, np.where(passed_on > 0, passed_on, 1) ** (beta - 1), 0)
-    return factors, roulette * factors
+    return factors, roulette * factors * shares(factors, passed_on)
+
+
+LEAST_THROUGH = 0.15
+
+
+def shares(factors, passed_on):
+    """By how much more often packets pass a partition, and less often are reflected, than their energies say."""
+    through, back = factors[:, 2:], factors[:, :2].sum(1, keepdims=True)
+    rare = (through > 0) & (back > 0) & (through < LEAST_THROUGH * passed_on)
+    more = np.where(rare, LEAST_THROUGH * passed_on / np.where(rare, through, 1), 1)
+    less = np.where(rare, (1 - LEAST_THROUGH) * passed_on / np.where(rare, back, 1), 1)
+    return np.concatenate([less, less, more], 1)
 
 
 GAMMA = 0.87
@@ -305,7 +317,7 @@ def sonels(map, source):
         lengths = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=origin[None]), axis=1))
         events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5
         for step, (event, surface) in enumerate(zip(events, surfaces)):
-            if event in (ESCAPED, EXPIRED, LOST):
+            if event in (ESCAPED, EXPIRED, LOST, LEFT):
                 break
             if event in (BENT, PASSED):
                 before = points[step - 1] if step else origin

@@ -5,6 +5,7 @@ pub mod estimates;
 pub mod judged;
 pub mod meshes;
 pub mod occasions;
+pub mod two_rooms;
 pub mod uneven_box;
 
 use std::path::Path;

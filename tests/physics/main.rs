@@ -15,6 +15,7 @@ mod mirrored_edges;
 mod mirrors;
 mod near_walls;
 mod paper;
+mod partitions;
 mod rows;
 mod short_runs;
 mod twofold;

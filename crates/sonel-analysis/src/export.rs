@@ -23,6 +23,7 @@ fn name(event: Event) -> &'static str {
         Event::Diffracted => "diffracted",
         Event::Absorbed => "absorbed",
         Event::Escaped => "escaped",
+        Event::Left => "left",
         Event::Expired => "expired",
         Event::Extinguished => "extinguished",
         Event::Lost => "lost",

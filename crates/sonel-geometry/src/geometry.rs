@@ -18,6 +18,13 @@ use glam::{DVec3, Vec3};
 
 mod junction;
 
+/// Partitions that a straight way passes at most.
+const MOST_PARTITIONS: usize = 1024;
+/// Thickness [m] up to which two faces in the open that belong together are one partition.
+const THICKEST_PARTITION: f64 = 1.0;
+/// Cosine between normals from which on two faces are parallel.
+const PARALLEL: f64 = 1.0 - 1e-6;
+
 /// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
 pub struct Geometry {
     mesh: Mesh,
@@ -247,6 +254,75 @@ impl Geometry {
     pub fn is_blocked(&self, from: Departure, to: Vec3) -> bool {
         let clearance = f64::from(self.resolution());
         self.is_behind(from, to, clearance) || self.crosses(from.origin, to, [from.plane, None], clearance)
+    }
+
+    /// Whether a straight way leads from the start to a local position [m] past surfaces that `passes` alone, asked in the order in which
+    /// they are met. Nothing is asked where nothing is between.
+    pub fn reaches(&self, from: Departure, to: Vec3, mut passes: impl FnMut(SurfaceId) -> bool) -> bool {
+        let mut from = from;
+        for _ in 0..MOST_PARTITIONS {
+            if !self.is_blocked(from, to) {
+                return true;
+            }
+            let direction = (to - from.origin).normalize();
+            let Some(hit) = self.closest_hit(from, direction) else { return false };
+            if !passes(hit.surface) {
+                return false;
+            }
+            from = self.pass(&hit, direction);
+        }
+        false
+    }
+
+    /// Passes the partition met at `hit` on a way along `direction`: the start of the way behind it. Where the surface is one face of a
+    /// partition with thickness that is behind the other face, since its interior is no air.
+    pub fn pass(&self, hit: &Hit, direction: Vec3) -> Departure {
+        let behind = self.leave(hit.position, hit.surface, hit.side.opposite());
+        let far = self.far_face(hit, behind, direction);
+        far.map_or(behind, |far| self.leave(far.position, far.surface, far.side.opposite()))
+    }
+
+    /// Where a way that passed the face at `near` comes out of the partition with thickness whose face that is.
+    ///
+    /// What is behind the faces of a room and of objects in it is solid, up to the next face met from behind. In the open faces of closed
+    /// shells that look away from each other, or at each other across a gap between two rooms, are one partition if they are parallel,
+    /// of one material and at most [`THICKEST_PARTITION`] apart.
+    fn far_face(&self, near: &Hit, behind: Departure, direction: Vec3) -> Option<Hit> {
+        let is_of_shell = |hit: &Hit| self.index.is_of_shell(hit.triangle);
+        if !is_of_shell(near) {
+            return None;
+        }
+        let far = self.closest_hit(behind, direction).filter(is_of_shell)?;
+        let [from, to] = [near, &far].map(|hit| self.surface(hit.surface));
+        let is_far_face = if self.is_closed_room() {
+            near.side == Side::Front && far.side == Side::Back
+        } else {
+            let thickness = from.normal.dot((far.position - near.position).as_dvec3()).abs();
+            from.normal.dot(to.normal) < -PARALLEL
+                && from.material == to.material
+                && thickness <= THICKEST_PARTITION
+        };
+        is_far_face.then_some(far)
+    }
+
+    /// Thickness [m] of the partition of which the middle of a surface's first triangle is a face; [`None`] for a sheet.
+    pub fn partition_thickness(&self, surface: SurfaceId) -> Option<f64> {
+        let Surface { normal, ref triangles, .. } = *self.surface(surface);
+        let corners =
+            self.mesh.triangles[triangles[0] as usize].corners.map(|corner| self.local[corner as usize]);
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        [Side::Front, Side::Back].into_iter().find_map(|side| {
+            let inward = (-side.sign() * normal).as_vec3();
+            let near = self.closest_hit(self.step_off(middle, -inward), inward)?;
+            let behind = self.leave(near.position, near.surface, near.side.opposite());
+            let far = self.far_face(&near, behind, inward).filter(|_| near.surface == surface)?;
+            Some(f64::from(far.position.distance(near.position)))
+        })
+    }
+
+    /// A start one lift off a place along a unit direction.
+    fn step_off(&self, place: Vec3, direction: Vec3) -> Departure {
+        Departure::free(place + self.scale.lift() * direction)
     }
 
     /// Whether anything lies between two positions on surfaces, each lifted to the side that is to see the other.

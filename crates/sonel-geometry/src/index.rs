@@ -99,7 +99,13 @@ impl Index {
 
     /// Whether a ray in the air could not have met this first: a closed shell from behind.
     fn is_doubtful(&self, met: Met) -> bool {
-        met.from_behind && self.in_shell.get(met.triangle as usize).is_some_and(|&in_shell| in_shell)
+        met.from_behind && self.is_of_shell(met.triangle)
+    }
+
+    /// Whether a triangle is part of a closed shell.
+    #[inline]
+    pub fn is_of_shell(&self, triangle: u32) -> bool {
+        self.in_shell.get(triangle as usize).is_some_and(|&in_shell| in_shell)
     }
 
     /// Whether the nearest triangle and the nearest one facing the ray are met at one place, as far as rounding tells.

@@ -2,13 +2,17 @@
 //!
 //! f_j is what band j's energy is multiplied by: specular (1−α)(1−s), diffuse (1−α)s, transmitted τ. p_k is the
 //! probability that a packet led by band k takes the event: with a = 1 − α + τ it survives with a^β and then takes the
-//! event with f/a, so p_k = a^(β−1) f_k (docs/physics.md §2, §3). Bands stand in lanes of four so that the compiler
+//! event with f/a, so p_k = a^(β−1) f_k (docs/physics.md §2, §3). What passes a partition is mostly little and heard behind it alone: at
+//! least the share [`LEAST_THROUGH`] of the packets that survive goes through, with less energy each. Bands stand in lanes of four so that the compiler
 //! vectorises over them; lanes beyond the last band are zero.
 
 use sonel_acoustics::Material;
 
 use crate::classes::BandClasses;
 use crate::edges::EdgeTable;
+
+/// Least share of what goes on at a partition that goes through it.
+pub const LEAST_THROUGH: f64 = 0.15;
 
 /// Four bands side by side.
 pub type Lanes = [f64; 4];
@@ -56,9 +60,25 @@ pub struct MaterialRow {
     pub passed_on: Vec<Lanes>,
     /// Whether no band reflects diffusely here.
     pub is_mirror: bool,
+    /// Whether any band passes.
+    pub is_partition: bool,
     /// Per leading band: upper ends, in [0, 1], of the intervals of one uniform number for specular, diffuse and
     /// transmitted; beyond the last the packet ends.
     pub thresholds: Vec<[f64; 3]>,
+}
+
+impl MaterialRow {
+    /// Share of the rays from receivers and of those that are always mirrored that goes through: all where nothing is mirrored, none where
+    /// nothing passes.
+    #[must_use]
+    pub fn through(&self) -> f64 {
+        let is_mirrored = self.specular.energy.iter().flatten().any(|&factor| factor > 0.0);
+        match (self.is_partition, is_mirrored) {
+            (false, _) => 0.0,
+            (true, true) => LEAST_THROUGH,
+            (true, false) => 1.0,
+        }
+    }
 }
 
 /// All materials of a scene.
@@ -66,6 +86,7 @@ pub struct MaterialRow {
 pub struct CoefficientTable {
     bands: usize,
     rows: Vec<MaterialRow>,
+    transmits: bool,
     edges: Option<EdgeTable>,
 }
 
@@ -79,8 +100,10 @@ impl CoefficientTable {
     /// The table with one column for each of `classes`.
     #[must_use]
     pub fn grouped(materials: &[Material], classes: &BandClasses, survival: f64) -> Self {
-        let rows = materials.iter().map(|material| material_row(material, classes, survival)).collect();
-        Self { bands: classes.count(), rows, edges: None }
+        let rows: Vec<MaterialRow> =
+            materials.iter().map(|material| material_row(material, classes, survival)).collect();
+        let transmits = rows.iter().any(|row| row.is_partition);
+        Self { bands: classes.count(), rows, transmits, edges: None }
     }
 
     /// The same with the edges that bend, which has to have a column for every band.
@@ -102,6 +125,13 @@ impl CoefficientTable {
         self.bands
     }
 
+    /// Whether anything passes any material.
+    #[inline]
+    #[must_use]
+    pub fn transmits(&self) -> bool {
+        self.transmits
+    }
+
     /// The row of material number `material`.
     #[inline]
     #[must_use]
@@ -118,25 +148,37 @@ fn material_row(material: &Material, classes: &BandClasses, survival: f64) -> Ma
     // The three events add up to what is passed on, by the same sums that decide events: nothing is lost to rounding.
     let passed_on: Vec<f64> = (0..bands).map(|b| specular[b] + diffuse[b] + transmitted[b]).collect();
     let roulette: Vec<f64> = passed_on.iter().map(|&a| roulette_factor(a, survival)).collect();
-    let row = |factors: &[f64]| EventRow {
-        energy: to_lanes(factors.iter().copied()),
-        probability: to_lanes(factors.iter().zip(&roulette).map(|(f, r)| f * r)),
-    };
-    let thresholds = (0..bands)
+    let probabilities: Vec<[f64; 3]> = (0..bands)
         .map(|b| {
-            let p = [specular[b] * roulette[b], diffuse[b] * roulette[b], transmitted[b] * roulette[b]];
-            [p[0], p[0] + p[1], p[0] + p[1] + p[2]]
+            let [through, back] = shares(transmitted[b], specular[b] + diffuse[b]);
+            [specular[b] * back, diffuse[b] * back, transmitted[b] * through].map(|event| event * roulette[b])
         })
         .collect();
+    let row = |factors: &[f64], event: usize| EventRow {
+        energy: to_lanes(factors.iter().copied()),
+        probability: to_lanes(probabilities.iter().map(|events| events[event])),
+    };
+    let thresholds = probabilities.iter().map(|p| [p[0], p[0] + p[1], p[0] + p[1] + p[2]]).collect();
     MaterialRow {
         is_mirror: diffuse.iter().all(|&factor| factor <= 0.0),
-        specular: row(&specular),
-        diffuse: row(&diffuse),
-        transmitted: row(&transmitted),
+        is_partition: transmitted.iter().any(|&factor| factor > 0.0),
+        specular: row(&specular, 0),
+        diffuse: row(&diffuse, 1),
+        transmitted: row(&transmitted, 2),
         dissipated: to_lanes(of().map(|b| material.absorption[b] - material.transmission[b])),
         passed_on: to_lanes(passed_on.iter().copied()),
         thresholds,
     }
+}
+
+/// By how much more often than their energies say packets go through, and by how much less often back, where τ goes `through` and
+/// (1−α) `back`.
+fn shares(through: f64, back: f64) -> [f64; 2] {
+    let passed_on = through + back;
+    if through <= 0.0 || back <= 0.0 || through >= LEAST_THROUGH * passed_on {
+        return [1.0; 2];
+    }
+    [LEAST_THROUGH * passed_on / through, (1.0 - LEAST_THROUGH) * passed_on / back]
 }
 
 /// a^β / a: turns an energy factor into the probability of its event; zero where nothing is passed on.
@@ -172,6 +214,17 @@ mod tests {
         for (absorption, scattering, transmission) in [(0.2, 0.3, 0.0), (0.9, 1.0, 0.25), (1e-12, 0.0, 0.0)] {
             let table = CoefficientTable::new(&[wall(absorption, scattering, transmission)], 1, 0.0);
             assert!((table.material(0).thresholds[0][2] - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn enough_packets_pass_a_partition_whatever_it_lets_through() {
+        for transmission in [1e-6, 1e-3, 0.05, 0.3] {
+            let table = CoefficientTable::new(&[wall(0.4, 0.3, transmission)], 1, 0.0);
+            let [_, back, all] = table.material(0).thresholds[0];
+            assert!((all - 1.0).abs() < 1e-15, "without roulette a packet always goes on");
+            let share = (transmission / (0.6 + transmission)).max(LEAST_THROUGH);
+            assert!((all - back - share).abs() < 1e-15, "{transmission}");
         }
     }
 

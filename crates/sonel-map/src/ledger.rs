@@ -65,6 +65,7 @@ impl Fates {
             Event::Expired => Fate::Expired,
             Event::Extinguished => Fate::Extinguished,
             Event::Lost => Fate::Lost,
+            Event::Left => Fate::Transmitted,
             _ => unreachable!("a path ends in a final event"),
         };
         self.counts[fate as usize] += 1;
@@ -273,6 +274,7 @@ impl ChunkLedger {
         for ((book, packet), remaining) in self.books.iter_mut().zip(&self.packet_sampling).zip(remaining) {
             match last {
                 Event::Escaped => accumulate(&mut book.escaped, remaining),
+                Event::Left => accumulate(&mut book.transmitted, remaining),
                 Event::Absorbed => {}
                 _ => accumulate(&mut book.truncated, remaining),
             }

@@ -98,7 +98,7 @@ pub fn sweep(
             history,
             arrival,
             ends_at_edge: edges.is_some() || event == Event::Diffracted,
-            escapes: matches!(event, Event::Escaped | Event::Lost),
+            escapes: matches!(event, Event::Escaped | Event::Lost | Event::Left),
         });
         if event.is_final() {
             return;

@@ -39,11 +39,13 @@ pub enum Event {
     Extinguished = 11,
     /// Met no surface in a closed room without cracks: a defect, counted.
     Lost = 12,
+    /// Met no surface behind a partition; the position is where it would be at the end of the run.
+    Left = 13,
 }
 
 impl Event {
     /// All events with their codes.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Specular,
         Self::Diffuse,
         Self::Transmitted,
@@ -56,6 +58,7 @@ impl Event {
         Self::Expired,
         Self::Extinguished,
         Self::Lost,
+        Self::Left,
     ];
 
     #[inline]
@@ -74,7 +77,13 @@ impl Event {
     pub fn leaves_sonel(self) -> bool {
         !matches!(
             self,
-            Self::Escaped | Self::Expired | Self::Lost | Self::Bent | Self::Passed | Self::Diffracted
+            Self::Escaped
+                | Self::Expired
+                | Self::Lost
+                | Self::Left
+                | Self::Bent
+                | Self::Passed
+                | Self::Diffracted
         )
     }
 
@@ -159,7 +168,7 @@ impl Vertex {
     /// The end of a packet that met no surface.
     #[must_use]
     pub fn nowhere(position: Vec3, event: Event) -> Self {
-        debug_assert!(matches!(event, Event::Escaped | Event::Lost));
+        debug_assert!(matches!(event, Event::Escaped | Event::Lost | Event::Left));
         Self::new(position, SurfaceId(SURFACE_LIMIT - 1), Side::Front, event)
     }
 

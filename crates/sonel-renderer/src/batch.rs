@@ -273,6 +273,7 @@ impl Renderer<'_> {
     pub(crate) fn medium(&self) -> Medium<'_> {
         Medium {
             geometry: self.geometry,
+            table: &self.table,
             bins: &self.bins,
             air: self.carried_air.as_ref(),
             bends: self.bends.as_ref(),

@@ -142,9 +142,7 @@ pub fn connect(
         let distance = squared.sqrt();
         let length = sonel.length + distance;
         let Some(bin) = medium.bins.bin(length) else { continue };
-        if medium.geometry.is_blocked(sonel.departure, receiver.position) {
-            continue;
-        }
+        let Some(passed) = medium.partitions(sonel.departure, receiver.position) else { continue };
         // What is brighter than the receiver's limit is left to its rays.
         let solid_angle = (f64::from(projected) / (distance * squared)).min(receiver.brightest);
         for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
@@ -152,6 +150,7 @@ pub fn connect(
                 scratch[lane] = radiosity[lane] * solid_angle;
             }
         }
+        passed.weaken(medium.geometry, medium.table, scratch);
         if let Some(bends) = medium.bends {
             let from = WayEnd::at_surface(sonel.position.as_dvec3(), f64::from(projected) / distance);
             bends.keep_straight(medium.geometry, [from, WayEnd::in_air(receiver.exact)], scratch);

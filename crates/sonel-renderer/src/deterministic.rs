@@ -123,7 +123,11 @@ impl Renderer<'_> {
             part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
             return part;
         };
-        let mut visible = self.visible(&at, chains);
+        // What passes partitions is not in phase with what goes around them.
+        let mut visible = self.visible(&at, chains, |wave, energy| {
+            let found = bare(wave.length, wave.towards, wave.order, false);
+            deposit(class(wave.order), found, energy, wave.order <= listed);
+        });
         let is_clear = visible.iter().any(|wave| wave.order == 0);
         let sound = edges.hear(&at, images, &mut visible);
         for arrival in sound.arrivals {
@@ -140,12 +144,21 @@ impl Renderer<'_> {
         part
     }
 
-    /// Direct sound and the image sources of `chains` that are visible from the receiver, without edges.
-    fn visible(&self, at: &Listening<'_>, chains: &MirrorChains) -> Vec<VisibleWave> {
+    /// Direct sound and the image sources of `chains` that are visible from the receiver, without edges. What passes partitions goes to
+    /// `through`.
+    fn visible(
+        &self,
+        at: &Listening<'_>,
+        chains: &MirrorChains,
+        mut through: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
+    ) -> Vec<VisibleWave> {
         let bands = self.table.bands();
         let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
         let mut visible = Vec::new();
         self.visit_visible(at, chains, |found, energy| {
+            if found.is_through {
+                return through(found, energy);
+            }
             visible.push(VisibleWave {
                 place: Place::new(at.receiver + found.towards * found.length, found.planes.iter().copied()),
                 length: found.length,
@@ -167,13 +180,22 @@ impl Renderer<'_> {
         mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) {
         let bands = self.table.bands();
-        if let Some((length, direction)) = direct_path(self.geometry, at.radiator.position, at.receiver) {
+        let direct = direct_path(self.geometry, &self.table, at.radiator.position, at.receiver);
+        if let Some((length, direction, passed)) = direct {
             let factor = at.radiator.factor(direction);
             let energy = self.attenuation.iter().map(|m| factor * spread(length) * libm::exp(-m * length));
-            let factors = to_lanes(vec![factor; bands]);
-            let direct =
-                MirrorArrival { length, towards: -direction, order: 0, planes: vec![], factor: &factors };
-            visit(&direct, &to_lanes(energy));
+            let (mut factors, mut energy) = (to_lanes(vec![factor; bands]), to_lanes(energy));
+            passed.weaken(self.geometry, &self.table, &mut factors);
+            passed.weaken(self.geometry, &self.table, &mut energy);
+            let direct = MirrorArrival {
+                length,
+                towards: -direction,
+                order: 0,
+                planes: vec![],
+                factor: &factors,
+                is_through: !passed.is_empty(),
+            };
+            visit(&direct, &energy);
         }
         let mut energy = vec![[0.0; 4]; lanes_of(bands)];
         chains.visit(self.geometry, &self.table, at.receiver, self.bins.reach, |found| {

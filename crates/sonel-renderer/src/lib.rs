@@ -36,6 +36,7 @@ pub mod kernel;
 pub mod mirror;
 pub mod mirror_connection;
 mod paper;
+mod partition;
 pub mod receiver;
 pub mod render;
 pub mod rendering;

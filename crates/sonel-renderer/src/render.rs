@@ -7,7 +7,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_acoustics::mean_free_path;
-use sonel_geometry::Geometry;
+use sonel_geometry::{Departure, Geometry};
 use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, MapHeader, SonelMap};
 use sonel_scene::{Scene, Source};
 use thiserror::Error;
@@ -21,6 +21,7 @@ use crate::gather::disc::Sheet;
 use crate::mirror::{MirrorChains, Radiator};
 use crate::mirror_connection::{has_few_surfaces, image_order};
 use crate::paper::Paper;
+use crate::partition::Partitions;
 use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
@@ -112,12 +113,23 @@ const MOST_AIR_NODES: usize = 1 << 22;
 pub struct Medium<'a> {
     /// Walls.
     pub geometry: &'a Geometry,
+    /// What they do.
+    pub table: &'a CoefficientTable,
     /// Time bins.
     pub bins: &'a TimeBins,
     /// Air, where it attenuates.
     pub air: Option<&'a AirTable>,
     /// Edges, where they bend.
     pub bends: Option<&'a Bends>,
+}
+
+impl Medium<'_> {
+    /// What a straight way passes; [`None`] where something is in the way that nothing passes.
+    #[inline]
+    #[must_use]
+    pub fn partitions(&self, from: Departure, to: Vec3) -> Option<Partitions> {
+        Partitions::between(self.geometry, self.table, from, to)
+    }
 }
 
 /// A map made ready for rendering.

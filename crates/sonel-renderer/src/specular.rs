@@ -111,7 +111,14 @@ impl Renderer<'_> {
                 reflections: 0,
             };
             while strongest(&energy) > 0.0
-                && self.follow(&mut way, mirror_order, listeners, &mut energy, &mut scratch, estimate)
+                && self.follow(
+                    &mut way,
+                    mirror_order,
+                    listeners,
+                    (&mut energy, &mut scratch),
+                    estimate,
+                    &mut stream,
+                )
                 && survives(&mut energy, light, &mut stream)
             {}
         }
@@ -123,9 +130,9 @@ impl Renderer<'_> {
         way: &mut Way,
         mirror_order: u32,
         listeners: &Listeners<'_>,
-        energy: &mut [Lanes],
-        scratch: &mut [Lanes],
+        (energy, scratch): (&mut [Lanes], &mut [Lanes]),
         estimate: &mut BatchEstimate,
+        stream: &mut Stream,
     ) -> bool {
         let medium = self.medium();
         let hit = self.geometry.closest_hit(way.departure, way.direction);
@@ -155,15 +162,24 @@ impl Renderer<'_> {
         if let Some(bends) = medium.bends {
             bends.keep_straight(self.geometry, [way.start, arrived], energy);
         }
-        let specular = &self.table.material(self.material_of[hit.surface.0 as usize]).specular.energy;
-        for (energy, specular) in energy.iter_mut().zip(specular) {
+        let row = self.table.material(self.material_of[hit.surface.0 as usize]);
+        let through = row.through();
+        let passes = through > 0.0 && stream.uniform_fine() < through;
+        let (factors, share) =
+            if passes { (&row.transmitted, through) } else { (&row.specular, 1.0 - through) };
+        for (energy, factor) in energy.iter_mut().zip(&factors.energy) {
             for lane in 0..4 {
-                energy[lane] *= specular[lane];
+                energy[lane] *= factor[lane] / share;
             }
+        }
+        way.start = arrived;
+        if passes {
+            way.departure = self.geometry.pass(&hit, way.direction);
+            way.length += f64::from(end.distance(way.departure.origin));
+            return true;
         }
         way.direction = (way.direction - 2.0 * way.direction.dot(normal) * normal).normalize();
         way.departure = self.geometry.leave(end, hit.surface, hit.side);
-        way.start = arrived;
         way.reflections += 1;
         true
     }

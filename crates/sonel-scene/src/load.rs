@@ -113,6 +113,9 @@ fn compile(
     let receivers = read_receivers(document, first_source, report);
     let up = walls::read_up(document, report);
     let mut walls = walls::read(document, &materials, open_mesh, report);
+    if let Some(walls) = &mut walls {
+        leave_out_holes(walls, &materials, report);
+    }
     let geometry = walls.as_mut().and_then(|walls| build(walls, report));
     inspect(geometry.as_ref(), &sources, &receivers, report);
 
@@ -149,6 +152,17 @@ fn read_name(document: &Table<'_>, report: &mut Report<'_>) -> String {
         }
     };
     name.unwrap_or("untitled").to_owned()
+}
+
+/// Drops the faces of materials that let everything through in every band: what they do is nothing.
+fn leave_out_holes(walls: &mut Walls, materials: &[Material], report: &mut Report<'_>) {
+    let is_hole = |material: &Material| material.transmission.iter().all(|&transmission| transmission >= 1.0);
+    let faces = walls.mesh.triangles.len();
+    walls.mesh.triangles.retain(|triangle| !is_hole(&materials[triangle.material as usize]));
+    let dropped = faces - walls.mesh.triangles.len();
+    if dropped > 0 {
+        report.note(format!("triangles of materials with transmission 1 left out as holes: {dropped}"));
+    }
 }
 
 /// Closes cracks of the walls, builds their geometry and tells what that changed.

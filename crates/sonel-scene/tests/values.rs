@@ -153,3 +153,23 @@ fn temperature_sets_the_speed_of_sound() {
     let scene = load_shoebox("air.temperature_celsius = 0\nmaterials.walls.absorption = 0.2");
     assert_near(&[scene.speed_of_sound], &[343.2 * (273.15f64 / 293.15).sqrt()]);
 }
+
+#[test]
+fn transmission_by_share_and_by_sound_reduction() {
+    let keys = "[bands]\ncenter_frequencies_hz = [500, 1000]\n[materials.walls]\nabsorption = 0.5\n";
+    for (key, expected) in [
+        ("transmission = [0.5, 0.02]", [0.5, 0.02]),
+        ("sound_reduction_db = [10, 45]", [0.1, 10f64.powf(-4.5)]),
+    ] {
+        assert_near(&load_shoebox(&format!("{keys}{key}")).materials[0].transmission, &expected);
+    }
+}
+
+/// What lets everything through is not there.
+#[test]
+fn holes_are_left_out() {
+    let hole = "[materials.walls]\nabsorption = 0.5\n[materials.z1]\nabsorption = 1\ntransmission = 1";
+    let ajar = hole.replace("transmission = 1", "transmission = 0.999");
+    assert_eq!(load_shoebox(hole).mesh.triangles.len(), 10);
+    assert_eq!(load_shoebox(&ajar).mesh.triangles.len(), 12);
+}

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, EdgeIndex, Geometry, Hit};
-use sonel_map::coefficients::MaterialRow;
+use sonel_map::coefficients::{LEAST_THROUGH, MaterialRow};
 use sonel_map::{
     CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Course, EdgePlace, EdgeTable, Event, Lanes,
     PacketStart, Passing, PathWeight, Vertex,
@@ -40,6 +40,17 @@ struct Flight {
     direction: Vec3,
     length: f64,
     course: Course,
+    passed: Passed,
+}
+
+/// Partitions that a packet has passed.
+#[derive(Clone, Copy, PartialEq)]
+enum Passed {
+    None,
+    /// Any, and it has been reflected since.
+    Before,
+    /// The last surface that it met was one.
+    Last,
 }
 
 /// How one packet begins.
@@ -97,11 +108,13 @@ impl Surroundings<'_> {
             departure: Departure::free(emission.position.as_vec3()),
             direction: emission.direction,
             length: 0.0,
+            passed: Passed::None,
             course: self
                 .edges
                 .as_ref()
                 .map_or_else(Course::default, |edges| Course::new(edges.least_distance())),
         };
+        let mut threshold = self.extinction_threshold;
         let last = loop {
             books.segments += 1;
             let hit = self.geometry.closest_hit(flight.departure, flight.direction);
@@ -135,12 +148,20 @@ impl Surroundings<'_> {
                 Event::Transmitted => flight.direction,
                 _ => break vertex(&hit, Event::Absorbed),
             };
-            if weight.is_extinct(self.extinction_threshold) {
+            threshold *= faintness(row, event);
+            if weight.is_extinct(threshold) {
                 break vertex(&hit, Event::Extinguished);
             }
-            let side = if event == Event::Transmitted { hit.side.opposite() } else { hit.side };
+            flight.passed = match (event, flight.passed) {
+                (Event::Transmitted, _) => Passed::Last,
+                (_, Passed::Last) => Passed::Before,
+                (_, before) => before,
+            };
             flight.position = hit.position.as_dvec3();
-            flight.departure = self.geometry.leave(hit.position, hit.surface, side);
+            flight.departure = match event {
+                Event::Transmitted => self.geometry.pass(&hit, flight.direction),
+                _ => self.geometry.leave(hit.position, hit.surface, hit.side),
+            };
             if let Some(edges) = &self.edges {
                 flight.course = Course::new(edges.least_distance() / steepness(flight.direction, frame));
             }
@@ -225,6 +246,7 @@ impl Surroundings<'_> {
         begin(emission, records);
         let Records { paths, books, weight, nothing } = records;
         let (mut last, mut position) = (None, emission.position);
+        let mut threshold = self.extinction_threshold;
         for vertex in path {
             let Some(event) = vertex.event() else { return false };
             books.segments += 1;
@@ -233,8 +255,10 @@ impl Surroundings<'_> {
             }
             if event.leaves_sonel() {
                 let (material, _) = self.surfaces[vertex.surface().0 as usize];
-                let drawn = decide(self.table.material(material), emission.deciding, stream, books, weight);
-                let extinct = drawn != Event::Absorbed && weight.is_extinct(self.extinction_threshold);
+                let row = self.table.material(material);
+                let drawn = decide(row, emission.deciding, stream, books, weight);
+                threshold *= faintness(row, drawn);
+                let extinct = drawn != Event::Absorbed && weight.is_extinct(threshold);
                 if event != if extinct { Event::Extinguished } else { drawn } {
                     return false;
                 }
@@ -286,14 +310,17 @@ impl Surroundings<'_> {
             return None;
         }
         let (departure, direction) = caught.onward(self.geometry, stream.uniform_pair());
-        *flight =
-            Flight { position: caught.place.as_dvec3(), departure, direction, length, course: flight.course };
+        *flight = Flight { position: caught.place.as_dvec3(), departure, direction, length, ..*flight };
         Some(Vertex::on_edge(caught.place, caught.edge))
     }
 
     /// The last vertex of a packet that met no surface: where it would be at the end of the run.
     fn vanish(&self, flight: &Flight) -> Vertex {
-        let event = if self.closed { Event::Lost } else { Event::Escaped };
+        let event = match flight.passed {
+            Passed::Last => Event::Left,
+            Passed::None if self.closed => Event::Lost,
+            _ => Event::Escaped,
+        };
         Vertex::nowhere(self.end_of_run(flight), event)
     }
 
@@ -348,6 +375,16 @@ fn decide(
     });
     books.departed(weight.energy());
     event
+}
+
+/// How faint sound is behind a surface with `row`, beside sound before it: there it is followed down to a lower threshold [1].
+#[inline]
+fn faintness(row: &MaterialRow, event: Event) -> f64 {
+    if event != Event::Transmitted {
+        return 1.0;
+    }
+    let strongest = row.transmitted.energy.iter().flatten().copied().fold(0.0, f64::max);
+    (strongest / LEAST_THROUGH).min(1.0)
 }
 
 /// Books the end of a packet.

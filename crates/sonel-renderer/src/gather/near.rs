@@ -2,7 +2,7 @@
 //!
 //! Discs would find few of the packets that come straight from the source, and each of them would weigh much. The irradiance of a place
 //! by the source is exact, D cos θ / (4π d²) e^(−m d) with D its directivity; of its mirror images one is chosen at random, as for
-//! … D S^k R. Sources with a directivity leave their images to the discs, and where edges bend all is left to them.
+//! … D S^k R. Sources with a directivity leave their images to the discs, so do all in scenes with partitions, and where edges bend all is left to them.
 
 use sonel_acoustics::Directivity;
 use sonel_geometry::Geometry;
@@ -27,7 +27,7 @@ impl NearSource {
     #[must_use]
     pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator) -> Self {
         let is_omni = radiator.directivity == Directivity::Omni;
-        let order = if is_omni { image_order(geometry, table) } else { 0 };
+        let order = if is_omni && !table.transmits() { image_order(geometry, table) } else { 0 };
         let images = ReceiverImages::new(geometry, table, &PreparedReceiver::point(radiator.position), order);
         Self { radiator, images }
     }
@@ -73,13 +73,14 @@ impl NearSource {
         let (distance, projected) = (offset.length(), offset.dot(place.normal.as_dvec3()));
         let length = place.length + distance;
         let Some(bin) = medium.bins.bin(length).filter(|_| projected > 0.0) else { return };
-        if medium.geometry.is_blocked(place.departure, self.radiator.position.as_vec3()) {
+        let Some(passed) = medium.partitions(place.departure, self.radiator.position.as_vec3()) else {
             return;
-        }
+        };
         let irradiance = self.radiator.factor(-offset) * spread(distance) * projected / distance;
         for (scratch, throughput) in scratch.iter_mut().zip(&place.throughput) {
             *scratch = throughput.map(|throughput| throughput * irradiance);
         }
+        passed.weaken(medium.geometry, medium.table, scratch);
         deposits.add(receiver, bin, length, scratch, medium);
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
+use sonel_map::coefficients::MaterialRow;
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{Frame, ScrambledSobol, Stream, warp};
 
@@ -170,7 +171,9 @@ pub fn cast(
                 rays.extend(on.scattered(normal, point).thinned(settings, stream));
                 near_places += 1;
             }
-            if mirrors {
+            if mirrors && row.is_partition && ray.passes(medium, &hit, row, stream) {
+                rays.push(ray);
+            } else if mirrors {
                 // With the strongest band's reflection no band's throughput grows; next to the receiver few rays stand for much.
                 let is_near = ray.is_scattered || observer.receiver.is_near_along(ray.length);
                 let survival = if is_near { 1.0 } else { strongest(&row.specular.energy) };
@@ -401,6 +404,20 @@ impl Ray {
         let start = WayEnd::at_surface(far, steepness);
         self.turns.reverse();
         bends.keep_turned(medium.geometry, [start, self.end], &self.turns, &mut self.throughput);
+    }
+
+    /// Whether it goes through the partition at `hit`, by chance; what it carries allows for that either way.
+    fn passes(&mut self, medium: &Medium<'_>, hit: &Hit, row: &MaterialRow, stream: &mut Stream) -> bool {
+        let through = row.through();
+        let passes = stream.uniform_fine() < through;
+        if passes {
+            self.throughput = product(&self.throughput, &row.transmitted.energy, 1.0 / through);
+            self.departure = medium.geometry.pass(hit, self.direction);
+            self.at = hit.position.as_dvec3();
+        } else {
+            self.throughput.iter_mut().flatten().for_each(|band| *band /= 1.0 - through);
+        }
+        passes
     }
 
     /// Goes on as a mirror with the `specular` factors has it; false where it ends, by roulette with `survival` or as nothing is left.

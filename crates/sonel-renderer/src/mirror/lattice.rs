@@ -113,7 +113,14 @@ impl ImageLattice {
                     let leaving = -offset * DVec3::new(x.sign, y.sign, z.sign);
                     product(&plane, &z.factor, self.radiator.factor(leaving), &mut factor);
                     let towards = offset / length;
-                    found(&MirrorArrival { length, towards, order, planes: Vec::new(), factor: &factor });
+                    found(&MirrorArrival {
+                        length,
+                        towards,
+                        order,
+                        planes: Vec::new(),
+                        factor: &factor,
+                        is_through: false,
+                    });
                 }
             }
         }

@@ -36,8 +36,10 @@ pub struct MirrorArrival<'a> {
     pub order: u32,
     /// Planes of its mirrors; none where the images of an empty box are a lattice.
     pub planes: Vec<PlaneId>,
-    /// ∏ (1−α)(1−s) times the source's directivity factor, per band; without spreading and air.
+    /// ∏ (1−α)(1−s), and τ of the partitions passed, times the source's directivity factor, per band; without spreading and air.
     pub factor: &'a [Lanes],
+    /// Whether it passes partitions.
+    pub is_through: bool,
 }
 
 /// One image of the origin of a set of chains.

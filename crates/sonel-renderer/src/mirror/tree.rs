@@ -12,6 +12,7 @@ use sonel_map::{CoefficientTable, Lanes, lanes_of};
 
 use super::beam::{Beam, clip, hull};
 use super::{Image, MirrorArrival, Radiator};
+use crate::partition::Partitions;
 
 /// No chain is longer, however few the surfaces.
 const ORDER_LIMIT: u32 = 24;
@@ -151,10 +152,13 @@ impl ImageTree {
         let mut factor = vec![[0.0; 4]; self.lanes];
         for node in &self.nodes {
             let departure = Departure::free(receiver.as_vec3());
-            let Some(leaving) = self.validate(geometry, node, receiver, departure) else {
+            let mut passed = Partitions::default();
+            let mut passes = |surface| table.transmits() && passed.pass(geometry, table, surface);
+            let Some(leaving) = self.validate(geometry, node, receiver, departure, &mut passes) else {
                 continue;
             };
             self.specular_factor(geometry, table, node, &mut factor);
+            passed.weaken(geometry, table, &mut factor);
             let directivity = self.radiator.factor(leaving);
             for value in factor.iter_mut().flatten() {
                 *value *= directivity;
@@ -163,7 +167,8 @@ impl ImageTree {
             let length = offset.length();
             let planes = self.chain(node).map(|node| geometry.surface(node.mirror.surface).plane).collect();
             let towards = offset / length;
-            found(&MirrorArrival { length, towards, order: node.order, planes, factor: &factor });
+            let is_through = !passed.is_empty();
+            found(&MirrorArrival { length, towards, order: node.order, planes, factor: &factor, is_through });
         }
     }
 
@@ -235,10 +240,10 @@ impl ImageTree {
             .collect()
     }
 
-    /// Whether the chain of image number `image` leads from `point`, left by `departure`, to the origin of the tree.
+    /// Whether the chain of image number `image` leads from `point`, left by `departure`, to the origin of the tree, past nothing.
     #[must_use]
     pub fn connects(&self, geometry: &Geometry, image: usize, point: DVec3, departure: Departure) -> bool {
-        self.validate(geometry, &self.nodes[image], point, departure).is_some()
+        self.validate(geometry, &self.nodes[image], point, departure, &mut |_| false).is_some()
     }
 
     /// Where the chain of image number `image` from `point` is mirrored, in order [m], and the normals of the surfaces there.
@@ -276,8 +281,15 @@ impl ImageTree {
     }
 
     /// Follows the chain backwards from `from`, which is left by `departure`. Returns the offset from the origin of the
-    /// tree to the first reflection where the whole path is clear.
-    fn validate(&self, geometry: &Geometry, leaf: &Node, from: DVec3, departure: Departure) -> Option<DVec3> {
+    /// tree to the first reflection where nothing is in the way but what `passes`.
+    fn validate(
+        &self,
+        geometry: &Geometry,
+        leaf: &Node,
+        from: DVec3,
+        departure: Departure,
+        passes: &mut dyn FnMut(SurfaceId) -> bool,
+    ) -> Option<DVec3> {
         let lit = &self.sides[leaf.sides.0 as usize..leaf.sides.1 as usize];
         let offset = from - leaf.image;
         let outside = -BEAM_SLACK * offset.length();
@@ -300,13 +312,18 @@ impl ImageTree {
             let mut position = departure.origin;
             if !is_in_corner {
                 let direction = (node.image - point).normalize().as_vec3();
-                let hit = geometry.closest_hit(departure, direction)?;
-                let met = Mirror { surface: hit.surface, side: hit.side };
-                let is_next = || goes_to_corner && parent.is_some_and(|next| met == next.mirror);
-                if met != node.mirror && !is_next() {
-                    return None;
-                }
-                position = hit.position;
+                position = loop {
+                    let hit = geometry.closest_hit(departure, direction)?;
+                    let met = Mirror { surface: hit.surface, side: hit.side };
+                    let is_next = || goes_to_corner && parent.is_some_and(|next| met == next.mirror);
+                    if met == node.mirror || is_next() {
+                        break hit.position;
+                    }
+                    if !passes(hit.surface) {
+                        return None;
+                    }
+                    departure = geometry.pass(&hit, direction);
+                };
             }
             departure = geometry.leave(position, surface, side);
             point = reflection;
@@ -316,8 +333,8 @@ impl ImageTree {
                 None => break,
             }
         }
-        let blocked = geometry.is_blocked(departure, self.radiator.position.as_vec3());
-        let open = !blocked && self.stays_aside(geometry, leaf, from);
+        let reaches = geometry.reaches(departure, self.radiator.position.as_vec3(), passes);
+        let open = reaches && self.stays_aside(geometry, leaf, from);
         open.then_some(point - self.radiator.position)
     }
 

@@ -96,7 +96,7 @@ impl Renderer<'_> {
     ) {
         for (number, receiver) in audience.receivers.iter().enumerate() {
             if paper.edges.is_empty()
-                || direct_path(self.geometry, radiator.position, receiver.exact).is_some()
+                || direct_path(self.geometry, &self.table, radiator.position, receiver.exact).is_some()
             {
                 continue;
             }

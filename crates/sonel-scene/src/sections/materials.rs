@@ -7,7 +7,8 @@ use crate::document::{Entry, Number, Table};
 use crate::report::Report;
 use crate::sections::bands::BandChoice;
 
-const KEYS: [&str; 5] = ["absorption", "scattering", "diffuse", "transmission", "source"];
+const KEYS: [&str; 6] =
+    ["absorption", "scattering", "diffuse", "transmission", "sound_reduction_db", "source"];
 
 /// α + δ may exceed 1 by this much: the decimal fractions of a scene file are rounded to binary ones.
 const ROUNDING: f64 = 1e-12;
@@ -46,6 +47,13 @@ fn read_one(name: &str, table: &Table<'_>, bands: &BandChoice, report: &mut Repo
         entry.problem(report, "given together with scattering; keep one of the two");
     }
     let transmission = coefficient("transmission", report);
+    let reduction = table
+        .get("sound_reduction_db")
+        .and_then(|entry| Some((read_reduction(&entry, bands, report)?, entry)));
+    if let (Some(_), Some(entry)) = (table.get("transmission"), table.get("sound_reduction_db")) {
+        entry.problem(report, "given together with transmission; keep one of the two");
+    }
+    let transmission = transmission.or_else(|| reduction.map(|(values, entry)| (entry, values)));
     if let Some((entry, values)) = &transmission {
         check_transmission(entry, values, &absorption, bands, report);
     }
@@ -77,6 +85,23 @@ fn read_coefficient(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'
     }
     let values = bands.per_band(entry, &numbers, report);
     (all_inside && numbers.is_complete).then_some(values)
+}
+
+/// τ = 10^(−R/10) from sound reduction indices R [dB], one or one per band.
+fn read_reduction(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Option<Vec<f64>> {
+    let numbers = entry.number_or_list(report)?;
+    let mut all_sound = true;
+    for number in numbers.readable.iter().filter(|number| !(number.value >= 0.0 && number.value.is_finite()))
+    {
+        all_sound = false;
+        report.problem(
+            number.at,
+            format!("{}: {} is no reduction; give 0 dB or more", entry.path, number.value),
+        );
+    }
+    let values = bands.per_band(entry, &numbers, report);
+    let transmission = |reduction: f64| libm::pow(10.0, -0.1 * reduction);
+    (all_sound && numbers.is_complete).then(|| values.into_iter().map(transmission).collect())
 }
 
 /// s from the paper's δ: s = δ / (1−α), 0 where nothing is reflected.
@@ -115,11 +140,9 @@ fn check_transmission(
         let (transmission, absorption) = (transmission[band], absorption[band]);
         let center = bands.bands.nominal()[band];
         let message = format!(
-            "{transmission} exceeds absorption {absorption} at {center} Hz; what passes is part of what is absorbed"
+            "transmission {transmission} exceeds absorption {absorption} at {center} Hz; what passes is part of what is absorbed: give \
+             at least as much absorption"
         );
         entry.problem(report, &message);
-    }
-    if transmission.iter().any(|transmission| *transmission > 0.0) {
-        entry.problem(report, "transmission is not built yet: set it to 0");
     }
 }

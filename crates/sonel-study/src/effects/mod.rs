@@ -12,8 +12,9 @@ mod shadow;
 mod skips;
 mod spec;
 
-use sonel_acoustics::{Directivity, just_noticeable};
-use sonel_geometry::Geometry;
+use sonel_acoustics::{Directivity, Material, just_noticeable};
+use sonel_geometry::{Geometry, Surface, SurfaceId};
+use sonel_map::coefficients::LEAST_THROUGH;
 use sonel_map::{EffectState, Mode};
 use sonel_scene::Scene;
 
@@ -184,9 +185,62 @@ pub fn decide(
             Effect::Bending => Ok(bending::decide(spec.wish(effect), mode, scene, geometry)),
             Effect::Air => Ok(air.clone()),
             Effect::Directivity => Ok(directivity.clone()),
+            Effect::Transmission => Ok(decide_transmission(spec.wish(effect), mode, scene, geometry)),
             _ => Ok(Decision::new(effect, vec![false; scene.bands.count()], "not built yet".to_owned())),
         })
         .collect()
+}
+
+/// Transmission is simulated as soon as a material in use lets anything through; without it that is turned to heat.
+fn decide_transmission(wish: Wish, mode: Mode, scene: &mut Scene, geometry: &Geometry) -> Decision {
+    let bands = scene.bands.count();
+    let partitions: Vec<&Surface> =
+        geometry.surfaces().iter().filter(|s| is_partition(&scene.materials[s.material as usize])).collect();
+    let off = |reason: String| Decision::new(Effect::Transmission, vec![false; bands], reason);
+    if partitions.is_empty() {
+        let bound = Some(Bound::nothing(bands));
+        return Decision { bound, ..off("nothing passes any material".to_owned()) };
+    }
+    if wish == Wish::Off || mode == Mode::Paper {
+        for material in &mut scene.materials {
+            material.transmission.fill(0.0);
+        }
+        let why = if wish == Wish::Off { ASKED } else { "the paper's receivers hear nothing through walls" };
+        return off(format!("{why}, what would pass is absorbed"));
+    }
+    let passes = |band: usize| {
+        partitions.iter().any(|s| scene.materials[s.material as usize].transmission[band] > 0.0)
+    };
+    let on = (0..bands).map(passes).collect();
+    Decision {
+        cost: format!("{} % of the packets that go on at a partition pass it", 100.0 * LEAST_THROUGH),
+        ..Decision::new(Effect::Transmission, on, describe_partitions(scene, geometry))
+    }
+}
+
+fn is_partition(material: &Material) -> bool {
+    material.transmission.iter().any(|&transmission| transmission > 0.0)
+}
+
+/// Which materials sound passes, and how thick the walls are of which two faces are one partition.
+fn describe_partitions(scene: &Scene, geometry: &Geometry) -> String {
+    let described = scene.materials.iter().enumerate().filter(|(_, material)| is_partition(material)).map(
+        |(index, material)| {
+            let surfaces = (0..geometry.surfaces().len() as u32).map(SurfaceId);
+            let own = surfaces.filter(|&id| geometry.surface(id).material as usize == index);
+            let thicknesses: Vec<f64> = own.filter_map(|id| geometry.partition_thickness(id)).collect();
+            let thinnest = thicknesses.iter().copied().fold(f64::INFINITY, f64::min);
+            let thickest = thicknesses.iter().copied().fold(0.0, f64::max);
+            match thicknesses.len() {
+                0 => format!("\"{}\"", material.name),
+                faces => format!(
+                    "\"{}\" ({faces} faces of walls {thinnest:.3} … {thickest:.3} m thick)",
+                    material.name
+                ),
+            }
+        },
+    );
+    format!("sound passes {}", described.collect::<Vec<_>>().join(", "))
 }
 
 /// Directivity changes no more than the weight of emissions, and is heard as soon as a source has one.

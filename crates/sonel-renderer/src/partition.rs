@@ -1,0 +1,57 @@
+//! Straight ways through partitions: each band keeps τ of what it carried.
+//!
+//! A way that passes nothing costs what it costs without partitions, and so does every way where no material transmits.
+//!
+//! References: docs/physics.md §3.
+
+use glam::Vec3;
+use sonel_geometry::{Departure, Geometry, SurfaceId};
+use sonel_map::{CoefficientTable, Lanes};
+
+/// Partitions that a way passes, in order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Partitions(Vec<SurfaceId>);
+
+impl Partitions {
+    /// Those between a start and a local position [m]; [`None`] where something is between that nothing passes.
+    #[inline]
+    #[must_use]
+    pub fn between(geometry: &Geometry, table: &CoefficientTable, from: Departure, to: Vec3) -> Option<Self> {
+        let mut passed = Self::default();
+        let reaches = if table.transmits() {
+            geometry.reaches(from, to, |surface| passed.pass(geometry, table, surface))
+        } else {
+            !geometry.is_blocked(from, to)
+        };
+        reaches.then_some(passed)
+    }
+
+    /// Notes that `surface` is passed; false where nothing passes it.
+    pub fn pass(&mut self, geometry: &Geometry, table: &CoefficientTable, surface: SurfaceId) -> bool {
+        let passes = table.material(geometry.surface(surface).material).is_partition;
+        if passes {
+            self.0.push(surface);
+        }
+        passes
+    }
+
+    /// Whether there is none.
+    #[inline]
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Takes from `energy` what they hold back.
+    #[inline]
+    pub fn weaken(&self, geometry: &Geometry, table: &CoefficientTable, energy: &mut [Lanes]) {
+        for &surface in &self.0 {
+            let row = table.material(geometry.surface(surface).material);
+            for (energy, transmitted) in energy.iter_mut().zip(&row.transmitted.energy) {
+                for lane in 0..4 {
+                    energy[lane] *= transmitted[lane];
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Sound through partitions: exact through sheets in the open, the power balance of two rooms, estimators among themselves.
+
+use glam::dvec3;
+use sonel_acoustics::{Bands, Material};
+use sonel_geometry::Mesh;
+use sonel_map::Settings;
+use sonel_renderer::{Estimator, RenderSettings, Rendering};
+use sonel_scene::Scene;
+use sonel_testkit::analytic::free_field;
+use sonel_tests::estimates::{agree_in_windows, windows};
+use sonel_tests::meshes::{add_box, add_quad};
+use sonel_tests::two_rooms::{Partition, level_difference, two_rooms};
+use sonel_tests::{Traced, batch_fluence, fluence};
+
+const TRANSMISSION: [f64; 4] = [0.3, 1e-2, 1e-6, 0.0];
+const BANDS: usize = TRANSMISSION.len();
+
+/// Source and receiver 7 m apart in the open, partitions between them, which reflect nothing.
+fn open(mesh: Mesh) -> Scene {
+    let bands =
+        Bands::new(vec![125.0, 250.0, 500.0, 1000.0], sonel_acoustics::BandWidth::Octave).expect("octaves");
+    let mut wall = Material::uniform("wall", 1.0, 0.0, BANDS);
+    wall.transmission = TRANSMISSION.to_vec();
+    Scene::from_parts(mesh, vec![wall], bands, 0.2)
+        .with_source("source", [-3.5, 0.1, 0.2])
+        .with_receiver("receiver", [3.5, 0.1, 0.2])
+        .without_air_attenuation()
+}
+
+fn sheet(mesh: &mut Mesh, x: f64) {
+    let corner = |y: f64, z: f64| dvec3(x, y, z);
+    add_quad(mesh, 0, [corner(-9.0, -9.0), corner(9.0, -9.0), corner(9.0, 9.0), corner(-9.0, 9.0)]);
+}
+
+/// What arrives per band beside the free field.
+fn passed(mesh: Mesh) -> Vec<f64> {
+    let traced = Traced::new(open(mesh), Settings { emissions: 2000, ..Settings::default() });
+    assert!(traced.books.worst_residual() < 1e-9);
+    let rendering = traced.render(RenderSettings::default());
+    (0..BANDS).map(|band| fluence(&rendering, 200, 0, band) / free_field(7.0, 0.0)).collect()
+}
+
+fn check(mesh: Mesh, partitions: i32) {
+    for (found, transmission) in passed(mesh).into_iter().zip(TRANSMISSION) {
+        let expected = transmission.powi(partitions);
+        assert!((found - expected).abs() <= 1e-6 * expected, "{found} instead of {expected}");
+    }
+}
+
+#[test]
+fn a_sheet_lets_its_transmission_through_and_nothing_else() {
+    let mut mesh = Mesh::default();
+    sheet(&mut mesh, 0.0);
+    check(mesh, 1);
+}
+
+#[test]
+fn three_walls_in_a_row_multiply() {
+    let mut mesh = Mesh::default();
+    for x in [-1.0, 0.3, 0.35] {
+        sheet(&mut mesh, x);
+    }
+    check(mesh, 3);
+}
+
+/// A closed shell alone would be a room.
+fn with_something_beside() -> Mesh {
+    let mut mesh = Mesh::default();
+    sheet(&mut mesh, -6.0);
+    mesh
+}
+
+/// Its two faces are one partition.
+#[test]
+fn a_slab_weakens_once() {
+    let mut mesh = with_something_beside();
+    add_box(&mut mesh, 0, dvec3(-0.1, -9.0, -9.0), dvec3(0.1, 9.0, 9.0));
+    check(mesh, 1);
+}
+
+/// It is no slab: who passes its walls is in its air between them.
+#[test]
+fn a_hut_weakens_twice() {
+    let mut mesh = with_something_beside();
+    add_box(&mut mesh, 0, dvec3(-2.0, -9.0, -9.0), dvec3(2.0, 9.0, 9.0));
+    check(mesh, 2);
+}
+
+fn level(rendering: &Rendering, receiver: usize, band: usize) -> (f64, f64) {
+    let (mean, error) = batch_fluence(rendering, receiver, band);
+    (10.0 * mean.log10(), 10.0 * (1.0 + error / mean).log10())
+}
+
+/// Levels in both rooms for diffuse walls, by sheet and slab, against the power balance.
+fn check_balance(partition: Partition) {
+    let transmission = [1e-2, 1e-3, 1e-5];
+    let scene = two_rooms(partition, [0.1; 2], 1.0, &transmission);
+    let traced = Traced::new(scene, Settings { emissions: 60_000, ..Settings::default() });
+    assert!(traced.books.worst_residual() < 1e-9);
+    let rendering = traced.render(RenderSettings::default());
+    for (band, transmission) in transmission.into_iter().enumerate() {
+        // The direct sound is no part of the diffuse field of the first room.
+        let loud = 10.0
+            * (fluence(&rendering, 2000, 0, band) - free_field(2.8_f64.hypot(3.2).hypot(0.2), 0.0)).log10();
+        let quiet = [1, 2].map(|receiver| level(&rendering, receiver, band));
+        assert!(quiet.iter().all(|(_, error)| *error < 0.1), "too noisy to mean anything: {quiet:?} dB");
+        let found = loud - 0.5 * (quiet[0].0 + quiet[1].0);
+        let expected = level_difference(0.1, transmission);
+        assert!((found - expected).abs() < 0.35, "band {band}: {found} instead of {expected} dB");
+    }
+}
+
+#[test]
+fn two_rooms_have_the_level_difference_of_their_power_balance() {
+    check_balance(Partition::Sheet);
+}
+
+#[test]
+fn so_have_rooms_with_a_thick_wall_between_them() {
+    check_balance(Partition::Slab(0.25));
+}
+
+/// One map, counted in three ways, in both rooms and over time.
+#[test]
+fn estimators_agree_in_both_rooms() {
+    let scene = two_rooms(Partition::Sheet, [0.15; 2], 0.3, &[3e-2, 1e-4]).with_duration(0.5);
+    let traced = Traced::new(scene, Settings { emissions: 60_000, ..Settings::default() });
+    let borders = [0.0, 0.05, 0.2, 0.5];
+    let by =
+        |estimator| windows(&traced, RenderSettings { estimator, ..RenderSettings::default() }, &borders);
+    let reference = by(Estimator::Auto);
+    for estimator in [Estimator::Connection, Estimator::Gather, Estimator::Sphere] {
+        let other = by(estimator);
+        for (receiver, (reference, other)) in reference.iter().zip(&other).enumerate() {
+            for (band, (reference, other)) in reference.iter().zip(other).enumerate() {
+                agree_in_windows(other, reference, 0.15)
+                    .unwrap_or_else(|flaw| panic!("{estimator:?}, receiver {receiver}, band {band}: {flaw}"));
+            }
+        }
+    }
+}
