@@ -22,6 +22,7 @@ mod twofold;
 
 mod uneven_box;
 mod watertight;
+mod what_if;
 
 /// The long form is in `accept`.
 const WATERTIGHT_RAYS: u32 = 200_000;

@@ -37,6 +37,7 @@ pub mod sonels;
 pub mod student;
 pub mod survey;
 pub mod tail;
+pub mod what_if;
 pub mod window;
 
 pub use decay::{DecayCurve, Echogram};

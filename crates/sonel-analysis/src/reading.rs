@@ -5,8 +5,8 @@
 use glam::{DVec3, Vec3};
 use sonel_geometry::Geometry;
 use sonel_map::{
-    BatchStart, CoefficientTable, EmissionDirections, EmissionLayout, PacketStart, PathView, PathWeight,
-    Segment, SonelMap, sweep,
+    BandClasses, BatchStart, CoefficientTable, EmissionDirections, EmissionLayout, PacketStart, PathView,
+    PathWeight, Segment, SonelMap, sweep,
 };
 
 /// A map with what its paths need to be read.
@@ -30,6 +30,18 @@ pub struct Reading<'a> {
 impl<'a> Reading<'a> {
     /// Makes `map` ready, whose paths must be sound ([`SonelMap::check_paths`]); `geometry` is that of its scene.
     pub fn new(map: &'a SonelMap, geometry: &Geometry) -> Self {
+        Self::with(map.coefficients(&BandClasses::separate(map.header().scene.bands.count())), map, geometry)
+    }
+
+    /// The same with the materials of the file, whatever the scene has by now ([`SonelMap::change`]).
+    pub fn as_drawn(map: &'a SonelMap, geometry: &Geometry) -> Self {
+        let scene = &map.header().scene;
+        let materials = map.drawn_with().unwrap_or(&scene.materials);
+        let table = CoefficientTable::new(materials, scene.bands.count(), map.header().settings.survival);
+        Self::with(table.with_edges(map.edge_table()), map, geometry)
+    }
+
+    fn with(table: CoefficientTable, map: &'a SonelMap, geometry: &Geometry) -> Self {
         let (header, layout) = (map.header(), map.layout());
         let (scene, settings) = (&header.scene, &header.settings);
         let bands = scene.bands.count();
@@ -41,8 +53,7 @@ impl<'a> Reading<'a> {
             batches: (0..layout.batches)
                 .map(|batch| BatchStart::new(&layout, batch, settings.spectral))
                 .collect(),
-            table: CoefficientTable::new(&scene.materials, bands, settings.survival)
-                .with_edges(map.edge_table()),
+            table,
             material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
             origins: scene.sources.iter().map(|source| source.position - geometry.center()).collect(),
             directions: (0..scene.sources.len() as u32).map(directions).collect(),

@@ -106,6 +106,18 @@ impl CoefficientTable {
         Self { bands: classes.count(), rows, transmits, edges: None }
     }
 
+    /// The same energies for events drawn with the probabilities of `drawn`, a table of as many materials and classes.
+    #[must_use]
+    pub fn drawn_as(mut self, drawn: &Self) -> Self {
+        for (row, drawn) in self.rows.iter_mut().zip(&drawn.rows) {
+            row.specular.probability.clone_from(&drawn.specular.probability);
+            row.diffuse.probability.clone_from(&drawn.diffuse.probability);
+            row.transmitted.probability.clone_from(&drawn.transmitted.probability);
+            row.thresholds.clone_from(&drawn.thresholds);
+        }
+        self
+    }
+
     /// The same with the edges that bend, which has to have a column for every band.
     #[must_use]
     pub fn with_edges(self, edges: Option<EdgeTable>) -> Self {

@@ -9,9 +9,13 @@ use std::fs::File;
 use glam::DVec3;
 use memmap2::Mmap;
 use rayon::prelude::*;
+use sonel_acoustics::Material;
 use sonel_geometry::Geometry;
+use sonel_scene::Source;
 
+use crate::classes::BandClasses;
 use crate::codec::{self, HeaderRecord};
+use crate::coefficients::CoefficientTable;
 use crate::edges::{self, EdgeTable};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
@@ -36,6 +40,8 @@ pub struct SonelMap {
     faces: Vec<FacesRow>,
     chunks: Vec<ChunkEntry>,
     books: Vec<Ledger>,
+    /// The materials that paths were drawn with, where others are to be heard.
+    drawn_with: Option<Vec<Material>>,
 }
 
 /// Where the bytes of a map are. Both begin at an address that suits every record.
@@ -140,7 +146,19 @@ impl SonelMap {
         }
         check_directory(&chunks, &header)?;
         let (minor, digest) = (preamble.minor, preamble.header_digest);
-        Ok(Self { bytes, header, minor, digest, center, surfaces, edges, faces, chunks, books })
+        Ok(Self {
+            bytes,
+            header,
+            minor,
+            digest,
+            center,
+            surfaces,
+            edges,
+            faces,
+            chunks,
+            books,
+            drawn_with: None,
+        })
     }
 
     /// Provenance.
@@ -205,6 +223,52 @@ impl SonelMap {
     /// [`MapError::ForeignSurfaces`] with the first difference.
     pub fn check_surfaces(&self, geometry: &Geometry) -> Result<(), MapError> {
         compare_places(&self.surfaces, &self.edges, &self.header, self.center, geometry)
+    }
+
+    /// Replaces the materials and sources of the scene, one each for those there are, for everything that reads energies from here on. The
+    /// paths stay those drawn with the materials of the file, and weights allow for that (docs/physics.md §2).
+    ///
+    /// # Panics
+    /// Where `materials` or `sources` are not as many as before, or a source has moved.
+    pub fn change(&mut self, materials: Vec<Material>, sources: Vec<Source>) {
+        let scene = &mut self.header.scene;
+        assert_eq!(materials.len(), scene.materials.len(), "surfaces name their materials by number");
+        assert!(
+            sources
+                .iter()
+                .map(|source| source.position)
+                .eq(scene.sources.iter().map(|source| source.position)),
+            "paths begin at the sources"
+        );
+        let before = std::mem::replace(&mut scene.materials, materials);
+        scene.sources = sources;
+        self.drawn_with.get_or_insert(before);
+    }
+
+    /// The materials of the file, where the scene has others by now ([`Self::change`]).
+    #[must_use]
+    pub fn drawn_with(&self) -> Option<&[Material]> {
+        self.drawn_with.as_deref()
+    }
+
+    /// Bands that neither coefficients nor `attenuation` tell apart ([`BandClasses::alike`]).
+    #[must_use]
+    pub fn classes(&self, attenuation: &[f64]) -> BandClasses {
+        let scene = &self.header.scene;
+        let materials = [&scene.materials, self.drawn_with.as_deref().unwrap_or_default()].concat();
+        BandClasses::alike(&materials, attenuation, self.header.settings.spectral)
+    }
+
+    /// What every event means to the energy of `classes` of bands, and with which probability it was drawn.
+    #[must_use]
+    pub fn coefficients(&self, classes: &BandClasses) -> CoefficientTable {
+        let survival = self.header.settings.survival;
+        let table = CoefficientTable::grouped(&self.header.scene.materials, classes, survival);
+        match &self.drawn_with {
+            Some(materials) => table.drawn_as(&CoefficientTable::grouped(materials, classes, survival)),
+            None => table,
+        }
+        .with_edges(self.edge_table())
     }
 
     /// What passing edges means to the bands; [`None`] where nothing is bent.

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_acoustics::mean_free_path;
 use sonel_geometry::{Departure, Geometry};
-use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, MapHeader, SonelMap};
+use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, SonelMap};
 use sonel_scene::{Scene, Source};
 use thiserror::Error;
 
@@ -163,9 +163,10 @@ pub struct Renderer<'a> {
 }
 
 /// m per band of the sound that packets carry [1/m]: none where the map states that the scene's air does not matter to it. What is
-/// computed one by one, and air that was asked for anew, is as it is.
-fn carried(attenuation: &[f64], air: &Air, header: &MapHeader) -> Vec<f64> {
-    let stated = header.effects.iter().find(|effect| effect.name == AIR && *air == Air::OfScene);
+/// computed one by one, air that was asked for anew, and air beside other materials, is as it is.
+fn carried(attenuation: &[f64], air: &Air, map: &SonelMap) -> Vec<f64> {
+    let is_as_traced = *air == Air::OfScene && map.drawn_with().is_none();
+    let stated = map.header().effects.iter().find(|effect| effect.name == AIR && is_as_traced);
     let matters = |band: usize| stated.and_then(|effect| effect.on.get(band)).copied().unwrap_or(true);
     attenuation.iter().enumerate().map(|(band, &m)| if matters(band) { m } else { 0.0 }).collect()
 }
@@ -223,19 +224,18 @@ impl<'a> Renderer<'a> {
         let layout = map.layout();
         let diffracts =
             map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
-        let bends = map.edge_table();
         // Edges tell all bands apart.
-        let classes = if diffracts || bends.is_some() {
+        let classes = if diffracts || map.edge_table().is_some() {
             BandClasses::separate(scene.bands.count())
         } else {
-            BandClasses::alike(&scene.materials, &attenuation, traced.spectral)
+            map.classes(&attenuation)
         };
-        let carried = carried(&attenuation, &settings.air, map.header());
+        let carried = carried(&attenuation, &settings.air, map);
         let of_classes =
             |bands: &[f64]| -> Vec<f64> { classes.representatives().map(|band| bands[band]).collect() };
         let (attenuation, carried) = (of_classes(&attenuation), of_classes(&carried));
         let bands = classes.count();
-        let table = CoefficientTable::grouped(&scene.materials, &classes, traced.survival).with_edges(bends);
+        let table = map.coefficients(&classes);
         Ok(Self {
             image_order: if settings.estimator == Estimator::Auto && geometry.as_shoebox().is_some() {
                 image_order(geometry, &table)

@@ -17,7 +17,7 @@ mod scene;
 mod sections;
 mod suggest;
 
-pub use load::{Loaded, load, load_receivers};
+pub use load::{Loaded, load, load_materials, load_receivers};
 pub use problem::{Place, Problem, SceneErrors};
 pub use scene::{
     DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DURATION, Receiver, Scene,

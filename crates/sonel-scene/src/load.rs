@@ -2,7 +2,7 @@
 
 use std::io;
 
-use sonel_acoustics::Material;
+use sonel_acoustics::{Bands, Material};
 use sonel_geometry::{Geometry, Mesh};
 use toml::de::DeTable;
 
@@ -10,6 +10,7 @@ use crate::document::Table;
 use crate::inspection::inspect;
 use crate::report::{Remarks, Report};
 use crate::room;
+use crate::sections::bands::BandChoice;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::walls::{self, Walls};
 use crate::sections::{air, bands, materials};
@@ -72,6 +73,26 @@ pub fn load_receivers(toml_text: &str, file_label: &str) -> Result<Vec<Receiver>
         receivers.into_iter().map(|Placed { point, .. }| point).collect()
     };
     read_document(toml_text, file_label, read).map(|(receivers, _)| receivers)
+}
+
+/// Reads the `[materials.NAME]` of a file that holds nothing else: materials for a map of `bands`.
+///
+/// # Errors
+/// Every problem of the file; a file without materials is one.
+pub fn load_materials(
+    toml_text: &str,
+    file_label: &str,
+    bands: &Bands,
+) -> Result<Vec<Material>, SceneErrors> {
+    let read = |document: &Table<'_>, report: &mut Report<'_>| {
+        document.allow_only(&["materials"], report);
+        let materials = materials::read(document, &BandChoice::certain(bands.clone()), report);
+        if materials.is_empty() {
+            report.problem(0, "no materials; add a table [materials.NAME] with its absorption");
+        }
+        materials
+    };
+    read_document(toml_text, file_label, read).map(|(materials, _)| materials)
 }
 
 /// Parses a document and reads it with `read`; the remarks come with the result.

@@ -11,6 +11,8 @@ use sonel_console::time::parse_time;
 use sonel_renderer::ReceiverPoint;
 use sonel_study::target::Targets;
 
+use crate::change::Assignment;
+
 /// Renders echograms at any receivers from a sonel map.
 #[derive(Debug, Clone, Parser)]
 #[command(
@@ -63,6 +65,14 @@ pub struct Arguments {
     /// No attenuation by air.
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
+    /// Another coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission, sound_reduction_db; one
+    /// number, or one per band with commas between) or sources.NAME.directivity=WORD; may be repeated. What the paths of the map cannot
+    /// carry is refused.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = Assignment::parse)]
+    pub set: Vec<Assignment>,
+    /// Other materials: a TOML file of [materials.NAME], as in a scene file. Those it does not name stay. Comes before --set.
+    #[arg(long, value_name = "FILE.toml")]
+    pub materials: Option<PathBuf>,
     /// Print the rays, cost and intervals for several accuracies, and the sonels where the map has too few; with --output,
     /// render and compare.
     #[arg(long)]

@@ -4,6 +4,7 @@ use std::f64::consts::LOG10_E;
 
 use anyhow::Context;
 use serde_json::{Value, json};
+use sonel_acoustics::Material;
 use sonel_console::Stopwatch;
 use sonel_console::progress::Progress;
 use sonel_echogram::Response;
@@ -92,9 +93,33 @@ impl Run<'_> {
                 "rays": self.settings.rays,
                 "radius_m": self.settings.gather_radius,
                 "air_attenuation": self.renderer.attenuation(),
+                "changed": self.changes(),
             },
             "sources": self.renderings.iter().map(|rendering| self.shares(rendering)).collect::<Vec<_>>(),
         })
+    }
+
+    /// Materials and directivities in use, where they are not those of the map's file.
+    fn changes(&self) -> Value {
+        if self.map.drawn_with().is_none() {
+            return Value::Null;
+        }
+        let scene = &self.map.header().scene;
+        let materials: serde_json::Map<String, Value> = scene
+            .materials
+            .iter()
+            .map(|Material { name, absorption, scattering, transmission, .. }| {
+                let coefficients =
+                    json!({ "absorption": absorption, "scattering": scattering, "transmission": transmission });
+                (name.clone(), coefficients)
+            })
+            .collect();
+        let directivities: serde_json::Map<String, Value> = scene
+            .sources
+            .iter()
+            .map(|source| (source.name.clone(), json!(source.directivity.name())))
+            .collect();
+        json!({ "materials": materials, "directivities": directivities })
     }
 
     /// Orders and energy per path class of one source.

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod assemble;
+mod change;
 mod judging;
 mod planning;
 mod receivers;
@@ -12,11 +13,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use sonel_acoustics::Air as AirState;
+use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan as console;
 use sonel_console::{Outcome, Stopwatch, input, use_threads};
-use sonel_map::SonelMap;
-use sonel_renderer::{Air, RenderSettings, Renderer, Rendering};
+use sonel_map::{Mode, SonelMap};
+use sonel_renderer::{Air, Estimator, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
 use sonel_study::effects;
 
@@ -35,7 +37,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     use_threads(arguments.threads)?;
     let label = arguments.map.display().to_string();
     let file = input::open(&arguments.map).with_context(|| format!("cannot read the map {label}"))?;
-    let map = SonelMap::open(&file).with_context(|| label.clone())?;
+    let mut map = SonelMap::open(&file).with_context(|| label.clone())?;
+    let warnings = change_map(&mut map, arguments, &label)?;
     let scene = &map.header().scene;
     let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
     let settings = render_settings(arguments, scene)?;
@@ -44,8 +47,11 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let (map, geometry, quiet) = (&map, &geometry, arguments.quiet);
     let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, quiet };
     // Whatever is wrong with the output shall be said before the work is done.
-    let inputs: Vec<PathBuf> =
-        std::iter::once(&arguments.map).chain(&arguments.receivers_file).cloned().collect();
+    let inputs: Vec<PathBuf> = std::iter::once(&arguments.map)
+        .chain(&arguments.receivers_file)
+        .chain(&arguments.materials)
+        .cloned()
+        .collect();
     let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
     let output = arguments.output.as_deref().map(create).transpose()?;
     let plan = arguments.plan.then(|| planning::plan(&job, &settings, arguments.at_most)).transpose()?;
@@ -83,7 +89,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         scene.sources.len(),
     )?;
     log_classes(&run.renderer, &run.renderings, log)?;
-    let missing = effects::missing(map.header(), geometry, &receivers, &run.renderings);
+    let missing = [warnings, effects::missing(map.header(), geometry, &receivers, &run.renderings)].concat();
     for sentence in &missing {
         writeln!(log, "warning: {sentence}")?;
     }
@@ -103,6 +109,31 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         writeln!(out, "{}", run.report((wall, cpu), &told))?;
     }
     Ok(outcome)
+}
+
+/// Gives `map` the materials and directivities that were asked for; returns what is to be warned of.
+fn change_map(map: &mut SonelMap, arguments: &Arguments, label: &str) -> anyhow::Result<Vec<String>> {
+    let Arguments { materials, set, .. } = arguments;
+    if materials.is_none() && set.is_empty() {
+        return Ok(Vec::new());
+    }
+    if map.header().settings.mode == Mode::Paper || Estimator::from(arguments.estimator) == Estimator::Paper {
+        bail!(
+            "the paper's estimator draws events anew with the materials of the map: leave --set and --materials out"
+        );
+    }
+    let scene = &map.header().scene;
+    let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
+    let (materials, sources) = change::changed(scene, materials.as_deref(), set)?;
+    map.require_whole().with_context(|| label.to_owned())?;
+    map.check_surfaces(&geometry).with_context(|| label.to_owned())?;
+    map.check_paths(geometry.surfaces().len() as u32).with_context(|| label.to_owned())?;
+    map.change(materials, sources);
+    let Fitness { refusals, warnings } = fitness(map, &geometry);
+    if !refusals.is_empty() {
+        bail!("{label} cannot answer this: {}", refusals.join("\nerror: "));
+    }
+    Ok(warnings)
 }
 
 fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<RenderSettings> {

@@ -12,6 +12,13 @@ pub(crate) struct BandChoice {
     is_certain: bool,
 }
 
+impl BandChoice {
+    /// Bands known from elsewhere.
+    pub(crate) fn certain(bands: Bands) -> Self {
+        Self { bands, is_certain: true }
+    }
+}
+
 /// Reads the section, or takes the default when there is none.
 pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> BandChoice {
     let Some(section) = document.get("bands") else {

@@ -1,0 +1,165 @@
+//! Other materials on the same map against fresh traces of them, and changes that the paths cannot carry.
+
+use sonel_acoustics::{BandWidth, Bands, Directivity, Material};
+use sonel_analysis::what_if::{Fitness, fitness};
+use sonel_geometry::Mesh;
+use sonel_map::Settings;
+use sonel_renderer::RenderSettings;
+use sonel_scene::Scene;
+use sonel_tests::estimates::{agree_in_windows, windows};
+use sonel_tests::two_rooms::{Partition, two_rooms};
+use sonel_tests::{Traced, batch_fluence};
+
+const BORDERS: [f64; 5] = [0.0, 0.03, 0.1, 0.2, 0.4];
+
+fn material(name: &str, absorption: [f64; 2], scattering: [f64; 2]) -> Material {
+    Material {
+        absorption: absorption.to_vec(),
+        scattering: scattering.to_vec(),
+        ..Material::uniform(name, 0.0, 0.0, 2)
+    }
+}
+
+/// A box of three materials.
+fn room() -> Scene {
+    let materials = vec![
+        material("walls", [0.2, 0.1], [0.3, 0.5]),
+        material("floor", [0.1, 0.3], [0.1, 0.2]),
+        material("ceiling", [0.3, 0.4], [0.6, 0.6]),
+    ];
+    let bands = Bands::new(vec![500.0, 1000.0], BandWidth::Octave).expect("octaves");
+    Scene::from_parts(Mesh::shoebox([6.0, 5.0, 4.0], [0, 0, 0, 0, 1, 2]), materials, bands, 0.4)
+        .with_source("source", [1.5, 1.2, 1.3])
+        .with_receiver("receiver", [4.2, 3.7, 2.1])
+        .without_air_attenuation()
+}
+
+fn trace(scene: &Scene, seed: u64) -> Traced {
+    Traced::new(scene.clone(), Settings { emissions: 30_000, seed, ..Settings::default() })
+}
+
+/// A map of `scene` given the materials and sources of `other`.
+fn as_if(scene: &Scene, other: &Scene) -> (Traced, Fitness) {
+    let mut traced = trace(scene, 1);
+    traced.map.change(other.materials.clone(), other.sources.clone());
+    let fitness = fitness(&traced.map, &traced.geometry);
+    (traced, fitness)
+}
+
+fn windows_of(traced: &Traced) -> Vec<Vec<Vec<sonel_testkit::z_test::Estimate>>> {
+    windows(traced, RenderSettings { rays: 16_384, ..RenderSettings::default() }, &BORDERS)
+}
+
+fn check(scene: &Scene, change: impl Fn(&mut Scene)) {
+    let mut other = scene.clone();
+    change(&mut other);
+    let (changed, fitness) = as_if(scene, &other);
+    assert!(fitness.refusals.is_empty(), "{:?}", fitness.refusals);
+    let [found, fresh, before] =
+        [changed, trace(&other, 2), trace(scene, 3)].map(|traced| windows_of(&traced));
+    let mut tells = false;
+    for receiver in 0..found.len() {
+        for band in 0..found[receiver].len() {
+            let [found, fresh, before] = [&found, &fresh, &before].map(|windows| &windows[receiver][band]);
+            agree_in_windows(found, fresh, 0.1)
+                .unwrap_or_else(|flaw| panic!("receiver {receiver}, band {band}: {flaw}"));
+            tells |= agree_in_windows(before, fresh, 0.1).is_err();
+        }
+    }
+    assert!(tells, "the change is too small to be seen");
+}
+
+#[test]
+fn absorption() {
+    check(&room(), |scene| {
+        scene.materials[0].absorption = vec![0.1, 0.3];
+        scene.materials[2].absorption = vec![0.5, 0.2];
+    });
+}
+
+#[test]
+fn scattering() {
+    let mut flutter = room();
+    flutter.materials[1].absorption = vec![0.8; 2];
+    flutter.materials[2].absorption = vec![0.8; 2];
+    check(&flutter, |scene| scene.materials[0].scattering = vec![0.08, 0.1]);
+}
+
+#[test]
+fn everything_at_once() {
+    check(&room(), |scene| {
+        scene.materials[0].absorption = vec![0.3, 0.2];
+        scene.materials[0].scattering = vec![0.4, 0.4];
+        scene.materials[2].absorption = vec![0.2, 0.3];
+        scene.sources[0].directivity = Directivity::Cardioid;
+    });
+}
+
+#[test]
+fn transmission() {
+    let scene = two_rooms(Partition::Sheet, [0.2, 0.3], 0.5, &[1e-2, 1e-3]).with_duration(0.4);
+    check(&scene, |scene| scene.materials[2].transmission = vec![3e-3, 2e-2]);
+}
+
+/// Level over that of a fresh trace [dB] of the second band, if the change were not refused.
+fn silently_wrong_by(scene: &Scene, change: impl Fn(&mut Scene), expected: &str) -> f64 {
+    let mut other = scene.clone();
+    change(&mut other);
+    let (changed, fitness) = as_if(scene, &other);
+    assert!(fitness.refusals.iter().any(|sentence| sentence.contains(expected)), "{fitness:?}");
+    let [found, fresh] = [changed, trace(&other, 2)].map(|traced| {
+        batch_fluence(&traced.render(RenderSettings { rays: 16_384, ..RenderSettings::default() }), 0, 1).0
+    });
+    10.0 * (found / fresh).log10()
+}
+
+/// Mirrors that are to scatter: no packet ever did, so what would be scattered is missing.
+#[test]
+fn events_that_were_never_drawn_are_refused() {
+    let mut scene = room();
+    scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.0; 2]);
+    let scatter = |scene: &mut Scene| scene.materials[0].scattering = vec![0.7; 2];
+    let wrong = silently_wrong_by(
+        &scene,
+        scatter,
+        "materials.walls at 500 Hz: no packet of this map was ever scattered",
+    );
+    assert!(wrong < -1.0, "{wrong} dB");
+}
+
+/// Paths were broken off where they carried nothing, and the run is as short as its absorption allowed.
+#[test]
+fn paths_that_end_too_early_are_refused() {
+    let mut scene = room();
+    scene.materials.iter_mut().for_each(|material| material.absorption = vec![0.4; 2]);
+    let liven = |scene: &mut Scene| {
+        scene.materials.iter_mut().for_each(|material| material.absorption = vec![0.05; 2]);
+        scene.duration = 2.0;
+    };
+    let wrong = silently_wrong_by(&scene, liven, "is still on its way where the paths of this map end");
+    assert!(wrong < -0.3, "{wrong} dB");
+}
+
+/// From nearly black to live: few packets were reflected often enough.
+#[test]
+fn books_that_do_not_close_are_refused() {
+    let mut scene = room().with_duration(1.5);
+    scene.materials.iter_mut().for_each(|material| material.absorption = vec![0.97; 2]);
+    let liven = |scene: &mut Scene| {
+        scene.materials.iter_mut().for_each(|material| material.absorption = vec![0.1; 2])
+    };
+    let wrong = silently_wrong_by(&scene, liven, "the balance of energy is off by");
+    assert!(wrong.abs() > 0.3, "{wrong} dB");
+}
+
+/// From mirrors to Lambert's law: few packets were scattered twice.
+#[test]
+fn energy_on_few_packets_is_refused() {
+    let mut scene = room();
+    scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.01; 2]);
+    let scatter = |scene: &mut Scene| {
+        scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.9; 2])
+    };
+    let wrong = silently_wrong_by(&scene, scatter, "are worth");
+    assert!(wrong.abs() > 0.3, "{wrong} dB");
+}
