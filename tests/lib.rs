@@ -1,5 +1,6 @@
 //! What the tests across crates share: a scene traced into a map in memory, and the map rendered.
 
+pub mod bent;
 pub mod change;
 pub mod estimates;
 pub mod judged;

@@ -1,6 +1,9 @@
 //! Long runs behind `cargo xtask accept`: what must hold before a release and takes too long for every change.
 
 mod agreement;
+mod bending;
+#[path = "../physics/bent_estimators.rs"]
+mod bent_estimators;
 mod comparison;
 mod coverage;
 mod effects;
@@ -20,3 +23,6 @@ mod watertight;
 const FORM: stability::Form = stability::Form::Long;
 /// Rays in each shipped room.
 const WATERTIGHT_RAYS: u32 = 1_000_000;
+/// Of the estimators where packets are bent.
+const BENT: bent_estimators::Effort =
+    bent_estimators::Effort { emissions: 160_000, rays: 1 << 15, error: 0.05 };

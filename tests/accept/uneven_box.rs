@@ -1,7 +1,7 @@
 //! Boxes against a slow and obvious simulator, to some thousandths: each class of path, each window of time, in bands and at
 //! walls that differ.
 
-use sonel_tests::uneven_box::{Effort, Rendered, WILD};
+use sonel_tests::uneven_box::{Effort, Rendered, UnevenBox, WILD};
 
 const EFFORT: Effort = Effort {
     rays_per_batch: 250_000,
@@ -16,7 +16,7 @@ const EFFORT: Effort = Effort {
 fn classes_and_windows_of_uneven_boxes() {
     let mut smooth = WILD;
     smooth.scattering.iter_mut().flatten().for_each(|scattering| *scattering *= 0.2);
-    for room in [WILD, smooth] {
+    for room in [WILD, smooth, UnevenBox::even(0.2, 0.5)] {
         let wrong = Rendered::of(&room, EFFORT).disagreements(&room);
         assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     }

@@ -1,26 +1,17 @@
-//! Packets bent at edges: the angles they take, the energy they keep, and the same answer by two estimators.
+//! Packets bent at edges: the angles they take, the energy they keep, the obstacles that bend none.
 
 use std::convert::Infallible;
 
-use glam::DVec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
-use sonel_geometry::{Mesh, MeshTriangle};
+use sonel_geometry::Mesh;
 use sonel_map::edges::whole_reach;
 use sonel_map::{Event, Settings, ShardRange, Spectral};
-use sonel_renderer::{Estimator, RenderSettings};
+use sonel_renderer::Estimator;
 use sonel_scene::Scene;
-use sonel_testkit::z_test::{Estimate, Within, agree, within_sigmas};
-use sonel_tests::{Traced, batch_fluence};
+use sonel_testkit::z_test::{Estimate, Within, within_sigmas};
+use sonel_tests::Traced;
+use sonel_tests::bent::{add_box, add_quad, heard, screened};
 use sonel_tracer::Tracer;
-
-/// Adds a rectangle of `material` to `mesh`.
-fn add_quad(mesh: &mut Mesh, corners: [[f64; 3]; 4], material: u32) {
-    let first = mesh.vertices.len() as u32;
-    mesh.vertices.extend(corners.map(DVec3::from));
-    for corners in [[0, 1, 2], [0, 2, 3]] {
-        mesh.triangles.push(MeshTriangle { corners: corners.map(|corner| first + corner), material });
-    }
-}
 
 /// A screen in the plane x = 0 that ends at z = 0, and a black wall at x = 10 m, both as good as endless.
 fn knife_edge(frequency: f64) -> Scene {
@@ -99,37 +90,6 @@ fn packets_behind_a_knife_edge_are_as_many_as_their_law_says() {
     );
 }
 
-/// Adds a box of `material` with a corner at `from`.
-fn add_box(mesh: &mut Mesh, from: [f64; 3], size: [f64; 3], material: u32) {
-    let first = mesh.vertices.len() as u32;
-    let solid = Mesh::shoebox(size, [material; 6]);
-    mesh.vertices.extend(solid.vertices.iter().map(|&vertex| vertex + DVec3::from(from)));
-    mesh.triangles.extend(solid.triangles.iter().map(|triangle| MeshTriangle {
-        // Turned, so that the air is outside.
-        corners: [2, 1, 0].map(|corner| first + triangle.corners[corner]),
-        ..*triangle
-    }));
-}
-
-/// A room of four bands, divided by a screen of half its height with two free edges. A box before it and a shelf behind it bend some of the bands.
-fn screened(absorption: [f64; 4], scattering: [f64; 4], duration: f64) -> Scene {
-    let bands = Bands::new(vec![125.0, 250.0, 1000.0, 4000.0], BandWidth::Octave).expect("octaves");
-    let mut mesh = Mesh::shoebox([12.0, 9.0, 6.0], [0; 6]);
-    add_quad(&mut mesh, [[6.0, 0.0, 0.0], [6.0, 6.0, 0.0], [6.0, 6.0, 3.5], [6.0, 0.0, 3.5]], 0);
-    add_box(&mut mesh, [4.6, 2.0, 1.0], [0.6, 0.5, 0.6], 0);
-    add_quad(&mut mesh, [[7.5, 3.0, 2.0], [9.0, 3.0, 2.0], [9.0, 5.0, 2.0], [7.5, 5.0, 2.0]], 0);
-    let material = Material {
-        absorption: absorption.to_vec(),
-        scattering: scattering.to_vec(),
-        ..Material::uniform("walls", 0.0, 0.0, 4)
-    };
-    let mut scene = Scene::from_parts(mesh, vec![material], bands, duration)
-        .with_source("source", [2.0, 3.0, 1.5])
-        .without_air_attenuation();
-    scene.speed_of_sound = 343.0;
-    scene
-}
-
 #[test]
 fn the_ledger_closes_past_edges_in_every_band() {
     for (emissions, spectral) in [(20_011, Spectral::Shared), (4_000, Spectral::PerBand)] {
@@ -149,113 +109,6 @@ fn the_ledger_closes_past_edges_in_every_band() {
         let survey = sonel_analysis::survey::survey(&traced.map, &traced.geometry);
         let frequencies = [125.0, 250.0, 1000.0, 4000.0];
         assert_eq!(sonel_analysis::survey::differences(&traced.books, &survey.ledger, &frequencies), [""; 0]);
-    }
-}
-
-/// Energy over time at each receiver in each band.
-fn heard(traced: &Traced, estimator: Estimator, bands: usize) -> Vec<Vec<Estimate>> {
-    let settings =
-        RenderSettings { estimator, mirror_order: Some(0), rays: 1 << 15, ..RenderSettings::default() };
-    let rendering = traced.render(settings);
-    let receivers = traced.map.header().scene.receivers.len();
-    let band = |receiver, band| {
-        let (value, sigma) = batch_fluence(&rendering, receiver, band);
-        Estimate { value, sigma }
-    };
-    (0..receivers).map(|receiver| (0..bands).map(|b| band(receiver, b)).collect()).collect()
-}
-
-/// Energy at receiver 0 of connections that no edge takes anything from, and of spheres of `radius` for what was bent since its
-/// last diffuse reflection: counted straight and bent.
-fn counted_twice(traced: &Traced, radius: f64) -> [f64; 4] {
-    let scene = &traced.map.header().scene;
-    let receiver = scene.receivers[0].position - traced.geometry.center();
-    let diffuse: Vec<f64> = (0..4).map(|band| scene.materials[0].diffuse(band)).collect();
-    let mut sums = [0.0; 4];
-    traced.for_each_segment(|_, share, segment| {
-        let (from, to) = (segment.start.as_dvec3(), segment.end.as_dvec3());
-        let along = to - from;
-        let at = (receiver - from).dot(along) / along.length_squared();
-        let crosses = (0.0..1.0).contains(&at) && from.lerp(to, at).distance(receiver) < radius;
-        if segment.history.bends > 0 && segment.history.diffused && crosses {
-            for (sum, energy) in sums.iter_mut().zip(segment.energy[0]) {
-                *sum += share * energy / (std::f64::consts::PI * radius * radius);
-            }
-        }
-        let Some(arrival) = segment.arrival else { return };
-        let offset = receiver - to;
-        let normal = arrival.side.sign() * traced.geometry.surface(arrival.surface).normal;
-        let departure = traced.geometry.leave(segment.end, arrival.surface, arrival.side);
-        if offset.dot(normal) > 0.0 && !traced.geometry.is_blocked(departure, receiver.as_vec3()) {
-            let solid = offset.dot(normal) / offset.length().powi(3) / std::f64::consts::PI;
-            for band in 0..4 {
-                sums[band] += share * segment.energy[0][band] * diffuse[band] * solid;
-            }
-        }
-    });
-    sums
-}
-
-/// What every packet brings to spheres must be what connections say of straight last ways and spheres of bent ones. Everything
-/// is scattered, so that all but the direct sound is compared.
-#[test]
-fn a_screen_in_a_reverberant_room_gives_the_same_answer_by_two_estimators() {
-    let scene = screened([0.2, 0.3, 0.2, 0.3], [1.0; 4], 1.0)
-        .with_receiver("behind", [9.0, 2.5, 1.4])
-        .with_receiver("in sight", [3.5, 6.5, 2.0]);
-    let settings = Settings { emissions: 160_000, ..Settings::default() };
-    let traced = Traced::bending(scene, settings);
-    let (spheres, connections) =
-        (heard(&traced, Estimator::Sphere, 4), heard(&traced, Estimator::Connection, 4));
-    for (spheres, connections) in spheres.iter().zip(&connections) {
-        for (&spheres, &connections) in spheres.iter().zip(connections) {
-            let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * spheres.value };
-            agree(spheres, connections, within).unwrap();
-        }
-    }
-    let twice = counted_twice(&traced, 0.5);
-    for band in 0..2 {
-        let within = Within { sigmas: 4.0, maximal_sigma: f64::INFINITY };
-        assert!(within_sigmas(spheres[0][band], twice[band], within).is_err(), "counted straight and bent");
-    }
-}
-
-/// Images of the receiver and visibility rays carry what goes straight to the last mirror and on, spheres what is bent on the way:
-/// together as much as spheres find of everything.
-#[test]
-fn mirrors_behind_the_last_diffuse_reflection_give_the_same_answer_by_three_estimators() {
-    let scene = screened([0.2, 0.3, 0.2, 0.3], [0.4; 4], 0.6)
-        .with_receiver("behind", [9.0, 2.5, 1.4])
-        .with_receiver("in sight", [3.5, 6.5, 2.0]);
-    let settings = Settings { emissions: 160_000, ..Settings::default() };
-    let traced = Traced::bending(scene, settings);
-    let spheres = heard(&traced, Estimator::Sphere, 4);
-    for estimator in [Estimator::Auto, Estimator::Gather] {
-        for (spheres, others) in spheres.iter().zip(heard(&traced, estimator, 4)) {
-            for (&spheres, others) in spheres.iter().zip(others) {
-                let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * spheres.value };
-                agree(spheres, others, within).unwrap();
-                let spoilt = Estimate { value: 1.3 * others.value, ..others };
-                assert!(agree(spheres, spoilt, within).is_err(), "mirrors that are counted twice");
-            }
-        }
-    }
-}
-
-/// Bands that lead packets for one another must be heard as they are on paths of their own.
-#[test]
-fn bands_that_share_paths_past_edges_are_heard_as_on_their_own() {
-    let scene =
-        screened([0.2, 0.3, 0.2, 0.3], [0.6, 0.5, 0.7, 0.9], 1.0).with_receiver("behind", [9.0, 2.5, 1.4]);
-    let settings = Settings { emissions: 40_000, ..Settings::default() };
-    let shared = heard(&Traced::bending(scene.clone(), settings), Estimator::Gather, 4);
-    let alone = Settings { emissions: 20_000, spectral: Spectral::PerBand, seed: 2, ..settings };
-    let alone = heard(&Traced::bending(scene, alone), Estimator::Gather, 4);
-    for (&shared, &alone) in shared[0].iter().zip(&alone[0]) {
-        let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * alone.value };
-        agree(shared, alone, within).unwrap();
-        let spoilt = Estimate { value: 1.3 * shared.value, ..shared };
-        assert!(agree(spoilt, alone, within).is_err(), "a band that is weighed wrongly");
     }
 }
 
@@ -282,7 +135,7 @@ fn bends(traced: &Traced) -> usize {
 #[test]
 fn boxes_smaller_than_half_a_wave_bend_nothing_and_change_nothing() {
     let settings = Settings { emissions: 2_000, ..Settings::default() };
-    let result = |traced: &Traced| heard(traced, Estimator::Connection, 1);
+    let result = |traced: &Traced| heard(traced, Estimator::Connection, 1 << 13);
     let small = Traced::bending(with_box(vec![125.0], 1.3), settings);
     assert_eq!(bends(&small), 0);
     assert_eq!(result(&small), result(&Traced::new(with_box(vec![125.0], 1.3), settings)));
@@ -294,7 +147,7 @@ fn boxes_smaller_than_half_a_wave_bend_nothing_and_change_nothing() {
     let scene = || with_box(vec![125.0, 1000.0], 0.5);
     let [bent, straight] = [Traced::bending(scene(), alone), Traced::new(scene(), alone)];
     let [bent_levels, straight_levels] =
-        [&bent, &straight].map(|traced| heard(traced, Estimator::Connection, 2));
+        [&bent, &straight].map(|traced| heard(traced, Estimator::Connection, 1 << 13));
     assert_eq!(bent_levels[0][0], straight_levels[0][0]);
     assert_ne!(bent_levels[0][1], straight_levels[0][1]);
     let short = Traced::bending(with_box(vec![1000.0], 0.5), settings);

@@ -50,7 +50,7 @@ fn mirrors() {
 /// The same map, the same energy, four ways to count it.
 #[test]
 fn estimators_agree_within_their_joint_interval() {
-    let traced = Traced::new(room(0.5), Settings { emissions: 200_000, ..Settings::default() });
+    let traced = Traced::new(room(0.5), Settings { emissions: 50_000, ..Settings::default() });
     let levels: Vec<(f64, f64)> =
         [Estimator::Auto, Estimator::Connection, Estimator::Gather, Estimator::Sphere]
             .into_iter()
@@ -59,7 +59,7 @@ fn estimators_agree_within_their_joint_interval() {
             })
             .collect();
     for (level, error) in &levels {
-        assert!(*error < 0.08, "too noisy to mean anything: {levels:?}");
+        assert!(*error < 0.16, "too noisy to mean anything: {levels:?}");
         // The sphere averages the field over its volume: its bias is below 0.02 dB here.
         assert!(level.abs() < 4.0 * error + 0.02, "{levels:?}");
     }

@@ -2,6 +2,7 @@
 
 mod barrier;
 mod bending;
+mod bent_estimators;
 mod box_energies;
 mod conservation;
 mod diffraction;
@@ -26,3 +27,6 @@ mod what_if;
 
 /// The long form is in `accept`.
 const WATERTIGHT_RAYS: u32 = 200_000;
+/// Of the estimators where packets are bent.
+const BENT: bent_estimators::Effort =
+    bent_estimators::Effort { emissions: 40_000, rays: 1 << 13, error: 0.1 };

@@ -35,6 +35,8 @@ const CLASS: &str = "... D R";
 /// Traces and renders a box with shared and with separate bands, reads both maps, compares.
 pub fn check() -> Result<()> {
     let python = python::environment(ENVIRONMENT, REQUIREMENTS)?.join("python");
+    let programs = workspace::programs(Profile::Dev)?;
+    let program = |name: &str, arguments: &[&str]| printed(Command::new(programs.join(name)).args(arguments));
     for spectral in ["shared", "per-band"] {
         let traced = ["--sonels", "1000", "--spectral", spectral, "--quiet"];
         program("sonel-trace", &[&[SCENE, "-o", MAP], &traced[..]].concat())?;
@@ -46,14 +48,18 @@ pub fn check() -> Result<()> {
         ensure!(difference <= TOLERANCE, "the Python reader disagrees with sonel-render, bands {spectral}");
         let beside = largest_difference(&rendered, &read(BESIDE)?)?;
         ensure!(beside > TOLERANCE, "a receiver a centimetre away goes unnoticed: the comparison is blind");
-        check_export(&python, spectral, SCENE, "auto")?;
-        check_export(&python, spectral, SCREENED, "auto,+bending")?;
+        check_export(&python, &program, [spectral, SCENE, "auto"])?;
+        check_export(&python, &program, [spectral, SCREENED, "auto,+bending"])?;
     }
     Ok(())
 }
 
 /// Exports a small map and lets the reader compare; an export of another map must not pass.
-fn check_export(python: &Path, spectral: &str, scene: &str, effects: &str) -> Result<()> {
+fn check_export(
+    python: &Path,
+    program: &impl Fn(&str, &[&str]) -> Result<String>,
+    [spectral, scene, effects]: [&str; 3],
+) -> Result<()> {
     let trace = |seed| {
         let options =
             ["--sonels", "100", "--spectral", spectral, "--effects", effects, "--seed", seed, "--quiet"];
@@ -68,10 +74,6 @@ fn check_export(python: &Path, spectral: &str, scene: &str, effects: &str) -> Re
     trace("2")?;
     ensure!(compare().is_err(), "sonels of another map go unnoticed: the comparison is blind");
     Ok(())
-}
-
-fn program(name: &str, arguments: &[&str]) -> Result<String> {
-    printed(Command::new(workspace::programs(Profile::Dev)?.join(name)).args(arguments))
 }
 
 /// Largest |reader / renderer − 1| over sources and bands.

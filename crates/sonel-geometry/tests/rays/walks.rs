@@ -5,7 +5,8 @@ use crate::rooms;
 use glam::{DVec3, Vec3, dvec3};
 use sonel_geometry::{Departure, Geometry, Hit, Mesh};
 
-const SEGMENTS: usize = 1_000_000;
+/// In each room and gait; the larger number in release, where `cargo xtask accept` runs it.
+const SEGMENTS: usize = if cfg!(debug_assertions) { 200_000 } else { 1_000_000 };
 
 /// How a walker goes on.
 #[derive(Clone, Copy)]

@@ -1,5 +1,4 @@
 //! Damaged files are refused with problems, never with a panic.
-#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
 
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,4 @@
 //! Scene files that must be refused with exactly the messages beside them, and scene files that must be read.
-#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

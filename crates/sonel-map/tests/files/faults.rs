@@ -1,13 +1,11 @@
 //! Whatever is wrong with a file is an error that says so: no panic, no wrong paths.
-#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
-
-mod forged;
-mod hand_made;
 
 use std::fs::File;
 use std::io::Write;
 
 use sonel_map::{CoefficientTable, MapError, PathWeight, SonelMap, sweep};
+
+use crate::{forged, hand_made};
 
 /// Surfaces of the box.
 const SURFACES: u32 = 6;

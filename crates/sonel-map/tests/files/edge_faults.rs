@@ -1,9 +1,4 @@
 //! Maps whose packets passed edges, damaged where they say so: edges that are none, places beside them, angles that cannot be.
-#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
-
-mod forged;
-#[allow(dead_code, reason = "the box and its header are shared, its paths are not")]
-mod hand_made;
 
 use std::io::Cursor;
 
@@ -14,6 +9,8 @@ use sonel_map::{
     ChunkPaths, CoefficientTable, EdgePlace, EffectState, Event, Fates, Ledger, MapError, MapHeader,
     MapWriter, PathWeight, SonelMap, Vertex, sweep,
 };
+
+use crate::{forged, hand_made};
 
 /// Surfaces of the box and of the panel in it.
 const SURFACES: u32 = 7;

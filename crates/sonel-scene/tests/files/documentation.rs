@@ -1,7 +1,5 @@
 //! The examples of docs/formats/scene.md are scenes.
 
-#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
-
 use std::fs;
 use std::path::Path;
 

@@ -1,14 +1,12 @@
 //! Files that the fuzzer found worth keeping (fuzz/): once sealed, each reaches another place of the reader, which refuses
 //! it. A find that does more than that is kept here too.
-#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
-
-#[allow(dead_code, reason = "forges more than is needed here")]
-mod forged;
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use sonel_map::{MapError, SonelMap};
+
+use crate::forged;
 
 #[test]
 fn what_the_fuzzer_found_is_refused_in_many_ways() {

@@ -1,16 +1,11 @@
 //! Shards joined are the run made in one piece, byte for byte; what is not of one run, or not all of it, is refused.
-#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
-
-#[expect(dead_code, reason = "other tests forge more")]
-mod forged;
-#[expect(dead_code, reason = "other tests need the whole map")]
-mod hand_made;
-mod sharded;
 
 use std::fs::File;
 use std::io::{self, Cursor};
 
 use sonel_map::{CHUNK_EMISSIONS, MapHeader, MergeError, Merger, ShardRange, SonelMap, Spectral};
+
+use crate::{forged, hand_made, sharded};
 
 /// Nine chunks and a bit of each of the two sources.
 const EMISSIONS: u64 = 9 * CHUNK_EMISSIONS + 100;

@@ -1,5 +1,4 @@
 //! Every key of the scene file reaches its value in the compiled scene.
-#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
 
 use std::fs;
 use std::path::Path;

@@ -1,11 +1,10 @@
 //! A map of format 1.0 is kept in the repository: whatever is written in it must stay readable, number by number.
-#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
-
-mod hand_made;
 
 use std::path::PathBuf;
 
 use sonel_map::SonelMap;
+
+use crate::hand_made;
 
 /// The identity of the golden map.
 const DIGEST: &str = "2a888bb869e9ab523d7b1b1599e275ab12559a2c2fb5000857fde04db2b7ef1b";
@@ -45,7 +44,7 @@ fn the_golden_map_opens_with_everything_in_it() {
 }
 
 /// A change of the layout shows here. Before 1.0 is released the file may be written anew, by
-/// `cargo test -p sonel-map --test golden -- --ignored`; afterwards a new version gets a file of its own.
+/// `cargo test -p sonel-map --test files -- --ignored golden`; afterwards a new version gets a file of its own.
 #[test]
 fn the_writer_still_writes_the_golden_bytes() {
     assert!(std::fs::read(golden()).unwrap() == hand_made::bytes(), "the layout has changed");

@@ -1,0 +1,7 @@
+//! Scene files: those that are read, those that are refused, and those of the documentation.
+#![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
+
+mod corpus;
+mod documentation;
+mod robustness;
+mod values;
