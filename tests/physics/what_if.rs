@@ -1,11 +1,14 @@
 //! Other materials on the same map against fresh traces of them, and changes that the paths cannot carry.
 
-use sonel_acoustics::{BandWidth, Bands, Directivity, Material};
+use sonel_acoustics::{BandWidth, Bands, Coefficient, Directivity, Material};
 use sonel_analysis::what_if::{Fitness, fitness};
+use sonel_analysis::{Parameter, ReceiverFigures, parameters};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
+use sonel_study::response::receivers_of;
+use sonel_study::sensitivity::sensitivities;
 use sonel_tests::estimates::{agree_in_windows, windows};
 use sonel_tests::two_rooms::{Partition, two_rooms};
 use sonel_tests::{Traced, batch_fluence};
@@ -162,4 +165,53 @@ fn energy_on_few_packets_is_refused() {
     };
     let wrong = silently_wrong_by(&scene, scatter, "are worth");
     assert!(wrong.abs() > 0.3, "{wrong} dB");
+}
+
+/// Derivatives by absorption and scattering against central differences of fresh traces.
+#[test]
+fn derivatives_are_those_of_fresh_traces() {
+    let mut scene = room();
+    scene.materials[1].absorption = vec![0.6; 2];
+    let wanted = [Parameter::Level, Parameter::T20];
+    let mut traced = trace(&scene, 1);
+    let receivers = receivers_of(&scene);
+    let settings = RenderSettings::default();
+    let found =
+        sensitivities(&mut traced.map, &traced.geometry, settings, &receivers, &wanted, &mut |_, _| ())
+            .expect("a sound map");
+    for (coefficient, change) in [(Coefficient::Absorption, 0.03), (Coefficient::Scattering, 0.1)] {
+        let varied = |by: f64, seed: u64| {
+            let mut scene = scene.clone();
+            let material = &mut scene.materials[0];
+            let values = if coefficient == Coefficient::Absorption {
+                &mut material.absorption
+            } else {
+                &mut material.scattering
+            };
+            values.iter_mut().for_each(|value| *value += by);
+            parameters(&trace(&scene, seed).respond(RenderSettings::default()))
+        };
+        let [less, more] = [varied(-change, 2), varied(change, 3)];
+        for parameter in wanted {
+            for band in 0..2 {
+                let figure = |figures: &[ReceiverFigures]| {
+                    figures[0].bands[band].figure(parameter).clone().expect("a figure")
+                };
+                let [less, more] = [figure(&less), figure(&more)];
+                let sigma = |estimate: &sonel_analysis::Estimate| estimate.error.expect("batches").sigma;
+                let expected = (more.value - less.value) / (2.0 * change);
+                let expected_sigma = sigma(&less).hypot(sigma(&more)) / (2.0 * change);
+                let own = |one: &&sonel_analysis::sensitivity::Sensitivity| {
+                    one.material == "walls" && one.coefficient == coefficient && one.parameter == parameter
+                };
+                let slope = found.iter().find(own).expect("all materials").slopes[band].expect("a slope");
+                let is_sharp =
+                    coefficient == Coefficient::Scattering || expected.abs() > 20.0 * expected_sigma;
+                assert!(is_sharp, "too noisy to mean anything: {expected} ± {expected_sigma}");
+                // A twentieth for the curvature over the step of the difference.
+                let allowed = 4.0 * expected_sigma.hypot(0.5 * slope.half_width) + 0.05 * expected.abs();
+                assert!((slope.slope - expected).abs() < allowed, "{slope:?} instead of {expected}");
+            }
+        }
+    }
 }

@@ -127,6 +127,12 @@ impl Bands {
         }
     }
 
+    /// These bands several times, one set behind the other: variants of a scene that are computed side by side.
+    #[must_use]
+    pub fn repeated(&self, times: usize) -> Self {
+        Self { nominal: self.nominal.repeat(times), width: self.width }
+    }
+
     /// Everything that keeps `nominal` [Hz] from being a set of bands; empty when it is one.
     pub fn problems(nominal: &[f64], width: BandWidth) -> Vec<BandError> {
         if nominal.is_empty() {

@@ -33,6 +33,7 @@ pub mod reading;
 pub mod receiver;
 pub mod regression;
 pub mod report;
+pub mod sensitivity;
 pub mod sonels;
 pub mod student;
 pub mod survey;

@@ -184,14 +184,20 @@ impl PacketStart {
         classes: &BandClasses,
         carries: impl Fn(u32) -> bool,
     ) -> Self {
-        let (mut counts, mut sizes) = (vec![0.0; classes.count()], vec![0.0; classes.count()]);
-        for band in (0..layout.bands).filter(|&band| carries(band)) {
-            counts[classes.of(band as usize)] += layout.hero_count(batch, band) as f64;
-            sizes[classes.of(band as usize)] += 1.0;
+        let none = vec![0.0; classes.count()];
+        let (mut counts, mut sizes, mut is_carried) = (none.clone(), none, vec![false; classes.count()]);
+        // Variants of a band are carried with it and lead nothing.
+        for band in (0..classes.bands() as u32).filter(|&band| carries(band % layout.bands)) {
+            let class = classes.of(band as usize);
+            is_carried[class] = true;
+            if band < layout.bands {
+                counts[class] += layout.hero_count(batch, band) as f64;
+                sizes[class] += 1.0;
+            }
         }
         let packets: f64 = counts.iter().sum();
         let where_carried =
-            |value: f64| to_lanes(sizes.iter().map(move |&size| if size > 0.0 { value } else { 0.0 }));
+            |value: f64| to_lanes(is_carried.iter().map(move |&carried| if carried { value } else { 0.0 }));
         Self {
             carried: where_carried(1.0),
             expected: where_carried(1.0 / packets),

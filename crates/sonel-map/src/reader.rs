@@ -20,12 +20,20 @@ use crate::edges::{self, EdgeTable};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
 use crate::format::{ChunkEntry, ChunkFates, EdgeRow, FacesRow, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow};
-use crate::header::{BENDING, MapHeader, ShardRange};
+use crate::header::{BENDING, DIFFRACTION, MapHeader, ShardRange};
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::record;
 use crate::surfaces;
 use crate::tiling;
 use crate::vertex::{EdgePlace, Event, Vertex};
+
+/// Makes the bands of `material` that many times as many.
+fn repeat(material: &mut Material, times: usize) {
+    let Material { absorption, scattering, transmission, .. } = material;
+    for coefficients in [absorption, scattering, transmission] {
+        *coefficients = coefficients.repeat(times);
+    }
+}
 
 /// An open map.
 #[derive(Debug)]
@@ -42,6 +50,8 @@ pub struct SonelMap {
     books: Vec<Ledger>,
     /// The materials that paths were drawn with, where others are to be heard.
     drawn_with: Option<Vec<Material>>,
+    /// Bands that packets were led by: those of the file.
+    lead_bands: usize,
 }
 
 /// Where the bytes of a map are. Both begin at an address that suits every record.
@@ -158,6 +168,7 @@ impl SonelMap {
             chunks,
             books,
             drawn_with: None,
+            lead_bands: bands,
         })
     }
 
@@ -194,7 +205,7 @@ impl SonelMap {
     /// The books of everything stored, added in chunk order.
     #[must_use]
     pub fn ledger(&self) -> Ledger {
-        let mut total = Ledger::new(self.header.scene.bands.count());
+        let mut total = Ledger::new(self.lead_bands);
         for books in &self.books {
             total.add(books);
         }
@@ -204,7 +215,7 @@ impl SonelMap {
     /// The numbering of the emissions of each source.
     #[must_use]
     pub fn layout(&self) -> EmissionLayout {
-        self.header.settings.layout(self.header.scene.bands.count())
+        self.header.settings.layout(self.lead_bands)
     }
 
     /// Refuses a map that holds only a part of its run.
@@ -243,6 +254,39 @@ impl SonelMap {
         let before = std::mem::replace(&mut scene.materials, materials);
         scene.sources = sources;
         self.drawn_with.get_or_insert(before);
+    }
+
+    /// Puts variants of the materials behind those of the scene, as further bands: band b of variant v is band (v + 1) B + b of B. One
+    /// rendering then tells all of them from the same random numbers. Edges do not diffract in it.
+    ///
+    /// # Panics
+    /// Where a variant has not as many materials as the scene, or the map bends packets.
+    pub fn widen(&mut self, variants: &[Vec<Material>]) {
+        assert!(self.header.bending_reach().is_none(), "edges bend bands of the file alone");
+        let times = variants.len() + 1;
+        let scene = &mut self.header.scene;
+        let mut drawn_with = self.drawn_with.take().unwrap_or_else(|| scene.materials.clone());
+        for material in &mut drawn_with {
+            repeat(material, times);
+        }
+        self.drawn_with = Some(drawn_with);
+        for (index, material) in scene.materials.iter_mut().enumerate() {
+            for variant in variants {
+                let Material { absorption, scattering, transmission, .. } = &variant[index];
+                material.absorption.extend(absorption);
+                material.scattering.extend(scattering);
+                material.transmission.extend(transmission);
+            }
+        }
+        scene.bands = scene.bands.repeated(times);
+        scene.air_attenuation = scene.air_attenuation.repeat(times);
+        for source in &mut scene.sources {
+            source.power_level_db = source.power_level_db.repeat(times);
+        }
+        for effect in &mut self.header.effects {
+            let is_on = effect.name != DIFFRACTION;
+            effect.on = effect.on.iter().map(|&on| on && is_on).collect::<Vec<_>>().repeat(times);
+        }
     }
 
     /// The materials of the file, where the scene has others by now ([`Self::change`]).

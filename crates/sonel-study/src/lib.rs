@@ -8,6 +8,7 @@
 //! - [`plan`]: sonels and rays for an accuracy;
 //! - [`response`]: all sources of a map rendered, and the response made of it;
 //! - [`tradeoff`]: what accuracy costs, with several settings and numbers of sonels;
+//! - [`sensitivity`]: how parameters change with the coefficients of materials;
 //! - [`target`]: how certain figures shall be;
 //! - [`trial`]: a scene traced, rendered and read in one go, with what each phase costs;
 //! - [`until`]: runs that go on until their figures are certain enough.
@@ -19,6 +20,7 @@ pub mod judges;
 pub mod pilot;
 pub mod plan;
 pub mod response;
+pub mod sensitivity;
 mod split;
 pub mod spread;
 mod tails;

@@ -6,6 +6,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use sonel_console::choices::{EstimatorArgument, ModeArgument};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
+use sonel_console::receiver::parse_receiver;
+use sonel_renderer::ReceiverPoint;
 use sonel_study::effects::EffectSpec;
 
 /// Inspects maps and responses, reads room-acoustic parameters.
@@ -43,6 +45,8 @@ pub enum Command {
     Export(Export),
     /// What differs beyond noise between two maps or two responses; exit code 1 where anything does.
     Diff(Diff),
+    /// Which surface to treat first: derivatives of parameters by the absorption and scattering of every material.
+    Sensitivity(SensitivityArguments),
     /// Echogram, decay and parameters of responses, drawn as SVG.
     Plot(Plot),
     /// What accuracy costs in time: a scene run again and again with several settings.
@@ -121,6 +125,23 @@ pub enum Property {
     Rays,
     /// Radius of the discs.
     Radius,
+}
+
+/// `sensitivity`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze sensitivity hall.sonelmap
+  sonel-analyze sensitivity hall.sonelmap --receiver 'row 3=0,12,1.2' --format csv > sensitivity.csv")]
+pub struct SensitivityArguments {
+    /// The map.
+    #[arg(value_name = "MAP.sonelmap")]
+    pub map: PathBuf,
+    /// A receiver in the scene's axes [m]; may be repeated. Without any, those of the scene.
+    #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
+    pub receivers: Vec<ReceiverPoint>,
+    /// How to print them.
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    pub format: Format,
 }
 
 /// `plot`.

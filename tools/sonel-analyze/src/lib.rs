@@ -8,6 +8,7 @@ mod merge;
 mod open;
 mod parameters;
 mod plot;
+mod sensitivity;
 mod tradeoff;
 mod verify;
 
@@ -32,6 +33,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         Command::Export(export) => export::run(export, arguments.quiet, log),
         Command::Merge(merge) => merge::run(merge, arguments.quiet, log),
         Command::Diff(diff) => diff::run(diff, out),
+        Command::Sensitivity(sensitivity) => sensitivity::run(sensitivity, arguments.quiet, out),
         Command::Plot(plot) => plot::run(plot, log),
         Command::Tradeoff(tradeoff) => tradeoff::run(tradeoff, arguments.quiet, out, log),
     }

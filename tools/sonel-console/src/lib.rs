@@ -11,6 +11,7 @@ pub mod output;
 pub mod plan;
 pub mod progress;
 pub mod quantity;
+pub mod receiver;
 pub mod scene;
 pub mod store;
 pub mod time;

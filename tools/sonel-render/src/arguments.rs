@@ -7,6 +7,7 @@ use glam::DVec3;
 use sonel_console::choices::EstimatorArgument;
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
+use sonel_console::receiver::parse_receiver;
 use sonel_console::time::parse_time;
 use sonel_renderer::ReceiverPoint;
 use sonel_study::target::Targets;
@@ -145,21 +146,6 @@ impl Grid {
 fn parse_rays(text: &str) -> Result<u32, String> {
     let rays = u32::try_from(parse_count(text)?).ok().filter(|rays| *rays > 0);
     rays.ok_or_else(|| format!("give 1 … {} rays", u32::MAX))
-}
-
-fn parse_receiver(text: &str) -> Result<ReceiverPoint, String> {
-    let wrong = || format!("\"{text}\" is no receiver: write NAME=x,y,z such as \"seat 12=60,9,60\"");
-    let (name, position) = text.rsplit_once('=').ok_or_else(wrong)?;
-    let numbers: Vec<f64> = position
-        .split(',')
-        .map(|number| number.trim().parse().map_err(|_| wrong()))
-        .collect::<Result<_, _>>()?;
-    match numbers[..] {
-        [x, y, z] if !name.trim().is_empty() => {
-            Ok(ReceiverPoint { name: name.trim().to_owned(), position: DVec3::new(x, y, z) })
-        }
-        _ => Err(wrong()),
-    }
 }
 
 fn parse_grid(text: &str) -> Result<Grid, String> {

@@ -1,0 +1,51 @@
+//! `sonel-analyze sensitivity`: which surface to treat first.
+
+use std::io::Write;
+
+use anyhow::Context;
+use sonel_analysis::{Parameter, sensitivity};
+use sonel_console::Outcome;
+use sonel_console::progress::Progress;
+use sonel_renderer::RenderSettings;
+use sonel_study::response::receivers_of;
+use sonel_study::sensitivity::sensitivities;
+
+use crate::arguments::{Format, SensitivityArguments};
+use crate::open;
+
+/// Steps of the progress bar.
+const STEPS: u64 = 1000;
+/// Parameters that are told.
+const WANTED: [Parameter; 4] =
+    [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
+
+/// Prints derivatives of parameters by absorption and scattering.
+///
+/// # Errors
+/// When the map is unusable or bends packets, or a receiver is impossible.
+pub fn run(arguments: &SensitivityArguments, quiet: bool, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let (mut map, geometry) = open::checked_map(&arguments.map)?;
+    let scene = map.header().scene.clone();
+    let receivers =
+        if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
+    let progress = Progress::begin("rendering", STEPS * scene.sources.len() as u64, quiet);
+    let found = sensitivities(
+        &mut map,
+        &geometry,
+        RenderSettings::default(),
+        &receivers,
+        &WANTED,
+        &mut |source, share| {
+            progress.reach(source as u64 * STEPS + (share * STEPS as f64) as u64);
+        },
+    )
+    .with_context(|| arguments.map.display().to_string())?;
+    progress.end();
+    let centers = scene.bands.nominal();
+    match arguments.format {
+        Format::Table => write!(out, "{}", sensitivity::tables(&found, &WANTED, centers))?,
+        Format::Csv => sensitivity::csv(&found, centers, out)?,
+        Format::Json => writeln!(out, "{:#}", sensitivity::json(&found, &WANTED, centers))?,
+    }
+    Ok(Outcome::Done)
+}
