@@ -15,6 +15,7 @@
 mod block;
 mod boundary;
 mod cracks;
+mod crossings;
 mod edges;
 mod enclosure;
 mod error;
@@ -40,6 +41,7 @@ mod tree;
 mod weld;
 
 pub use cracks::{Crack, WIDEST_CRACK};
+pub use crossings::Crossing;
 pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
 pub use geometry::Geometry;
