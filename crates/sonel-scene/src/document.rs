@@ -57,6 +57,12 @@ impl<'t> Table<'t> {
         Some(Entry { path: self.path_of(key), at: value.span().start, value: value.get_ref() })
     }
 
+    /// Where the value of a key stands, in bytes.
+    pub(crate) fn span_of(&self, key: &str) -> Option<Range<usize>> {
+        let (_, value) = self.entries.iter().find(|(found, _)| found.get_ref() == key)?;
+        Some(value.span())
+    }
+
     /// Keys and values in the order of the file.
     pub(crate) fn in_file_order(&self) -> Vec<(&'t str, Entry<'t>)> {
         let mut sorted: Vec<_> = self.entries.iter().collect();
@@ -120,6 +126,22 @@ impl<'t> Entry<'t> {
             return None;
         }
         Some(text)
+    }
+
+    /// One text or a list of them, each with its own place.
+    pub(crate) fn texts(&self, report: &mut Report<'_>) -> Vec<(&'t str, Entry<'t>)> {
+        let entries = match self.value {
+            DeValue::Array(items) => items
+                .iter()
+                .enumerate()
+                .map(|(i, item)| {
+                    let path = format!("{}[{}]", self.path, i + 1);
+                    Entry { path, at: item.span().start, value: item.get_ref() }
+                })
+                .collect(),
+            _ => vec![Entry { path: self.path.clone(), at: self.at, value: self.value }],
+        };
+        entries.into_iter().filter_map(|entry: Entry<'t>| Some((entry.filled_text(report)?, entry))).collect()
     }
 
     /// True or false.
@@ -226,7 +248,17 @@ impl<'t> Entry<'t> {
 /// A key as a TOML file writes it: in quotes unless it is made of letters, digits, `_` and `-`.
 pub(crate) fn quoted_key(key: &str) -> String {
     let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !key.is_empty() && key.chars().all(is_bare) { key.to_owned() } else { format!("\"{key}\"") }
+    if !key.is_empty() && key.chars().all(is_bare) { key.to_owned() } else { quoted(key) }
+}
+
+/// A text in quotes, as a TOML file writes it.
+pub(crate) fn quoted(text: &str) -> String {
+    let escaped = |letter: char| match letter {
+        '"' | '\\' => format!("\\{letter}"),
+        control if control.is_control() => format!("\\u{:04X}", u32::from(control)),
+        letter => letter.to_string(),
+    };
+    format!("\"{}\"", text.chars().map(escaped).collect::<String>())
 }
 
 /// The number a value stands for, if it is one; it may be infinite or no number.

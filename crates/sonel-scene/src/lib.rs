@@ -1,12 +1,16 @@
 //! The scene file and its mesh: loading, validation, the compiled scene.
 //!
-//! [`load`] reads `scene.toml` and the OBJ mesh it names and returns a [`Scene`] in SI, or *every* problem of both files,
+//! [`load`] reads `scene.toml` and the mesh it names and returns a [`Scene`] in SI, or *every* problem of both files,
 //! each with its line and a remedy. Tests make scenes in code: [`Scene::shoebox`].
 //!
 //! References: docs/interface.md, docs/formats/scene.md.
 
+pub mod checkup;
 mod document;
+mod draft;
+mod formats;
 mod inspection;
+pub mod library;
 mod load;
 mod mesh_file;
 mod obj;
@@ -17,6 +21,7 @@ mod scene;
 mod sections;
 mod suggest;
 
+pub use draft::draft;
 pub use load::{Loaded, load, load_materials, load_receivers};
 pub use problem::{Place, Problem, SceneErrors};
 pub use scene::{

@@ -8,16 +8,17 @@ use toml::de::DeTable;
 
 use crate::document::Table;
 use crate::inspection::inspect;
+use crate::library;
 use crate::report::{Remarks, Report};
 use crate::room;
 use crate::sections::bands::BandChoice;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::walls::{self, Walls};
 use crate::sections::{air, bands, materials};
-use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Receiver, Scene, SceneErrors};
+use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors};
 
 /// Keys of the document itself.
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "name",
     "mesh",
     "mesh_unit",
@@ -27,6 +28,7 @@ const KEYS: [&str; 12] = [
     "shoebox",
     "bands",
     "air",
+    "material_files",
     "materials",
     "sources",
     "receivers",
@@ -56,7 +58,7 @@ pub fn load(
     open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, SceneErrors> {
     read_document(toml_text, file_label, |document, report| compile(document, toml_text, open_mesh, report))
-        .map(|(scene, Remarks { notes, warnings })| Loaded { scene, notes, warnings })
+        .map(|(compiled, Remarks { notes, warnings, .. })| Loaded { scene: compiled.scene, notes, warnings })
 }
 
 /// Reads the `[[receivers]]` of a file that holds nothing else: receivers of a map, kept beside it.
@@ -86,7 +88,12 @@ pub fn load_materials(
 ) -> Result<Vec<Material>, SceneErrors> {
     let read = |document: &Table<'_>, report: &mut Report<'_>| {
         document.allow_only(&["materials"], report);
-        let materials = materials::read(document, &BandChoice::certain(bands.clone()), report);
+        let materials = materials::read(
+            document,
+            &BandChoice::certain(bands.clone()),
+            &library::Shelves::default(),
+            report,
+        );
         if materials.is_empty() {
             report.problem(0, "no materials; add a table [materials.NAME] with its absorption");
         }
@@ -101,6 +108,16 @@ fn read_document<T>(
     file_label: &str,
     read: impl FnOnce(&Table<'_>, &mut Report<'_>) -> T,
 ) -> Result<(T, Remarks), SceneErrors> {
+    let (result, report) = read_all(toml_text, file_label, read)?;
+    Ok((result, report.finish()?))
+}
+
+/// Parses a document and reads it with `read`, whatever problems that reports.
+fn read_all<'t, T>(
+    toml_text: &'t str,
+    file_label: &'t str,
+    read: impl FnOnce(&Table<'_>, &mut Report<'_>) -> T,
+) -> Result<(T, Report<'t>), SceneErrors> {
     let mut report = Report::new(file_label, toml_text);
     let (document, errors) = DeTable::parse_recoverable(toml_text);
     // A key given twice leaves a sound document; after any other error the rest is guesswork.
@@ -113,8 +130,41 @@ fn read_document<T>(
         return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
     }
     let result = read(&Table::document(document.get_ref()), &mut report);
-    let remarks = report.finish()?;
-    Ok((result, remarks))
+    Ok((result, report))
+}
+
+/// A scene that was read as far as it could be, and everything said about it.
+pub(crate) struct Attempt {
+    /// A makeshift where there are problems.
+    pub(crate) scene: Scene,
+    /// The walls, where they can be used.
+    pub(crate) geometry: Option<Geometry>,
+    /// Names of the mesh that are no material; triangles index them behind the materials.
+    pub(crate) unknown: Vec<String>,
+    pub(crate) remarks: Remarks,
+    pub(crate) problems: Vec<Problem>,
+}
+
+/// Reads a scene as [`load`] does and keeps what could be read of it.
+///
+/// # Errors
+/// When the text is no TOML.
+pub(crate) fn attempt(
+    toml_text: &str,
+    file_label: &str,
+    open_mesh: walls::OpenMesh<'_>,
+) -> Result<Attempt, SceneErrors> {
+    let read =
+        |document: &Table<'_>, report: &mut Report<'_>| compile(document, toml_text, open_mesh, report);
+    let (Compiled { scene, geometry, unknown }, report) = read_all(toml_text, file_label, read)?;
+    let (remarks, problems) = report.finish_anyway();
+    Ok(Attempt { scene, geometry, unknown, remarks, problems })
+}
+
+struct Compiled {
+    scene: Scene,
+    geometry: Option<Geometry>,
+    unknown: Vec<String>,
 }
 
 /// Reads every section. With problems in the report the scene is a makeshift and must not be used.
@@ -123,12 +173,13 @@ fn compile(
     toml_text: &str,
     open_mesh: walls::OpenMesh<'_>,
     report: &mut Report<'_>,
-) -> Scene {
+) -> Compiled {
     document.allow_only(&KEYS, report);
     let name = read_name(document, report);
     let bands = bands::read(document, report);
     let air = air::read(document, report);
-    let materials = materials::read(document, &bands, report);
+    let shelves = library::read_shelves(document, open_mesh, report);
+    let materials = materials::read(document, &bands, &shelves, report);
     let sources = read_sources(document, &bands, report);
     let first_source = sources.first().map(|source| source.point.position);
     let receivers = read_receivers(document, first_source, report);
@@ -140,6 +191,7 @@ fn compile(
     let geometry = walls.as_mut().and_then(|walls| build(walls, report));
     inspect(geometry.as_ref(), &sources, &receivers, report);
 
+    let unknown = walls.as_mut().map(|walls| std::mem::take(&mut walls.unknown)).unwrap_or_default();
     let (mesh, mesh_digest) = walls.map_or((Mesh::default(), [0; 32]), |walls| (walls.mesh, walls.digest));
     note_unused(&materials, &mesh, report);
     let mut scene = Scene {
@@ -154,14 +206,22 @@ fn compile(
         sources: sources.into_iter().map(|Placed { point, .. }| point).collect(),
         receivers: receivers.into_iter().map(|Placed { point, .. }| point).collect(),
         up,
-        digest: *blake3::hash(toml_text.as_bytes()).as_bytes(),
+        digest: digest(document, toml_text),
         mesh_digest,
     };
     if let Some(geometry) = &geometry {
         room::describe(&scene, geometry, document.get("mesh").is_some(), report);
     }
     scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
-    scene
+    Compiled { scene, geometry, unknown }
+}
+
+/// Of the scene file, whatever the name of its mesh: the same walls in another file are the same scene.
+fn digest(document: &Table<'_>, toml_text: &str) -> [u8; 32] {
+    let name = document.span_of("mesh").unwrap_or(0..0);
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&toml_text.as_bytes()[..name.start]).update(&toml_text.as_bytes()[name.end..]);
+    hasher.finalize().into()
 }
 
 fn read_name(document: &Table<'_>, report: &mut Report<'_>) -> String {
@@ -177,9 +237,10 @@ fn read_name(document: &Table<'_>, report: &mut Report<'_>) -> String {
 
 /// Drops the faces of materials that let everything through in every band: what they do is nothing.
 fn leave_out_holes(walls: &mut Walls, materials: &[Material], report: &mut Report<'_>) {
-    let is_hole = |material: &Material| material.transmission.iter().all(|&transmission| transmission >= 1.0);
+    let is_open = |material: &Material| material.transmission.iter().all(|&transmission| transmission >= 1.0);
+    let is_hole = |index: u32| materials.get(index as usize).is_some_and(is_open);
     let faces = walls.mesh.triangles.len();
-    walls.mesh.triangles.retain(|triangle| !is_hole(&materials[triangle.material as usize]));
+    walls.mesh.triangles.retain(|triangle| !is_hole(triangle.material));
     let dropped = faces - walls.mesh.triangles.len();
     if dropped > 0 {
         report.note(format!("triangles of materials with transmission 1 left out as holes: {dropped}"));
@@ -218,10 +279,10 @@ fn build(walls: &mut Walls, report: &mut Report<'_>) -> Option<Geometry> {
         report.note(format!("{path}: triangles without area dropped: {dropped}"));
     }
     if !geometry.cracks().is_empty() {
-        report.note(format!("{path}: {}", room::cracks(&geometry)));
+        report.fault(format!("{path}: {}", room::cracks(&geometry)));
     }
     if !geometry.is_closed_room() {
-        report.note(format!("{path}: {}", room::leak(&geometry)));
+        report.fault(format!("{path}: {}", room::leak(&geometry)));
     }
     Some(geometry)
 }
@@ -229,7 +290,9 @@ fn build(walls: &mut Walls, report: &mut Report<'_>) -> Option<Geometry> {
 fn note_unused(materials: &[Material], mesh: &Mesh, report: &mut Report<'_>) {
     let mut is_used = vec![false; materials.len()];
     for triangle in &mesh.triangles {
-        is_used[triangle.material as usize] = true;
+        if let Some(is_used) = is_used.get_mut(triangle.material as usize) {
+            *is_used = true;
+        }
     }
     for (material, _) in materials.iter().zip(is_used).filter(|(_, is_used)| !is_used) {
         report.note(format!("materials.{}: the material is not used", material.name));

@@ -1,4 +1,4 @@
-//! From the bytes of an OBJ file to a mesh in metres over the scene's materials.
+//! From the bytes of a mesh file to a mesh in metres over the scene's materials.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,8 @@ use sonel_acoustics::Material;
 use sonel_geometry::{Mesh, MeshTriangle};
 
 use crate::document::quoted_key;
-use crate::obj::{self, Face, LineProblem, Polygons, Triangulation};
+use crate::formats::{self, Open};
+use crate::obj::{self, Face, FileTerms, LineProblem, Polygons, Triangulation};
 use crate::report::Report;
 use crate::sections::walls::FARTHEST;
 use crate::suggest::suggest;
@@ -15,15 +16,25 @@ use crate::suggest::suggest;
 /// Problems of a mesh file reported one by one; the others are counted.
 const MOST_PROBLEMS: usize = 50;
 
-/// Reads a mesh; `None` when it has problems. `file` is its name in messages, `unit` the length of its unit [m].
+/// What the scene file says of its mesh.
+pub(crate) struct Stated {
+    /// Length of the unit [m].
+    pub(crate) unit: Option<f64>,
+    /// Whether it says which axis is up: then nothing is turned.
+    pub(crate) up: bool,
+}
+
+/// Reads a mesh and the names in it that no material has; `None` when its faces have problems. `file` is its name in messages.
+/// The unknown materials are problems too; triangles index them behind the known ones.
 pub(crate) fn read(
     bytes: &[u8],
     file: &str,
-    unit: f64,
+    stated: &Stated,
     materials: &[Material],
+    open: Open<'_>,
     report: &mut Report<'_>,
-) -> Option<Mesh> {
-    let polygons = match obj::read(bytes) {
+) -> Option<(Mesh, Vec<String>)> {
+    let polygons = match formats::read(file, bytes, open) {
         Ok(polygons) => polygons,
         Err(problems) => {
             report_problems(problems, file, report);
@@ -31,9 +42,10 @@ pub(crate) fn read(
         }
     };
     let mut problems = Vec::new();
-    let material_of_name = match_materials(&polygons, materials, &mut problems);
-    let vertices: Vec<DVec3> = polygons.vertices.iter().map(|vertex| *vertex * unit).collect();
-    let mut oddities = Oddities { file, bent: Vec::new(), flat: Vec::new(), doubled: Vec::new() };
+    let (material_of_name, unknown) = match_materials(&polygons, materials, file, report);
+    let vertices = in_metres(&polygons, file, stated, report);
+    let terms = &polygons.terms;
+    let mut oddities = Oddities { file, terms, bent: Vec::new(), flat: Vec::new(), doubled: Vec::new() };
     let mut triangles = Vec::new();
     let mut known = HashMap::new();
     for face in &polygons.faces {
@@ -43,7 +55,7 @@ pub(crate) fn read(
         if farthest > FARTHEST {
             let message =
                 format!("f: a coordinate of {farthest:e} m is beyond {FARTHEST:e} m; check mesh_unit");
-            problems.push(LineProblem { line: face.line, message });
+            problems.push(terms.problem(face.line, &message));
             continue;
         }
         let first = *known.entry(outline(&positions)).or_insert(face);
@@ -61,7 +73,7 @@ pub(crate) fn read(
                     material,
                 }));
             }
-            Err(error) => problems.push(LineProblem { line: face.line, message: error.to_string() }),
+            Err(error) => problems.push(terms.problem(face.line, &error.to_string())),
         }
     }
     if !problems.is_empty() {
@@ -69,10 +81,29 @@ pub(crate) fn read(
         return None;
     }
     oddities.tell(report);
-    for (line, note) in &polygons.notes {
-        report.note(format!("{file}:{line}: {note}"));
+    for (place, note) in &polygons.notes {
+        report.note(format!("{}: {note}", terms.label(file, *place)));
     }
-    Some(Mesh { vertices, triangles })
+    Some((Mesh { vertices, triangles }, unknown))
+}
+
+/// The vertices in metres, with z up where the file says that y is and the scene file says nothing.
+fn in_metres(polygons: &Polygons, file: &str, stated: &Stated, report: &mut Report<'_>) -> Vec<DVec3> {
+    let mut unit = stated.unit.unwrap_or(1.0);
+    if let (None, Some((length, name))) = (stated.unit, polygons.terms.unit) {
+        unit = length;
+        report.note(format!("{file}: mesh_unit: {name} (the file says so)"));
+    }
+    let turns = polygons.terms.is_y_up && !stated.up;
+    if turns {
+        report.note(format!("{file}: turned from y up, as the file says, to z up: (x, y, z) becomes (x, -z, y); mesh_up keeps its axes"));
+    }
+    // Adding zero makes one number of both zeros.
+    let place = |vertex: &DVec3| {
+        let DVec3 { x, y, z } = *vertex * unit;
+        if turns { DVec3::new(x, -z, y) + DVec3::ZERO } else { DVec3::new(x, y, z) }
+    };
+    polygons.vertices.iter().map(place).collect()
 }
 
 fn report_problems(mut problems: Vec<LineProblem>, file: &str, report: &mut Report<'_>) {
@@ -87,8 +118,16 @@ fn report_problems(mut problems: Vec<LineProblem>, file: &str, report: &mut Repo
     }
 }
 
-/// For each `usemtl` name its index among the scene's materials; a name not there is a problem.
-fn match_materials(polygons: &Polygons, materials: &[Material], problems: &mut Vec<LineProblem>) -> Vec<u32> {
+/// For each name of the file its index among the scene's materials, and the names not there, which are problems and come
+/// behind.
+fn match_materials(
+    polygons: &Polygons,
+    materials: &[Material],
+    file: &str,
+    report: &mut Report<'_>,
+) -> (Vec<u32>, Vec<String>) {
+    let mut problems = Vec::new();
+    let mut unknown = Vec::new();
     let indices: HashMap<&str, u32> =
         materials.iter().map(|material| material.name.as_str()).zip(0u32..).collect();
     let mut is_used = vec![false; polygons.names.len()];
@@ -101,15 +140,20 @@ fn match_materials(polygons: &Polygons, materials: &[Material], problems: &mut V
         if index.is_none() && is_used {
             let advice = suggest(&name.name, materials.iter().map(|material| material.name.as_str()));
             let message = format!(
-                "usemtl {}: no table [materials.{}] in the scene file; {advice}",
+                "{} {}: no table [materials.{}] in the scene file; {advice}",
+                polygons.terms.word,
                 name.name,
                 quoted_key(&name.name)
             );
-            problems.push(LineProblem { line: name.line, message });
+            let line = if polygons.terms.counts_lines { name.line } else { 0 };
+            problems.push(LineProblem { line, message });
+            unknown.push(name.name.clone());
         }
-        matched.push(index.unwrap_or(0));
+        let behind = (materials.len() + unknown.len()).saturating_sub(1) as u32;
+        matched.push(index.unwrap_or(behind));
     }
-    matched
+    report_problems(problems, file, report);
+    (matched, unknown)
 }
 
 /// The corners of a face in an order that does not depend on where it begins and which way it turns.
@@ -124,6 +168,7 @@ fn outline(positions: &[DVec3]) -> Vec<[u64; 3]> {
 /// Lines of faces that are no problem but deserve a word.
 struct Oddities<'f> {
     file: &'f str,
+    terms: &'f FileTerms,
     bent: Vec<usize>,
     flat: Vec<usize>,
     /// Faces left out: their line, that of the face they double, and both materials where they differ.
@@ -147,23 +192,27 @@ impl Oddities<'_> {
         ];
         for (lines, what) in kinds {
             if let Some(first) = lines.first() {
-                report.note(format!("{}:{first}: {what}{}", self.file, obj::and_more(lines.len())));
+                let place = self.terms.label(self.file, *first);
+                report.note(format!("{place}: {what}{}", obj::and_more(lines.len())));
             }
         }
         if let Some((line, first, _)) = self.doubled.first() {
             let more = obj::and_more(self.doubled.len());
-            report.note(format!(
-                "{}:{line}: the face has the corners of that in line {first} and is left out{more}",
-                self.file
-            ));
+            let place = self.terms.label(self.file, *line);
+            let other = if self.terms.counts_lines {
+                format!("that in line {first}")
+            } else {
+                format!("face {first}")
+            };
+            report.fault(format!("{place}: the face has the corners of {other} and is left out{more}"));
         }
         let mut conflicts =
             self.doubled.iter().filter_map(|(line, _, materials)| Some((line, (*materials)?)));
         if let Some((line, [used, left_out])) = conflicts.next() {
             let more = obj::and_more(1 + conflicts.count());
             report.warn(format!(
-                "{}:{line}: the face doubles one of another material: {used} is used on both sides, {left_out} is not{more}",
-                self.file
+                "{}: the face doubles one of another material: {used} is used on both sides, {left_out} is not{more}",
+                self.terms.label(self.file, *line)
             ));
         }
     }

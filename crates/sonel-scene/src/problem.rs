@@ -4,12 +4,12 @@ use std::fmt;
 
 use thiserror::Error;
 
-/// A place in a file, lines and columns counted from 1; the column counts characters.
+/// A place in a file, lines and columns counted from 1; the column counts characters. Line 0 is the file as a whole.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
     /// Label of the file, as given by the caller.
     pub file: String,
-    /// Line, from 1.
+    /// Line, from 1; 0 where the file has no lines.
     pub line: usize,
     /// Column, from 1.
     pub column: usize,
@@ -33,7 +33,10 @@ pub struct SceneErrors {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}", self.file, self.line, self.column)
+        match self.line {
+            0 => write!(f, "{}", self.file),
+            line => write!(f, "{}:{line}:{}", self.file, self.column),
+        }
     }
 }
 

@@ -15,6 +15,8 @@ pub(crate) struct Report<'t> {
 pub(crate) struct Remarks {
     /// Defaults taken, repairs made.
     pub(crate) notes: Vec<String>,
+    /// Which notes are about faults of the mesh.
+    pub(crate) faults: Vec<usize>,
     /// What is likely a mistake.
     pub(crate) warnings: Vec<String>,
 }
@@ -42,6 +44,12 @@ impl<'t> Report<'t> {
         self.remarks.notes.push(note.into());
     }
 
+    /// A fault of the mesh, with which it can be traced.
+    pub(crate) fn fault(&mut self, note: impl Into<String>) {
+        self.remarks.faults.push(self.remarks.notes.len());
+        self.note(note);
+    }
+
     /// Something that is likely a mistake.
     pub(crate) fn warn(&mut self, warning: impl Into<String>) {
         self.remarks.warnings.push(warning.into());
@@ -52,17 +60,20 @@ impl<'t> Report<'t> {
         self.problems.is_empty()
     }
 
-    /// The remarks on a sound scene, or everything wrong with it: the scene file's problems first, each file's by line.
-    pub(crate) fn finish(mut self) -> Result<Remarks, SceneErrors> {
-        if self.problems.is_empty() {
-            return Ok(self.remarks);
-        }
+    /// The remarks on a sound scene, or everything wrong with it.
+    pub(crate) fn finish(self) -> Result<Remarks, SceneErrors> {
+        let (remarks, problems) = self.finish_anyway();
+        if problems.is_empty() { Ok(remarks) } else { Err(SceneErrors { problems }) }
+    }
+
+    /// The remarks and everything wrong: the scene file's problems first, each file's by line.
+    pub(crate) fn finish_anyway(mut self) -> (Remarks, Vec<Problem>) {
         let scene_file = self.file;
         self.problems.sort_by_key(|problem| {
             (problem.place.file != scene_file, problem.place.line, problem.place.column)
         });
         self.problems.dedup();
-        Err(SceneErrors { problems: self.problems })
+        (self.remarks, self.problems)
     }
 }
 

@@ -81,7 +81,7 @@ pub(crate) fn cracks(geometry: &Geometry) -> String {
     )
 }
 
-fn place(point: DVec3) -> String {
+pub(crate) fn place(point: DVec3) -> String {
     point.to_array().map(number).join(", ")
 }
 

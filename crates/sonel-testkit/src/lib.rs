@@ -8,6 +8,7 @@
 //! - [`uniform`] drives them: a tiny generator, constant for ever;
 //! - [`analytic`] holds the rooms with exact answers, [`bruteforce`] the one with a slow but obvious answer;
 //! - [`exponential`] and [`decay`] serve the parameter code: ideal decays with closed forms, and a plain regression;
+//! - [`meshes`] writes one room in every mesh format;
 //! - [`workshop`] is a folder in which the tests of programs run them.
 //!
 //! None of it is fit for production: speed, portability of the last bit and forgiving errors are not aims here.
@@ -17,6 +18,7 @@ pub mod bruteforce;
 pub mod chi_square;
 pub mod decay;
 pub mod exponential;
+pub mod meshes;
 mod quadrature;
 pub mod significance;
 pub mod uniform;

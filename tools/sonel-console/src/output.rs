@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use tempfile::TempPath;
 
+use sonel_scene::checkup::FIRST_LINE;
+
 use crate::interrupt;
 
 /// What the name of a file ends with until it is complete.
@@ -27,6 +29,15 @@ pub struct Kind {
 }
 
 impl Kind {
+    /// What `sonel-trace new` writes. A scene file is edited, so that none is replaced.
+    pub const SCENE: Self =
+        Self { name: "a scene file (choose a name that is free)", ending: "toml", is_begun_by: |_| false };
+    /// What `sonel-trace check --fix` writes.
+    pub const REPAIRED_MESH: Self = Self {
+        name: "a mesh repaired by sonel-trace",
+        ending: "obj",
+        is_begun_by: |begin| begin.starts_with(FIRST_LINE.as_bytes()),
+    };
     /// What sonel-trace and merge write.
     pub const MAP: Self =
         Self { name: "a sonel map", ending: "sonelmap", is_begun_by: |begin| begin.starts_with(b"SONELMAP") };
@@ -138,7 +149,8 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
 }
 
 /// Endings that tell what a file is.
-const USUAL_ENDINGS: [&str; 8] = ["sonelmap", "npz", "csv", "svg", "json", "md", "toml", "obj"];
+const USUAL_ENDINGS: [&str; 13] =
+    ["sonelmap", "npz", "csv", "svg", "json", "md", "toml", "obj", "gltf", "glb", "stl", "ply", "dxf"];
 
 /// Whether a file name has an ending, in whatever case.
 #[must_use]

@@ -4,25 +4,38 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use sonel_scene::{Loaded, Scene};
+use sonel_scene::{Loaded, Scene, SceneErrors};
 
 use crate::input;
+
+/// Runs `read` with the text of the scene file in `path`, its name in messages, and what opens files beside it. Returns the
+/// files that were read too.
+///
+/// # Errors
+/// When it cannot be read, and those of `read`.
+pub fn with_file<T>(
+    path: &Path,
+    read: impl FnOnce(&str, &str, &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>) -> Result<T, SceneErrors>,
+) -> anyhow::Result<(T, Vec<PathBuf>)> {
+    let text =
+        input::read_to_string(path).with_context(|| format!("cannot read the scene {}", path.display()))?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut files = vec![path.to_owned()];
+    let mut open = |beside: &str| {
+        files.push(folder.join(beside));
+        input::read(&folder.join(beside))
+    };
+    let result = read(&text, &path.display().to_string(), &mut open)?;
+    Ok((result, files))
+}
 
 /// The scene in `path` with its mesh, and the files that were read. What is noteworthy about both goes to `log`.
 ///
 /// # Errors
 /// When it cannot be read; every mistake in it, with file and line.
 pub fn load(path: &Path, log: &mut dyn Write) -> anyhow::Result<(Scene, Vec<PathBuf>)> {
-    let text =
-        input::read_to_string(path).with_context(|| format!("cannot read the scene {}", path.display()))?;
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let label = path.display().to_string();
-    let mut files = vec![path.to_owned()];
-    let mut read = |mesh: &str| {
-        files.push(folder.join(mesh));
-        input::read(&folder.join(mesh))
-    };
-    let Loaded { scene, notes, warnings } = sonel_scene::load(&text, &label, &mut read)?;
+    let (Loaded { scene, notes, warnings }, files) =
+        with_file(path, |text, label, open| sonel_scene::load(text, label, open))?;
     for note in notes {
         writeln!(log, "note: {note}")?;
     }

@@ -15,13 +15,6 @@ use sonel_study::target::Targets;
 
 /// Traces sonels through a scene and saves the sonel map.
 #[derive(Debug, Clone, Parser)]
-#[command(
-    version,
-    after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --sonels 200k --seed 7\n  \
-                  sonel-trace scenes/hall/scene.toml --plan\n  \
-                  sonel-trace scenes/hall/scene.toml -o hall.sonelmap --until \"level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
-                  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --extend room.sonelmap --sonels 1M"
-)]
 pub struct Arguments {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]

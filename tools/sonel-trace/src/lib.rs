@@ -1,9 +1,13 @@
 //! The library half of `sonel-trace`: from arguments to a sonel map and its report.
 
 mod arguments;
+mod check;
 mod extension;
 mod judging;
+mod materials;
+mod new;
 mod planning;
+mod program;
 mod report;
 
 use std::io::Write;
@@ -32,6 +36,7 @@ use judging::{Goal, Judged};
 use planning::Planner;
 
 pub use arguments::Arguments;
+pub use program::Program;
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///

@@ -6,6 +6,6 @@ use clap::Parser;
 use sonel_console::run_to_exit;
 
 fn main() -> ExitCode {
-    let arguments = sonel_trace::Arguments::parse();
-    run_to_exit(arguments.quiet, |out, log| sonel_trace::run(&arguments, out, log))
+    let program = sonel_trace::Program::parse();
+    run_to_exit(program.is_quiet(), |out, log| program.run(out, log))
 }

@@ -5,7 +5,9 @@ mod accuracy;
 mod diffraction;
 mod figures;
 mod hall;
+mod shell;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -30,6 +32,12 @@ enum Page {
     },
     /// Write scenes/hall/hall.obj and the figures in its README from the plan
     Hall,
+    /// Write shell completions and man pages of the programs
+    Shell {
+        /// The folder they go to
+        #[arg(short, long, default_value = "target/shell")]
+        output: PathBuf,
+    },
 }
 
 fn main() -> ExitCode {
@@ -38,6 +46,7 @@ fn main() -> ExitCode {
         Page::Diffraction => diffraction::run(),
         Page::Figures { redraw } => figures::run(redraw),
         Page::Hall => hall::run(),
+        Page::Shell { output } => shell::run(&output),
     };
     xtask::exit_code(outcome)
 }

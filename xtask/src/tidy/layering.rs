@@ -18,24 +18,36 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 21] = [
+const HOMES: [(&str, &[&str]); 26] = [
     ("anyhow", &["tools/", "xtask"]),
+    ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
     ("clap", &["tools/", "xtask"]),
-    ("comfy-table", &["crates/sonel-analysis"]),
+    ("clap_complete", &["xtask"]),
+    ("clap_mangen", &["xtask"]),
+    ("comfy-table", &["crates/sonel-analysis", "tools/"]),
     ("cpu-time", &["tools/"]),
     ("csv", &["crates/sonel-analysis", "crates/sonel-study", "tools/"]),
     ("earcutr", &["crates/sonel-scene"]),
+    ("gltf", &["crates/sonel-scene"]),
     ("indicatif", &["tools/"]),
     ("memmap2", &["crates/sonel-map"]),
     ("npyz", &["crates/sonel-echogram"]),
     ("obvhs", &["crates/sonel-geometry"]),
+    ("ply-rs-bw", &["crates/sonel-scene"]),
     ("plotters", &["crates/sonel-analysis"]),
     ("rand", &["crates/sonel-sampling"]),
     (
         "serde_json",
-        &["crates/sonel-echogram", "crates/sonel-analysis", "crates/sonel-study", "tools/", "xtask"],
+        &[
+            "crates/sonel-scene",
+            "crates/sonel-echogram",
+            "crates/sonel-analysis",
+            "crates/sonel-study",
+            "tools/",
+            "xtask",
+        ],
     ),
     ("signal-hook", &["tools/sonel-console"]),
     ("statrs", &["crates/sonel-testkit"]),

@@ -9,6 +9,6 @@ mod polygons;
 mod scan;
 mod triangulate;
 
-pub(crate) use polygons::{Face, Polygons, read};
-pub(crate) use scan::{LineProblem, and_more};
+pub(crate) use polygons::{Face, FileTerms, Polygons, Vertices, read};
+pub(crate) use scan::{LineProblem, MaterialName, and_more};
 pub(crate) use triangulate::{Triangulation, triangulate};

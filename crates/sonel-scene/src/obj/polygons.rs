@@ -18,6 +18,47 @@ pub(crate) struct Polygons {
     pub(crate) names: Vec<MaterialName>,
     /// Lines and what was done about them.
     pub(crate) notes: Vec<(usize, String)>,
+    pub(crate) terms: FileTerms,
+}
+
+/// How a file counts and names, and what it says about lengths and axes.
+#[derive(Clone, Debug)]
+pub(crate) struct FileTerms {
+    /// Whether places are lines; else they are faces, counted from 1.
+    pub(crate) counts_lines: bool,
+    /// What names a material.
+    pub(crate) word: &'static str,
+    /// Length of the unit the file states [m], and its name.
+    pub(crate) unit: Option<(f64, &'static str)>,
+    /// Whether the file states that y is up.
+    pub(crate) is_y_up: bool,
+}
+
+impl Default for FileTerms {
+    fn default() -> Self {
+        Self { counts_lines: true, word: "usemtl", unit: None, is_y_up: false }
+    }
+}
+
+impl FileTerms {
+    /// A problem at a line or face; 0 is the whole file.
+    pub(crate) fn problem(&self, place: usize, message: &str) -> LineProblem {
+        let message = if self.word == "usemtl" { message } else { message.trim_start_matches("f: ") };
+        match (self.counts_lines, place) {
+            (true, line) => LineProblem { line, message: message.to_owned() },
+            (false, 0) => LineProblem { line: 0, message: message.to_owned() },
+            (false, face) => LineProblem { line: 0, message: format!("face {face}: {message}") },
+        }
+    }
+
+    /// A line or face as a note begins with it.
+    pub(crate) fn label(&self, file: &str, place: usize) -> String {
+        match (self.counts_lines, place) {
+            (_, 0) => file.to_owned(),
+            (true, line) => format!("{file}:{line}"),
+            (false, face) => format!("{file}: face {face}"),
+        }
+    }
 }
 
 /// One polygon.
@@ -27,7 +68,7 @@ pub(crate) struct Face {
     pub(crate) corners: Range<usize>,
     /// Index into [`Polygons::names`].
     pub(crate) name: usize,
-    /// Line in the file, from 1.
+    /// Line in the file, or number of the face, from 1.
     pub(crate) line: usize,
 }
 
@@ -79,18 +120,26 @@ fn gather(models: &[tobj::Model], scan: Scan) -> Option<Polygons> {
     if lines.next().is_some() {
         return None;
     }
-    Some(Polygons { vertices: vertices.positions, corners, faces, names: scan.names, notes: scan.notes })
+    let terms = FileTerms::default();
+    Some(Polygons {
+        vertices: vertices.positions,
+        corners,
+        faces,
+        names: scan.names,
+        notes: scan.notes,
+        terms,
+    })
 }
 
 /// Every model of `tobj` repeats the vertices it uses; equal positions become one vertex again.
 #[derive(Default)]
-struct Vertices {
-    positions: Vec<DVec3>,
+pub(crate) struct Vertices {
+    pub(crate) positions: Vec<DVec3>,
     indices: HashMap<[u64; 3], u32>,
 }
 
 impl Vertices {
-    fn index_of(&mut self, position: DVec3) -> u32 {
+    pub(crate) fn index_of(&mut self, position: DVec3) -> u32 {
         // −0 + 0 = +0: the two zeros are one position.
         let position = position + DVec3::ZERO;
         let next = self.positions.len() as u32;

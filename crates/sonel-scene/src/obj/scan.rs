@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::formats::NAMELESS;
+
 /// Something wrong in a line of an OBJ file, counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct LineProblem {
@@ -30,8 +32,7 @@ pub(crate) struct Scan {
 }
 
 /// Statements without meaning for walls.
-const IGNORED: [&str; 11] =
-    ["vt", "vn", "o", "g", "s", "mtllib", "usemap", "maplib", "lod", "shadow_obj", "trace_obj"];
+const IGNORED: [&str; 9] = ["vt", "vn", "s", "mtllib", "usemap", "maplib", "lod", "shadow_obj", "trace_obj"];
 /// Statements of curves and curved surfaces.
 const FREE_FORM: [&str; 9] = ["vp", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm"];
 /// The rest of them, and display attributes of curves.
@@ -65,6 +66,7 @@ struct Scanner {
     faces: String,
     indices_of_names: HashMap<String, usize>,
     has_material: bool,
+    has_group: bool,
     /// First line and count of faces before any `usemtl`.
     bare_faces: Option<(usize, usize)>,
     /// First line and count of points and lines.
@@ -91,6 +93,8 @@ impl Scanner {
             "v" => self.vertex(line, words),
             "f" => self.face(line, words),
             "usemtl" => self.material(line, statement),
+            // Without materials the groups or objects name the surfaces.
+            "g" | "o" => self.group(line, statement),
             "l" | "p" => count(&mut self.wires, line),
             _ if IGNORED.contains(&keyword) => {}
             _ if FREE_FORM.contains(&keyword) || FREE_FORM_BODY.contains(&keyword) => {
@@ -120,6 +124,14 @@ impl Scanner {
         self.vertices.push('\n');
     }
 
+    fn group(&mut self, line: usize, statement: &str) {
+        let name = statement.trim()[1..].trim();
+        if !self.has_material && !name.is_empty() {
+            self.has_group = true;
+            self.begin(line, name);
+        }
+    }
+
     fn material(&mut self, line: usize, statement: &str) {
         let name = statement.trim().trim_start_matches("usemtl").trim();
         if name.is_empty() {
@@ -127,6 +139,11 @@ impl Scanner {
             return;
         }
         self.has_material = true;
+        self.begin(line, name);
+    }
+
+    /// Faces from here on have this name.
+    fn begin(&mut self, line: usize, name: &str) {
         let next = self.scan.names.len();
         let index = *self.indices_of_names.entry(name.to_owned()).or_insert(next);
         if index == next {
@@ -136,7 +153,7 @@ impl Scanner {
     }
 
     fn face<'w>(&mut self, line: usize, words: impl Iterator<Item = &'w str>) {
-        if !self.has_material {
+        if !self.has_material && !self.has_group {
             count(&mut self.bare_faces, line);
         }
         let words: Vec<&str> = words.collect();
@@ -187,7 +204,11 @@ impl Scanner {
                 self.problem(line, format!("f: no vertex {index}: the file has {count}"));
             }
         }
-        if let Some((line, count)) = self.bare_faces {
+        if let (Some((line, _)), true) = (self.bare_faces, self.scan.names.is_empty()) {
+            // A file that names nothing has one material.
+            self.scan.names.push(MaterialName { name: NAMELESS.to_owned(), line });
+            self.faces.insert_str(0, "usemtl 0\n");
+        } else if let Some((line, count)) = self.bare_faces {
             self.problem(line, format!("f: no usemtl names the material of this face{}", and_more(count)));
         }
         if self.scan.face_lines.is_empty() {

@@ -4,30 +4,43 @@ use sonel_acoustics::Material;
 
 use crate::DEFAULT_SCATTERING;
 use crate::document::{Entry, Number, Table};
+use crate::library::Shelves;
 use crate::report::Report;
 use crate::sections::bands::BandChoice;
 
-const KEYS: [&str; 6] =
-    ["absorption", "scattering", "diffuse", "transmission", "sound_reduction_db", "source"];
+const KEYS: [&str; 7] =
+    ["absorption", "scattering", "diffuse", "transmission", "sound_reduction_db", "source", "library"];
 
 /// α + δ may exceed 1 by this much: the decimal fractions of a scene file are rounded to binary ones.
 const ROUNDING: f64 = 1e-12;
 
 /// Reads every material, in the order of the file. A material with problems is there too, so that its name is known.
-pub(crate) fn read(document: &Table<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Vec<Material> {
+pub(crate) fn read(
+    document: &Table<'_>,
+    bands: &BandChoice,
+    shelves: &Shelves,
+    report: &mut Report<'_>,
+) -> Vec<Material> {
     let Some(section) = document.get("materials") else { return Vec::new() };
     let Some(table) = section.table(report) else { return Vec::new() };
     let mut materials = Vec::new();
     for (name, entry) in table.in_file_order() {
         if let Some(table) = entry.table(report) {
-            materials.push(read_one(name, &table, bands, report));
+            materials.push(read_one(name, &table, bands, shelves, report));
         }
     }
     materials
 }
 
-fn read_one(name: &str, table: &Table<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Material {
+fn read_one(
+    name: &str,
+    table: &Table<'_>,
+    bands: &BandChoice,
+    shelves: &Shelves,
+    report: &mut Report<'_>,
+) -> Material {
     table.allow_only(&KEYS, report);
+    let borrowed = shelves.borrow(table, bands, report);
     let count = bands.bands.count();
     let coefficient = |key: &str, report: &mut Report<'_>| {
         let entry = table.get(key)?;
@@ -36,11 +49,12 @@ fn read_one(name: &str, table: &Table<'_>, bands: &BandChoice, report: &mut Repo
     };
 
     let absorption = coefficient("absorption", report);
-    if table.get("absorption").is_none() {
+    if table.get("absorption").is_none() && borrowed.absorption.is_none() {
         let key = table.path_of("absorption");
-        report.problem(table.at, format!("{key}: missing; give one number, or one per band"));
+        report.problem(table.at, format!("{key}: missing; give one number, one per band, or library"));
     }
-    let absorption = absorption.map_or_else(|| vec![0.0; count], |(_, values)| values);
+    let absorption =
+        absorption.map(|(_, values)| values).or(borrowed.absorption).unwrap_or_else(|| vec![0.0; count]);
     let scattering = coefficient("scattering", report);
     let diffuse = coefficient("diffuse", report);
     if let (Some(_), Some(entry)) = (table.get("scattering"), table.get("diffuse")) {
@@ -60,6 +74,7 @@ fn read_one(name: &str, table: &Table<'_>, bands: &BandChoice, report: &mut Repo
     let scattering = match (scattering, diffuse) {
         (Some((_, values)), _) => values,
         (None, Some((entry, values))) => scattering_of(&entry, &values, &absorption, bands, report),
+        (None, None) if borrowed.scattering.is_some() => borrowed.scattering.unwrap_or_default(),
         (None, None) => {
             report.note(format!("{}: {DEFAULT_SCATTERING} (default)", table.path_of("scattering")));
             vec![DEFAULT_SCATTERING; count]
@@ -70,7 +85,11 @@ fn read_one(name: &str, table: &Table<'_>, bands: &BandChoice, report: &mut Repo
         absorption,
         scattering,
         transmission: transmission.map_or_else(|| vec![0.0; count], |(_, values)| values),
-        source: table.get("source").and_then(|entry| entry.text(report)).map(str::to_owned),
+        source: table
+            .get("source")
+            .and_then(|entry| entry.text(report))
+            .map(str::to_owned)
+            .or(borrowed.source),
     }
 }
 

@@ -1,18 +1,16 @@
 //! `mesh`, `mesh_unit`, `mesh_weld`, `mesh_up` or `shoebox`: the walls.
 
-use std::io;
-
 use glam::DVec3;
 use sonel_acoustics::Material;
 use sonel_geometry::Mesh;
 
 use crate::document::{Entry, Table};
-use crate::mesh_file;
+use crate::mesh_file::{self, Stated};
 use crate::report::Report;
 use crate::suggest::suggest;
 
 /// Opens a mesh by the path in the scene file, relative to it.
-pub(crate) type OpenMesh<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
+pub(crate) use crate::formats::Open as OpenMesh;
 
 /// No coordinate lies further from the origin [m]; generous for national grids, far below where squares overflow.
 pub(crate) const FARTHEST: f64 = 1e8;
@@ -38,6 +36,8 @@ pub(crate) struct Walls {
     pub(crate) path: &'static str,
     /// Distance up to which cracks are closed [m].
     pub(crate) weld: f64,
+    /// Names of the mesh that are no material of the scene; triangles index them behind the materials.
+    pub(crate) unknown: Vec<String>,
 }
 
 /// Which way is up in the axes of the scene.
@@ -64,14 +64,17 @@ pub(crate) fn read(
     let weld = read_weld(document, report);
     match (document.get("mesh"), document.get("shoebox")) {
         (None, None) => {
-            report.problem(0, "mesh: missing; name an OBJ file, or give shoebox = [x, y, z]");
+            report.problem(0, "mesh: missing; name a mesh file, or give shoebox = [x, y, z]");
             None
         }
         (Some(_), Some(shoebox)) => {
             shoebox.problem(report, "given together with mesh; keep one of the two");
             None
         }
-        (Some(mesh), None) => read_mesh(&mesh, unit.zip(weld), materials, open_mesh, report),
+        (Some(mesh), None) => {
+            let stated = unit.map(|unit| Stated { unit, up: document.get("mesh_up").is_some() });
+            read_mesh(&mesh, stated.zip(weld), materials, open_mesh, report)
+        }
         (None, Some(shoebox)) => {
             if let Some(entry) = document.get("mesh_unit") {
                 entry.problem(report, "a shoebox is in metres; remove this key");
@@ -84,15 +87,16 @@ pub(crate) fn read(
     }
 }
 
-fn read_unit(document: &Table<'_>, report: &mut Report<'_>) -> Option<f64> {
-    let Some(entry) = document.get("mesh_unit") else { return Some(1.0) };
+/// The length of the unit, if it is stated [m]; `None` when it cannot be read.
+fn read_unit(document: &Table<'_>, report: &mut Report<'_>) -> Option<Option<f64>> {
+    let Some(entry) = document.get("mesh_unit") else { return Some(None) };
     let name = entry.text(report)?;
     let found = UNITS.iter().find(|(unit, _)| *unit == name).map(|(_, length)| *length);
     if found.is_none() {
         let advice = suggest(name, UNITS.iter().map(|(unit, _)| *unit));
         entry.problem(report, &format!("unknown unit `{name}`; {advice}"));
     }
-    found
+    found.map(Some)
 }
 
 fn read_weld(document: &Table<'_>, report: &mut Report<'_>) -> Option<f64> {
@@ -106,10 +110,10 @@ fn read_weld(document: &Table<'_>, report: &mut Report<'_>) -> Option<f64> {
     is_allowed.then_some(weld)
 }
 
-/// Reads the mesh; `lengths` are those of its unit and up to which cracks are closed [m].
+/// Reads the mesh; `stated` is what the scene file says of it, and the width up to which cracks are closed [m].
 fn read_mesh(
     entry: &Entry<'_>,
-    lengths: Option<(f64, f64)>,
+    stated: Option<(Stated, f64)>,
     materials: &[Material],
     open_mesh: OpenMesh<'_>,
     report: &mut Report<'_>,
@@ -123,10 +127,27 @@ fn read_mesh(
             return None;
         }
     };
-    let mesh = mesh_file::read(&bytes, path, lengths.map_or(1.0, |(unit, _)| unit), materials, report)?;
+    let unknown = Stated { unit: None, up: true };
+    let read_as = stated.as_ref().map_or(&unknown, |(stated, _)| stated);
+    let (mesh, unknown) = mesh_file::read(&bytes, path, read_as, materials, open_mesh, report)?;
     // Read for its own problems; in an unknown unit nothing can be said about positions in it.
-    let (_, weld) = lengths?;
-    Some(Walls { mesh, digest: *blake3::hash(&bytes).as_bytes(), at: entry.at, path: "mesh", weld })
+    let (_, weld) = stated?;
+    let digest = digest(&mesh);
+    Some(Walls { mesh, digest, at: entry.at, path: "mesh", weld, unknown })
+}
+
+/// Of the mesh as it was read, in whatever format.
+fn digest(mesh: &Mesh) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    for number in mesh.vertices.iter().flat_map(|vertex| vertex.to_array()) {
+        hasher.update(&number.to_le_bytes());
+    }
+    for triangle in &mesh.triangles {
+        for index in triangle.corners.into_iter().chain([triangle.material]) {
+            hasher.update(&index.to_le_bytes());
+        }
+    }
+    hasher.finalize().into()
 }
 
 fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'_>) -> Option<Walls> {
@@ -141,7 +162,14 @@ fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'
     }
     let walls = shoebox_materials(entry, materials, report)?;
     let mesh = Mesh::shoebox(size.to_array(), walls);
-    Some(Walls { mesh, digest: *blake3::hash(&[]).as_bytes(), at: entry.at, path: "shoebox", weld: 0.0 })
+    Some(Walls {
+        mesh,
+        digest: *blake3::hash(&[]).as_bytes(),
+        at: entry.at,
+        path: "shoebox",
+        weld: 0.0,
+        unknown: Vec::new(),
+    })
 }
 
 /// The material of each wall: that of its own name, else that of all walls.

@@ -58,6 +58,19 @@ fn toml_word() -> impl Strategy<Value = String> {
     ]
 }
 
+/// Words that a material file may hold.
+fn material_word() -> impl Strategy<Value = String> {
+    prop_oneof![
+        4 => Just("\nABS a = <1 2 3 4 5 6>".to_owned()),
+        2 => Just("\n7\tseven\n\t0 .1 .2 .3 .4 .5 .6 .7\n".to_owned()),
+        2 => Just("{\"center_freqs\":[125,250],\"absorption\":{\"g\":{\"m\":{\"coeffs\":[0.1]}}}}".to_owned()),
+        2 => "[0-9]{1,2} ",
+        2 => "[<>{}=;L\n\t\" ]{1,3}",
+        1 => "\nABS [a-z]{1,2} = ",
+        1 => any::<String>(),
+    ]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig {
         cases: 512, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default()
@@ -80,6 +93,22 @@ proptest! {
         let damaged = format!("{}{word}{}", &text[..start], &text[end..]);
         let mesh = corpus("every-key.obj").into_bytes();
         prop_assert!(is_consistent(&load(&damaged, "scene.toml", &mut |_| Ok(mesh.clone()))));
+    }
+
+    #[test]
+    fn material_files_of_any_text(
+        words in prop::collection::vec(material_word(), 0..40),
+        ending in prop_oneof![Just("txt"), Just("Li8"), Just("json")],
+    ) {
+        match sonel_scene::library::read_file(&format!("m.{ending}"), words.concat().as_bytes()) {
+            Ok(entries) => {
+                let lists = entries.iter().flat_map(|entry| entry.absorption.iter().chain(&entry.scattering));
+                for octaves in lists {
+                    prop_assert!([16.0, 1000.0, 16e3].iter().all(|hz| octaves.at(*hz).0 >= 0.0));
+                }
+            }
+            Err(errors) => prop_assert!(!errors.problems.is_empty()),
+        }
     }
 
     #[test]

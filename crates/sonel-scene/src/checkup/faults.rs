@@ -1,0 +1,151 @@
+//! Faults of a mesh: holes, cracks, crossing faces, slivers, surfaces in no air.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use sonel_geometry::{Geometry, Surface};
+
+use crate::room::{number, place};
+
+/// How many of a kind are named.
+const NAMED: usize = 5;
+/// A sliver is lower than this [m] and this part of its longest side.
+const SLIVER_HEIGHT: f64 = 1e-3;
+const SLIVER_SHARE: f64 = 1e-3;
+/// Solid angles that may be spent on looking for surfaces in no air.
+const MOST_LOOKS: usize = 200_000_000;
+
+/// One sentence for each kind of fault.
+pub(super) fn of(geometry: &Geometry) -> Vec<String> {
+    let mut faults = Vec::new();
+    let holes = holes(&geometry.open_edges());
+    if !holes.is_empty() {
+        let area = "energy that leaves by them counts as escaped";
+        faults.push(format!(
+            "the mesh is not watertight: {}: {}; {area}",
+            count(holes.len(), "hole"),
+            listed(&holes)
+        ));
+    } else if !geometry.is_closed_room() {
+        faults.push("no closed part of the mesh contains all others: energy escapes".to_owned());
+    }
+    let crossings: Vec<String> = geometry
+        .crossings()
+        .iter()
+        .map(|crossing| {
+            let [from, to] = crossing.ends;
+            format!("from ({}) to ({}) m", place(from), place(to))
+        })
+        .collect();
+    if !crossings.is_empty() {
+        let message =
+            format!("{} of triangles cross: {}", count(crossings.len(), "pair"), listed(&crossings));
+        faults.push(format!("{message}; traced as they are, a closed volume may be wrong"));
+    }
+    let slivers = slivers(geometry);
+    if !slivers.is_empty() {
+        faults.push(format!("{}: {}", count(slivers.len(), "sliver"), listed(&slivers)));
+    }
+    faults.extend(unreachable(geometry));
+    faults
+}
+
+fn count(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// The first of some places.
+fn listed(all: &[String]) -> String {
+    let more = if all.len() > NAMED { format!("; and {} more", all.len() - NAMED) } else { String::new() };
+    all[..all.len().min(NAMED)].join("; ") + &more
+}
+
+/// Each group of open edges that hang together, the longest rim first.
+fn holes(edges: &[[DVec3; 2]]) -> Vec<String> {
+    let mut at: HashMap<[u64; 3], Vec<usize>> = HashMap::new();
+    let key = |point: DVec3| point.to_array().map(f64::to_bits);
+    for (i, ends) in edges.iter().enumerate() {
+        ends.iter().for_each(|end| at.entry(key(*end)).or_default().push(i));
+    }
+    let mut seen = vec![false; edges.len()];
+    let mut holes: Vec<(f64, String)> = Vec::new();
+    for first in 0..edges.len() {
+        if std::mem::replace(&mut seen[first], true) {
+            continue;
+        }
+        let (mut rim, mut next) = (vec![first], 0);
+        while next < rim.len() {
+            for other in edges[rim[next]].iter().flat_map(|end| &at[&key(*end)]) {
+                if !std::mem::replace(&mut seen[*other], true) {
+                    rim.push(*other);
+                }
+            }
+            next += 1;
+        }
+        let length: f64 = rim.iter().map(|edge| edges[*edge][0].distance(edges[*edge][1])).sum();
+        let points = || rim.iter().flat_map(|edge| edges[*edge]);
+        let (low, high) =
+            points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let size = (high - low).to_array().map(number).join(" × ");
+        let middle = place(0.5 * (low + high));
+        holes.push((
+            length,
+            format!("{size} m about ({middle}) m, {} edges, rim {} m", rim.len(), number(length)),
+        ));
+    }
+    holes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    holes.into_iter().map(|(_, hole)| hole).collect()
+}
+
+fn slivers(geometry: &Geometry) -> Vec<String> {
+    let mesh = geometry.mesh();
+    let mut found = Vec::new();
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.corners.map(|corner| mesh.vertices[corner as usize]);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let height = (b - a).cross(c - a).length() / longest;
+        if height < SLIVER_HEIGHT && height < SLIVER_SHARE * longest {
+            let middle = place((a + b + c) / 3.0);
+            found.push(format!(
+                "{} m long, {} mm high at ({middle}) m",
+                number(longest),
+                number(1e3 * height)
+            ));
+        }
+    }
+    found
+}
+
+/// Surfaces of a closed room with air on neither side, in a sentence.
+fn unreachable(geometry: &Geometry) -> Option<String> {
+    if !geometry.is_closed_room() {
+        return None;
+    }
+    let triangles = geometry.mesh().triangles.len();
+    if geometry.surfaces().len().saturating_mul(triangles) > MOST_LOOKS {
+        return None;
+    }
+    let hidden: Vec<&Surface> =
+        geometry.surfaces().iter().filter(|surface| !is_in_air(geometry, surface)).collect();
+    let named: Vec<String> = hidden
+        .iter()
+        .map(|surface| format!("{} m² about ({}) m", number(surface.area), place(surface.centroid)))
+        .collect();
+    (!named.is_empty()).then(|| {
+        format!("{} no sound reaches, inside solids: {}", count(named.len(), "surface"), listed(&named))
+    })
+}
+
+/// Whether there is air on a side of the largest triangle of a surface.
+fn is_in_air(geometry: &Geometry, surface: &Surface) -> bool {
+    let mesh = geometry.mesh();
+    let corners = |triangle: &u32| {
+        mesh.triangles[*triangle as usize].corners.map(|corner| mesh.vertices[corner as usize])
+    };
+    let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
+    let largest = surface.triangles.iter().map(corners).max_by(|a, b| area(*a).total_cmp(&area(*b)));
+    let Some([a, b, c]) = largest else { return true };
+    let middle = (a + b + c) / 3.0;
+    let step = 2.0 * geometry.clearance() * surface.normal;
+    [step, -step].into_iter().any(|step| geometry.contains(middle + step))
+}

@@ -1,0 +1,175 @@
+//! A checkup: what a scene is before it is traced, and what in it needs a look.
+//!
+//! Nothing is traced. Sizes, statistical reverberation times and areas come from the scene as far as it could be read; problems,
+//! warnings and faults of the mesh are collected. A mesh with holes or crossing faces is traced all the same.
+//!
+//! References: [Sabine1922], [Eyring1930], [Schroeder1962] (docs/references.md).
+
+mod faults;
+mod repaired;
+
+use std::io;
+
+pub use repaired::{FIRST_LINE, Repaired};
+
+use glam::DVec3;
+use sonel_acoustics::{
+    equivalent_absorption_area, eyring_time, mean_absorption, mean_free_path, sabine_time,
+    schroeder_frequency,
+};
+use sonel_geometry::Geometry;
+
+use crate::load::{Attempt, attempt};
+use crate::report::Remarks;
+use crate::room::leak;
+use crate::{Problem, Scene, SceneErrors};
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Checkup {
+    /// Why the scene cannot be traced.
+    pub problems: Vec<Problem>,
+    /// What is likely a mistake: one sentence each.
+    pub warnings: Vec<String>,
+    /// Faults of the mesh with their places: one sentence each.
+    pub faults: Vec<String>,
+    /// Defaults taken, repairs made: one sentence each.
+    pub notes: Vec<String>,
+    /// The room, where its walls could be read.
+    pub room: Option<Room>,
+    /// Its mesh as it is traced, where its walls could be read.
+    pub repaired: Option<Repaired>,
+}
+
+/// Sizes of a room and its statistical reverberation.
+#[derive(Clone, Debug)]
+pub struct Room {
+    /// Of the box about it [m].
+    pub extents: DVec3,
+    /// Of the air [m³]; none where the mesh is no closed room.
+    pub volume: Option<f64>,
+    /// Exposed to the air [m²].
+    pub area: f64,
+    /// 4 V / S [m], of a closed room.
+    pub mean_free_path: Option<f64>,
+    /// Below it room modes matter [Hz]; of a closed room, with the longest Sabine time.
+    pub schroeder_frequency: Option<f64>,
+    /// Triangles and planar surfaces.
+    pub counts: [usize; 2],
+    /// Materials by area, the largest first.
+    pub coverings: Vec<Covering>,
+    /// One for each band of a closed room whose materials are all known.
+    pub times: Vec<Times>,
+}
+
+/// A material and where it is.
+#[derive(Clone, Debug)]
+pub struct Covering {
+    /// Its name.
+    pub name: String,
+    /// Exposed to the air [m²].
+    pub area: f64,
+    /// α per band; none where no table of the scene defines it.
+    pub absorption: Option<Vec<f64>>,
+}
+
+/// Statistical reverberation in a band.
+#[derive(Clone, Copy, Debug)]
+pub struct Times {
+    /// Nominal centre [Hz].
+    pub center_hz: f64,
+    /// Mean absorption coefficient, weighted by area.
+    pub mean_absorption: f64,
+    /// Sabine's time [s].
+    pub sabine: f64,
+    /// Eyring's time [s].
+    pub eyring: f64,
+}
+
+impl Checkup {
+    /// Whether something needs a look.
+    #[must_use]
+    pub fn is_clean(&self) -> bool {
+        self.problems.is_empty() && self.warnings.is_empty() && self.faults.is_empty()
+    }
+}
+
+/// Checks a scene file; the arguments are those of [`crate::load`].
+///
+/// # Errors
+/// When the text is no TOML.
+pub fn check(
+    toml_text: &str,
+    file_label: &str,
+    open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
+) -> Result<Checkup, SceneErrors> {
+    let attempt = attempt(toml_text, file_label, open_mesh)?;
+    let room = attempt.geometry.as_ref().map(|geometry| room(&attempt, geometry));
+    let repaired = attempt.geometry.as_ref().map(|geometry| Repaired::of(geometry, names(&attempt)));
+    let mut faults = attempt.geometry.as_ref().map_or(Vec::new(), faults::of);
+    let Remarks { notes, faults: marked, warnings } = attempt.remarks;
+    let (of_mesh, notes): (Vec<_>, Vec<_>) =
+        notes.into_iter().enumerate().partition(|(index, _)| marked.contains(index));
+    // Holes are listed one by one.
+    let leak = attempt.geometry.as_ref().map_or(String::new(), leak);
+    let told = |note: &String| !leak.is_empty() && note.ends_with(&leak);
+    faults.extend(of_mesh.into_iter().map(|(_, note)| note).filter(|note| !told(note)));
+    let notes = notes.into_iter().map(|(_, note)| note).collect();
+    Ok(Checkup { problems: attempt.problems, warnings, faults, notes, room, repaired })
+}
+
+/// Names of the materials, then of those that the scene lacks.
+fn names(attempt: &Attempt) -> impl Iterator<Item = &String> {
+    attempt.scene.materials.iter().map(|material| &material.name).chain(&attempt.unknown)
+}
+
+fn room(attempt: &Attempt, geometry: &Geometry) -> Room {
+    let (low, high) = geometry.bounds();
+    let covering = |(index, name): (u32, &String)| Covering {
+        name: name.clone(),
+        area: geometry.exposed_area(index),
+        absorption: attempt.scene.materials.get(index as usize).map(|material| material.absorption.clone()),
+    };
+    let mut coverings: Vec<Covering> =
+        (0u32..).zip(names(attempt)).map(covering).filter(|covering| covering.area > 0.0).collect();
+    coverings.sort_by(|a, b| b.area.total_cmp(&a.area));
+    let is_known = |problem: &Problem| {
+        ["sources", "receivers"].iter().any(|section| problem.message.starts_with(section))
+    };
+    let volume = geometry.volume().filter(|volume| *volume > 0.0);
+    let times = match volume {
+        Some(volume) if attempt.problems.iter().all(is_known) => times(&attempt.scene, &coverings, volume),
+        _ => Vec::new(),
+    };
+    let longest = times.iter().map(|times| times.sabine).filter(|time| time.is_finite()).fold(0.0, f64::max);
+    Room {
+        extents: high - low,
+        volume,
+        area: geometry.area(),
+        mean_free_path: volume.map(|volume| mean_free_path(volume, geometry.area())),
+        schroeder_frequency: volume
+            .filter(|_| longest > 0.0)
+            .map(|volume| schroeder_frequency(longest, volume)),
+        counts: [geometry.mesh().triangles.len(), geometry.surfaces().len()],
+        coverings,
+        times,
+    }
+}
+
+fn times(scene: &Scene, coverings: &[Covering], volume: f64) -> Vec<Times> {
+    let area: f64 = coverings.iter().map(|covering| covering.area).sum();
+    let of_band = |(band, center_hz): (usize, &f64)| {
+        let absorption =
+            |covering: &Covering| covering.absorption.as_ref().map_or(0.0, |absorption| absorption[band]);
+        let walls = || coverings.iter().map(|covering| (covering.area, absorption(covering)));
+        let (air, speed) = (scene.air_attenuation[band], scene.speed_of_sound);
+        let mean = mean_absorption(walls());
+        Times {
+            center_hz: *center_hz,
+            mean_absorption: mean,
+            sabine: sabine_time(volume, equivalent_absorption_area(walls()), air, speed),
+            eyring: eyring_time(volume, area, mean, air, speed),
+        }
+    };
+    scene.bands.nominal().iter().enumerate().map(of_band).collect()
+}

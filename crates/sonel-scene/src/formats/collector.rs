@@ -1,0 +1,92 @@
+//! Collects the faces of a file.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::NAMELESS;
+use crate::obj::{Face, FileTerms, LineProblem, MaterialName, Polygons, Vertices, and_more};
+
+/// Faces read so far and what is wrong with them.
+pub(super) struct Collector {
+    terms: FileTerms,
+    vertices: Vertices,
+    corners: Vec<u32>,
+    faces: Vec<Face>,
+    names: Vec<MaterialName>,
+    indices_of_names: HashMap<String, usize>,
+    /// Place of the first face without area, and their count.
+    flat: Option<(usize, usize)>,
+    /// Places and remarks.
+    pub(super) notes: Vec<(usize, String)>,
+    pub(super) problems: Vec<LineProblem>,
+}
+
+impl Collector {
+    pub(super) fn new(terms: FileTerms) -> Self {
+        Self {
+            terms,
+            vertices: Vertices::default(),
+            corners: Vec::new(),
+            faces: Vec::new(),
+            names: Vec::new(),
+            indices_of_names: HashMap::new(),
+            flat: None,
+            notes: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
+
+    /// Notes a problem at a line or face.
+    pub(super) fn problem(&mut self, place: usize, message: impl AsRef<str>) {
+        self.problems.push(self.terms.problem(place, message.as_ref()));
+    }
+
+    /// Adds a polygon under a name; one with fewer than three different corners is counted and left out. `place` is its line, or
+    /// its number from 1.
+    pub(super) fn face(&mut self, corners: &[DVec3], name: &str, place: usize) {
+        if let Some(corner) = corners.iter().find(|corner| !corner.is_finite()) {
+            self.problem(place, format!("a coordinate is not a finite number: {corner}"));
+            return;
+        }
+        let start = self.corners.len();
+        for corner in corners {
+            let index = self.vertices.index_of(*corner);
+            if !self.corners[start..].contains(&index) {
+                self.corners.push(index);
+            }
+        }
+        if self.corners.len() < start + 3 {
+            self.corners.truncate(start);
+            let (first, before) = self.flat.unwrap_or((place, 0));
+            self.flat = Some((first, before + 1));
+            return;
+        }
+        let name = self.name(name.trim(), place);
+        self.faces.push(Face { corners: start..self.corners.len(), name, line: place });
+    }
+
+    fn name(&mut self, name: &str, place: usize) -> usize {
+        let name = if name.is_empty() { NAMELESS } else { name };
+        if let Some(index) = self.indices_of_names.get(name) {
+            return *index;
+        }
+        self.names.push(MaterialName { name: name.to_owned(), line: place });
+        self.indices_of_names.insert(name.to_owned(), self.names.len() - 1);
+        self.names.len() - 1
+    }
+
+    pub(super) fn finish(mut self) -> Result<Polygons, Vec<LineProblem>> {
+        if let Some((place, count)) = self.flat {
+            self.notes.push((place, format!("the face has no area and was dropped{}", and_more(count))));
+        }
+        if self.faces.is_empty() && self.problems.is_empty() {
+            self.problem(0, "the mesh has no face; export polygons");
+        }
+        if !self.problems.is_empty() {
+            return Err(self.problems);
+        }
+        let Self { terms, vertices, corners, faces, names, notes, .. } = self;
+        Ok(Polygons { vertices: vertices.positions, corners, faces, names, notes, terms })
+    }
+}

@@ -1,0 +1,51 @@
+//! Mesh files: OBJ, glTF, STL, PLY and DXF become polygons over vertices, each under a name.
+//!
+//! The format is told by the first bytes where they are a signature, else by the ending of the name, else the file is OBJ.
+//! Names are what the scene file calls materials: `usemtl`, a glTF material, an STL solid, a PLY colour, a DXF layer.
+
+mod collector;
+mod dxf;
+mod gltf;
+mod ply;
+mod stl;
+
+use std::io;
+
+use crate::obj::{self, LineProblem, Polygons};
+
+/// Opens a file by its path relative to the scene file.
+pub(crate) type Open<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
+
+/// The name of surfaces in a file that names nothing.
+pub(crate) const NAMELESS: &str = "walls";
+
+/// Formats of programs that can export one of ours.
+const FOREIGN: [&str; 11] = ["skp", "3dm", "rvt", "ifc", "blend", "fbx", "dae", "3ds", "dwg", "step", "stp"];
+
+/// Reads the file at `path`.
+///
+/// # Errors
+/// Every problem of the file.
+pub(crate) fn read(path: &str, bytes: &[u8], open: Open<'_>) -> Result<Polygons, Vec<LineProblem>> {
+    let ending = path.rsplit_once('.').map_or(String::new(), |(_, ending)| ending.to_lowercase());
+    let begin = &bytes[..bytes.len().min(512)];
+    if begin.starts_with(b"glTF") || ["glb", "gltf"].contains(&ending.as_str()) {
+        gltf::read(path, bytes, open)
+    } else if begin.starts_with(b"ply\n") || begin.starts_with(b"ply\r") || ending == "ply" {
+        ply::read(bytes)
+    } else if ending == "dxf" {
+        dxf::read(bytes)
+    } else if ending == "stl" {
+        stl::read(bytes)
+    } else if FOREIGN.contains(&ending.as_str()) {
+        let message = format!(".{ending} files are not read: export glTF, OBJ, DXF, PLY or STL");
+        Err(vec![LineProblem { line: 0, message }])
+    } else {
+        obj::read(bytes)
+    }
+}
+
+/// A colour as a name.
+fn color_name([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}

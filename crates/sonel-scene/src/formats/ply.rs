@@ -1,0 +1,141 @@
+//! PLY files: polygons over vertices, text or binary, read by `ply-rs-bw`.
+//!
+//! The material is named by the colour of a face, else by that of its vertices where all have the same (`#rrggbb`), else by
+//! the face's `material_index`; a file without any names `walls`.
+
+use glam::{DVec3, dvec3};
+use ply_rs_bw::parser::Parser;
+use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+
+use super::collector::Collector;
+use super::{NAMELESS, color_name};
+use crate::obj::{FileTerms, LineProblem, Polygons};
+
+/// What is read of a vertex or a face.
+#[derive(Default)]
+struct Row {
+    position: [Option<f64>; 3],
+    color: [Option<u8>; 3],
+    material: Option<i64>,
+    corners: Option<Vec<i64>>,
+    has_strips: bool,
+}
+
+impl PropertyAccess for Row {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        match name {
+            "x" => self.position[0] = number(&property),
+            "y" => self.position[1] = number(&property),
+            "z" => self.position[2] = number(&property),
+            "red" | "diffuse_red" => self.color[0] = property.to_u8_color_lossy(),
+            "green" | "diffuse_green" => self.color[1] = property.to_u8_color_lossy(),
+            "blue" | "diffuse_blue" => self.color[2] = property.to_u8_color_lossy(),
+            "material_index" => self.material = number(&property).map(|index| index as i64),
+            "vertex_indices" | "vertex_index" => self.corners = list(property),
+            "tristrips" | "vertex_strips" => self.has_strips = true,
+            _ => return PropertyAccessResult::Ignored,
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+fn number(property: &Property) -> Option<f64> {
+    Some(match property {
+        Property::Char(value) => f64::from(*value),
+        Property::UChar(value) => f64::from(*value),
+        Property::Short(value) => f64::from(*value),
+        Property::UShort(value) => f64::from(*value),
+        Property::Int(value) => f64::from(*value),
+        Property::UInt(value) => f64::from(*value),
+        Property::Float(value) => f64::from(*value),
+        Property::Double(value) => *value,
+        _ => return None,
+    })
+}
+
+fn list(property: Property) -> Option<Vec<i64>> {
+    Some(match property {
+        Property::ListChar(values) => values.into_iter().map(i64::from).collect(),
+        Property::ListUChar(values) => values.into_iter().map(i64::from).collect(),
+        Property::ListShort(values) => values.into_iter().map(i64::from).collect(),
+        Property::ListUShort(values) => values.into_iter().map(i64::from).collect(),
+        Property::ListInt(values) => values.into_iter().map(i64::from).collect(),
+        Property::ListUInt(values) => values.into_iter().map(i64::from).collect(),
+        _ => return None,
+    })
+}
+
+fn in_one_line(message: &str) -> String {
+    message.lines().map(|line| line.trim().trim_start_matches("Error: ")).collect::<Vec<_>>().join(" ")
+}
+
+pub(super) fn read(mut bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
+    let refused =
+        |line: Option<usize>, message: String| Err(vec![LineProblem { line: line.unwrap_or(0), message }]);
+    let mut file = match Parser::<Row>::new().read_ply(&mut bytes) {
+        Ok(file) => file,
+        Err(error) => {
+            return refused(
+                error.line(),
+                format!("the PLY reader refuses the file: {}", in_one_line(&error.to_string())),
+            );
+        }
+    };
+    let rows = |file: &mut ply_rs_bw::ply::Ply<Row>, name: &str| {
+        file.payload.get_mut(name).map(std::mem::take).unwrap_or_default()
+    };
+    let (vertices, faces) = (rows(&mut file, "vertex"), rows(&mut file, "face"));
+    let mut collector =
+        Collector::new(FileTerms { counts_lines: false, word: "colour", ..FileTerms::default() });
+    let mut positions: Vec<DVec3> = Vec::new();
+    for vertex in &vertices {
+        let [Some(x), Some(y), Some(z)] = vertex.position else {
+            return refused(None, "a vertex has no x, y or z".to_owned());
+        };
+        positions.push(dvec3(x, y, z));
+    }
+    if faces.is_empty() && file.payload.iter().any(|(_, rows)| rows.iter().any(|row| row.has_strips)) {
+        return refused(None, "triangle strips are not read: export faces".to_owned());
+    }
+    for (i, face) in faces.iter().enumerate() {
+        let indices = face.corners.as_deref().unwrap_or(&[]);
+        let found: Option<Vec<usize>> = indices
+            .iter()
+            .map(|index| usize::try_from(*index).ok().filter(|index| *index < positions.len()))
+            .collect();
+        let Some(found) = found else {
+            let wrong = indices
+                .iter()
+                .find(|index| usize::try_from(**index).map_or(true, |index| index >= positions.len()));
+            collector.problem(
+                i + 1,
+                format!(
+                    "no vertex {}: the file has {}, counted from 0",
+                    wrong.unwrap_or(&0),
+                    positions.len()
+                ),
+            );
+            continue;
+        };
+        let corners: Vec<DVec3> = found.iter().map(|index| positions[*index]).collect();
+        collector.face(&corners, &name(face, &found, &vertices), i + 1);
+    }
+    collector.finish()
+}
+
+fn name(face: &Row, corners: &[usize], vertices: &[Row]) -> String {
+    let color = |row: &Row| Some([row.color[0]?, row.color[1]?, row.color[2]?]);
+    let of_corners = || {
+        let first = color(&vertices[*corners.first()?])?;
+        corners.iter().all(|corner| color(&vertices[*corner]) == Some(first)).then_some(first)
+    };
+    match (color(face).or_else(of_corners), face.material) {
+        (Some(color), _) => color_name(color),
+        (None, Some(material)) => format!("material {material}"),
+        (None, None) => NAMELESS.to_owned(),
+    }
+}

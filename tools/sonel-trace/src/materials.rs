@@ -1,0 +1,91 @@
+//! `sonel-trace materials`: searches the shipped library and material files.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::Args;
+use comfy_table::{CellAlignment, Table, presets};
+use sonel_console::{Outcome, input};
+use sonel_scene::library::{LibraryEntry, Octaves, read_file, shipped};
+
+/// Octaves that are printed [Hz].
+const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
+
+/// Search the material library; exit code 1 where nothing matches
+///
+/// Prints absorption (α) and scattering (s) of every material whose name, text, group or source has all words. The names are
+/// what `library` in a scene takes.
+#[derive(Debug, Clone, Args)]
+#[command(
+    after_help = "Examples:\n  sonel-trace materials carpet felt\n  sonel-trace materials --file Material.Li8 concrete"
+)]
+pub struct Words {
+    /// Words that all must occur; without any, everything is printed.
+    #[arg(value_name = "WORD")]
+    words: Vec<String>,
+    /// Search this material file (CATT, ODEON .Li8, pyroomacoustics .json) instead of the shipped library; repeatable.
+    #[arg(long, value_name = "FILE")]
+    file: Vec<PathBuf>,
+}
+
+/// Prints what matches.
+///
+/// # Errors
+/// When a file cannot be read.
+pub fn run(words: &Words, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let mut entries = Vec::new();
+    for path in &words.file {
+        let name = path.display().to_string();
+        let bytes = input::read(path).with_context(|| format!("cannot read {name}"))?;
+        entries.extend(read_file(&name, &bytes)?);
+    }
+    if words.file.is_empty() {
+        entries = shipped().to_vec();
+    }
+    let found: Vec<&LibraryEntry> = entries.iter().filter(|entry| entry.matches(&words.words)).collect();
+    if found.is_empty() {
+        writeln!(out, "none of {} materials matches {}", entries.len(), words.words.join(" "))?;
+        return Ok(Outcome::Missed);
+    }
+    write!(out, "{}", table(&found))?;
+    Ok(Outcome::Done)
+}
+
+fn table(entries: &[&LibraryEntry]) -> String {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    let centers = OCTAVES.map(|hz| hz.to_string());
+    let headings =
+        [vec!["name".to_owned(), String::new()], centers.to_vec(), vec!["what it is, source".to_owned()]];
+    table.set_header(headings.concat());
+    let mut is_held = false;
+    for entry in entries {
+        let lists = [("α", &entry.absorption), ("s", &entry.scattering)];
+        let lists = lists.into_iter().filter_map(|(symbol, octaves)| Some((symbol, octaves.as_ref()?)));
+        for (i, (symbol, octaves)) in lists.enumerate() {
+            is_held |= OCTAVES.iter().any(|hz| octaves.at(*hz).1);
+            let (name, text) = if i == 0 {
+                (entry.name.as_str(), format!("{}; {}", entry.text, entry.source))
+            } else {
+                Default::default()
+            };
+            let begin = [name.to_owned(), symbol.to_owned()];
+            table.add_row(begin.into_iter().chain(cells(octaves)).chain([text]));
+        }
+    }
+    for column in table.column_iter_mut().skip(2).take(OCTAVES.len()) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+    let note = if is_held { "\n*: held from the nearest octave of the source\n" } else { "\n" };
+    lines.join("\n") + note
+}
+
+/// Two digits and, where a value is held, a star.
+fn cells(octaves: &Octaves) -> impl Iterator<Item = String> {
+    OCTAVES
+        .map(|hz| octaves.at(hz))
+        .into_iter()
+        .map(|(value, held)| format!("{value:.2}{}", if held { "*" } else { " " }))
+}
