@@ -9,6 +9,7 @@ mod figures;
 mod placement;
 mod planning;
 mod reproducible;
+mod sound;
 mod trial;
 
 use clap::Parser;

@@ -9,7 +9,7 @@ const LAYERS: [&[&str]; 6] = [
     &["sonel-acoustics", "sonel-sampling", "sonel-geometry", "sonel-diffraction", "sonel-testkit"],
     &["sonel-scene"],
     &["sonel-map", "sonel-echogram"],
-    &["sonel-tracer", "sonel-renderer", "sonel-analysis"],
+    &["sonel-tracer", "sonel-renderer", "sonel-analysis", "sonel-sound"],
     &["sonel-study"],
     &["sonel-console", "sonel-trace", "sonel-render", "sonel-analyze"],
 ];
@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 21] = [
+const HOMES: [(&str, &[&str]); 24] = [
     ("anyhow", &["tools/", "xtask"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
@@ -27,12 +27,15 @@ const HOMES: [(&str, &[&str]); 21] = [
     ("cpu-time", &["tools/"]),
     ("csv", &["crates/sonel-analysis", "crates/sonel-study", "tools/"]),
     ("earcutr", &["crates/sonel-scene"]),
+    ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),
     ("memmap2", &["crates/sonel-map"]),
     ("npyz", &["crates/sonel-echogram"]),
     ("obvhs", &["crates/sonel-geometry"]),
     ("plotters", &["crates/sonel-analysis"]),
     ("rand", &["crates/sonel-sampling"]),
+    ("realfft", &["crates/sonel-sound"]),
+    ("rubato", &["crates/sonel-sound"]),
     (
         "serde_json",
         &["crates/sonel-echogram", "crates/sonel-analysis", "crates/sonel-study", "tools/", "xtask"],
