@@ -8,6 +8,7 @@ mod extend;
 mod figures;
 mod placement;
 mod planning;
+mod report;
 mod reproducible;
 mod sound;
 mod trial;

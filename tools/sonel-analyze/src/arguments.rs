@@ -49,10 +49,28 @@ pub enum Command {
     Sensitivity(SensitivityArguments),
     /// Echogram, decay and parameters of responses, drawn as SVG.
     Plot(Plot),
+    /// Room, echograms, parameters, effects and provenance as one HTML file that opens offline.
+    Report(Report),
     /// A recording as it sounds in the room: convolved with an impulse response of sonel-render --wav.
     Listen(Listen),
     /// What accuracy costs in time: a scene run again and again with several settings.
     Tradeoff(Tradeoff),
+}
+
+/// `report`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze report hall.npz hall.sonelmap -o hall.html
+  sonel-analyze report before.npz after.npz before.sonelmap -o renovation.html
+
+The file needs no network. With the map it shows the room, the effects and the energy ledger.")]
+pub struct Report {
+    /// Responses written by sonel-render, side by side, and the map of the first one.
+    #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Where the page goes; replaced only when the new one is complete.
+    #[arg(short, long, value_name = "REPORT.html")]
+    pub output: PathBuf,
 }
 
 /// `listen`.

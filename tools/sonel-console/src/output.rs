@@ -54,6 +54,12 @@ impl Kind {
         ending: "csv",
         is_begun_by: |begin| begin.starts_with(b"source,receiver,center_frequency_hz,begin_s,"),
     };
+    /// What report writes.
+    pub const REPORT_PAGE: Self = Self {
+        name: "a report",
+        ending: "html",
+        is_begun_by: |begin| String::from_utf8_lossy(begin).contains("content=\"sonel-analyze report\""),
+    };
     /// What render --wav and listen write: 32-bit float samples. Recordings of integers are never taken for it.
     pub const SOUND: Self =
         Self { name: "a WAV file of 32-bit float samples", ending: "wav", is_begun_by: is_float_sound };

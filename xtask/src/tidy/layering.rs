@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 24] = [
+const HOMES: [(&str, &[&str]); 25] = [
     ("anyhow", &["tools/", "xtask"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
@@ -32,6 +32,7 @@ const HOMES: [(&str, &[&str]); 24] = [
     ("memmap2", &["crates/sonel-map"]),
     ("npyz", &["crates/sonel-echogram"]),
     ("obvhs", &["crates/sonel-geometry"]),
+    ("plotly", &["tools/sonel-analyze"]),
     ("plotters", &["crates/sonel-analysis"]),
     ("rand", &["crates/sonel-sampling"]),
     ("realfft", &["crates/sonel-sound"]),
