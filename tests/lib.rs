@@ -6,6 +6,7 @@ pub mod estimates;
 pub mod judged;
 pub mod meshes;
 pub mod occasions;
+pub mod octaves;
 pub mod two_rooms;
 pub mod uneven_box;
 

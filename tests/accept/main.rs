@@ -12,6 +12,8 @@ mod known_rooms;
 mod losses;
 mod memory;
 mod planning;
+#[path = "../physics/sound.rs"]
+mod sound;
 #[path = "../stability/cases/mod.rs"]
 mod stability;
 mod stopping;
@@ -21,6 +23,8 @@ mod watertight;
 
 /// Which form of the hard cases this binary runs.
 const FORM: stability::Form = stability::Form::Long;
+/// Impulse responses of one echogram.
+const REALISATIONS: u64 = 400;
 /// Rays in each shipped room.
 const WATERTIGHT_RAYS: u32 = 1_000_000;
 /// Of the estimators where packets are bent.

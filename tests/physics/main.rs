@@ -19,6 +19,7 @@ mod paper;
 mod partitions;
 mod rows;
 mod short_runs;
+mod sound;
 mod twofold;
 
 mod uneven_box;
@@ -30,3 +31,5 @@ const WATERTIGHT_RAYS: u32 = 200_000;
 /// Of the estimators where packets are bent.
 const BENT: bent_estimators::Effort =
     bent_estimators::Effort { emissions: 40_000, rays: 1 << 13, error: 0.1 };
+/// Impulse responses of one echogram; the long form is in `accept`.
+const REALISATIONS: u64 = 10;

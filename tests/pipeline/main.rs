@@ -8,7 +8,9 @@ mod extend;
 mod figures;
 mod placement;
 mod planning;
+mod report;
 mod reproducible;
+mod sound;
 mod trial;
 
 use clap::Parser;

@@ -1,12 +1,14 @@
 //! The sonels of a map for other programs: a row each as CSV, an array a property for numpy.
 //!
 //! Columns are those of docs/formats/sonels.md. What a map leaves out because it follows from the rest is written out here, so
-//! the files are eight and more times the size of the map; neither is held in memory.
+//! the files are eight and more times the size of the map; neither is held in memory. The echograms of a response become a long table.
 
 mod csv;
+mod echogram;
 mod npz;
 
 pub use self::csv::csv;
+pub use self::echogram::echogram_csv;
 pub use self::npz::{ARRAYS, npz};
 
 use sonel_map::Event;

@@ -254,6 +254,12 @@ pub enum Unsupported {
         /// Names of the bands.
         missing: String,
     },
+    /// Single numbers need their octaves.
+    #[error("single numbers are means over the octaves 500 and 1000 Hz; missing: {missing}")]
+    OctavesMissing {
+        /// Names of the bands.
+        missing: String,
+    },
     /// Speech needs whole octaves.
     #[error("speech needs octave bands; the response has narrower ones")]
     NotOctaves,

@@ -6,6 +6,7 @@
 //! - [`regression`]: reverberation times with their decay range and non-linearity;
 //! - [`modulation`]: modulation transfer and the speech transmission index;
 //! - [`parameter`]: the figures of one echogram; [`receiver`]: those of a whole response;
+//! - [`average`]: single numbers and means over receivers;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when not to believe those;
 //! - [`report`]: tables, CSV and JSON (docs/interface.md); [`plot`]: line plots with intervals as SVG.
 //!
@@ -17,6 +18,7 @@
 //!
 //! A figure that the echogram cannot support is an [`Unsupported`] with its reason, never a number.
 
+pub mod average;
 mod batches;
 pub mod comparison;
 pub mod decay;

@@ -27,6 +27,8 @@ pub enum Purpose {
     SpecularRay = 7,
     /// Choices of the sonels that are connected with one receiver.
     ConnectionChoice = 8,
+    /// Signs and times of the pulses of an impulse response.
+    Pulse = 9,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

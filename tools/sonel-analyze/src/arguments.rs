@@ -41,7 +41,7 @@ pub enum Command {
     Verify(Verify),
     /// Shards of a run, written by sonel-trace --shard, joined to the map of the run.
     Merge(Merge),
-    /// The sonels of a map, one by one, for other programs.
+    /// The sonels of a map, or the echograms of a response, as tables for other programs.
     Export(Export),
     /// What differs beyond noise between two maps or two responses; exit code 1 where anything does.
     Diff(Diff),
@@ -49,8 +49,47 @@ pub enum Command {
     Sensitivity(SensitivityArguments),
     /// Echogram, decay and parameters of responses, drawn as SVG.
     Plot(Plot),
+    /// Room, echograms, parameters, effects and provenance as one HTML file that opens offline.
+    Report(Report),
+    /// A recording as it sounds in the room: convolved with an impulse response of sonel-render --wav.
+    Listen(Listen),
     /// What accuracy costs in time: a scene run again and again with several settings.
     Tradeoff(Tradeoff),
+}
+
+/// `report`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze report hall.npz hall.sonelmap -o hall.html
+  sonel-analyze report before.npz after.npz before.sonelmap -o renovation.html
+
+The file needs no network. With the map it shows the room, the effects and the energy ledger.")]
+pub struct Report {
+    /// Responses written by sonel-render, side by side, and the map of the first one.
+    #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Where the page goes; replaced only when the new one is complete.
+    #[arg(short, long, value_name = "REPORT.html")]
+    pub output: PathBuf,
+}
+
+/// `listen`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-render hall.sonelmap -o hall.npz --wav impulses
+  sonel-analyze listen 'impulses/1-soloist_4-row 18.wav' speech.wav -o heard.wav
+
+Nothing is normalised: 1 m from the source in a free field the recording keeps its level, in a hall it is softer.")]
+pub struct Listen {
+    /// An impulse response, of one or more channels.
+    #[arg(value_name = "IR.wav")]
+    pub impulse_response: PathBuf,
+    /// A recording without reverberation, one channel; other sample rates are converted to that of the response.
+    #[arg(value_name = "RECORDING.wav")]
+    pub recording: PathBuf,
+    /// Where the result goes, as 32-bit float; replaced only when the new one is complete.
+    #[arg(short, long, value_name = "HEARD.wav")]
+    pub output: PathBuf,
 }
 
 /// `tradeoff`.
@@ -235,15 +274,17 @@ pub struct Merge {
 #[command(after_help = "Example:
   sonel-analyze export room.sonelmap -o sonels.npz
   python -c 'import numpy; f = numpy.load(\"sonels.npz\"); print(f[\"position_m\"][f[\"order\"] == 0])'
+  sonel-analyze export room.npz -o echograms.csv
 
-The columns stand in docs/formats/sonels.md. An archive takes 75 bytes a sonel and 8 more for each band, CSV about twice that;
-a map takes 16.")]
+The columns stand in docs/formats/sonels.md and docs/formats/response.md. An archive takes 75 bytes a sonel and 8 more for each
+band, CSV about twice that; a map takes 16. Of a response the table has a row for every source, receiver, band and time bin.")]
 pub struct Export {
-    /// A map written by sonel-trace.
-    #[arg(value_name = "MAP.sonelmap")]
-    pub map: PathBuf,
-    /// Where the sonels go, as CSV or as a numpy archive by its ending; replaced only when the new one is complete.
-    #[arg(short, long, value_name = "SONELS.csv|SONELS.npz")]
+    /// A map written by sonel-trace, or a response written by sonel-render.
+    #[arg(value_name = "MAP.sonelmap|RESPONSE.npz")]
+    pub file: PathBuf,
+    /// Where the sonels go, as CSV or as a numpy archive by its ending, or the echograms, as CSV; replaced only when the new one
+    /// is complete.
+    #[arg(short, long, value_name = "TABLE.csv|SONELS.npz")]
     pub output: PathBuf,
 }
 

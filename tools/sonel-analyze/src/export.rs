@@ -1,6 +1,7 @@
-//! `sonel-analyze export`: the sonels of a map one by one, for other programs.
+//! `sonel-analyze export`: the sonels of a map one by one, or the echograms of a response, for other programs.
 
 use std::io::Write;
+use std::path::Path;
 
 use anyhow::{Context, bail};
 use sonel_analysis::export;
@@ -12,12 +13,15 @@ use sonel_console::progress::Progress;
 use crate::arguments::Export;
 use crate::open;
 
-/// Writes all sonels of a map.
+/// Writes all sonels of a map, or all echograms of a response.
 ///
 /// # Errors
-/// When the map is unusable, or the output has another ending or cannot be written.
+/// When the map or response is unusable, or the output has another ending or cannot be written.
 pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let Export { map, output } = arguments;
+    let Export { file: map, output } = arguments;
+    if open::kind(map)? == open::Kind::Response {
+        return echograms(map, output, log);
+    }
     let (as_archive, kind) = match output {
         _ if has_ending(output, "csv") => (false, Kind::SONEL_TABLE),
         _ if has_ending(output, "npz") => (true, Kind::SONEL_ARCHIVE),
@@ -39,5 +43,20 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
     target.publish()?;
     let bytes = std::fs::metadata(output)?.len();
     writeln!(log, "{count} sonels, {bytes} bytes; written to {}", output.display())?;
+    Ok(Outcome::Done)
+}
+
+fn echograms(response: &Path, output: &Path, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    if !has_ending(output, "csv") {
+        bail!(
+            "{} does not end in .csv: a response is exported as CSV, and is a numpy archive itself",
+            output.display()
+        );
+    }
+    let mut target = Output::create(output, Kind::ECHOGRAM_TABLE, &[response.to_owned()])?;
+    export::echogram_csv(&open::response(response)?, target.writer())
+        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
+    target.publish()?;
+    writeln!(log, "written to {}", output.display())?;
     Ok(Outcome::Done)
 }

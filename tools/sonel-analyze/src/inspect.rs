@@ -1,7 +1,7 @@
 //! `sonel-analyze inspect`: what a file is, where it comes from, what it holds.
 
 mod edges;
-mod map;
+pub mod map;
 mod response;
 
 use std::io::Write;

@@ -4,10 +4,12 @@ mod arguments;
 mod diff;
 mod export;
 mod inspect;
+mod listen;
 mod merge;
 mod open;
 mod parameters;
 mod plot;
+mod report;
 mod sensitivity;
 mod tradeoff;
 mod verify;
@@ -17,7 +19,7 @@ use std::io::Write;
 use sonel_console::{Outcome, use_threads};
 
 pub use arguments::{
-    Arguments, Command, Diff, Export, Format, Inspect, Merge, Parameters, Plot, Verify, What,
+    Arguments, Command, Diff, Export, Format, Inspect, Listen, Merge, Parameters, Plot, Report, Verify, What,
 };
 
 /// Runs the program: data to `out`, everything else to `log`.
@@ -35,6 +37,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         Command::Diff(diff) => diff::run(diff, out),
         Command::Sensitivity(sensitivity) => sensitivity::run(sensitivity, arguments.quiet, out),
         Command::Plot(plot) => plot::run(plot, log),
+        Command::Report(report) => report::run(report, log),
+        Command::Listen(listen) => listen::run(listen, log),
         Command::Tradeoff(tradeoff) => tradeoff::run(tradeoff, arguments.quiet, out, log),
     }
 }

@@ -59,6 +59,21 @@ impl Kind {
         ending: "csv",
         is_begun_by: |begin| begin.starts_with(b"source,emission,"),
     };
+    /// What export writes of a response.
+    pub const ECHOGRAM_TABLE: Self = Self {
+        name: "a CSV file of echograms",
+        ending: "csv",
+        is_begun_by: |begin| begin.starts_with(b"source,receiver,center_frequency_hz,begin_s,"),
+    };
+    /// What report writes.
+    pub const REPORT_PAGE: Self = Self {
+        name: "a report",
+        ending: "html",
+        is_begun_by: |begin| String::from_utf8_lossy(begin).contains("content=\"sonel-analyze report\""),
+    };
+    /// What render --wav and listen write: 32-bit float samples. Recordings of integers are never taken for it.
+    pub const SOUND: Self =
+        Self { name: "a WAV file of 32-bit float samples", ending: "wav", is_begun_by: is_float_sound };
     /// What plot and tradeoff draw.
     pub const DRAWING: Self =
         Self { name: "a drawing (SVG)", ending: "svg", is_begun_by: |begin| begin.starts_with(b"<svg") };
@@ -89,6 +104,19 @@ impl Kind {
 fn is_archive(begin: &[u8], first: &str) -> bool {
     // A local header of 30 bytes precedes the name.
     begin.starts_with(b"PK\x03\x04") && begin.get(30..).is_some_and(|name| name.starts_with(first.as_bytes()))
+}
+
+/// Whether a file begins as a WAV file of 32-bit floats, as an extensible format chunk says it.
+fn is_float_sound(begin: &[u8]) -> bool {
+    const BITS: std::ops::Range<usize> = 34..36;
+    const SUB_FORMAT: std::ops::Range<usize> = 44..46;
+    let is = |range: std::ops::Range<usize>, number: u16| {
+        begin.get(range).is_some_and(|bytes| bytes == number.to_le_bytes())
+    };
+    begin.starts_with(b"RIFF")
+        && begin.get(8..16).is_some_and(|name| name == b"WAVEfmt ")
+        && is(BITS, 32)
+        && is(SUB_FORMAT, 3)
 }
 
 /// A file being written beside its final place, under a name that says for what and ends with [`UNFINISHED`]. Dropped
@@ -149,8 +177,10 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
 }
 
 /// Endings that tell what a file is.
-const USUAL_ENDINGS: [&str; 13] =
-    ["sonelmap", "npz", "csv", "svg", "json", "md", "toml", "obj", "gltf", "glb", "stl", "ply", "dxf"];
+const USUAL_ENDINGS: [&str; 15] = [
+    "sonelmap", "npz", "csv", "svg", "json", "md", "toml", "obj", "gltf", "glb", "stl", "ply", "dxf", "wav",
+    "html",
+];
 
 /// Whether a file name has an ending, in whatever case.
 #[must_use]

@@ -20,7 +20,8 @@ use crate::change::Assignment;
     version,
     after_help = "Examples:\n  sonel-render room.sonelmap -o room.npz --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
                   sonel-render hall.sonelmap --plan\n  \
-                  sonel-render hall.sonelmap -o hall.npz --until \"t30<1%,level<0.1dB,c80<0.2dB\" --at-most 60s"
+                  sonel-render hall.sonelmap -o hall.npz --until \"t30<1%,level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
+                  sonel-render hall.sonelmap -o hall.npz --wav hall-impulses"
 )]
 pub struct Arguments {
     /// The map; it carries its scene.
@@ -29,6 +30,10 @@ pub struct Arguments {
     /// Where the response goes; replaced only when the new one is complete.
     #[arg(short, long, value_name = "RESPONSE.npz", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
+    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 48 kHz, 32-bit float, direct sound 1/r, sample 0
+    /// at the emission. Made where there is none.
+    #[arg(long, value_name = "DIR", requires = "output")]
+    pub wav: Option<PathBuf>,
     /// A receiver in the scene's axes [m]; may be repeated. Without any, those of the scene.
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,

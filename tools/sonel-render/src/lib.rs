@@ -6,6 +6,7 @@ mod change;
 mod judging;
 mod planning;
 mod receivers;
+mod sound;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -54,6 +55,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         .collect();
     let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
     let output = arguments.output.as_deref().map(create).transpose()?;
+    let names = sound::Names::of(scene, &receivers);
+    if let Some(folder) = &arguments.wav {
+        sound::check_folder(folder, &names, &inputs)?;
+    }
     let plan = arguments.plan.then(|| planning::plan(&job, &settings, arguments.at_most)).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
         write!(out, "{}", console::map_table(plan, &label))?;
@@ -79,6 +84,11 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         .write(output.writer())
         .with_context(|| format!("cannot write {target}; an older file there is untouched"))?;
     output.publish()?;
+    if let Some(folder) = &arguments.wav {
+        let seed = run.settings.seed.unwrap_or(map.header().settings.seed);
+        sound::write(folder, &names, &inputs, &run.response, geometry.volume(), seed)?;
+        writeln!(log, "{} impulse responses written to {}", names.count(), folder.display())?;
+    }
 
     let (wall, cpu) = watch.seconds();
     writeln!(

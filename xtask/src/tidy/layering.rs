@@ -9,7 +9,7 @@ const LAYERS: [&[&str]; 6] = [
     &["sonel-acoustics", "sonel-sampling", "sonel-geometry", "sonel-diffraction", "sonel-testkit"],
     &["sonel-scene"],
     &["sonel-map", "sonel-echogram"],
-    &["sonel-tracer", "sonel-renderer", "sonel-analysis"],
+    &["sonel-tracer", "sonel-renderer", "sonel-analysis", "sonel-sound"],
     &["sonel-study"],
     &["sonel-console", "sonel-trace", "sonel-render", "sonel-analyze"],
 ];
@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 26] = [
+const HOMES: [(&str, &[&str]); 29] = [
     ("anyhow", &["tools/", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
@@ -31,6 +31,7 @@ const HOMES: [(&str, &[&str]); 26] = [
     ("csv", &["crates/sonel-analysis", "crates/sonel-study", "tools/"]),
     ("earcutr", &["crates/sonel-scene"]),
     ("gltf", &["crates/sonel-scene"]),
+    ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),
     ("memmap2", &["crates/sonel-map"]),
     ("npyz", &["crates/sonel-echogram"]),
@@ -38,6 +39,8 @@ const HOMES: [(&str, &[&str]); 26] = [
     ("ply-rs-bw", &["crates/sonel-scene"]),
     ("plotters", &["crates/sonel-analysis"]),
     ("rand", &["crates/sonel-sampling"]),
+    ("realfft", &["crates/sonel-sound"]),
+    ("rubato", &["crates/sonel-sound"]),
     (
         "serde_json",
         &[

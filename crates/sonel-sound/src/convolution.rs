@@ -1,0 +1,82 @@
+//! Convolution of a recording with an impulse response, block by block (overlap-add).
+//!
+//! Nothing is normalised: a response δ gives the recording back.
+
+use realfft::RealFftPlanner;
+
+/// Shortest transform: blocks are then a quarter of a second or longer.
+const SHORTEST: usize = 1 << 14;
+
+/// `signal` convolved with `response`: as many samples as both have together, less one; none where either is empty.
+#[must_use]
+pub fn convolve(signal: &[f32], response: &[f32]) -> Vec<f32> {
+    if signal.is_empty() || response.is_empty() {
+        return Vec::new();
+    }
+    // Twice the response: half of every transform is new signal.
+    let length = (2 * response.len()).next_power_of_two().max(SHORTEST);
+    let block = length + 1 - response.len();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let transform = |samples: &[f32]| {
+        let (mut padded, mut spectrum) = (forward.make_input_vec(), forward.make_output_vec());
+        for (padded, sample) in padded.iter_mut().zip(samples) {
+            *padded = f64::from(*sample);
+        }
+        forward.process(&mut padded, &mut spectrum).expect("buffers are the plan's own");
+        spectrum
+    };
+    let filter = transform(response);
+    let mut sum = vec![0.0; signal.len() + response.len() - 1];
+    for (index, samples) in signal.chunks(block).enumerate() {
+        let mut spectrum = transform(samples);
+        for (value, factor) in spectrum.iter_mut().zip(&filter) {
+            *value *= factor / length as f64;
+        }
+        let mut heard = backward.make_output_vec();
+        backward.process(&mut spectrum, &mut heard).expect("the ends of a real signal's spectrum are real");
+        for (sum, value) in sum[index * block..].iter_mut().zip(heard) {
+            *sum += value;
+        }
+    }
+    sum.into_iter().map(|value| value as f32).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_give_the_sum_of_products() {
+        let noise = |count: usize, seed: u32| -> Vec<f32> {
+            let mut state = seed;
+            let mut draw = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+            };
+            (0..count).map(|_| draw()).collect()
+        };
+        for (long, short) in [(40_000, 700), (3, 5), (20_000, 9000)] {
+            let (signal, response) = (noise(long, 1), noise(short, 2));
+            let heard = convolve(&signal, &response);
+            assert_eq!(heard.len(), long + short - 1);
+            for at in (0..heard.len()).step_by(997) {
+                let first = (at + 1).saturating_sub(short);
+                let expected: f64 = (first..=at.min(long - 1))
+                    .map(|index| f64::from(signal[index]) * f64::from(response[at - index]))
+                    .sum();
+                assert!((f64::from(heard[at]) - expected).abs() < 1e-5, "{at}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pulse_gives_the_recording_back_and_nothing_gives_nothing() {
+        for (heard, expected) in
+            convolve(&[0.5, -2.0, 3.0], &[0.0, 1.0]).into_iter().zip([0.0, 0.5, -2.0, 3.0])
+        {
+            assert!((heard - expected).abs() < 1e-12_f32, "{heard} instead of {expected}");
+        }
+        assert!(convolve(&[], &[1.0]).is_empty() && convolve(&[1.0], &[]).is_empty());
+    }
+}

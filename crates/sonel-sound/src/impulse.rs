@@ -1,0 +1,172 @@
+//! Impulse responses: pulses shaped by band filters.
+//!
+//! p = Σ_b W_b ∗ Σ_k a_kb δ(t − t_k): the pulses of [`crate::pulses`] with their amplitudes in band b, filtered by the gain W_b of
+//! [`crate::crossover`], summed over the bands. Pulses come before filters, so that a band holds nothing of another's changes in time.
+
+use std::sync::Arc;
+
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use sonel_echogram::Response;
+
+use crate::crossover::Crossover;
+use crate::pulses::{self, Pulses};
+use crate::{SAMPLE_RATE_HZ, SoundError};
+
+/// Silence about the response in which the filters ring: 0.17 s.
+const PADDING: usize = 1 << 13;
+
+/// Makes impulse responses of one response.
+pub struct Synthesizer<'a> {
+    response: &'a Response,
+    volume: Option<f64>,
+    seed: u64,
+    samples: usize,
+    crossover: Crossover,
+    forward: Arc<dyn RealToComplex<f64>>,
+    backward: Arc<dyn ComplexToReal<f64>>,
+}
+
+impl<'a> Synthesizer<'a> {
+    /// For a room of so many m³, from which the echo density follows; without a volume, as in the open, every sample has its pulse.
+    /// Another `seed` gives other signs and times of the pulses.
+    #[must_use]
+    pub fn new(response: &'a Response, volume: Option<f64>, seed: u64) -> Self {
+        let samples = pulses::sample_count(response);
+        let length = (samples + 2 * PADDING).next_power_of_two();
+        let mut planner = RealFftPlanner::new();
+        let step_hz = f64::from(SAMPLE_RATE_HZ) / length as f64;
+        let crossover = Crossover::new(&response.center_frequency_hz, step_hz, length / 2 + 1);
+        let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+        Self { response, volume, seed, samples, crossover, forward, backward }
+    }
+
+    /// Pressure of source `s` at receiver `r` relative to a free field at 1 m, from the emission to the end of the echogram.
+    ///
+    /// # Errors
+    /// When listed arrivals are not part of the echogram.
+    pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
+        let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
+        let bands = self.response.bands();
+        let mut spectrum = self.forward.make_output_vec();
+        let mut sum = self.forward.make_output_vec();
+        for band in 0..bands {
+            let mut train = self.forward.make_input_vec();
+            for (sample, amplitude) in pulses.sample.iter().zip(pulses.amplitude.chunks_exact(bands)) {
+                train[PADDING + sample] += amplitude[band];
+            }
+            self.forward.process(&mut train, &mut spectrum).expect("buffers are the plan's own");
+            for ((sum, value), gain) in sum.iter_mut().zip(&spectrum).zip(self.crossover.gains(band)) {
+                *sum += value * gain;
+            }
+        }
+        let mut pressure = self.backward.make_output_vec();
+        self.backward
+            .process(&mut sum, &mut pressure)
+            .expect("the ends of a real signal's spectrum are real");
+        let scale = 1.0 / pressure.len() as f64;
+        Ok(pressure[PADDING..PADDING + self.samples].iter().map(|value| (value * scale) as f32).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_echogram::Arrivals;
+    use std::f64::consts::PI;
+
+    const CENTERS: [f64; 3] = [500.0, 1000.0, 2000.0];
+    const DIRECT_TIME: f64 = 0.0123;
+
+    /// 4.2189 m from a source, with these energies of the direct sound and others in the bin behind it.
+    fn response(direct: [f64; 3], behind: [f64; 3]) -> Response {
+        let bins = 200;
+        let mut energy = vec![0.0; 3 * bins];
+        for band in 0..3 {
+            energy[band * bins + 12] = direct[band];
+            energy[band * bins + 13] = behind[band];
+        }
+        Response {
+            center_frequency_hz: CENTERS.to_vec(),
+            time_edges_s: (0..=bins).map(|edge| edge as f64 * 0.001).collect(),
+            receiver_names: vec!["seat".to_owned()],
+            receiver_positions: vec![[343.0 * DIRECT_TIME, 0.0, 0.0]],
+            source_names: vec!["stage".to_owned()],
+            source_positions: vec![[0.0; 3]],
+            source_power_level_db: vec![90.0; 3],
+            speed_of_sound: 343.0,
+            characteristic_impedance: 412.0,
+            energy,
+            batches: None,
+            missing: None,
+            arrivals: Arrivals {
+                source: vec![0],
+                receiver: vec![0],
+                time_s: vec![DIRECT_TIME],
+                energy: direct.to_vec(),
+                direction: vec![-1.0, 0.0, 0.0],
+                order: vec![0],
+                kind: vec![0],
+            },
+            metadata: serde_json::Value::Null,
+        }
+    }
+
+    /// Mean of |P|² over an octave.
+    fn band_energy(pressure: &[f32], center: f64) -> f64 {
+        let mut samples: Vec<f64> = pressure.iter().map(|sample| f64::from(*sample)).collect();
+        samples.resize(1 << 15, 0.0);
+        let plan = RealFftPlanner::new().plan_fft_forward(samples.len());
+        let (mut spectrum, step) = (plan.make_output_vec(), 48_000.0 / samples.len() as f64);
+        plan.process(&mut samples, &mut spectrum).unwrap();
+        let inside = |index: usize| (0.5_f64.sqrt()..2_f64.sqrt()).contains(&(index as f64 * step / center));
+        let squares: Vec<f64> = spectrum
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| inside(*index))
+            .map(|(_, value)| value.norm_sqr())
+            .collect();
+        squares.iter().sum::<f64>() / squares.len() as f64
+    }
+
+    #[test]
+    fn direct_sound_is_one_pulse_of_one_over_the_distance() {
+        let distance = 343.0 * DIRECT_TIME;
+        let response = response([1.0 / (4.0 * PI * distance * distance); 3], [0.0; 3]);
+        let pressure = Synthesizer::new(&response, Some(100.0), 1).impulse_response(0, 0).unwrap();
+        assert_eq!(pressure.len(), 9601);
+        for (sample, value) in pressure.iter().enumerate() {
+            let expected = if sample == 590 { 1.0 / distance } else { 0.0 };
+            assert!(
+                (f64::from(*value) - expected).abs() < 1e-7,
+                "sample {sample}: {value} instead of {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_arrival_has_its_energies_in_every_band() {
+        let energies = [0.010, 0.004, 0.001];
+        let response = response(energies, [0.0; 3]);
+        let pressure = Synthesizer::new(&response, Some(100.0), 1).impulse_response(0, 0).unwrap();
+        for (center, energy) in CENTERS.into_iter().zip(energies) {
+            let off = 10.0 * libm::log10(band_energy(&pressure, center) / (4.0 * PI * energy));
+            assert!(off.abs() < 0.1, "{center} Hz: {off} dB");
+        }
+    }
+
+    #[test]
+    fn another_seed_is_another_realisation_and_the_same_seed_the_same() {
+        let response = response([0.001; 3], [0.002; 3]);
+        let realise = |seed| Synthesizer::new(&response, None, seed).impulse_response(0, 0).unwrap();
+        assert_eq!(realise(1), realise(1));
+        assert_ne!(realise(1), realise(2));
+    }
+
+    #[test]
+    fn arrivals_that_are_not_in_the_echogram_are_refused() {
+        let mut response = response([0.001; 3], [0.002; 3]);
+        response.arrivals.energy[1] = 0.01;
+        let error = Synthesizer::new(&response, None, 1).impulse_response(0, 0).unwrap_err().to_string();
+        assert!(error.contains("\"seat\"") && error.contains("0.0123"), "{error}");
+    }
+}

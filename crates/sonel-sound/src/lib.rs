@@ -1,0 +1,28 @@
+//! Pressure impulse responses of energy echograms, convolution, WAV files.
+//!
+//! A response knows energies per band and time, no phases. [`impulse`] draws one of the pressures that have these energies: listed
+//! arrivals as single pulses at their time ([`pulses`]), everything else as pulses of random sign, shaped by linear-phase
+//! band filters ([`crossover`]). [`convolution`] applies it to a recording, [`wav`] reads and writes.
+//!
+//! Pressure is relative to that of an omnidirectional source of the same power at 1 m in a free field: direct sound is 1/r,
+//! and the mean of |P|² over a band is 4π F, F being its fluence per unit emitted energy [1/m²] (docs/physics.md §1).
+//!
+//! The Fourier transforms are `realfft`'s, whose last bits depend on the processor. The same command gives the same bytes on one
+//! machine, with any number of threads; between machines samples agree to the rounding of 32-bit numbers.
+
+pub mod convolution;
+pub mod crossover;
+mod error;
+pub mod impulse;
+pub mod pulses;
+pub mod resampling;
+pub mod wav;
+
+pub use convolution::convolve;
+pub use error::SoundError;
+pub use impulse::Synthesizer;
+pub use resampling::resample;
+pub use wav::Recording;
+
+/// Sample rate of impulse responses [Hz].
+pub const SAMPLE_RATE_HZ: u32 = 48_000;

@@ -1,0 +1,69 @@
+//! Other sample rates, by `rubato`'s synchronous resampler.
+
+use rubato::audioadapter_buffers::direct::InterleavedSlice;
+use rubato::{Fft, FixedSync, Resampler};
+
+use crate::SoundError;
+
+/// Frames that are converted at a time.
+const CHUNK: usize = 1024;
+/// Beyond this ratio of rates the transforms are longer than any recording is worth: 192 kHz is the usual maximum.
+const HIGHEST_RATE_HZ: u32 = 768_000;
+
+/// One channel at another rate, of the same duration and level, in time to a sample.
+///
+/// # Errors
+/// When a rate is 0 or above 768 kHz.
+pub fn resample(signal: &[f32], from_hz: u32, to_hz: u32) -> Result<Vec<f32>, SoundError> {
+    if from_hz == to_hz {
+        return Ok(signal.to_vec());
+    }
+    let refused = |problem: String| SoundError::Rate { from_hz, to_hz, problem };
+    if from_hz.max(to_hz) > HIGHEST_RATE_HZ {
+        return Err(refused(format!("the highest rate is {HIGHEST_RATE_HZ} Hz")));
+    }
+    let samples: Vec<f64> = signal.iter().map(|sample| f64::from(*sample)).collect();
+    let mut resampler = Fft::<f64>::new(from_hz as usize, to_hz as usize, CHUNK, 1, FixedSync::Both)
+        .map_err(|error| refused(error.to_string()))?;
+    let input =
+        InterleavedSlice::new(&samples, 1, samples.len()).map_err(|error| refused(error.to_string()))?;
+    let output =
+        resampler.process_all(&input, samples.len(), None).map_err(|error| refused(error.to_string()))?;
+    // The library rounds the length up in floating point.
+    let count = (samples.len() as u64 * u64::from(to_hz)).div_ceil(u64::from(from_hz)) as usize;
+    Ok(output.take_data().into_iter().take(count).map(|sample| sample as f32).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn a_tone_keeps_its_level_time_and_duration() {
+        let tone = |rate: u32, at: usize| libm::sin(TAU * 1000.0 * at as f64 / f64::from(rate));
+        for rate in [44_100, 16_000, 96_000, 8000] {
+            let signal: Vec<f32> = (0..rate as usize).map(|at| tone(rate, at) as f32).collect();
+            let heard = resample(&signal, rate, 48_000).unwrap();
+            assert_eq!(heard.len(), 48_000, "{rate}");
+            let middle = &heard[2400..45_600];
+            let square =
+                middle.iter().map(|sample| f64::from(*sample).powi(2)).sum::<f64>() / middle.len() as f64;
+            assert!((2.0 * square - 1.0).abs() < 1e-3, "{rate} Hz: {square}");
+            // The time is right to a sample, in which the phase turns by 0.13.
+            for (at, sample) in middle.iter().enumerate() {
+                assert!(
+                    (f64::from(*sample) - tone(48_000, at + 2400)).abs() < 0.13,
+                    "{rate} Hz, {at}: {sample}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_rates_are_refused() {
+        for rate in [0, 1_000_000] {
+            assert!(resample(&[1.0], rate, 48_000).unwrap_err().to_string().contains("another program"));
+        }
+    }
+}

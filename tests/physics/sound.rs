@@ -1,0 +1,143 @@
+//! Impulse responses have the energies of their echogram: exact arrivals alone, and noise in the mean over realisations.
+
+use rayon::prelude::*;
+use sonel_analysis::{Figure, Parameter, parameters};
+use sonel_echogram::{Arrivals, Response};
+use sonel_sound::Synthesizer;
+use sonel_testkit::exponential::ExponentialDecay;
+use sonel_tests::octaves::{Filter, measured};
+
+use crate::REALISATIONS;
+
+/// Octaves with their reverberation times [s]: the highest decays three times as fast as the lowest.
+const OCTAVES: [(f64, f64); 8] = [
+    (63.0, 0.9),
+    (125.0, 0.8),
+    (250.0, 0.7),
+    (500.0, 0.65),
+    (1000.0, 0.6),
+    (2000.0, 0.55),
+    (4000.0, 0.45),
+    (8000.0, 0.3),
+];
+/// Direct sound [m].
+const DISTANCE: f64 = 10.29;
+const SPEED: f64 = 343.0;
+const BIN: f64 = 0.001;
+
+/// Direct sound and exponential decays behind it that are 10 dB stronger, their times `stretched`.
+fn decaying(stretched: f64) -> Response {
+    let (bins, first) = (1000, (DISTANCE / SPEED / BIN) as usize);
+    let direct = 1.0 / (4.0 * std::f64::consts::PI * DISTANCE * DISTANCE);
+    let mut energy = vec![0.0; OCTAVES.len() * bins];
+    for (band, (_, time)) in energy.chunks_exact_mut(bins).zip(OCTAVES) {
+        let decay = ExponentialDecay { reverberation_time: stretched * time, energy: 10.0 * direct };
+        band[first + 1..].copy_from_slice(&decay.bins(BIN, bins - first - 1));
+        band[first] += direct;
+    }
+    Response {
+        center_frequency_hz: OCTAVES.map(|(center, _)| center).to_vec(),
+        time_edges_s: (0..=bins).map(|edge| edge as f64 * BIN).collect(),
+        receiver_names: vec!["seat".to_owned()],
+        receiver_positions: vec![[DISTANCE, 0.0, 0.0]],
+        source_names: vec!["stage".to_owned()],
+        source_positions: vec![[0.0; 3]],
+        source_power_level_db: vec![90.0; OCTAVES.len()],
+        speed_of_sound: SPEED,
+        characteristic_impedance: 412.0,
+        energy,
+        batches: None,
+        missing: None,
+        arrivals: Arrivals {
+            source: vec![0],
+            receiver: vec![0],
+            time_s: vec![DISTANCE / SPEED],
+            energy: vec![direct; OCTAVES.len()],
+            direction: vec![-1.0, 0.0, 0.0],
+            order: vec![0],
+            kind: vec![0],
+        },
+        metadata: serde_json::Value::Null,
+    }
+}
+
+/// A parameter of every octave; not a number where a single realisation is too noisy for it.
+fn read(response: &Response, parameter: Parameter) -> Vec<f64> {
+    let value = |figure: &Figure| figure.as_ref().map_or(f64::NAN, |estimate| estimate.value);
+    parameters(response)[0].bands.iter().map(|band| value(band.figure(parameter))).collect()
+}
+
+/// Energy relative to that of the echogram, and T30 likewise, of every octave and realisation.
+fn realisations(response: &Response, expected: &Response, volume: Option<f64>) -> Vec<Vec<[f64; 2]>> {
+    let (levels, times) = (read(expected, Parameter::Level), read(expected, Parameter::T30));
+    let found: Vec<(Vec<f64>, Vec<f64>)> = (1..=REALISATIONS)
+        .into_par_iter()
+        .map(|seed| {
+            let pressure = Synthesizer::new(response, volume, seed)
+                .impulse_response(0, 0)
+                .expect("arrivals of the echogram");
+            let heard = |filter| measured(response, (0, 0), &pressure, filter);
+            (read(&heard(Filter::Sharp), Parameter::Level), read(&heard(Filter::Smooth), Parameter::T30))
+        })
+        .collect();
+    let of_band = |band: usize| {
+        let relative = |(level, time): &(Vec<f64>, Vec<f64>)| {
+            [10_f64.powf(0.1 * (level[band] - levels[band])), time[band] / times[band]]
+        };
+        found.iter().map(relative).collect()
+    };
+    (0..OCTAVES.len()).map(of_band).collect()
+}
+
+/// Mean and standard deviation.
+fn moments(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    (mean, (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt())
+}
+
+/// Standard errors that chance may take a mean away: one mean of the thirty in 10⁴ tests.
+const ERRORS: f64 = 4.5;
+
+/// What is off by more than 0.1 dB of level and 0.5 % of T30 and chance, and spreads other than √(1/Bτ).
+fn problems(found: &[Vec<[f64; 2]>], spreads: bool) -> Vec<String> {
+    let (mut problems, root) = (Vec::new(), (REALISATIONS as f64).sqrt());
+    for (realisations, (center, time)) in found.iter().zip(OCTAVES) {
+        let (mean, sigma) = moments(&realisations.iter().map(|[energy, _]| *energy).collect::<Vec<f64>>());
+        let off = 10.0 * mean.log10();
+        if off.abs() > 0.1 + ERRORS * 4.34 * sigma / root {
+            problems.push(format!("{center} Hz: level off by {off:.2} dB"));
+        }
+        // Of an exponential decay of rate k, τ = 2/k; direct sound does not vary.
+        let predicted = 10.0 / 11.0 * (13.815_5 / time / (2.0 * center * 0.5_f64.sqrt())).sqrt();
+        if spreads && (sigma / predicted - 1.0).abs() > ERRORS / (2.0 * (REALISATIONS - 1) as f64).sqrt() {
+            problems.push(format!("{center} Hz: levels spread by {sigma:.4} instead of {predicted:.4}"));
+        }
+        let times: Vec<f64> =
+            realisations.iter().map(|[_, time]| *time).filter(|time| time.is_finite()).collect();
+        let (mean, sigma) = moments(&times);
+        // The mean of a reciprocal, T of the slope, is larger by the square of its relative spread.
+        if (mean - 1.0).abs() > 0.005 + ERRORS * sigma / root + sigma * sigma
+            || times.len() < realisations.len() * 9 / 10
+        {
+            problems.push(format!("{center} Hz: T30 {mean:.4} of the echogram's, {} times", times.len()));
+        }
+    }
+    problems
+}
+
+#[test]
+fn realisations_have_the_levels_times_and_spreads_of_the_echogram() {
+    let response = decaying(1.0);
+    let found = problems(&realisations(&response, &response, None), true);
+    assert!(found.is_empty(), "{found:#?}");
+    // Single reflections of a large room spread less.
+    let found = problems(&realisations(&response, &response, Some(2000.0)), false);
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn realisations_of_longer_decays_are_told_from_it() {
+    let found = problems(&realisations(&decaying(1.1), &decaying(1.0), None), true);
+    assert!(found.iter().any(|problem| problem.contains("T30")), "{found:#?}");
+}

@@ -1,0 +1,83 @@
+//! A report is one file with the figures of `parameters`, whatever names its scene bears.
+
+use clap::Parser;
+use serde_json::Value;
+use sonel_testkit::workshop::Workshop;
+
+use crate::{SCENE, printed, render, trace};
+
+fn analyze(shop: &Workshop, words: &[&str]) -> anyhow::Result<String> {
+    let paths = words.iter().map(|word| {
+        if word.contains('.') { shop.path(word).display().to_string() } else { (*word).to_owned() }
+    });
+    let line: Vec<String> = std::iter::once("sonel-analyze".to_owned()).chain(paths).collect();
+    printed(|out| sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, &mut Vec::new()))
+}
+
+/// A shop with a map and a response of a scene with names that look like HTML.
+fn rendered() -> Workshop {
+    let shop = Workshop::with(
+        &SCENE.replace("Two-coloured", "</script><b>&").replace("\"listener\"", "\"<i>seat</i>\""),
+    );
+    trace(&shop, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
+    render(&shop, "a.sonelmap", "a.npz", &[]).expect("a sound map");
+    shop
+}
+
+/// What stands between two marks.
+fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
+    let rest = &text[text.find(begin).expect(begin) + begin.len()..];
+    &rest[..rest.find(end).expect(end)]
+}
+
+#[test]
+fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
+    let shop = rendered();
+    analyze(&shop, &["report", "a.npz", "a.sonelmap", "-o", "a.html"]).unwrap();
+    let page = shop.text("a.html");
+    assert!(page.len() < 15_000_000);
+    let own = &page[page.find("<body>").unwrap()..];
+    assert!(!own.contains("http") && !page.contains("<script src") && !page.contains("<link"));
+    let figures: Value =
+        serde_json::from_str(between(own, "id=\"figures\">", "</script>")).expect("JSON in the page");
+    let expected: Value =
+        serde_json::from_str(&analyze(&shop, &["parameters", "a.npz", "--format", "json"]).unwrap()).unwrap();
+    assert_eq!(figures, expected);
+    for section in ["Summary", "Remarks", "Room", "Echogramanddecay", "Effects", "Energyledger", "Provenance"]
+    {
+        assert!(own.contains(&format!("<h2 id=\"{section}\">")), "{section}");
+    }
+    // Names are text, never markup; and every script ends where it was written to end.
+    assert!(own.contains("&lt;/script&gt;&lt;b&gt;&amp;") && !own.contains("<b>&") && !own.contains("<i>"));
+    assert_eq!(own.matches("<script").count(), own.matches("</script>").count());
+}
+
+#[test]
+fn responses_stand_side_by_side_and_a_foreign_map_is_remarked() {
+    let shop = rendered();
+    trace(&shop, "b.sonelmap", &["--sonels", "1k", "--seed", "7"]).unwrap();
+    render(&shop, "b.sonelmap", "b.npz", &[]).unwrap();
+    analyze(&shop, &["report", "a.npz", "b.npz", "a.sonelmap", "-o", "both.html"]).unwrap();
+    let page = shop.text("both.html");
+    assert!(
+        page.contains("b was not rendered from this map")
+            && !page.contains("a was not rendered from this map")
+    );
+    assert!(page.contains("<td>a: speaker") && page.contains("<td>b: speaker"));
+}
+
+#[test]
+fn what_makes_no_report_is_refused() {
+    let shop = rendered();
+    shop.write("notes.html", "mine");
+    for (words, message) in [
+        (&["report", "a.sonelmap", "-o", "a.html"][..], "no response among the files"),
+        (&["report", "a.npz", "a.sonelmap", "a.sonelmap", "-o", "a.html"], "second map"),
+        (&["report", "a.npz", "-o", "a.pdf"], "does not end in .html"),
+        (&["report", "a.npz", "-o", "notes.html"], "exists and is not a report"),
+    ] {
+        let error = format!("{:#}", analyze(&shop, words).unwrap_err());
+        assert!(error.contains(message), "{words:?}: {error}");
+    }
+    assert_eq!(shop.text("notes.html"), "mine");
+}

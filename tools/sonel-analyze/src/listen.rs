@@ -1,0 +1,66 @@
+//! `sonel-analyze listen`: a recording as it sounds in the room.
+
+use std::io::{BufReader, Write};
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use rayon::prelude::*;
+use sonel_console::output::{Kind, Output, has_ending};
+use sonel_console::{Outcome, input};
+use sonel_sound::{Recording, convolve, resample};
+
+use crate::arguments::Listen;
+
+/// Convolves a recording with an impulse response.
+///
+/// # Errors
+/// When a file is no usable WAV file, the recording has several channels, or the output cannot be written.
+pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let Listen { impulse_response, recording, output } = arguments;
+    if !has_ending(output, "wav") {
+        bail!("{} does not end in .wav: sound is written as WAV only", output.display());
+    }
+    let inputs = [impulse_response.clone(), recording.clone()];
+    let mut target = Output::create(output, Kind::SOUND, &inputs)?;
+    let response = read(impulse_response)?;
+    let dry = read(recording)?;
+    let [signal] = &dry.channels[..] else {
+        bail!(
+            "{} has {} channels: mix them to one, a source is a point",
+            recording.display(),
+            dry.channels.len()
+        );
+    };
+    let rate = response.sample_rate_hz;
+    if dry.sample_rate_hz != rate {
+        writeln!(
+            log,
+            "note: {} has {} Hz and is converted to {rate} Hz",
+            recording.display(),
+            dry.sample_rate_hz
+        )?;
+    }
+    let signal =
+        resample(signal, dry.sample_rate_hz, rate).with_context(|| recording.display().to_string())?;
+    let channels = response.channels.par_iter().map(|channel| convolve(&signal, channel)).collect();
+    let heard = Recording { sample_rate_hz: rate, channels };
+    heard
+        .write(target.writer())
+        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
+    target.publish()?;
+    let peak = heard.channels.iter().flatten().fold(0.0_f32, |peak, sample| peak.max(sample.abs()));
+    let seconds = heard.channels[0].len() as f64 / f64::from(rate);
+    writeln!(log, "{seconds:.2} s, peak {peak:.3e} of full scale; written to {}", output.display())?;
+    if peak > 1.0 {
+        writeln!(
+            log,
+            "warning: players cut what is above full scale: lower the level of the file before you play it"
+        )?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn read(path: &Path) -> anyhow::Result<Recording> {
+    let file = input::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+    Recording::read(BufReader::new(file)).with_context(|| path.display().to_string())
+}

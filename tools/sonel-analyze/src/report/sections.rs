@@ -1,0 +1,305 @@
+//! What the page says, section by section.
+
+use serde_json::{Value, json};
+use sonel_acoustics::just_noticeable as noticeable;
+use sonel_analysis::average::{average, single_number};
+use sonel_analysis::plot::{self, Panel};
+use sonel_analysis::{Figure, Parameter, ReceiverFigures, report};
+
+use super::charts::{self, layout, rounded};
+use super::page::{Page, escaped};
+use super::{MOST_PAIRS, Subject, Traced, words};
+
+/// Single numbers, in the order of the tables.
+const SINGLE: [Parameter; 6] = [
+    Parameter::Strength,
+    Parameter::T30,
+    Parameter::EarlyDecayTime,
+    Parameter::ClarityC80,
+    Parameter::DefinitionD50,
+    Parameter::CenterTime,
+];
+
+/// Pairs of source and receiver of all responses, by name, as many as are drawn.
+fn drawn(subjects: &[Subject]) -> Vec<(String, &Subject, usize)> {
+    let all =
+        subjects.iter().flat_map(|subject| (0..subject.figures.len()).map(move |index| (subject, index)));
+    all.take(MOST_PAIRS)
+        .map(|(subject, index)| (label(subjects, subject, &subject.figures[index]), subject, index))
+        .collect()
+}
+
+/// Source and receiver, and the response where there are several.
+fn label(subjects: &[Subject], subject: &Subject, figures: &ReceiverFigures) -> String {
+    let pair = format!("{} → {}", figures.source, figures.name);
+    if subjects.len() > 1 { format!("{}: {pair}", subject.name) } else { pair }
+}
+
+/// Value with the half-width of its interval, as tables have it.
+fn cell(figure: &Figure, factor: f64) -> String {
+    let Ok(estimate) = figure else { return "–".to_owned() };
+    let value = estimate.value * factor;
+    match &estimate.interval {
+        Ok([low, high]) => {
+            let half = (high - estimate.value).max(estimate.value - low) * factor;
+            let digits = if half < 0.1 { 2 } else { 1 };
+            format!("{value:.digits$} ± {half:.digits$}")
+        }
+        Err(_) => format!("{value:.2}"),
+    }
+}
+
+/// Single numbers of every pair and their means.
+pub fn summary(page: &mut Page, subjects: &[Subject]) {
+    page.section("Summary");
+    let names = SINGLE.iter().map(|parameter| {
+        let (symbol, unit, _) = parameter.heading();
+        format!("{symbol} [{unit}]")
+    });
+    let head: Vec<String> =
+        std::iter::once("source → receiver".to_owned()).chain(names).chain(["STI".to_owned()]).collect();
+    let mut rows = Vec::new();
+    for subject in subjects {
+        for figures in &subject.figures {
+            let cells =
+                SINGLE.map(|parameter| cell(&single_number(figures, parameter), parameter.heading().2));
+            let speech = cell(&figures.speech_transmission_index, 1.0);
+            rows.push([label(subjects, subject, figures)].into_iter().chain(cells).chain([speech]).collect());
+        }
+        if subject.figures.len() > 1 {
+            rows.push(means(subjects, subject));
+        }
+    }
+    rows.push(just_noticeable());
+    page.table("", &head, &rows);
+    page.note(
+        "Means of the octaves 500 and 1000 Hz, ± half of the 95 % interval of the simulation. A difference of one JND (just-noticeable \
+         difference) can just be heard. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. \
+         STI: without background noise.",
+    );
+    let all: Vec<ReceiverFigures> =
+        drawn(subjects).into_iter().map(|(_, subject, index)| subject.figures[index].clone()).collect();
+    page.data("figures", &report::json(&all));
+}
+
+fn means(subjects: &[Subject], subject: &Subject) -> Vec<String> {
+    let mean = |parameter: Parameter| {
+        let figures: Vec<Figure> =
+            subject.figures.iter().map(|receiver| single_number(receiver, parameter)).collect();
+        cell(&average(&figures), parameter.heading().2)
+    };
+    let speech = average(subject.figures.iter().map(|receiver| &receiver.speech_transmission_index));
+    let name = if subjects.len() > 1 { format!("{}: mean", subject.name) } else { "mean".to_owned() };
+    [name].into_iter().chain(SINGLE.map(mean)).chain([cell(&speech, 1.0)]).collect()
+}
+
+fn just_noticeable() -> Vec<String> {
+    let differences = SINGLE.map(|parameter| {
+        let difference = parameter.just_noticeable(1.0);
+        if parameter.is_noticed_relatively() {
+            format!("{} %", 100.0 * difference)
+        } else {
+            (difference * parameter.heading().2).to_string()
+        }
+    });
+    let speech = noticeable::SPEECH_TRANSMISSION_INDEX.to_string();
+    ["JND".to_owned()].into_iter().chain(differences).chain([speech]).collect()
+}
+
+/// Warnings in plain words.
+pub fn remarks(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
+    page.section("Remarks");
+    let mut remarks = words::remarks(subjects.iter().flat_map(|subject| &subject.figures));
+    if let Some(map) = map {
+        let digest = &map.json["digest"];
+        for subject in subjects.iter().filter(|subject| subject.response.metadata["map_digest"] != *digest) {
+            remarks.push(format!(
+                "{} was not rendered from this map: room, effects and ledger below are those of another run.",
+                subject.name
+            ));
+        }
+    }
+    if subjects.iter().any(|subject| subject.figures.len() > 1) {
+        remarks.push("All places share one calculation: their errors go together, and each interval holds for its value alone.".to_owned());
+    }
+    remarks.push("The calculation is of energies. It is not valid below the Schroeder frequency of a room, where single modes dominate.".to_owned());
+    page.list(&remarks);
+}
+
+/// Echogram and decay of a pair that the reader chooses.
+pub fn curves(page: &mut Page, subjects: &[Subject]) {
+    page.section("Echogram and decay");
+    let sets: Vec<(String, Vec<Value>)> = drawn(subjects)
+        .into_iter()
+        .map(|(name, subject, index)| {
+            let (s, r) = (index / subject.response.receivers(), index % subject.response.receivers());
+            let panels = [plot::echogram(&subject.response, s, r), plot::decay(&subject.response, s, r)];
+            (name, panels.iter().map(charts::of).collect())
+        })
+        .collect();
+    page.choice(&sets);
+    page.note("Bands about the lines are 95 % intervals. A click in the legend hides a frequency band, a double click shows it alone.");
+}
+
+/// Every parameter over the bands.
+pub fn over_bands(page: &mut Page, subjects: &[Subject]) {
+    page.section("Over frequency");
+    let drawn = drawn(subjects);
+    let named: Vec<(String, &ReceiverFigures)> =
+        drawn.iter().map(|(name, subject, index)| (name.clone(), &subject.figures[*index])).collect();
+    let panels: Vec<Panel> = plot::parameters(&named);
+    let charts: Vec<Value> = panels
+        .iter()
+        .zip(Parameter::ALL)
+        .map(|(panel, parameter)| {
+            let mut chart = charts::of(panel);
+            chart["layout"]["showlegend"] = json!(false);
+            let points: Vec<(f64, f64)> = panel
+                .series
+                .iter()
+                .flat_map(|series| &series.points)
+                .filter(|point| point.y.is_finite())
+                .map(|point| (point.x, point.y))
+                .collect();
+            let last = points.iter().fold(0.0_f64, |last, point| last.max(point.0));
+            if let (Some(bar), Some(data)) =
+                (bar(parameter, points.iter().map(|point| point.1)), chart["data"].as_array_mut())
+            {
+                data.push(noticeable_bar(json!(last * 1.5), bar));
+            }
+            chart
+        })
+        .collect();
+    let names = named.iter().enumerate().map(|(index, (name, _))| (name.as_str(), charts::color(index)));
+    page.legend(names);
+    page.charts(&charts);
+    page.note(
+        "Bars at the points are 95 % intervals, the grey bar at the right is one just-noticeable difference.",
+    );
+}
+
+/// Middle of the values and the just-noticeable difference there, in the unit of the heading.
+fn bar(parameter: Parameter, values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
+    let count = values.clone().count();
+    let factor = parameter.heading().2;
+    let middle = values.sum::<f64>() / count as f64;
+    (count > 0).then(|| (middle, factor * parameter.just_noticeable(middle / factor)))
+}
+
+fn noticeable_bar(x: Value, (middle, difference): (f64, f64)) -> Value {
+    json!({
+        "type": "scatter", "mode": "markers", "name": "JND", "x": [x], "y": [rounded(middle)],
+        "marker": { "size": 1, "color": "#888" },
+        "error_y": { "type": "data", "array": [rounded(0.5 * difference)], "color": "#888", "thickness": 4, "width": 8 },
+    })
+}
+
+/// Single numbers over the receivers.
+pub fn over_receivers(page: &mut Page, subjects: &[Subject]) {
+    page.section("Over receivers");
+    let names: Vec<String> = subjects.iter().flat_map(|subject| series_names(subjects, subject)).collect();
+    if names.len() > 1 {
+        page.legend(names.iter().enumerate().map(|(index, name)| (name.as_str(), charts::color(index))));
+    }
+    let charts: Vec<Value> = SINGLE.iter().map(|&parameter| receivers_chart(subjects, parameter)).collect();
+    page.charts(&charts);
+    page.note(
+        "Means of 500 and 1000 Hz with 95 % intervals; the grey bar is one just-noticeable difference.",
+    );
+}
+
+/// The sources of a response, with its name where there are several responses.
+fn series_names(subjects: &[Subject], subject: &Subject) -> Vec<String> {
+    let name = if subjects.len() > 1 { format!("{}: ", subject.name) } else { String::new() };
+    subject.response.source_names.iter().map(|source| format!("{name}{source}")).collect()
+}
+
+fn receivers_chart(subjects: &[Subject], parameter: Parameter) -> Value {
+    let (symbol, unit, factor) = parameter.heading();
+    let (mut data, mut values) = (Vec::new(), Vec::new());
+    for subject in subjects {
+        for (source, name) in series_names(subjects, subject).iter().enumerate() {
+            let receivers = subject.response.receivers();
+            let figures = &subject.figures[source * receivers..(source + 1) * receivers];
+            let (mut names, mut y, mut up, mut down) = (vec![], vec![], vec![], vec![]);
+            for receiver in figures {
+                let Ok(estimate) = single_number(receiver, parameter) else { continue };
+                let [low, high] = estimate.interval.unwrap_or([estimate.value; 2]);
+                values.push(factor * estimate.value);
+                names.push(escaped(&receiver.name));
+                y.push(rounded(factor * estimate.value));
+                up.push(rounded(factor * (high - estimate.value)));
+                down.push(rounded(factor * (estimate.value - low)));
+            }
+            data.push(json!({
+                "type": "scatter", "mode": "markers", "name": escaped(name), "marker": { "color": charts::color(data.len()) },
+                "x": names, "y": y, "error_y": { "type": "data", "symmetric": false, "array": up, "arrayminus": down },
+            }));
+        }
+    }
+    if let Some(bar) = bar(parameter, values.iter().copied()) {
+        data.push(noticeable_bar(json!("JND"), bar));
+    }
+    let y = json!({ "title": { "text": format!("{symbol} [{unit}]") } });
+    let mut layout = layout("", json!({ "type": "category", "automargin": true }), y);
+    layout["showlegend"] = json!(false);
+    json!({ "data": data, "layout": layout })
+}
+
+/// Effects of the map, on and off.
+pub fn effects(page: &mut Page, map: &Traced) {
+    page.section("Effects");
+    let effects = map.json["effects"].as_array().into_iter().flatten();
+    let rows: Vec<Vec<String>> = effects
+        .map(|effect| {
+            let bands: Vec<bool> =
+                effect["on"].as_array().into_iter().flatten().filter_map(Value::as_bool).collect();
+            let state = match bands.iter().filter(|on| **on).count() {
+                0 => "off".to_owned(),
+                count if count == bands.len() => "on".to_owned(),
+                count => format!("on in {count} of {} bands", bands.len()),
+            };
+            let text = |key: &str| effect[key].as_str().unwrap_or_default().to_owned();
+            vec![text("name"), state, text("reason")]
+        })
+        .collect();
+    page.table("long", &["effect", "state", "reason and bound"].map(str::to_owned), &rows);
+}
+
+/// Where the energy went.
+pub fn ledger(page: &mut Page, map: &Traced) {
+    page.section("Energy ledger");
+    let keys = ["absorbed", "transmitted", "escaped", "truncated", "sampling"];
+    let head: Vec<String> =
+        ["f [Hz]"].into_iter().chain(keys).chain(["residual"]).map(str::to_owned).collect();
+    let bands = map.json["ledger"].as_array().into_iter().flatten();
+    let rows: Vec<Vec<String>> = bands
+        .map(|band| {
+            let percent = |key: &str| format!("{:.3} %", 100.0 * band[key].as_f64().unwrap_or(f64::NAN));
+            let residual = format!("{:.1e}", band["relative_residual"].as_f64().unwrap_or(f64::NAN));
+            [band["center_frequency_hz"].as_f64().unwrap_or(f64::NAN).to_string()]
+                .into_iter()
+                .chain(keys.map(percent))
+                .chain([residual])
+                .collect()
+        })
+        .collect();
+    page.table("", &head, &rows);
+    page.note("Shares of the emitted energy. Truncated is what packets carried when the simulated time ended; sampling is random and zero in the mean.");
+    let fates = map.json["fates"].as_object().into_iter().flatten();
+    let fates: Vec<String> = fates.map(|(name, count)| format!("{name} {count}")).collect();
+    page.text(&format!("Packets by fate: {}.", fates.join(", ")));
+}
+
+/// Where the numbers come from.
+pub fn provenance(page: &mut Page, subjects: &[Subject]) {
+    page.section("Provenance");
+    for subject in subjects {
+        let keys = subject.response.metadata.as_object().into_iter().flatten();
+        let plain = keys.filter(|(key, _)| key.as_str() != "sources");
+        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        let mut rows = vec![vec!["response".to_owned(), subject.name.clone()]];
+        rows.extend(plain.map(|(key, value)| vec![key.clone(), text(value)]));
+        page.table("long", &[], &rows);
+    }
+}

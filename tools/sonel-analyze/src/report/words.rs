@@ -1,0 +1,61 @@
+//! What is missing or uncertain, in the words of somebody who does not simulate rooms.
+
+use std::collections::BTreeMap;
+
+use sonel_analysis::{ReceiverFigures, Unsupported};
+
+/// A sentence for each kind of missing or doubtful figure, with how many there are.
+pub fn remarks<'a>(figures: impl Iterator<Item = &'a ReceiverFigures>) -> Vec<String> {
+    let mut found: BTreeMap<&str, usize> = BTreeMap::new();
+    for figure in figures.flat_map(ReceiverFigures::figures) {
+        let sentence = match figure {
+            Err(reason) => Some(missing(reason)),
+            Ok(estimate) => estimate.warning.as_ref().map(|warning| doubtful(warning)),
+        };
+        if let Some(sentence) = sentence {
+            *found.entry(sentence).or_default() += 1;
+        }
+    }
+    found.into_iter().map(|(sentence, count)| format!("{count} of the figures: {sentence}")).collect()
+}
+
+fn missing(reason: &Unsupported) -> &'static str {
+    match reason {
+        Unsupported::NoEnergy | Unsupported::NoReverberation => {
+            "no sound arrives at this place and frequency, so there is nothing to state."
+        }
+        Unsupported::NothingEarly { .. } | Unsupported::NothingLate { .. } => {
+            "all sound arrives early, or all late, so a ratio of both has no value."
+        }
+        Unsupported::NotStraight { .. } => {
+            "the sound dies away in several stages, so that one reverberation time does not describe it. Look at the decay curves."
+        }
+        Unsupported::Noisy { .. } | Unsupported::OneBatchDecides { .. } => {
+            "the random scatter of the simulation is too large to state a value. A longer calculation (more sonels) gives one."
+        }
+        Unsupported::DirectOutside { .. }
+        | Unsupported::NotDecaying
+        | Unsupported::RecordTooShort { .. }
+        | Unsupported::CutOff { .. }
+        | Unsupported::RangeNotReached { .. }
+        | Unsupported::LimitOutside { .. } => {
+            "the simulated time is too short for this value. A longer duration gives one."
+        }
+        Unsupported::TooSteep { .. } => {
+            "the sound dies away within very few time steps. Finer time steps (--bin) give a value."
+        }
+        Unsupported::BandsMissing { .. } | Unsupported::NotOctaves | Unsupported::OctavesMissing { .. } => {
+            "the simulation does not cover all octaves that this value needs."
+        }
+        Unsupported::Band { reason, .. } => missing(reason),
+        _ => "the value cannot be stated; sonel-analyze parameters prints the reason.",
+    }
+}
+
+fn doubtful(warning: &str) -> &'static str {
+    if warning.contains("straight") {
+        "the sound does not die away evenly, so that the reverberation time is a compromise."
+    } else {
+        "the stated uncertainty may be too small, as a few strong paths decide. A longer calculation (more sonels) helps."
+    }
+}
