@@ -19,10 +19,10 @@ const FIGURES: [Parameter; 6] = [
 
 /// What is run with every seed.
 #[derive(Clone, Copy)]
-struct Run {
-    emissions: u64,
-    band: usize,
-    estimator: Estimator,
+pub struct Run {
+    pub emissions: u64,
+    pub band: usize,
+    pub estimator: Estimator,
 }
 
 /// Value and interval of every figure in one band.
@@ -40,7 +40,7 @@ fn figures(scene: &Scene, run: Run, seed: u64) -> Vec<(f64, [f64; 2])> {
         .collect()
 }
 
-fn check(scene: &Scene, run: Run) {
+pub fn check(scene: &Scene, run: Run) {
     let runs: Vec<_> = (1..=SEEDS).map(|seed| figures(scene, run, seed)).collect();
     let mut wrong = Vec::new();
     for (index, parameter) in FIGURES.iter().enumerate() {

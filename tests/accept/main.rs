@@ -11,6 +11,7 @@ mod invariances;
 mod known_rooms;
 mod losses;
 mod memory;
+mod partitions;
 mod planning;
 #[path = "../physics/sound.rs"]
 mod sound;
