@@ -17,6 +17,7 @@ mod mirrors;
 mod near_walls;
 mod paper;
 mod partitions;
+mod picture;
 mod rows;
 mod short_runs;
 mod sound;

@@ -1,5 +1,5 @@
 //! The Python reader of maps, written from docs/formats/sonelmap.md, against `sonel-render`: same map, same connections; and
-//! against `sonel-analyze export`: same map, same sonels.
+//! against `sonel-analyze export`: same map, same sonels. OpenEXR reads what `sonel-analyze image` writes: same sonels, same picture.
 //!
 //! What it needs is installed into target/python, so that neither Python nor numpy can be missing without a failure.
 
@@ -24,6 +24,10 @@ const RESPONSE: &str = "target/python/box.npz";
 const SONELS: &str = "python/check_sonels.py";
 const ARCHIVE: &str = "target/python/sonels.npz";
 const ROWS: &str = "target/python/sonels.csv";
+/// Compares a picture of [`SCENE`], a box of these extents, with an export.
+const PICTURES: &str = "python/check_image.py";
+const ENERGY: &str = "target/python/energy.exr";
+const EXTENTS: &str = "6,4.5,3";
 /// The seat of the scene, and a place a centimetre away.
 const SEAT: &str = "3.0,3.6,1.1";
 const BESIDE: &str = "3.01,3.6,1.1";
@@ -51,6 +55,24 @@ pub fn check() -> Result<()> {
         check_export(&python, &program, [spectral, SCENE, "auto"])?;
         check_export(&python, &program, [spectral, SCREENED, "auto,+bending"])?;
     }
+    check_image(&python, &program)
+}
+
+/// Takes pictures of a small map and lets the reader compare them with its sonels; a picture of another map must not pass.
+fn check_image(python: &Path, program: &impl Fn(&str, &[&str]) -> Result<String>) -> Result<()> {
+    let options =
+        ["--eye", "1,1,1", "--look", "5,3.5,1.5", "--fov", "80", "--size", "64x48", "--radius", "0.3"];
+    let windows = ["--windows", "0-20ms,20-50ms,50-400ms", "--source", "right", "--quiet"];
+    let trace = |seed| {
+        program("sonel-trace", &[SCENE, "-o", MAP, "--sonels", "1000", "--seed", seed, "--quiet"])?;
+        program("sonel-analyze", &["export", MAP, "-o", ARCHIVE, "--quiet"])
+    };
+    let compare = || printed(Command::new(python).args([PICTURES, MAP, ARCHIVE, ENERGY, EXTENTS]));
+    trace("1")?;
+    program("sonel-analyze", &[&["image", MAP, "-o", ENERGY], &options[..], &windows[..]].concat())?;
+    print!("picture of {SCENE}: {}", compare()?);
+    trace("2")?;
+    ensure!(compare().is_err(), "a picture of another map goes unnoticed: the comparison is blind");
     Ok(())
 }
 

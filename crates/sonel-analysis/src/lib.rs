@@ -13,6 +13,8 @@
 //! [`comparison`] tells which figures of two responses differ beyond noise, [`map_comparison`] where, when and in which
 //! bands two maps do.
 //!
+//! [`picture`] writes energy on surfaces, as a camera sees it, as OpenEXR and PNG.
+//!
 //! And from a map: [`survey`] walks its paths for the energy ledger and what arrived where, [`sonels`] lists its sonels one
 //! by one, [`export`] writes them for other programs.
 //!
@@ -30,6 +32,7 @@ mod missing;
 pub mod modulation;
 pub mod outlier;
 pub mod parameter;
+pub mod picture;
 pub mod plot;
 pub mod reading;
 pub mod receiver;

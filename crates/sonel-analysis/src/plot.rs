@@ -7,7 +7,7 @@
 //! [`echogram`], [`decay`] and [`parameters`] are panels of a response. Drawings are for eyes: they are no artifact that is
 //! compared bit by bit, and the library that draws them rounds to hundredths of the page.
 
-mod axis;
+pub(crate) mod axis;
 mod drawing;
 mod parameters;
 mod response;

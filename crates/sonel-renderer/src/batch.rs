@@ -3,14 +3,16 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
-use sonel_map::{Arrival, EmissionDirections, Lanes, PathWeight, Segment, SegmentHistory, lanes_of, sweep};
+use sonel_map::{
+    Arrival, EmissionDirections, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of, sweep,
+};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use crate::connection::{ClassDeposits, DiffuseSonel, Thinning, connect, normal_on, radiosity};
 use crate::crossing::{OthersOwn, Piece, cross, owns};
 use crate::deposit::{Deposits, TimeBins, add_lanes};
 use crate::gather::near::NearSource;
-use crate::gather::rays::{Found, Observer, Sonels, place};
+use crate::gather::rays::{Found, GatherPoint, Observer, Sonels, place};
 use crate::gather::{GatherIndex, cast};
 use crate::kernel::{KernelDifference, coarse_bins};
 use crate::mirror::Radiator;
@@ -205,7 +207,7 @@ impl Renderer<'_> {
         batch: u32,
         scratch: &mut [Lanes],
         estimate: &mut BatchEstimate,
-    ) -> Option<GatherIndex> {
+    ) -> Option<GatherIndex<GatherPoint>> {
         let (sheets, settings) = self.gather.as_ref()?;
         let medium = self.medium();
         let mut points = Vec::new();
@@ -239,7 +241,7 @@ impl Renderer<'_> {
         &self,
         segment: &Segment<'_>,
         arrival: Arrival,
-        index: &GatherIndex,
+        index: &GatherIndex<GatherPoint>,
         audience: &Audience<'_>,
         scratch: &mut [Lanes],
         estimate: &mut BatchEstimate,
@@ -255,7 +257,7 @@ impl Renderer<'_> {
             let class = last_class(point.seen_directly);
             // By way of the sonel, not of the disc's middle: never shorter than the straight way.
             let end = segment.end.as_dvec3();
-            let middle = sheets[arrival.surface.0 as usize].place(point.centre);
+            let middle = sheets[arrival.surface.0 as usize].place(point.disc.centre);
             let leg = end.distance(point.start) - middle.distance(point.start);
             let length = segment.end_length + point.length + leg;
             let Some(bin) = self.bins.bin(length) else { return };
@@ -321,18 +323,28 @@ impl Renderer<'_> {
         directions: &EmissionDirections,
         mut visit: impl FnMut(&Segment<'_>),
     ) {
-        let emitter = &self.map.header().scene.sources[source];
-        let (position, aim) = (emitter.position - self.geometry.center(), emitter.aim.as_vec3());
         let mut weight = PathWeight::new(self.table.bands());
-        let layout = self.map.layout();
         for path in self.map.batch_paths(source as u32, batch) {
-            let start = self.batches[batch as usize].packet(layout.hero(path.emission));
-            let cosine = directions.direction(path.emission).dot(aim);
-            weight.emit(emitter.directivity.factor(f64::from(cosine)), 1.0, start);
-            sweep(position, path.vertices, &self.table, &self.material_of, &mut weight, |segment| {
-                visit(segment);
-            });
+            self.follow_path(path, (source, batch), directions, 1.0, &mut weight, &mut visit);
         }
+    }
+
+    /// Visits every segment of a path of `source` and `batch`, with energies in units of `unit` ([`PathWeight::emit`]).
+    pub(crate) fn follow_path(
+        &self,
+        path: PathView<'_>,
+        (source, batch): (usize, u32),
+        directions: &EmissionDirections,
+        unit: f64,
+        weight: &mut PathWeight,
+        visit: impl FnMut(&Segment<'_>),
+    ) {
+        let emitter = &self.map.header().scene.sources[source];
+        let start = self.batches[batch as usize].packet(self.map.layout().hero(path.emission));
+        let cosine = directions.direction(path.emission).dot(emitter.aim.as_vec3());
+        weight.emit(emitter.directivity.factor(f64::from(cosine)), unit, start);
+        let position = emitter.position - self.geometry.center();
+        sweep(position, path.vertices, &self.table, &self.material_of, weight, visit);
     }
 
     #[inline]
@@ -340,7 +352,7 @@ impl Renderer<'_> {
         &self,
         segment: &Segment<'_>,
         audience: &Audience<'_>,
-        index: Option<&GatherIndex>,
+        index: Option<&GatherIndex<GatherPoint>>,
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate,
     ) {

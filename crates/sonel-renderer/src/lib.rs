@@ -18,6 +18,8 @@
 //! Where edges bend packets, [`bending`] says which bands a way is left to. What was bent since its last diffuse reflection is gathered by
 //! visibility rays that turn; where an estimator without rays is asked for, by [`crossing`].
 //!
+//! [`picture`] estimates the energy that arrives on the surfaces that a camera sees.
+//!
 //! [`render`](mod@render) drives them batch by batch; [`deposit`] holds the echograms under construction.
 
 pub mod air;
@@ -37,6 +39,7 @@ pub mod mirror;
 pub mod mirror_connection;
 mod paper;
 mod partition;
+pub mod picture;
 pub mod receiver;
 pub mod render;
 pub mod rendering;

@@ -519,7 +519,7 @@ fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry) -> bool {
 const FEWER_RAYS_NEAR_SURFACES: u32 = 8;
 
 /// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`].
-const DISC_PER_FREE_PATH: f64 = 0.03;
+pub(crate) const DISC_PER_FREE_PATH: f64 = 0.03;
 
 /// The radius of discs [m] that take `share` of the mean free path at [`REFERENCE_EMISSIONS`]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub(crate) fn disc_radius(

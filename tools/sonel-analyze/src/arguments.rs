@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
 use sonel_console::choices::{EstimatorArgument, ModeArgument};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
@@ -43,6 +44,8 @@ pub enum Command {
     Merge(Merge),
     /// The sonels of a map, or the echograms of a response, as tables for other programs.
     Export(Export),
+    /// Energy on the surfaces of a room as a camera sees it: OpenEXR for programs and PNG in decibels.
+    Image(Image),
     /// What differs beyond noise between two maps or two responses; exit code 1 where anything does.
     Diff(Diff),
     /// Which surface to treat first: derivatives of parameters by the absorption and scattering of every material.
@@ -288,6 +291,100 @@ pub struct Export {
     pub output: PathBuf,
 }
 
+/// `image`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze image hall.sonelmap -o energy.exr --eye 2,10,3 --look 25,10,6 --fov 80 --windows 0-20ms,20-50ms,50-100ms
+
+writes energy.exr, with a layer per window and a channel per band, and beside it energy.png, with a scale of colours.
+The values are incident energy per area and unit emitted energy in 1/m\u{b2}, direct sound included. A camera outside a
+closed room looks into it, past the walls that it sees from behind.")]
+pub struct Image {
+    /// A map written by sonel-trace.
+    #[arg(value_name = "MAP.sonelmap")]
+    pub map: PathBuf,
+    /// Where the values go; the PNG goes beside it. Both are replaced only when the new ones are complete.
+    #[arg(short, long, value_name = "ENERGY.exr")]
+    pub output: PathBuf,
+    /// Where the camera is [m].
+    #[arg(long, value_name = "x,y,z", value_parser = parse_position, allow_hyphen_values = true)]
+    pub eye: DVec3,
+    /// The point in the middle of the picture [m].
+    #[arg(long, value_name = "x,y,z", value_parser = parse_position, allow_hyphen_values = true)]
+    pub look: DVec3,
+    /// Angle between the left and right borders, above 0 and below 180 degrees.
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub fov: f64,
+    /// Pixels across and down.
+    #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = parse_size, allow_hyphen_values = true)]
+    pub size: [u32; 2],
+    /// Windows of time from emission, such as 0-20ms or 0.05-0.1s; the whole run where none is given.
+    #[arg(long, value_name = "FROM-TO,…", value_delimiter = ',', value_parser = parse_window, allow_hyphen_values = true)]
+    pub windows: Vec<NamedWindow>,
+    /// The band of the PNG by its centre in Hz, or sum: all bands, weighted by the power of the source.
+    #[arg(long, value_name = "HZ|sum", default_value = "sum")]
+    pub band: String,
+    /// Levels of the first and last colour of the PNG in dB re 1/m\u{b2}; the highest 40 dB where none are given.
+    #[arg(long, value_name = "LOW:HIGH", value_parser = parse_range, allow_hyphen_values = true)]
+    pub range: Option<[f64; 2]>,
+    /// The source; the first where none is given.
+    #[arg(long, value_name = "NAME")]
+    pub source: Option<String>,
+    /// Radius of the discs in which sonels are counted [m]; from room and number of sonels where none is given.
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
+    pub radius: Option<f64>,
+}
+
+/// A window of time and how it was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedWindow {
+    /// As written, without blanks.
+    pub name: String,
+    /// From … to [s].
+    pub window: [f64; 2],
+}
+
+fn parse_position(text: &str) -> Result<DVec3, String> {
+    let numbers: Vec<f64> = text.split(',').map_while(|field| field.trim().parse().ok()).collect();
+    let count = text.split(',').count();
+    let position = <[f64; 3]>::try_from(numbers).ok().filter(|_| count == 3).map(DVec3::from_array);
+    position
+        .filter(|position| position.is_finite())
+        .ok_or_else(|| format!("\"{text}\" is no position: write x,y,z in metres, such as 2,10,3"))
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let size = text
+        .split_once('x')
+        .and_then(|(width, height)| Some([width.trim().parse().ok()?, height.trim().parse().ok()?]));
+    size.ok_or_else(|| format!("\"{text}\" is no size: write WIDTHxHEIGHT in pixels, such as 960x540"))
+}
+
+fn parse_window(text: &str) -> Result<NamedWindow, String> {
+    let name: String = text.split_whitespace().collect();
+    let (numbers, unit) = match name.strip_suffix("ms") {
+        Some(numbers) => (numbers, 1e-3),
+        None => (name.strip_suffix('s').unwrap_or(""), 1.0),
+    };
+    let window = numbers
+        .split_once('-')
+        .and_then(|(from, to)| Some([from.parse::<f64>().ok()? * unit, to.parse::<f64>().ok()? * unit]));
+    let window = window.filter(|window| window.iter().all(|time| time.is_finite()));
+    window.map(|window| NamedWindow { name, window }).ok_or_else(|| {
+        format!("\"{text}\" is no window of time: write FROM-TO with a unit, such as 20-50ms or 0.05-0.1s")
+    })
+}
+
+fn parse_range(text: &str) -> Result<[f64; 2], String> {
+    let range = text
+        .split_once(':')
+        .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+    let is_range = |[low, high]: &[f64; 2]| low < high && low.is_finite() && high.is_finite();
+    range.filter(is_range).ok_or_else(|| {
+        format!("\"{text}\" is no range: write LOW:HIGH in dB re 1/m\u{b2}, the lower first, such as -60:-20")
+    })
+}
+
 /// `inspect`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
@@ -332,4 +429,36 @@ pub enum Format {
     Csv,
     /// An object per receiver.
     Json,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_keep_their_names_and_are_in_seconds() {
+        let window = parse_window(" 20 - 50 ms").unwrap();
+        assert_eq!(window.name, "20-50ms");
+        assert!((window.window[0] - 0.02).abs() < 1e-15 && (window.window[1] - 0.05).abs() < 1e-15);
+        assert!((parse_window("0.05-0.1s").unwrap().window[1] - 0.1).abs() < 1e-15);
+        for text in ["20-50", "20ms", "-20ms", "a-bms", "0-infs", "1-2-3ms", ""] {
+            assert!(parse_window(text).unwrap_err().contains("20-50ms"), "{text}");
+        }
+    }
+
+    #[test]
+    fn positions_sizes_and_ranges_are_read_whole_or_not_at_all() {
+        assert_eq!(parse_position("1, -2.5,3"), Ok(DVec3::new(1.0, -2.5, 3.0)));
+        for text in ["1,2", "1,2,3,4", "1,2,x", "1,2,3,x", "1,2,inf", ""] {
+            assert!(parse_position(text).is_err(), "{text}");
+        }
+        assert_eq!(parse_size("960x540"), Ok([960, 540]));
+        for text in ["960", "960x", "-1x5", "9.5x4"] {
+            assert!(parse_size(text).is_err(), "{text}");
+        }
+        assert!(parse_range("-60:-20").is_ok());
+        for text in ["-20:-60", "-20", "nan:0", "-inf:0"] {
+            assert!(parse_range(text).is_err(), "{text}");
+        }
+    }
 }

@@ -3,6 +3,7 @@
 mod arguments;
 mod diff;
 mod export;
+mod image;
 mod inspect;
 mod listen;
 mod merge;
@@ -19,7 +20,8 @@ use std::io::Write;
 use sonel_console::{Outcome, use_threads};
 
 pub use arguments::{
-    Arguments, Command, Diff, Export, Format, Inspect, Listen, Merge, Parameters, Plot, Report, Verify, What,
+    Arguments, Command, Diff, Export, Format, Image, Inspect, Listen, Merge, Parameters, Plot, Report,
+    Verify, What,
 };
 
 /// Runs the program: data to `out`, everything else to `log`.
@@ -33,6 +35,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         Command::Inspect(inspect) => inspect::run(inspect, out),
         Command::Verify(verify) => verify::run(verify, out),
         Command::Export(export) => export::run(export, arguments.quiet, log),
+        Command::Image(image) => image::run(image, arguments.quiet, log),
         Command::Merge(merge) => merge::run(merge, arguments.quiet, log),
         Command::Diff(diff) => diff::run(diff, out),
         Command::Sensitivity(sensitivity) => sensitivity::run(sensitivity, arguments.quiet, out),

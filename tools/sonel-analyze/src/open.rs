@@ -100,10 +100,20 @@ pub fn walked_map(path: &Path) -> anyhow::Result<WalkedMap> {
 /// When the file cannot be read or is no sound map.
 pub fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let named = || path.display().to_string();
-    let map = SonelMap::open(&file(path)?).with_context(named)?;
-    let geometry = map.header().scene.geometry().with_context(named)?;
+    let (map, geometry) = map(path)?;
     map.check_surfaces(&geometry).with_context(named)?;
     map.check_paths(geometry.surfaces().len() as u32).with_context(named)?;
+    Ok((map, geometry))
+}
+
+/// The map in `path`, its paths not checked yet, and the walls of its scene.
+///
+/// # Errors
+/// When the file cannot be read or is no map.
+pub fn map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
+    let named = || path.display().to_string();
+    let map = SonelMap::open(&file(path)?).with_context(named)?;
+    let geometry = map.header().scene.geometry().with_context(named)?;
     Ok((map, geometry))
 }
 

@@ -77,6 +77,18 @@ impl Kind {
     /// What plot and tradeoff draw.
     pub const DRAWING: Self =
         Self { name: "a drawing (SVG)", ending: "svg", is_begun_by: |begin| begin.starts_with(b"<svg") };
+    /// What image writes for programs.
+    pub const PICTURE: Self = Self {
+        name: "a picture of sonel-analyze (OpenEXR)",
+        ending: "exr",
+        is_begun_by: |begin| is_picture(begin, b"\x76\x2f\x31\x01"),
+    };
+    /// What image draws.
+    pub const DRAWN_PICTURE: Self = Self {
+        name: "a picture of sonel-analyze (PNG)",
+        ending: "png",
+        is_begun_by: |begin| is_picture(begin, b"\x89PNG"),
+    };
     /// Tables of tradeoff.
     pub const TRADEOFF_TABLE: Self = Self {
         name: "a table of tradeoff",
@@ -117,6 +129,12 @@ fn is_float_sound(begin: &[u8]) -> bool {
         && begin.get(8..16).is_some_and(|name| name == b"WAVEfmt ")
         && is(BITS, 32)
         && is(SUB_FORMAT, 3)
+}
+
+/// Whether a file begins as a picture of a format and names the program that wrote it.
+fn is_picture(begin: &[u8], magic: &[u8]) -> bool {
+    let program = b"sonel-analyze";
+    begin.starts_with(magic) && begin.windows(program.len()).any(|part| part == program)
 }
 
 /// A file being written beside its final place, under a name that says for what and ends with [`UNFINISHED`]. Dropped
@@ -177,9 +195,9 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
 }
 
 /// Endings that tell what a file is.
-const USUAL_ENDINGS: [&str; 15] = [
+const USUAL_ENDINGS: [&str; 17] = [
     "sonelmap", "npz", "csv", "svg", "json", "md", "toml", "obj", "gltf", "glb", "stl", "ply", "dxf", "wav",
-    "html",
+    "html", "exr", "png",
 ];
 
 /// Whether a file name has an ending, in whatever case.

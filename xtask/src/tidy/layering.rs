@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 29] = [
+const HOMES: [(&str, &[&str]); 32] = [
     ("anyhow", &["tools/", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
@@ -30,6 +30,8 @@ const HOMES: [(&str, &[&str]); 29] = [
     ("cpu-time", &["tools/"]),
     ("csv", &["crates/sonel-analysis", "crates/sonel-study", "tools/"]),
     ("earcutr", &["crates/sonel-scene"]),
+    ("embedded-graphics", &["crates/sonel-analysis"]),
+    ("exr", &["crates/sonel-analysis"]),
     ("gltf", &["crates/sonel-scene"]),
     ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),
@@ -38,6 +40,7 @@ const HOMES: [(&str, &[&str]); 29] = [
     ("obvhs", &["crates/sonel-geometry"]),
     ("ply-rs-bw", &["crates/sonel-scene"]),
     ("plotters", &["crates/sonel-analysis"]),
+    ("png", &["crates/sonel-analysis"]),
     ("rand", &["crates/sonel-sampling"]),
     ("realfft", &["crates/sonel-sound"]),
     ("rubato", &["crates/sonel-sound"]),

@@ -9,9 +9,10 @@
 
 use core::f64::consts::FRAC_1_SQRT_2;
 use glam::{DVec2, DVec3};
-use sonel_geometry::{Geometry, Side, SurfaceId};
+use sonel_geometry::{Geometry, Hit, Side, SurfaceId};
 use std::collections::BTreeSet;
 
+use super::rays::place;
 use super::visible::visible_area;
 
 /// A surface laid out in its plane.
@@ -28,6 +29,17 @@ pub struct Sheet {
 
 /// Both ends of a straight line in the plane of a surface [m].
 pub type Segment = (DVec2, DVec2);
+
+/// A disc in which sonels are gathered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Disc {
+    /// Surface and side, as [`place`](super::rays::place) numbers them.
+    pub place: u32,
+    /// Centre in the plane of the surface [m].
+    pub centre: DVec2,
+    /// What it sees of its surface.
+    pub view: View,
+}
 
 /// What a disc sees of its surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,6 +142,13 @@ impl Sheet {
             }
         }
         View { area, inner_area: self.clipped_area(centre, inner_radius), hidden_by: Vec::new() }
+    }
+
+    /// The disc of `radius` [m] about a point of the surface, on the side that was met.
+    #[must_use]
+    pub fn disc(&self, hit: &Hit, radius: f64) -> Disc {
+        let centre = self.flat(hit.position.as_dvec3());
+        Disc { place: place(hit.surface, hit.side), centre, view: self.view(hit.side, centre, radius) }
     }
 
     /// Coordinates in the plane of a point on it [m].

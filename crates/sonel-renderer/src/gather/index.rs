@@ -5,15 +5,15 @@
 
 use glam::DVec2;
 
-use super::rays::GatherPoint;
+use super::disc::Disc;
 
 /// Cells of a grid, for each disc on it, at the most: on large surfaces with few discs cells are wider than a disc.
 const MOST_CELLS: f64 = 16.0;
 
-/// Discs of one batch.
+/// Discs, each with what it is for.
 #[derive(Debug)]
-pub struct GatherIndex {
-    points: Vec<GatherPoint>,
+pub struct GatherIndex<P> {
+    points: Vec<P>,
     /// By place.
     grids: Vec<Grid>,
     /// Where the list of each cell begins, of all grids in turn, and where the last one ends.
@@ -87,14 +87,15 @@ impl Grid {
     }
 }
 
-impl GatherIndex {
+impl<P: AsRef<Disc>> GatherIndex<P> {
     /// Indexes discs of `radius` [m].
     #[must_use]
-    pub fn new(points: Vec<GatherPoint>, radius: f64) -> Self {
-        let places = points.iter().map(|point| point.place as usize + 1).max().unwrap_or(0);
+    pub fn new(points: Vec<P>, radius: f64) -> Self {
+        let discs = || points.iter().map(AsRef::as_ref);
+        let places = discs().map(|disc| disc.place as usize + 1).max().unwrap_or(0);
         let mut grids = vec![Grid::EMPTY; places];
-        for point in &points {
-            grids[point.place as usize].cover(point.centre, radius);
+        for disc in discs() {
+            grids[disc.place as usize].cover(disc.centre, radius);
         }
         let mut cells = 0;
         for grid in &mut grids {
@@ -102,18 +103,18 @@ impl GatherIndex {
         }
         // Each list is filled from its end, so that its start is found on the way.
         let mut starts = vec![0_u32; cells + 1];
-        let touched = |point: &GatherPoint| grids[point.place as usize].touched(point.centre, radius);
-        points.iter().flat_map(touched).for_each(|cell| starts[cell] += 1);
+        let touched = |disc: &Disc| grids[disc.place as usize].touched(disc.centre, radius);
+        discs().flat_map(touched).for_each(|cell| starts[cell] += 1);
         let mut end = 0;
         for start in &mut starts {
             end += *start;
             *start = end;
         }
         let mut listed = vec![Listed::default(); end as usize];
-        for (number, point) in (0..).zip(&points) {
-            for cell in touched(point) {
+        for (number, disc) in (0..).zip(discs()) {
+            for cell in touched(disc) {
                 starts[cell] -= 1;
-                listed[starts[cell] as usize] = Listed { centre: point.centre, number };
+                listed[starts[cell] as usize] = Listed { centre: disc.centre, number };
             }
         }
         Self { points, grids, starts, listed, radius }
@@ -122,7 +123,7 @@ impl GatherIndex {
     /// Visits every disc on `place` that `at`, in the plane of its surface, lies in and is seen from, and says how much more
     /// dense the disc of half the size finds it: nothing where it lies beside that.
     #[inline]
-    pub fn around(&self, place: u32, at: DVec2, mut found: impl FnMut(&GatherPoint, f64)) {
+    pub fn around(&self, place: u32, at: DVec2, mut found: impl FnMut(&P, f64)) {
         let Some(grid) = self.grids.get(place as usize) else { return };
         if !(at.cmpge(grid.low).all() && at.cmple(grid.high).all()) {
             return;
@@ -137,9 +138,10 @@ impl GatherIndex {
                 continue;
             }
             let point = &self.points[disc.number as usize];
-            if point.view.sees(offset) {
+            let view = &point.as_ref().view;
+            if view.sees(offset) {
                 let inner = squared <= 0.5 * limit;
-                found(point, if inner { point.view.area / point.view.inner_area } else { 0.0 });
+                found(point, if inner { view.area / view.inner_area } else { 0.0 });
             }
         }
     }
@@ -148,42 +150,41 @@ impl GatherIndex {
 #[cfg(test)]
 mod tests {
     use super::super::disc::View;
-    use super::super::rays::Sonels;
     use super::*;
-    use glam::DVec3;
     use sonel_sampling::{Purpose, StreamFamily};
 
-    fn discs(count: usize) -> (Vec<GatherPoint>, Vec<DVec2>) {
+    struct Numbered(u32, Disc);
+
+    impl AsRef<Disc> for Numbered {
+        fn as_ref(&self) -> &Disc {
+            &self.1
+        }
+    }
+
+    fn discs(count: usize) -> (Vec<Numbered>, Vec<DVec2>) {
         let mut stream = StreamFamily::new(3, Purpose::VisibilityRay, [0; 4]).stream(0);
         let mut random = || DVec2::new(f64::from(stream.uniform()), f64::from(stream.uniform())) * 10.0 - 5.0;
         let points = (0..count)
-            .map(|number| GatherPoint {
-                receiver: number as u32,
-                place: number as u32 % 3,
-                centre: random(),
-                length: 0.0,
-                start: DVec3::ZERO,
-                view: View { area: 1.0, inner_area: 0.5, hidden_by: Vec::new() },
-                weight: Vec::new(),
-                seen_directly: false,
-                sonels: Sonels::All,
+            .map(|number| {
+                let view = View { area: 1.0, inner_area: 0.5, hidden_by: Vec::new() };
+                Numbered(number as u32, Disc { place: number as u32 % 3, centre: random(), view })
             })
             .collect();
         (points, (0..2000).map(|_| random()).collect())
     }
 
     /// Places at which `index` finds other discs than looking at all of them, and how many it finds.
-    fn compared(index: &GatherIndex, places: &[DVec2]) -> (usize, usize) {
+    fn compared(index: &GatherIndex<Numbered>, places: &[DVec2]) -> (usize, usize) {
         let (mut wrong, mut found_any) = (0, 0);
         for &at in places {
             let mut found = Vec::new();
-            index.around(1, at, |point, _| found.push(point.receiver));
+            index.around(1, at, |point, _| found.push(point.0));
             found.sort_unstable();
             let expected: Vec<u32> = index
                 .points
                 .iter()
-                .filter(|point| point.place == 1 && point.centre.distance(at) <= index.radius)
-                .map(|point| point.receiver)
+                .filter(|Numbered(_, disc)| disc.place == 1 && disc.centre.distance(at) <= index.radius)
+                .map(|point| point.0)
                 .collect();
             found_any += found.len();
             wrong += usize::from(found != expected);

@@ -1,12 +1,12 @@
 //! Visibility rays: where a receiver looks, directly and by mirrors.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{Frame, ScrambledSobol, Stream, warp};
 
-use super::disc::{Sheet, View};
+use super::disc::{Disc, Sheet};
 use super::turning::{Look, Turning};
 use crate::bending::{Bends, Turn, WayEnd};
 use crate::connection::normal_on;
@@ -36,22 +36,24 @@ const LIGHT: f64 = 0.1;
 pub struct GatherPoint {
     /// Number of the receiver.
     pub receiver: u32,
-    /// Surface and side, as [`place`] numbers them.
-    pub place: u32,
-    /// Centre in the plane of the surface [m].
-    pub centre: DVec2,
+    /// Where it gathers.
+    pub disc: Disc,
     /// Length of the ray [m].
     pub length: f64,
     /// Where its last leg began, about the scene's centre [m].
     pub start: DVec3,
-    /// What the disc sees of its surface.
-    pub view: View,
     /// (4π/M) · T · δ / (π A) per band, times the share that is gathered [1/m²].
     pub weight: Vec<Lanes>,
     /// Whether the receiver sees the last diffuse reflection without a mirror.
     pub seen_directly: bool,
     /// Which sonels it gathers.
     pub sonels: Sonels,
+}
+
+impl AsRef<Disc> for GatherPoint {
+    fn as_ref(&self) -> &Disc {
+        &self.disc
+    }
 }
 
 /// Which sonels a disc gathers.
@@ -146,17 +148,13 @@ pub fn cast(
             }
             let mut disc = |share: f64, sonels: Sonels| {
                 if share > 0.0 {
-                    let sheet = &sheets[hit.surface.0 as usize];
-                    let centre = sheet.flat(hit.position.as_dvec3());
-                    let view = sheet.view(hit.side, centre, settings.radius);
+                    let disc = sheets[hit.surface.0 as usize].disc(&hit, settings.radius);
                     found(Found::Disc(GatherPoint {
                         receiver: observer.number,
-                        place: place(hit.surface, hit.side),
-                        centre,
                         length: ray.length,
                         start: ray.at,
-                        weight: product(&ray.throughput, &row.diffuse.energy, share / view.area),
-                        view,
+                        weight: product(&ray.throughput, &row.diffuse.energy, share / disc.view.area),
+                        disc,
                         seen_directly: ray.is_seen_directly(),
                         sonels,
                     }));

@@ -6,7 +6,7 @@ use sonel_sampling::{Purpose, ScrambledSobol};
 use crate::batch::{Audience, BatchEstimate, receiver_stream};
 use crate::direct::{direct_path, spread};
 use crate::gather::GatherIndex;
-use crate::gather::rays::place;
+use crate::gather::rays::{GatherPoint, place};
 use crate::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
 use crate::render::{PathClass, Renderer};
@@ -49,7 +49,7 @@ impl Renderer<'_> {
         radiator: Radiator,
         audience: &Audience<'_>,
         estimate: &mut BatchEstimate,
-    ) -> GatherIndex {
+    ) -> GatherIndex<GatherPoint> {
         let (columns, medium) = (self.table.bands(), self.medium());
         let mut points = Vec::new();
         for (number, receiver) in audience.receivers.iter().enumerate() {
@@ -120,7 +120,7 @@ impl Renderer<'_> {
         &self,
         paper: &Paper,
         (segment, arrival): (&Segment<'_>, Arrival),
-        index: &GatherIndex,
+        index: &GatherIndex<GatherPoint>,
         audience: &Audience<'_>,
         scratch: &mut [Lanes],
         estimate: &mut BatchEstimate,

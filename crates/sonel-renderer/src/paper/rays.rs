@@ -14,7 +14,7 @@ use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
 use crate::connection::normal_on;
-use crate::gather::rays::{GatherPoint, Sonels, place};
+use crate::gather::rays::{GatherPoint, Sonels};
 use crate::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
 
@@ -121,18 +121,15 @@ impl Paper {
         hit: &sonel_geometry::Hit,
         length: f64,
     ) -> GatherPoint {
-        let sheet = &self.sheets[hit.surface.0 as usize];
-        let centre = sheet.flat(hit.position.as_dvec3());
-        let view = sheet.view(hit.side, centre, self.disc_radius);
+        let mut disc = self.sheets[hit.surface.0 as usize].disc(hit, self.disc_radius);
         let columns = looking.table.bands();
+        disc.place = disc.place * columns as u32 + looking.column as u32;
         GatherPoint {
             receiver,
-            place: place(hit.surface, hit.side) * columns as u32 + looking.column as u32,
-            centre,
             length,
             start: glam::DVec3::ZERO,
-            weight: only(looking.column, columns, 4.0 / (f64::from(self.rays) * view.area)),
-            view,
+            weight: only(looking.column, columns, 4.0 / (f64::from(self.rays) * disc.view.area)),
+            disc,
             seen_directly,
             sonels: Sonels::All,
         }

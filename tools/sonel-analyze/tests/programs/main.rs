@@ -3,6 +3,7 @@
 mod commands;
 mod diff;
 mod export;
+mod image;
 mod merge;
 mod tradeoff;
 

@@ -1,0 +1,121 @@
+//! Some rows of a picture: the discs of their pixels, and what was gathered in them.
+
+use std::ops::Range;
+
+use sonel_geometry::Hit;
+use sonel_map::{Lanes, lanes_of};
+
+use super::{Arrivals, Camera};
+use crate::gather::GatherIndex;
+use crate::gather::disc::{Disc, Sheet};
+use crate::render::Renderer;
+
+/// The disc about what a pixel shows.
+struct PixelDisc {
+    disc: Disc,
+    /// Number of the pixel in its tile.
+    pixel: usize,
+}
+
+impl AsRef<Disc> for PixelDisc {
+    fn as_ref(&self) -> &Disc {
+        &self.disc
+    }
+}
+
+/// Rows of a picture.
+pub struct Tile {
+    /// What each pixel shows.
+    pub seen: Vec<Option<Hit>>,
+    index: GatherIndex<PixelDisc>,
+    windows: usize,
+    lanes: usize,
+    /// Bands that each class stands for.
+    bands: Vec<Lanes>,
+    /// Σ e / A by pixel, window and class of bands [1/m²].
+    energy: Vec<Lanes>,
+    /// Σ (e / A)², e the sum over bands, by pixel and window [1/m⁴].
+    squared: Vec<f64>,
+}
+
+impl Tile {
+    /// Looks at the pixels in `rows` of the picture.
+    pub fn new(
+        renderer: &Renderer<'_>,
+        camera: &Camera,
+        rows: Range<u32>,
+        sheets: &[Sheet],
+        radius: f64,
+        windows: usize,
+    ) -> Self {
+        let columns = camera.size()[0];
+        let pixels = rows.flat_map(|row| (0..columns).map(move |column| (column, row)));
+        let seen: Vec<Option<Hit>> =
+            pixels.map(|(column, row)| camera.sees(renderer.geometry, column, row)).collect();
+        let disc = |(pixel, hit): (usize, &Option<Hit>)| {
+            let hit = hit.as_ref()?;
+            Some(PixelDisc { disc: sheets[hit.surface.0 as usize].disc(hit, radius), pixel })
+        };
+        let discs = seen.iter().enumerate().filter_map(disc).collect();
+        let lanes = lanes_of(renderer.table.bands());
+        let mut bands = vec![[0.0; 4]; lanes];
+        for band in 0..renderer.classes.bands() {
+            let class = renderer.classes.of(band);
+            bands[class / 4][class % 4] += 1.0;
+        }
+        Self {
+            index: GatherIndex::new(discs, radius),
+            windows,
+            lanes,
+            bands,
+            energy: vec![[0.0; 4]; seen.len() * windows * lanes],
+            squared: vec![0.0; seen.len() * windows],
+            seen,
+        }
+    }
+
+    /// Adds sonels to the discs that they lie in.
+    pub fn gather(&mut self, arrivals: &Arrivals) {
+        let (windows, lanes) = (self.windows, self.lanes);
+        for (sonel, energy) in arrivals.sonels.iter().zip(arrivals.energy.chunks_exact(lanes)) {
+            let of_all: f64 = energy.iter().zip(&self.bands).map(|(energy, bands)| dot(energy, bands)).sum();
+            let (sums, squared) = (&mut self.energy, &mut self.squared);
+            self.index.around(sonel.place, sonel.at, |found, _| {
+                let per_area = found.disc.view.area.recip();
+                let cell = found.pixel * windows + sonel.window as usize;
+                for (sum, energy) in sums[cell * lanes..][..lanes].iter_mut().zip(energy) {
+                    for lane in 0..4 {
+                        sum[lane] += energy[lane] * per_area;
+                    }
+                }
+                squared[cell] += (of_all * per_area) * (of_all * per_area);
+            });
+        }
+    }
+
+    /// The energy of a `class` of bands in a `window`, by pixel [1/m²].
+    pub fn energies(&self, window: usize, class: usize) -> impl Iterator<Item = f32> {
+        (0..self.seen.len()).map(move |pixel| {
+            let cell = (pixel * self.windows + window) * self.lanes;
+            self.energy[cell + class / 4][class % 4] as f32
+        })
+    }
+
+    /// Relative standard error of the sum over bands in a `window`, by pixel.
+    pub fn relative_errors(&self, window: usize) -> impl Iterator<Item = f32> {
+        self.seen.iter().enumerate().map(move |(pixel, seen)| {
+            let cell = pixel * self.windows + window;
+            let energy = &self.energy[cell * self.lanes..][..self.lanes];
+            let sum: f64 = energy.iter().zip(&self.bands).map(|(energy, bands)| dot(energy, bands)).sum();
+            match seen {
+                None => 0.0,
+                Some(_) if sum > 0.0 => (self.squared[cell].sqrt() / sum) as f32,
+                Some(_) => f32::INFINITY,
+            }
+        })
+    }
+}
+
+fn dot(a: &Lanes, b: &Lanes) -> f64 {
+    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
+}
