@@ -149,7 +149,7 @@ fn books_that_do_not_close_are_refused() {
     let mut scene = room().with_duration(1.5);
     scene.materials.iter_mut().for_each(|material| material.absorption = vec![0.97; 2]);
     let liven = |scene: &mut Scene| {
-        scene.materials.iter_mut().for_each(|material| material.absorption = vec![0.1; 2])
+        scene.materials.iter_mut().for_each(|material| material.absorption = vec![0.1; 2]);
     };
     let wrong = silently_wrong_by(&scene, liven, "the balance of energy is off by");
     assert!(wrong.abs() > 0.3, "{wrong} dB");
@@ -161,7 +161,7 @@ fn energy_on_few_packets_is_refused() {
     let mut scene = room();
     scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.01; 2]);
     let scatter = |scene: &mut Scene| {
-        scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.9; 2])
+        scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.9; 2]);
     };
     let wrong = silently_wrong_by(&scene, scatter, "are worth");
     assert!(wrong.abs() > 0.3, "{wrong} dB");
