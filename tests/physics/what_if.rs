@@ -49,8 +49,13 @@ fn as_if(scene: &Scene, other: &Scene) -> (Traced, Fitness) {
     (traced, fitness)
 }
 
+/// Enough for a room in which little energy needs rays.
+fn few_rays() -> RenderSettings {
+    RenderSettings { rays: 16_384, ..RenderSettings::default() }
+}
+
 fn windows_of(traced: &Traced) -> Vec<Vec<Vec<sonel_testkit::z_test::Estimate>>> {
-    windows(traced, RenderSettings { rays: 16_384, ..RenderSettings::default() }, &BORDERS)
+    windows(traced, few_rays(), &BORDERS)
 }
 
 fn check(scene: &Scene, change: impl Fn(&mut Scene)) {
@@ -110,9 +115,8 @@ fn silently_wrong_by(scene: &Scene, change: impl Fn(&mut Scene), expected: &str)
     change(&mut other);
     let (changed, fitness) = as_if(scene, &other);
     assert!(fitness.refusals.iter().any(|sentence| sentence.contains(expected)), "{fitness:?}");
-    let [found, fresh] = [changed, trace(&other, 2)].map(|traced| {
-        batch_fluence(&traced.render(RenderSettings { rays: 16_384, ..RenderSettings::default() }), 0, 1).0
-    });
+    let [found, fresh] =
+        [changed, trace(&other, 2)].map(|traced| batch_fluence(&traced.render(few_rays()), 0, 1).0);
     10.0 * (found / fresh).log10()
 }
 
@@ -175,7 +179,7 @@ fn derivatives_are_those_of_fresh_traces() {
     let wanted = [Parameter::Level, Parameter::T20];
     let mut traced = trace(&scene, 1);
     let receivers = receivers_of(&scene);
-    let settings = RenderSettings::default();
+    let settings = few_rays();
     let found =
         sensitivities(&mut traced.map, &traced.geometry, settings, &receivers, &wanted, &mut |_, _| ())
             .expect("a sound map");
@@ -189,7 +193,7 @@ fn derivatives_are_those_of_fresh_traces() {
                 &mut material.scattering
             };
             values.iter_mut().for_each(|value| *value += by);
-            parameters(&trace(&scene, seed).respond(RenderSettings::default()))
+            parameters(&trace(&scene, seed).respond(few_rays()))
         };
         let [less, more] = [varied(-change, 2), varied(change, 3)];
         for parameter in wanted {
@@ -206,7 +210,7 @@ fn derivatives_are_those_of_fresh_traces() {
                 };
                 let slope = found.iter().find(own).expect("all materials").slopes[band].expect("a slope");
                 let is_sharp =
-                    coefficient == Coefficient::Scattering || expected.abs() > 20.0 * expected_sigma;
+                    coefficient == Coefficient::Scattering || expected.abs() > 10.0 * expected_sigma;
                 assert!(is_sharp, "too noisy to mean anything: {expected} ± {expected_sigma}");
                 // A twentieth for the curvature over the step of the difference.
                 let allowed = 4.0 * expected_sigma.hypot(0.5 * slope.half_width) + 0.05 * expected.abs();

@@ -75,7 +75,7 @@ impl Run<'_> {
     /// Provenance: everything that decided the response and nothing that depends on machine or clock.
     fn metadata(&self) -> Value {
         let header = self.map.header();
-        json!({
+        let mut metadata = json!({
             "tool": "sonel-render",
             "tool_version": env!("CARGO_PKG_VERSION"),
             "scene": header.scene.name,
@@ -93,17 +93,17 @@ impl Run<'_> {
                 "rays": self.settings.rays,
                 "radius_m": self.settings.gather_radius,
                 "air_attenuation": self.renderer.attenuation(),
-                "changed": self.changes(),
             },
             "sources": self.renderings.iter().map(|rendering| self.shares(rendering)).collect::<Vec<_>>(),
-        })
+        });
+        if self.map.drawn_with().is_some() {
+            metadata["options"]["changed"] = self.changes();
+        }
+        metadata
     }
 
-    /// Materials and directivities in use, where they are not those of the map's file.
+    /// Materials and directivities in use.
     fn changes(&self) -> Value {
-        if self.map.drawn_with().is_none() {
-            return Value::Null;
-        }
         let scene = &self.map.header().scene;
         let materials: serde_json::Map<String, Value> = scene
             .materials

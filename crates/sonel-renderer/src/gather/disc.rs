@@ -33,7 +33,7 @@ pub type Segment = (DVec2, DVec2);
 /// A disc in which sonels are gathered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disc {
-    /// Surface and side, as [`place`](super::rays::place) numbers them.
+    /// Surface and side, as `super::rays::place` numbers them.
     pub place: u32,
     /// Centre in the plane of the surface [m].
     pub centre: DVec2,
