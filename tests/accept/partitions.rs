@@ -13,14 +13,16 @@ const TRANSMISSION: f64 = 0.05;
 const ABSORPTION: [f64; 2] = [0.3, 0.1];
 /// Two windows of the steep part and two of the late part of the decay in the first room [s].
 const STEEP: [f64; 4] = [0.04, 0.08, 0.10, 0.14];
-const LATE: [f64; 4] = [0.5, 0.65, 0.65, 0.8];
+const LATE: [f64; 4] = [0.4, 0.6, 0.6, 0.8];
 
 /// Decay constant [1/s] between two windows of equal width of the energy at the first receiver.
 fn constant(scene: &Scene, [a, b, c, d]: [f64; 4]) -> f64 {
-    let traced = Traced::new(scene.clone(), Settings { emissions: 400_000, ..Settings::default() });
-    let borders = if b < c { vec![a, b, c, d] } else { vec![a, b, d] };
+    let traced = Traced::new(scene.clone(), Settings { emissions: 1_600_000, ..Settings::default() });
+    // What is before the first border and behind the last would be in the outer windows.
+    let mut borders = vec![0.0, a, b, c, d, scene.duration];
+    borders.dedup();
     let found = &windows(&traced, RenderSettings::default(), &borders)[0][0];
-    let (first, last) = (found[0], found[found.len() - 1]);
+    let (first, last) = (found[1], found[found.len() - 2]);
     let error = (first.sigma / first.value).hypot(last.sigma / last.value) / (c - a);
     let constant = (first.value / last.value).ln() / (c - a);
     assert!(error < 0.01 * constant, "too noisy to mean anything: {constant} ± {error}");
