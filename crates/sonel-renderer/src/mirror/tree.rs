@@ -14,6 +14,9 @@ use super::beam::{Beam, clip, hull};
 use super::{Image, MirrorArrival, Radiator};
 use crate::partition::Partitions;
 
+/// Asked whether a surface lets a straight way through.
+type Passes<'a> = &'a mut dyn FnMut(SurfaceId) -> bool;
+
 /// No chain is longer, however few the surfaces.
 const ORDER_LIMIT: u32 = 24;
 
@@ -153,8 +156,9 @@ impl ImageTree {
         for node in &self.nodes {
             let departure = Departure::free(receiver.as_vec3());
             let mut passed = Partitions::default();
-            let mut passes = |surface| table.transmits() && passed.pass(geometry, table, surface);
-            let Some(leaving) = self.validate(geometry, node, receiver, departure, &mut passes) else {
+            let mut pass = |surface| passed.pass(geometry, table, surface);
+            let passes: Option<Passes<'_>> = if table.transmits() { Some(&mut pass) } else { None };
+            let Some(leaving) = self.validate(geometry, node, receiver, departure, passes) else {
                 continue;
             };
             self.specular_factor(geometry, table, node, &mut factor);
@@ -243,7 +247,7 @@ impl ImageTree {
     /// Whether the chain of image number `image` leads from `point`, left by `departure`, to the origin of the tree, past nothing.
     #[must_use]
     pub fn connects(&self, geometry: &Geometry, image: usize, point: DVec3, departure: Departure) -> bool {
-        self.validate(geometry, &self.nodes[image], point, departure, &mut |_| false).is_some()
+        self.validate(geometry, &self.nodes[image], point, departure, None).is_some()
     }
 
     /// Where the chain of image number `image` from `point` is mirrored, in order [m], and the normals of the surfaces there.
@@ -281,14 +285,14 @@ impl ImageTree {
     }
 
     /// Follows the chain backwards from `from`, which is left by `departure`. Returns the offset from the origin of the
-    /// tree to the first reflection where nothing is in the way but what `passes`.
+    /// tree to the first reflection where nothing is in the way but what `passes`; none where nothing does.
     fn validate(
         &self,
         geometry: &Geometry,
         leaf: &Node,
         from: DVec3,
         departure: Departure,
-        passes: &mut dyn FnMut(SurfaceId) -> bool,
+        mut passes: Option<Passes<'_>>,
     ) -> Option<DVec3> {
         let lit = &self.sides[leaf.sides.0 as usize..leaf.sides.1 as usize];
         let offset = from - leaf.image;
@@ -319,7 +323,7 @@ impl ImageTree {
                     if met == node.mirror || is_next() {
                         break hit.position;
                     }
-                    if !passes(hit.surface) {
+                    if !passes.as_mut().is_some_and(|passes| passes(hit.surface)) {
                         return None;
                     }
                     departure = geometry.pass(&hit, direction);
@@ -333,7 +337,11 @@ impl ImageTree {
                 None => break,
             }
         }
-        let reaches = geometry.reaches(departure, self.radiator.position.as_vec3(), passes);
+        let to = self.radiator.position.as_vec3();
+        let reaches = match passes {
+            Some(passes) => geometry.reaches(departure, to, passes),
+            None => !geometry.is_blocked(departure, to),
+        };
         let open = reaches && self.stays_aside(geometry, leaf, from);
         open.then_some(point - self.radiator.position)
     }
