@@ -1,11 +1,14 @@
-//! Long statistical runs, in release.
+//! Long statistical runs, in release, and the documentation.
 
 use anyhow::{Context, Result, ensure};
 
 use xtask::workspace;
 
-/// Runs all of them, one test after the other, and shows what they measured.
+use crate::documentation;
+
+/// Runs all of them, one test after the other, and shows what they measured; before that, what rustdoc has to say.
 pub fn run() -> Result<()> {
+    documentation::check()?;
     let arguments = [
         "test",
         "--release",

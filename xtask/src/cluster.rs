@@ -2,7 +2,7 @@
 
 use std::env;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
@@ -18,9 +18,14 @@ const SCENE: &str = "scenes/shoebox/scene.toml";
 const SONELS: &str = "5000";
 const SHARDS: u32 = 4;
 
+/// Installs Snakemake; the folder of its programs.
+pub fn environment() -> Result<PathBuf> {
+    python::environment(ENVIRONMENT, REQUIREMENTS)
+}
+
 /// Makes a run in one piece, by Snakemake and by the script; compares.
 pub fn check() -> Result<()> {
-    let snakemake = python::environment(ENVIRONMENT, REQUIREMENTS)?.join("snakemake");
+    let snakemake = environment()?.join("snakemake");
     let programs = workspace::programs(Profile::Dev)?;
     let folder = workspace::root().join(FOLDER);
     if folder.exists() {

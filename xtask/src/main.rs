@@ -23,7 +23,7 @@ enum Chore {
     Accept,
     /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
     Bench,
-    /// Check everything a change has to pass: format, tidy, lints, tests, Python reader, workflow, documentation
+    /// Check everything a change has to pass: format, tidy, lints, tests, Python reader, workflow
     Ci,
     /// Run workflow/ on a small scene and compare its map with that of the run in one piece
     Cluster,

@@ -3,16 +3,21 @@
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::sync::Mutex;
 
 use anyhow::{Context, Result, ensure};
 
 use xtask::workspace;
+
+/// One installation after the other.
+static INSTALLING: Mutex<()> = Mutex::new(());
 
 /// The folder of programs of the environment in `folder`, in which the packages listed in the file `requirements` are
 /// installed.
 pub fn environment(folder: &str, requirements: &str) -> Result<PathBuf> {
     let programs = workspace::root().join(folder).join(if cfg!(windows) { "Scripts" } else { "bin" });
     let wanted = fs::read_to_string(workspace::root().join(requirements))?;
+    let _one = INSTALLING.lock();
     let stamp = workspace::root().join(folder).join("installed.txt");
     if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
         return Ok(programs);

@@ -3,7 +3,7 @@
 //!
 //! What it needs is installed into target/python, so that neither Python nor numpy can be missing without a failure.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -36,9 +36,14 @@ const TOLERANCE: f64 = 1e-6;
 /// The class that the reader recomputes, as `sonel-render` calls it.
 const CLASS: &str = "... D R";
 
+/// Installs what the reader needs; the folder of its programs.
+pub fn environment() -> Result<PathBuf> {
+    python::environment(ENVIRONMENT, REQUIREMENTS)
+}
+
 /// Traces and renders a box with shared and with separate bands, reads both maps, compares.
 pub fn check() -> Result<()> {
-    let python = python::environment(ENVIRONMENT, REQUIREMENTS)?.join("python");
+    let python = environment()?.join("python");
     let programs = workspace::programs(Profile::Dev)?;
     let program = |name: &str, arguments: &[&str]| printed(Command::new(programs.join(name)).args(arguments));
     for spectral in ["shared", "per-band"] {
@@ -84,7 +89,7 @@ fn check_export(
 ) -> Result<()> {
     let trace = |seed| {
         let options =
-            ["--sonels", "100", "--spectral", spectral, "--effects", effects, "--seed", seed, "--quiet"];
+            ["--sonels", "40", "--spectral", spectral, "--effects", effects, "--seed", seed, "--quiet"];
         program("sonel-trace", &[&[scene, "-o", MAP], &options[..]].concat())
     };
     let compare = || printed(Command::new(python).args([SONELS, MAP, ARCHIVE, ROWS]));
