@@ -34,13 +34,21 @@ pub fn with_file<T>(
 /// # Errors
 /// When it cannot be read; every mistake in it, with file and line.
 pub fn load(path: &Path, log: &mut dyn Write) -> anyhow::Result<(Scene, Vec<PathBuf>)> {
-    let (Loaded { scene, notes, warnings }, files) =
-        with_file(path, |text, label, open| sonel_scene::load(text, label, open))?;
+    let (loaded, files) = with_file(path, |text, label, open| sonel_scene::load(text, label, open))?;
+    Ok((tell(loaded, log)?, files))
+}
+
+/// The scene that was `loaded`; what is noteworthy about it goes to `log`.
+///
+/// # Errors
+/// When `log` cannot be written.
+pub fn tell(loaded: Loaded, log: &mut dyn Write) -> std::io::Result<Scene> {
+    let Loaded { scene, notes, warnings } = loaded;
     for note in notes {
         writeln!(log, "note: {note}")?;
     }
     for warning in warnings {
         writeln!(log, "warning: {warning}")?;
     }
-    Ok((scene, files))
+    Ok(scene)
 }
