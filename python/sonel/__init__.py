@@ -156,7 +156,7 @@ class Scene:
 
     def check(self) -> dict[str, Any]:
         """The checkup of `sonel-trace check --json` (docs/interface.md): sizes, areas, statistical times, faults of the mesh."""
-        return json.loads(self._inner.check())
+        return _object(self._inner.check())
 
     @property
     def name(self) -> str:
@@ -186,12 +186,12 @@ class Scene:
     @property
     def sources(self) -> dict[str, tuple[float, float, float]]:
         """Positions of the sources by name [m]."""
-        return {name: tuple(position) for name, position in self._inner.sources}
+        return {name: (x, y, z) for name, (x, y, z) in self._inner.sources}
 
     @property
     def receivers(self) -> dict[str, tuple[float, float, float]]:
         """Positions of the scene's receivers by name [m]."""
-        return {name: tuple(position) for name, position in self._inner.receivers}
+        return {name: (x, y, z) for name, (x, y, z) in self._inner.receivers}
 
     def __repr__(self) -> str:
         return f"<sonel.Scene {self.name!r}: {len(self.sources)} sources, {len(self.receivers)} receivers>"
@@ -199,7 +199,7 @@ class Scene:
 
 def check(path: _Path) -> dict[str, Any]:
     """The checkup of a scene file, which need not be sound: what `sonel-trace check --json` prints (docs/interface.md)."""
-    return json.loads(_sonel.Scene.check_file(os.fspath(path)))
+    return _object(_sonel.Scene.check_file(os.fspath(path)))
 
 
 def trace(
@@ -334,7 +334,7 @@ class Map:
     @property
     def report(self) -> dict[str, Any] | None:
         """What `sonel-trace --json` prints: counts, fates, energy ledger, effects. None for a map that was loaded."""
-        return None if self._inner.report is None else json.loads(self._inner.report)
+        return None if self._inner.report is None else _object(self._inner.report)
 
     @property
     def digest(self) -> str:
@@ -420,16 +420,16 @@ class Response:
     @property
     def metadata(self) -> dict[str, Any]:
         """Provenance: versions, digests, options, shares per path class (docs/formats/response.md)."""
-        return json.loads(self._inner.metadata)
+        return _object(self._inner.metadata)
 
     @property
     def report(self) -> dict[str, Any] | None:
         """What `sonel-render --json` prints. None for a response that was loaded."""
-        return None if self._inner.report is None else json.loads(self._inner.report)
+        return None if self._inner.report is None else _object(self._inner.report)
 
     def figures(self) -> dict[str, Any]:
         """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""
-        return json.loads(self._inner.parameters())
+        return _object(self._inner.parameters())
 
     def parameters(self) -> NDArray[np.void]:
         """Parameters of ISO 3382-1 as a structured array of shape [S, R, B].
@@ -464,6 +464,12 @@ class Response:
     def __repr__(self) -> str:
         s, r, b, t = self.energy.shape
         return f"<sonel.Response: {s} sources, {r} receivers, {b} bands, {t} time bins>"
+
+
+def _object(text: str) -> dict[str, Any]:
+    """An object in JSON."""
+    read: dict[str, Any] = json.loads(text)
+    return read
 
 
 def _figure(figure: Mapping[str, Any]) -> tuple[float, float, float]:
@@ -557,7 +563,7 @@ def _numbers(position: Any) -> list[float]:
         numbers = np.empty(0)
     if numbers.shape != (3,):
         raise Error(f"{position!r} is no position: give three numbers [x, y, z] in metres")
-    return numbers.tolist()
+    return [float(number) for number in numbers]
 
 
 def _points(points: _Points, kind: str) -> list[dict[str, Any]]:

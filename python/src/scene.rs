@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use pyo3::prelude::*;
+use sonel_console::progress::Audience;
 use sonel_console::{input, scene};
 
 use crate::work::{Followers, work};
@@ -24,7 +25,7 @@ const LABEL: &str = "scene.toml";
 impl Origin {
     fn load(&self, log: &mut dyn io::Write) -> anyhow::Result<(sonel_scene::Scene, Vec<PathBuf>)> {
         match self {
-            Self::File(path) => scene::load(path, log),
+            Self::File(path) => scene::load(path, Audience::Nobody, log),
             Self::Text(text, files) => {
                 let loaded = sonel_scene::load(text, LABEL, &mut |name| find(files, name))?;
                 Ok((scene::tell(loaded, log)?, Vec::new()))
@@ -35,7 +36,10 @@ impl Origin {
     fn check(&self) -> anyhow::Result<String> {
         let checkup = match self {
             Self::File(path) => {
-                scene::with_file(path, |text, label, open| sonel_scene::checkup::check(text, label, open))?.0
+                scene::with_file(path, Audience::Nobody, |text, label, open| {
+                    sonel_scene::checkup::check(text, label, open)
+                })?
+                .0
             }
             Self::Text(text, files) => {
                 sonel_scene::checkup::check(text, LABEL, &mut |name| find(files, name))?
@@ -59,13 +63,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    fn of(
-        py: Python<'_>,
-        origin: Origin,
-        log: Bound<'_, PyAny>,
-        progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        work(py, &Followers { progress, log }, None, move |_, log| {
+    fn of(py: Python<'_>, origin: Origin, log: Bound<'_, PyAny>) -> PyResult<Self> {
+        work(py, &Followers { progress: None, log }, None, move |_, log| {
             let (loaded, inputs) = origin.load(log)?;
             Ok(Self { origin, loaded, inputs })
         })
@@ -77,7 +76,7 @@ impl Scene {
     /// The scene in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, log: Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::of(py, Origin::File(path), log, None)
+        Self::of(py, Origin::File(path), log)
     }
 
     /// The scene in a text; `files` are those that it names.
@@ -88,7 +87,7 @@ impl Scene {
         files: HashMap<String, Vec<u8>>,
         log: Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        Self::of(py, Origin::Text(text, files), log, None)
+        Self::of(py, Origin::Text(text, files), log)
     }
 
     /// The report of `sonel-trace check --json` on the scene of a file.

@@ -49,7 +49,7 @@ pub fn run(
     if !problems.is_empty() {
         bail!("{}", problems.join("\nerror: "));
     }
-    let (mut scene, inputs) = scene::load(&arguments.scene, log)?;
+    let (mut scene, inputs) = scene::load(&arguments.scene, Audience::unless(quiet), log)?;
     let folder = &arguments.output;
     // Whatever is wrong with the output shall be said before the work is done.
     check_folder(folder, &inputs)?;

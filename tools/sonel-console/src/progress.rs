@@ -1,6 +1,7 @@
 //! Progress: a bar on stderr, where stderr is a terminal and nobody asked for quiet, or calls of a listener.
 
 use std::fmt;
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -34,6 +35,18 @@ impl fmt::Debug for Audience<'_> {
     }
 }
 
+/// How often the seconds of waiting are drawn.
+const TICK: Duration = Duration::from_millis(200);
+
+fn bar(what: &'static str, total: Option<u64>, audience: Audience<'_>, template: &str) -> ProgressBar {
+    let target = match audience {
+        Audience::Terminal => ProgressDrawTarget::stderr(),
+        Audience::Nobody | Audience::Listener(_) => ProgressDrawTarget::hidden(),
+    };
+    let style = ProgressStyle::with_template(template).expect("a constant template").progress_chars("=> ");
+    ProgressBar::with_draw_target(total, target).with_style(style).with_message(what)
+}
+
 /// Progress of one long piece of work.
 #[derive(Debug)]
 pub struct Progress<'a> {
@@ -47,17 +60,16 @@ impl<'a> Progress<'a> {
     /// Begins `total` steps of `what`. Nothing is drawn where stderr is no terminal.
     #[must_use]
     pub fn begin(what: &'static str, total: u64, audience: Audience<'a>) -> Self {
-        let target = match audience {
-            Audience::Terminal => ProgressDrawTarget::stderr(),
-            Audience::Nobody | Audience::Listener(_) => ProgressDrawTarget::hidden(),
-        };
-        let bar = ProgressBar::with_draw_target(Some(total), target);
-        let style = ProgressStyle::with_template("{msg:>10} [{bar:40}] {percent:>3} % {eta:>6} left")
-            .expect("a constant template")
-            .progress_chars("=> ");
-        bar.set_style(style);
-        bar.set_message(what);
+        let bar = bar(what, Some(total), audience, "{msg:>10} [{bar:40}] {percent:>3} % {eta:>6} left");
         Self { what, total, bar, audience }
+    }
+
+    /// Begins work that cannot say how far it is: the seconds since are shown.
+    #[must_use]
+    pub fn wait(what: &'static str, audience: Audience<'a>) -> Self {
+        let bar = bar(what, None, audience, "{msg:>10} {spinner} {elapsed}");
+        bar.enable_steady_tick(TICK);
+        Self { what, total: 0, bar, audience }
     }
 
     /// `done` steps are done.

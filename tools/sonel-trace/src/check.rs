@@ -8,6 +8,7 @@ use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_console::output::{Kind, Output};
+use sonel_console::progress::Audience;
 use sonel_console::{Outcome, scene};
 use sonel_scene::checkup::{Checkup, Covering, Room, check};
 
@@ -37,7 +38,8 @@ pub struct Checked {
 /// # Errors
 /// When the scene file cannot be read or is no TOML.
 pub fn run(checked: &Checked, out: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let (checkup, files) = scene::with_file(&checked.scene, |text, label, open| check(text, label, open))?;
+    let (checkup, files) =
+        scene::with_file(&checked.scene, Audience::Terminal, |text, label, open| check(text, label, open))?;
     if let Some(path) = &checked.fix {
         fix(&checkup, path, &files)?;
     }

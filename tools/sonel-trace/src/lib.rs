@@ -44,8 +44,8 @@ pub use program::Program;
 /// # Errors
 /// When the scene, the options or the output are unusable, or the room leaks.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let load = |log: &mut dyn Write| scene::load(&arguments.scene, log);
-    run_on(load, arguments, Audience::unless(arguments.quiet), out, log)
+    let audience = Audience::unless(arguments.quiet);
+    run_on(|log| scene::load(&arguments.scene, audience, log), arguments, audience, out, log)
 }
 
 /// Runs the program on the scene that `load` returns with the files it was read from, instead of the one that `arguments` name.
