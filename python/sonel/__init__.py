@@ -40,18 +40,6 @@ _Points = Union["ArrayLike", Mapping[str, Any]]
 _Materials = Union[float, str, Mapping[str, Any]]
 
 _LOGGER = logging.getLogger("sonel")
-#: Parameters per band, in the order of `Response.parameters`.
-_PARAMETERS = (
-    "level_db",
-    "strength_g_db",
-    "early_decay_time_s",
-    "t20_s",
-    "t30_s",
-    "clarity_c50_db",
-    "clarity_c80_db",
-    "definition_d50",
-    "center_time_s",
-)
 
 
 class Scene:
@@ -441,10 +429,11 @@ class Response:
         rows = self.figures()["receivers"]
         shape = (len(self.sources), len(self.receivers), len(self.center_frequencies))
         text = f"U{max(map(len, self.sources + self.receivers))}"
-        numbers = [name + end for name in _PARAMETERS for end in ("", "_low", "_high")]
+        keys = [key for key in rows[0]["bands"][0] if key != "center_frequency_hz"]
+        numbers = [key + end for key in keys for end in ("", "_low", "_high")]
         fields = [("source", text), ("receiver", text), ("center_frequency_hz", "f8"), *((name, "f8") for name in numbers)]
         values = [
-            (row["source"], row["name"], band["center_frequency_hz"], *(x for key in _PARAMETERS for x in _figure(band[key])))
+            (row["source"], row["name"], band["center_frequency_hz"], *(x for key in keys for x in _figure(band[key])))
             for row in rows
             for band in row["bands"]
         ]
