@@ -1,10 +1,10 @@
-//! Long statistical runs, in release, and the documentation.
+//! Long statistical runs, the Python wheel and its notebook, in release, and the documentation.
 
 use anyhow::{Context, Result, ensure};
 
 use xtask::workspace;
 
-use crate::documentation;
+use crate::{documentation, python_package};
 
 /// Runs all of them, one test after the other, and shows what they measured; before that, what rustdoc has to say.
 pub fn run() -> Result<()> {
@@ -27,5 +27,5 @@ pub fn run() -> Result<()> {
     let mut command = workspace::cargo(&arguments);
     let status = command.status().with_context(|| format!("cannot run {command:?}"))?;
     ensure!(status.success(), "{command:?}: {status}");
-    Ok(())
+    python_package::accept()
 }

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use xtask::workspace;
 
-use crate::{cluster, python_reader, tidy};
+use crate::{cluster, python_package, python_reader, tidy};
 
 /// Runs all steps; an error names those that failed.
 pub fn run() -> Result<()> {
@@ -38,7 +38,7 @@ pub fn run() -> Result<()> {
 type Step = (&'static str, fn() -> Result<()>);
 
 /// Cheapest first.
-fn steps() -> [Step; 6] {
+fn steps() -> [Step; 7] {
     [
         ("format", || succeed(workspace::cargo(&["fmt", "--all", "--check"]))),
         ("tidy", tidy::run),
@@ -48,6 +48,7 @@ fn steps() -> [Step; 6] {
         }),
         ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--tests", "--no-fail-fast"]))),
         ("python reader", python_reader::check),
+        ("python package", python_package::check),
         ("workflow", cluster::check),
     ]
 }

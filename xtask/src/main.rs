@@ -8,6 +8,7 @@ mod cluster;
 mod demo;
 mod documentation;
 mod python;
+mod python_package;
 mod python_reader;
 mod tidy;
 
@@ -23,12 +24,14 @@ enum Chore {
     Accept,
     /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
     Bench,
-    /// Check everything a change has to pass: format, tidy, lints, tests, Python reader, workflow
+    /// Check everything a change has to pass: format, tidy, lints, tests, Python, workflow
     Ci,
     /// Run workflow/ on a small scene and compare its map with that of the run in one piece
     Cluster,
     /// Trace and render the seed room into target/demo and print its levels and reverberation times
     Demo,
+    /// Test the Python package sonel against the programs
+    PythonPackage,
     /// Check the Python reader of maps against sonel-render
     PythonReader,
     /// Check the house rules that a program can check
@@ -42,6 +45,7 @@ fn main() -> ExitCode {
         Chore::Ci => ci::run(),
         Chore::Cluster => cluster::check(),
         Chore::Demo => demo::run(),
+        Chore::PythonPackage => python_package::check(),
         Chore::PythonReader => python_reader::check(),
         Chore::Tidy => tidy::run(),
     };

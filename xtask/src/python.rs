@@ -37,3 +37,11 @@ pub fn printed(command: &mut Command) -> Result<String> {
     ensure!(output.status.success(), "{run:?}: {}", output.status);
     String::from_utf8(output.stdout).with_context(|| format!("{run:?} printed no UTF-8"))
 }
+
+/// Runs `command` in the workspace; what it prints is seen, also where it fails.
+pub fn shown(command: &mut Command) -> Result<()> {
+    let status = command.current_dir(workspace::root()).status();
+    let status = status.with_context(|| format!("cannot run {command:?}"))?;
+    ensure!(status.success(), "{command:?}: {status}");
+    Ok(())
+}

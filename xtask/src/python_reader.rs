@@ -12,20 +12,20 @@ use serde_json::Value;
 use crate::python::{self, printed};
 use xtask::workspace::{self, Profile};
 
-const SCENE: &str = "python/box.toml";
+const SCENE: &str = "python/reader/box.toml";
 /// A room with a screen at whose edges packets are bent.
-const SCREENED: &str = "python/screened.toml";
-const READER: &str = "python/read_sonelmap.py";
+const SCREENED: &str = "python/reader/screened.toml";
+const READER: &str = "python/reader/read_sonelmap.py";
 const REQUIREMENTS: &str = "python/requirements.txt";
 const ENVIRONMENT: &str = "target/python";
 const MAP: &str = "target/python/box.sonelmap";
 const RESPONSE: &str = "target/python/box.npz";
 /// Compares an export with the map.
-const SONELS: &str = "python/check_sonels.py";
+const SONELS: &str = "python/reader/check_sonels.py";
 const ARCHIVE: &str = "target/python/sonels.npz";
 const ROWS: &str = "target/python/sonels.csv";
 /// Compares a picture of [`SCENE`], a box of these extents, with an export.
-const PICTURES: &str = "python/check_image.py";
+const PICTURES: &str = "python/reader/check_image.py";
 const ENERGY: &str = "target/python/energy.exr";
 const EXTENTS: &str = "6,4.5,3";
 /// The seat of the scene, and a place a centimetre away.

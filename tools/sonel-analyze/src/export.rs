@@ -8,7 +8,7 @@ use sonel_analysis::export;
 use sonel_analysis::sonels::Sonels;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::progress::Progress;
+use sonel_console::progress::{Audience, Progress};
 
 use crate::arguments::Export;
 use crate::open;
@@ -33,7 +33,7 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
     let mut target = Output::create(output, kind, &inputs)?;
     let failed = || format!("cannot write {}; an older file there is untouched", output.display());
     let (count, passes) = (sonels.count(), if as_archive { export::ARRAYS } else { 1 });
-    let progress = Progress::begin("exporting", count * passes, quiet);
+    let progress = Progress::begin("exporting", count * passes, Audience::unless(quiet));
     if as_archive {
         export::npz(&sonels, target.writer(), &mut |rows| progress.reach(rows)).with_context(failed)?;
     } else {

@@ -6,7 +6,7 @@ use anyhow::Context;
 use sonel_console::Outcome;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
-use sonel_console::progress::Progress;
+use sonel_console::progress::{Audience, Progress};
 use sonel_map::{MergeError, Merger, ShardRange};
 
 use crate::arguments::Merge;
@@ -23,7 +23,7 @@ pub fn run(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
     let (paths, ShardRange { index, count }) = (merger.path_count(), merger.header().shard);
 
     let mut target = Output::create(output, Kind::MAP, maps)?;
-    let progress = Progress::begin("merging", paths, quiet);
+    let progress = Progress::begin("merging", paths, Audience::unless(quiet));
     let written = merger.write(target.writer(), &mut open, &mut |copied| progress.reach(copied));
     progress.end();
     written

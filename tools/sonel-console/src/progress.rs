@@ -1,30 +1,83 @@
-//! A progress bar on stderr, where stderr is a terminal and nobody asked for quiet.
+//! Progress: a bar on stderr, where stderr is a terminal and nobody asked for quiet, or calls of a listener.
+
+use std::fmt;
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Progress of one long piece of work.
-#[derive(Debug)]
-pub struct Progress {
-    bar: ProgressBar,
+/// Who follows the progress of long work.
+#[derive(Clone, Copy)]
+pub enum Audience<'a> {
+    /// Whoever sees the terminal that stderr is.
+    Terminal,
+    /// Nobody.
+    Nobody,
+    /// Is called with what is being done and the share of it that is done, 0 … 1, as the work goes on. It may unwind
+    /// ([`std::panic::resume_unwind`]): then the work ends and leaves no file.
+    Listener(&'a (dyn Fn(&str, f64) + Sync)),
 }
 
-impl Progress {
-    /// Begins `total` steps of `what`. Nothing is drawn with `quiet` or where stderr is no terminal.
+impl Audience<'_> {
+    /// The terminal, unless a program is `quiet`.
     #[must_use]
-    pub fn begin(what: &str, total: u64, quiet: bool) -> Self {
-        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        let bar = ProgressBar::with_draw_target(Some(total), target);
-        let style = ProgressStyle::with_template("{msg:>10} [{bar:40}] {percent:>3} % {eta:>6} left")
-            .expect("a constant template")
-            .progress_chars("=> ");
-        bar.set_style(style);
-        bar.set_message(what.to_owned());
-        Self { bar }
+    pub fn unless(quiet: bool) -> Self {
+        if quiet { Self::Nobody } else { Self::Terminal }
+    }
+}
+
+impl fmt::Debug for Audience<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Terminal => "Terminal",
+            Self::Nobody => "Nobody",
+            Self::Listener(_) => "Listener",
+        })
+    }
+}
+
+/// How often the seconds of waiting are drawn.
+const TICK: Duration = Duration::from_millis(200);
+
+fn bar(what: &'static str, total: Option<u64>, audience: Audience<'_>, template: &str) -> ProgressBar {
+    let target = match audience {
+        Audience::Terminal => ProgressDrawTarget::stderr(),
+        Audience::Nobody | Audience::Listener(_) => ProgressDrawTarget::hidden(),
+    };
+    let style = ProgressStyle::with_template(template).expect("a constant template").progress_chars("=> ");
+    ProgressBar::with_draw_target(total, target).with_style(style).with_message(what)
+}
+
+/// Progress of one long piece of work.
+#[derive(Debug)]
+pub struct Progress<'a> {
+    what: &'static str,
+    total: u64,
+    bar: ProgressBar,
+    audience: Audience<'a>,
+}
+
+impl<'a> Progress<'a> {
+    /// Begins `total` steps of `what`. Nothing is drawn where stderr is no terminal.
+    #[must_use]
+    pub fn begin(what: &'static str, total: u64, audience: Audience<'a>) -> Self {
+        let bar = bar(what, Some(total), audience, "{msg:>10} [{bar:40}] {percent:>3} % {eta:>6} left");
+        Self { what, total, bar, audience }
+    }
+
+    /// Begins work that cannot say how far it is: the seconds since are shown.
+    #[must_use]
+    pub fn wait(what: &'static str, audience: Audience<'a>) -> Self {
+        let bar = bar(what, None, audience, "{msg:>10} {spinner} {elapsed}");
+        bar.enable_steady_tick(TICK);
+        Self { what, total: 0, bar, audience }
     }
 
     /// `done` steps are done.
     pub fn reach(&self, done: u64) {
         self.bar.set_position(done);
+        if let Audience::Listener(listener) = self.audience {
+            listener(self.what, done as f64 / self.total.max(1) as f64);
+        }
     }
 
     /// Removes the bar.

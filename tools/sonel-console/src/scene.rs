@@ -7,6 +7,7 @@ use anyhow::Context;
 use sonel_scene::{Loaded, Scene, SceneErrors};
 
 use crate::input;
+use crate::progress::{Audience, Progress};
 
 /// Runs `read` with the text of the scene file in `path`, its name in messages, and what opens files beside it. Returns the
 /// files that were read too.
@@ -15,6 +16,7 @@ use crate::input;
 /// When it cannot be read, and those of `read`.
 pub fn with_file<T>(
     path: &Path,
+    audience: Audience<'_>,
     read: impl FnOnce(&str, &str, &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>) -> Result<T, SceneErrors>,
 ) -> anyhow::Result<(T, Vec<PathBuf>)> {
     let text =
@@ -25,22 +27,38 @@ pub fn with_file<T>(
         files.push(folder.join(beside));
         input::read(&folder.join(beside))
     };
-    let result = read(&text, &path.display().to_string(), &mut open)?;
-    Ok((result, files))
+    // A mesh of a million triangles takes its time.
+    let progress = Progress::wait("reading", audience);
+    let result = read(&text, &path.display().to_string(), &mut open);
+    progress.end();
+    Ok((result?, files))
 }
 
 /// The scene in `path` with its mesh, and the files that were read. What is noteworthy about both goes to `log`.
 ///
 /// # Errors
 /// When it cannot be read; every mistake in it, with file and line.
-pub fn load(path: &Path, log: &mut dyn Write) -> anyhow::Result<(Scene, Vec<PathBuf>)> {
-    let (Loaded { scene, notes, warnings }, files) =
-        with_file(path, |text, label, open| sonel_scene::load(text, label, open))?;
+pub fn load(
+    path: &Path,
+    audience: Audience<'_>,
+    log: &mut dyn Write,
+) -> anyhow::Result<(Scene, Vec<PathBuf>)> {
+    let (loaded, files) =
+        with_file(path, audience, |text, label, open| sonel_scene::load(text, label, open))?;
+    Ok((tell(loaded, log)?, files))
+}
+
+/// The scene that was `loaded`; what is noteworthy about it goes to `log`.
+///
+/// # Errors
+/// When `log` cannot be written.
+pub fn tell(loaded: Loaded, log: &mut dyn Write) -> std::io::Result<Scene> {
+    let Loaded { scene, notes, warnings } = loaded;
     for note in notes {
         writeln!(log, "note: {note}")?;
     }
     for warning in warnings {
         writeln!(log, "warning: {warning}")?;
     }
-    Ok((scene, files))
+    Ok(scene)
 }

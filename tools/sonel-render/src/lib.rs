@@ -17,13 +17,15 @@ use sonel_acoustics::Air as AirState;
 use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan as console;
+use sonel_console::progress::Audience;
 use sonel_console::{Outcome, Stopwatch, input, use_threads};
+use sonel_echogram::Response;
 use sonel_map::{Mode, SonelMap};
 use sonel_renderer::{Air, Estimator, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
 use sonel_study::effects;
 
-use assemble::Job;
+use assemble::{Job, Run};
 use judging::{Goal, Judged};
 use receivers::Gathered;
 
@@ -45,8 +47,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let settings = render_settings(arguments, scene)?;
     let Gathered { receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
     let opened = watch.seconds().1;
-    let (map, geometry, quiet) = (&map, &geometry, arguments.quiet);
-    let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, quiet };
+    let (map, geometry, audience) = (&map, &geometry, Audience::unless(arguments.quiet));
+    let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, audience };
     // Whatever is wrong with the output shall be said before the work is done.
     let inputs: Vec<PathBuf> = std::iter::once(&arguments.map)
         .chain(&arguments.receivers_file)
@@ -71,14 +73,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         return Ok(Outcome::Done);
     };
 
-    let (run, mut told, outcome) = match &arguments.until {
-        Some(targets) => {
-            let goal = Goal { targets, rays: arguments.rays, seconds: arguments.at_most };
-            let Judged { run, verdict, told } = judging::until(&job, &settings, &goal, log)?;
-            (run, told, if verdict.is_reached() { Outcome::Done } else { Outcome::Missed })
-        }
-        None => (job.render(settings)?, json!({}), Outcome::Done),
-    };
+    let (run, mut told, outcome) = render(&job, &settings, arguments, log)?;
     let target = output.target().display().to_string();
     run.response
         .write(output.writer())
@@ -98,11 +93,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         receivers.len(),
         scene.sources.len(),
     )?;
-    log_classes(&run.renderer, &run.renderings, log)?;
-    let missing = [warnings, effects::missing(map.header(), geometry, &receivers, &run.renderings)].concat();
-    for sentence in &missing {
-        writeln!(log, "warning: {sentence}")?;
-    }
+    told["warnings"] = remark(&job, &run, warnings, log)?.into();
     if let Some(plan) = &plan {
         let comparison = planning::compare(plan, &job, &run, opened);
         writeln!(log, "{}", comparison.line())?;
@@ -112,13 +103,70 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         told["plan"] = planned;
     }
     if arguments.json {
-        told["warnings"] = missing.into();
         if let Some(grid) = grid {
             told["grid"] = grid.json();
         }
         writeln!(out, "{}", run.report((wall, cpu), &told))?;
     }
     Ok(outcome)
+}
+
+/// Renders `map`, which messages call `label`, as [`run`] would, but writes no file. Returns the response and the report of `--json`.
+///
+/// # Errors
+/// When the map is damaged or a receiver impossible.
+pub fn respond(
+    map: &mut SonelMap,
+    label: &str,
+    arguments: &Arguments,
+    audience: Audience<'_>,
+    log: &mut dyn Write,
+) -> anyhow::Result<(Response, Value)> {
+    let watch = Stopwatch::start();
+    let warnings = change_map(map, arguments, label)?;
+    let scene = &map.header().scene;
+    let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
+    let settings = render_settings(arguments, scene)?;
+    let Gathered { receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
+    let job = Job { map, geometry: &geometry, label, receivers: &receivers, watch: &watch, audience };
+    let (run, mut told, _) = render(&job, &settings, arguments, log)?;
+    told["warnings"] = remark(&job, &run, warnings, log)?.into();
+    if let Some(grid) = grid {
+        told["grid"] = grid.json();
+    }
+    let report = run.report(watch.seconds(), &told);
+    Ok((run.response, report))
+}
+
+/// Renders once, or until the targets are kept; with what `--json` prints of it.
+fn render<'a>(
+    job: &Job<'a>,
+    settings: &RenderSettings,
+    arguments: &Arguments,
+    log: &mut dyn Write,
+) -> anyhow::Result<(Run<'a>, Value, Outcome)> {
+    let Some(targets) = &arguments.until else {
+        return Ok((job.render(settings.clone())?, json!({}), Outcome::Done));
+    };
+    let goal = Goal { targets, rays: arguments.rays, seconds: arguments.at_most };
+    let Judged { run, verdict, told } = judging::until(job, settings, &goal, log)?;
+    Ok((run, told, if verdict.is_reached() { Outcome::Done } else { Outcome::Missed }))
+}
+
+/// Logs the shares of the path classes and what is to be warned of, `warnings` first; returns all warnings.
+fn remark(
+    job: &Job<'_>,
+    run: &Run<'_>,
+    warnings: Vec<String>,
+    log: &mut dyn Write,
+) -> anyhow::Result<Vec<String>> {
+    log_classes(&run.renderer, &run.renderings, log)?;
+    let missing = effects::missing(job.map.header(), job.geometry, job.receivers, &run.renderings);
+    let warnings = [warnings, missing].concat();
+    for sentence in &warnings {
+        writeln!(log, "warning: {sentence}")?;
+    }
+    Ok(warnings)
 }
 
 /// Gives `map` the materials and directivities that were asked for; returns what is to be warned of.

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{anyhow, bail};
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
+use serde_json::{Value, json};
 use sonel_console::output::{Kind, Output};
+use sonel_console::progress::Audience;
 use sonel_console::{Outcome, scene};
 use sonel_scene::checkup::{Checkup, Covering, Room, check};
 
@@ -26,6 +28,9 @@ pub struct Checked {
     /// that double others or have no area left out. What was done is printed.
     #[arg(long, value_name = "MESH.obj")]
     fix: Option<PathBuf>,
+    /// Print the same as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Prints the checkup of a scene.
@@ -33,9 +38,15 @@ pub struct Checked {
 /// # Errors
 /// When the scene file cannot be read or is no TOML.
 pub fn run(checked: &Checked, out: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let (checkup, files) = scene::with_file(&checked.scene, |text, label, open| check(text, label, open))?;
+    let (checkup, files) =
+        scene::with_file(&checked.scene, Audience::Terminal, |text, label, open| check(text, label, open))?;
     if let Some(path) = &checked.fix {
         fix(&checkup, path, &files)?;
+    }
+    let outcome = if checkup.is_clean() { Outcome::Done } else { Outcome::Missed };
+    if checked.json {
+        writeln!(out, "{}", json(&checkup))?;
+        return Ok(outcome);
     }
     if let Some(room) = &checkup.room {
         write!(out, "{}", describe(room))?;
@@ -56,7 +67,46 @@ pub fn run(checked: &Checked, out: &mut dyn Write) -> anyhow::Result<Outcome> {
         1 => writeln!(out, "1 thing needs a look")?,
         _ => writeln!(out, "{count} things need a look")?,
     }
-    Ok(if checkup.is_clean() { Outcome::Done } else { Outcome::Missed })
+    Ok(outcome)
+}
+
+/// The checkup as JSON (docs/interface.md).
+#[must_use]
+pub fn json(checkup: &Checkup) -> Value {
+    let errors: Vec<String> = checkup.problems.iter().map(ToString::to_string).collect();
+    json!({
+        "room": checkup.room.as_ref().map(room_json),
+        "notes": checkup.notes,
+        "errors": errors,
+        "warnings": checkup.warnings,
+        "faults": checkup.faults,
+    })
+}
+
+fn room_json(room: &Room) -> Value {
+    let coverings = room.coverings.iter().map(|Covering { name, area, absorption }| {
+        json!({ "name": name, "area_m2": area, "absorption": absorption })
+    });
+    let times = room.times.iter().map(|times| {
+        json!({
+            "center_frequency_hz": times.center_hz,
+            "mean_absorption": times.mean_absorption,
+            "sabine_s": times.sabine,
+            "eyring_s": times.eyring,
+        })
+    });
+    let [triangles, surfaces] = room.counts;
+    json!({
+        "extents_m": room.extents.to_array(),
+        "volume_m3": room.volume,
+        "area_m2": room.area,
+        "mean_free_path_m": room.mean_free_path,
+        "schroeder_frequency_hz": room.schroeder_frequency,
+        "triangles": triangles,
+        "surfaces": surfaces,
+        "materials": coverings.collect::<Vec<_>>(),
+        "bands": times.collect::<Vec<_>>(),
+    })
 }
 
 /// Writes the repaired mesh.

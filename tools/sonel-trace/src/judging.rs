@@ -6,6 +6,7 @@ use sonel_console::Stopwatch;
 use sonel_console::clock::CpuClock;
 use sonel_console::output::Output;
 use sonel_console::plan::{Comparison, Names};
+use sonel_console::progress::Audience;
 use sonel_map::{MapHeader, SonelMap};
 use sonel_renderer::RenderSettings;
 use sonel_study::forecast::Effort;
@@ -49,8 +50,8 @@ pub struct Goal<'a> {
     pub seconds: Option<f64>,
     /// Runs since the program began.
     pub watch: &'a Stopwatch,
-    /// Whether nobody wants to see progress.
-    pub quiet: bool,
+    /// Who follows the progress.
+    pub audience: Audience<'a>,
 }
 
 /// Traces and looks, until the targets are kept or a bound is met.
@@ -110,7 +111,7 @@ pub fn until(
         let mut header = header.clone();
         header.settings.emissions = emissions;
         let known = previous.as_ref().map(|(_, map)| map).or(beginning.as_ref());
-        let mut traced = trace(header, planner.room.geometry(), known, create()?, goal.quiet)?;
+        let mut traced = trace(header, planner.room.geometry(), known, create()?, goal.audience)?;
         trace_seconds += watch.seconds().1 - cpu;
         beginning = None;
         drop(previous);

@@ -11,14 +11,14 @@ mod program;
 mod report;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use sonel_console::clock::CpuClock;
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan::{self as console, Comparison, Names};
-use sonel_console::progress::Progress;
+use sonel_console::progress::{Audience, Progress};
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
 use sonel_geometry::Geometry;
 use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
@@ -36,6 +36,7 @@ use judging::{Goal, Judged};
 use planning::Planner;
 
 pub use arguments::Arguments;
+pub use check::json as checkup_json;
 pub use program::Program;
 
 /// Runs the program: data to `out`, everything else to `log`.
@@ -43,10 +44,25 @@ pub use program::Program;
 /// # Errors
 /// When the scene, the options or the output are unusable, or the room leaks.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let audience = Audience::unless(arguments.quiet);
+    run_on(|log| scene::load(&arguments.scene, audience, log), arguments, audience, out, log)
+}
+
+/// Runs the program on the scene that `load` returns with the files it was read from, instead of the one that `arguments` name.
+///
+/// # Errors
+/// As [`run`], and those of `load`.
+pub fn run_on(
+    load: impl FnOnce(&mut dyn Write) -> anyhow::Result<(Scene, Vec<PathBuf>)>,
+    arguments: &Arguments,
+    audience: Audience<'_>,
+    out: &mut dyn Write,
+    log: &mut dyn Write,
+) -> anyhow::Result<Outcome> {
     let watch = Stopwatch::start();
     use_threads(arguments.threads)?;
     let settings = arguments.settings()?;
-    let (scene, inputs) = scene::load(&arguments.scene, log)?;
+    let (scene, inputs) = load(log)?;
     let geometry = scene.geometry().context("the scene's walls cannot be used")?;
     let Beginning { mut header, decisions, extended: beginning } =
         begin(arguments, settings, scene, &geometry)?;
@@ -91,7 +107,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let (traced, mut told, outcome) = match &arguments.until {
         Some(targets) => {
             let (sonels, seconds) = (arguments.sonels, arguments.at_most);
-            let goal = Goal { targets, sonels, seconds, watch: &watch, quiet: arguments.quiet };
+            let goal = Goal { targets, sonels, seconds, watch: &watch, audience };
             run_until(&planner, &header, beginning, &goal, &create, log)?
         }
         None => {
@@ -104,7 +120,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
                 pilot = pilot.or(found);
             }
             let before = watch.seconds().1;
-            let mut traced = trace(header, room.geometry(), beginning.as_ref(), create()?, arguments.quiet)?;
+            let mut traced = trace(header, room.geometry(), beginning.as_ref(), create()?, audience)?;
             let seconds = watch.seconds().1 - before;
             // A map that is replaced by its extension must not be open meanwhile.
             drop(beginning);
@@ -192,13 +208,13 @@ fn trace(
     geometry: &Geometry,
     beginning: Option<&SonelMap>,
     mut output: Output,
-    quiet: bool,
+    audience: Audience<'_>,
 ) -> anyhow::Result<Traced> {
     let (scene, shard) = (&header.scene, header.shard);
     let target = output.target().to_owned();
     let tracer = Tracer::of(&header, geometry);
     let total = tracer.packets(shard) * scene.sources.len() as u64;
-    let progress = Progress::begin("tracing", total, quiet);
+    let progress = Progress::begin("tracing", total, audience);
     let mut writer = MapWriter::begin(output.writer())?;
     let mut done = 0;
     let sink = |chunk: TracedChunk| {

@@ -1,6 +1,7 @@
 //! What is done before a trace: `new`, `check` and `materials`, and scenes of such names.
 #![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
 
+use serde_json::Value;
 use sonel_testkit::meshes::{self, room};
 use sonel_testkit::workshop::{Ended, Workshop};
 
@@ -55,6 +56,11 @@ fn a_check_ends_with_code_1_where_something_needs_a_look() {
     assert_eq!(ended.code, Some(1));
     assert!(ended.out.contains("error: scene.toml:6:12: sources[1].position"), "{}", ended.out);
     assert!(ended.out.contains("60.0 m³") && ended.out.ends_with("1 thing needs a look\n"), "{}", ended.out);
+    let listed = shop.run(PROGRAM, &["check", "scene.toml", "--json"]);
+    let json: Value = serde_json::from_str(&listed.out).unwrap();
+    assert_eq!((listed.code, json["errors"].as_array().unwrap().len()), (Some(1), 1), "{}", listed.out);
+    assert_eq!((json["room"]["triangles"].as_u64(), json["room"]["surfaces"].as_u64()), (Some(12), Some(6)));
+    assert!((json["room"]["volume_m3"].as_f64().unwrap() - 60.0).abs() < 1e-9, "{}", listed.out);
     let fixed = shop.run(PROGRAM, &["check", "scene.toml", "--fix", "fixed.obj"]);
     assert_eq!(fixed.code, Some(1), "{}", fixed.err);
     assert_eq!(shop.text("fixed.obj").matches("\nf ").count(), 12);

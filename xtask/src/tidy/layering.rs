@@ -18,12 +18,12 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 32] = [
-    ("anyhow", &["tools/", "xtask"]),
+const HOMES: [(&str, &[&str]); 33] = [
+    ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
-    ("clap", &["tools/", "xtask"]),
+    ("clap", &["tools/", "python", "xtask"]),
     ("clap_complete", &["xtask"]),
     ("clap_mangen", &["xtask"]),
     ("comfy-table", &["crates/sonel-analysis", "tools/"]),
@@ -41,6 +41,7 @@ const HOMES: [(&str, &[&str]); 32] = [
     ("ply-rs-bw", &["crates/sonel-scene"]),
     ("plotters", &["crates/sonel-analysis"]),
     ("png", &["crates/sonel-analysis"]),
+    ("pyo3", &["python"]),
     ("rand", &["crates/sonel-sampling"]),
     ("realfft", &["crates/sonel-sound"]),
     ("rubato", &["crates/sonel-sound"]),
@@ -57,7 +58,7 @@ const HOMES: [(&str, &[&str]); 32] = [
     ),
     ("signal-hook", &["tools/sonel-console"]),
     ("statrs", &["crates/sonel-testkit"]),
-    ("tempfile", &["tools/", "crates/sonel-testkit"]),
+    ("tempfile", &["tools/", "python", "crates/sonel-testkit"]),
     ("tobj", &["crates/sonel-scene"]),
     ("toml", &["crates/sonel-scene", "xtask"]),
     ("zip", &["crates/sonel-echogram"]),

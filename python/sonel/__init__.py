@@ -1,0 +1,606 @@
+"""Room acoustics by sonel mapping: trace a scene once, render it at any receivers.
+
+    import sonel
+    scene = sonel.Scene.shoebox([10, 7, 3], 0.2, sources=[2, 2, 1.5])
+    map = sonel.trace(scene, sonels=50_000)
+    response = map.render([[6, 4, 1.2], [8, 5, 1.2]])
+    response.parameters()["t30_s"]                      # [source, receiver, band], seconds
+
+Results are those of the programs sonel-trace, sonel-render and sonel-analyze, byte for byte. Bad input raises `sonel.Error`
+with their message. Long work releases the interpreter's lock and stops at KeyboardInterrupt. Notes and warnings go to the
+logger "sonel". `docs/python.md` in the repository has examples.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import operator
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Union
+
+import numpy as np
+import tomli_w
+
+from . import _sonel
+from ._sonel import Error
+
+if TYPE_CHECKING:
+    import pandas
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Error", "Map", "Response", "Scene", "check", "trace"]
+
+_Path = Union[str, "os.PathLike[str]"]
+_Progress = Union[None, bool, Callable[[str, float], object]]
+_Points = Union["ArrayLike", Mapping[str, Any]]
+_Materials = Union[float, str, Mapping[str, Any]]
+
+_LOGGER = logging.getLogger("sonel")
+
+
+class Scene:
+    """A room with materials, sources and receivers, read and found sound.
+
+    Made by `Scene.load`, `Scene.shoebox` or `Scene.from_mesh`. Positions are in metres, in the axes of the mesh.
+    """
+
+    def __init__(self, inner: _sonel.Scene) -> None:
+        self._inner = inner
+
+    @classmethod
+    def load(cls, path: _Path) -> Scene:
+        """The scene in a file `scene.toml` (docs/formats/scene.md) and the mesh that it names."""
+        return cls(_sonel.Scene.load(os.fspath(path), _log))
+
+    @classmethod
+    def shoebox(
+        cls,
+        size: ArrayLike,
+        materials: _Materials,
+        *,
+        sources: _Points,
+        receivers: _Points | None = None,
+        **keys: Any,
+    ) -> Scene:
+        """A rectangular room with one corner at the origin.
+
+        size: inner lengths [x, y, z] [m].
+        materials: one absorption coefficient (0 … 1) or library entry for all walls, or a mapping from "walls", "x0", "x1",
+            "y0", "y1", "z0", "z1" to materials ("x0" is the wall at x = 0). A material is a number, the name of a library
+            entry, or a mapping with the keys of [materials.NAME], such as {"absorption": [0.1, …], "scattering": 0.3};
+            one number, or one per band.
+        sources: positions [m], shape [3] or [S, 3], or a mapping from names to positions or to mappings with the keys of
+            [[sources]], such as {"stage": {"position": [2, 2, 1.5], "power_level_db": 94}}.
+        receivers: likewise, [3] or [R, 3]; they can also be given to `Map.render`.
+        keys: other keys of the scene file: name, duration_s [s], bands, air, …
+        """
+        return cls._made({"shoebox": size, **keys}, {}, materials, sources, receivers)
+
+    @classmethod
+    def from_mesh(
+        cls,
+        vertices: ArrayLike,
+        faces: ArrayLike | Sequence[Sequence[int]],
+        materials: _Materials,
+        *,
+        sources: _Points,
+        receivers: _Points | None = None,
+        face_materials: Sequence[str] | None = None,
+        **keys: Any,
+    ) -> Scene:
+        """A room of polygons.
+
+        vertices: positions [m], shape [N, 3].
+        faces: indices of vertices, from 0, shape [M, 3] or [M, K], or M sequences of different lengths; either sense.
+        materials: as for `Scene.shoebox`, but the names are free.
+        face_materials: the name of the material of each face, [M]; not needed where there is one material.
+        sources, receivers, keys: as for `Scene.shoebox`.
+        """
+        mesh = _obj(vertices, faces, list(_materials(materials)), face_materials)
+        return cls._made({"mesh": "mesh.obj", **keys}, {"mesh.obj": mesh.encode()}, materials, sources, receivers)
+
+    @classmethod
+    def _made(
+        cls,
+        keys: dict[str, Any],
+        files: dict[str, bytes],
+        materials: _Materials,
+        sources: _Points,
+        receivers: _Points | None,
+    ) -> Scene:
+        document = {**keys, "materials": _materials(materials), "sources": _points(sources, "source")}
+        if receivers is not None:
+            document["receivers"] = _points(receivers, "receiver")
+        try:
+            text = tomli_w.dumps(_plain(document))
+        except TypeError as problem:
+            raise Error(f"a scene holds texts, numbers, lists and mappings: {problem}") from None
+        return cls(_sonel.Scene.read(text, files, _log))
+
+    def save(self, folder: _Path) -> Path:
+        """Writes a scene made in Python as scene.toml, and its mesh beside it, for the programs. Returns the path of scene.toml.
+
+        The folder is made where there is none; files that are there are not replaced.
+        """
+        text, files = self._inner.text()
+        place = Path(folder)
+        place.mkdir(parents=True, exist_ok=True)
+        for name, content in {"scene.toml": text.encode(), **files}.items():
+            try:
+                with open(place / name, "xb") as file:
+                    file.write(content)
+            except FileExistsError:
+                raise Error(f"{place / name} exists: delete it first, or choose another folder") from None
+        return place / "scene.toml"
+
+    @property
+    def toml(self) -> str:
+        """The text of the scene file."""
+        return self._inner.text()[0]
+
+    def check(self) -> dict[str, Any]:
+        """The checkup of `sonel-trace check --json` (docs/interface.md): sizes, areas, statistical times, faults of the mesh."""
+        return _object(self._inner.check())
+
+    @property
+    def name(self) -> str:
+        """Its name for people."""
+        return self._inner.name
+
+    @property
+    def duration(self) -> float:
+        """Length of the echograms [s]."""
+        return self._inner.duration
+
+    @property
+    def speed_of_sound(self) -> float:
+        """[m/s]."""
+        return self._inner.speed_of_sound
+
+    @property
+    def center_frequencies(self) -> NDArray[np.float64]:
+        """Nominal band centres [Hz], shape [B]."""
+        return np.array(self._inner.center_frequencies)
+
+    @property
+    def materials(self) -> list[str]:
+        """Names of the materials."""
+        return self._inner.materials
+
+    @property
+    def sources(self) -> dict[str, tuple[float, float, float]]:
+        """Positions of the sources by name [m]."""
+        return {name: (x, y, z) for name, (x, y, z) in self._inner.sources}
+
+    @property
+    def receivers(self) -> dict[str, tuple[float, float, float]]:
+        """Positions of the scene's receivers by name [m]."""
+        return {name: (x, y, z) for name, (x, y, z) in self._inner.receivers}
+
+    def __repr__(self) -> str:
+        return f"<sonel.Scene {self.name!r}: {len(self.sources)} sources, {len(self.receivers)} receivers>"
+
+
+def check(path: _Path) -> dict[str, Any]:
+    """The checkup of a scene file, which need not be sound: what `sonel-trace check --json` prints (docs/interface.md)."""
+    return _object(_sonel.Scene.check_file(os.fspath(path)))
+
+
+def trace(
+    scene: Scene,
+    *,
+    sonels: int | float | None = None,
+    until: str | None = None,
+    at_most: float | str | None = None,
+    seed: int | None = None,
+    batches: int | None = None,
+    survival: float | None = None,
+    mode: str | None = None,
+    spectral: str | None = None,
+    duration: float | None = None,
+    effects: str | None = None,
+    extend: Map | None = None,
+    threads: int | None = None,
+    progress: _Progress = None,
+) -> Map:
+    """Traces `scene`; the map is that of sonel-trace with the options of the same names (docs/interface.md).
+
+    sonels: emissions per source; without it a pilot run chooses. With `until` the maximum, with `extend` those of the whole
+        new map.
+    until: adds sonels until the intervals are narrow enough: "t30<1%,level<0.1dB". `Map.report["until"]["reached"]` says
+        whether they are.
+    at_most: time limit of `until` [s], or "5min".
+    seed: of every random number (default 1).
+    batches: for the intervals, 1 … 4096 (default 32).
+    survival: exponent β of the roulette, 0 … 1 (default 0.15).
+    mode: "accurate" or "paper". spectral: "shared" or "per-band".
+    duration: length of the echograms [s] instead of the scene's.
+    effects: "auto", "all" or "none", then changes: "auto,-diffraction".
+    extend: a map of the same scene that is continued.
+    threads: default all cores; the result does not depend on it.
+    progress: True prints the share done to stderr, False nothing, None prints where stderr is a terminal. A function is called
+        with what is being done and the share done, 0 … 1.
+    """
+    words = _words(
+        sonels=sonels,
+        until=until,
+        at_most=at_most,
+        seed=seed,
+        batches=batches,
+        survival=survival,
+        mode=mode,
+        spectral=spectral,
+        duration=duration,
+        effects=effects,
+        extend=None if extend is None else os.fspath(extend._inner.path),
+    )
+    with _Text(progress) as follower:
+        return Map(_sonel.trace(scene._inner, words, _log, threads, follower))
+
+
+class Map:
+    """Where sound went in a room: paths in a file, from which any receivers are rendered. Made by `trace` or `Map.load`."""
+
+    def __init__(self, inner: _sonel.Map) -> None:
+        self._inner = inner
+
+    @classmethod
+    def load(cls, path: _Path) -> Map:
+        """Opens a map of sonel-trace. It stays on disk and may be larger than memory."""
+        return cls(_sonel.Map.load(os.fspath(path)))
+
+    def save(self, path: _Path) -> None:
+        """Writes the map as sonel-trace would. An existing map is replaced, any other file is not."""
+        self._inner.save(os.fspath(path))
+
+    def render(
+        self,
+        receivers: _Points | None = None,
+        *,
+        set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+        materials: _Path | None = None,
+        grid: str | None = None,
+        bin: float | None = None,  # noqa: A002 - the name of the option
+        estimator: str | None = None,
+        rays: int | float | None = None,
+        radius: float | None = None,
+        order: int | None = None,
+        seed: int | None = None,
+        temperature: float | None = None,
+        humidity: float | None = None,
+        air: bool = True,
+        until: str | None = None,
+        at_most: float | str | None = None,
+        threads: int | None = None,
+        progress: _Progress = None,
+    ) -> Response:
+        """Renders echograms; the response is that of sonel-render with the options of the same names (docs/interface.md).
+
+        receivers: positions [m], shape [3] or [R, 3] (named "receiver 1" …), or a mapping from names to positions; without
+            any, those of the scene.
+        set: other coefficients on the same map: {"materials.walls.absorption": 0.4}, one number or one per band; also
+            scattering, diffuse, transmission, sound_reduction_db, and "sources.NAME.directivity".
+        materials: a TOML file of [materials.NAME], before `set`.
+        grid: further receivers, each axis lo:hi:n or one number [m]: "1:9:5,1:6:4,1.2".
+        bin: width of a time bin [s] (default 0.001).
+        estimator: "auto", "connection", "gather", "sphere" or "paper".
+        rays: visibility rays per receiver. radius: of the discs in which they gather [m].
+        order: highest order of image sources.
+        seed: of the rendering (default that of the map).
+        temperature [°C], humidity [%]: other air; air=False: no attenuation by air.
+        until, at_most: add rays until the intervals are narrow enough.
+        threads, progress: as for `trace`.
+        """
+        words = _words(
+            materials=None if materials is None else os.fspath(materials),
+            grid=grid,
+            bin=bin,
+            estimator=estimator,
+            rays=rays,
+            radius=radius,
+            order=order,
+            seed=seed,
+            temperature=temperature,
+            humidity=humidity,
+            no_air=None if air else True,
+            until=until,
+            at_most=at_most,
+        )
+        for receiver in [] if receivers is None else _points(receivers, "receiver"):
+            place = ",".join(_word(number) for number in _numbers(receiver["position"]))
+            words.append(f"--receiver={receiver['name']}={place}")
+        for name, value in (set or {}).items():
+            value = value if isinstance(value, str) else ",".join(map(_word, np.atleast_1d(value).tolist()))
+            words.append(f"--set={name}={value}")
+        with _Text(progress) as follower:
+            return Response(self._inner.render(words, _log, threads, follower))
+
+    @property
+    def report(self) -> dict[str, Any] | None:
+        """What `sonel-trace --json` prints: counts, fates, energy ledger, effects. None for a map that was loaded."""
+        return None if self._inner.report is None else _object(self._inner.report)
+
+    @property
+    def digest(self) -> str:
+        """Identity of the map: BLAKE3 of its header, which holds the digests of everything else."""
+        return self._inner.digest
+
+    @property
+    def sonels(self) -> int:
+        """Emissions per source."""
+        return self._inner.sonels
+
+    @property
+    def seed(self) -> int:
+        """Seed of the trace."""
+        return self._inner.seed
+
+    def __repr__(self) -> str:
+        return f"<sonel.Map of {self._inner.scene_name!r}: {self.sonels} sonels per source, seed {self.seed}>"
+
+
+class Response:
+    """Echograms of S sources at R receivers in B bands and T time bins. Made by `Map.render` or `Response.load`.
+
+    Arrays are read-only views of the response's own memory. `response[key]` is the array that docs/formats/response.md calls so.
+    """
+
+    def __init__(self, inner: _sonel.Response) -> None:
+        self._inner = inner
+
+    @classmethod
+    def load(cls, path: _Path) -> Response:
+        """Reads a response of sonel-render."""
+        return cls(_sonel.Response.load(os.fspath(path)))
+
+    def save(self, path: _Path) -> None:
+        """Writes the response as sonel-render would (.npz). An existing response is replaced, any other file is not."""
+        self._inner.save(os.fspath(path))
+
+    def __getitem__(self, key: str) -> NDArray[Any]:
+        """One of the arrays of numbers in docs/formats/response.md; KeyError where the response has no such array."""
+        return np.asarray(self._inner.array(key))
+
+    @property
+    def energy(self) -> NDArray[np.float64]:
+        """Fluence per unit emitted energy in each time bin [1/m²], shape [S, R, B, T], everything included."""
+        return self["energy"]
+
+    @property
+    def time_edges(self) -> NDArray[np.float64]:
+        """Borders of the time bins from the emission [s], shape [T + 1]."""
+        return self["time_edges_s"]
+
+    @property
+    def center_frequencies(self) -> NDArray[np.float64]:
+        """Nominal band centres [Hz], shape [B]."""
+        return self["center_frequency_hz"]
+
+    @property
+    def sources(self) -> list[str]:
+        """Names of the sources, [S]."""
+        return self._inner.sources
+
+    @property
+    def receivers(self) -> list[str]:
+        """Names of the receivers, [R]."""
+        return self._inner.receivers
+
+    @property
+    def receiver_positions(self) -> NDArray[np.float64]:
+        """Positions of the receivers [m], shape [R, 3]."""
+        return self["receiver_position_m"]
+
+    @property
+    def source_positions(self) -> NDArray[np.float64]:
+        """Positions of the sources [m], shape [S, 3]."""
+        return self["source_position_m"]
+
+    @property
+    def speed_of_sound(self) -> float:
+        """[m/s]."""
+        return self._inner.speed_of_sound
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """Provenance: versions, digests, options, shares per path class (docs/formats/response.md)."""
+        return _object(self._inner.metadata)
+
+    @property
+    def report(self) -> dict[str, Any] | None:
+        """What `sonel-render --json` prints. None for a response that was loaded."""
+        return None if self._inner.report is None else _object(self._inner.report)
+
+    def figures(self) -> dict[str, Any]:
+        """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""
+        return _object(self._inner.parameters())
+
+    def parameters(self) -> NDArray[np.void]:
+        """Parameters of ISO 3382-1 as a structured array of shape [S, R, B].
+
+        Fields: source, receiver, center_frequency_hz, and for each of level_db, strength_g_db, early_decay_time_s, t20_s, t30_s,
+        clarity_c50_db, clarity_c80_db, definition_d50 and center_time_s its value and, as NAME_low and NAME_high, the limits of
+        its 95 % interval. NaN where the response does not support a value; `figures` has the reason.
+        """
+        rows = self.figures()["receivers"]
+        shape = (len(self.sources), len(self.receivers), len(self.center_frequencies))
+        text = f"U{max(map(len, self.sources + self.receivers))}"
+        keys = [key for key in rows[0]["bands"][0] if key != "center_frequency_hz"]
+        numbers = [key + end for key in keys for end in ("", "_low", "_high")]
+        fields = [("source", text), ("receiver", text), ("center_frequency_hz", "f8"), *((name, "f8") for name in numbers)]
+        values = [
+            (row["source"], row["name"], band["center_frequency_hz"], *(x for key in keys for x in _figure(band[key])))
+            for row in rows
+            for band in row["bands"]
+        ]
+        return np.array(values, dtype=fields).reshape(shape)
+
+    def speech_transmission_index(self) -> NDArray[np.float64]:
+        """Speech transmission index of the room without noise, 0 … 1, shape [S, R]; NaN where octaves of speech are missing."""
+        values = [_figure(row["speech_transmission_index"])[0] for row in self.figures()["receivers"]]
+        return np.array(values).reshape(len(self.sources), len(self.receivers))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """`parameters` as a DataFrame, a row for every source, receiver and band. Needs pandas."""
+        import pandas
+
+        return pandas.DataFrame(self.parameters().reshape(-1))
+
+    def __repr__(self) -> str:
+        s, r, b, t = self.energy.shape
+        return f"<sonel.Response: {s} sources, {r} receivers, {b} bands, {t} time bins>"
+
+
+def _object(text: str) -> dict[str, Any]:
+    """An object in JSON."""
+    read: dict[str, Any] = json.loads(text)
+    return read
+
+
+def _figure(figure: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Value and limits of the interval of a figure in JSON; NaN for what is null."""
+    low, high = figure.get("ci95") or (None, None)
+    value, low, high = (np.nan if number is None else number for number in (figure["value"], low, high))
+    return value, low, high
+
+
+def _log(line: str) -> None:
+    level, text = logging.INFO, line
+    for word, meaning in (("warning: ", logging.WARNING), ("note: ", logging.INFO)):
+        if line.startswith(word):
+            level, text = meaning, line[len(word) :]
+    _LOGGER.log(level, "%s", text)
+
+
+class _Text:
+    """Progress as text on stderr, while the work goes on; or the function that was given."""
+
+    def __init__(self, progress: _Progress) -> None:
+        shows = sys.stderr.isatty() if progress is None else progress
+        self._follower = progress if callable(progress) else self._show if shows else None
+        self._shown = ""
+
+    def __enter__(self) -> Callable[[str, float], object] | None:
+        return self._follower
+
+    def __exit__(self, *_: object) -> None:
+        if self._shown:
+            sys.stderr.write("\r" + " " * len(self._shown) + "\r")
+
+    def _show(self, what: str, share: float) -> None:
+        text = f"{what} {share:4.0%}"
+        if text != self._shown:
+            self._shown = text
+            sys.stderr.write("\r" + text)
+            sys.stderr.flush()
+
+
+def _word(value: Any) -> str:
+    """A value as the command line writes it."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (float, np.floating)):
+        number = float(value)
+        return str(int(number)) if number.is_integer() and abs(number) < 2**53 else repr(number)
+    return str(operator.index(value))
+
+
+def _words(**options: Any) -> list[str]:
+    """Options of a command line; those that are None are left out."""
+    words = []
+    for name, value in options.items():
+        if value is not None:
+            option = "--" + name.replace("_", "-")
+            words.append(option if value is True else f"{option}={_word(value)}")
+    return words
+
+
+def _plain(value: Any) -> Any:
+    """What TOML can hold: numpy's values as Python's."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _materials(materials: _Materials) -> dict[str, Any]:
+    """Tables of materials by name; a single material is that of the walls."""
+    if not isinstance(materials, Mapping) or "absorption" in materials or "library" in materials:
+        materials = {"walls": materials}
+
+    def table(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return value
+        return {"library" if isinstance(value, str) else "absorption": value}
+
+    return {str(name): table(value) for name, value in materials.items()}
+
+
+def _numbers(position: Any) -> list[float]:
+    try:
+        numbers = np.asarray(position, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.shape != (3,):
+        raise Error(f"{position!r} is no position: give three numbers [x, y, z] in metres")
+    return [float(number) for number in numbers]
+
+
+def _points(points: _Points, kind: str) -> list[dict[str, Any]]:
+    """Sources or receivers as the tables of a scene file."""
+    if isinstance(points, Mapping):
+        tables = {name: value if isinstance(value, Mapping) else {"position": value} for name, value in points.items()}
+        return [{"name": str(name), **table} for name, table in tables.items()]
+    try:
+        positions = np.asarray(points, dtype=float)
+    except (TypeError, ValueError):
+        positions = np.empty(0)
+    if positions.ndim == 1:
+        positions = positions[np.newaxis]
+    if positions.ndim != 2 or positions.shape[1] != 3:
+        raise Error(f"the {kind}s are no positions: give an array of shape [3] or [N, 3] in metres, or a mapping from names")
+    return [{"name": f"{kind} {i}", "position": row} for i, row in enumerate(positions.tolist(), 1)]
+
+
+def _obj(
+    vertices: ArrayLike,
+    faces: ArrayLike | Sequence[Sequence[int]],
+    names: list[str],
+    face_materials: Sequence[str] | None,
+) -> str:
+    """A mesh as the text of an OBJ file."""
+    try:
+        points = np.asarray(vertices, dtype=float)
+        rows = [[operator.index(corner) for corner in face] for face in _plain(faces)]
+    except (TypeError, ValueError) as problem:
+        raise Error(f"vertices are numbers and faces lists of indices: {problem}") from None
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise Error(f"vertices have the shape {list(points.shape)}: give an array of shape [N, 3] in metres")
+    if face_materials is None:
+        if len(names) != 1:
+            raise Error(f"there are {len(names)} materials: give the name of the material of each face in face_materials")
+        face_materials = names * len(rows)
+    if len(face_materials) != len(rows):
+        raise Error(f"face_materials has {len(face_materials)} names and faces has {len(rows)} rows: give one for each")
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
+    used = None
+    for number, (face, name) in enumerate(zip(rows, face_materials)):
+        wrong = [corner for corner in face if not 0 <= corner < len(points)]
+        if wrong:
+            raise Error(f"faces[{number}]: no vertex {wrong[0]}: there are {len(points)}, counted from 0")
+        if name != used:
+            used = str(name)
+            if used != used.strip() or any(not letter.isprintable() for letter in used):
+                raise Error(f"faces[{number}]: a mesh cannot hold the material name {used!r}: rename it")
+            lines.append(f"usemtl {used}")
+        lines.append("f " + " ".join(str(corner + 1) for corner in face))
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,35 @@
+//! The compiled half of the Python package `sonel`: scenes, maps and responses by the code of the programs.
+//!
+//! Options arrive as the words of a command line and are read by the programs' own parsers, so that both mean the same, refuse
+//! the same and write the same bytes. `python/sonel/__init__.py` is the half that users see: signatures, units, numpy.
+
+mod map;
+mod response;
+mod scene;
+mod work;
+
+use pyo3::prelude::*;
+
+pyo3::create_exception!(
+    sonel,
+    Error,
+    pyo3::exceptions::PyException,
+    "Bad input, a damaged file or an impossible request: the message of the programs."
+);
+
+/// An error with its causes, as the programs print it.
+fn error(error: impl Into<anyhow::Error>) -> PyErr {
+    Error::new_err(format!("{:#}", error.into()))
+}
+
+#[pymodule]
+mod _sonel {
+    #[pymodule_export]
+    use super::Error;
+    #[pymodule_export]
+    use super::map::{Map, trace};
+    #[pymodule_export]
+    use super::response::{Array, Response};
+    #[pymodule_export]
+    use super::scene::Scene;
+}

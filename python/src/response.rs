@@ -1,0 +1,172 @@
+//! Responses, whose arrays numpy reads where they are.
+//!
+//! An [`Array`] follows numpy's array interface, version 3: address, shape and type. It needs no C interface of numpy, and holds
+//! the response for as long as an array of numpy holds it.
+
+use std::io::BufReader;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::Context;
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use sonel_console::input;
+use sonel_console::output::{Kind, Output};
+use sonel_echogram::Response as Echograms;
+
+use crate::error;
+
+/// Echograms of every source at every receiver.
+#[pyclass(frozen, module = "sonel._sonel")]
+pub struct Response {
+    echograms: Arc<Echograms>,
+    /// Of `sonel-render --json`, where it was rendered now.
+    report: Option<String>,
+}
+
+/// Numbers of a response, for `numpy.asarray`.
+#[pyclass(frozen, module = "sonel._sonel")]
+pub struct Array {
+    /// Holds the numbers.
+    _owner: Arc<Echograms>,
+    address: usize,
+    typestr: &'static str,
+    shape: Vec<usize>,
+}
+
+#[pymethods]
+impl Array {
+    #[getter]
+    fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let interface = PyDict::new(py);
+        interface.set_item("version", 3)?;
+        interface.set_item("typestr", self.typestr)?;
+        interface.set_item("shape", PyTuple::new(py, &self.shape)?)?;
+        let read_only = true;
+        interface.set_item("data", (self.address, read_only))?;
+        Ok(interface)
+    }
+}
+
+/// Numbers that numpy has a name for.
+trait Number {
+    const TYPESTR: &'static str;
+}
+
+impl Number for f64 {
+    const TYPESTR: &'static str = "<f8";
+}
+impl Number for f32 {
+    const TYPESTR: &'static str = "<f4";
+}
+impl Number for u32 {
+    const TYPESTR: &'static str = "<u4";
+}
+
+impl Response {
+    pub(crate) fn of(response: Echograms, report: Option<String>) -> Self {
+        Self { echograms: Arc::new(response), report }
+    }
+
+    fn view<T: Number>(&self, values: &[T], shape: &[usize]) -> Option<Array> {
+        assert_eq!(values.len(), shape.iter().product::<usize>(), "a response has the shapes of its page");
+        let (address, typestr) = (values.as_ptr() as usize, T::TYPESTR);
+        Some(Array { _owner: Arc::clone(&self.echograms), address, typestr, shape: shape.to_vec() })
+    }
+
+    /// The array that docs/formats/response.md calls `key`.
+    fn find(&self, key: &str) -> Option<Array> {
+        let e = &*self.echograms;
+        let (s, r, b, a) = (e.sources(), e.receivers(), e.bands(), e.arrivals.source.len());
+        let batches = e.batches.as_ref();
+        let batch_shape = |bins| [e.batch_count(), s, r, b, bins];
+        match key {
+            "center_frequency_hz" => self.view(&e.center_frequency_hz, &[b]),
+            "time_edges_s" => self.view(&e.time_edges_s, &[e.bins() + 1]),
+            "receiver_position_m" => self.view(e.receiver_positions.as_flattened(), &[r, 3]),
+            "source_position_m" => self.view(e.source_positions.as_flattened(), &[s, 3]),
+            "source_power_level_db" => self.view(&e.source_power_level_db, &[s, b]),
+            "energy" => self.view(&e.energy, &[s, r, b, e.bins()]),
+            "batch_weight" => batches.and_then(|g| self.view(&g.weight, &[e.batch_count()])),
+            "batch_time_edges_s" => batches.and_then(|g| self.view(&g.time_edges_s, &[s, r, g.bins + 1])),
+            "energy_batches" => batches.and_then(|g| self.view(&g.energy, &batch_shape(g.bins))),
+            "kernel_difference_batches" => batches
+                .filter(|g| !g.kernel_difference.is_empty())
+                .and_then(|g| self.view(&g.kernel_difference, &batch_shape(g.bins))),
+            "missing_fluence" => e.missing.as_ref().and_then(|m| self.view(&m.fluence, &[s, b])),
+            "missing_decay_rate" => e.missing.as_ref().and_then(|m| self.view(&m.decay_rate, &[s, b])),
+            "arrival_source" => self.view(&e.arrivals.source, &[a]),
+            "arrival_receiver" => self.view(&e.arrivals.receiver, &[a]),
+            "arrival_time_s" => self.view(&e.arrivals.time_s, &[a]),
+            "arrival_energy" => self.view(&e.arrivals.energy, &[a, b]),
+            "arrival_direction" => self.view(&e.arrivals.direction, &[a, 3]),
+            "arrival_order" => self.view(&e.arrivals.order, &[a]),
+            "arrival_kind" => self.view(&e.arrivals.kind, &[a]),
+            _ => None,
+        }
+    }
+}
+
+#[pymethods]
+impl Response {
+    /// The response in a file.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let read = || -> anyhow::Result<Self> {
+            let label = path.display().to_string();
+            let file = input::open(&path).with_context(|| format!("cannot read the response {label}"))?;
+            let echograms = Echograms::read(BufReader::new(file)).with_context(|| label)?;
+            Ok(Self::of(echograms, None))
+        };
+        py.detach(read).map_err(error)
+    }
+
+    /// Writes the response.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let write = || -> anyhow::Result<()> {
+            let mut output = Output::create(&path, Kind::RESPONSE, &[])?;
+            let target = path.display();
+            self.echograms
+                .write(output.writer())
+                .with_context(|| format!("cannot write {target}; an older file there is untouched"))?;
+            output.publish()
+        };
+        py.detach(write).map_err(error)
+    }
+
+    /// One of the arrays of numbers in docs/formats/response.md.
+    fn array(&self, key: &str) -> PyResult<Array> {
+        self.find(key).ok_or_else(|| PyKeyError::new_err(key.to_owned()))
+    }
+
+    /// The JSON of `sonel-analyze parameters`.
+    fn parameters(&self, py: Python<'_>) -> String {
+        py.detach(|| sonel_analysis::report::json(&sonel_analysis::parameters(&self.echograms)).to_string())
+    }
+
+    #[getter]
+    fn report(&self) -> Option<&str> {
+        self.report.as_deref()
+    }
+
+    #[getter]
+    fn metadata(&self) -> String {
+        self.echograms.metadata.to_string()
+    }
+
+    #[getter]
+    fn sources(&self) -> Vec<String> {
+        self.echograms.source_names.clone()
+    }
+
+    #[getter]
+    fn receivers(&self) -> Vec<String> {
+        self.echograms.receiver_names.clone()
+    }
+
+    #[getter]
+    fn speed_of_sound(&self) -> f64 {
+        self.echograms.speed_of_sound
+    }
+}

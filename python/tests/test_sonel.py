@@ -1,0 +1,384 @@
+"""The package against the programs: same bytes, same messages; and what is Python's own: views, interruption, threads.
+
+`cargo xtask python-package` runs this with the folder of the programs in SONEL_PROGRAMS.
+"""
+
+import ast
+import gc
+import json
+import logging
+import os
+import signal
+import subprocess
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sonel
+from sonel import _sonel
+
+ROOT = Path(__file__).resolve().parents[2]
+SHOEBOX = ROOT / "scenes/shoebox/scene.toml"
+PROGRAMS = Path(os.environ["SONEL_PROGRAMS"])
+SONELS = 1000
+SEATS = {"near": [6.0, 4.0, 1.2], "far": [8.5, 5.5, 1.25]}
+
+
+def run(name, *words, code=0):
+    """Runs a program; returns what it wrote to stdout and stderr."""
+    done = subprocess.run([PROGRAMS / name, *map(str, words)], capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stderr
+    return done.stdout, done.stderr
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return sonel.Scene.load(SHOEBOX)
+
+
+@pytest.fixture(scope="module")
+def room(scene):
+    return sonel.trace(scene, sonels=SONELS)
+
+
+@pytest.fixture
+def response(room):
+    return room.render(SEATS)
+
+
+@pytest.fixture(scope="module")
+def mapped(tmp_path_factory):
+    """A map of the program."""
+    path = tmp_path_factory.mktemp("program") / "room.sonelmap"
+    run("sonel-trace", SHOEBOX, "-o", path, "--sonels", SONELS, "--quiet")
+    return path
+
+
+def cube(side=4.0, **options):
+    """A cube of quadrilaterals, one of them carpeted."""
+    corners = [[x, y, z] for x in (0, side) for y in (0, side) for z in (0, side)]
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    materials = {"plaster": 0.1, "carpet": {"absorption": 0.4, "scattering": 0.3}}
+    names = ["plaster"] * 4 + ["carpet", "plaster"]
+    given = {"sources": [1, 1, 1.5], "receivers": [3, 3, 1.2], "face_materials": names, **options}
+    return sonel.Scene.from_mesh(np.array(corners), faces, materials, **given)
+
+
+def test_a_map_has_the_bytes_of_the_programs(scene, room, mapped, tmp_path):
+    room.save(tmp_path / "room.sonelmap")
+    assert (tmp_path / "room.sonelmap").read_bytes() == mapped.read_bytes()
+    assert sonel.Map.load(mapped).digest == room.digest
+    assert sonel.trace(scene, sonels=SONELS, seed=2).digest != room.digest
+
+
+def test_options_mean_what_they_mean_to_the_programs(scene, tmp_path):
+    options = {"batches": 8, "survival": 0.5, "spectral": "per-band", "duration": 0.4, "effects": "auto,-air", "seed": 7}
+    words = [word for name, value in options.items() for word in (f"--{name}", value)]
+    run("sonel-trace", SHOEBOX, "-o", tmp_path / "a.sonelmap", "--sonels", 300, "--quiet", *words)
+    sonel.trace(scene, sonels=300.0, threads=1, **options).save(tmp_path / "b.sonelmap")
+    assert (tmp_path / "a.sonelmap").read_bytes() == (tmp_path / "b.sonelmap").read_bytes()
+
+
+def test_a_map_is_extended_and_keeps_its_bytes(scene, room):
+    longer = sonel.trace(scene, sonels=2 * SONELS, extend=room)
+    assert longer.digest == sonel.trace(scene, sonels=2 * SONELS).digest
+    with pytest.raises(sonel.Error, match="give the larger number"):
+        sonel.trace(scene, sonels=SONELS, extend=room)
+
+
+def test_targets_are_pursued_and_reported(scene):
+    found = sonel.trace(scene, until="level<3dB", sonels=4000)
+    assert found.report["until"]["reached"] is True and found.report["until"]["sonels"] == found.sonels
+    assert sonel.trace(scene, until="t30<0.001%", sonels=2000).report["until"]["reached"] is False
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, []),
+        ({"set": {"materials.walls.absorption": 0.3}}, ["--set", "materials.walls.absorption=0.3"]),
+        ({"bin": 0.002, "estimator": "gather", "rays": 2048, "seed": 5, "air": False},
+         ["--bin", 0.002, "--estimator", "gather", "--rays", 2048, "--seed", 5, "--no-air"]),
+        ({"temperature": -5, "humidity": 20.0, "order": 3, "grid": "2:8:2,3,1.5"},
+         ["--temperature", -5, "--humidity", 20, "--order", 3, "--grid", "2:8:2,3,1.5"]),
+    ],
+)  # fmt: skip
+def test_a_response_has_the_bytes_of_the_programs(room, mapped, tmp_path, options, words):
+    seats = [f"--receiver={name}={x},{y},{z}" for name, (x, y, z) in SEATS.items()]
+    run("sonel-render", mapped, "-o", tmp_path / "a.npz", "--quiet", *seats, *words)
+    response = room.render(SEATS, **options)
+    response.save(tmp_path / "b.npz")
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+    with np.load(tmp_path / "a.npz") as arrays:
+        for key in arrays.files:
+            if arrays[key].ndim and arrays[key].dtype.kind != "U":
+                np.testing.assert_array_equal(response[key], arrays[key], strict=True)
+        assert response.receivers == arrays["receiver_name"].tolist()
+    assert response.metadata == sonel.Response.load(tmp_path / "a.npz").metadata
+
+
+def test_other_coefficients_one_per_band_change_the_response(room, response):
+    felt = room.render(SEATS, set={"materials.walls.absorption": np.linspace(0.1, 0.8, 8)})
+    assert np.all(felt.energy.sum(-1)[..., -1] < response.energy.sum(-1)[..., -1])
+    assert np.all(felt.energy.sum(-1)[..., 0] > response.energy.sum(-1)[..., 0])
+
+
+def test_parameters_are_those_of_the_program(response, tmp_path):
+    response.save(tmp_path / "room.npz")
+    printed, _ = run("sonel-analyze", "parameters", tmp_path / "room.npz", "--format", "json")
+    rows = response.parameters()
+    assert rows.shape == response.energy.shape[:3] and response.figures() == json.loads(printed)
+    for receiver, expected in enumerate(json.loads(printed)["receivers"]):
+        for band, figures in enumerate(expected["bands"]):
+            row, t30 = rows[0, receiver, band], figures["t30_s"]
+            assert (row["receiver"], row["center_frequency_hz"]) == (expected["name"], figures["center_frequency_hz"])
+            assert row["level_db"] == figures["level_db"]["value"]
+            if t30["value"] is None:
+                assert np.isnan(row["t30_s"])
+            else:
+                assert [row["t30_s"], row["t30_s_low"], row["t30_s_high"]] == [t30["value"], *t30["ci95"]]
+        speech = expected["speech_transmission_index"]["value"]
+        assert response.speech_transmission_index()[0, receiver] == speech
+
+
+def test_a_data_frame_has_a_row_for_every_receiver_and_band(response):
+    pytest.importorskip("pandas")
+    frame = response.to_pandas()
+    assert len(frame) == 2 * 8 and set(frame["receiver"]) == set(SEATS)
+    assert frame["t30_s"].tolist() == response.parameters()["t30_s"].ravel().tolist()
+
+
+def test_arrays_are_views_that_outlive_the_response(response):
+    energy = response.energy
+    assert energy.ctypes.data == response.energy.ctypes.data and energy.dtype == np.float64
+    with pytest.raises(ValueError, match="read-only"):
+        energy[0] = 0.0
+    expected, view = energy.copy(), response["arrival_direction"]
+    assert view.shape == (len(response["arrival_kind"]), 3)
+    with pytest.raises(KeyError, match="pressure"):
+        response["pressure"]
+    del response
+    gc.collect()
+    np.testing.assert_array_equal(energy, expected)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: cube(name='a "room" of Çelik', duration_s=0.5),
+        lambda: sonel.Scene.shoebox(
+            np.array([5, 4, 3]),
+            {"walls": "floor-concrete", "z0": {"absorption": np.full(2, 0.3), "scattering": 0.2}},
+            sources={"left": [1, 1, 1], "right": {"position": [4, 1, 1], "directivity": "cardioid", "aim": [0, 1, 0]}},
+            receivers=[[2, 3, 1.2], [3, 3, 1.2]],
+            bands={"center_frequencies_hz": [500, 1000]},
+            duration_s=0.5,
+        ),
+    ],
+)
+def test_a_scene_of_python_is_a_scene_of_the_programs(made, tmp_path):
+    scene = made()
+    path = scene.save(tmp_path / "room")
+    run("sonel-trace", path, "-o", tmp_path / "room.sonelmap", "--sonels", 200, "--quiet")
+    assert sonel.Map.load(tmp_path / "room.sonelmap").digest == sonel.trace(scene, sonels=200).digest
+    assert sonel.Scene.load(path).sources == scene.sources
+    printed, _ = run("sonel-trace", "check", path, "--json")
+    assert json.loads(printed)["room"] == scene.check()["room"] == sonel.check(path)["room"]
+    with pytest.raises(sonel.Error, match="exists"):
+        scene.save(tmp_path / "room")
+
+
+def test_a_mesh_has_the_sizes_of_its_polygons():
+    room = cube(4.0).check()["room"]
+    assert room["volume_m3"] == pytest.approx(64.0) and room["area_m2"] == pytest.approx(96.0)
+    areas = {material["name"]: material["area_m2"] for material in room["materials"]}
+    assert areas == {"plaster": pytest.approx(80.0), "carpet": pytest.approx(16.0)}
+    absorption = 80 * 0.1 + 16 * 0.4
+    dry = cube(4.0, air={"attenuation": False, "speed_of_sound": 343.0}).check()["room"]["bands"][0]
+    assert dry["sabine_s"] == pytest.approx(24 * np.log(10) / 343.0 * 64 / absorption)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"sonels": 0}, ["--sonels", 0]),
+        ({"survival": 2.0, "sonels": 0}, ["--survival", 2, "--sonels", 0]),
+        ({"until": "t31<1%"}, ["--until", "t31<1%"]),
+        ({"effects": "auto,-airs"}, ["--effects", "auto,-airs"]),
+        ({"mode": "exact"}, ["--mode", "exact"]),
+        ({"batches": -1}, ["--batches", -1]),
+        ({"at_most": "1min"}, ["--at-most", "1min"]),
+    ],
+)
+def test_bad_options_get_the_message_of_the_program(scene, tmp_path, options, words):
+    _, said = run("sonel-trace", SHOEBOX, "-o", tmp_path / "a.sonelmap", "--quiet", *words, code=2)
+    with pytest.raises(sonel.Error) as raised:
+        sonel.trace(scene, **options)
+    assert str(raised.value) in said and str(raised.value)
+
+
+def test_bad_files_get_the_message_of_the_program(mapped, tmp_path):
+    wrong = tmp_path / "scene.toml"
+    wrong.write_text("shoebox = [1, 2, -3]\nwals = 1\n[[sources]]\nposition = [0, 0, 0]\n")
+    _, said = run("sonel-trace", wrong, "-o", tmp_path / "a.sonelmap", code=2)
+    with pytest.raises(sonel.Error) as raised:
+        sonel.Scene.load(wrong)
+    assert str(raised.value) in said and "wals: unknown key" in str(raised.value)
+    assert any("wals" in problem for problem in sonel.check(wrong)["errors"])
+    damaged = tmp_path / "damaged.sonelmap"
+    damaged.write_bytes(mapped.read_bytes()[:5000])
+    _, said = run("sonel-render", damaged, "-o", tmp_path / "a.npz", code=2)
+    with pytest.raises(sonel.Error) as raised:
+        sonel.Map.load(damaged)
+    assert str(raised.value) in said
+    for load in (sonel.Map.load, sonel.Response.load, sonel.Scene.load):
+        with pytest.raises(sonel.Error, match=r"cannot read .*missing"):
+            load(tmp_path / "missing")
+
+
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        (lambda room: room.render([0, 0, 0]), "0 m from a surface"),
+        (lambda room: room.render([[1, 2]]), "shape"),
+        (lambda room: room.render({"a": [1, 2, "x"]}), "three numbers"),
+        (lambda room: room.render({"": [1, 2, 1]}), "NAME=x,y,z"),
+        (lambda room: room.render([1, 2, np.nan]), "not finite"),
+        (lambda room: room.render(SEATS, set={"materials.roof.absorption": 0.1}), "it has"),
+        (lambda room: room.render(SEATS, set={"materials.walls.absorption": 2}), "outside 0 … 1"),
+        (lambda _: cube(face_materials=["plaster"]), "1 names and faces has 6"),
+        (lambda _: cube(face_materials=["velvet"] * 6), "no table"),
+        (lambda _: cube(sources=[9, 9, 9]), "outside the room"),
+        (lambda _: cube(pitch=3), "pitch: unknown key"),
+        (lambda _: cube(name=object()), "texts, numbers"),
+        (lambda _: sonel.Scene.from_mesh([[0, 0, 0]] * 3, [[0, 1, -1]], 0.1, sources=[1, 1, 1]), "no vertex -1"),
+        (lambda _: sonel.Scene.from_mesh([[0, 0]], [[0, 0, 0]], 0.1, sources=[1, 1, 1]), "shape"),
+        (lambda _: sonel.Scene.from_mesh([[0, 0, 0]], [[0.5, 1, 2]], 0.1, sources=[1, 1, 1]), "indices"),
+        (lambda _: sonel.Scene.from_mesh([[0, 0, 0]], [[0, 0, 0]], {"a\nb": 0.1}, sources=[1, 1, 1]), "rename"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_named(room, work, message):
+    with pytest.raises(sonel.Error, match=message):
+        work(room)
+
+
+def test_nothing_foreign_is_overwritten(room, response, mapped, tmp_path):
+    notes = tmp_path / "notes"
+    notes.write_text("mine")
+    for save in (room.save, response.save):
+        with pytest.raises(sonel.Error, match="exists and is not"):
+            save(notes)
+    loaded = sonel.Map.load(mapped)
+    with pytest.raises(sonel.Error, match="is an input"):
+        loaded.save(mapped)
+    assert notes.read_text() == "mine"
+
+
+def test_a_loaded_map_stays_what_it_was(scene, room, tmp_path):
+    path = tmp_path / "room.sonelmap"
+    room.save(path)
+    loaded = sonel.Map.load(path)
+    sonel.trace(scene, sonels=50).save(path)
+    assert loaded.sonels == SONELS and sonel.Map.load(path).sonels == 50
+    np.testing.assert_array_equal(loaded.render(SEATS).energy, room.render(SEATS).energy)
+
+
+def test_progress_rises_to_one_and_the_log_has_warnings_and_notes(scene, caplog):
+    heard = []
+    with caplog.at_level(logging.INFO, logger="sonel"):
+        sonel.trace(scene, sonels=20, progress=lambda what, share: heard.append((what, share)))
+    assert {what for what, _ in heard} == {"tracing"} and heard[-1][1] == 1.0
+    assert [share for _, share in heard] == sorted(share for _, share in heard)
+    levels = {record.levelno for record in caplog.records}
+    assert levels == {logging.INFO, logging.WARNING}, "20 sonels in 32 batches are warned of"
+
+
+def stops(work):
+    """Whether `work` was left soon and nothing goes on computing."""
+    begin = time.monotonic()
+    work()
+    assert time.monotonic() - begin < 20.0
+    time.sleep(1.0)
+    before = time.process_time()
+    time.sleep(0.5)
+    return time.process_time() - before < 0.2
+
+
+def test_what_progress_raises_ends_the_work(scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+
+    def fail(what, share):
+        raise RuntimeError(what)
+
+    def work():
+        with pytest.raises(RuntimeError, match="tracing"):
+            sonel.trace(scene, sonels=3_000_000, progress=fail)
+
+    assert stops(work)
+    assert list(tmp_path.iterdir()) == [], "a map that is not finished leaves no file"
+
+
+@pytest.mark.parametrize("stage", ["trace", "render"])
+def test_an_interruption_ends_the_work(scene, room, stage):
+    def interrupted(*_):
+        signal.raise_signal(signal.SIGINT)
+
+    def work():
+        with pytest.raises(KeyboardInterrupt):
+            if stage == "trace":
+                sonel.trace(scene, sonels=3_000_000, progress=interrupted)
+            else:
+                room.render(SEATS, grid="1:9:10,1:6:10,1.5", progress=interrupted)
+
+    assert stops(work)
+
+
+def test_other_threads_of_python_run_meanwhile(scene):
+    counted, done = [0], threading.Event()
+
+    def count():
+        while not done.is_set():
+            counted[0] += 1
+            time.sleep(0.001)
+
+    threading.Thread(target=count, daemon=True).start()
+    before = counted[0]
+    sonel.trace(scene, sonels=40_000)
+    during = counted[0] - before
+    done.set()
+    assert during > 20
+
+
+def test_two_renderings_at_once_do_not_disturb_each_other(room):
+    responses = {}
+
+    def render(absorption):
+        change = {"materials.walls.absorption": absorption}
+        responses[absorption] = room.render(SEATS, set=change).energy.sum()
+
+    workers = [threading.Thread(target=render, args=(absorption,)) for absorption in (0.1, 0.5)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    both = responses.copy()
+    render(0.1)
+    render(0.5)
+    assert both == responses and both[0.1] > both[0.5]
+
+
+def test_the_stubs_name_what_is_compiled():
+    stubs = ast.parse((Path(sonel.__file__).parent / "_sonel.pyi").read_text())
+    named = {}
+    for node in stubs.body:
+        if isinstance(node, ast.ClassDef):
+            named[node.name] = {item.name for item in node.body if isinstance(item, ast.FunctionDef)}
+        elif isinstance(node, ast.FunctionDef):
+            named[node.name] = set()
+    compiled = {name for name in dir(_sonel) if not name.startswith("__")}
+    assert compiled == set(named)
+    for name in ("Scene", "Map", "Array", "Response"):
+        own = {member for member in vars(getattr(_sonel, name)) if not member.startswith("__")}
+        assert own == {member for member in named[name] if not member.startswith("__")}

@@ -1,0 +1,59 @@
+//! The Python package `sonel` against the programs: same bytes, same messages.
+//!
+//! Here the package is put together from what the workspace has compiled anyway. `cargo xtask accept` builds the wheel that users
+//! get, installs it, repeats these tests with it, checks its types and runs the notebook.
+
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context, Result};
+
+use crate::python::{self, shown};
+use crate::python_reader;
+use xtask::workspace::{self, Profile};
+
+const TESTS: &str = "python/tests";
+const PACKAGE: &str = "target/python/package";
+const WHEEL_ENVIRONMENT: &str = "target/wheel";
+const WHEEL_REQUIREMENTS: &str = "python/requirements-accept.txt";
+const NOTEBOOK: &str = "python/first-hour.ipynb";
+
+/// Tests the package as the workspace compiles it.
+pub fn check() -> Result<()> {
+    let python = python_reader::environment()?.join("python");
+    let programs = workspace::programs(Profile::Dev)?;
+    let root = workspace::root();
+    let package = root.join(PACKAGE).join("sonel");
+    fs::create_dir_all(&package)?;
+    for entry in fs::read_dir(root.join("python/sonel"))? {
+        let entry = entry?;
+        if entry.file_type()?.is_file() {
+            fs::copy(entry.path(), package.join(entry.file_name()))?;
+        }
+    }
+    let compiled = programs.join(format!("{DLL_PREFIX}_sonel{DLL_SUFFIX}"));
+    let module = package.join(if cfg!(windows) { "_sonel.pyd" } else { "_sonel.abi3.so" });
+    fs::copy(&compiled, module).with_context(|| format!("cannot copy {}", compiled.display()))?;
+    shown(tests(&python, &programs).env("PYTHONPATH", root.join(PACKAGE)))
+}
+
+/// Builds the wheel, installs it, tests it, and runs the notebook.
+pub fn accept() -> Result<()> {
+    let folder = python::environment(WHEEL_ENVIRONMENT, WHEEL_REQUIREMENTS)?;
+    let python = folder.join("python");
+    let programs = workspace::programs(Profile::Release)?;
+    let run = |words: &[&str]| shown(Command::new(&python).args(words));
+    run(&["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps", "./python"])?;
+    shown(&mut tests(&python, &programs))?;
+    run(&["-m", "mypy", "--strict", "--package", "sonel"])?;
+    run(&["-m", "jupyter", "execute", NOTEBOOK])
+}
+
+fn tests(python: &Path, programs: &Path) -> Command {
+    let mut command = Command::new(python);
+    command.args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider", TESTS]);
+    command.env("SONEL_PROGRAMS", programs);
+    command
+}
