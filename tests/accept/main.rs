@@ -19,6 +19,7 @@ mod sound;
 mod stability;
 mod stopping;
 mod uneven_box;
+mod walk;
 #[path = "../physics/watertight.rs"]
 mod watertight;
 

@@ -1,0 +1,65 @@
+//! Walks through the shipped hall in steps of 1 cm: nothing that edges leave out or cut off steps by 1 dB.
+
+use glam::{DVec3, dvec3};
+use sonel_map::Settings;
+use sonel_renderer::{Estimator, PathClass, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_tests::{Traced, shipped};
+
+/// Places of a walk.
+const PLACES: usize = 150;
+/// Image sources of so many reflections and their edges are summed one by one; the rest is taken for the same everywhere.
+const ORDER: u32 = 3;
+
+/// Out from under the balcony, across the edge of its underside.
+const OUT: [DVec3; 2] = [dvec3(-2.0, 26.7, 3.9), DVec3::NEG_Y];
+/// Up behind the parapet of the balcony, out of the shadow of direct sound.
+const UP: [DVec3; 2] = [dvec3(-3.0, 27.2, 7.503), DVec3::Z];
+
+fn places([start, along]: [DVec3; 2]) -> Vec<ReceiverPoint> {
+    let place =
+        |step: usize| ReceiverPoint { name: step.to_string(), position: start + 0.01 * step as f64 * along };
+    (0..PLACES).map(place).collect()
+}
+
+fn render(traced: &Traced, receivers: &[ReceiverPoint], estimator: Estimator) -> Rendering {
+    let settings =
+        RenderSettings { estimator, rays: 1 << 14, mirror_order: Some(ORDER), ..RenderSettings::default() };
+    let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+    let borders = vec![vec![0.0, traced.map.header().scene.duration]; receivers.len()];
+    renderer.render(0, receivers, &borders, &mut |_| {}).expect("sound receivers")
+}
+
+/// Energy of everything that has noise in the middle of the walk, per band [1/m²].
+fn rest(effects: &[&str], places: &[ReceiverPoint]) -> Vec<f64> {
+    let traced =
+        Traced::with(effects, shipped("hall"), Settings { emissions: 20_000, ..Settings::default() });
+    let rendering = render(&traced, &places[PLACES / 2..=PLACES / 2], Estimator::Auto);
+    let exact = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+    let mut sums = vec![0.0; traced.map.header().scene.bands.count()];
+    for (_, energies) in rendering.classes.iter().filter(|(class, _)| !exact.contains(class)) {
+        sums.iter_mut().zip(energies).for_each(|(sum, energy)| *sum += energy);
+    }
+    sums
+}
+
+/// Largest change of the level between neighbours, in any band [dB].
+fn largest_step(walk: [DVec3; 2], effects: &[&str]) -> f64 {
+    let places = places(walk);
+    let mut energies = vec![rest(effects, &places); PLACES];
+    let traced = Traced::with(effects, shipped("hall"), Settings { emissions: 32, ..Settings::default() });
+    for arrival in render(&traced, &places, Estimator::Connection).arrivals {
+        let sums = energies[arrival.receiver].iter_mut();
+        sums.zip(&arrival.energy).for_each(|(sum, energy)| *sum += energy);
+    }
+    let steps = energies.windows(2).flat_map(|pair| pair[0].iter().zip(&pair[1]));
+    steps.map(|(a, b)| (10.0 * (a / b).log10()).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn walks_through_the_hall_have_no_steps() {
+    let [out, up] = [OUT, UP].map(|walk| largest_step(walk, &["diffraction"]));
+    let without = largest_step(UP, &[]);
+    println!("largest step of 1 cm: out {out:.3} dB, up {up:.3} dB, without diffraction {without:.3} dB");
+    assert!(out < 1.0 && up < 1.0, "{out} {up} dB");
+    assert!(without > 2.0 * up, "a walk without diffraction has to step: {without} dB");
+}
