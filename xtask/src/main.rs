@@ -9,6 +9,7 @@ mod demo;
 mod documentation;
 mod python;
 mod python_reader;
+mod slurm;
 mod tidy;
 
 use std::process::ExitCode;
@@ -20,7 +21,10 @@ use clap::Parser;
 #[command(name = "cargo xtask")]
 enum Chore {
     /// Run what must hold before an issue is closed and takes too long for every change
-    Accept,
+    Accept {
+        /// One part alone
+        part: Option<accept::Part>,
+    },
     /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
     Bench,
     /// Check everything a change has to pass: format, tidy, lints, tests, Python reader, workflow
@@ -37,7 +41,7 @@ enum Chore {
 
 fn main() -> ExitCode {
     let outcome = match Chore::parse() {
-        Chore::Accept => accept::run(),
+        Chore::Accept { part } => accept::run(part),
         Chore::Bench => bench::run(),
         Chore::Ci => ci::run(),
         Chore::Cluster => cluster::check(),

@@ -10,6 +10,7 @@ mod sound;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
@@ -17,6 +18,7 @@ use sonel_acoustics::Air as AirState;
 use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan as console;
+use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, input, use_threads};
 use sonel_map::{Mode, SonelMap};
 use sonel_renderer::{Air, Estimator, RenderSettings, Renderer, Rendering};
@@ -28,6 +30,9 @@ use judging::{Goal, Judged};
 use receivers::Gathered;
 
 pub use arguments::{Arguments, Grid};
+
+/// Of this program, as responses state it.
+static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVISION));
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -43,7 +48,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let scene = &map.header().scene;
     let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
     let settings = render_settings(arguments, scene)?;
-    let Gathered { receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
+    let Gathered { mut receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
+    if let Some(shard) = arguments.shard {
+        receivers = receivers::part(receivers, shard)?;
+    }
     let opened = watch.seconds().1;
     let (map, geometry, quiet) = (&map, &geometry, arguments.quiet);
     let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, quiet };
@@ -71,7 +79,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         return Ok(Outcome::Done);
     };
 
-    let (run, mut told, outcome) = match &arguments.until {
+    let (mut run, mut told, outcome) = match &arguments.until {
         Some(targets) => {
             let goal = Goal { targets, rays: arguments.rays, seconds: arguments.at_most };
             let Judged { run, verdict, told } = judging::until(&job, &settings, &goal, log)?;
@@ -79,6 +87,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         }
         None => (job.render(settings)?, json!({}), Outcome::Done),
     };
+    if let Some(shard) = arguments.shard {
+        run.response.mark_as_part(shard.index, shard.count);
+    }
     let target = output.target().display().to_string();
     run.response
         .write(output.writer())
