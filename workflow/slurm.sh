@@ -10,7 +10,7 @@
 #   SONEL_STAGE=trace sbatch --array=17 workflow/slurm.sh 64 scenes/hall/scene.toml run 100M
 #   SONEL_STAGE=join sbatch workflow/slurm.sh 64 scenes/hall/scene.toml run 100M
 #
-# Measured for the hall: 120 MB and 5 CPU seconds a million arrivals; a task of a failed node is queued again.
+# A task of a failed node is queued again. docs/scale.md says what jobs take.
 #SBATCH --job-name=sonel
 #SBATCH --mem=1G
 #SBATCH --time=04:00:00

@@ -22,7 +22,7 @@ fn merge(shop: &Workshop, parts: &[&str], output: &str) -> anyhow::Result<String
 }
 
 fn refusal(result: anyhow::Result<String>) -> String {
-    format!("{:#}", result.unwrap_err())
+    format!("{:#}", result.expect_err("a refusal"))
 }
 
 #[test]
@@ -110,6 +110,6 @@ fn shards_with_a_decision_made_once_equal_those_that_decide() {
     assert!(said(&["--mode", "paper"]).contains("decided for --mode accurate, this run has paper"));
     assert!(said(&["--duration", "0.3"]).contains("decided for 0.6 s, this run has 0.3 s"));
     assert!(said(&["--effects", "all"]).contains("cannot be used with"));
-    shop.write("scene.toml", &crate::SCENE.replace("0.6", "0.7"));
+    shop.write("scene.toml", crate::SCENE.replace("0.6", "0.7"));
     assert!(said(&[]).contains("scene file has digest"));
 }
