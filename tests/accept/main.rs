@@ -7,6 +7,7 @@ mod bent_estimators;
 mod comparison;
 mod coverage;
 mod effects;
+mod flipped_bits;
 mod invariances;
 mod known_rooms;
 mod losses;

@@ -1,6 +1,10 @@
 //! A map extended is the map of the longer run, byte for byte; what contradicts it is refused.
 
+use std::io::Cursor;
+
+use sonel_map::{MapHeader, MapWriter, ShardRange, SonelMap};
 use sonel_testkit::workshop::Workshop;
+use sonel_tracer::{TracedChunk, Tracer};
 
 use crate::{trace, workshop};
 
@@ -91,6 +95,35 @@ fn contradictions_are_named_with_both_values_all_at_once() {
     assert!(complaint(&shop, &[]).contains("--extend needs --sonels"));
     assert!(complaint(&shop, &["--sonels", "800", "--shard", "1/2"]).contains("--shard a part"));
     assert!(before == shop.bytes("a.sonelmap"));
+}
+
+/// The map in `a.sonelmap` as if a program of `version` had traced it.
+fn traced_by(shop: &Workshop, version: String) -> Result<(), Box<dyn std::error::Error>> {
+    let map = SonelMap::from_bytes(&shop.bytes("a.sonelmap"))?;
+    let header = MapHeader { tool_version: version, ..map.header().clone() };
+    let geometry = header.scene.geometry()?;
+    let mut writer = MapWriter::begin(Cursor::new(Vec::new()))?;
+    let sink = |chunk: TracedChunk| {
+        writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
+    };
+    Tracer::of(&header, &geometry).run(ShardRange::WHOLE, sink)?;
+    shop.write("a.sonelmap", writer.finish(&header)?.into_inner());
+    Ok(())
+}
+
+#[test]
+fn a_map_of_another_build_is_extended_and_one_of_another_revision_is_not() {
+    let shop = shop();
+    trace(&shop, "a.sonelmap", &["--sonels", "700"]).unwrap();
+    let version = SonelMap::from_bytes(&shop.bytes("a.sonelmap")).unwrap().header().tool_version.clone();
+    let (revision, _) = version.rsplit_once('.').unwrap();
+    traced_by(&shop, format!("{revision}9.ab")).unwrap();
+    let complaint = complaint(&shop, &["--sonels", "800"]);
+    assert!(complaint.contains(&format!("sonel {revision}9.ab traced it, this is {version}")), "{complaint}");
+    traced_by(&shop, format!("{revision}.ab")).unwrap();
+    extend(&shop, "a.sonelmap", "b.sonelmap", &["--sonels", "800"]).unwrap();
+    trace(&shop, "long.sonelmap", &["--sonels", "800"]).unwrap();
+    assert!(shop.bytes("b.sonelmap") == shop.bytes("long.sonelmap"));
 }
 
 #[test]

@@ -6,10 +6,12 @@ mod comparison;
 mod effects;
 mod extend;
 mod figures;
+mod parts;
 mod placement;
 mod planning;
 mod report;
 mod reproducible;
+mod revisions;
 mod sound;
 mod trial;
 

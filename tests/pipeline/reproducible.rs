@@ -99,7 +99,7 @@ fn the_parts_of_a_response_add_up() {
         assert!((of_batches / total - 1.0).abs() < 1e-5, "band {band}: {of_batches} and {total}");
         let classes = report["sources"][0]["classes"].as_array().unwrap();
         for class in classes {
-            let samples = class["effective_sample_size"][band].as_f64();
+            let samples = class["effective_sample_size"][0][band].as_f64();
             let scatters = ["... D R", "... D S^k R, k <= K'"].contains(&class["class"].as_str().unwrap());
             assert!(if scatters {
                 samples.unwrap() > 100.0
@@ -108,7 +108,7 @@ fn the_parts_of_a_response_add_up() {
             });
             assert!(!class["reason"].as_str().unwrap().is_empty());
         }
-        let of_classes: f64 = classes.iter().map(|class| class["energy"][band].as_f64().unwrap()).sum();
+        let of_classes: f64 = classes.iter().map(|class| class["energy"][0][band].as_f64().unwrap()).sum();
         assert!((of_classes / total - 1.0).abs() < 1e-9, "band {band}: {of_classes} and {total}");
     }
 }

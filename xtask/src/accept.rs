@@ -1,14 +1,65 @@
-//! Long statistical runs, the Python wheel and its notebook, in release, and the documentation.
+//! What takes too long for every change: documentation, foreign packages, a real Slurm, the Python wheel and its notebook, statistical runs in
+//! release.
+
+use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
 
 use xtask::workspace;
 
-use crate::{documentation, python_package};
+use crate::{cluster, documentation, python_package};
 
-/// Runs all of them, one test after the other, and shows what they measured; before that, what rustdoc has to say.
-pub fn run() -> Result<()> {
-    documentation::check()?;
+/// A part of what is run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Part {
+    /// What rustdoc has to say
+    Documentation,
+    /// Licences, advisories and sources of foreign packages
+    Packages,
+    /// The workflow on a real Slurm
+    Cluster,
+    /// The Python wheel, its types and its notebook
+    Python,
+    /// Statistical runs
+    Tests,
+}
+
+/// Runs one part, or all.
+pub fn run(part: Option<Part>) -> Result<()> {
+    let is_wanted = |wanted: Part| part.is_none_or(|part| part == wanted);
+    if is_wanted(Part::Documentation) {
+        documentation::check()?;
+    }
+    if is_wanted(Part::Packages) {
+        packages()?;
+    }
+    if is_wanted(Part::Cluster) {
+        cluster::accept()?;
+    }
+    if is_wanted(Part::Python) {
+        python_package::accept()?;
+    }
+    if is_wanted(Part::Tests) { tests() } else { Ok(()) }
+}
+
+/// Compares foreign packages with deny.toml.
+fn packages() -> Result<()> {
+    let mut command = workspace::cargo(&["deny", "--version"]);
+    if !command.output().is_ok_and(|output| output.status.success()) {
+        println!("left out: licences and advisories need `cargo install --locked cargo-deny`");
+        return Ok(());
+    }
+    succeed(workspace::cargo(&["deny", "check", "licenses", "bans", "sources"]))?;
+    if !workspace::cargo(&["deny", "fetch", "db"]).status().is_ok_and(|status| status.success()) {
+        println!("left out: advisories need github.com");
+        return Ok(());
+    }
+    succeed(workspace::cargo(&["deny", "check", "advisories"]))
+}
+
+/// Runs all tests, one after the other, and shows what they measured.
+fn tests() -> Result<()> {
     let arguments = [
         "test",
         "--release",
@@ -24,8 +75,11 @@ pub fn run() -> Result<()> {
         "--nocapture",
         "--test-threads=1",
     ];
-    let mut command = workspace::cargo(&arguments);
+    succeed(workspace::cargo(&arguments))
+}
+
+fn succeed(mut command: Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot run {command:?}"))?;
     ensure!(status.success(), "{command:?}: {status}");
-    python_package::accept()
+    Ok(())
 }

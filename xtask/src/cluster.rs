@@ -8,12 +8,15 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use crate::python::{self, printed};
+use crate::slurm::Slurm;
 use xtask::workspace::{self, Profile};
 
 const REQUIREMENTS: &str = "workflow/requirements.txt";
 const ENVIRONMENT: &str = "target/cluster/python";
 const FOLDER: &str = "target/cluster/run";
 const SCENE: &str = "scenes/shoebox/scene.toml";
+/// The slowest tasks of a real Slurm shall last long enough to be cancelled.
+const MORE_SONELS: &str = "200k";
 /// Ten chunks, so that four shards are of different sizes.
 const SONELS: &str = "5000";
 const SHARDS: u32 = 4;
@@ -33,8 +36,8 @@ pub fn check() -> Result<()> {
     }
     fs::create_dir_all(&folder)?;
 
-    let whole = trace(&programs, &folder.join("whole.sonelmap"), "1")?;
-    let other = trace(&programs, &folder.join("other.sonelmap"), "2")?;
+    let whole = trace(&programs, &folder.join("whole.sonelmap"), SONELS, "1")?;
+    let other = trace(&programs, &folder.join("other.sonelmap"), SONELS, "2")?;
     ensure!(whole != other, "another seed goes unnoticed: the comparison is blind");
 
     with_snakemake(&snakemake, &programs, &folder)?;
@@ -57,9 +60,9 @@ pub fn check() -> Result<()> {
 }
 
 /// The map of the run in one piece.
-fn trace(programs: &Path, map: &Path, seed: &str) -> Result<Vec<u8>> {
+fn trace(programs: &Path, map: &Path, sonels: &str, seed: &str) -> Result<Vec<u8>> {
     let mut command = Command::new(programs.join("sonel-trace"));
-    command.args([SCENE, "--sonels", SONELS, "--seed", seed, "--quiet", "-o"]).arg(map);
+    command.args([SCENE, "--sonels", sonels, "--seed", seed, "--quiet", "-o"]).arg(map);
     printed(&mut command)?;
     Ok(fs::read(map)?)
 }
@@ -85,18 +88,73 @@ fn with_snakemake(snakemake: &Path, programs: &Path, folder: &Path) -> Result<()
     printed(&mut command).map(drop)
 }
 
-/// The script as Slurm calls it: once for every task of the array, once more to join.
+/// The script as Slurm calls it: to decide, once for every task of the array, to join.
 fn with_script(programs: &Path, folder: &Path) -> Result<()> {
-    let path = env::var_os("PATH").unwrap_or_default();
-    let path = env::join_paths([programs.to_owned()].into_iter().chain(env::split_paths(&path)))?;
-    for task in (1..=SHARDS).map(Some).chain([None]) {
-        let mut command = Command::new("bash");
-        command.args(["workflow/slurm.sh", &SHARDS.to_string(), SCENE]);
-        command.arg(folder.join("slurm")).arg(SONELS).env("PATH", &path).env_remove("SLURM_ARRAY_TASK_ID");
-        if let Some(task) = task {
-            command.env("SLURM_ARRAY_TASK_ID", task.to_string()).arg("--quiet");
-        }
-        printed(&mut command)?;
+    let folder = folder.join("slurm");
+    fs::create_dir_all(folder.join("shards"))?;
+    let stages = [("decide", 1..=1), ("trace", 1..=SHARDS), ("join", 1..=1)];
+    for (stage, task) in stages.into_iter().flat_map(|(stage, tasks)| tasks.map(move |task| (stage, task))) {
+        let mut command = script(programs, &folder, SHARDS, SONELS)?;
+        printed(command.env("SONEL_STAGE", stage).env("SLURM_ARRAY_TASK_ID", task.to_string()))?;
     }
     Ok(())
+}
+
+/// `workflow/slurm.sh`, which finds `programs`.
+fn script(programs: &Path, folder: &Path, shards: u32, sonels: &str) -> Result<Command> {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let path = env::join_paths([programs.to_owned()].into_iter().chain(env::split_paths(&path)))?;
+    let mut command = Command::new(workspace::root().join("workflow/slurm.sh"));
+    command.args([&shards.to_string(), SCENE]).arg(folder).args([sonels, "--quiet"]).env("PATH", path);
+    Ok(command)
+}
+
+/// The same on a real Slurm, with faults: a task is cancelled, the node fails, Snakemake is killed.
+pub fn accept() -> Result<()> {
+    let Some(slurm) = Slurm::start(&workspace::root().join("target/cluster/daemons"))? else { return Ok(()) };
+    let programs = workspace::programs(Profile::Dev)?;
+    let folder = workspace::root().join("target/cluster/accept");
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
+    }
+    fs::create_dir_all(&folder)?;
+    let whole = trace(&programs, &folder.join("whole.sonelmap"), MORE_SONELS, "1")?;
+    let same = |map: &Path, what: &str| -> Result<()> {
+        ensure!(fs::read(map).with_context(|| format!("{what}: no map"))? == whole, "{what}: another map");
+        println!("{what}: the map of the run in one piece");
+        Ok(())
+    };
+    let submit = |shards: u32, name: &str| -> Result<()> {
+        let mut command = script(&programs, &folder.join(name), shards, MORE_SONELS)?;
+        printed(command.envs(slurm.environment())).map(drop)
+    };
+    submit(1, "single")?;
+    slurm.settle()?;
+    same(&folder.join("single/map.sonelmap"), "one shard")?;
+
+    submit(SHARDS, "failed")?;
+    slurm.running_task()?;
+    slurm.fail_node()?;
+    slurm.settle()?;
+    same(&folder.join("failed/map.sonelmap"), "a node that failed")?;
+
+    submit(SHARDS, "cancelled")?;
+    let task = slurm.running_task()?;
+    slurm.cancel(&task)?;
+    slurm.settle()?;
+    ensure!(!folder.join("cancelled/map.sonelmap").exists(), "shards were joined without one");
+    let again = |stage: &str, options: &[&str]| -> Result<()> {
+        let whole = script(&programs, &folder.join("cancelled"), SHARDS, MORE_SONELS)?;
+        let mut command = slurm.client("sbatch");
+        command.args(options).arg(whole.get_program()).args(whole.get_args());
+        command
+            .env("SONEL_STAGE", stage)
+            .envs(whole.get_envs().filter_map(|(key, value)| Some((key, value?))));
+        printed(&mut command)?;
+        slurm.settle()
+    };
+    let (_, number) = task.split_once('_').context("no task of an array")?;
+    again("trace", &["--output=/dev/null", &format!("--array={number}")])?;
+    again("join", &["--output=/dev/null"])?;
+    same(&folder.join("cancelled/map.sonelmap"), "a cancelled task")
 }

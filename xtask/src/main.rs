@@ -10,6 +10,7 @@ mod documentation;
 mod python;
 mod python_package;
 mod python_reader;
+mod slurm;
 mod tidy;
 
 use std::process::ExitCode;
@@ -21,7 +22,10 @@ use clap::Parser;
 #[command(name = "cargo xtask")]
 enum Chore {
     /// Run what must hold before an issue is closed and takes too long for every change
-    Accept,
+    Accept {
+        /// One part alone
+        part: Option<accept::Part>,
+    },
     /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
     Bench,
     /// Check everything a change has to pass: format, tidy, lints, tests, Python, workflow
@@ -40,7 +44,7 @@ enum Chore {
 
 fn main() -> ExitCode {
     let outcome = match Chore::parse() {
-        Chore::Accept => accept::run(),
+        Chore::Accept { part } => accept::run(part),
         Chore::Bench => bench::run(),
         Chore::Ci => ci::run(),
         Chore::Cluster => cluster::check(),

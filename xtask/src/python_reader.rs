@@ -116,7 +116,7 @@ fn largest_difference(rendered: &str, read: &str) -> Result<f64> {
             bail!("sonel-render reports no class {CLASS}");
         };
         ensure!(class["estimator"] == "connection", "{CLASS} is not estimated by connections");
-        let (ours, theirs) = (list(&class["energy"])?, list(&other["connection"])?);
+        let (ours, theirs) = (list(&class["energy"][0])?, list(&other["connection"])?);
         ensure!(!ours.is_empty() && ours.len() == theirs.len(), "not as many bands as the reader found");
         for (ours, theirs) in ours.iter().zip(theirs) {
             let difference = (number(theirs)? / number(ours)? - 1.0).abs();
@@ -140,7 +140,7 @@ mod tests {
 
     fn rendered(energy: &str) -> String {
         format!(
-            r#"{{"sources":[{{"classes":[{{"class":"... D R","estimator":"connection","energy":{energy}}}]}}]}}"#
+            r#"{{"sources":[{{"classes":[{{"class":"... D R","estimator":"connection","energy":[{energy}]}}]}}]}}"#
         )
     }
 

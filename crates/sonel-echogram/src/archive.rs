@@ -1,6 +1,10 @@
 //! Numpy archives: named arrays in an uncompressed zip file with constant time stamps, so that the same response has the
 //! same bytes.
+//!
+//! The zip format has checksums of contents, none of names. A digest over both, as the last array, tells an archive whose directory was
+//! damaged.
 
+use std::collections::HashMap;
 use std::io::{self, BufWriter, Cursor, Read, Seek, SeekFrom, Write};
 
 use npyz::{DType, Deserialize, NpyFile, WriterBuilder};
@@ -11,6 +15,9 @@ use crate::{ResponseError, header};
 
 /// Archives larger than this need the 64-bit zip extension for their entries.
 const LARGE_ENTRY: usize = u32::MAX as usize / 2;
+
+/// The array that holds the digest of all others.
+const DIGEST: &str = "digest";
 
 /// Numbers that are gathered before they reach the archive [bytes].
 const BUFFER: usize = 1 << 16;
@@ -41,11 +48,37 @@ pub type Shaped<T> = (Vec<usize>, Vec<T>);
 #[derive(Debug)]
 pub struct ArchiveWriter<W: Write + Seek> {
     zip: ZipWriter<UntilFailure<W>>,
+    /// Name of the array being written, and the hash of its content so far.
+    array: (String, blake3::Hasher),
+    digest: blake3::Hasher,
+}
+
+/// Adds an array to a digest: BLAKE3 of the BLAKE3 of name and content of every array, in the order of the archive.
+fn add_to_digest(digest: &mut blake3::Hasher, name: &str, content: blake3::Hash) {
+    digest.update(blake3::hash(name.as_bytes()).as_bytes()).update(content.as_bytes());
+}
+
+/// Passes on the content of an array and hashes it.
+struct Hashed<'a, W: Write + Seek> {
+    zip: &'a mut ZipWriter<UntilFailure<W>>,
+    content: &'a mut blake3::Hasher,
+}
+
+impl<W: Write + Seek> Write for Hashed<'_, W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.zip.write(bytes)?;
+        self.content.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.zip.flush()
+    }
 }
 
 /// An array being written, see [`ArchiveWriter::array`].
 pub struct ArrayWriter<'a, T: Number, W: Write + Seek> {
-    array: npyz::NpyWriter<T, BufWriter<&'a mut ZipWriter<UntilFailure<W>>>>,
+    array: npyz::NpyWriter<T, BufWriter<Hashed<'a, W>>>,
 }
 
 impl<T: Number, W: Write + Seek> ArrayWriter<'_, T, W> {
@@ -69,7 +102,11 @@ impl<T: Number, W: Write + Seek> ArrayWriter<'_, T, W> {
 impl<W: Write + Seek> ArchiveWriter<W> {
     /// Begins an archive.
     pub fn new(out: W) -> Self {
-        Self { zip: ZipWriter::new(UntilFailure { out, position: 0, has_failed: false }) }
+        Self {
+            zip: ZipWriter::new(UntilFailure { out, position: 0, has_failed: false }),
+            array: Default::default(),
+            digest: blake3::Hasher::new(),
+        }
     }
 
     /// Begins an array of numbers whose values come later.
@@ -81,9 +118,9 @@ impl<W: Write + Seek> ArchiveWriter<W> {
         key: &str,
         shape: &[usize],
     ) -> Result<ArrayWriter<'_, T, W>, ResponseError> {
-        self.begin(key, size_of::<T>().saturating_mul(shape.iter().product()))?;
+        let out = self.begin(key, size_of::<T>().saturating_mul(shape.iter().product()))?;
         let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
-        let out = BufWriter::with_capacity(BUFFER, &mut self.zip);
+        let out = BufWriter::with_capacity(BUFFER, out);
         let array = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(out).begin_nd()?;
         Ok(ArrayWriter { array })
     }
@@ -109,15 +146,25 @@ impl<W: Write + Seek> ArchiveWriter<W> {
     /// When the archive cannot be written.
     pub fn texts(&mut self, key: &str, shape: &[usize], values: &[&str]) -> Result<(), ResponseError> {
         let width = values.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
-        self.begin(key, width * values.len() * 4)?;
+        let out = self.begin(key, width * values.len() * 4)?;
         let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
         let dtype = DType::Plain(format!("<U{width}").parse().expect("a type string of numpy"));
-        let mut array =
-            npyz::WriteOptions::<str>::new().dtype(dtype).shape(&shape).writer(&mut self.zip).begin_nd()?;
+        let mut array = npyz::WriteOptions::<str>::new().dtype(dtype).shape(&shape).writer(out).begin_nd()?;
         for text in values {
             array.push(text)?;
         }
         Ok(array.finish()?)
+    }
+
+    /// Completes the archive with a digest of all its arrays ([`ArchiveReader::check_digest`]) and returns what it was written to.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn finish_with_digest(mut self) -> Result<W, ResponseError> {
+        self.complete_array();
+        let digest = self.digest.finalize().to_hex();
+        self.texts(DIGEST, &[], &[&digest])?;
+        self.finish()
     }
 
     /// Completes the archive and returns what it was written to.
@@ -129,13 +176,23 @@ impl<W: Write + Seek> ArchiveWriter<W> {
         if has_failed { Err(io::Error::other("an earlier write failed").into()) } else { Ok(out) }
     }
 
-    fn begin(&mut self, key: &str, bytes: usize) -> Result<(), ResponseError> {
+    fn complete_array(&mut self) {
+        let (name, content) = std::mem::take(&mut self.array);
+        if !name.is_empty() {
+            add_to_digest(&mut self.digest, &name, content.finalize());
+        }
+    }
+
+    fn begin(&mut self, key: &str, bytes: usize) -> Result<Hashed<'_, W>, ResponseError> {
+        self.complete_array();
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .last_modified_time(DateTime::default())
             .unix_permissions(0o644)
             .large_file(bytes > LARGE_ENTRY);
-        self.zip.start_file(format!("{key}.npy"), options).map_err(broken)
+        self.array.0 = format!("{key}.npy");
+        self.zip.start_file(&self.array.0, options).map_err(broken)?;
+        Ok(Hashed { zip: &mut self.zip, content: &mut self.array.1 })
     }
 }
 
@@ -184,11 +241,13 @@ impl<W: Write + Seek> Seek for UntilFailure<W> {
 /// An archive being read.
 pub struct ArchiveReader<R: Read + Seek> {
     zip: ZipArchive<R>,
+    /// Hashes of the arrays read so far.
+    contents: HashMap<usize, blake3::Hash>,
 }
 
 impl<R: Read + Seek> ArchiveReader<R> {
     pub fn new(input: R) -> Result<Self, ResponseError> {
-        Ok(Self { zip: ZipArchive::new(input).map_err(broken)? })
+        Ok(Self { zip: ZipArchive::new(input).map_err(broken)?, contents: HashMap::new() })
     }
 
     /// Whether there is an array `key`.
@@ -199,12 +258,7 @@ impl<R: Read + Seek> ArchiveReader<R> {
     /// Shape and values of array `key` in row-major order; [`None`] where there is no such array.
     pub fn array<T: Deserialize>(&mut self, key: &str) -> Result<Option<Shaped<T>>, ResponseError> {
         let Some(index) = self.zip.index_for_name(&format!("{key}.npy")) else { return Ok(None) };
-        let mut entry = self.zip.by_index(index).map_err(broken)?;
-        // Bytes first: the checksum is compared, and a header that claims more than there is cannot claim memory.
-        let mut bytes = Vec::new();
-        entry
-            .read_to_end(&mut bytes)
-            .map_err(|error| ResponseError::Archive(format!("array {key}: {error}")))?;
+        let bytes = self.content(index)?;
         let wrong = |problem: String| ResponseError::Array { key: key.to_owned(), problem };
         header::check(&bytes).map_err(wrong)?;
         let array =
@@ -215,6 +269,34 @@ impl<R: Read + Seek> ArchiveReader<R> {
         let shape: Vec<usize> = array.shape().iter().map(|&length| length as usize).collect();
         let values = array.into_vec().map_err(|error| wrong(format!("has another type: {error}")))?;
         Ok(Some((shape, values)))
+    }
+
+    /// Bytes first: the checksum is compared, and a header that claims more than there is cannot claim memory.
+    fn content(&mut self, index: usize) -> Result<Vec<u8>, ResponseError> {
+        let mut entry = self.zip.by_index(index).map_err(broken)?;
+        let mut bytes = Vec::new();
+        entry
+            .read_to_end(&mut bytes)
+            .map_err(|error| ResponseError::Archive(format!("array {}: {error}", entry.name())))?;
+        self.contents.insert(index, blake3::hash(&bytes));
+        Ok(bytes)
+    }
+
+    /// Compares names and contents of all arrays with the digest of the archive, which is its last array.
+    pub fn check_digest(&mut self) -> Result<(), ResponseError> {
+        let (_, stated) =
+            self.array::<String>(DIGEST)?.ok_or_else(|| ResponseError::Missing(DIGEST.to_owned()))?;
+        let mut digest = blake3::Hasher::new();
+        for index in 0..self.zip.len() - 1 {
+            let content = match self.contents.get(&index) {
+                Some(&content) => content,
+                None => blake3::hash(&self.content(index)?),
+            };
+            add_to_digest(&mut digest, self.zip.name_for_index(index).unwrap_or_default(), content);
+        }
+        let is_same = stated.len() == 1 && digest.finalize().to_hex().as_str() == stated[0];
+        let damaged = "names or contents of arrays do not match the digest";
+        if is_same { Ok(()) } else { Err(ResponseError::Archive(damaged.to_owned())) }
     }
 }
 

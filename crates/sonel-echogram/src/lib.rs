@@ -9,6 +9,7 @@ mod borders;
 mod check;
 mod error;
 mod header;
+mod join;
 mod read;
 mod response;
 mod write;
@@ -16,7 +17,8 @@ mod write;
 pub use archive::{ArchiveWriter, ArrayWriter, Number};
 pub use borders::batch_time_edges;
 pub use error::ResponseError;
+pub use join::{JoinError, join};
 pub use response::{ArrivalKind, Arrivals, Batches, Missing, Response};
 
-/// Version of the response file, in its array `format_version`; a file without one is of this version.
+/// Version of the response file, in its array `format_version`.
 pub const FORMAT_VERSION: u32 = 1;

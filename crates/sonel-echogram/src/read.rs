@@ -8,15 +8,8 @@ use crate::archive::ArchiveReader;
 use crate::check::check;
 use crate::{Arrivals, Batches, FORMAT_VERSION, Missing, Response, ResponseError};
 
-/// Power level where a file states none [dB re 1 pW]: the scene file's default.
-const DEFAULT_POWER_LEVEL_DB: f64 = 90.0;
-/// Speed of sound where a file states none [m/s]: dry air at 20 °C.
-const DEFAULT_SPEED_OF_SOUND: f64 = 343.0;
-/// ρc where a file states none [Pa s/m]: levels then equal intensity levels.
-const DEFAULT_IMPEDANCE: f64 = 400.0;
-
 impl Response {
-    /// Reads a response. Unknown arrays are ignored; batches and arrivals may be missing.
+    /// Reads a response. Unknown arrays are ignored; batches and what follows the last bin may be missing.
     ///
     /// # Errors
     /// When the file is no archive, is damaged, lacks an array, or arrays contradict each other or hold impossible values.
@@ -33,11 +26,9 @@ impl Response {
         let response = Self {
             receiver_positions: file.points("receiver_position_m", r)?,
             source_positions: file.points("source_position_m", s)?,
-            source_power_level_db: file
-                .optional("source_power_level_db", &[s, b])?
-                .unwrap_or_else(|| vec![DEFAULT_POWER_LEVEL_DB; s * b]),
-            speed_of_sound: file.scalar("speed_of_sound", DEFAULT_SPEED_OF_SOUND)?,
-            characteristic_impedance: file.scalar("characteristic_impedance", DEFAULT_IMPEDANCE)?,
+            source_power_level_db: file.required("source_power_level_db", &[s, b])?,
+            speed_of_sound: file.scalar("speed_of_sound")?,
+            characteristic_impedance: file.scalar("characteristic_impedance")?,
             batches: file.batches(s, r, b)?,
             missing: file.missing(s, b)?,
             arrivals: file.arrivals(b)?,
@@ -48,6 +39,7 @@ impl Response {
             source_names,
             energy,
         };
+        file.archive.check_digest()?;
         check(&response)?;
         Ok(response)
     }
@@ -59,9 +51,9 @@ struct Arrays<R: Read + Seek> {
 
 impl<R: Read + Seek> Arrays<R> {
     fn version(&mut self) -> Result<(), ResponseError> {
-        match self.optional::<u32>("format_version", &[])?.as_deref() {
-            None | Some([FORMAT_VERSION]) => Ok(()),
-            Some(found) => Err(ResponseError::Version { found: found[0] }),
+        match self.scalar("format_version")? {
+            FORMAT_VERSION => Ok(()),
+            found => Err(ResponseError::Version { found }),
         }
     }
 
@@ -100,8 +92,8 @@ impl<R: Read + Seek> Arrays<R> {
         Ok(values.chunks_exact(3).map(|point| [point[0], point[1], point[2]]).collect())
     }
 
-    fn scalar(&mut self, key: &str, default: f64) -> Result<f64, ResponseError> {
-        Ok(self.optional::<f64>(key, &[])?.map_or(default, |values| values[0]))
+    fn scalar<T: Deserialize + Copy>(&mut self, key: &str) -> Result<T, ResponseError> {
+        Ok(self.required::<T>(key, &[])?[0])
     }
 
     fn batches(&mut self, s: usize, r: usize, b: usize) -> Result<Option<Batches>, ResponseError> {
@@ -130,9 +122,6 @@ impl<R: Read + Seek> Arrays<R> {
     }
 
     fn arrivals(&mut self, b: usize) -> Result<Arrivals, ResponseError> {
-        if !self.archive.contains("arrival_source") {
-            return Ok(Arrivals::default());
-        }
         let source: Vec<u32> = self.list("arrival_source")?;
         let a = source.len();
         Ok(Arrivals {
@@ -147,9 +136,7 @@ impl<R: Read + Seek> Arrays<R> {
     }
 
     fn metadata(&mut self) -> Result<serde_json::Value, ResponseError> {
-        let Some(text) = self.optional::<String>("metadata_json", &[])? else {
-            return Ok(serde_json::Value::Null);
-        };
+        let text: Vec<String> = self.required("metadata_json", &[])?;
         serde_json::from_str(&text[0]).map_err(|error| ResponseError::Array {
             key: "metadata_json".to_owned(),
             problem: format!("is no JSON: {error}"),
@@ -269,22 +256,41 @@ mod tests {
         }
     }
 
+    /// Every 61st bit; tests/accept flips all bits.
     #[test]
-    fn a_flipped_bit_is_an_error_or_changes_nothing() {
-        // Contents carry checksums. What does not are dates, permissions and copies of names in the archive's directory, and
-        // the names of arrays that may be missing: about a tenth of so small a file.
-        let bare = Response { batches: None, missing: None, arrivals: Arrivals::default(), ..response() };
-        let good = bytes(&bare);
+    fn a_response_with_a_flipped_bit_is_refused_or_the_same() {
+        // Dates, permissions and the copies of names before the contents are read by nobody.
+        let (energy, time_edges_s) = (vec![1.0; 8], vec![0.0, 0.1, 0.2]);
+        let small = Response { energy, time_edges_s, batches: None, missing: None, ..response() };
+        let good = bytes(&small);
+        let bits = (0..good.len() * 8).step_by(61);
         let mut refused = 0;
-        for at in 0..good.len() {
+        for bit in bits.clone() {
             let mut damaged = good.clone();
-            damaged[at] ^= 1 << (at % 8);
+            damaged[bit / 8] ^= 1 << (bit % 8);
             match Response::read(Cursor::new(damaged)) {
                 Err(_) => refused += 1,
-                Ok(read) => assert_eq!(read.energy, bare.energy, "byte {at}"),
+                Ok(read) => assert!(read == small, "bit {bit}"),
             }
         }
-        assert!(refused > good.len() * 8 / 10, "{refused} of {}", good.len());
+        assert!(refused > bits.len() * 7 / 10, "{refused} of {}", bits.len());
+    }
+
+    /// Names in the directory of the archive have no checksum of their own.
+    #[test]
+    fn an_array_under_another_name_is_refused() {
+        let good = bytes(&response());
+        for key in ["kernel_difference_batches", "missing_fluence", "missing_decay_rate", "speed_of_sound"] {
+            let name = format!("{key}.npy");
+            let places: Vec<usize> =
+                (0..good.len()).filter(|&at| good[at..].starts_with(name.as_bytes())).collect();
+            assert_eq!(places.len(), 2, "{key}: before the content and in the directory");
+            let mut damaged = good.clone();
+            for at in places {
+                damaged[at] ^= 1;
+            }
+            assert!(Response::read(Cursor::new(damaged)).is_err(), "{key}");
+        }
     }
 
     #[test]

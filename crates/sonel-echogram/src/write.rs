@@ -53,7 +53,7 @@ impl Response {
         archive.numbers("arrival_order", &[count], &arrivals.order)?;
         archive.numbers("arrival_kind", &[count], &arrivals.kind)?;
         archive.texts("metadata_json", &[], &[&self.metadata.to_string()])?;
-        archive.finish()
+        archive.finish_with_digest()
     }
 }
 

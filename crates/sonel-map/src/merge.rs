@@ -25,8 +25,8 @@ use crate::writer::MapWriter;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MergeError {
-    /// Fewer than two maps.
-    #[error("nothing to join: give two maps or more, shards of one run")]
+    /// No map.
+    #[error("nothing to join: give the shards of one run")]
     TooFew,
     /// A map that cannot be read, or is damaged.
     #[error("{map}: {error}")]
@@ -131,7 +131,7 @@ impl Merger {
     /// # Errors
     /// Everything that speaks against joining them.
     pub fn new(names: &[String], open: &mut Opener<'_>) -> Result<Self, Vec<MergeError>> {
-        if names.len() < 2 {
+        if names.is_empty() {
             return Err(vec![MergeError::TooFew]);
         }
         let (mut problems, mut headers, mut parts) = (Vec::new(), Headers::default(), Vec::new());

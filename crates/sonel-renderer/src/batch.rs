@@ -24,7 +24,7 @@ use crate::rendering::{CoarseEchogram, Rendering};
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
 pub(crate) const BATCHES_IN_FLIGHT: u32 = 8;
 
-/// One batch's estimate: all its echograms, and the sums of its classes.
+/// One batch's estimate: all its echograms, and the sums of its classes per receiver.
 pub(crate) struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
@@ -38,7 +38,7 @@ impl BatchEstimate {
         Self {
             deposits: Deposits::new(borders.len(), bins, bands),
             kernel: KernelDifference::new(borders, bands),
-            sums: PathClass::ALL.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
+            sums: PathClass::ALL.map(|_| vec![[0.0; 4]; borders.len() * lanes_of(bands)]),
             under_way: [(); 2].map(|()| vec![[0.0; 4]; lanes_of(bands)]),
         }
     }
@@ -75,8 +75,10 @@ impl BatchEstimate {
         borders: &[Vec<f64>],
         first_arrivals: &[f64],
     ) {
-        for (class, sum) in PathClass::ALL.into_iter().zip(&self.sums) {
-            rendering.book(class, weight, sum);
+        for (class, sums) in PathClass::ALL.into_iter().zip(&self.sums) {
+            for (receiver, sum) in tile.clone().zip(sums.chunks_exact(sums.len() / tile.len())) {
+                rendering.book(class, receiver, weight, sum);
+            }
         }
         if tile.start == 0 {
             rendering.book_under_way(weight, &self.under_way);

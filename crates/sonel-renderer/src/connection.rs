@@ -50,12 +50,12 @@ pub fn radiosity(incident: &[Lanes], diffuse: &EventRow, times: f64, radiosity: 
     }
 }
 
-/// Where an estimator of one class leaves its energy: the echograms of all classes, and the sum of its own.
+/// Where an estimator of one class leaves its energy: the echograms of all classes, and the sums of its own.
 #[derive(Debug)]
 pub struct ClassDeposits<'a> {
     /// Echograms.
     pub deposits: &'a mut Deposits,
-    /// Sum over receivers and time, per band.
+    /// Sum over time, per receiver and band.
     pub sum: &'a mut [Lanes],
     /// What kernels of half the area would have found.
     pub kernel: &'a mut KernelDifference,
@@ -76,7 +76,8 @@ impl ClassDeposits<'_> {
             air.attenuate(length, energy);
         }
         self.deposits.add(receiver, bin, energy);
-        add_lanes(self.sum, energy);
+        let lanes = energy.len();
+        add_lanes(&mut self.sum[receiver * lanes..(receiver + 1) * lanes], energy);
     }
 
     /// The same for energy found by a kernel, `gain` times as much of which half its area would have found, in the `coarse`

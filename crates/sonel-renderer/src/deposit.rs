@@ -1,5 +1,7 @@
 //! Echograms under construction: energy per receiver, time bin and band.
 
+use std::alloc::{Layout, handle_alloc_error};
+
 use bytemuck::{Pod, Zeroable};
 use sonel_map::coefficients::to_lanes;
 use sonel_map::{BandClasses, Lanes, lanes_of};
@@ -75,7 +77,11 @@ impl Deposits {
     #[must_use]
     pub fn new(receivers: usize, bins: usize, bands: usize) -> Self {
         let lanes = lanes_of(bands);
-        let lines = bytemuck::zeroed_vec((bins * receivers * lanes).div_ceil(2));
+        let count = (bins * receivers * lanes).div_ceil(2);
+        let lines = bytemuck::allocation::try_zeroed_vec(count).unwrap_or_else(|()| {
+            // As for any other vector.
+            handle_alloc_error(Layout::array::<CacheLine>(count).unwrap_or(Layout::new::<CacheLine>()))
+        });
         Self { receivers, bins, lanes, lines }
     }
 

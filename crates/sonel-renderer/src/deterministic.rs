@@ -60,7 +60,7 @@ impl Renderer<'_> {
                 differences.push(nothing.clone());
             }
             for (class, energy) in CLASSES.into_iter().zip(&part.classes) {
-                rendering.book(class, 1.0, energy);
+                rendering.book(class, index, 1.0, energy);
             }
             rendering.arrivals.extend(part.arrivals);
             rendering.edge_work.extend(part.edge_work);

@@ -22,6 +22,10 @@
 //!
 //! [`render`](mod@render) drives them batch by batch; [`deposit`] holds the echograms under construction.
 
+/// Revision of the echograms: raised by every change after which the same command may write another response to the same map.
+/// `tests/pipeline` keeps digests of some. Responses of two revisions are never joined.
+pub const REVISION: u32 = 1;
+
 pub mod air;
 mod alias;
 pub mod ball;

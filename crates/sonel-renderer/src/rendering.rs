@@ -40,7 +40,9 @@ pub struct Rendering {
     pub arrivals: Vec<DiscreteArrival>,
     /// Energy per class, summed over receivers and time, per band [1/m²].
     pub classes: [(PathClass, Vec<f64>); PathClass::ALL.len()],
-    /// Weighted mean over the batches of the squares of their energies, as `classes`.
+    /// The same for every receiver: [receiver][band] of each class [1/m²].
+    pub class_energies: [Vec<f64>; PathClass::ALL.len()],
+    /// Weighted mean over the batches of the squares of their energies, as `class_energies`.
     squares: [Vec<f64>; PathClass::ALL.len()],
     /// What packets carried at [`TimeBins::marks`], per unit emitted energy and band [1].
     pub under_way: [Vec<f64>; 2],
@@ -73,7 +75,8 @@ impl Rendering {
             kernel_differences: (0..batches).map(|_| Vec::with_capacity(receivers)).collect(),
             arrivals: Vec::new(),
             classes: PathClass::ALL.map(|class| (class, vec![0.0; bands])),
-            squares: PathClass::ALL.map(|_| vec![0.0; bands]),
+            class_energies: PathClass::ALL.map(|_| vec![0.0; receivers * bands]),
+            squares: PathClass::ALL.map(|_| vec![0.0; receivers * bands]),
             under_way: [vec![0.0; bands], vec![0.0; bands]],
             mirror_order: 0,
             image_order: Vec::new(),
@@ -99,6 +102,9 @@ impl Rendering {
                 |batch: Vec<CoarseEchogram>| batch.iter().map(|coarse| coarse.spread(classes)).collect();
             batches.into_iter().map(spread_batch).collect()
         };
+        let spread_receivers = |bands: Vec<f64>| -> Vec<f64> {
+            bands.chunks_exact(classes.count()).flat_map(|bands| classes.spread(bands)).collect()
+        };
         let arrivals = self
             .arrivals
             .into_iter()
@@ -109,19 +115,22 @@ impl Rendering {
             kernel_differences: spread(self.kernel_differences),
             arrivals: arrivals.collect(),
             classes: self.classes.map(|(class, energy)| (class, classes.spread(&energy))),
-            squares: self.squares.map(|squares| classes.spread(&squares)),
+            class_energies: self.class_energies.map(spread_receivers),
+            squares: self.squares.map(spread_receivers),
             under_way: self.under_way.map(|energy| classes.spread(&energy)),
             ..self
         }
     }
 
-    /// Books `energy` per band, times `weight`, to `class`.
-    pub fn book(&mut self, class: PathClass, weight: f64, energy: &[Lanes]) {
-        let sums = self.classes[class as usize].1.iter_mut().zip(&mut self.squares[class as usize]);
-        for (band, (sum, square)) in sums.enumerate() {
-            let energy = energy[band / 4][band % 4];
-            *sum += weight * energy;
-            *square += weight * energy * energy;
+    /// Books `energy` per band at `receiver`, times `weight`, to `class`.
+    pub fn book(&mut self, class: PathClass, receiver: usize, weight: f64, energy: &[Lanes]) {
+        let class = class as usize;
+        let bands = self.classes[class].1.len();
+        for band in 0..bands {
+            let (energy, at) = (energy[band / 4][band % 4], receiver * bands + band);
+            self.classes[class].1[band] += weight * energy;
+            self.class_energies[class][at] += weight * energy;
+            self.squares[class][at] += weight * energy * energy;
         }
     }
 
@@ -153,11 +162,12 @@ impl Rendering {
         (fluence, rates.iter().map(|rate| rate / bins.time(1.0)).collect())
     }
 
-    /// How many independent equal contributions would scatter as the energy of `class` does between the batches, per band:
+    /// How many independent equal contributions would scatter as the energy of `class` at `receiver` does between the batches, per band:
     /// mean² over the variance of the mean [1]. [`None`] where nothing scatters.
     #[must_use]
-    pub fn effective_sample_size(&self, class: PathClass, band: usize) -> Option<f64> {
-        let (mean, square) = (self.classes[class as usize].1[band], self.squares[class as usize][band]);
+    pub fn effective_sample_size(&self, class: PathClass, receiver: usize, band: usize) -> Option<f64> {
+        let (class, at) = (class as usize, receiver * self.classes[class as usize].1.len() + band);
+        let (mean, square) = (self.class_energies[class][at], self.squares[class][at]);
         let variance = (square - mean * mean) / (self.batches.len() as f64 - 1.0);
         (variance > ROUNDING * square).then(|| mean * mean / variance)
     }

@@ -260,15 +260,18 @@ impl Diff {
   sonel-trace hall.toml -o 1.sonelmap --sonels 1M --shard 1/2
   sonel-trace hall.toml -o 2.sonelmap --sonels 1M --shard 2/2
   sonel-analyze merge 1.sonelmap 2.sonelmap -o hall.sonelmap
+  sonel-render hall.sonelmap -o 1.npz --shard 1/2
+  sonel-render hall.sonelmap -o 2.npz --shard 2/2
+  sonel-analyze merge 1.npz 2.npz -o hall.npz
 
-The result is the map that sonel-trace writes in one piece, byte for byte. Neighbours such as 1/4 and 2/4 make the
-larger shard 1/2.")]
+The result is what sonel-trace or sonel-render writes in one piece, byte for byte. Neighbouring shards of a map such as 1/4 and
+2/4 make the larger shard 1/2.")]
 pub struct Merge {
-    /// Shards of one run, in any order.
-    #[arg(value_name = "SHARD.sonelmap", required = true)]
-    pub maps: Vec<PathBuf>,
-    /// Where the map goes; replaced only when the new one is complete.
-    #[arg(short, long, value_name = "MAP.sonelmap")]
+    /// Shards of one map or of one response, in any order.
+    #[arg(value_name = "SHARD", required = true)]
+    pub shards: Vec<PathBuf>,
+    /// Where the whole goes; replaced only when the new one is complete.
+    #[arg(short, long, value_name = "WHOLE")]
     pub output: PathBuf,
 }
 

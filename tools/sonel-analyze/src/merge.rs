@@ -1,22 +1,47 @@
-//! `sonel-analyze merge`: shards of a run joined to its map.
+//! `sonel-analyze merge`: shards of a run joined to its map, parts of a rendering to its response.
 
+use std::fmt::Display;
 use std::io::Write;
+use std::path::PathBuf;
 
 use anyhow::Context;
 use sonel_console::Outcome;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Audience, Progress};
-use sonel_map::{MergeError, Merger, ShardRange};
+use sonel_echogram::join;
+use sonel_map::{Merger, ShardRange};
 
 use crate::arguments::Merge;
+use crate::open;
 
 /// Joins shards.
 ///
 /// # Errors
-/// Everything that speaks against joining the maps, or the output cannot be written.
+/// Everything that speaks against joining them, or the output cannot be written.
 pub fn run(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let Merge { maps, output } = arguments;
+    match open::kind(&arguments.shards[0])? {
+        open::Kind::Map => join_maps(arguments, quiet, log),
+        open::Kind::Response => join_responses(arguments, log),
+    }
+}
+
+fn join_responses(arguments: &Merge, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let Merge { shards, output } = arguments;
+    let part = |path: &PathBuf| Ok((path.display().to_string(), open::response(path)?));
+    let parts: Vec<_> = shards.iter().map(part).collect::<anyhow::Result<_>>()?;
+    let whole = join(parts).map_err(|problems| together(&problems))?;
+    let mut target = Output::create(output, Kind::RESPONSE, shards)?;
+    let failed = || format!("cannot write {}; an older file there is untouched", output.display());
+    whole.write(target.writer()).with_context(failed)?;
+    target.publish()?;
+    let (count, receivers) = (shards.len(), whole.receivers());
+    writeln!(log, "{count} responses joined, {receivers} receivers; written to {}", output.display())?;
+    Ok(Outcome::Done)
+}
+
+fn join_maps(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let Merge { shards: maps, output } = arguments;
     let names: Vec<String> = maps.iter().map(|map| map.display().to_string()).collect();
     let mut open = |number: usize| input::open(&maps[number]);
     let merger = Merger::new(&names, &mut open).map_err(|problems| together(&problems))?;
@@ -36,7 +61,7 @@ pub fn run(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
 }
 
 /// One message of all `problems`.
-fn together(problems: &[MergeError]) -> anyhow::Error {
+fn together<E: Display>(problems: &[E]) -> anyhow::Error {
     let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
     anyhow::Error::msg(problems.join("\nerror: "))
 }

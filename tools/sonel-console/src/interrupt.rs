@@ -41,26 +41,88 @@ fn files() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// From now on an interruption removes unfinished files, says so and ends the program with 128 plus the number of the signal.
+/// From now on an interruption removes unfinished files, says so and ends the program with 128 plus the number of the signal; so does the
+/// end of the terminal. A mapped file that is cut off while it is read, and memory that is not there, end it with code 2.
 ///
 /// # Errors
 /// When the system refuses.
 #[cfg(unix)]
 pub fn remove_unfinished_files() -> std::io::Result<()> {
-    use std::io::Write;
-    let mut signals = signal_hook::iterator::Signals::new(signal_hook::consts::TERM_SIGNALS)?;
+    use signal_hook::consts::{SIGHUP, TERM_SIGNALS};
+    let mut signals = signal_hook::iterator::Signals::new(TERM_SIGNALS.iter().chain([&SIGHUP]))?;
+    failure::report();
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
-            // Held to the end, so that no file is begun or finished meanwhile.
-            let files = files();
-            for file in files.iter() {
-                let _ = std::fs::remove_file(file);
-            }
-            let _ = writeln!(std::io::stderr(), "\nerror: interrupted; older outputs are untouched");
-            std::process::exit(128 + signal);
+            let (message, code) = match failure::found() {
+                Some(message) => (message, 2),
+                None => ("interrupted; older outputs are untouched", 128 + signal),
+            };
+            end(message, code);
         }
     });
     Ok(())
+}
+
+/// Removes unfinished files and ends the program.
+#[cfg(unix)]
+fn end(message: &str, code: i32) -> ! {
+    use std::io::{IsTerminal, Write};
+    // Held to the end, so that no file is begun or finished meanwhile.
+    let files = files();
+    for file in files.iter() {
+        let _ = std::fs::remove_file(file);
+    }
+    let mut log = std::io::stderr();
+    // Below the progress bar.
+    let line = if log.is_terminal() { "\n" } else { "" };
+    let _ = writeln!(log, "{line}error: {message}");
+    std::process::exit(code)
+}
+
+/// Failures that the system tells by a signal in the thread that failed. What the thread was about to do cannot be done: it stays in the
+/// handler, and the thread that waits for interruptions ends the program.
+#[cfg(unix)]
+mod failure {
+    use std::sync::atomic::{AtomicI32, Ordering};
+    use std::time::Duration;
+
+    /// The signal of the first failure.
+    static SIGNAL: AtomicI32 = AtomicI32::new(0);
+
+    /// What failed.
+    pub fn found() -> Option<&'static str> {
+        match SIGNAL.load(Ordering::SeqCst) {
+            libc::SIGBUS => Some(
+                "an input was cut off or cannot be read any more (bus error): leave it alone while it is read, check the \
+                 disk, and run the command again",
+            ),
+            libc::SIGABRT => Some(
+                "the program cannot go on; where memory is short give it more, take fewer --threads or a wider --bin, or \
+                 divide the run or its receivers (--shard)",
+            ),
+            _ => None,
+        }
+    }
+
+    extern "C" fn stay(signal: libc::c_int) {
+        SIGNAL.store(signal, Ordering::SeqCst);
+        // Allowed in a handler: an atomic, kill and sleep.
+        let _ = signal_hook::low_level::raise(libc::SIGTERM);
+        loop {
+            std::thread::sleep(Duration::from_secs(1));
+        }
+    }
+
+    /// From now on such failures are reported.
+    pub fn report() {
+        for signal in [libc::SIGBUS, libc::SIGABRT] {
+            // SAFETY: the handler calls only what POSIX allows in one, and never returns to the code that failed.
+            #[allow(unsafe_code)]
+            unsafe {
+                libc::signal(signal, stay as extern "C" fn(libc::c_int) as libc::sighandler_t);
+            }
+        }
+    }
 }
 
 /// Does nothing here.

@@ -1,5 +1,5 @@
 //! What the programs share: clocks, choices, counts, times, plans, inputs that are files, outputs that appear when complete, interruptions, scenes, progress,
-//! exit codes.
+//! versions, exit codes.
 
 pub mod choices;
 pub mod clock;
@@ -13,12 +13,15 @@ pub mod progress;
 pub mod quantity;
 pub mod receiver;
 pub mod scene;
+pub mod shard;
 pub mod store;
 pub mod time;
+pub mod version;
 
 use std::cell::Cell;
 use std::io::Write;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How a program ended, when nothing was wrong with its input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,6 +40,7 @@ pub fn run_to_exit(
     quiet: bool,
     program: impl FnOnce(&mut dyn Write, &mut dyn Write) -> anyhow::Result<Outcome>,
 ) -> ExitCode {
+    QUIET.store(quiet, Ordering::Relaxed);
     if let Err(error) = interrupt::remove_unfinished_files() {
         return exit_code(Err(anyhow::Error::new(error).context("cannot handle signals")));
     }
@@ -93,6 +97,15 @@ fn exit_code(result: anyhow::Result<Outcome>) -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Whether nobody wants to read notes: until a program begins nobody does.
+static QUIET: AtomicBool = AtomicBool::new(true);
+
+/// Says on the log of the program what no caller asked for.
+pub(crate) fn note(text: &str) {
+    // A closed stderr cannot be told.
+    let _ = writeln!(log_stream(QUIET.load(Ordering::Relaxed)), "note: {text}");
 }
 
 /// Where a program logs to: stderr, or nowhere with `--quiet`.

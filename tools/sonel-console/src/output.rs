@@ -10,7 +10,7 @@ use tempfile::TempPath;
 
 use sonel_scene::checkup::FIRST_LINE;
 
-use crate::interrupt;
+use crate::{interrupt, note};
 
 /// What the name of a file ends with until it is complete.
 pub const UNFINISHED: &str = ".unfinished";
@@ -236,8 +236,11 @@ fn remove_stale(target: &Path) {
         let name = entry.file_name().to_string_lossy().into_owned();
         let random = name.strip_prefix(&prefix).and_then(|rest| rest.strip_suffix(UNFINISHED));
         let is_ours = random.is_some_and(|random| !random.is_empty() && !random.contains('.'));
-        if is_ours && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
-            let _ = std::fs::remove_file(entry.path());
+        if is_ours
+            && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
+            && std::fs::remove_file(entry.path()).is_ok()
+        {
+            note(&format!("removed {}, which a run that was killed had left", entry.path().display()));
         }
     }
 }

@@ -8,7 +8,9 @@ use sonel_console::choices::EstimatorArgument;
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
+use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
+use sonel_map::ShardRange;
 use sonel_renderer::ReceiverPoint;
 use sonel_study::target::Targets;
 
@@ -17,7 +19,7 @@ use crate::change::Assignment;
 /// Renders echograms at any receivers from a sonel map.
 #[derive(Debug, Clone, Parser)]
 #[command(
-    version,
+    version = crate::VERSION.as_str(),
     after_help = "Examples:\n  sonel-render room.sonelmap -o room.npz --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
                   sonel-render hall.sonelmap --plan\n  \
                   sonel-render hall.sonelmap -o hall.npz --until \"t30<1%,level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
@@ -43,6 +45,9 @@ pub struct Arguments {
     /// A grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room are left out.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_grid, allow_hyphen_values = true)]
     pub grid: Option<Grid>,
+    /// Render part I of N of the receivers only, I from 1; sonel-analyze merge joins the parts.
+    #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with_all = ["plan", "until", "wav"])]
+    pub shard: Option<ShardRange>,
     /// Width of a time bin [s].
     #[arg(long, value_name = "SECONDS", default_value_t = 0.001, allow_negative_numbers = true)]
     pub bin: f64,

@@ -10,7 +10,7 @@ use sonel_console::progress::{Audience, Progress};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
-use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_study::response;
 
 /// Steps of the progress bar.
@@ -77,11 +77,12 @@ impl Run<'_> {
         let header = self.map.header();
         let mut metadata = json!({
             "tool": "sonel-render",
-            "tool_version": env!("CARGO_PKG_VERSION"),
+            "tool_version": *crate::VERSION,
             "scene": header.scene.name,
             "scene_digest": hexadecimal(&header.scene.digest),
             "mesh_digest": hexadecimal(&header.scene.mesh_digest),
             "map_digest": hexadecimal(&self.map.digest()),
+            "map_tool_version": header.tool_version,
             "seed": self.settings.seed.unwrap_or(header.settings.seed),
             "emissions": header.settings.emissions,
             "batches": header.settings.batches,
@@ -125,17 +126,21 @@ impl Run<'_> {
     /// Orders and energy per path class of one source.
     fn shares(&self, rendering: &Rendering) -> Value {
         let classes: Vec<Value> = rendering
-            .classes
+            .class_energies
             .iter()
-            .map(|(class, energy)| {
-                let samples: Vec<Option<f64>> =
-                    (0..energy.len()).map(|band| rendering.effective_sample_size(*class, band)).collect();
+            .zip(PathClass::ALL)
+            .map(|(energy, class)| {
+                let energy: Vec<&[f64]> = energy.chunks(self.response.bands()).collect();
+                let samples = |receiver: usize| -> Vec<Option<f64>> {
+                    let bands = 0..self.response.bands();
+                    bands.map(|band| rendering.effective_sample_size(class, receiver, band)).collect()
+                };
                 json!({
                     "class": class.notation(),
-                    "estimator": self.renderer.owner(*class),
-                    "reason": self.renderer.reason(*class, rendering.mirror_order),
+                    "estimator": self.renderer.owner(class),
+                    "reason": self.renderer.reason(class, rendering.mirror_order),
                     "energy": energy,
-                    "effective_sample_size": samples,
+                    "effective_sample_size": (0..energy.len()).map(samples).collect::<Vec<_>>(),
                 })
             })
             .collect();

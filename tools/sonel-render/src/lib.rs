@@ -10,6 +10,7 @@ mod sound;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
@@ -18,6 +19,7 @@ use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan as console;
 use sonel_console::progress::Audience;
+use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, input, use_threads};
 use sonel_echogram::Response;
 use sonel_map::{Mode, SonelMap};
@@ -30,6 +32,9 @@ use judging::{Goal, Judged};
 use receivers::Gathered;
 
 pub use arguments::{Arguments, Grid};
+
+/// Of this program, as responses state it.
+static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVISION));
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -45,7 +50,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let scene = &map.header().scene;
     let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
     let settings = render_settings(arguments, scene)?;
-    let Gathered { receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
+    let Gathered { mut receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
+    if let Some(shard) = arguments.shard {
+        receivers = receivers::part(receivers, shard)?;
+    }
     let opened = watch.seconds().1;
     let (map, geometry, audience) = (&map, &geometry, Audience::unless(arguments.quiet));
     let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, audience };
@@ -73,7 +81,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         return Ok(Outcome::Done);
     };
 
-    let (run, mut told, outcome) = render(&job, &settings, arguments, log)?;
+    let (mut run, mut told, outcome) = render(&job, &settings, arguments, log)?;
+    if let Some(shard) = arguments.shard {
+        run.response.mark_as_part(shard.index, shard.count);
+    }
     let target = output.target().display().to_string();
     run.response
         .write(output.writer())

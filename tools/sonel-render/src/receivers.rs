@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use sonel_console::input;
 use sonel_geometry::{Geometry, Obstacle};
+use sonel_map::ShardRange;
 use sonel_renderer::{ReceiverPoint, is_at_source};
 use sonel_scene::Scene;
 use sonel_study::response::receivers_of;
@@ -71,6 +72,16 @@ pub fn gather(
         bail!("receivers share a name: {}; give each its own", twice.join(", "));
     }
     Ok(Gathered { receivers, grid: counts })
+}
+
+/// The receivers of one shard.
+pub fn part(receivers: Vec<ReceiverPoint>, shard: ShardRange) -> anyhow::Result<Vec<ReceiverPoint>> {
+    if receivers.len() < shard.count as usize {
+        let (count, parts) = (receivers.len(), shard.count);
+        bail!("--shard: {count} receivers cannot be divided into {parts} parts: give at most {count}");
+    }
+    let range = shard.chunks(receivers.len() as u64);
+    Ok(receivers[range.start as usize..range.end as usize].to_vec())
 }
 
 /// The points where a receiver can stand, and what became of the others.

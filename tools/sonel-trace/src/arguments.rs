@@ -7,6 +7,7 @@ use clap::{Parser, ValueEnum};
 use sonel_console::choices::ModeArgument;
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
+use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
 use sonel_map::{Mode, Settings, ShardRange, Spectral};
 use sonel_scene::LONGEST_DURATION;
@@ -47,11 +48,15 @@ pub struct Arguments {
     pub duration: Option<f64>,
     /// Trace part I of N only, I from 1.
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
-    pub shard: Option<(u32, u32)>,
+    pub shard: Option<ShardRange>,
     /// Add emissions to this map of the same scene: N of --sonels instead of what it has, everything else as it was
     /// traced. The result is the map of the longer run, byte for byte; it may replace the old one.
     #[arg(long, value_name = "MAP.sonelmap")]
     pub extend: Option<PathBuf>,
+    /// Take the decision about effects from this map of the same scene, mode and duration instead of making it again: for the shards of a
+    /// run. A map of one sonel (--sonels 1) will do.
+    #[arg(long, value_name = "MAP.sonelmap", conflicts_with_all = ["effects", "extend"])]
+    pub decision: Option<PathBuf>,
     /// Print the predicted cost and intervals for several accuracies; with --output, run and compare.
     #[arg(long)]
     pub plan: bool,
@@ -171,13 +176,6 @@ impl Arguments {
     /// The part of the run.
     #[must_use]
     pub fn shard_range(&self) -> ShardRange {
-        self.shard.map_or(ShardRange::WHOLE, |(index, count)| ShardRange { index, count })
+        self.shard.unwrap_or(ShardRange::WHOLE)
     }
-}
-
-fn parse_shard(text: &str) -> Result<(u32, u32), String> {
-    let wrong = || format!("\"{text}\" is no shard: write I/N with I from 1 to N, such as 2/8");
-    let (index, count) = text.split_once('/').ok_or_else(wrong)?;
-    let (index, count) = (index.parse().map_err(|_| wrong())?, count.parse().map_err(|_| wrong())?);
-    if index >= 1 && index <= count { Ok((index, count)) } else { Err(wrong()) }
 }

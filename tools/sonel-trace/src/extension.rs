@@ -1,4 +1,4 @@
-//! `--extend`: a map and the options that would make it longer.
+//! `--extend`: a map and the options that would make it longer. `--decision`: a map whose decision about effects is taken.
 //!
 //! Everything that decided the map is taken from the map, so an option that says the same is superfluous, and one that
 //! says otherwise is an error.
@@ -9,11 +9,13 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use sonel_console::clock::CpuClock;
 use sonel_console::input;
+use sonel_console::version::without_build;
 use sonel_geometry::Geometry;
 use sonel_map::{EffectState, MapHeader, Mode, Settings, SonelMap, Spectral};
 use sonel_scene::Scene;
 use sonel_study::effects::{self, Decision};
 
+use crate::VERSION;
 use crate::arguments::Arguments;
 
 /// The provenance of the longer run that `arguments` ask for, and the map in `path` that it extends, all of whose paths are
@@ -28,34 +30,105 @@ pub fn open(
     geometry: &Geometry,
 ) -> anyhow::Result<(MapHeader, SonelMap)> {
     let named = || path.display().to_string();
-    let file = input::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-    let map = SonelMap::open(&file).with_context(named)?;
+    let map = opened(path)?;
     map.require_whole().with_context(named)?;
     let header = map.header();
     let mut problems = contradictions(arguments, header, scene);
     problems.extend(other_effects(arguments, header, scene, geometry)?);
-    if !problems.is_empty() {
-        let problems: Vec<String> =
-            problems.iter().map(|problem| format!("{}: {problem}", path.display())).collect();
-        bail!("{}", problems.join("\nerror: "));
-    }
+    unless_any(&problems, path)?;
     let geometry = header.scene.geometry().with_context(named)?;
     map.check_surfaces(&geometry).with_context(named)?;
     map.check_paths(geometry.surfaces().len() as u32).with_context(named)?;
     let emissions = arguments.sonels.unwrap_or(header.settings.emissions);
-    let header = MapHeader { settings: Settings { emissions, ..header.settings }, ..header.clone() };
+    let settings = Settings { emissions, ..header.settings };
+    let header = MapHeader { tool_version: VERSION.clone(), settings, ..header.clone() };
     Ok((header, map))
+}
+
+/// The effects that the map in `path` decided about, and the scene as the decision left it. `scene` is the scene that is traced, in `mode`.
+///
+/// # Errors
+/// When the map is unusable; all contradictions.
+pub fn decided(path: &Path, mode: Mode, scene: &Scene) -> anyhow::Result<(Vec<EffectState>, Scene)> {
+    let map = opened(path)?;
+    let header = map.header();
+    let mut problems = other_origin(header, scene);
+    if header.settings.mode != mode {
+        problems.push(format!(
+            "it decided for --mode {}, this run has {}: decide for the mode of the run",
+            mode_name(header.settings.mode),
+            mode_name(mode)
+        ));
+    }
+    if header.scene.duration.to_bits() != scene.duration.to_bits() {
+        problems.push(format!(
+            "it decided for {} s, this run has {} s: decide for the --duration of the run",
+            header.scene.duration, scene.duration
+        ));
+    }
+    unless_any(&problems, path)?;
+    Ok((header.effects.clone(), header.scene.clone()))
+}
+
+fn opened(path: &Path) -> anyhow::Result<SonelMap> {
+    let file = input::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+    SonelMap::open(&file).with_context(|| path.display().to_string())
+}
+
+/// An error of all `problems` with the map in `path`, if there are any.
+fn unless_any(problems: &[String], path: &Path) -> anyhow::Result<()> {
+    let problems: Vec<String> =
+        problems.iter().map(|problem| format!("{}: {problem}", path.display())).collect();
+    if problems.is_empty() { Ok(()) } else { bail!("{}", problems.join("\nerror: ")) }
+}
+
+fn mode_name(mode: Mode) -> &'static str {
+    if mode == Mode::Paper { "paper" } else { "accurate" }
 }
 
 /// What speaks against extending a map with `header`, a sentence each.
 fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> Vec<String> {
     let settings = &header.settings;
-    let mut problems = Vec::new();
-    let version = env!("CARGO_PKG_VERSION");
-    if header.tool_version != version {
+    let mut problems = other_origin(header, scene);
+    if let Some(sonels) = arguments.sonels
+        && sonels <= settings.emissions
+    {
         problems.push(format!(
-            "sonel {} traced it, this is {version}: the longer map would be of neither; trace it from the beginning",
-            header.tool_version
+            "--sonels {sonels}, the map has {} already: give the larger number that it shall have",
+            settings.emissions
+        ));
+    }
+    let spectral = |spectral| if spectral == Spectral::PerBand { "per-band" } else { "shared" };
+    problems.extend(
+        [
+            contradiction("seed", arguments.seed, settings.seed),
+            contradiction("batches", arguments.batches, settings.batches),
+            contradiction("survival", arguments.survival, settings.survival),
+            contradiction("duration", arguments.duration, header.scene.duration),
+            contradiction(
+                "spectral",
+                arguments.spectral.map(|given| spectral(given.into())),
+                spectral(settings.spectral),
+            ),
+            contradiction(
+                "mode",
+                arguments.mode.map(|given| mode_name(given.into())),
+                mode_name(settings.mode),
+            ),
+        ]
+        .into_iter()
+        .flatten(),
+    );
+    problems
+}
+
+/// Whether another program or another scene made a map with `header`, a sentence each.
+fn other_origin(header: &MapHeader, scene: &Scene) -> Vec<String> {
+    let mut problems = Vec::new();
+    if without_build(&header.tool_version) != without_build(&VERSION) {
+        problems.push(format!(
+            "sonel {} traced it, this is {}: the new map would be of neither; trace it from the beginning",
+            header.tool_version, *VERSION
         ));
     }
     for (what, digest, traced) in [
@@ -70,32 +143,6 @@ fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> V
             ));
         }
     }
-    if let Some(sonels) = arguments.sonels
-        && sonels <= settings.emissions
-    {
-        problems.push(format!(
-            "--sonels {sonels}, the map has {} already: give the larger number that it shall have",
-            settings.emissions
-        ));
-    }
-    let spectral = |spectral| if spectral == Spectral::PerBand { "per-band" } else { "shared" };
-    let mode = |mode| if mode == Mode::Paper { "paper" } else { "accurate" };
-    problems.extend(
-        [
-            contradiction("seed", arguments.seed, settings.seed),
-            contradiction("batches", arguments.batches, settings.batches),
-            contradiction("survival", arguments.survival, settings.survival),
-            contradiction("duration", arguments.duration, header.scene.duration),
-            contradiction(
-                "spectral",
-                arguments.spectral.map(|given| spectral(given.into())),
-                spectral(settings.spectral),
-            ),
-            contradiction("mode", arguments.mode.map(|given| mode(given.into())), mode(settings.mode)),
-        ]
-        .into_iter()
-        .flatten(),
-    );
     problems
 }
 

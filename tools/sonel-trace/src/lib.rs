@@ -12,6 +12,7 @@ mod report;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
@@ -19,6 +20,7 @@ use sonel_console::clock::CpuClock;
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan::{self as console, Comparison, Names};
 use sonel_console::progress::{Audience, Progress};
+use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
 use sonel_geometry::Geometry;
 use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
@@ -38,6 +40,9 @@ use planning::Planner;
 pub use arguments::Arguments;
 pub use check::json as checkup_json;
 pub use program::Program;
+
+/// Of this program, as maps state it.
+static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_tracer::REVISION));
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///
@@ -256,7 +261,7 @@ fn costs(pilot: &Pilot, traced: &mut Traced, seconds: f64) -> anyhow::Result<Com
 struct Beginning {
     /// Provenance of the map that is asked for.
     header: MapHeader,
-    /// Why its effects are as they are; none where a map was extended, which has decided.
+    /// Why its effects are as they are; none where a map has decided.
     decisions: Vec<Decision>,
     /// The map that is extended.
     extended: Option<SonelMap>,
@@ -273,9 +278,14 @@ fn begin(
         return Ok(Beginning { header, decisions: Vec::new(), extended: Some(map) });
     }
     scene.duration = arguments.duration.unwrap_or(scene.duration);
+    let (tool_version, shard) = (VERSION.clone(), arguments.shard_range());
+    if let Some(map) = &arguments.decision {
+        let (effects, scene) = extension::decided(map, settings.mode, &scene)?;
+        let header = MapHeader { tool_version, settings, shard, effects, scene };
+        return Ok(Beginning { header, decisions: Vec::new(), extended: None });
+    }
     let spec = arguments.effects.clone().unwrap_or_default();
     let decisions = effects::decide(&spec, settings.mode, &mut scene, geometry, arguments.plan, &CpuClock)?;
-    let (tool_version, shard) = (env!("CARGO_PKG_VERSION").to_owned(), arguments.shard_range());
     let effects = decisions.iter().map(Decision::state).collect();
     let header = MapHeader { tool_version, settings, shard, effects, scene };
     Ok(Beginning { header, decisions, extended: None })

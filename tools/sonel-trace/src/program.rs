@@ -10,7 +10,7 @@ use crate::{Arguments, check, materials, new};
 /// Traces sonels through a scene and saves the sonel map.
 #[derive(Debug, Clone, Parser)]
 #[command(
-    version,
+    version = crate::VERSION.as_str(),
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     disable_help_subcommand = true,

@@ -61,7 +61,7 @@ fn refused(command: &mut Command, parts: &[&str]) {
 fn begun(shop: &Workshop) -> Child {
     let mut child = Command::new(PROGRAM)
         .args(arguments(shop, &shop.path("room.sonelmap"), "9M"))
-        .stderr(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     let begun = Instant::now();
@@ -101,13 +101,9 @@ fn a_killed_run_leaves_the_old_map_and_a_file_that_the_next_run_removes() {
     let file = std::fs::File::open(shop.path(left)).unwrap();
     assert!(matches!(sonel_map::SonelMap::open(&file), Err(sonel_map::MapError::Incomplete)));
     drop(file);
-    assert!(
-        Command::new(PROGRAM)
-            .args(arguments(&shop, &shop.path("room.sonelmap"), "100"))
-            .status()
-            .unwrap()
-            .success()
-    );
+    let words = ["scene.toml", "-o", "room.sonelmap", "--sonels", "100"];
+    let said = shop.run(PROGRAM, &words).done().err;
+    assert!(said.contains(&format!("{left}, which a run that was killed had left")), "{said}");
     assert_eq!(others(&shop), [""; 0]);
 }
 
@@ -116,10 +112,15 @@ fn a_killed_run_leaves_the_old_map_and_a_file_that_the_next_run_removes() {
 fn an_interrupted_run_leaves_the_old_map_and_nothing_else() {
     for (signal, code) in [("INT", 130), ("TERM", 143)] {
         let shop = workshop();
-        let mut child = begun(&shop);
+        let child = begun(&shop);
         let sent = Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().unwrap();
         assert!(sent.success());
-        assert_eq!(child.wait().unwrap().code(), Some(code));
+        let ended = child.wait_with_output().unwrap();
+        assert_eq!(ended.status.code(), Some(code));
+        assert_eq!(
+            String::from_utf8(ended.stderr).unwrap(),
+            "error: interrupted; older outputs are untouched\n"
+        );
         assert!(old_one_is_there(&shop));
         assert_eq!(others(&shop), [""; 0], "{signal}");
     }

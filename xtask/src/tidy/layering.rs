@@ -18,11 +18,11 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 33] = [
+const HOMES: [(&str, &[&str]); 34] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
-    ("blake3", &["crates/sonel-scene", "crates/sonel-map"]),
+    ("blake3", &["crates/sonel-scene", "crates/sonel-map", "crates/sonel-echogram"]),
     ("clap", &["tools/", "python", "xtask"]),
     ("clap_complete", &["xtask"]),
     ("clap_mangen", &["xtask"]),
@@ -35,6 +35,7 @@ const HOMES: [(&str, &[&str]); 33] = [
     ("gltf", &["crates/sonel-scene"]),
     ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),
+    ("libc", &["tools/sonel-console"]),
     ("memmap2", &["crates/sonel-map"]),
     ("npyz", &["crates/sonel-echogram"]),
     ("obvhs", &["crates/sonel-geometry"]),

@@ -94,14 +94,15 @@ fn the_output_is_no_input() {
 }
 
 #[test]
-fn a_single_map_is_nothing_to_join() {
+fn a_single_shard_is_the_whole_run() {
     let shop = Workshop::with(SCENE);
-    trace(&shop, "1.sonelmap", &["--sonels", "600"]);
+    trace(&shop, "1.sonelmap", &["--sonels", "600", "--shard", "1/1"]);
     let (code, log) = merge(&shop, &["1.sonelmap"], "joined.sonelmap");
-    assert!(code == Some(2) && log.contains("give two maps or more"), "{log}");
-    let (code, _) = merge(&shop, &[], "joined.sonelmap");
+    assert_eq!(code, Some(0), "{log}");
+    assert!(shop.bytes("1.sonelmap") == shop.bytes("joined.sonelmap"));
+    let (code, _) = merge(&shop, &[], "nothing.sonelmap");
     assert_eq!(code, Some(2));
-    assert!(!shop.path("joined.sonelmap").exists());
+    assert!(!shop.path("nothing.sonelmap").exists());
 }
 
 #[test]
