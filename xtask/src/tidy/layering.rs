@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 32] = [
+const HOMES: [(&str, &[&str]); 34] = [
     ("anyhow", &["tools/", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
@@ -35,7 +35,9 @@ const HOMES: [(&str, &[&str]); 32] = [
     ("gltf", &["crates/sonel-scene"]),
     ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),
+    ("levenberg-marquardt", &["crates/sonel-study"]),
     ("memmap2", &["crates/sonel-map"]),
+    ("nalgebra", &["crates/sonel-study"]),
     ("npyz", &["crates/sonel-echogram"]),
     ("obvhs", &["crates/sonel-geometry"]),
     ("ply-rs-bw", &["crates/sonel-scene"]),
