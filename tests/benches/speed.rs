@@ -11,10 +11,13 @@ use std::time::Duration;
 
 use cpu_time::ProcessTime;
 use glam::Vec3;
+use sonel_analysis::Parameter;
 use sonel_geometry::{Departure, Geometry};
 use sonel_map::{MapWriter, Settings, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer};
 use sonel_scene::Scene;
+use sonel_study::response::receivers_of;
+use sonel_study::sensitivity::sensitivities;
 use sonel_tests::{Traced, shipped};
 
 fn main() {
@@ -28,11 +31,49 @@ fn main() {
         println!("{name}: {} triangles, {} bands", scene.mesh.triangles.len(), scene.bands.count());
         measure(scene);
     }
+    if chosen.is_empty() || chosen.iter().any(|word| word == "what-if") {
+        measure_what_if();
+    }
     for (name, counts, allowed) in EDGES {
         if chosen.is_empty() || chosen.iter().any(|word| word == "edges") {
             counts.iter().for_each(|&count| measure_edges_alone(name, count, allowed));
         }
     }
+}
+
+/// CPU seconds of the hall rendered at six receivers as traced, with every material changed, and with derivatives by all coefficients.
+fn measure_what_if() {
+    let settings = Settings { emissions: 60_000, ..Settings::default() };
+    let mut traced = Traced::diffracting(shipped("hall"), settings);
+    let scene = traced.map.header().scene.clone();
+    let as_traced = cpu_seconds(|| drop(black_box(traced.respond(RenderSettings::default()))));
+    let wanted = [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
+    let receivers = receivers_of(&scene);
+    let render = RenderSettings::default();
+    let all = cpu_seconds(|| {
+        let found =
+            sensitivities(&mut traced.map, &traced.geometry, render, &receivers, &wanted, &mut |_, _| {});
+        black_box(found.expect("a sound map"));
+    });
+    let mut materials = scene.materials.clone();
+    let change = |value: &mut f64| *value = 0.9 * *value + 0.02;
+    for material in &mut materials {
+        material.absorption.iter_mut().chain(&mut material.scattering).for_each(change);
+    }
+    traced.map.change(materials, scene.sources);
+    let changed = cpu_seconds(|| drop(black_box(traced.respond(RenderSettings::default()))));
+    println!(
+        "what-if, hall, 60 000 sonels: rendering {as_traced:.1} CPU-s; {:.2} of it with all materials changed (1 wanted), {:.2} with \
+         derivatives by all coefficients (2 wanted)",
+        changed / as_traced,
+        all / as_traced
+    );
+}
+
+fn cpu_seconds(work: impl FnOnce()) -> f64 {
+    let start = ProcessTime::now();
+    work();
+    start.elapsed().as_secs_f64()
 }
 
 /// Scenes, numbers of receivers, and CPU seconds that edges may take for the first of them.

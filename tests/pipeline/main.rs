@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod choices;
+mod coefficients;
 mod comparison;
 mod effects;
 mod extend;

@@ -28,6 +28,7 @@ pub mod export;
 pub mod figure;
 pub mod jackknife;
 pub mod map_comparison;
+pub mod measured;
 mod missing;
 pub mod modulation;
 pub mod outlier;

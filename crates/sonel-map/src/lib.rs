@@ -52,7 +52,7 @@ pub use error::MapError;
 pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
 pub use merge::{MergeError, Merger};
-pub use reader::{PathView, SonelMap};
+pub use reader::{BeforeWidening, PathView, SonelMap};
 pub use sweep::{Arrival, Segment, SegmentHistory, sweep};
 pub use vertex::{EdgePlace, Event, Vertex};
 pub use weight::PathWeight;

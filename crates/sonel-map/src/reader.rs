@@ -54,6 +54,13 @@ pub struct SonelMap {
     lead_bands: usize,
 }
 
+/// A map without the variants of [`SonelMap::widen`].
+#[derive(Debug)]
+pub struct BeforeWidening {
+    header: MapHeader,
+    drawn_with: Option<Vec<Material>>,
+}
+
 /// Where the bytes of a map are. Both begin at an address that suits every record.
 #[derive(Debug)]
 enum Storage {
@@ -257,12 +264,14 @@ impl SonelMap {
     }
 
     /// Puts variants of the materials behind those of the scene, as further bands: band b of variant v is band (v + 1) B + b of B. One
-    /// rendering then tells all of them from the same random numbers. Edges do not diffract in it.
+    /// rendering then tells all of them from the same random numbers. Edges do not diffract in it. [`Self::narrow`] takes what is returned.
     ///
     /// # Panics
     /// Where a variant has not as many materials as the scene, or the map bends packets.
-    pub fn widen(&mut self, variants: &[Vec<Material>]) {
+    #[must_use]
+    pub fn widen(&mut self, variants: &[Vec<Material>]) -> BeforeWidening {
         assert!(self.header.bending_reach().is_none(), "edges bend bands of the file alone");
+        let before = BeforeWidening { header: self.header.clone(), drawn_with: self.drawn_with.clone() };
         let times = variants.len() + 1;
         let scene = &mut self.header.scene;
         let mut drawn_with = self.drawn_with.take().unwrap_or_else(|| scene.materials.clone());
@@ -287,6 +296,13 @@ impl SonelMap {
             let is_on = effect.name != DIFFRACTION;
             effect.on = effect.on.iter().map(|&on| on && is_on).collect::<Vec<_>>().repeat(times);
         }
+        before
+    }
+
+    /// Takes the variants away again.
+    pub fn narrow(&mut self, before: BeforeWidening) {
+        let BeforeWidening { header, drawn_with } = before;
+        (self.header, self.drawn_with) = (header, drawn_with);
     }
 
     /// The materials of the file, where the scene has others by now ([`Self::change`]).

@@ -12,6 +12,7 @@ mod formats;
 mod inspection;
 pub mod library;
 mod load;
+mod materials_file;
 mod mesh_file;
 mod obj;
 mod problem;
@@ -23,6 +24,7 @@ mod suggest;
 
 pub use draft::draft;
 pub use load::{Loaded, load, load_materials, load_receivers};
+pub use materials_file::materials_toml;
 pub use problem::{Place, Problem, SceneErrors};
 pub use scene::{
     DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DURATION, Receiver, Scene,

@@ -1,9 +1,11 @@
 //! Drivers above the stages.
 //!
 //! - [`effects`]: which effects a scene calls for;
+//! - [`fit`]: coefficients of materials from measured parameters;
 //! - [`forecast`]: what a run will find and cost;
 //! - [`hearing`]: rays for hearing a map, and the sonels that it lacks;
 //! - [`judges`]: where a run is judged;
+//! - [`optimise`]: the cheapest change of materials that fulfils [`wish`]es;
 //! - [`pilot`] and [`spread`]: how uncertain figures are, and what a longer run would make of it;
 //! - [`plan`]: sonels and rays for an accuracy;
 //! - [`response`]: all sources of a map rendered, and the response made of it;
@@ -14,9 +16,12 @@
 //! - [`until`]: runs that go on until their figures are certain enough.
 
 pub mod effects;
+pub mod fit;
 pub mod forecast;
 pub mod hearing;
 pub mod judges;
+mod local;
+pub mod optimise;
 pub mod pilot;
 pub mod plan;
 pub mod response;
@@ -28,3 +33,4 @@ pub mod target;
 pub mod tradeoff;
 pub mod trial;
 pub mod until;
+pub mod wish;

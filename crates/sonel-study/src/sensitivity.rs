@@ -5,8 +5,8 @@
 //! Their intervals come from leaving out one batch at a time. Edges do not diffract in them. References: docs/what-if.md.
 
 use sonel_acoustics::{Coefficient, Material};
-use sonel_analysis::sensitivity::{Sensitivity, slopes};
-use sonel_analysis::{Parameter, parameters};
+use sonel_analysis::sensitivity::{Sensitivity, Slope, slopes};
+use sonel_analysis::{Parameter, ReceiverFigures, parameters};
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer};
@@ -17,15 +17,30 @@ use crate::response;
 const STEP: f64 = 1e-3;
 
 /// A coefficient of a material of the scene, and by how much its variant differs.
-struct Variant {
-    material: usize,
-    coefficient: Coefficient,
+#[derive(Debug, Clone)]
+pub(crate) struct Variant {
+    pub material: usize,
+    pub coefficient: Coefficient,
     /// By band; 0 where no packet could tell.
-    steps: Vec<f64>,
+    pub steps: Vec<f64>,
 }
 
-/// Derivatives of `wanted` at `receivers` by absorption and scattering of every material in use. `map` has all variants as further bands
-/// afterwards.
+/// Figures of a map and of its variants: band b of variant v is band (v + 1) B + b of B.
+pub(crate) struct Varied {
+    pub variants: Vec<Variant>,
+    pub bands: usize,
+    pub figures: Vec<ReceiverFigures>,
+}
+
+impl Varied {
+    /// The slopes of a parameter at one source and receiver by the coefficient of variant number `variant`.
+    pub fn slopes(&self, place: usize, variant: usize, parameter: Parameter) -> Vec<Option<Slope>> {
+        let first = (variant + 1) * self.bands;
+        slopes(&self.figures[place], first, &self.variants[variant].steps, parameter)
+    }
+}
+
+/// Derivatives of `wanted` at `receivers` by absorption and scattering of every material in use.
 ///
 /// # Errors
 /// When the map cannot be rendered, or bends packets.
@@ -37,33 +52,74 @@ pub fn sensitivities(
     wanted: &[Parameter],
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<Vec<Sensitivity>, RenderError> {
+    let names: Vec<String> =
+        map.header().scene.materials.iter().map(|material| material.name.clone()).collect();
+    let both = [Coefficient::Absorption, Coefficient::Scattering];
+    let varied = vary(map, geometry, settings, receivers, &both, progress)?;
+    let mut found = Vec::new();
+    for (place, figures) in varied.figures.iter().enumerate() {
+        for (index, variant) in varied.variants.iter().enumerate() {
+            found.extend(wanted.iter().map(|&parameter| Sensitivity {
+                source: figures.source.clone(),
+                receiver: figures.name.clone(),
+                material: names[variant.material].clone(),
+                coefficient: variant.coefficient,
+                parameter,
+                slopes: varied.slopes(place, index, parameter),
+            }));
+        }
+    }
+    Ok(found)
+}
+
+/// Renders `map` with a variant for each of `coefficients` of every material in use.
+///
+/// # Errors
+/// When the map cannot be rendered, or bends packets.
+pub(crate) fn vary(
+    map: &mut SonelMap,
+    geometry: &Geometry,
+    settings: RenderSettings,
+    receivers: &[ReceiverPoint],
+    coefficients: &[Coefficient],
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<Varied, RenderError> {
+    let scene = &map.header().scene;
+    let (materials, bands) = (scene.materials.clone(), scene.bands.count());
+    let mut variants = variants(&materials, geometry);
+    variants.retain(|variant| coefficients.contains(&variant.coefficient));
+    let changed: Vec<Vec<Material>> = variants.iter().map(|variant| variant.applied(&materials)).collect();
+    let figures = figures_of(map, geometry, settings, receivers, &changed, progress)?;
+    Ok(Varied { variants, bands, figures })
+}
+
+/// Figures of `map` and, behind its bands, of variants of its materials.
+///
+/// # Errors
+/// When the map cannot be rendered, or bends packets.
+pub(crate) fn figures_of(
+    map: &mut SonelMap,
+    geometry: &Geometry,
+    settings: RenderSettings,
+    receivers: &[ReceiverPoint],
+    variants: &[Vec<Material>],
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<Vec<ReceiverFigures>, RenderError> {
     if map.header().bending_reach().is_some() {
         return Err(RenderError::Settings(
             "its packets were bent: trace the scene with --effects auto,-bending".to_owned(),
         ));
     }
-    let scene = map.header().scene.clone();
-    let variants = variants(&scene.materials, geometry);
-    let changed: Vec<Vec<Material>> =
-        variants.iter().map(|variant| variant.applied(&scene.materials)).collect();
-    map.widen(&changed);
-    let renderer = Renderer::new(map, geometry, settings)?;
-    let renderings = response::render(map, &renderer, receivers, progress)?;
-    let figures = parameters(&response::assemble(map, &renderer, receivers, &renderings));
-    let mut found = Vec::new();
-    for figures in &figures {
-        for (index, variant) in variants.iter().enumerate() {
-            found.extend(wanted.iter().map(|&parameter| Sensitivity {
-                source: figures.source.clone(),
-                receiver: figures.name.clone(),
-                material: scene.materials[variant.material].name.clone(),
-                coefficient: variant.coefficient,
-                parameter,
-                slopes: slopes(figures, (index + 1) * scene.bands.count(), &variant.steps, parameter),
-            }));
-        }
-    }
-    Ok(found)
+    let before = map.widen(variants);
+    let figures = Renderer::new(map, geometry, settings).and_then(|renderer| {
+        let renderings = response::render(map, &renderer, receivers, progress)?;
+        let mut response = response::assemble(map, &renderer, receivers, &renderings);
+        // The bias of discs is the same in all variants, and reading figures freed of it takes as long as reading them.
+        response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
+        Ok(parameters(&response))
+    });
+    map.narrow(before);
+    figures
 }
 
 /// Absorption and scattering of every material in use that packets can tell in any band.

@@ -19,7 +19,7 @@ pub struct Targets {
 
 /// A limit to half of an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Limit {
+pub(crate) enum Limit {
     /// In just-noticeable differences.
     JustNoticeable(f64),
     /// As a part of the value.
@@ -69,6 +69,16 @@ const NAMES: [(Parameter, &str, &str); 9] = [
     (Parameter::DefinitionD50, "d50", "1%"),
     (Parameter::CenterTime, "ts", "2ms"),
 ];
+
+/// The parameter that is written `name`.
+///
+/// # Errors
+/// [`TargetError::Figure`].
+pub fn parameter(name: &str) -> Result<Parameter, TargetError> {
+    let name = name.trim().to_lowercase();
+    let found = NAMES.into_iter().find(|(_, known, _)| *known == name);
+    found.map(|(parameter, ..)| parameter).ok_or(TargetError::Figure(name))
+}
 
 impl Targets {
     /// Every planned figure within `limit` just-noticeable differences.
@@ -128,7 +138,7 @@ impl FromStr for Targets {
 }
 
 /// A limit in `unit`, if the parameter has that unit.
-fn in_unit(parameter: Parameter, number: f64, unit: &str) -> Option<Limit> {
+pub(crate) fn in_unit(parameter: Parameter, number: f64, unit: &str) -> Option<Limit> {
     let (_, own, factor) = parameter.heading();
     match unit {
         "jnd" => Some(Limit::JustNoticeable(number)),

@@ -11,6 +11,10 @@ use sonel_console::receiver::parse_receiver;
 use sonel_renderer::ReceiverPoint;
 use sonel_study::effects::EffectSpec;
 
+mod coefficients;
+
+pub use coefficients::{Change, FitArguments, OptimiseArguments, To};
+
 /// Inspects maps and responses, reads room-acoustic parameters.
 #[derive(Debug, Clone, Parser)]
 #[command(
@@ -50,6 +54,10 @@ pub enum Command {
     Diff(Diff),
     /// Which surface to treat first: derivatives of parameters by the absorption and scattering of every material.
     Sensitivity(SensitivityArguments),
+    /// Absorption, and scattering if asked for, from measured parameters.
+    Fit(FitArguments),
+    /// The cheapest change of materials that brings parameters to wanted values.
+    Optimise(OptimiseArguments),
     /// Echogram, decay and parameters of responses, drawn as SVG.
     Plot(Plot),
     /// Room, echograms, parameters, effects and provenance as one HTML file that opens offline.

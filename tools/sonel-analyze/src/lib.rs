@@ -3,11 +3,13 @@
 mod arguments;
 mod diff;
 mod export;
+mod fit;
 mod image;
 mod inspect;
 mod listen;
 mod merge;
 mod open;
+mod optimise;
 mod parameters;
 mod plot;
 mod report;
@@ -20,8 +22,8 @@ use std::io::Write;
 use sonel_console::{Outcome, use_threads};
 
 pub use arguments::{
-    Arguments, Command, Diff, Export, Format, Image, Inspect, Listen, Merge, Parameters, Plot, Report,
-    Verify, What,
+    Arguments, Command, Diff, Export, FitArguments, Format, Image, Inspect, Listen, Merge, OptimiseArguments,
+    Parameters, Plot, Report, Verify, What,
 };
 
 /// Runs the program: data to `out`, everything else to `log`.
@@ -39,6 +41,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         Command::Merge(merge) => merge::run(merge, arguments.quiet, log),
         Command::Diff(diff) => diff::run(diff, out),
         Command::Sensitivity(sensitivity) => sensitivity::run(sensitivity, arguments.quiet, out),
+        Command::Fit(fit) => fit::run(fit, arguments.quiet, out, log),
+        Command::Optimise(optimise) => optimise::run(optimise, arguments.quiet, out, log),
         Command::Plot(plot) => plot::run(plot, log),
         Command::Report(report) => report::run(report, log),
         Command::Listen(listen) => listen::run(listen, log),

@@ -9,7 +9,7 @@ use sonel_analysis::survey::{Survey, survey};
 use sonel_console::input;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
-use sonel_map::SonelMap;
+use sonel_map::{Mode, SonelMap};
 
 /// How a map begins.
 const MAP_MAGIC: &[u8] = b"SONELMAP";
@@ -103,6 +103,20 @@ pub fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let (map, geometry) = map(path)?;
     map.check_surfaces(&geometry).with_context(named)?;
     map.check_paths(geometry.surfaces().len() as u32).with_context(named)?;
+    Ok((map, geometry))
+}
+
+/// The whole map in `path`, its paths checked, for other coefficients.
+///
+/// # Errors
+/// When the file cannot be read, is no sound map, a shard or of the paper's mode.
+pub fn changeable_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
+    let named = || path.display().to_string();
+    let (map, geometry) = checked_map(path)?;
+    map.require_whole().with_context(named)?;
+    if map.header().settings.mode == Mode::Paper {
+        bail!("{}: maps of --mode paper keep their materials: trace with --mode accurate", path.display());
+    }
     Ok((map, geometry))
 }
 

@@ -32,6 +32,12 @@ impl Kind {
     /// What `sonel-trace new` writes. A scene file is edited, so that none is replaced.
     pub const SCENE: Self =
         Self { name: "a scene file (choose a name that is free)", ending: "toml", is_begun_by: |_| false };
+    /// What fit and optimise write: never a file edited by hand, whose first line is another.
+    pub const MATERIALS: Self = Self {
+        name: "materials written by sonel-analyze",
+        ending: "toml",
+        is_begun_by: |begin| begin.starts_with(b"# sonel-analyze "),
+    };
     /// What `sonel-trace check --fix` writes.
     pub const REPAIRED_MESH: Self = Self {
         name: "a mesh repaired by sonel-trace",

@@ -1,5 +1,6 @@
 //! Progress: a bar on stderr, where stderr is a terminal and nobody asked for quiet, or calls of a listener.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::time::Duration;
 
@@ -38,7 +39,7 @@ impl fmt::Debug for Audience<'_> {
 /// How often the seconds of waiting are drawn.
 const TICK: Duration = Duration::from_millis(200);
 
-fn bar(what: &'static str, total: Option<u64>, audience: Audience<'_>, template: &str) -> ProgressBar {
+fn bar(what: Cow<'static, str>, total: Option<u64>, audience: Audience<'_>, template: &str) -> ProgressBar {
     let target = match audience {
         Audience::Terminal => ProgressDrawTarget::stderr(),
         Audience::Nobody | Audience::Listener(_) => ProgressDrawTarget::hidden(),
@@ -50,7 +51,7 @@ fn bar(what: &'static str, total: Option<u64>, audience: Audience<'_>, template:
 /// Progress of one long piece of work.
 #[derive(Debug)]
 pub struct Progress<'a> {
-    what: &'static str,
+    what: Cow<'static, str>,
     total: u64,
     bar: ProgressBar,
     audience: Audience<'a>,
@@ -59,24 +60,26 @@ pub struct Progress<'a> {
 impl<'a> Progress<'a> {
     /// Begins `total` steps of `what`. Nothing is drawn where stderr is no terminal.
     #[must_use]
-    pub fn begin(what: &'static str, total: u64, audience: Audience<'a>) -> Self {
-        let bar = bar(what, Some(total), audience, "{msg:>10} [{bar:40}] {percent:>3} % {eta:>6} left");
+    pub fn begin(what: impl Into<Cow<'static, str>>, total: u64, audience: Audience<'a>) -> Self {
+        let what = what.into();
+        let bar =
+            bar(what.clone(), Some(total), audience, "{msg:>10} [{bar:40}] {percent:>3} % {eta:>6} left");
         Self { what, total, bar, audience }
     }
 
     /// Begins work that cannot say how far it is: the seconds since are shown.
     #[must_use]
     pub fn wait(what: &'static str, audience: Audience<'a>) -> Self {
-        let bar = bar(what, None, audience, "{msg:>10} {spinner} {elapsed}");
+        let bar = bar(what.into(), None, audience, "{msg:>10} {spinner} {elapsed}");
         bar.enable_steady_tick(TICK);
-        Self { what, total: 0, bar, audience }
+        Self { what: what.into(), total: 0, bar, audience }
     }
 
     /// `done` steps are done.
     pub fn reach(&self, done: u64) {
         self.bar.set_position(done);
         if let Audience::Listener(listener) = self.audience {
-            listener(self.what, done as f64 / self.total.max(1) as f64);
+            listener(&self.what, done as f64 / self.total.max(1) as f64);
         }
     }
 

@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 34] = [
+const HOMES: [(&str, &[&str]); 36] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
@@ -36,7 +36,9 @@ const HOMES: [(&str, &[&str]); 34] = [
     ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),
     ("libc", &["tools/sonel-console"]),
+    ("levenberg-marquardt", &["crates/sonel-study"]),
     ("memmap2", &["crates/sonel-map"]),
+    ("nalgebra", &["crates/sonel-study"]),
     ("npyz", &["crates/sonel-echogram"]),
     ("obvhs", &["crates/sonel-geometry"]),
     ("ply-rs-bw", &["crates/sonel-scene"]),

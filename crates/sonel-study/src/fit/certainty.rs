@@ -1,0 +1,127 @@
+//! How certain fitted coefficients are, and which of them the measurement does not tell apart.
+//!
+//! With J the derivatives of the deviations in standard deviations by y, H = JᵀJ + 1/w² and K = H⁻¹Jᵀ, a change of the data changes y by K
+//! times it. The variance has three parts: K applied to the noise of the measurement, K applied to the batches of the map left out one at a
+//! time (they share sonels, so that their noise is not independent), and what the belief in the start leaves.
+
+use nalgebra::{DMatrix, DVector};
+use sonel_acoustics::Coefficient;
+use sonel_analysis::{Estimate, jackknife};
+
+use crate::local::{Local, Unknown};
+
+/// Of a normal distribution, two-sided 95 %.
+const NORMAL_95: f64 = 1.959_964;
+/// A coefficient is known from the measurement when that leaves less than this part of the variance it was believed with.
+const LEFT: f64 = 0.5;
+/// Coefficients whose derivatives are so much alike (cosine of the angle between them) are not told apart.
+const ALIKE: f64 = 0.95;
+
+/// What a measurement says of a coefficient.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Knowledge {
+    /// More than was believed.
+    Told,
+    /// Nothing measured depends on it enough.
+    Hardly,
+    /// It would tell it, were these (indices of materials and their coefficients) known; all others together where there are none.
+    NotApart(Vec<(usize, Coefficient)>),
+}
+
+/// Of one coefficient.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Certainty {
+    /// Half of the 95 % interval of y.
+    pub half_width: f64,
+    /// Part of the variance left by the data, with all others unknown and with all others known.
+    left: [f64; 2],
+    alike: Vec<usize>,
+}
+
+impl Certainty {
+    /// In terms of the `materials` of `unknowns`.
+    pub fn knowledge(&self, materials: &[usize], unknowns: &[Unknown]) -> Knowledge {
+        match self.left {
+            [_, alone] if alone > LEFT => Knowledge::Hardly,
+            [together, _] if together > LEFT => {
+                let name = |&other: &usize| (materials[other], unknowns[other].coefficient);
+                Knowledge::NotApart(self.alike.iter().map(name).collect())
+            }
+            _ => Knowledge::Told,
+        }
+    }
+}
+
+/// (JᵀJ + 1/w²)⁻¹: the belief keeps it from being singular.
+fn covariance(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+    let normal = jacobian.transpose() * jacobian;
+    normal.cholesky().expect("every column has its belief").inverse()
+}
+
+/// Standard errors of y where the noise of every value is its own.
+pub(super) fn standard_errors(local: &Local, y: &[f64]) -> Vec<f64> {
+    if y.is_empty() {
+        return Vec::new();
+    }
+    covariance(&local.jacobian(y)).diagonal().iter().map(|variance| variance.sqrt()).collect()
+}
+
+/// Of every unknown of `local` at `y`; `noise` are the standard deviations of the measured values, `estimates` the computed ones.
+pub(super) fn of(local: &Local, y: &[f64], noise: &[f64], estimates: &[Estimate]) -> Vec<Certainty> {
+    if y.is_empty() {
+        return Vec::new();
+    }
+    let jacobian = local.jacobian(y);
+    let (count, covariance) = (local.data.len(), covariance(&jacobian));
+    let data = jacobian.rows(0, count).into_owned();
+    let gain = &covariance * data.transpose();
+    let batches = without_batches(local, estimates, &gain);
+    let column = |k: usize| data.column(k).into_owned();
+    let certainty = |(k, unknown): (usize, &Unknown)| {
+        let share = |i: usize| gain[(k, i)] * noise[i] / local.data[i].sigma;
+        let measured: f64 = (0..count).map(|i| share(i) * share(i)).sum();
+        let belief = |(other, unknown): (usize, &Unknown)| {
+            let part = covariance[(k, other)] / unknown.sigma;
+            part * part
+        };
+        let believed: f64 = local.unknowns.iter().enumerate().map(belief).sum();
+        let sampled = batches.as_ref().map_or(0.0, |(shifts, weight)| {
+            let shifts: Vec<f64> = shifts.iter().map(|shift| shift[k]).collect();
+            jackknife::spread(0.0, &shifts, weight).half_width
+        });
+        let information = column(k).norm_squared() * unknown.sigma * unknown.sigma;
+        Certainty {
+            half_width: libm::hypot(NORMAL_95 * (measured + believed).sqrt(), sampled),
+            left: [covariance[(k, k)] / (unknown.sigma * unknown.sigma), 1.0 / (1.0 + information)],
+            alike: (0..y.len()).filter(|&other| other != k && is_alike(&column(k), &column(other))).collect(),
+        }
+    };
+    local.unknowns.iter().enumerate().map(certainty).collect()
+}
+
+fn is_alike(a: &DVector<f64>, b: &DVector<f64>) -> bool {
+    a.dot(b).abs() > ALIKE * a.norm() * b.norm()
+}
+
+/// By how much y changes without each batch, and what the batches weigh; none where values have none.
+fn without_batches(
+    local: &Local,
+    estimates: &[Estimate],
+    gain: &DMatrix<f64>,
+) -> Option<(Vec<DVector<f64>>, Vec<f64>)> {
+    let weight = estimates.iter().map(|estimate| &estimate.weight).find(|weight| weight.len() > 1)?;
+    let deviation = |estimate: &Estimate, batch: usize| {
+        if estimate.without.len() != weight.len() {
+            return 0.0;
+        }
+        let centre: f64 = estimate.without.iter().zip(weight).map(|(value, weight)| value * weight).sum();
+        estimate.without[batch] - centre
+    };
+    let shift = |batch: usize| {
+        let values = estimates.iter().zip(&local.data);
+        let deviations: Vec<f64> =
+            values.map(|(estimate, datum)| deviation(estimate, batch) / datum.sigma).collect();
+        -(gain * DVector::from_vec(deviations))
+    };
+    Some(((0..weight.len()).map(shift).collect(), weight.clone()))
+}

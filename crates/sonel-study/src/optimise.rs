@@ -1,0 +1,438 @@
+//! The cheapest change of materials that brings parameters to wanted values.
+//!
+//! Each material that may change is kept, replaced by one of some others, or given absorption within bounds. Every combination costs the
+//! area that changes times its price. Values and derivatives of one rendering ([`crate::sensitivity`]) predict all of them; those that
+//! may fulfil the wishes are rendered from the map with their own weights, the cheapest first, until one does. A trace of its own, with
+//! another seed, verifies it. Wishes are for the mean over sources and receivers.
+
+use sonel_acoustics::{Coefficient, Material};
+use sonel_analysis::average::average;
+use sonel_analysis::{Figure, Parameter, ReceiverFigures};
+use sonel_geometry::Geometry;
+use sonel_map::{Settings, SonelMap};
+use sonel_renderer::{ReceiverPoint, RenderSettings};
+use thiserror::Error;
+
+use crate::fit::{Stage, Workbench, values};
+use crate::local::{Datum, Local, Unknown};
+use crate::sensitivity::Varied;
+use crate::trial::{self, MapStore, NoClock, TrialError};
+use crate::wish::Wish;
+
+/// Combinations at the most.
+pub const MOST_COMBINATIONS: usize = 20_000;
+/// Renderings of combinations at the most.
+const MOST_RENDERED: u32 = 24;
+/// Predictions are believed to so many tolerances and this part of the predicted change: a combination farther off is not rendered.
+const BELIEVED: [f64; 2] = [2.0, 0.5];
+/// Renderings of one combination whose absorption is free, each with what the last prediction was off by.
+const REFINEMENTS: u32 = 3;
+/// Free absorption is sought to this part of the tolerance, and departs from the map's as little as that allows.
+const AIM: f64 = 0.25;
+/// Standard deviation of free absorption in the logarithm of its place between the bounds: hardly held.
+const FREE: f64 = 5.0;
+
+/// What may become of a material.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Choice {
+    /// This instead, by a name for people.
+    Other(String, Material),
+    /// Absorption from … to, in every band of a wish.
+    Absorption([f64; 2]),
+}
+
+/// A material that may change.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Its index.
+    pub material: usize,
+    /// What of it.
+    pub choices: Vec<Choice>,
+    /// Cost of a change per area [1/m²].
+    pub price: f64,
+}
+
+/// A wish in one band.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Index of the wish.
+    pub wish: usize,
+    /// Index of the band.
+    pub band: usize,
+    /// Of the map.
+    pub before: f64,
+    /// Of the map with the changed materials.
+    pub predicted: Figure,
+    /// Of a trace of its own.
+    pub verified: Figure,
+}
+
+/// What is proposed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proposal {
+    /// Candidates and their choices, by index.
+    pub changes: Vec<(usize, usize)>,
+    /// Area that changes [m²].
+    pub area: f64,
+    /// Area times price.
+    pub cost: f64,
+    /// All materials.
+    pub materials: Vec<Material>,
+    /// By wish and band.
+    pub outcomes: Vec<Outcome>,
+    /// Combinations there are, and renderings of them.
+    pub tried: (usize, u32),
+    /// Whether map and verification are within all tolerances.
+    pub is_fulfilled: bool,
+}
+
+/// Why nothing is proposed.
+#[derive(Debug, Error)]
+pub enum OptimiseError {
+    /// A map could not be rendered or traced.
+    #[error(transparent)]
+    Trial(#[from] TrialError),
+    /// The map has no such value.
+    #[error("the map has no {} in band {}: {}", .0.key(), .1, .2)]
+    NoValue(Parameter, usize, String),
+    /// Too many.
+    #[error("{0} combinations are more than {MOST_COMBINATIONS}: name fewer materials or fewer choices")]
+    TooMany(f64),
+    /// Nothing is near.
+    #[error(
+        "no combination is predicted to come near the wishes; the nearest is {0:.1} tolerances off: widen bounds or tolerances, or let more materials change"
+    )]
+    OutOfReach(f64),
+}
+
+/// A combination: choice of each candidate, its cost and area.
+#[derive(Debug, Clone)]
+struct Combination {
+    choices: Vec<Option<usize>>,
+    area: f64,
+    cost: f64,
+}
+
+/// The model at the map's coefficients.
+struct Model<'a> {
+    candidates: &'a [Candidate],
+    wishes: &'a [(usize, usize, &'a Wish)],
+    start: &'a [Material],
+    /// One of each wish and band, with derivatives by all `unknowns`.
+    data: Vec<Datum>,
+    unknowns: Vec<(usize, Coefficient)>,
+}
+
+/// Proposes a change of `map`, whose walls are `geometry` and whose paths are sound, that fulfils `wishes` at `receivers`. The map has other
+/// materials afterwards.
+///
+/// # Errors
+/// When the map cannot be rendered or traced, or no combination comes near.
+pub fn optimise(
+    map: &mut SonelMap,
+    geometry: &Geometry,
+    receivers: &[ReceiverPoint],
+    (wishes, candidates): (&[Wish], &[Candidate]),
+    render: RenderSettings,
+    store: &mut impl MapStore,
+    tell: &mut dyn FnMut(Stage),
+) -> Result<Proposal, OptimiseError> {
+    let start = map.header().scene.materials.clone();
+    let bands = map.header().scene.bands.nominal().to_vec();
+    let wishes = in_bands(wishes, &bands);
+    let combinations = combinations(candidates, geometry)?;
+    let mut bench = Workbench { given: map, traced: None, geometry, receivers, render, store };
+    let with_edges = bench.with_edges()?;
+    let both = [Coefficient::Absorption, Coefficient::Scattering];
+    let varied = bench.vary(&both, &mut |share| tell(Stage::Rendering(1, share)))?;
+    let model = Model::new(candidates, &wishes, &start, &varied, with_edges.as_deref())?;
+    let combinations = model.in_order(combinations);
+    let (mut rendered, mut nearest, mut best) = (0, f64::INFINITY, None::<(f64, Proposal)>);
+    'all: for combination in &combinations {
+        let mut offsets = vec![0.0; wishes.len()];
+        for _ in 0..REFINEMENTS {
+            let materials = model.materials(combination, &offsets);
+            let predicted = model.predict(&materials, &offsets);
+            let misfit = model.misfit(&predicted);
+            nearest = nearest.min(misfit);
+            if !model.may_fulfil(&predicted) {
+                break;
+            }
+            if rendered == MOST_RENDERED {
+                break 'all;
+            }
+            rendered += 1;
+            bench.adopt(materials.clone(), tell)?;
+            tell(Stage::Rendering(rendered + 1, 0.0));
+            let figures = bench.hear()?;
+            let found = means(&figures, &wishes);
+            let exact: Vec<f64> = found
+                .iter()
+                .map(|figure| figure.as_ref().map_or(f64::INFINITY, |estimate| estimate.value))
+                .collect();
+            let misfit = model.misfit(&exact);
+            let proposal =
+                || model.proposal(combination, &materials, found.clone(), (combinations.len(), rendered));
+            if best.as_ref().is_none_or(|(least, _)| misfit < *least) {
+                best = Some((misfit, proposal()));
+            }
+            if misfit <= 1.0 {
+                break 'all;
+            }
+            if !model.has_free(combination) || !misfit.is_finite() {
+                break;
+            }
+            for ((offset, exact), predicted) in offsets.iter_mut().zip(&exact).zip(&predicted) {
+                *offset += exact - predicted;
+            }
+        }
+    }
+    let (misfit, mut proposal) = best.ok_or(OptimiseError::OutOfReach(nearest))?;
+    proposal.tried.1 = rendered;
+    let verified = means(&bench.verify(&proposal.materials)?, &wishes);
+    proposal.is_fulfilled = misfit <= 1.0;
+    for ((outcome, verified), (_, _, wish)) in proposal.outcomes.iter_mut().zip(verified).zip(&wishes) {
+        let value = verified.as_ref().map_or(f64::INFINITY, |estimate| estimate.value);
+        proposal.is_fulfilled &= (value - wish.value).abs() <= wish.tolerance;
+        outcome.verified = verified;
+    }
+    Ok(proposal)
+}
+
+impl<S: MapStore> Workbench<'_, S> {
+    fn hear(&mut self) -> Result<Vec<ReceiverFigures>, TrialError> {
+        let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
+        Ok(trial::hear(self.map(), geometry, receivers, &render, &NoClock)?.figures)
+    }
+
+    /// Figures of a trace of its own with `materials`, from other random numbers.
+    fn verify(&mut self, materials: &[Material]) -> Result<Vec<ReceiverFigures>, TrialError> {
+        let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
+        let mut header = self.map().header().clone();
+        header.scene.materials = materials.to_vec();
+        let settings = Settings { seed: header.settings.seed.wrapping_add(1), ..header.settings };
+        let traced =
+            trial::trace(&header.scene, geometry, header.effects, settings, &mut *self.store, &NoClock)?;
+        Ok(trial::hear(&traced.map, geometry, receivers, &render, &NoClock)?.figures)
+    }
+}
+
+/// Wishes by number and band.
+fn in_bands<'a>(wishes: &'a [Wish], bands: &[f64]) -> Vec<(usize, usize, &'a Wish)> {
+    let is_wanted = |wish: &Wish, center: f64| {
+        wish.centers_hz.is_empty()
+            || wish.centers_hz.iter().any(|wanted| (wanted / center - 1.0).abs() < 1e-3)
+    };
+    let mut found = Vec::new();
+    for (number, wish) in wishes.iter().enumerate() {
+        let wanted = bands.iter().enumerate().filter(|(_, center)| is_wanted(wish, **center));
+        found.extend(wanted.map(|(band, _)| (number, band, wish)));
+    }
+    found
+}
+
+/// All combinations.
+fn combinations(candidates: &[Candidate], geometry: &Geometry) -> Result<Vec<Combination>, OptimiseError> {
+    let count: f64 = candidates.iter().map(|candidate| 1.0 + candidate.choices.len() as f64).product();
+    if count > MOST_COMBINATIONS as f64 {
+        return Err(OptimiseError::TooMany(count));
+    }
+    let mut all = vec![Combination { choices: Vec::new(), area: 0.0, cost: 0.0 }];
+    for candidate in candidates {
+        let area = geometry.exposed_area(candidate.material as u32);
+        let options = std::iter::once(None).chain((0..candidate.choices.len()).map(Some));
+        let with = |combination: &Combination, option: Option<usize>| {
+            let changed = if option.is_some() { area } else { 0.0 };
+            Combination {
+                choices: combination.choices.iter().copied().chain([option]).collect(),
+                area: combination.area + changed,
+                cost: combination.cost + changed * candidate.price,
+            }
+        };
+        all = options
+            .flat_map(|option| all.iter().map(move |one| (one, option)))
+            .map(|(one, option)| with(one, option))
+            .collect();
+    }
+    Ok(all)
+}
+
+/// The mean over sources and receivers of each wish.
+fn means(figures: &[ReceiverFigures], wishes: &[(usize, usize, &Wish)]) -> Vec<Figure> {
+    let mean = |(_, band, wish): &(usize, usize, &Wish)| {
+        average(figures.iter().map(|figures| figures.bands[*band].figure(wish.parameter)))
+    };
+    wishes.iter().map(mean).collect()
+}
+
+impl<'a> Model<'a> {
+    fn new(
+        candidates: &'a [Candidate],
+        wishes: &'a [(usize, usize, &'a Wish)],
+        start: &'a [Material],
+        varied: &Varied,
+        with_edges: Option<&[ReceiverFigures]>,
+    ) -> Result<Self, OptimiseError> {
+        let is_candidate =
+            |material: usize| candidates.iter().any(|candidate| candidate.material == material);
+        let wanted: Vec<usize> =
+            (0..varied.variants.len()).filter(|&v| is_candidate(varied.variants[v].material)).collect();
+        let figures = with_edges.unwrap_or(&varied.figures);
+        let mut data = Vec::new();
+        for ((_, band, wish), mean) in wishes.iter().zip(means(figures, wishes)) {
+            let parameter = wish.parameter;
+            let lacking = |reason: String| OptimiseError::NoValue(parameter, *band, reason);
+            let value = mean.map_err(|reason| lacking(reason.to_string()))?.value;
+            let slope = |variant: &usize| -> Result<f64, OptimiseError> {
+                if varied.variants[*variant].steps[*band].abs() <= 0.0 {
+                    return Ok(0.0);
+                }
+                let slopes =
+                    (0..varied.figures.len()).map(|place| varied.slopes(place, *variant, parameter)[*band]);
+                let slopes: Option<Vec<f64>> = slopes.map(|slope| slope.map(|slope| slope.slope)).collect();
+                let slopes = slopes.ok_or_else(|| lacking("some variant has none".to_owned()))?;
+                Ok(slopes.iter().sum::<f64>() / slopes.len() as f64)
+            };
+            let slopes = wanted.iter().map(slope).collect::<Result<_, _>>()?;
+            data.push(Datum { parameter, value, slopes, wanted: wish.value, sigma: AIM * wish.tolerance });
+        }
+        let unknowns =
+            wanted.iter().map(|&v| (varied.variants[v].material, varied.variants[v].coefficient)).collect();
+        Ok(Self { candidates, wishes, start, data, unknowns })
+    }
+
+    /// The cheapest first; of equal ones that predicted nearest to the wishes.
+    fn in_order(&self, combinations: Vec<Combination>) -> Vec<Combination> {
+        let none = vec![0.0; self.data.len()];
+        let predicted = |one: &Combination| self.misfit(&self.predict(&self.materials(one, &none), &none));
+        let mut keyed: Vec<(f64, Combination)> =
+            combinations.into_iter().map(|one| (predicted(&one), one)).collect();
+        keyed.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost).then(a.0.total_cmp(&b.0)));
+        keyed.into_iter().map(|(_, one)| one).collect()
+    }
+
+    fn unknowns(&self, band: usize) -> Vec<Unknown> {
+        let unknown = |&(material, coefficient): &(usize, Coefficient)| {
+            let at = values(&mut self.start[material].clone(), coefficient)[band];
+            Unknown { coefficient, at, bounds: [0.0, 1.0], believed: at, sigma: FREE }
+        };
+        self.unknowns.iter().map(unknown).collect()
+    }
+
+    fn has_free(&self, combination: &Combination) -> bool {
+        let mut chosen = combination.choices.iter().zip(self.candidates);
+        chosen.any(|(choice, candidate)| {
+            choice.is_some_and(|choice| matches!(candidate.choices[choice], Choice::Absorption(_)))
+        })
+    }
+
+    /// All materials in `combination`; free absorption is that nearest to the wishes, which predictions miss by `offsets`.
+    fn materials(&self, combination: &Combination, offsets: &[f64]) -> Vec<Material> {
+        let mut materials = self.start.to_vec();
+        let mut free = Vec::new();
+        for (choice, candidate) in combination.choices.iter().zip(self.candidates) {
+            match choice.map(|choice| &candidate.choices[choice]) {
+                None => {}
+                Some(Choice::Other(_, other)) => {
+                    let name = materials[candidate.material].name.clone();
+                    materials[candidate.material] = Material { name, ..other.clone() };
+                }
+                Some(Choice::Absorption(bounds)) => free.push((candidate.material, *bounds)),
+            }
+        }
+        let mut bands: Vec<usize> = self.wishes.iter().map(|(_, band, _)| *band).collect();
+        bands.sort_unstable();
+        bands.dedup();
+        for band in bands.into_iter().filter(|_| !free.is_empty()) {
+            let local = self.free_model(&materials, &free, band, offsets);
+            let found = local.coefficients(&local.solve());
+            for ((material, _), value) in free.iter().zip(found) {
+                materials[*material].absorption[band] = (value * 1e4).round() / 1e4;
+            }
+        }
+        materials
+    }
+
+    /// The model of `band` about `materials`, for the absorption of those that are `free` within bounds.
+    fn free_model(
+        &self,
+        materials: &[Material],
+        free: &[(usize, [f64; 2])],
+        band: usize,
+        offsets: &[f64],
+    ) -> Local {
+        let (unknowns, here) = (self.unknowns(band), self.coefficients(materials, band));
+        let wished = self.wishes.iter().zip(&self.data).zip(offsets).filter(|((wish, _), _)| wish.1 == band);
+        let column = |material: usize| {
+            self.unknowns.iter().position(|one| *one == (material, Coefficient::Absorption))
+        };
+        let datum = |(((_, _, wish), datum), offset): ((&(usize, usize, &Wish), &Datum), &f64)| {
+            let (value, slopes) = datum.predict(&unknowns, &here);
+            let slopes =
+                free.iter().map(|(material, _)| column(*material).map_or(0.0, |column| slopes[column]));
+            Datum { value, slopes: slopes.collect(), wanted: wish.value - offset, ..datum.clone() }
+        };
+        let unknown = |(material, bounds): &(usize, [f64; 2])| {
+            let at = materials[*material].absorption[band];
+            let [low, high] = *bounds;
+            let rim = 0.01 * (high - low);
+            let believed = at.clamp(low + rim, high - rim);
+            Unknown { coefficient: Coefficient::Absorption, at, bounds: *bounds, believed, sigma: FREE }
+        };
+        Local { unknowns: free.iter().map(unknown).collect(), data: wished.map(datum).collect() }
+    }
+
+    fn coefficients(&self, materials: &[Material], band: usize) -> Vec<f64> {
+        let of = |&(material, coefficient): &(usize, Coefficient)| {
+            values(&mut materials[material].clone(), coefficient)[band]
+        };
+        self.unknowns.iter().map(of).collect()
+    }
+
+    /// Each wish with `materials`, `offsets` added.
+    fn predict(&self, materials: &[Material], offsets: &[f64]) -> Vec<f64> {
+        let predict = |(((_, band, _), datum), offset): ((&(usize, usize, &Wish), &Datum), &f64)| {
+            datum.predict(&self.unknowns(*band), &self.coefficients(materials, *band)).0 + offset
+        };
+        self.wishes.iter().zip(&self.data).zip(offsets).map(predict).collect()
+    }
+
+    /// Whether values as certain as `predicted` may be within all tolerances.
+    fn may_fulfil(&self, predicted: &[f64]) -> bool {
+        let [tolerances, share] = BELIEVED;
+        let may = |(((_, _, wish), datum), value): ((&(usize, usize, &Wish), &Datum), &f64)| {
+            (value - wish.value).abs() <= tolerances * wish.tolerance + share * (value - datum.value).abs()
+        };
+        self.wishes.iter().zip(&self.data).zip(predicted).all(may)
+    }
+
+    /// Largest deviation in tolerances.
+    fn misfit(&self, values: &[f64]) -> f64 {
+        let off = |((_, _, wish), value): (&(usize, usize, &Wish), &f64)| {
+            (value - wish.value).abs() / wish.tolerance
+        };
+        self.wishes.iter().zip(values).map(off).fold(0.0, f64::max)
+    }
+
+    fn proposal(
+        &self,
+        combination: &Combination,
+        materials: &[Material],
+        predicted: Vec<Figure>,
+        tried: (usize, u32),
+    ) -> Proposal {
+        let outcome = |(((wish, band, _), datum), predicted): ((&(usize, usize, &Wish), &Datum), Figure)| {
+            Outcome { wish: *wish, band: *band, before: datum.value, verified: predicted.clone(), predicted }
+        };
+        let chosen = combination.choices.iter().enumerate();
+        Proposal {
+            changes: chosen.filter_map(|(candidate, choice)| Some((candidate, (*choice)?))).collect(),
+            area: combination.area,
+            cost: combination.cost,
+            materials: materials.to_vec(),
+            outcomes: self.wishes.iter().zip(&self.data).zip(predicted).map(outcome).collect(),
+            tried,
+            is_fulfilled: false,
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! What a parameter shall be: `t30=1.8s±5%@500,1000`.
+
+use std::str::FromStr;
+
+use sonel_analysis::Parameter;
+use thiserror::Error;
+
+use crate::target::{Limit, TargetError, in_unit, parameter};
+
+/// A value that the mean over receivers shall have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wish {
+    /// Of what.
+    pub parameter: Parameter,
+    /// In its unit.
+    pub value: f64,
+    /// How far from it is near enough, in the same unit.
+    pub tolerance: f64,
+    /// Nominal centres of the bands [Hz]; all where there are none.
+    pub centers_hz: Vec<f64>,
+}
+
+/// What cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum WishError {
+    /// Not a wish at all.
+    #[error(
+        "\"{0}\" is no wish: write PARAMETER=VALUE±TOLERANCE@BANDS such as \"t30=1.8s±5%@500,1000\" (+- for ±; all bands without @)"
+    )]
+    Form(String),
+    /// No such parameter.
+    #[error(transparent)]
+    Parameter(#[from] TargetError),
+}
+
+impl FromStr for Wish {
+    type Err = WishError;
+
+    fn from_str(text: &str) -> Result<Self, WishError> {
+        let form = || WishError::Form(text.to_owned());
+        let (name, rest) = text.split_once('=').ok_or_else(form)?;
+        let parameter = parameter(name)?;
+        let (values, bands) =
+            rest.split_once('@').map_or((rest, None), |(values, bands)| (values, Some(bands)));
+        let values = values.replace("+-", "±");
+        let (value, tolerance) = values.split_once('±').ok_or_else(form)?;
+        let read = |text: &str| {
+            let text = text.trim();
+            let number = text.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
+            let unit = text[number.len()..].to_lowercase();
+            let number = number.trim().parse().ok().filter(|number: &f64| number.is_finite());
+            number.and_then(|number| in_unit(parameter, number, &unit))
+        };
+        let Some(Limit::Absolute(value)) = read(value) else { return Err(form()) };
+        let tolerance = match read(tolerance).ok_or_else(form)? {
+            Limit::JustNoticeable(times) => times * parameter.just_noticeable(value),
+            Limit::Relative(part) => part * value,
+            Limit::Absolute(tolerance) => tolerance,
+        };
+        let center = |band: &str| band.trim().trim_end_matches("Hz").trim().parse().map_err(|_| form());
+        let centers_hz: Vec<f64> =
+            bands.map_or(Ok(Vec::new()), |bands| bands.split(',').map(center).collect())?;
+        let is_time = parameter.is_noticed_relatively();
+        if tolerance <= 0.0 || (is_time && value <= 0.0) {
+            return Err(form());
+        }
+        Ok(Self { parameter, value, tolerance, centers_hz })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wishes_are_read_in_the_units_of_their_parameter() {
+        let wish: Wish = "T30 = 1.8 s ±5% @ 500,1000 Hz".parse().unwrap();
+        assert_eq!((wish.parameter, wish.centers_hz), (Parameter::T30, vec![500.0, 1000.0]));
+        assert!((wish.value - 1.8).abs() + (wish.tolerance - 0.09).abs() < 1e-12);
+        let wish: Wish = "c80=-1dB+-1jnd".parse().unwrap();
+        assert!(
+            (wish.value + 1.0).abs() + (wish.tolerance - 1.0).abs() < 1e-12 && wish.centers_hz.is_empty()
+        );
+    }
+
+    #[test]
+    fn other_words_are_refused() {
+        for text in [
+            "t30",
+            "t30=1.8s",
+            "t30=1.8dB±5%",
+            "t30=1.8s±0%",
+            "t30=-1s±5%",
+            "t30=1s±5%@x",
+            "c80=1%±1dB",
+            "t30=1%±5%",
+        ] {
+            assert!(matches!(text.parse::<Wish>(), Err(WishError::Form(_))), "{text}");
+        }
+        assert!(matches!("rt=1s±5%".parse::<Wish>(), Err(WishError::Parameter(_))));
+    }
+}

@@ -1,0 +1,96 @@
+//! `fit` and `optimise` as a user runs them: tables, files and what they say of bad input.
+
+use clap::Parser;
+use sonel_testkit::workshop::Workshop;
+
+use crate::{SCENE, printed, render, trace};
+
+fn analyze(shop: &Workshop, words: &[&str]) -> anyhow::Result<String> {
+    let is_file = |word: &str| [".sonelmap", ".npz", ".csv", ".toml"].iter().any(|end| word.ends_with(end));
+    let path = |word: &&str| {
+        if is_file(word) { shop.path(word).display().to_string() } else { (*word).to_owned() }
+    };
+    let line = std::iter::once("sonel-analyze".to_owned()).chain(words.iter().map(path));
+    let line: Vec<String> = line.collect();
+    printed(|out| sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, &mut Vec::new()))
+}
+
+/// A map, and the table of the parameters that it has.
+fn shop() -> Workshop {
+    let shop = Workshop::with(SCENE);
+    trace(&shop, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
+    render(&shop, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a sound map");
+    let table = analyze(&shop, &["parameters", "a.npz", "--format", "csv"]).expect("a response");
+    shop.write("a.csv", table);
+    shop
+}
+
+const FIT: [&str; 8] = ["fit", "a.sonelmap", "--measured", "a.csv", "-o", "fitted.toml", "--rays", "2k"];
+
+/// The table of the map's own parameters changes nothing, and what is written is read by sonel-render.
+#[test]
+fn a_table_of_parameters_is_fitted_as_it_is() {
+    let shop = shop();
+    let text = analyze(&shop, &[&FIT[..], &["--format", "csv"]].concat()).unwrap();
+    let mut rows = 0;
+    for row in text.lines().skip(1) {
+        let fields: Vec<&str> = row.split(',').collect();
+        let [start, value, low, high] =
+            [3, 4, 5, 6].map(|column: usize| fields[column].parse::<f64>().unwrap());
+        assert!(low < value && value < high && (value - start).abs() < 0.02, "{row}");
+        rows += 1;
+    }
+    assert_eq!(rows, 6, "two materials in three bands");
+    render(&shop, "a.sonelmap", "b.npz", &["--materials", &shop.path("fitted.toml").display().to_string()])
+        .expect("materials of the map");
+    // The second run replaces the file of the first.
+    let table = analyze(&shop, &[&FIT[..], &["--scattering"]].concat()).unwrap();
+    assert!(table.contains("scattering") && table.contains("95 %") && table.contains("EDT"), "{table}");
+}
+
+#[test]
+fn a_wish_is_fulfilled_by_an_entry_or_within_bounds() {
+    let shop = shop();
+    let words = ["optimise", "a.sonelmap", "--wish", "t20=0.22s±10%@500", "-o", "changed.toml"];
+    let change = ["--change", "walls=0.05:0.9", "--change", "z0=carpet-heavy-on-felt", "--price", "z0=100"];
+    let text = analyze(&shop, &[&words[..], &change[..]].concat()).unwrap();
+    assert!(
+        text.contains("walls: absorption 0.300 →") && text.contains("4 combinations") && text.contains("met"),
+        "{text}"
+    );
+    assert!(shop.text("changed.toml").starts_with("# sonel-analyze optimise"));
+}
+
+#[test]
+fn everything_that_is_wrong_is_said() {
+    let shop = shop();
+    shop.write(
+        "bad.csv",
+        "receiver,center_frequency_hz,parameter,value\nhere,500,t20_s,1\nlistener,440,t20_s,1\n",
+    );
+    shop.write("mine.toml", "[materials.walls]\nabsorption = 0.1\n");
+    let optimise = |wish: &'static str, change: &'static str| {
+        ["optimise", "a.sonelmap", "--wish", wish, "--change", change, "-o", "c.toml"]
+    };
+    let fit =
+        |table: &'static str, output: &'static str| ["fit", "a.sonelmap", "--measured", table, "-o", output];
+    for (words, messages) in [
+        (
+            &fit("bad.csv", "f.toml")[..],
+            &["line 2: the map has no receiver \"here\"", "line 3: the map has no band of 440 Hz"][..],
+        ),
+        (&fit("a.csv", "mine.toml"), &["exists and is not materials written by sonel-analyze"]),
+        (&fit("a.csv", "a.csv"), &["is an input of this command"]),
+        (&optimise("t20=1s", "walls=0.1:0.5"), &["is no wish"]),
+        (&optimise("t20=1s±5%@440", "walls=0.1:0.5"), &["no band of 440 Hz"]),
+        (&optimise("t20=1s±5%", "roof=0.1:0.5"), &["no material \"roof\"; it has walls, z0"]),
+        (&optimise("t20=1s±5%", "walls=0.5:0.1"), &["no bounds of absorption"]),
+        (&optimise("t20=1s±5%", "walls=marzipan"), &["marzipan"]),
+        (&optimise("t20=9s±5%", "z0=0.4:0.6"), &["no combination is predicted to come near"]),
+    ] {
+        let error = format!("{:#}", analyze(&shop, words).unwrap_err());
+        for message in messages {
+            assert!(error.contains(message), "{words:?}: {error}");
+        }
+    }
+}

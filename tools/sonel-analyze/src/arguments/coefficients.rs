@@ -1,0 +1,149 @@
+//! `fit` and `optimise`: commands that look for coefficients of materials.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sonel_analysis::Parameter;
+use sonel_console::count::parse_count;
+use sonel_console::receiver::parse_receiver;
+use sonel_renderer::ReceiverPoint;
+use sonel_study::wish::Wish;
+
+use super::Format;
+
+/// `fit`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze fit hall.sonelmap --measured measured.csv -o fitted.toml
+  sonel-render hall.sonelmap -o fitted.npz --materials fitted.toml
+
+The table has the columns receiver, center_frequency_hz, parameter and value, such as \"row 3\",500,t20_s,1.83, and may have source,
+ci95_low, ci95_high and receiver_x_m, receiver_y_m, receiver_z_m. What parameters --format csv prints is such a table.")]
+pub struct FitArguments {
+    /// The map; its materials are the start.
+    #[arg(value_name = "MAP.sonelmap")]
+    pub map: PathBuf,
+    /// Measured parameters, one a row.
+    #[arg(long, value_name = "TABLE.csv")]
+    pub measured: PathBuf,
+    /// Where the materials go; replaced only when the new file is complete.
+    #[arg(short, long, value_name = "MATERIALS.toml")]
+    pub output: PathBuf,
+    /// Fit scattering, too.
+    #[arg(long)]
+    pub scattering: bool,
+    /// Parameters that are fitted to: level, g, edt, t20, t30, c50, c80, d50, ts.
+    #[arg(long = "use", value_name = "PARAMETERS", value_delimiter = ',', default_value = "edt,t20,c80,level", value_parser = parse_parameter)]
+    pub parameters: Vec<Parameter>,
+    /// Standard deviation of measured values without an interval, in just-noticeable differences.
+    #[arg(long, value_name = "JND", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
+    pub error: f64,
+    /// How well the coefficients of the map are known: standard deviation of ln(c/(1−c)), so that 0.5 is ± 65 % of small ones and ± 0.12 in
+    /// the middle.
+    #[arg(long, value_name = "W", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
+    pub belief: f64,
+    /// Visibility rays per receiver; as in sonel-render where none are given.
+    #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
+    pub rays: Option<u32>,
+    /// How to print the coefficients.
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    pub format: Format,
+}
+
+fn parse_parameter(text: &str) -> Result<Parameter, String> {
+    sonel_study::target::parameter(text).map_err(|error| error.to_string())
+}
+
+fn parse_rays(text: &str) -> Result<u32, String> {
+    let count = u32::try_from(parse_count(text)?);
+    count.map_err(|_| format!("{text} rays are too many: give at most {}", u32::MAX))
+}
+
+fn parse_positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    number.ok_or_else(|| format!("\"{text}\" is no number above 0"))
+}
+
+/// `optimise`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze optimise hall.sonelmap --wish \"t30=1.8s±5%@500,1000\" --change panelling=0.05:0.6 -o changed.toml
+  sonel-analyze optimise hall.sonelmap --wish \"t30=1.8s±5%@500,1000\" --wish \"c80=0dB±1dB@1000\" -o changed.toml \\
+    --change ceiling=carpet-heavy-on-felt,audience-2 --change panelling=0.05:0.6 --price panelling=2.5
+
+The cheapest is what changes the least area times its price. Wishes are for the mean over sources and receivers. sonel-trace materials
+finds entries of the library.")]
+pub struct OptimiseArguments {
+    /// The map.
+    #[arg(value_name = "MAP.sonelmap")]
+    pub map: PathBuf,
+    /// What a parameter shall be: level, g, edt, t20, t30, c50, c80, d50 or ts, with tolerance and bands; may be repeated.
+    #[arg(
+        long = "wish",
+        value_name = "PARAMETER=VALUE±TOLERANCE@HZ,…",
+        required = true,
+        allow_hyphen_values = true
+    )]
+    pub wishes: Vec<Wish>,
+    /// A material that may change: to entries of the library, or its absorption within bounds in the bands of the wishes; may be repeated.
+    #[arg(long = "change", value_name = "MATERIAL=ENTRY,…|LOW:HIGH", required = true, value_parser = parse_change, allow_hyphen_values = true)]
+    pub changes: Vec<Change>,
+    /// Price per m² of a change, 1 where none is given; may be repeated.
+    #[arg(long = "price", value_name = "MATERIAL=PRICE", value_parser = parse_price, allow_hyphen_values = true)]
+    pub prices: Vec<(String, f64)>,
+    /// A receiver in the scene's axes [m]; may be repeated. Without any, those of the scene.
+    #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
+    pub receivers: Vec<ReceiverPoint>,
+    /// Where the materials go; replaced only when the new file is complete.
+    #[arg(short, long, value_name = "MATERIALS.toml")]
+    pub output: PathBuf,
+}
+
+/// One `--change`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// The material.
+    pub name: String,
+    /// What may become of it.
+    pub to: To,
+}
+
+/// What may become of a material.
+#[derive(Debug, Clone, PartialEq)]
+pub enum To {
+    /// One of these entries of the library.
+    Entries(Vec<String>),
+    /// Absorption from … to.
+    Absorption([f64; 2]),
+}
+
+fn parse_change(text: &str) -> Result<Change, String> {
+    let wrong = || {
+        format!(
+            "\"{text}\" changes nothing: write MATERIAL=LOW:HIGH such as panelling=0.05:0.6, or MATERIAL=ENTRY,ENTRY of the library"
+        )
+    };
+    let (name, to) = text.rsplit_once('=').ok_or_else(wrong)?;
+    let name = name.trim().to_owned();
+    let Some((low, high)) = to.split_once(':') else {
+        let entries: Vec<String> = to.split(',').map(|entry| entry.trim().to_owned()).collect();
+        return if entries.iter().any(String::is_empty) {
+            Err(wrong())
+        } else {
+            Ok(Change { name, to: To::Entries(entries) })
+        };
+    };
+    let bounds = [low, high].map(|bound| bound.trim().parse::<f64>().unwrap_or(f64::NAN));
+    if !(0.0 <= bounds[0] && bounds[0] < bounds[1] && bounds[1] <= 1.0) {
+        return Err(format!(
+            "\"{to}\" are no bounds of absorption: write LOW:HIGH within 0 … 1, the lower first"
+        ));
+    }
+    Ok(Change { name, to: To::Absorption(bounds) })
+}
+
+fn parse_price(text: &str) -> Result<(String, f64), String> {
+    let (name, price) =
+        text.rsplit_once('=').ok_or_else(|| format!("\"{text}\" is no price: write MATERIAL=PRICE"))?;
+    Ok((name.trim().to_owned(), parse_positive(price.trim())?))
+}

@@ -1,0 +1,145 @@
+//! `sonel-analyze fit`: coefficients of materials from measured parameters.
+
+mod measured;
+mod report;
+
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::Context;
+use sonel_acoustics::{Coefficient, Material};
+use sonel_console::Outcome;
+use sonel_console::output::{Kind, Output};
+use sonel_console::progress::{Audience, Progress};
+use sonel_console::store::TemporaryMaps;
+use sonel_renderer::RenderSettings;
+use sonel_scene::materials_toml;
+use sonel_study::fit::{FitSettings, Stage};
+
+use crate::arguments::FitArguments;
+use crate::open;
+
+/// Steps of the progress bar.
+const STEPS: u64 = 1000;
+
+/// Writes the fitted materials and prints the coefficients.
+///
+/// # Errors
+/// When the map or the table is unusable, nothing measured can be computed, or the output cannot be written.
+pub fn run(
+    arguments: &FitArguments,
+    quiet: bool,
+    out: &mut dyn Write,
+    log: &mut dyn Write,
+) -> anyhow::Result<Outcome> {
+    let (mut map, geometry) = open::changeable_map(&arguments.map)?;
+    let scene = map.header().scene.clone();
+    let measured = measured::read(arguments, &scene, log)?;
+    let inputs = [arguments.map.clone(), arguments.measured.clone()];
+    let output = Output::create(&arguments.output, Kind::MATERIALS, &inputs)?;
+    let scattering = arguments.scattering.then_some(Coefficient::Scattering);
+    let default = RenderSettings::default();
+    let settings = FitSettings {
+        coefficients: std::iter::once(Coefficient::Absorption).chain(scattering).collect(),
+        belief: arguments.belief,
+        render: RenderSettings { rays: arguments.rays.unwrap_or(default.rays), ..default },
+    };
+    let mut stages = Stages::begin(quiet, log);
+    let found = sonel_study::fit::fit(
+        &mut map,
+        &geometry,
+        &measured.receivers,
+        &measured.measurements,
+        &settings,
+        &mut TemporaryMaps::new(folder_of(&arguments.output)),
+        &mut |stage| stages.tell(stage),
+    );
+    stages.end();
+    let found = found.with_context(|| arguments.map.display().to_string())?;
+    let head = format!(
+        "sonel-analyze fit {} --measured {}\nuse it with sonel-render --materials, or copy the tables to the scene file",
+        arguments.map.display(),
+        arguments.measured.display()
+    );
+    let source = format!("fitted to {}", arguments.measured.display());
+    write_materials(output, &found.materials, &scene.materials, (&head, &source))?;
+    report::print(&found, &scene, arguments.format, out)?;
+    writeln!(log, "{} renderings; written to {}", found.rounds, arguments.output.display())?;
+    if !found.is_settled {
+        writeln!(
+            log,
+            "warning: the coefficients still moved in the last rendering: fit again from the result"
+        )?;
+    }
+    Ok(if found.is_settled { Outcome::Done } else { Outcome::Missed })
+}
+
+/// The folder in which maps are kept meanwhile: that of the output.
+pub fn folder_of(output: &Path) -> std::path::PathBuf {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new(".")).to_owned()
+}
+
+/// Writes `materials`; those that differ from `before` get `source` before their own.
+pub fn write_materials(
+    mut output: Output,
+    materials: &[Material],
+    before: &[Material],
+    (head, source): (&str, &str),
+) -> anyhow::Result<()> {
+    let mut materials = materials.to_vec();
+    for (material, before) in materials.iter_mut().zip(before) {
+        if material != before {
+            let own = before.source.as_ref().map_or(String::new(), |own| format!("; before: {own}"));
+            material.source = Some(format!("{source}{own}"));
+        }
+    }
+    let target = output.target().display().to_string();
+    output
+        .writer()
+        .write_all(materials_toml(&materials, head).as_bytes())
+        .with_context(|| format!("cannot write {target}; an older file there is untouched"))?;
+    output.publish()?;
+    Ok(())
+}
+
+/// Shows renderings as bars, and says why the scene is traced again.
+pub struct Stages<'a> {
+    quiet: bool,
+    log: &'a mut dyn Write,
+    bar: Option<(u32, Progress<'static>)>,
+}
+
+impl<'a> Stages<'a> {
+    pub fn begin(quiet: bool, log: &'a mut dyn Write) -> Self {
+        Self { quiet, log, bar: None }
+    }
+
+    pub fn tell(&mut self, stage: Stage) {
+        match stage {
+            Stage::Rendering(number, share) => {
+                if self.bar.as_ref().is_none_or(|(shown, _)| *shown != number) {
+                    self.end();
+                    let what = format!("rendering {number}");
+                    self.bar = Some((number, Progress::begin(what, STEPS, Audience::unless(self.quiet))));
+                }
+                let (_, bar) = self.bar.as_ref().expect("begun above");
+                bar.reach((STEPS as f64 * share) as u64);
+            }
+            Stage::Retracing(reasons) => {
+                self.end();
+                // A log that cannot be written is no reason to stop.
+                let _ = writeln!(self.log, "the scene is traced with the new coefficients:");
+                for reason in reasons {
+                    let _ = writeln!(self.log, "  {reason}");
+                }
+            }
+        }
+    }
+
+    pub fn end(&mut self) {
+        if let Some((_, bar)) = self.bar.take() {
+            bar.end();
+        }
+    }
+}

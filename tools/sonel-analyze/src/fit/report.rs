@@ -1,0 +1,209 @@
+//! What was fitted, as a table, CSV or JSON.
+
+use std::io::Write;
+
+use comfy_table::{CellAlignment, Table, presets};
+use serde_json::{Value, json};
+use sonel_acoustics::Coefficient;
+use sonel_analysis::Parameter;
+use sonel_scene::Scene;
+use sonel_study::fit::{Fit, Fitted, Knowledge};
+
+use crate::arguments::Format;
+
+/// Prints `fit` of the materials of `scene`.
+///
+/// # Errors
+/// When `out` cannot be written.
+pub fn print(fit: &Fit, scene: &Scene, format: Format, out: &mut dyn Write) -> anyhow::Result<()> {
+    match format {
+        Format::Table => write!(out, "{}", table(fit, scene))?,
+        Format::Csv => csv(fit, scene, out)?,
+        Format::Json => writeln!(out, "{:#}", json(fit, scene))?,
+    }
+    Ok(())
+}
+
+/// Runs of coefficients of one material over its bands.
+fn rows(fit: &Fit) -> impl Iterator<Item = &[Fitted]> {
+    fit.coefficients.chunk_by(|a, b| (a.material, a.coefficient) == (b.material, b.coefficient))
+}
+
+fn table(fit: &Fit, scene: &Scene) -> String {
+    let centers = scene.bands.nominal();
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    let head = ["material", "coefficient", ""].map(str::to_owned);
+    table.set_header(head.into_iter().chain(centers.iter().map(|center| format!("{center} Hz"))));
+    for row in rows(fit) {
+        let cells = |of: &dyn Fn(&Fitted) -> String| -> Vec<String> {
+            let cell = |band: usize| row.iter().find(|one| one.band == band).map_or("–".to_owned(), of);
+            (0..centers.len()).map(cell).collect()
+        };
+        let name = [scene.materials[row[0].material].name.clone(), row[0].coefficient.to_string()];
+        let begin = |label: &str| name.clone().into_iter().chain([label.to_owned()]);
+        table.add_row(begin("map").chain(cells(&|one| format!("{:.3}", one.start))));
+        let blank = |label: &str| [String::new(), String::new(), label.to_owned()];
+        table.add_row(blank("fitted").into_iter().chain(cells(&|one| format!("{:.3}", one.value))));
+        let interval = |one: &Fitted| format!("{:.3}–{:.3}", one.interval[0], one.interval[1]);
+        table.add_row(blank("95 %").into_iter().chain(cells(&interval)));
+    }
+    for column in table.column_iter_mut().skip(3) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+    let sentences: String = sentences(fit, scene).iter().map(|sentence| format!("{sentence}\n")).collect();
+    format!("{}\n\n{}\n{sentences}", lines.join("\n"), deviations(fit))
+}
+
+/// Root mean squares of the deviations by parameter.
+fn deviations(fit: &Fit) -> String {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    table.set_header(["deviation", "values", "map [JND]", "fitted [JND]", "fitted [σ]"]);
+    for parameter in Parameter::ALL {
+        let Some([count, before, after, sigmas]) = mean_squares(fit, parameter) else { continue };
+        let number = |square: f64| format!("{:.2}", (square / count).sqrt());
+        table.add_row([
+            parameter.heading().0.to_owned(),
+            count.to_string(),
+            number(before),
+            number(after),
+            number(sigmas),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+    lines.join("\n") + "\n"
+}
+
+/// Count and sums of squares of deviations with the map's coefficients and with those fitted [JND], and with those fitted in standard
+/// deviations.
+fn mean_squares(fit: &Fit, parameter: Parameter) -> Option<[f64; 4]> {
+    let mut sums = [0.0; 4];
+    for deviation in fit.deviations.iter().filter(|one| one.measurement.parameter == parameter) {
+        let (Some(before), Ok(after)) = (deviation.before, &deviation.after) else { continue };
+        let measured = deviation.measurement.value;
+        let noticeable = parameter.just_noticeable(measured);
+        let parts = [
+            (before - measured) / noticeable,
+            (after - measured) / noticeable,
+            (after - measured) / deviation.sigma,
+        ];
+        sums[0] += 1.0;
+        for (sum, part) in sums[1..].iter_mut().zip(parts) {
+            *sum += part * part;
+        }
+    }
+    (sums[0] > 0.0).then_some(sums)
+}
+
+/// What the measurement does not tell, and what has no computed value.
+fn sentences(fit: &Fit, scene: &Scene) -> Vec<String> {
+    let name = |material: usize, coefficient: Coefficient| {
+        format!("{} of {}", coefficient, scene.materials[material].name)
+    };
+    let mut sentences = Vec::new();
+    for row in rows(fit) {
+        let mut kinds: Vec<(&Knowledge, Vec<String>)> = Vec::new();
+        for one in row.iter().filter(|one| one.knowledge != Knowledge::Told) {
+            let band = scene.bands.nominal()[one.band].to_string();
+            match kinds.iter_mut().find(|(kind, _)| *kind == &one.knowledge) {
+                Some((_, bands)) => bands.push(band),
+                None => kinds.push((&one.knowledge, vec![band])),
+            }
+        }
+        let own = name(row[0].material, row[0].coefficient);
+        for (kind, bands) in kinds {
+            let bands = bands.join(", ");
+            sentences.push(match kind {
+                Knowledge::NotApart(others) if others.is_empty() => format!(
+                    "{own} cannot be told apart from that of the others together at {bands} Hz: it stays near the value of the map"
+                ),
+                Knowledge::NotApart(others) => {
+                    let others: Vec<String> =
+                        others.iter().map(|(material, coefficient)| name(*material, *coefficient)).collect();
+                    format!("{own} cannot be told apart from {} at {bands} Hz", others.join(", "))
+                }
+                _ => format!("{own} hardly changes what was measured at {bands} Hz: it stays near the value of the map"),
+            });
+        }
+    }
+    for deviation in &fit.deviations {
+        if let Err(reason) = &deviation.after {
+            let measurement = &deviation.measurement;
+            sentences.push(format!(
+                "not used: {} at {} Hz: {reason}",
+                measurement.parameter.key(),
+                scene.bands.nominal()[measurement.band]
+            ));
+        }
+    }
+    sentences
+}
+
+fn csv(fit: &Fit, scene: &Scene, out: &mut dyn Write) -> anyhow::Result<()> {
+    let mut writer = ::csv::Writer::from_writer(out);
+    writer.write_record([
+        "material",
+        "coefficient",
+        "center_frequency_hz",
+        "start",
+        "value",
+        "ci95_low",
+        "ci95_high",
+        "knowledge",
+    ])?;
+    for one in &fit.coefficients {
+        let numbers =
+            [scene.bands.nominal()[one.band], one.start, one.value, one.interval[0], one.interval[1]];
+        let names = [scene.materials[one.material].name.clone(), one.coefficient.to_string()];
+        let fields = names.into_iter().chain(numbers.map(|number| number.to_string()));
+        writer.write_record(fields.chain([word(&one.knowledge).to_owned()]))?;
+    }
+    writer.flush()?;
+    Ok(())
+}
+
+fn word(knowledge: &Knowledge) -> &'static str {
+    match knowledge {
+        Knowledge::Told => "told",
+        Knowledge::Hardly => "hardly",
+        Knowledge::NotApart(_) => "not apart",
+    }
+}
+
+fn json(fit: &Fit, scene: &Scene) -> Value {
+    let coefficient = |one: &Fitted| {
+        let mut value = json!({
+            "material": scene.materials[one.material].name,
+            "coefficient": one.coefficient.to_string(),
+            "center_frequency_hz": scene.bands.nominal()[one.band],
+            "start": one.start,
+            "value": one.value,
+            "ci95": one.interval,
+            "knowledge": word(&one.knowledge),
+        });
+        if let Knowledge::NotApart(others) = &one.knowledge {
+            let other = |(material, coefficient): &(usize, Coefficient)| json!({ "material": scene.materials[*material].name, "coefficient": coefficient.to_string() });
+            value["not_apart_from"] = others.iter().map(other).collect();
+        }
+        value
+    };
+    let deviation = |parameter: Parameter| {
+        let [count, before, after, sigmas] = mean_squares(fit, parameter)?;
+        let mean = |sum: f64| (sum / count).sqrt();
+        Some(
+            json!({ "parameter": parameter.key(), "values": count, "rms_map_jnd": mean(before), "rms_fitted_jnd": mean(after), "rms_fitted_sigma": mean(sigmas) }),
+        )
+    };
+    json!({
+        "coefficients": fit.coefficients.iter().map(coefficient).collect::<Vec<_>>(),
+        "deviations": Parameter::ALL.into_iter().filter_map(deviation).collect::<Vec<_>>(),
+        "remarks": sentences(fit, scene),
+        "renderings": fit.rounds,
+        "settled": fit.is_settled,
+    })
+}

@@ -1,0 +1,195 @@
+//! `sonel-analyze optimise`: the cheapest change of materials that fulfils wishes.
+
+use std::io::Write;
+
+use anyhow::{Context, bail};
+use comfy_table::{CellAlignment, Table, presets};
+use sonel_analysis::Figure;
+use sonel_console::Outcome;
+use sonel_console::output::{Kind, Output};
+use sonel_console::store::TemporaryMaps;
+use sonel_renderer::RenderSettings;
+use sonel_scene::{Scene, load_materials};
+use sonel_study::optimise::{Candidate, Choice, Proposal};
+use sonel_study::response::receivers_of;
+use sonel_study::wish::Wish;
+
+use crate::arguments::{Change, OptimiseArguments, To};
+use crate::fit::{Stages, folder_of, write_materials};
+use crate::open;
+
+/// Prints what is proposed and writes the materials.
+///
+/// # Errors
+/// When the map is unusable, a wish or change does not fit it, nothing comes near, or the output cannot be written.
+pub fn run(
+    arguments: &OptimiseArguments,
+    quiet: bool,
+    out: &mut dyn Write,
+    log: &mut dyn Write,
+) -> anyhow::Result<Outcome> {
+    let (mut map, geometry) = open::changeable_map(&arguments.map)?;
+    let label = arguments.map.display().to_string();
+    let scene = map.header().scene.clone();
+    check_bands(&arguments.wishes, &scene)?;
+    let candidates = candidates(arguments, &scene)?;
+    let receivers =
+        if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
+    if receivers.is_empty() {
+        bail!("{label}: the scene has no receivers: give some with --receiver");
+    }
+    let output = Output::create(&arguments.output, Kind::MATERIALS, std::slice::from_ref(&arguments.map))?;
+    let mut stages = Stages::begin(quiet, log);
+    let found = sonel_study::optimise::optimise(
+        &mut map,
+        &geometry,
+        &receivers,
+        (&arguments.wishes, &candidates),
+        RenderSettings::default(),
+        &mut TemporaryMaps::new(folder_of(&arguments.output)),
+        &mut |stage| stages.tell(stage),
+    );
+    stages.end();
+    let found = found.with_context(|| label.clone())?;
+    print(&found, arguments, &candidates, &scene, out)?;
+    let head = format!(
+        "sonel-analyze optimise {label}\nuse it with sonel-render --materials, or copy the tables to the scene file"
+    );
+    write_materials(output, &found.materials, &scene.materials, (&head, "chosen by sonel-analyze optimise"))?;
+    writeln!(log, "written to {}", arguments.output.display())?;
+    Ok(if found.is_fulfilled { Outcome::Done } else { Outcome::Missed })
+}
+
+fn check_bands(wishes: &[Wish], scene: &Scene) -> anyhow::Result<()> {
+    let nominal = scene.bands.nominal();
+    for wanted in wishes.iter().flat_map(|wish| &wish.centers_hz) {
+        if !nominal.iter().any(|center| (wanted / center - 1.0).abs() < 1e-3) {
+            let known: Vec<String> = nominal.iter().map(ToString::to_string).collect();
+            bail!("the map has no band of {wanted} Hz; it has {} Hz", known.join(", "));
+        }
+    }
+    Ok(())
+}
+
+/// The changes in terms of the scene; every problem is said at once.
+fn candidates(arguments: &OptimiseArguments, scene: &Scene) -> anyhow::Result<Vec<Candidate>> {
+    let mut problems = Vec::new();
+    let mut found: Vec<Candidate> = Vec::new();
+    let number = |name: &str| {
+        let known: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
+        let place = known.iter().position(|known| *known == name);
+        place.ok_or_else(|| format!("the map has no material \"{name}\"; it has {}", known.join(", ")))
+    };
+    for Change { name, to } in &arguments.changes {
+        let candidate = number(name).and_then(|material| {
+            if found.iter().any(|one| one.material == material) {
+                return Err(format!("\"{name}\" is given to --change twice: keep one"));
+            }
+            if let To::Absorption([low, _]) = to
+                && scene.materials[material].transmission.iter().any(|transmission| transmission > low)
+            {
+                return Err(format!("\"{name}\" transmits more than {low}: raise the lower bound"));
+            }
+            Ok(Candidate { material, choices: choices(to, scene)?, price: 1.0 })
+        });
+        candidate.map_or_else(|problem| problems.push(problem), |candidate| found.push(candidate));
+    }
+    for (name, price) in &arguments.prices {
+        match number(name).map(|material| found.iter_mut().find(|one| one.material == material)) {
+            Ok(Some(candidate)) => candidate.price = *price,
+            Ok(None) => problems.push(format!("--price of \"{name}\", which no --change names")),
+            Err(problem) => problems.push(problem),
+        }
+    }
+    if problems.is_empty() { Ok(found) } else { bail!("{}", problems.join("\nerror: ")) }
+}
+
+fn choices(to: &To, scene: &Scene) -> Result<Vec<Choice>, String> {
+    match to {
+        To::Absorption(bounds) => Ok(vec![Choice::Absorption(*bounds)]),
+        To::Entries(entries) => entries
+            .iter()
+            .map(|entry| {
+                let text = format!("[materials.entry]\nlibrary = {entry:?}\n");
+                let read =
+                    load_materials(&text, "--change", &scene.bands).map_err(|error| error.to_string())?;
+                let material = read.into_iter().next().ok_or("a table of one material")?;
+                Ok(Choice::Other(entry.clone(), material))
+            })
+            .collect(),
+    }
+}
+
+fn print(
+    found: &Proposal,
+    arguments: &OptimiseArguments,
+    candidates: &[Candidate],
+    scene: &Scene,
+    out: &mut dyn Write,
+) -> anyhow::Result<()> {
+    if found.changes.is_empty() {
+        writeln!(out, "nothing needs to change")?;
+    }
+    for &(candidate, choice) in &found.changes {
+        let Candidate { material, choices, .. } = &candidates[candidate];
+        let what = match &choices[choice] {
+            Choice::Other(entry, _) => format!("becomes {entry}"),
+            Choice::Absorption(_) => {
+                let values = found.materials[*material].absorption.iter();
+                let changed = values.zip(&scene.materials[*material].absorption).zip(scene.bands.nominal());
+                let changed = changed.filter(|((new, old), _)| (*new - *old).abs() > 0.0);
+                let words: Vec<String> = changed
+                    .map(|((new, old), center)| format!("{old:.3} → {new:.3} at {center} Hz"))
+                    .collect();
+                format!("absorption {}", words.join(", "))
+            }
+        };
+        writeln!(out, "{}: {what}", scene.materials[*material].name)?;
+    }
+    let (combinations, rendered) = found.tried;
+    writeln!(
+        out,
+        "{:.1} m² change, cost {:.1}; {combinations} combinations, {rendered} rendered\n",
+        found.area, found.cost
+    )?;
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    table.set_header(["parameter", "band", "wanted", "map as it is", "predicted", "fresh trace", ""]);
+    for outcome in &found.outcomes {
+        let wish = &arguments.wishes[outcome.wish];
+        let (symbol, unit, factor) = wish.parameter.heading();
+        let is_met = |figure: &Figure| {
+            figure.as_ref().is_ok_and(|estimate| (estimate.value - wish.value).abs() <= wish.tolerance)
+        };
+        let met = is_met(&outcome.predicted) && is_met(&outcome.verified);
+        table.add_row([
+            format!("{symbol} [{unit}]"),
+            format!("{} Hz", scene.bands.nominal()[outcome.band]),
+            format!("{:.3} ±{:.3}", factor * wish.value, factor * wish.tolerance),
+            format!("{:.3}", factor * outcome.before),
+            cell(&outcome.predicted, factor),
+            cell(&outcome.verified, factor),
+            if met { "met" } else { "missed" }.to_owned(),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+    writeln!(
+        out,
+        "{}\n\nmeans over sources and receivers; predicted and fresh trace ±: half-width of the 95 % interval",
+        lines.join("\n")
+    )?;
+    Ok(())
+}
+
+fn cell(figure: &Figure, factor: f64) -> String {
+    match figure {
+        Err(reason) => reason.to_string(),
+        Ok(estimate) => {
+            let half = estimate.interval.as_ref().map_or(f64::NAN, |[low, high]| 0.5 * (high - low));
+            format!("{:.3} ±{:.3}", factor * estimate.value, factor * half)
+        }
+    }
+}
