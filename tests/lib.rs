@@ -128,7 +128,8 @@ impl Traced {
         let (scene, layout) = (&header.scene, self.map.layout());
         let bands = scene.bands.count();
         let table = CoefficientTable::new(&scene.materials, bands, header.settings.survival)
-            .with_edges(self.map.edge_table());
+            .with_edges(self.map.edge_table())
+            .with_media(scene);
         let surfaces = self.geometry.surfaces();
         let material_of: Vec<u32> = surfaces.iter().map(|surface| surface.material).collect();
         let source = &scene.sources[0];
@@ -140,8 +141,8 @@ impl Traced {
                 let cosine = directions.direction(path.emission).dot(source.aim.as_vec3());
                 let factor = source.directivity.factor(f64::from(cosine));
                 weight.emit(factor, 1.0, start.packet(layout.hero(path.emission)));
-                let position = source.position - self.geometry.center();
-                sweep(position, path.vertices, &table, &material_of, &mut weight, |segment| {
+                let origin = (source.position - self.geometry.center(), scene.air_at_source(0));
+                sweep(origin, path.vertices, &table, &material_of, &mut weight, |segment| {
                     visit(path.emission, start.weight, segment);
                 });
             }

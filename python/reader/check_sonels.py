@@ -7,7 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from read_sonelmap import ABSORBED, BENT, DIFFRACTED, DIFFUSE, ESCAPED, EXPIRED, LEFT, LOST, PASSED, SPECULAR, SonelMap, places, sonels
+from read_sonelmap import (ABSORBED, BENT, DIFFRACTED, DIFFUSE, ESCAPED, EXPIRED, LEFT, LOST, PASSED, REFRACTED, RETURNED, SPECULAR,
+                           SonelMap, places, sonels)
+
+# Events at which a path goes on without leaving a sonel.
+NO_SONEL = (BENT, PASSED, DIFFRACTED, REFRACTED, RETURNED)
 
 # Relative: both multiply the same factors in another order.
 ROUNDING = 1e-9
@@ -25,7 +29,7 @@ def histories(map, source):
         for event in vertices["tag"] & 15:
             if event in (ESCAPED, EXPIRED, LOST, LEFT):
                 break
-            if event in (BENT, PASSED, DIFFRACTED):
+            if event in NO_SONEL:
                 continue
             yield emission, emission % bands, order, run, diffused, event
             if event >= ABSORBED:
@@ -43,7 +47,7 @@ def directions(map, source):
         steps = np.diff(points, axis=0, prepend=origin[None])
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         for vertex, step in zip(vertices, steps / np.where(lengths > 0, lengths, 1)):
-            if vertex["tag"] & 15 not in (BENT, PASSED, DIFFRACTED, ESCAPED, EXPIRED, LOST, LEFT):
+            if vertex["tag"] & 15 not in (*NO_SONEL, ESCAPED, EXPIRED, LOST, LEFT):
                 yield step
 
 

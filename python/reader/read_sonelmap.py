@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT, PASSED, DIFFRACTED = range(7)
+SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT, PASSED, DIFFRACTED, RETURNED = range(8)
 ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST, LEFT = range(8, 14)
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
@@ -34,6 +34,9 @@ SCENE = {"name": "text", "up": ("<f8", 3), "third_octaves": "<u1", "nominal_freq
          "temperature_celsius": "<f8", "relative_humidity_percent": "<f8", "pressure_kpa": "<f8",
          "speed_of_sound": "<f8", "air_attenuation": ["<f8"], "duration": "<f8", "scene_digest": ("<u1", 32),
          "mesh_digest": ("<u1", 32), "materials": [MATERIAL], "sources": [SOURCE], "receivers": [RECEIVER]}
+REGION = {"name": "text", "inside": ("<f8", 3), "temperature_celsius": "<f8", "relative_humidity_percent": "<f8",
+          "pressure_kpa": "<f8", "speed_of_sound": "<f8", "density": "<f8", "air_attenuation": ["<f8"]}
+REGIONS = {"regions": [REGION], "interfaces": ["<u4"], "at_sources": ["<u4"], "sides": [("<u4", 2)]}
 SECTION = {"name": "text", "offset": "<u8", "length": "<u8", "digest": ("<u1", 32)}
 HEADER = {"tool_version": "text", "settings": SETTINGS, "effects": [EFFECT], "scene": SCENE, "center": ("<f8", 3),
           "chunk_count": "<u8", "sections": [SECTION]}
@@ -86,6 +89,7 @@ class SonelMap:
         self.chunks = self.section("chunks", CHUNK)
         self.edges = self.section("edges", EDGE)["ends"] if "edges" in self.sections else np.zeros((0, 2, 3))
         self.faces = self.section("edges.faces", FACES)["faces"] if "edges.faces" in self.sections else np.zeros((0, 2, 4))
+        self.airs = Record(self.section("regions", "<u1").tobytes()).take(REGIONS) if "regions" in self.sections else None
         self.reach = self.section("edges.reach", "<f8") if "edges.reach" in self.sections else np.zeros(1)
 
     def section(self, name, dtype):
@@ -194,6 +198,20 @@ def places(map, origin, vertices):
         outward = (cosine * radial + sine * np.cross(along, radial)) / radius
         points[step] = first + height * along + distance * outward
     return points
+
+
+def stretches(map, source, vertices):
+    """What the length of each leg of a path counts: c of the scene over that of the air it is in."""
+    if map.airs is None:
+        return np.ones(len(vertices))
+    speed = map.header["scene"]["speed_of_sound"]
+    speeds = [speed, *(region["speed_of_sound"] for region in map.airs["regions"])]
+    air, factors = map.airs["at_sources"][source], []
+    for tag in vertices["tag"]:
+        factors.append(speed / speeds[air])
+        if tag & 15 == REFRACTED:
+            air = map.airs["sides"][tag >> 5][1 - (tag >> 4 & 1)]
+    return np.array(factors)
 
 
 class Emissions:
@@ -314,7 +332,8 @@ def sonels(map, source):
         share = share * directivity(emitter["directivity"], directions.direction(emission) @ emitter["aim"])
         feeding, drawing = carried.copy(), carried.copy()
         points = places(map, origin, vertices)
-        lengths = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=origin[None]), axis=1))
+        legs = np.linalg.norm(np.diff(points, axis=0, prepend=origin[None]), axis=1)
+        lengths = np.cumsum(legs * stretches(map, source, vertices))
         events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5
         for step, (event, surface) in enumerate(zip(events, surfaces)):
             if event in (ESCAPED, EXPIRED, LOST, LEFT):
@@ -324,7 +343,7 @@ def sonels(map, source):
                 factor = at_edge(map, event, vertices[step], drawing > 0, before, points[step])
                 feeding, drawing = feeding * factor, drawing * factor
                 continue
-            if event == DIFFRACTED:
+            if event in (DIFFRACTED, REFRACTED, RETURNED):
                 continue
             energy = share * feeding / (led * drawing).sum()
             yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy

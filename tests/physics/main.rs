@@ -20,6 +20,7 @@ mod optimise;
 mod paper;
 mod partitions;
 mod picture;
+mod refraction;
 mod rows;
 mod short_runs;
 mod sound;

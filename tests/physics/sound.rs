@@ -45,6 +45,7 @@ fn decaying(stretched: f64) -> Response {
         source_power_level_db: vec![90.0; OCTAVES.len()],
         speed_of_sound: SPEED,
         characteristic_impedance: 412.0,
+        direct_times_s: Vec::new(),
         energy,
         batches: None,
         missing: None,

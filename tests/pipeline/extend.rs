@@ -6,7 +6,7 @@ use sonel_map::{MapHeader, MapWriter, ShardRange, SonelMap};
 use sonel_testkit::workshop::Workshop;
 use sonel_tracer::{TracedChunk, Tracer};
 
-use crate::{trace, workshop};
+use crate::{render, trace, workshop};
 
 /// Two sources, one of them directional.
 fn shop() -> Workshop {
@@ -51,6 +51,34 @@ fn a_map_extended_is_the_longer_run() {
                 );
             }
         }
+    }
+}
+
+/// At interfaces packets draw numbers, which a map that is extended does not tell.
+#[test]
+fn a_map_of_two_airs_extended_is_the_longer_run() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/warm-layer");
+    let shop = workshop();
+    for file in ["scene.toml", "hall.obj"] {
+        shop.write(file, std::fs::read(folder.join(file)).unwrap());
+    }
+    trace(&shop, "long.sonelmap", &["--sonels", "700"]).unwrap();
+    trace(&shop, "short.sonelmap", &["--sonels", "100"]).unwrap();
+    extend(&shop, "short.sonelmap", "extended.sonelmap", &["--sonels", "700"]).unwrap();
+    assert!(shop.bytes("extended.sonelmap") == shop.bytes("long.sonelmap"));
+    let error =
+        |options: &[&str]| format!("{:#}", render(&shop, "long.sonelmap", "a.npz", options).unwrap_err());
+    assert!(error(&["--temperature", "10"]).contains("several airs"));
+    assert!(error(&["--estimator", "paper"]).contains("one air"));
+    assert!(error(&["--set", "materials.layer.absorption=0.5"]).contains("interface between airs"));
+    // Without refraction the hall has one air and the interface is no more.
+    for options in [&["--effects", "auto,-refraction"][..], &["--mode", "paper", "--effects", "none"]] {
+        trace(&shop, "one.sonelmap", &[options, &["--sonels", "100"]].concat()).unwrap();
+        trace(&shop, "two.sonelmap", &[options, &["--sonels", "200"]].concat()).unwrap();
+        extend(&shop, "one.sonelmap", "extended.sonelmap", &["--sonels", "200"]).unwrap();
+        assert!(shop.bytes("extended.sonelmap") == shop.bytes("two.sonelmap"));
+        let printed = render(&shop, "one.sonelmap", "one.npz", &["--rays", "64", "--json"]).unwrap();
+        assert!(!printed.contains("... I S^k R"), "{printed}");
     }
 }
 

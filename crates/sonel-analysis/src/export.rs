@@ -29,5 +29,6 @@ fn name(event: Event) -> &'static str {
         Event::Expired => "expired",
         Event::Extinguished => "extinguished",
         Event::Lost => "lost",
+        Event::Returned => "returned",
     }
 }

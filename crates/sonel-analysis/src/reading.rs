@@ -23,7 +23,8 @@ pub struct Reading<'a> {
     pub table: CoefficientTable,
     /// The material of every surface.
     pub material_of: Vec<u32>,
-    origins: Vec<DVec3>,
+    /// Place and air of each source.
+    origins: Vec<(DVec3, u32)>,
     directions: Vec<EmissionDirections>,
 }
 
@@ -38,7 +39,7 @@ impl<'a> Reading<'a> {
         let scene = &map.header().scene;
         let materials = map.drawn_with().unwrap_or(&scene.materials);
         let table = CoefficientTable::new(materials, scene.bands.count(), map.header().settings.survival);
-        Self::with(table.with_edges(map.edge_table()), map, geometry)
+        Self::with(table.with_edges(map.edge_table()).with_media(scene), map, geometry)
     }
 
     fn with(table: CoefficientTable, map: &'a SonelMap, geometry: &Geometry) -> Self {
@@ -55,7 +56,11 @@ impl<'a> Reading<'a> {
                 .collect(),
             table,
             material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
-            origins: scene.sources.iter().map(|source| source.position - geometry.center()).collect(),
+            origins: (0..scene.sources.len())
+                .map(|source| {
+                    (scene.sources[source].position - geometry.center(), scene.air_at_source(source))
+                })
+                .collect(),
             directions: (0..scene.sources.len() as u32).map(directions).collect(),
         }
     }

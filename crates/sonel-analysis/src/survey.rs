@@ -143,7 +143,7 @@ impl Walk<'_> {
             first = false;
             last.clear();
             let Some(arrival) = segment.arrival else {
-                if segment.ends_at_edge {
+                if segment.goes_on {
                     books.passed_edge(segment.energy);
                 }
                 last.extend_from_slice(segment.energy);

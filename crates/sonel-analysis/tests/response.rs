@@ -37,6 +37,7 @@ fn response(weight: &[f64], mut batch: impl FnMut(&[f64]) -> Vec<f32>) -> Respon
         source_power_level_db: vec![90.0; bands],
         speed_of_sound: 343.0,
         characteristic_impedance: 413.0,
+        direct_times_s: Vec::new(),
         batches: (!weight.is_empty()).then(|| Batches {
             weight: weight.to_vec(),
             bins: coarse.len() - 1,

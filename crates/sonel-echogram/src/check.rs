@@ -27,6 +27,9 @@ fn shapes(response: &Response) -> Vec<String> {
     expect("source_position_m", response.source_positions.len(), &[s]);
     expect("energy", response.energy.len(), &[s, r, b, response.bins()]);
     expect("source_power_level_db", response.source_power_level_db.len(), &[s, b]);
+    if !response.direct_times_s.is_empty() {
+        expect("direct_time_s", response.direct_times_s.len(), &[s, r]);
+    }
     if let Some(batches) = &response.batches {
         expect("batch_time_edges_s", batches.time_edges_s.len(), &[s, r, batches.bins.saturating_add(1)]);
         let shape = [batches.weight.len(), s, r, b, batches.bins];
@@ -68,6 +71,7 @@ fn values(response: &Response) -> Vec<String> {
     reject("source_power_level_db", not_finite(&response.source_power_level_db));
     reject("speed_of_sound", not_positive(&[response.speed_of_sound]));
     reject("characteristic_impedance", not_positive(&[response.characteristic_impedance]));
+    reject("direct_time_s", no_energy(&response.direct_times_s));
     reject("energy", no_energy(&response.energy));
     if let Some(batches) = &response.batches {
         reject("batch_weight", no_energy(&batches.weight));

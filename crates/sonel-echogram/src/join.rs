@@ -152,6 +152,8 @@ fn each_receiver_list(source: &mut Value, visit: &mut dyn FnMut(&mut Vec<Value>)
 fn side_by_side(parts: Vec<Response>) -> Response {
     let sources = parts.first().map_or(0, Response::sources);
     let batches = batches(&parts, sources);
+    let direct_times: Vec<&[f64]> = parts.iter().map(|part| &part.direct_times_s[..]).collect();
+    let direct_times_s = interleaved(sources, &direct_times);
     let energies: Vec<&[f64]> = parts.iter().map(|part| &part.energy[..]).collect();
     let (energy, arrivals) = (interleaved(sources, &energies), arrivals(&parts, sources));
     let mut parts = parts.into_iter();
@@ -164,7 +166,7 @@ fn side_by_side(parts: Vec<Response>) -> Response {
     if let Some(metadata) = whole.metadata.as_object_mut() {
         metadata.shift_remove(SHARD);
     }
-    Response { energy, batches, arrivals, ..whole }
+    Response { energy, direct_times_s, batches, arrivals, ..whole }
 }
 
 fn append_metadata(whole: &mut Value, mut part: Value) {

@@ -29,6 +29,7 @@ impl Response {
             source_power_level_db: file.required("source_power_level_db", &[s, b])?,
             speed_of_sound: file.scalar("speed_of_sound")?,
             characteristic_impedance: file.scalar("characteristic_impedance")?,
+            direct_times_s: file.optional("direct_time_s", &[s, r])?.unwrap_or_default(),
             batches: file.batches(s, r, b)?,
             missing: file.missing(s, b)?,
             arrivals: file.arrivals(b)?,
@@ -164,6 +165,7 @@ mod tests {
             source_power_level_db: vec![90.0, 91.0],
             speed_of_sound: 343.0,
             characteristic_impedance: 413.3,
+            direct_times_s: Vec::new(),
             energy: (0..800).map(f64::from).collect(),
             batches: Some(Batches {
                 weight: vec![0.5, 0.5],

@@ -23,6 +23,8 @@ pub struct Response {
     pub speed_of_sound: f64,
     /// ρc [Pa s/m].
     pub characteristic_impedance: f64,
+    /// When direct sound arrives, or would arrive, [S, R] [s]; empty where that is distance / c.
+    pub direct_times_s: Vec<f64>,
     /// Fluence per unit emitted energy, [S, R, B, T] [1/m²].
     pub energy: Vec<f64>,
     /// Batch estimates; none where the file holds none.
@@ -160,9 +162,12 @@ impl Response {
         Some((*missing.fluence.get(at)?, *missing.decay_rate.get(at)?))
     }
 
-    /// When the direct sound of source `s` reaches, or would reach, receiver `r`: distance / c [s].
+    /// When the direct sound of source `s` reaches, or would reach, receiver `r` [s].
     #[must_use]
     pub fn direct_time(&self, s: usize, r: usize) -> f64 {
+        if let Some(&time) = self.direct_times_s.get(s * self.receivers() + r) {
+            return time;
+        }
         let squares =
             self.source_positions[s].iter().zip(self.receiver_positions[r]).map(|(a, b)| (a - b) * (a - b));
         squares.sum::<f64>().sqrt() / self.speed_of_sound

@@ -25,6 +25,9 @@ impl Response {
         archive.numbers("source_power_level_db", &[sources, bands], &self.source_power_level_db)?;
         archive.numbers("speed_of_sound", &[], &[self.speed_of_sound])?;
         archive.numbers("characteristic_impedance", &[], &[self.characteristic_impedance])?;
+        if !self.direct_times_s.is_empty() {
+            archive.numbers("direct_time_s", &[sources, receivers], &self.direct_times_s)?;
+        }
         archive.numbers("energy", &[sources, receivers, bands, self.bins()], &self.energy)?;
         if let Some(batches) = &self.batches {
             let count = batches.weight.len();

@@ -52,6 +52,15 @@ impl Geometry {
     /// [`GeometryError`] when the mesh has no triangle with an area, coordinates that are not finite or corners that
     /// do not exist.
     pub fn build(mesh: Mesh) -> Result<Self, GeometryError> {
+        Self::with_interfaces(mesh, |_| false)
+    }
+
+    /// The same, where faces of a material that `is_interface` are no walls but borders between airs: rays meet them, but they are part of no
+    /// shell, take no area from the room and have no edges.
+    ///
+    /// # Errors
+    /// As [`Self::build`].
+    pub fn with_interfaces(mesh: Mesh, is_interface: impl Fn(u32) -> bool) -> Result<Self, GeometryError> {
         validate(&mesh)?;
         let welded = mesh.welded();
         if welded.mesh.triangles.is_empty() {
@@ -63,15 +72,25 @@ impl Geometry {
         let tolerance = f64::from(scale.resolution());
         stitch(&mut mesh, tolerance);
         let mut edges = shared_edges(&mesh);
+        let is_interface: Vec<bool> =
+            mesh.triangles.iter().map(|triangle| is_interface(triangle.material)).collect();
+        let all_edges = is_interface.contains(&true).then(|| edges.clone());
+        if all_edges.is_some() {
+            edges.iter_mut().for_each(|edge| edge.faces.retain(|&face| !is_interface[face as usize]));
+            edges.retain(|edge| !edge.faces.is_empty());
+        }
         let facing = find_cracks(&mesh, &mut edges, tolerance);
-        let Oriented { shells, in_shell, room, open_edges } = orient(&mut mesh, &edges, &facing, tolerance);
+        let oriented = orient(&mut mesh, &edges, &facing, &is_interface, tolerance);
+        let Oriented { shells, in_shell, room, open_edges } = oriented;
         let is_watertight = room.is_some_and(|room| {
             let hull = &shells[room].triangles;
             !edges.iter().any(|edge| edge.is_crack && hull.binary_search(&edge.faces[0]).is_ok())
         });
         // What is behind a shell is solid in a room. In the open it may be a room of its own.
         let closed = if room.is_some() { &in_shell[..] } else { &vec![false; in_shell.len()] };
-        let Partition { surfaces, of_triangle, planes } = partition(&mesh, &edges, closed, tolerance);
+        let all_edges = all_edges.as_deref().unwrap_or(&edges);
+        let Partition { surfaces, of_triangle, planes } =
+            partition(&mesh, all_edges, closed, &is_interface, tolerance);
         let planes = planes
             .into_iter()
             .map(|(normal, offset)| LocalPlane { normal, offset: offset - normal.dot(scale.center) })
@@ -85,9 +104,10 @@ impl Geometry {
             })
             .collect();
         let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
-        let rims = rims(&mesh, &edges, &plane_of, f64::from(scale.lift()));
+        let rims = rims(&mesh, all_edges, &plane_of, f64::from(scale.lift()));
         let index = Index::build(&facets, planes, in_shell, scale.lift(), scale.resolution());
-        let stood_on = junction::stood_on(&mesh, &local, &edges, &plane_of, &index, f64::from(scale.lift()));
+        let stood_on =
+            junction::stood_on(&mesh, &local, all_edges, &plane_of, &index, f64::from(scale.lift()));
         let mut geometry = Self {
             mesh,
             scale,
@@ -397,7 +417,7 @@ impl Geometry {
         Some(hull - objects.map(|shell| shell.volume).sum::<f64>())
     }
 
-    /// Area exposed to the air [m²]: surfaces of closed shells count once, free panels with both sides.
+    /// Area exposed to the air [m²]: surfaces of closed shells count once, free panels with both sides, borders between airs not at all.
     pub fn area(&self) -> f64 {
         self.surfaces.iter().map(exposed).sum()
     }
@@ -441,7 +461,11 @@ fn cut(corners: &[Vec3; 3], plane: &LocalPlane) -> Option<[DVec3; 2]> {
 }
 
 fn exposed(surface: &Surface) -> f64 {
-    if surface.closed { surface.area } else { 2.0 * surface.area }
+    match (surface.interface, surface.closed) {
+        (true, _) => 0.0,
+        (false, true) => surface.area,
+        (false, false) => 2.0 * surface.area,
+    }
 }
 
 pub(crate) fn validate(mesh: &Mesh) -> Result<(), GeometryError> {

@@ -44,7 +44,8 @@ impl Mesh {
     }
 
     /// The positions of one triangle's corners [m].
-    pub(crate) fn corners(&self, triangle: u32) -> [DVec3; 3] {
+    #[must_use]
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].corners.map(|corner| self.vertices[corner as usize])
     }
 

@@ -41,13 +41,21 @@ pub(crate) struct Shell {
 }
 
 /// Orients the mesh in place.
-pub(crate) fn orient(mesh: &mut Mesh, edges: &[SharedEdge], cracks: &[Facing], tolerance: f64) -> Oriented {
+/// Triangles for which `is_interface` tells so are left as they are: `edges` must not name them.
+pub(crate) fn orient(
+    mesh: &mut Mesh,
+    edges: &[SharedEdge],
+    cracks: &[Facing],
+    is_interface: &[bool],
+    tolerance: f64,
+) -> Oriented {
     let mut joints: Vec<Vec<Joint>> = edges.iter().map(|edge| joints(mesh, edge, tolerance)).collect();
     for &Facing { rims, faces: [a, b], agree, .. } in cracks {
         joints[rims[0]].push(Joint { a, b, agree });
     }
     let orientable = unify(mesh, &joints);
-    let Components { closed, open_edges } = components(mesh, edges, cracks, &joints, &orientable);
+    let Components { closed, open_edges } =
+        components(mesh, edges, cracks, &joints, &orientable, is_interface);
     let mut shells: Vec<Shell> = closed
         .into_iter()
         .map(|triangles| Shell { volume: signed_volume(mesh, &triangles), triangles, depth: 0 })
@@ -196,6 +204,7 @@ fn components(
     cracks: &[Facing],
     joints: &[Vec<Joint>],
     orientable: &[bool],
+    is_interface: &[bool],
 ) -> Components {
     let mut connected = Connected::new(mesh.triangles.len());
     for joint in joints.iter().flatten() {
@@ -214,7 +223,7 @@ fn components(
         }
     }
     let mut members: Vec<Vec<u32>> = vec![Vec::new(); mesh.triangles.len()];
-    for triangle in 0..mesh.triangles.len() as u32 {
+    for triangle in (0..mesh.triangles.len() as u32).filter(|&triangle| !is_interface[triangle as usize]) {
         members[connected.root(triangle) as usize].push(triangle);
     }
     let extents = |root: usize| {

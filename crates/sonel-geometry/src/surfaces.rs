@@ -62,6 +62,8 @@ pub struct Surface {
     pub triangles: Vec<u32>,
     /// Whether it is part of a closed shell of a closed room, so that only its front faces the air.
     pub closed: bool,
+    /// Whether it is no wall but the border between two airs.
+    pub interface: bool,
 }
 
 /// The surfaces of a mesh and how triangles and planes map to them.
@@ -74,7 +76,13 @@ pub(crate) struct Partition {
 }
 
 /// Gathers triangles into surfaces and surfaces into planes, within `tolerance` [m].
-pub(crate) fn partition(mesh: &Mesh, edges: &[SharedEdge], closed: &[bool], tolerance: f64) -> Partition {
+pub(crate) fn partition(
+    mesh: &Mesh,
+    edges: &[SharedEdge],
+    closed: &[bool],
+    interface: &[bool],
+    tolerance: f64,
+) -> Partition {
     let regions = grow_regions(mesh, &neighbours(mesh, edges), tolerance);
     let mut of_triangle = vec![SurfaceId(0); mesh.triangles.len()];
     let mut surfaces = Vec::with_capacity(regions.len());
@@ -82,7 +90,7 @@ pub(crate) fn partition(mesh: &Mesh, edges: &[SharedEdge], closed: &[bool], tole
         for &triangle in &region {
             of_triangle[triangle as usize] = SurfaceId(surfaces.len() as u32);
         }
-        surfaces.push(surface(mesh, region, closed));
+        surfaces.push(surface(mesh, region, closed, interface));
     }
     let planes = share_planes(mesh, &mut surfaces, tolerance);
     Partition { surfaces, of_triangle, planes }
@@ -145,7 +153,7 @@ fn plane_offset(mesh: &Mesh, normal: DVec3, triangles: &[u32]) -> f64 {
     sum / (3 * triangles.len()) as f64
 }
 
-fn surface(mesh: &Mesh, triangles: Vec<u32>, closed: &[bool]) -> Surface {
+fn surface(mesh: &Mesh, triangles: Vec<u32>, closed: &[bool], interface: &[bool]) -> Surface {
     let mut vector_area = DVec3::ZERO;
     let mut area = 0.0;
     let mut moment = DVec3::ZERO;
@@ -165,6 +173,7 @@ fn surface(mesh: &Mesh, triangles: Vec<u32>, closed: &[bool]) -> Surface {
         area,
         centroid: moment / area,
         closed: closed[triangles[0] as usize],
+        interface: interface[triangles[0] as usize],
         triangles,
     }
 }

@@ -106,14 +106,35 @@ pub struct ReceiverRecord {
     pub aim: [f64; 3],
 }
 
-/// Bytes of a header.
-pub fn encode(record: &HeaderRecord) -> Result<Vec<u8>, String> {
-    bincode::encode_to_vec(record, configuration::<LARGEST_HEADER>())
-        .map_err(|error| format!("the header cannot be encoded: {error}"))
+/// Regions of other air: the section that only a scene with such regions has.
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct MediaRecord {
+    pub regions: Vec<RegionRecord>,
+    pub interfaces: Vec<u32>,
+    pub at_sources: Vec<u32>,
+    pub sides: Vec<[u32; 2]>,
 }
 
-/// A header from its bytes. All of them must be used, unless a later minor version may have added fields at the end.
-pub fn decode(bytes: &[u8], may_go_on: bool) -> Result<HeaderRecord, String> {
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct RegionRecord {
+    pub name: String,
+    pub inside: [f64; 3],
+    pub temperature_celsius: f64,
+    pub relative_humidity_percent: f64,
+    pub pressure_kpa: f64,
+    pub speed_of_sound: f64,
+    pub density: f64,
+    pub air_attenuation: Vec<f64>,
+}
+
+/// Bytes of a header or of the section of regions.
+pub fn encode(record: &impl Encode) -> Result<Vec<u8>, String> {
+    bincode::encode_to_vec(record, configuration::<LARGEST_HEADER>())
+        .map_err(|error| format!("header or regions cannot be encoded: {error}"))
+}
+
+/// A header, or the section of regions, from its bytes. All of them must be used, unless a later minor version may have added fields at the end.
+pub fn decode<D: Decode<()>>(bytes: &[u8], may_go_on: bool) -> Result<D, String> {
     let (record, used) = decode_within_limit(bytes)?;
     if used == bytes.len() || may_go_on {
         Ok(record)
@@ -124,23 +145,23 @@ pub fn decode(bytes: &[u8], may_go_on: bool) -> Result<HeaderRecord, String> {
 
 /// bincode takes its limit as a constant and allocates what a length claims before it reads on: the smallest limit that
 /// suffices for a header of this size.
-fn decode_within_limit(bytes: &[u8]) -> Result<(HeaderRecord, usize), String> {
+fn decode_within_limit<D: Decode<()>>(bytes: &[u8]) -> Result<(D, usize), String> {
     const fn limit(largest: usize) -> usize {
         CLAIM_PER_BYTE * largest
     }
     match bytes.len() {
-        0..=0x1000 => decode_with::<{ limit(0x1000) }>(bytes),
-        0x1001..=0x4000 => decode_with::<{ limit(0x4000) }>(bytes),
-        0x4001..=0x1_0000 => decode_with::<{ limit(0x1_0000) }>(bytes),
-        0x1_0001..=0x10_0000 => decode_with::<{ limit(0x10_0000) }>(bytes),
-        0x10_0001..=LARGEST_HEADER => decode_with::<{ limit(LARGEST_HEADER) }>(bytes),
+        0..=0x1000 => decode_with::<D, { limit(0x1000) }>(bytes),
+        0x1001..=0x4000 => decode_with::<D, { limit(0x4000) }>(bytes),
+        0x4001..=0x1_0000 => decode_with::<D, { limit(0x1_0000) }>(bytes),
+        0x1_0001..=0x10_0000 => decode_with::<D, { limit(0x10_0000) }>(bytes),
+        0x10_0001..=LARGEST_HEADER => decode_with::<D, { limit(LARGEST_HEADER) }>(bytes),
         length => Err(format!("a header of {length} bytes is larger than any that is written")),
     }
 }
 
-fn decode_with<const LIMIT: usize>(bytes: &[u8]) -> Result<(HeaderRecord, usize), String> {
+fn decode_with<D: Decode<()>, const LIMIT: usize>(bytes: &[u8]) -> Result<(D, usize), String> {
     bincode::decode_from_slice(bytes, configuration::<LIMIT>())
-        .map_err(|error| format!("the header cannot be decoded: {error}"))
+        .map_err(|error| format!("header or regions cannot be decoded: {error}"))
 }
 
 #[cfg(test)]
@@ -158,27 +179,33 @@ mod tests {
     #[test]
     fn a_header_that_was_read_is_written_as_the_same_bytes() {
         let bytes = golden();
-        assert_eq!(encode(&decode(&bytes, false).unwrap()).unwrap(), bytes);
+        assert_eq!(encode(&decode::<HeaderRecord>(&bytes, false).unwrap()).unwrap(), bytes);
     }
 
     #[test]
     fn a_header_must_be_used_up_unless_it_may_go_on() {
         let mut bytes = golden();
         bytes.push(0);
-        assert!(decode(&bytes, false).is_err() && decode(&bytes, true).is_ok());
+        assert!(
+            decode::<HeaderRecord>(&bytes, false).is_err() && decode::<HeaderRecord>(&bytes, true).is_ok()
+        );
         bytes.truncate(bytes.len() - 2);
-        assert!(decode(&bytes, true).is_err());
+        assert!(decode::<HeaderRecord>(&bytes, true).is_err());
     }
 
     #[test]
     fn headers_of_every_size_are_decoded_within_their_limits() {
-        let small = decode(&golden(), false).unwrap();
+        let small: HeaderRecord = decode(&golden(), false).unwrap();
         for effects in [0, 100, 1_000, 10_000, 100_000] {
             // Empty records claim the most for their bytes.
             let nothing = EffectRecord { name: String::new(), on: Vec::new(), reason: String::new() };
             let record = HeaderRecord { effects: vec![nothing; effects], ..small.clone() };
-            assert_eq!(decode(&encode(&record).unwrap(), false).unwrap(), record, "{effects} effects");
+            assert_eq!(
+                decode::<HeaderRecord>(&encode(&record).unwrap(), false).unwrap(),
+                record,
+                "{effects} effects"
+            );
         }
-        assert!(decode(&vec![0; LARGEST_HEADER + 1], false).is_err());
+        assert!(decode::<HeaderRecord>(&vec![0; LARGEST_HEADER + 1], false).is_err());
     }
 }

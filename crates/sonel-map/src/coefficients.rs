@@ -7,6 +7,8 @@
 //! vectorises over them; lanes beyond the last band are zero.
 
 use sonel_acoustics::Material;
+use sonel_geometry::{Side, SurfaceId};
+use sonel_scene::{Media, Scene};
 
 use crate::classes::BandClasses;
 use crate::edges::EdgeTable;
@@ -88,6 +90,7 @@ pub struct CoefficientTable {
     rows: Vec<MaterialRow>,
     transmits: bool,
     edges: Option<EdgeTable>,
+    media: Option<(Media, Vec<f64>)>,
 }
 
 impl CoefficientTable {
@@ -103,7 +106,7 @@ impl CoefficientTable {
         let rows: Vec<MaterialRow> =
             materials.iter().map(|material| material_row(material, classes, survival)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
-        Self { bands: classes.count(), rows, transmits, edges: None }
+        Self { bands: classes.count(), rows, transmits, edges: None, media: None }
     }
 
     /// The same energies for events drawn with the probabilities of `drawn`, a table of as many materials and classes.
@@ -122,6 +125,33 @@ impl CoefficientTable {
     #[must_use]
     pub fn with_edges(self, edges: Option<EdgeTable>) -> Self {
         Self { edges, ..self }
+    }
+
+    /// The same with the airs of `scene`, where it has more than one.
+    #[must_use]
+    pub fn with_media(self, scene: &Scene) -> Self {
+        Self { media: scene.media.clone().map(|media| (media, scene.stretches())), ..self }
+    }
+
+    /// Travel time over a length in `air` relative to that in the scene's air, c₀/c.
+    #[inline]
+    #[must_use]
+    pub fn stretch(&self, air: u32) -> f64 {
+        self.media.as_ref().map_or(1.0, |(_, stretches)| stretches[air as usize])
+    }
+
+    /// The airs on the side of an interface that a path arrives on and beyond it; none where `surface` is a wall.
+    #[inline]
+    #[must_use]
+    pub fn across(&self, surface: SurfaceId, side: Side) -> Option<[u32; 2]> {
+        self.media.as_ref().and_then(|(media, _)| media.across(surface, side))
+    }
+
+    /// Whether the scene has more than one air.
+    #[inline]
+    #[must_use]
+    pub fn has_media(&self) -> bool {
+        self.media.is_some()
     }
 
     /// The edges, where any bend.

@@ -15,8 +15,9 @@ use crate::error::MapError;
 use crate::format::{ChunkEntry, EdgeRow, MAJOR, MINOR, aligned};
 use crate::header::{MapHeader, ShardRange};
 use crate::ledger::Ledger;
+use crate::places::Places;
 use crate::provenance::{self, Difference};
-use crate::reader::{self, Directory, Places, SonelMap};
+use crate::reader::{self, Directory, SonelMap};
 use crate::shards::{self, Fault, Run};
 use crate::tiling;
 use crate::writer::MapWriter;
@@ -193,7 +194,8 @@ impl Merger {
     ) -> Result<W, MergeError> {
         let mut writer = MapWriter::begin(out).map_err(MergeError::Output)?;
         let (mut chunk_bytes, mut copied) = (Vec::new(), 0);
-        let places = Places { surfaces: self.surfaces, edges: &self.edges };
+        let places =
+            Places { surfaces: self.surfaces, edges: &self.edges, media: self.header.scene.media.as_ref() };
         for source in 0..self.header.scene.sources.len() as u32 {
             for part in &self.parts {
                 let unusable = |error| MergeError::Unusable { map: part.name.clone(), error };

@@ -3,7 +3,7 @@
 //! Numbers are written so that different ones look different, and compared as written.
 
 use sonel_acoustics::Material;
-use sonel_scene::{Receiver, Scene, Source};
+use sonel_scene::{Receiver, Region, Scene, Source};
 
 use crate::emission::Spectral;
 use crate::header::{EffectState, MapHeader, Mode};
@@ -86,6 +86,15 @@ fn facts(header: &MapHeader) -> Vec<Fact> {
     ];
     let mut facts: Vec<Fact> = plain.into_iter().map(|(what, value)| (what.to_owned(), value)).collect();
     facts.extend(scene.receivers.iter().map(receiver));
+    facts.extend(scene.media.iter().map(|media| {
+        let airs = media.regions.iter().map(|region| {
+            let Region { name, inside, speed_of_sound, density, .. } = region;
+            format!("{name} about {inside} m: {speed_of_sound} m/s, {density} kg/m³")
+        });
+        let interfaces = media.interfaces.iter().map(|&interface| &scene.materials[interface as usize].name);
+        let airs = airs.collect::<Vec<_>>().join("; ");
+        ("regions of other air".to_owned(), format!("{airs}; behind {}", names(interfaces)))
+    }));
     facts
 }
 
@@ -95,7 +104,10 @@ fn facts_per_band(header: &MapHeader) -> Vec<Fact> {
     let effects = header.effects.iter().map(effect);
     let materials = scene.materials.iter().flat_map(material);
     let sources = scene.sources.iter().map(source);
-    effects.chain([air]).chain(materials).chain(sources).collect()
+    let regions = scene.media.iter().flat_map(|media| &media.regions).map(|region| {
+        (format!("attenuation by air of region \"{}\" [1/m]", region.name), numbers(&region.air_attenuation))
+    });
+    effects.chain([air]).chain(regions).chain(materials).chain(sources).collect()
 }
 
 fn mesh(scene: &Scene) -> String {

@@ -22,10 +22,12 @@ use crate::error::MapError;
 use crate::format::{ChunkEntry, ChunkFates, EdgeRow, FacesRow, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow};
 use crate::header::{BENDING, DIFFRACTION, MapHeader, ShardRange};
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
+use crate::media;
+use crate::places::{Places, is_sound_path};
 use crate::record;
 use crate::surfaces;
 use crate::tiling;
-use crate::vertex::{EdgePlace, Event, Vertex};
+use crate::vertex::Vertex;
 
 /// Makes the bands of `material` that many times as many.
 fn repeat(material: &mut Material, times: usize) {
@@ -148,9 +150,15 @@ impl SonelMap {
         } else {
             Vec::new()
         };
+        let media =
+            if sections.has(media::SECTION) { Some(sections.rows::<u8>(media::SECTION)?) } else { None };
         let mut header = record::header(sections.header, mesh).map_err(damaged)?;
         if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
             bending.reach = reach;
+        }
+        if let Some(bytes) = media {
+            let record = codec::decode(bytes, false).map_err(damaged)?;
+            header.scene.media = Some(media::media(record, &header.scene, &surfaces).map_err(damaged)?);
         }
         surfaces::check_rows(&surfaces, header.scene.materials.len()).map_err(damaged)?;
         edges::check_rows(&edges, &faces).map_err(damaged)?;
@@ -289,6 +297,9 @@ impl SonelMap {
         }
         scene.bands = scene.bands.repeated(times);
         scene.air_attenuation = scene.air_attenuation.repeat(times);
+        for region in scene.media.iter_mut().flat_map(|media| &mut media.regions) {
+            region.air_attenuation = region.air_attenuation.repeat(times);
+        }
         for source in &mut scene.sources {
             source.power_level_db = source.power_level_db.repeat(times);
         }
@@ -315,6 +326,9 @@ impl SonelMap {
     #[must_use]
     pub fn classes(&self, attenuation: &[f64]) -> BandClasses {
         let scene = &self.header.scene;
+        if scene.media.is_some() {
+            return BandClasses::separate(scene.bands.count());
+        }
         let materials = [&scene.materials, self.drawn_with.as_deref().unwrap_or_default()].concat();
         BandClasses::alike(&materials, attenuation, self.header.settings.spectral)
     }
@@ -329,6 +343,7 @@ impl SonelMap {
             None => table,
         }
         .with_edges(self.edge_table())
+        .with_media(&self.header.scene)
     }
 
     /// What passing edges means to the bands; [`None`] where nothing is bent.
@@ -357,7 +372,8 @@ impl SonelMap {
 
     fn check_chunk(&self, chunk: &ChunkEntry, surfaces: u32) -> Result<(), MapError> {
         let bytes = self.chunk_bytes(chunk);
-        check_chunk(chunk, bytes, Places { surfaces, edges: &self.edges })?;
+        let places = Places { surfaces, edges: &self.edges, media: self.header.scene.media.as_ref() };
+        check_chunk(chunk, bytes, places)?;
         tiling::check_padding(self.bytes.as_slice(), chunk.offset + bytes.len() as u64)
     }
 
@@ -425,13 +441,6 @@ pub(crate) fn compare_places(
         .map_err(|reason| MapError::ForeignSurfaces { reason })
 }
 
-/// What paths may name: surfaces, of which there are so many, and edges.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Places<'a> {
-    pub surfaces: u32,
-    pub edges: &'a [EdgeRow],
-}
-
 /// Compares the `bytes` of `chunk` with its checksum and with the rules of the layout.
 pub(crate) fn check_chunk(chunk: &ChunkEntry, bytes: &[u8], places: Places<'_>) -> Result<(), MapError> {
     let damaged = |reason: &str| MapError::Damaged { offset: chunk.offset, reason: reason.to_owned() };
@@ -453,29 +462,6 @@ pub(crate) fn check_chunk(chunk: &ChunkEntry, bytes: &[u8], places: Places<'_>) 
 fn columns<'a>(chunk: &ChunkEntry, bytes: &'a [u8]) -> (&'a [u32], &'a [Vertex]) {
     let (head, vertices) = bytes.split_at(chunk.vertices_at() as usize);
     (bytemuck::cast_slice(&head[..chunk.path_count as usize * 4]), bytemuck::cast_slice(vertices))
-}
-
-fn is_sound_path(path: &[Vertex], places: Places<'_>) -> bool {
-    let Some((last, before)) = path.split_last() else { return false };
-    let sound = |vertex: &Vertex, is_final: bool| {
-        vertex.event().is_some_and(|event| {
-            event.is_final() == is_final
-                && (!event.leaves_sonel() || vertex.surface().0 < places.surfaces)
-                && (!event.is_at_edge() || is_sound_passing(event, vertex.at(), places.edges))
-        }) && vertex.position.is_finite()
-    };
-    sound(last, true) && before.iter().all(|vertex| sound(vertex, false))
-}
-
-/// Whether the edge exists, the place lies on it, and only what is bent has an angle.
-fn is_sound_passing(event: Event, (edge, place): (u32, EdgePlace), edges: &[EdgeRow]) -> bool {
-    let is_on = |row: &EdgeRow| {
-        let along = f64::from(place.along);
-        along >= 0.0 && along <= edges::length(row) * (1.0 + f64::from(f32::EPSILON))
-    };
-    edges.get(edge as usize).is_some_and(is_on)
-        && place.distance > 0.0
-        && (event == Event::Bent || place.tangent.abs() <= 0.0)
 }
 
 fn read_preamble(bytes: &[u8]) -> Result<Preamble, MapError> {

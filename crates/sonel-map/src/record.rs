@@ -205,6 +205,7 @@ fn scene(record: SceneRecord, mesh: Mesh) -> Result<Scene, String> {
         mesh,
         sources: record.sources.into_iter().map(|s| source(s, expected)).collect::<Result<_, _>>()?,
         receivers: record.receivers.into_iter().map(receiver).collect::<Result<_, _>>()?,
+        media: None,
         digest: record.scene_digest,
         mesh_digest: record.mesh_digest,
     })

@@ -18,13 +18,18 @@ pub struct SegmentHistory {
     pub diffused: bool,
     /// Bends since the last diffuse reflection, or since the source.
     pub bends: u32,
+    /// Interfaces met since the last diffuse reflection, or since the source: passed, or returned from.
+    pub interfaces: u32,
 }
 
 impl SegmentHistory {
     fn after(self, event: Event) -> Self {
         match event {
             Event::Specular => Self { order: self.order + 1, specular_run: self.specular_run + 1, ..self },
-            Event::Diffuse => Self { order: self.order + 1, specular_run: 0, diffused: true, bends: 0 },
+            Event::Diffuse => {
+                Self { order: self.order + 1, specular_run: 0, diffused: true, bends: 0, interfaces: 0 }
+            }
+            Event::Refracted | Event::Returned => Self { interfaces: self.interfaces + 1, ..self },
             Event::Bent => Self { bends: self.bends + 1, ..self },
             _ => self,
         }
@@ -49,27 +54,29 @@ pub struct Segment<'a> {
     pub start: Vec3,
     /// Where it ends [m].
     pub end: Vec3,
-    /// Path length from the source to its beginning [m].
+    /// Path length from the source to its beginning, each leg in another air times c₀/c: travel time times the scene's speed of sound [m].
     pub start_length: f64,
-    /// Path length from the source to its end [m].
+    /// The same to its end [m].
     pub end_length: f64,
+    /// Number of the air that it is in, 0 for the scene's.
+    pub air: u32,
     /// Energy in flight per unit emitted energy of the batch, per band, without air [1]: the incident energy at the end.
     pub energy: &'a [Lanes],
     /// What happened before.
     pub history: SegmentHistory,
-    /// The sonel at its end; none where the packet passed an edge or was sent on from one, escaped or arrived after the end of the run.
+    /// The sonel at its end; none where the packet passed an edge or was sent on from one, met an interface, escaped or arrived after the end of the run.
     pub arrival: Option<Arrival>,
-    /// Whether it ends where the packet passed an edge or was sent on from one.
-    pub ends_at_edge: bool,
+    /// Whether it ends where the packet passed an edge, was sent on from one or met an interface: with all its energy.
+    pub goes_on: bool,
     /// Whether the packet meets nothing any more: it ends at the end of the run.
     pub escapes: bool,
 }
 
-/// Visits the segments of a path from `source` (about the scene's centre [m]). `weight` must have been started for this
+/// Visits the segments of a path from `source` (about the scene's centre [m]) in the given air. `weight` must have been started for this
 /// path by [`PathWeight::emit`]; `material_of` names the material of every surface. A path that passes edges needs a `table` with
 /// edges ([`CoefficientTable::with_edges`]).
 pub fn sweep(
-    source: DVec3,
+    (source, mut air): (DVec3, u32),
     vertices: &[Vertex],
     table: &CoefficientTable,
     material_of: &[u32],
@@ -86,7 +93,7 @@ pub fn sweep(
             edges.passing(start, edge, &place)
         });
         let end = passing.map_or_else(|| vertex.position.as_dvec3(), |passing| passing.foot);
-        let end_length = start_length + start.distance(end);
+        let end_length = start_length + start.distance(end) * table.stretch(air);
         let arrival =
             event.leaves_sonel().then(|| Arrival { surface: vertex.surface(), side: vertex.side(), event });
         visit(&Segment {
@@ -94,10 +101,11 @@ pub fn sweep(
             end: end.as_vec3(),
             start_length,
             end_length,
+            air,
             energy: weight.energy(),
             history,
             arrival,
-            ends_at_edge: edges.is_some() || event == Event::Diffracted,
+            goes_on: edges.is_some() || event == Event::Diffracted || event.is_at_interface(),
             escapes: matches!(event, Event::Escaped | Event::Lost | Event::Left),
         });
         if event.is_final() {
@@ -105,6 +113,9 @@ pub fn sweep(
         }
         if let (Some(edges), Some(passing)) = (edges, passing) {
             weight.pass_edge(edges, event, &passing);
+        } else if event.is_at_interface() {
+            let beyond = usize::from(event == Event::Refracted);
+            air = table.across(vertex.surface(), vertex.side()).map_or(air, |airs| airs[beyond]);
         } else if event != Event::Diffracted {
             let row = table.material(material_of[vertex.surface().0 as usize]);
             weight.pass(match event {

@@ -21,7 +21,7 @@ pub enum Event {
     Diffuse = 1,
     /// Straight on through a partition.
     Transmitted = 2,
-    /// Reserved: bent by a gradient of the medium.
+    /// Into another air, through an interface.
     Refracted = 3,
     /// Turned in passing an edge.
     Bent = 4,
@@ -29,6 +29,8 @@ pub enum Event {
     Passed = 5,
     /// Sent on from an edge, in the paper's mode: all energy goes on.
     Diffracted = 6,
+    /// Back from an interface between airs, as from a mirror.
+    Returned = 7,
     /// Ended here by roulette on the surface's absorption.
     Absorbed = 8,
     /// Met no surface; the position is where it would be at the end of the run.
@@ -45,7 +47,7 @@ pub enum Event {
 
 impl Event {
     /// All events with their codes.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Specular,
         Self::Diffuse,
         Self::Transmitted,
@@ -53,6 +55,7 @@ impl Event {
         Self::Bent,
         Self::Passed,
         Self::Diffracted,
+        Self::Returned,
         Self::Absorbed,
         Self::Escaped,
         Self::Expired,
@@ -84,7 +87,16 @@ impl Event {
                 | Self::Bent
                 | Self::Passed
                 | Self::Diffracted
+                | Self::Refracted
+                | Self::Returned
         )
+    }
+
+    /// Whether the packet met an interface between airs.
+    #[inline]
+    #[must_use]
+    pub fn is_at_interface(self) -> bool {
+        matches!(self, Self::Refracted | Self::Returned)
     }
 
     /// Whether the vertex holds an [`EdgePlace`]: where an edge was passed.
@@ -212,7 +224,7 @@ mod tests {
 
     #[test]
     fn unknown_event_codes_are_not_guessed() {
-        let vertex: Vertex = bytemuck::cast([0_u32, 0, 0, 7]);
+        let vertex: Vertex = bytemuck::cast([0_u32, 0, 0, 14]);
         assert_eq!(vertex.event(), None);
     }
 

@@ -10,6 +10,7 @@ use crate::error::MapError;
 use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, MAGIC, MAJOR, MINOR, Preamble, aligned};
 use crate::header::MapHeader;
 use crate::ledger::Ledger;
+use crate::media;
 use crate::record;
 use crate::surfaces;
 use crate::vertex::{SURFACE_LIMIT, Vertex};
@@ -124,6 +125,10 @@ impl<W: Write + Seek> MapWriter<W> {
             sections.push(self.section("edges", bytemuck::cast_slice(&rows))?);
             sections.push(self.section("edges.faces", bytemuck::cast_slice(&faces))?);
             sections.push(self.section("edges.reach", bytemuck::cast_slice(reach))?);
+        }
+        if let Some(media) = &header.scene.media {
+            let bytes = codec::encode(&media::record(media)).map_err(MapError::Limit)?;
+            sections.push(self.section(media::SECTION, &bytes)?);
         }
         let record = record::header_record(header, geometry.center(), sections);
         let bytes = codec::encode(&record).map_err(MapError::Limit)?;

@@ -18,6 +18,7 @@ use crate::kernel::{KernelDifference, coarse_bins};
 use crate::mirror::Radiator;
 use crate::mirror_connection::ReceiverImages;
 use crate::receiver::PreparedReceiver;
+use crate::regions::Fading;
 use crate::render::{Medium, PathClass, Renderer};
 use crate::rendering::{CoarseEchogram, Rendering};
 
@@ -58,6 +59,9 @@ impl BatchEstimate {
                 continue;
             }
             scratch.copy_from_slice(segment.energy);
+            if let Some(regions) = medium.regions {
+                regions.fade(segment.air, mark - segment.start_length, scratch);
+            }
             if let Some(air) = medium.air {
                 air.attenuate(mark, scratch);
             }
@@ -145,7 +149,8 @@ impl Renderer<'_> {
         let directions =
             EmissionDirections::new(traced.seed, source as u32, self.map.layout(), traced.spectral);
         let count = self.batches.len() as u32;
-        let audience = self.audience(&receivers[tile.clone()], borders, radiator, rendering.mirror_order);
+        let audience =
+            self.audience((source, radiator), &receivers[tile.clone()], borders, rendering.mirror_order);
         let first_arrivals: Vec<f64> =
             audience.others.iter().map(|others| self.bins.time(others.direct_length)).collect();
         rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));
@@ -168,9 +173,9 @@ impl Renderer<'_> {
     /// Prepares the images of `receivers`. K′ is a matter of each receiver: it depends on nobody who shares the call.
     fn audience<'b>(
         &self,
+        (source, radiator): (usize, Radiator),
         receivers: &'b [PreparedReceiver],
         borders: &[Vec<f64>],
-        radiator: Radiator,
         mirror_order: u32,
     ) -> Audience<'b> {
         let images: Vec<Option<ReceiverImages>> = receivers
@@ -181,7 +186,7 @@ impl Renderer<'_> {
             .iter()
             .zip(receivers)
             .map(|(images, receiver)| OthersOwn {
-                direct_length: radiator.position.distance(receiver.exact),
+                direct_length: self.straight_length(source, receiver),
                 mirror_order,
                 long_chains: self.mirrors_long_chains(),
                 image_order: self.owned_order(images.as_ref()),
@@ -225,7 +230,7 @@ impl Renderer<'_> {
                 Found::Near(place) => {
                     let Some(source) = &audience.source else { return };
                     let mut deposits = estimate.class(last_class(place.seen_directly));
-                    source.connect(&place, number, &medium, scratch, &mut deposits);
+                    source.connect(&place, (number, receiver), &medium, scratch, &mut deposits);
                 }
             });
         }
@@ -234,14 +239,15 @@ impl Renderer<'_> {
 
     /// Whether a ray that goes on from a surface next to the receiver finds a sonel with `history` where it came from.
     fn is_followed(&self, history: SegmentHistory, audience: &Audience<'_>) -> bool {
-        let by_rays = history.diffused && (history.bends == 0 || self.gathers_by_mirrors());
+        let by_rays =
+            history.diffused && history.interfaces == 0 && (history.bends == 0 || self.gathers_by_mirrors());
         by_rays || audience.source.as_ref().is_some_and(|source| source.finds(history))
     }
 
     /// Adds what `segment` leaves in the discs around its end.
     fn gather(
         &self,
-        segment: &Segment<'_>,
+        (segment, arriving): (&Segment<'_>, &[Lanes]),
         arrival: Arrival,
         index: &GatherIndex<GatherPoint>,
         audience: &Audience<'_>,
@@ -261,13 +267,16 @@ impl Renderer<'_> {
             let end = segment.end.as_dvec3();
             let middle = sheets[arrival.surface.0 as usize].place(point.disc.centre);
             let leg = end.distance(point.start) - middle.distance(point.start);
-            let length = segment.end_length + point.length + leg;
+            let prepared = &audience.receivers[receiver];
+            let [ray, leg] = [point.length, leg].map(|length| length * prepared.stretch);
+            let length = segment.end_length + ray + leg;
             let Some(bin) = self.bins.bin(length) else { return };
-            for ((scratch, energy), weight) in scratch.iter_mut().zip(segment.energy).zip(&point.weight) {
+            for ((scratch, energy), weight) in scratch.iter_mut().zip(arriving).zip(&point.weight) {
                 for lane in 0..4 {
                     scratch[lane] = energy[lane] * weight[lane];
                 }
             }
+            medium.receive(prepared, (ray + leg).max(0.0), scratch);
             let bins = (bin, audience.coarse_bin(receiver, bin));
             estimate.class(class).add_from_kernel(receiver, bins, length, scratch, gain, &medium);
         });
@@ -281,6 +290,7 @@ impl Renderer<'_> {
             bins: &self.bins,
             air: self.carried_air.as_ref(),
             bends: self.bends.as_ref(),
+            regions: self.regions.as_ref(),
         }
     }
 
@@ -312,18 +322,18 @@ impl Renderer<'_> {
             energy: zeros,
         };
         let index = self.gather_index(audience, source, batch, &mut scratch.energy, estimate);
-        self.each_segment(batch, source, directions, |segment| {
-            self.hear_segment(segment, audience, index.as_ref(), &mut scratch, estimate);
+        self.each_segment(batch, source, directions, |segment, arriving| {
+            self.hear_segment((segment, arriving), audience, index.as_ref(), &mut scratch, estimate);
         });
     }
 
-    /// Visits every segment of every path of one batch.
+    /// Visits every segment of every path of one batch, with its energy where it ends ([`Self::follow_path`]).
     pub(crate) fn each_segment(
         &self,
         batch: u32,
         source: usize,
         directions: &EmissionDirections,
-        mut visit: impl FnMut(&Segment<'_>),
+        mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
         let mut weight = PathWeight::new(self.table.bands());
         for path in self.map.batch_paths(source as u32, batch) {
@@ -331,7 +341,8 @@ impl Renderer<'_> {
         }
     }
 
-    /// Visits every segment of a path of `source` and `batch`, with energies in units of `unit` ([`PathWeight::emit`]).
+    /// Visits every segment of a path of `source` and `batch`, with energies in units of `unit` ([`PathWeight::emit`]), and apart with its energy
+    /// where it ends: another one in scenes of several airs.
     pub(crate) fn follow_path(
         &self,
         path: PathView<'_>,
@@ -339,20 +350,27 @@ impl Renderer<'_> {
         directions: &EmissionDirections,
         unit: f64,
         weight: &mut PathWeight,
-        visit: impl FnMut(&Segment<'_>),
+        mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
         let emitter = &self.map.header().scene.sources[source];
         let start = self.batches[batch as usize].packet(self.map.layout().hero(path.emission));
         let cosine = directions.direction(path.emission).dot(emitter.aim.as_vec3());
         weight.emit(emitter.directivity.factor(f64::from(cosine)), unit, start);
-        let position = emitter.position - self.geometry.center();
-        sweep(position, path.vertices, &self.table, &self.material_of, weight, visit);
+        let scene = &self.map.header().scene;
+        let origin = (emitter.position - self.geometry.center(), scene.air_at_source(source));
+        let Some(regions) = &self.regions else {
+            let visit = |segment: &Segment<'_>| visit(segment, segment.energy);
+            return sweep(origin, path.vertices, &self.table, &self.material_of, weight, visit);
+        };
+        let mut fading = Fading::new(regions, lanes_of(self.table.bands()), self.bins.reach);
+        let visit = |segment: &Segment<'_>| fading.visit(segment, &mut visit);
+        sweep(origin, path.vertices, &self.table, &self.material_of, weight, visit);
     }
 
     #[inline]
     fn hear_segment(
         &self,
-        segment: &Segment<'_>,
+        (segment, arriving): (&Segment<'_>, &[Lanes]),
         audience: &Audience<'_>,
         index: Option<&GatherIndex<GatherPoint>>,
         scratch: &mut Scratch,
@@ -360,7 +378,8 @@ impl Renderer<'_> {
     ) {
         let medium = self.medium();
         estimate.take_stock(segment, &medium, &mut scratch.energy);
-        if segment.history.specular_run > 0 || segment.history.bends > 0 || !self.connects_diffuse() {
+        let SegmentHistory { specular_run, bends, interfaces, .. } = segment.history;
+        if specular_run > 0 || bends > 0 || interfaces > 0 || !self.connects_diffuse() {
             let receivers = audience.receivers.iter().zip(&audience.others).enumerate();
             let left = receivers.filter(|(_, (_, others))| owns(segment.history, **others));
             let receivers = left.map(|(index, (receiver, others))| (index, receiver, others.direct_length));
@@ -374,10 +393,10 @@ impl Renderer<'_> {
             return;
         }
         if let Some(index) = index {
-            self.gather(segment, arrival, index, audience, &mut scratch.energy, estimate);
+            self.gather((segment, arriving), arrival, index, audience, &mut scratch.energy, estimate);
         }
         let times = f64::from(self.sonels_per_connection());
-        radiosity(segment.energy, &row.diffuse, times, &mut scratch.radiosity);
+        radiosity(arriving, &row.diffuse, times, &mut scratch.radiosity);
         let sonel = DiffuseSonel {
             position: segment.end,
             normal: normal_on(arrival.side, self.normals[arrival.surface.0 as usize]),
@@ -416,6 +435,9 @@ fn last_class(seen_directly: bool) -> PathClass {
 
 /// The class of a segment that crosses a sphere.
 fn sphere_class(history: SegmentHistory) -> PathClass {
+    if history.interfaces > 0 {
+        return PathClass::Refracted;
+    }
     match (history.diffused, history.specular_run) {
         (false, _) => PathClass::LongMirrorChain,
         (true, 0) => PathClass::Diffuse,

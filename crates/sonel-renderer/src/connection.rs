@@ -141,7 +141,8 @@ pub fn connect(
         }
         let squared = f64::from(offset.length_squared());
         let distance = squared.sqrt();
-        let length = sonel.length + distance;
+        let leg = distance * receiver.stretch;
+        let length = sonel.length + leg;
         let Some(bin) = medium.bins.bin(length) else { continue };
         let Some(passed) = medium.partitions(sonel.departure, receiver.position) else { continue };
         // What is brighter than the receiver's limit is left to its rays.
@@ -152,6 +153,7 @@ pub fn connect(
             }
         }
         passed.weaken(medium.geometry, medium.table, scratch);
+        medium.receive(receiver, leg, scratch);
         if let Some(bends) = medium.bends {
             let from = WayEnd::at_surface(sonel.position.as_dvec3(), f64::from(projected) / distance);
             bends.keep_straight(medium.geometry, [from, WayEnd::in_air(receiver.exact)], scratch);

@@ -25,14 +25,18 @@ pub struct OthersOwn {
     pub diffuse: bool,
     /// Whether visibility rays own what was bent behind its last diffuse reflection.
     pub bent: bool,
-    /// Length of the straight way from the source [m].
+    /// Length of the straight way from the source, see [`crate::straight_length`] [m].
     pub direct_length: f64,
 }
 
-/// Whether a segment with `history` is left to the sphere. Direct sound never is.
+/// Whether a segment with `history` is left to the sphere. Direct sound never is; what has met an interface since its last diffuse
+/// reflection always is, since no straight way leads there.
 #[inline]
 #[must_use]
 pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
+    if history.interfaces > 0 {
+        return true;
+    }
     match (history.diffused, history.specular_run) {
         (false, run) => run > others.mirror_order && (history.bends > 0 || !others.long_chains),
         (true, 0) => !others.diffuse || history.bends > 0 && !others.bent,
@@ -49,6 +53,8 @@ pub struct Piece<'a> {
     pub start_length: f64,
     /// Energy on it, without air [1].
     pub energy: &'a [Lanes],
+    /// Path length from which on the receiver's air has still to take its part, where the scene has several [m].
+    pub fades_from: f64,
     /// Where its straight way began, where edges still have to take from it what they bend.
     pub unbent_from: Option<WayEnd>,
 }
@@ -58,7 +64,8 @@ impl<'a> Piece<'a> {
     #[must_use]
     pub fn of(segment: &Segment<'a>) -> Self {
         let ends = (segment.start, segment.end);
-        Self { ends, start_length: segment.start_length, energy: segment.energy, unbent_from: None }
+        let start_length = segment.start_length;
+        Self { ends, start_length, energy: segment.energy, fades_from: start_length, unbent_from: None }
     }
 }
 
@@ -76,13 +83,14 @@ pub fn cross<'a>(
     for (index, receiver, direct_length) in receivers {
         let ball = receiver.balls.at(piece.start_length);
         let Some(chord) = ball.chord(medium.geometry, piece.ends) else { continue };
-        let length = (piece.start_length + chord.at).max(direct_length);
+        let length = (piece.start_length + chord.at * receiver.stretch).max(direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
         for (scratch, energy) in scratch.iter_mut().zip(piece.energy) {
             for lane in 0..4 {
                 scratch[lane] = energy[lane] * chord.fluence;
             }
         }
+        medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);
         if let Some((bends, from)) = medium.bends.zip(piece.unbent_from) {
             let (start, end) = (piece.ends.0.as_dvec3(), piece.ends.1.as_dvec3());
             let passed = start + (end - start).normalize() * chord.at.max(0.0);
@@ -98,7 +106,13 @@ mod tests {
 
     #[test]
     fn each_history_has_one_owner() {
-        let bent = |specular_run, diffused, bends| SegmentHistory { order: 9, specular_run, diffused, bends };
+        let bent = |specular_run, diffused, bends| SegmentHistory {
+            order: 9,
+            specular_run,
+            diffused,
+            bends,
+            interfaces: 0,
+        };
         let history = |specular_run, diffused| bent(specular_run, diffused, 0);
         let others = OthersOwn {
             mirror_order: 2,
@@ -124,6 +138,10 @@ mod tests {
         assert!(!owns(history(3, false), mirrored) && owns(bent(3, false, 1), mirrored));
         let alone = OthersOwn { mirror_order: 0, image_order: 0, diffuse: false, ..others };
         assert!(!owns(history(0, false), alone), "direct sound");
+        for (run, diffused) in [(0, false), (1, false), (0, true), (1, true)] {
+            let refracted = SegmentHistory { interfaces: 1, ..history(run, diffused) };
+            assert!(owns(refracted, others) && owns(refracted, rays) && owns(refracted, alone));
+        }
         assert!(
             owns(history(1, false), alone) && owns(history(0, true), alone) && owns(history(1, true), alone)
         );

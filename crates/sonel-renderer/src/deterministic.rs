@@ -33,12 +33,13 @@ impl Renderer<'_> {
     pub(crate) fn add_deterministic(
         &self,
         rendering: &mut Rendering,
-        radiator: Radiator,
+        (source, radiator): (usize, Radiator),
         chains: &MirrorChains,
         receivers: &[PreparedReceiver],
         borders: &[Vec<f64>],
     ) {
-        let edges = self.edges.as_ref();
+        let air = self.map.header().scene.air_at_source(source);
+        let edges = self.edges_in(air);
         let images =
             edges.map(|edges| edges.of_source(self.geometry, &self.table, radiator.position, chains));
         let over_edges = edges.zip(images.as_ref());
@@ -47,7 +48,7 @@ impl Renderer<'_> {
             .zip(borders)
             .enumerate()
             .map(|(index, (receiver, borders))| {
-                self.hear(index, radiator, chains, over_edges, receiver, borders)
+                self.hear(index, (air, radiator), chains, over_edges, receiver, borders)
             })
             .collect();
         for (index, part) in parts.into_iter().enumerate() {
@@ -70,7 +71,7 @@ impl Renderer<'_> {
     fn hear(
         &self,
         index: usize,
-        radiator: Radiator,
+        (air, radiator): (u32, Radiator),
         chains: &MirrorChains,
         over_edges: Option<(&Edges, &Images)>,
         receiver: &PreparedReceiver,
@@ -84,7 +85,18 @@ impl Renderer<'_> {
             arrivals: Vec::new(),
             edge_work: None,
         };
+        // All of it is in the air of the source, and so is the receiver if anything arrives.
+        let own_air = self.regions.as_ref().map(|regions| regions.air(air));
+        let (stretch, impedance) = own_air.map_or((1.0, 1.0), |air| (air.stretch, air.impedance));
         let mut deposit = |class: usize, arrival: DiscreteArrival, energy: &[Lanes], listed: bool| {
+            let arrival = DiscreteArrival { length: arrival.length * stretch, ..arrival };
+            let own: Vec<Lanes>;
+            let energy = if own_air.is_some() {
+                own = energy.iter().map(|lanes| lanes.map(|band| band * impedance)).collect();
+                &own
+            } else {
+                energy
+            };
             let Some(bin) = self.bins.bin(arrival.length) else { return };
             part.fine.add(0, bin, energy);
             part.coarse.add_arrival(borders, self.bins.time(arrival.length), energy);
@@ -108,7 +120,7 @@ impl Renderer<'_> {
         let at = Listening {
             geometry: self.geometry,
             table: &self.table,
-            attenuation: &self.attenuation,
+            attenuation: own_air.map_or(&self.attenuation, |air| &air.attenuation),
             radiator,
             receiver: place,
             complete_order: chains.order(),
@@ -116,7 +128,7 @@ impl Renderer<'_> {
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
         let class = |order: u32| usize::from(order > 0);
         let Some((edges, images)) = over_edges else {
-            self.visit_visible(&at, chains, |wave, energy| {
+            self.visit_visible(&at, chains, air, |wave, energy| {
                 let found = bare(wave.length, wave.towards, wave.order, false);
                 deposit(class(wave.order), found, energy, wave.order <= listed);
             });
@@ -124,7 +136,7 @@ impl Renderer<'_> {
             return part;
         };
         // What passes partitions is not in phase with what goes around them.
-        let mut visible = self.visible(&at, chains, |wave, energy| {
+        let mut visible = self.visible(&at, chains, air, |wave, energy| {
             let found = bare(wave.length, wave.towards, wave.order, false);
             deposit(class(wave.order), found, energy, wave.order <= listed);
         });
@@ -150,12 +162,13 @@ impl Renderer<'_> {
         &self,
         at: &Listening<'_>,
         chains: &MirrorChains,
+        air: u32,
         mut through: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) -> Vec<VisibleWave> {
         let bands = self.table.bands();
         let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
         let mut visible = Vec::new();
-        self.visit_visible(at, chains, |found, energy| {
+        self.visit_visible(at, chains, air, |found, energy| {
             if found.is_through {
                 return through(found, energy);
             }
@@ -177,13 +190,17 @@ impl Renderer<'_> {
         &self,
         at: &Listening<'_>,
         chains: &MirrorChains,
+        air: u32,
         mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) {
+        let own_air = self.regions.as_ref().map(|regions| regions.air(air));
+        let reach = self.bins.reach / own_air.map_or(1.0, |air| air.stretch);
+        let table = own_air.map_or(self.air.as_ref(), |air| air.table.as_ref());
         let bands = self.table.bands();
         let direct = direct_path(self.geometry, &self.table, at.radiator.position, at.receiver);
         if let Some((length, direction, passed)) = direct {
             let factor = at.radiator.factor(direction);
-            let energy = self.attenuation.iter().map(|m| factor * spread(length) * libm::exp(-m * length));
+            let energy = at.attenuation.iter().map(|m| factor * spread(length) * libm::exp(-m * length));
             let (mut factors, mut energy) = (to_lanes(vec![factor; bands]), to_lanes(energy));
             passed.weaken(self.geometry, &self.table, &mut factors);
             passed.weaken(self.geometry, &self.table, &mut energy);
@@ -198,12 +215,12 @@ impl Renderer<'_> {
             visit(&direct, &energy);
         }
         let mut energy = vec![[0.0; 4]; lanes_of(bands)];
-        chains.visit(self.geometry, &self.table, at.receiver, self.bins.reach, |found| {
+        chains.visit(self.geometry, &self.table, at.receiver, reach, |found| {
             let spreading = spread(found.length);
             for (energy, factor) in energy.iter_mut().zip(found.factor) {
                 *energy = factor.map(|factor| factor * spreading);
             }
-            if let Some(air) = &self.air {
+            if let Some(air) = table {
                 air.attenuate(found.length, &mut energy);
             }
             visit(found, &energy);
@@ -212,6 +229,6 @@ impl Renderer<'_> {
 
     /// A source's or receiver's place [m] as edges are asked about it, `out` [resolutions] of the planes that it lies in.
     pub(crate) fn beside_planes(&self, place: DVec3, out: f64) -> DVec3 {
-        self.edges.as_ref().map_or(place, |edges| edges.beside_planes(self.geometry, place, out))
+        self.edges.first().map_or(place, |edges| edges.beside_planes(self.geometry, place, out))
     }
 }

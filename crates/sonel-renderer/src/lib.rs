@@ -15,6 +15,9 @@
 //!
 //! The founding paper's own estimators are apart from these, in `paper`.
 //!
+//! Where a scene has several airs, straight ways end at the interfaces. Paths that have met one since their last diffuse reflection are
+//! left to [`crossing`], whatever their class; [`regions`] has what they carry.
+//!
 //! Where edges bend packets, [`bending`] says which bands a way is left to. What was bent since its last diffuse reflection is gathered by
 //! visibility rays that turn; where an estimator without rays is asked for, by [`crossing`].
 //!
@@ -45,12 +48,14 @@ mod paper;
 mod partition;
 pub mod picture;
 pub mod receiver;
+pub mod regions;
 pub mod render;
 pub mod rendering;
 mod settings;
 mod specular;
 
 pub use receiver::ReceiverPoint;
+pub use regions::straight_length;
 pub use render::{PathClass, RenderError, Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 pub use settings::{Air, Estimator, RenderSettings};

@@ -26,6 +26,10 @@ pub struct PreparedReceiver {
     /// Largest cos θ / d² of a sonel that connections take whole [1/m²]; what is beyond is left to rays. Infinite where no surface
     /// is near, or where no rays are cast.
     pub brightest: f64,
+    /// Number of the air that it is in, 0 for the scene's.
+    pub air: u32,
+    /// c₀/c of that air.
+    pub stretch: f64,
 }
 
 /// Share of the mean free path that the radius takes at [`REFERENCE_EMISSIONS`].
@@ -56,13 +60,22 @@ impl PreparedReceiver {
             position: geometry.to_local(receiver.position),
             balls: Balls::new(geometry, exact, wanted, nearest, mean_free_path),
             brightest: if has_rays && nearest < near { 1.0 / (near * near) } else { f64::INFINITY },
+            air: 0,
+            stretch: 1.0,
         }
     }
 
     /// A point that only images are made of, about the scene's centre [m].
     #[must_use]
     pub fn point(exact: DVec3) -> Self {
-        Self { exact, position: exact.as_vec3(), balls: Balls::default(), brightest: f64::INFINITY }
+        Self {
+            exact,
+            position: exact.as_vec3(),
+            balls: Balls::default(),
+            brightest: f64::INFINITY,
+            air: 0,
+            stretch: 1.0,
+        }
     }
 
     /// Whether a surface is so near that connections share with the gather.

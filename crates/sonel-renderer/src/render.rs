@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_acoustics::mean_free_path;
 use sonel_geometry::{Departure, Geometry};
-use sonel_map::{BandClasses, BatchStart, CoefficientTable, MapError, SonelMap};
+use sonel_map::{BandClasses, BatchStart, CoefficientTable, Lanes, MapError, SonelMap};
 use sonel_scene::{Scene, Source};
 use thiserror::Error;
 
@@ -23,11 +23,9 @@ use crate::mirror_connection::image_order;
 use crate::paper::Paper;
 use crate::partition::Partitions;
 use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
+use crate::regions::{Regions, carries, refuse_regions};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
-
-/// The effect under which a map states whether air attenuates what packets carry (docs/interface.md).
-const AIR: &str = "air";
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
@@ -50,11 +48,13 @@ pub enum PathClass {
     DiffuseMirror,
     /// … D S^k R, k > K′.
     LongDiffuseMirror,
+    /// What has met an interface between airs since its last diffuse reflection.
+    Refracted,
 }
 
 impl PathClass {
     /// All classes.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Direct,
         Self::MirrorChain,
         Self::Edge,
@@ -62,6 +62,7 @@ impl PathClass {
         Self::Diffuse,
         Self::DiffuseMirror,
         Self::LongDiffuseMirror,
+        Self::Refracted,
     ];
 
     /// The class as a string over L, S, D, R.
@@ -75,6 +76,7 @@ impl PathClass {
             Self::Diffuse => "... D R",
             Self::DiffuseMirror => "... D S^k R, k <= K'",
             Self::LongDiffuseMirror => "... D S^k R, k > K'",
+            Self::Refracted => "... I S^k R",
         }
     }
 }
@@ -121,9 +123,19 @@ pub struct Medium<'a> {
     pub air: Option<&'a AirTable>,
     /// Edges, where they bend.
     pub bends: Option<&'a Bends>,
+    /// The airs, where the scene has several.
+    pub regions: Option<&'a Regions>,
 }
 
 impl Medium<'_> {
+    /// Makes `energy` that comes to `receiver`, straight over the last `length` times c₀/c [m], the receiver's, but for what every air takes.
+    #[inline]
+    pub fn receive(&self, receiver: &PreparedReceiver, length: f64, energy: &mut [Lanes]) {
+        if let Some(regions) = self.regions {
+            regions.receive(receiver.air, length, energy);
+        }
+    }
+
     /// What a straight way passes; [`None`] where something is in the way that nothing passes.
     #[inline]
     #[must_use]
@@ -147,8 +159,10 @@ pub struct Renderer<'a> {
     /// Bands that neither coefficients nor air tell apart: all estimators work on these.
     pub(crate) classes: BandClasses,
     pub(crate) table: CoefficientTable,
-    /// The edges, where they diffract.
-    pub(crate) edges: Option<Edges>,
+    /// The edges in each air, where they diffract.
+    pub(crate) edges: Vec<Edges>,
+    /// The airs, where the scene has several.
+    pub(crate) regions: Option<Regions>,
     /// The edges, where they bend packets.
     pub(crate) bends: Option<Bends>,
     pub(crate) material_of: Vec<u32>,
@@ -160,15 +174,6 @@ pub struct Renderer<'a> {
     pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
     /// The paper's own pass, where it is asked for: it stands for all classes but the direct sound.
     pub(crate) paper: Option<Paper>,
-}
-
-/// m per band of the sound that packets carry [1/m]: none where the map states that the scene's air does not matter to it. What is
-/// computed one by one, air that was asked for anew, and air beside other materials, is as it is.
-fn carried(attenuation: &[f64], air: &Air, map: &SonelMap) -> Vec<f64> {
-    let is_as_traced = *air == Air::OfScene && map.drawn_with().is_none();
-    let stated = map.header().effects.iter().find(|effect| effect.name == AIR && is_as_traced);
-    let matters = |band: usize| stated.and_then(|effect| effect.on.get(band)).copied().unwrap_or(true);
-    attenuation.iter().enumerate().map(|(band, &m)| if matters(band) { m } else { 0.0 }).collect()
 }
 
 impl<'a> Renderer<'a> {
@@ -200,6 +205,7 @@ impl<'a> Renderer<'a> {
                     .to_owned(),
             ));
         }
+        refuse_regions(scene, &settings)?;
         if scene.duration / settings.bin > MOST_BINS {
             return Err(RenderError::Settings(format!(
                 "{} s in bins of {} s are more than {MOST_BINS} bins: give wider ones (--bin), or trace again with a \
@@ -220,6 +226,7 @@ impl<'a> Renderer<'a> {
                 bins.reach
             )));
         }
+        let ray_reach = bins.reach / scene.stretches().into_iter().fold(1.0, f64::min);
         let traced = &map.header().settings;
         let layout = map.layout();
         let diffracts =
@@ -230,10 +237,20 @@ impl<'a> Renderer<'a> {
         } else {
             map.classes(&attenuation)
         };
-        let carried = carried(&attenuation, &settings.air, map);
+        let matters = carries(&settings.air, map);
+        let carried: Vec<f64> =
+            attenuation.iter().zip(&matters).map(|(&m, &matters)| if matters { m } else { 0.0 }).collect();
         let of_classes =
             |bands: &[f64]| -> Vec<f64> { classes.representatives().map(|band| bands[band]).collect() };
         let (attenuation, carried) = (of_classes(&attenuation), of_classes(&carried));
+        let (regions, carried) = match &scene.media {
+            None => (None, carried),
+            Some(_) => {
+                let attenuates = settings.air == Air::OfScene;
+                let (regions, least) = Regions::new(scene, &classes, (attenuates, &matters), bins.reach);
+                (Some(regions), least)
+            }
+        };
         let bands = classes.count();
         let table = map.coefficients(&classes);
         Ok(Self {
@@ -243,12 +260,16 @@ impl<'a> Renderer<'a> {
                 0
             },
             gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather)
-                .then(|| (Sheet::all(geometry), gather_settings(&settings, geometry, traced, bins.reach))),
+                .then(|| (Sheet::all(geometry), gather_settings(&settings, geometry, traced, ray_reach))),
             paper: (settings.estimator == Estimator::Paper)
                 .then(|| Paper::new(geometry, map.header(), &settings)),
-            edges: (diffracts && settings.estimator != Estimator::Paper)
-                .then(|| Edges::new(geometry, &scene.bands, scene.speed_of_sound))
-                .flatten(),
+            edges: scene
+                .stretches()
+                .iter()
+                .filter(|_| diffracts && settings.estimator != Estimator::Paper)
+                .filter_map(|stretch| Edges::new(geometry, &scene.bands, scene.speed_of_sound / stretch))
+                .collect(),
+            regions,
             // The paper's rays know of no bends: they gather what arrives, however it came.
             bends: table
                 .edges()
@@ -357,7 +378,7 @@ impl<'a> Renderer<'a> {
             Rendering::new(prepared.len(), &self.bins, self.table.bands(), self.batches.len());
         rendering.mirror_order = chains.order();
         rendering.sphere_radius = prepared.iter().map(|receiver| receiver.balls.early_radius()).collect();
-        self.add_deterministic(&mut rendering, radiator, &chains, &prepared, borders);
+        self.add_deterministic(&mut rendering, (source, radiator), &chains, &prepared, borders);
         progress(0.0);
         self.add_long_chains(&mut rendering, source, &prepared, borders);
         let tiles = prepared.len().div_ceil(RECEIVERS_IN_FLIGHT);
@@ -418,6 +439,7 @@ impl<'a> Renderer<'a> {
             PathClass::Direct => "shadow ray",
             PathClass::MirrorChain => "image sources",
             PathClass::Edge => "edges",
+            PathClass::Refracted => "receiver sphere",
             PathClass::LongMirrorChain if self.mirrors_long_chains() => "specular rays into receiver spheres",
             PathClass::Diffuse if self.bends.is_some() && self.gathers_by_mirrors() => {
                 "connection where it is straight, gather where it is bent"
@@ -443,7 +465,8 @@ impl<'a> Renderer<'a> {
         match class {
             PathClass::Direct => "exact".to_owned(),
             PathClass::MirrorChain => format!("exact: enumerated completely up to order K = {mirror_order}"),
-            PathClass::Edge if self.edges.is_some() => {
+            PathClass::Refracted => "no straight way leads through an interface".to_owned(),
+            PathClass::Edge if !self.edges.is_empty() => {
                 "rigid faces, first order, and second over thick barriers".to_owned()
             }
             PathClass::Edge => "diffraction is off or no edge diffracts".to_owned(),
@@ -481,7 +504,12 @@ impl<'a> Renderer<'a> {
         let has_rays = self.gather.is_some();
         receivers
             .par_iter()
-            .map(|r| PreparedReceiver::new(r, self.geometry, free_path, emissions, has_rays))
+            .map(|r| {
+                let receiver = PreparedReceiver::new(r, self.geometry, free_path, emissions, has_rays);
+                let Some(media) = &self.map.header().scene.media else { return receiver };
+                let air = media.air_at(self.geometry, r.position);
+                PreparedReceiver { air, stretch: self.stretch(air), ..receiver }
+            })
             .collect()
     }
 }

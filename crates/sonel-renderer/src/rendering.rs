@@ -15,7 +15,7 @@ const SLOWEST_NEPERS: f64 = 0.01;
 pub struct DiscreteArrival {
     /// Index of the receiver.
     pub receiver: usize,
-    /// Path length [m].
+    /// Path length [m], times c₀/c of its air: travel time times the speed of sound of the scene.
     pub length: f64,
     /// Fluence per unit emitted energy per band [1/m²].
     pub energy: Vec<f64>,

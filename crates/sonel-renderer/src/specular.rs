@@ -60,7 +60,7 @@ impl Renderer<'_> {
             let tile = first..(first + RECEIVERS).min(receivers.len());
             let (receivers, borders) = (&receivers[tile.clone()], &borders[tile.clone()]);
             let direct_lengths: Vec<f64> =
-                receivers.iter().map(|receiver| radiator.position.distance(receiver.exact)).collect();
+                receivers.iter().map(|receiver| self.straight_length(source, receiver)).collect();
             let first_arrivals: Vec<f64> =
                 direct_lengths.iter().map(|&length| self.bins.time(length)).collect();
             let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
@@ -107,6 +107,7 @@ impl Renderer<'_> {
                 departure: Departure::free(radiator.position.as_vec3()),
                 direction,
                 length: 0.0,
+                stretch: self.stretch_at_source(source),
                 start: WayEnd::in_air(radiator.position),
                 reflections: 0,
             };
@@ -138,12 +139,17 @@ impl Renderer<'_> {
         let hit = self.geometry.closest_hit(way.departure, way.direction);
         let start = way.departure.origin;
         let end = hit.map_or_else(
-            || start + way.direction * (self.bins.reach - way.length) as f32,
+            || start + way.direction * ((self.bins.reach - way.length) / way.stretch) as f32,
             |hit| hit.position,
         );
         if way.reflections > mirror_order {
-            let piece =
-                Piece { ends: (start, end), start_length: way.length, energy, unbent_from: Some(way.start) };
+            let piece = Piece {
+                ends: (start, end),
+                start_length: way.length,
+                energy,
+                fades_from: 0.0,
+                unbent_from: Some(way.start),
+            };
             let Listeners { receivers, direct_lengths, coarse_bins } = listeners;
             let receivers = receivers.iter().zip(direct_lengths).enumerate();
             let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));
@@ -152,7 +158,7 @@ impl Renderer<'_> {
             cross(&piece, receivers, &medium, coarse, scratch, &mut deposits);
         }
         let Some(hit) = hit else { return false };
-        way.length += f64::from(start.distance(end));
+        way.length += f64::from(start.distance(end)) * way.stretch;
         if way.length > self.bins.reach {
             return false;
         }
@@ -175,7 +181,7 @@ impl Renderer<'_> {
         way.start = arrived;
         if passes {
             way.departure = self.geometry.pass(&hit, way.direction);
-            way.length += f64::from(end.distance(way.departure.origin));
+            way.length += f64::from(end.distance(way.departure.origin)) * way.stretch;
             return true;
         }
         way.direction = (way.direction - 2.0 * way.direction.dot(normal) * normal).normalize();
@@ -189,8 +195,9 @@ impl Renderer<'_> {
 struct Way {
     departure: Departure,
     direction: glam::Vec3,
-    /// Length from the source [m].
+    /// Length from the source [m], times c₀/c of its air.
     length: f64,
+    stretch: f64,
     /// Where its straight piece begins.
     start: WayEnd,
     reflections: u32,

@@ -13,6 +13,7 @@ mod inspection;
 pub mod library;
 mod load;
 mod materials_file;
+pub mod media;
 mod mesh_file;
 mod obj;
 mod problem;
@@ -25,6 +26,7 @@ mod suggest;
 pub use draft::draft;
 pub use load::{Loaded, load, load_materials, load_receivers};
 pub use materials_file::materials_toml;
+pub use media::{Media, NO_AIR, Region};
 pub use problem::{Place, Problem, SceneErrors};
 pub use scene::{
     DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DURATION, Receiver, Scene,

@@ -13,12 +13,13 @@ use crate::report::{Remarks, Report};
 use crate::room;
 use crate::sections::bands::BandChoice;
 use crate::sections::points::{Placed, read_receivers, read_sources};
+use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls};
-use crate::sections::{air, bands, materials};
+use crate::sections::{air, bands, materials, regions};
 use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors};
 
 /// Keys of the document itself.
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "name",
     "mesh",
     "mesh_unit",
@@ -30,6 +31,7 @@ const KEYS: [&str; 13] = [
     "air",
     "material_files",
     "materials",
+    "regions",
     "sources",
     "receivers",
 ];
@@ -94,6 +96,12 @@ pub fn load_materials(
             &library::Shelves::default(),
             report,
         );
+        for interface in regions::read_interfaces(document, report) {
+            report.problem(
+                interface.at,
+                format!("{}: a map keeps its interfaces; remove the table", interface.path),
+            );
+        }
         if materials.is_empty() {
             report.problem(0, "no materials; add a table [materials.NAME] with its absorption");
         }
@@ -180,6 +188,8 @@ fn compile(
     let air = air::read(document, report);
     let shelves = library::read_shelves(document, open_mesh, report);
     let materials = materials::read(document, &bands, &shelves, report);
+    let interfaces = regions::read_interfaces(document, report);
+    let regions = regions::read(document, &air, &bands, report);
     let sources = read_sources(document, &bands, report);
     let first_source = sources.first().map(|source| source.point.position);
     let receivers = read_receivers(document, first_source, report);
@@ -188,8 +198,11 @@ fn compile(
     if let Some(walls) = &mut walls {
         leave_out_holes(walls, &materials, report);
     }
-    let geometry = walls.as_mut().and_then(|walls| build(walls, report));
+    let geometry = walls.as_mut().and_then(|walls| build(walls, &interfaces, report));
     inspect(geometry.as_ref(), &sources, &receivers, report);
+    let media = geometry
+        .as_ref()
+        .and_then(|geometry| regions::compile(regions, &interfaces, &sources, geometry, report));
 
     let unknown = walls.as_mut().map(|walls| std::mem::take(&mut walls.unknown)).unwrap_or_default();
     let (mesh, mesh_digest) = walls.map_or((Mesh::default(), [0; 32]), |walls| (walls.mesh, walls.digest));
@@ -206,6 +219,7 @@ fn compile(
         sources: sources.into_iter().map(|Placed { point, .. }| point).collect(),
         receivers: receivers.into_iter().map(|Placed { point, .. }| point).collect(),
         up,
+        media,
         digest: digest(document, toml_text),
         mesh_digest,
     };
@@ -248,7 +262,7 @@ fn leave_out_holes(walls: &mut Walls, materials: &[Material], report: &mut Repor
 }
 
 /// Closes cracks of the walls, builds their geometry and tells what that changed.
-fn build(walls: &mut Walls, report: &mut Report<'_>) -> Option<Geometry> {
+fn build(walls: &mut Walls, interfaces: &[Interface], report: &mut Report<'_>) -> Option<Geometry> {
     let path = walls.path;
     let mut before = walls.mesh.vertices.len();
     let mut dropped = 0;
@@ -263,7 +277,8 @@ fn build(walls: &mut Walls, report: &mut Report<'_>) -> Option<Geometry> {
         dropped = mended.dropped;
         walls.mesh = mended.mesh;
     }
-    let geometry = match Geometry::build(walls.mesh.clone()) {
+    let is_interface = |material| interfaces.iter().any(|interface| interface.material == material);
+    let geometry = match Geometry::with_interfaces(walls.mesh.clone(), is_interface) {
         Ok(geometry) => geometry,
         Err(error) => {
             report.problem(walls.at, format!("{path}: {error}"));

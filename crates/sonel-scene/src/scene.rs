@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 use sonel_acoustics::{Air, Bands, Directivity, Material, equivalent_absorption_area, sabine_time};
 use sonel_geometry::{Geometry, GeometryError, Mesh};
 
+use crate::media::{Media, MediaFault, Region, find_sides};
+
 /// Power level of a source that states none [dB re 1 pW].
 pub const DEFAULT_POWER_LEVEL_DB: f64 = 90.0;
 /// Scattering coefficient of a material that states neither scattering nor diffuse.
@@ -45,6 +47,8 @@ pub struct Scene {
     pub receivers: Vec<Receiver>,
     /// Unit vector that points up in the axes of the scene file.
     pub up: DVec3,
+    /// Regions of other air, where there are any.
+    pub media: Option<Media>,
     /// BLAKE3 digest of the scene file's bytes; zero for a scene made in code.
     pub digest: [u8; 32],
     /// BLAKE3 digest of the mesh file's bytes; of nothing for a shoebox; zero for a scene made in code.
@@ -128,6 +132,7 @@ impl Scene {
             sources: Vec::new(),
             receivers: Vec::new(),
             up: DVec3::Z,
+            media: None,
             digest: [0; 32],
             mesh_digest: [0; 32],
         }
@@ -188,7 +193,87 @@ impl Scene {
     /// # Errors
     /// When the mesh has no usable triangle, see [`GeometryError`].
     pub fn geometry(&self) -> Result<Geometry, GeometryError> {
-        Geometry::build(self.mesh.clone())
+        let is_interface = |material| self.media.as_ref().is_some_and(|media| media.is_interface(material));
+        Geometry::with_interfaces(self.mesh.clone(), is_interface)
+    }
+
+    /// Gives the scene `regions`, bounded by the faces of the materials `interfaces`, which become opaque to what knows of walls only. Sources
+    /// must be there before.
+    ///
+    /// # Errors
+    /// Everything that is wrong with regions and interfaces.
+    ///
+    /// # Panics
+    /// When the mesh has no usable triangle.
+    pub fn with_regions(
+        mut self,
+        regions: Vec<Region>,
+        interfaces: Vec<u32>,
+    ) -> Result<Self, Vec<MediaFault>> {
+        for &interface in &interfaces {
+            let material = &mut self.materials[interface as usize];
+            *material = opaque(&material.name, self.bands.count());
+        }
+        let mut media = Media { regions, interfaces, sides: Vec::new(), at_sources: Vec::new() };
+        self.media = Some(media.clone());
+        let geometry = self.geometry().expect("the mesh has triangles");
+        let inside: Vec<DVec3> = media.regions.iter().map(|region| region.inside).collect();
+        media.sides = find_sides(&geometry, &inside)?;
+        media.at_sources =
+            self.sources.iter().map(|source| media.air_at(&geometry, source.position)).collect();
+        self.media = Some(media);
+        Ok(self)
+    }
+
+    /// A region about the point `inside` [m] with the air that the scene has at another temperature.
+    #[must_use]
+    pub fn region_at(&self, name: &str, inside: [f64; 3], temperature_celsius: f64) -> Region {
+        let air = Air { temperature_celsius, ..self.air };
+        let ratio = air.temperature_kelvin() / self.air.temperature_kelvin();
+        let attenuates = self.air_attenuation.iter().any(|&m| m > 0.0);
+        Region {
+            name: name.to_owned(),
+            inside: inside.into(),
+            speed_of_sound: self.speed_of_sound * libm::sqrt(ratio),
+            density: air.density(),
+            air_attenuation: if attenuates {
+                attenuation_per_band(&air, &self.bands)
+            } else {
+                vec![0.0; self.bands.count()]
+            },
+            air,
+        }
+    }
+
+    /// Gives all regions the air of the scene: they and the faces that bound them are removed.
+    pub fn remove_regions(&mut self) {
+        if let Some(media) = self.media.take() {
+            self.mesh.triangles.retain(|triangle| !media.is_interface(triangle.material));
+        }
+    }
+
+    /// Number of the air at a source, 0 for the scene's.
+    #[must_use]
+    pub fn air_at_source(&self, source: usize) -> u32 {
+        self.media.as_ref().map_or(0, |media| media.at_sources[source])
+    }
+
+    /// Travel time over a length in each air, relative to that in the scene's air: c₀/c, first 1 for the scene's own.
+    #[must_use]
+    pub fn stretches(&self) -> Vec<f64> {
+        let regions = self.media.iter().flat_map(|media| &media.regions);
+        std::iter::once(1.0)
+            .chain(regions.map(|region| self.speed_of_sound / region.speed_of_sound))
+            .collect()
+    }
+
+    /// ρc of each air [Pa·s/m], first of the scene's own.
+    #[must_use]
+    pub fn impedances(&self) -> Vec<f64> {
+        let regions = self.media.iter().flat_map(|media| &media.regions);
+        std::iter::once(self.impedance())
+            .chain(regions.map(|region| region.density * region.speed_of_sound))
+            .collect()
     }
 
     /// Sabine's time of the band that rings longest [s], or `None` when a band has no absorption at all.
@@ -218,6 +303,11 @@ impl Scene {
         };
         (0..self.bands.count()).map(time).collect()
     }
+}
+
+/// The material of interfaces as estimators of straight paths see it: nothing comes through or back.
+pub(crate) fn opaque(name: &str, bands: usize) -> Material {
+    Material::uniform(name, 1.0, 0.0, bands)
 }
 
 /// m per band at the exact midbands [1/m].

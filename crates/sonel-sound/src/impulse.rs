@@ -95,6 +95,7 @@ mod tests {
             source_power_level_db: vec![90.0; 3],
             speed_of_sound: 343.0,
             characteristic_impedance: 412.0,
+            direct_times_s: Vec::new(),
             energy,
             batches: None,
             missing: None,

@@ -19,15 +19,19 @@ pub fn receivers_of(scene: &Scene) -> Vec<ReceiverPoint> {
 
 /// Coarse borders of the batches of `source` at every receiver [s].
 #[must_use]
-pub fn borders(scene: &Scene, source: usize, receivers: &[ReceiverPoint]) -> Vec<Vec<f64>> {
-    let position = scene.sources[source].position;
-    receivers
-        .iter()
-        .map(|receiver| {
-            let direct = position.distance(receiver.position) / scene.speed_of_sound;
-            batch_time_edges(direct, scene.duration)
-        })
-        .collect()
+pub fn borders(
+    scene: &Scene,
+    renderer: &Renderer<'_>,
+    source: usize,
+    receivers: &[ReceiverPoint],
+) -> Vec<Vec<f64>> {
+    let direct = direct_times(renderer, source, receivers);
+    direct.into_iter().map(|direct| batch_time_edges(direct, scene.duration)).collect()
+}
+
+/// When direct sound of `source` arrives, or would arrive, at every receiver [s].
+fn direct_times(renderer: &Renderer<'_>, source: usize, receivers: &[ReceiverPoint]) -> Vec<f64> {
+    receivers.iter().map(|receiver| renderer.direct_time(source, receiver.position)).collect()
 }
 
 /// Renders every source of `map` at `receivers`; `progress` hears the index of the source and the share of it that is done.
@@ -43,7 +47,7 @@ pub fn render(
     let scene = &map.header().scene;
     (0..scene.sources.len())
         .map(|source| {
-            let borders = borders(scene, source, receivers);
+            let borders = borders(scene, renderer, source, receivers);
             renderer.render(source, receivers, &borders, &mut |share| progress(source, share))
         })
         .collect()
@@ -72,8 +76,13 @@ pub fn assemble(
             .collect(),
         speed_of_sound: scene.speed_of_sound,
         characteristic_impedance: scene.impedance(),
+        direct_times_s: if scene.media.is_some() {
+            (0..scene.sources.len()).flat_map(|source| direct_times(renderer, source, receivers)).collect()
+        } else {
+            Vec::new()
+        },
         energy: energy(renderer, scene.bands.count(), receivers.len(), renderings),
-        batches: Some(batches(map, receivers, renderings)),
+        batches: Some(batches(map, renderer, receivers, renderings)),
         missing: Some(missing(renderer, renderings)),
         arrivals: arrivals(renderer, renderings),
         metadata: Default::default(),
@@ -93,7 +102,12 @@ fn energy(renderer: &Renderer<'_>, bands: usize, receivers: usize, renderings: &
     energy
 }
 
-fn batches(map: &SonelMap, receivers: &[ReceiverPoint], renderings: &[Rendering]) -> Batches {
+fn batches(
+    map: &SonelMap,
+    renderer: &Renderer<'_>,
+    receivers: &[ReceiverPoint],
+    renderings: &[Rendering],
+) -> Batches {
     let (scene, layout) = (&map.header().scene, map.layout());
     let bands = scene.bands.count();
     // A batch without emissions (fewer emissions than batches) estimates nothing and is left out.
@@ -112,7 +126,7 @@ fn batches(map: &SonelMap, receivers: &[ReceiverPoint], renderings: &[Rendering]
         kernel_difference.clear();
     }
     let edges: Vec<Vec<f64>> =
-        (0..scene.sources.len()).flat_map(|source| borders(scene, source, receivers)).collect();
+        (0..scene.sources.len()).flat_map(|source| borders(scene, renderer, source, receivers)).collect();
     Batches {
         weight: filled.iter().map(|&batch| layout.batch_weight(batch)).collect(),
         bins: edges.first().map_or(0, |edges| edges.len() - 1),

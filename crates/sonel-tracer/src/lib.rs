@@ -3,6 +3,7 @@
 //! - [`interaction`]: what a surface does with an arriving packet, from uniform numbers;
 //! - [`bending`]: the way of a packet past edges;
 //! - [`packet`]: one sonel's life, from the source to its fate;
+//! - [`refraction`]: what an interface between two airs does with a packet;
 //! - `zone`: the founding paper's diffraction of packets;
 //! - [`run`]: all packets of a run in chunks, on all cores, the same bytes for any number of threads.
 //!
@@ -15,6 +16,7 @@ pub const REVISION: u32 = 1;
 pub mod bending;
 pub mod interaction;
 pub mod packet;
+pub mod refraction;
 pub mod run;
 mod zone;
 

@@ -11,6 +11,7 @@ use sonel_sampling::{Frame, Stream};
 
 use crate::bending;
 use crate::interaction::{draw_event, mirrored, scattered};
+use crate::refraction::{Airs, Refraction, refract};
 use crate::zone::{DiffractionZones, Way};
 
 /// The surroundings of a packet: what all packets of a run share.
@@ -27,6 +28,8 @@ pub struct Surroundings<'a> {
     pub reach: f64,
     /// See [`sonel_map::Settings::extinction_threshold`].
     pub extinction_threshold: f64,
+    /// The airs, where the scene has more than one.
+    pub(crate) airs: Option<Airs>,
     /// Whether a packet that meets no surface is lost rather than gone.
     pub closed: bool,
     /// Zones in which the paper's packets are diffracted; none where they are not.
@@ -38,7 +41,10 @@ struct Flight {
     position: DVec3,
     departure: Departure,
     direction: Vec3,
+    /// Travel time times the speed of sound of the scene's air [m].
     length: f64,
+    /// c₀/c of the air that it is in.
+    stretch: f64,
     course: Course,
     passed: Passed,
 }
@@ -59,6 +65,8 @@ pub struct Emission<'a> {
     pub position: DVec3,
     /// Unit direction.
     pub direction: Vec3,
+    /// Number of the air at the source.
+    pub air: u32,
     /// Directivity factor of that direction.
     pub source_factor: f64,
     /// Column whose probabilities decide: that of the leading band.
@@ -108,6 +116,7 @@ impl Surroundings<'_> {
             departure: Departure::free(emission.position.as_vec3()),
             direction: emission.direction,
             length: 0.0,
+            stretch: self.airs.as_ref().map_or(1.0, |airs| airs.stretch(emission.air)),
             passed: Passed::None,
             course: self
                 .edges
@@ -135,9 +144,15 @@ impl Surroundings<'_> {
                 continue;
             }
             let Some(hit) = hit else { break self.vanish(&flight) };
-            flight.length += flight.position.distance(hit.position.as_dvec3());
+            flight.length += flight.position.distance(hit.position.as_dvec3()) * flight.stretch;
             if flight.length > self.reach {
                 break vertex(&hit, Event::Expired);
+            }
+            if let Some(airs) = &self.airs
+                && let Some(vertex) = self.meet_interface(airs, &mut flight, &hit, stream)
+            {
+                paths.vertices.push(vertex);
+                continue;
             }
             let (material, frame) = &self.surfaces[hit.surface.0 as usize];
             let row = self.table.material(*material);
@@ -205,7 +220,7 @@ impl Surroundings<'_> {
             let Passing { foot, place, .. } = passing;
             pass_edge(table, event, &passing, books, weight);
             paths.vertices.push(Vertex::at_edge(passage.edge, &place, event));
-            flight.length += flight.position.distance(foot);
+            flight.length += flight.position.distance(foot) * flight.stretch;
             flight.position = foot;
             if event == Event::Bent {
                 let line = table.line(passage.edge);
@@ -220,10 +235,45 @@ impl Surroundings<'_> {
         }
     }
 
+    /// Sends a packet on from an interface, into the other air or back: neither changes its energy, so there is nothing to book. None where it
+    /// has met a wall.
+    fn meet_interface(
+        &self,
+        airs: &Airs,
+        flight: &mut Flight,
+        hit: &Hit,
+        stream: &mut Stream,
+    ) -> Option<Vertex> {
+        let [here, beyond] = airs.across(hit.surface, hit.side)?;
+        let pair = airs.pair([here, beyond]);
+        let normal = self.geometry.surface(hit.surface).normal;
+        let direction = flight.direction.as_dvec3().normalize();
+        let Refraction { reflected, onward } = refract(direction, normal, pair);
+        let returns = pair[0] != pair[1] && stream.uniform_fine() < reflected;
+        let (event, air, side) = match onward.filter(|_| !returns) {
+            Some(onward) => {
+                flight.direction = onward.as_vec3().normalize();
+                (Event::Refracted, beyond, hit.side.opposite())
+            }
+            None => {
+                flight.direction = mirrored(flight.direction, normal.as_vec3());
+                (Event::Returned, here, hit.side)
+            }
+        };
+        flight.stretch = airs.stretch(air);
+        flight.position = hit.position.as_dvec3();
+        flight.departure = self.geometry.leave(hit.position, hit.surface, side);
+        if let Some(edges) = &self.edges {
+            let (_, frame) = &self.surfaces[hit.surface.0 as usize];
+            flight.course = Course::new(edges.least_distance() / steepness(flight.direction, frame));
+        }
+        Some(vertex(hit, event))
+    }
+
     /// How far a packet may pass edges on its way to `hit` [m]: until it is as near to the surface as rays leave it, or to the end
     /// of the run.
     fn passable(&self, edges: &EdgeIndex, flight: &Flight, hit: Option<&Hit>) -> f64 {
-        let remaining = self.reach - flight.length;
+        let remaining = (self.reach - flight.length) / flight.stretch;
         hit.map_or(remaining, |hit| {
             let (_, frame) = &self.surfaces[hit.surface.0 as usize];
             let lifted = edges.least_distance() / steepness(flight.direction, frame);
@@ -252,6 +302,15 @@ impl Surroundings<'_> {
             books.segments += 1;
             if event == Event::Diffracted {
                 stream.uniform_pair();
+            }
+            if event.is_at_interface() {
+                let airs = self.airs.as_ref().and_then(|airs| {
+                    airs.across(vertex.surface(), vertex.side()).map(|across| airs.pair(across))
+                });
+                let Some([here, beyond]) = airs else { return false };
+                if here != beyond {
+                    stream.uniform_fine();
+                }
             }
             if event.leaves_sonel() {
                 let (material, _) = self.surfaces[vertex.surface().0 as usize];
@@ -326,7 +385,7 @@ impl Surroundings<'_> {
 
     /// Where a packet that meets nothing is at the end of the run.
     fn end_of_run(&self, flight: &Flight) -> Vec3 {
-        flight.departure.origin + flight.direction * (self.reach - flight.length) as f32
+        flight.departure.origin + flight.direction * ((self.reach - flight.length) / flight.stretch) as f32
     }
 }
 

@@ -12,6 +12,7 @@ use sonel_scene::{Scene, Source};
 use thiserror::Error;
 
 use crate::packet::{Emission, Records, Surroundings};
+use crate::refraction::Airs;
 use crate::zone::DiffractionZones;
 
 /// Chunks traced before they are handed over together, while the next are traced: bounds the memory, whatever the number of
@@ -137,6 +138,7 @@ impl<'a> Tracer<'a> {
             surfaces,
             reach: scene.duration * scene.speed_of_sound,
             extinction_threshold: settings.extinction_threshold,
+            airs: Airs::of(scene),
             closed: geometry.is_watertight(),
             zones: None,
         };
@@ -290,6 +292,7 @@ impl<'a> Tracer<'a> {
             let emission = Emission {
                 position: emitter.position,
                 direction,
+                air: self.scene.air_at_source(emitter.index as usize),
                 source_factor: emitter.source.directivity.factor(f64::from(direction.dot(emitter.aim))),
                 deciding: self.classes.of(hero as usize),
                 start: batch.packet(hero),

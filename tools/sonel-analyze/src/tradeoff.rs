@@ -59,8 +59,9 @@ pub fn run(
         bail!("{} has no receiver to judge by: add [[receivers]]", arguments.scene.display());
     }
     let mode = arguments.mode.first().map_or(Mode::Accurate, |&mode| mode.into());
-    let geometry = scene.geometry().context("the scene's walls cannot be used")?;
     let spec = arguments.effects.clone().unwrap_or_default();
+    effects::leave_regions_out(&spec, mode, &mut scene);
+    let geometry = scene.geometry().context("the scene's walls cannot be used")?;
     let decisions = effects::decide(&spec, mode, &mut scene, &geometry, false, &CpuClock)?;
     let room = Room::within(&scene, geometry, decisions.iter().map(Decision::state).collect());
     let sweep = sweep(arguments, room.geometry());

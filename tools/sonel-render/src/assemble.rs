@@ -10,7 +10,7 @@ use sonel_console::progress::{Audience, Progress};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
-use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_study::response;
 
 /// Steps of the progress bar.
@@ -125,11 +125,11 @@ impl Run<'_> {
 
     /// Orders and energy per path class of one source.
     fn shares(&self, rendering: &Rendering) -> Value {
-        let classes: Vec<Value> = rendering
-            .class_energies
-            .iter()
-            .zip(PathClass::ALL)
-            .map(|(energy, class)| {
+        let classes: Vec<Value> = self
+            .renderer
+            .path_classes()
+            .map(|class| {
+                let energy = &rendering.class_energies[class as usize];
                 let energy: Vec<&[f64]> = energy.chunks(self.response.bands()).collect();
                 let samples = |receiver: usize| -> Vec<Option<f64>> {
                     let bands = 0..self.response.bands();

@@ -91,6 +91,15 @@ pub fn changed(
         let read = load_materials(&text, "--set", &scene.bands)?;
         *material = read.into_iter().next().context("a table of one material")?;
     }
+    let interfaces = scene.media.iter().flat_map(|media| &media.interfaces);
+    if let Some(changed) =
+        interfaces.map(|&index| index as usize).find(|&at| materials[at] != scene.materials[at])
+    {
+        bail!(
+            "\"{}\" is an interface between airs, which has no coefficients: leave it as it is",
+            materials[changed].name
+        );
+    }
     let mut sources = scene.sources.clone();
     for assignment in of(Section::Sources) {
         let source = find(&mut sources, &assignment.name, |source| &source.name, "source")?;

@@ -244,9 +244,10 @@ fn air(arguments: &Arguments, scene: &Scene) -> anyhow::Result<Air> {
 fn log_classes(renderer: &Renderer<'_>, renderings: &[Rendering], log: &mut dyn Write) -> anyhow::Result<()> {
     for rendering in renderings {
         let total: f64 = rendering.classes.iter().flat_map(|(_, energy)| energy).sum();
-        for (class, energy) in &rendering.classes {
+        for class in renderer.path_classes() {
+            let (_, energy) = &rendering.classes[class as usize];
             let share = energy.iter().sum::<f64>() / total.max(f64::MIN_POSITIVE) * 100.0;
-            writeln!(log, "  {:24} {share:6.2} %  {}", class.notation(), renderer.owner(*class))?;
+            writeln!(log, "  {:24} {share:6.2} %  {}", class.notation(), renderer.owner(class))?;
         }
     }
     Ok(())

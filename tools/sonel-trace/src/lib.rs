@@ -67,11 +67,19 @@ pub fn run_on(
     let watch = Stopwatch::start();
     use_threads(arguments.threads)?;
     let settings = arguments.settings()?;
-    let (scene, inputs) = load(log)?;
+    let (mut scene, inputs) = load(log)?;
+    // A map that is extended has decided.
+    if arguments.extend.is_none() {
+        let spec = arguments.effects.clone().unwrap_or_default();
+        effects::leave_regions_out(&spec, settings.mode, &mut scene);
+    }
     let geometry = scene.geometry().context("the scene's walls cannot be used")?;
     let Beginning { mut header, decisions, extended: beginning } =
         begin(arguments, settings, scene, &geometry)?;
     let scene = header.scene.clone();
+    // Another map may have decided to leave regions out.
+    let has_decided = arguments.extend.is_some() || arguments.decision.is_some();
+    let geometry = if has_decided { scene.geometry()? } else { geometry };
     let room = Room::within(&scene, geometry, header.effects.clone());
     let planner = Planner::new(&room, header.settings);
     let mut pilot = None;

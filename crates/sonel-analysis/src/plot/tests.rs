@@ -127,6 +127,7 @@ fn response(factors: &[f32]) -> Response {
         source_power_level_db: vec![90.0],
         speed_of_sound: 343.0,
         characteristic_impedance: 413.0,
+        direct_times_s: Vec::new(),
         batches: Some(Batches {
             weight: vec![1.0 / factors.len() as f64; factors.len()],
             bins: coarse.len() - 1,

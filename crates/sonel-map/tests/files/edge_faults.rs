@@ -93,7 +93,7 @@ fn touch(map: &SonelMap) -> usize {
         weight.emit(1.0, 1.0, start.packet(layout.hero(emission)));
         let path = map.path(0, emission).unwrap();
         let position = scene.sources[0].position;
-        sweep(position, path.vertices, &table, &[0; SURFACES as usize], &mut weight, |segment| {
+        sweep((position, 0), path.vertices, &table, &[0; SURFACES as usize], &mut weight, |segment| {
             finite += usize::from(segment.end.is_finite() && segment.end_length.is_finite());
         });
     }

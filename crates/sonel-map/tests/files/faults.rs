@@ -34,7 +34,7 @@ fn touch(map: &SonelMap) {
             let mut weight = PathWeight::new(bands);
             weight.emit(1.0, 1.0, start.packet(layout.hero(emission)));
             let mut sonels = 0;
-            sweep(position, path.vertices, &table, &[0; SURFACES as usize], &mut weight, |segment| {
+            sweep((position, 0), path.vertices, &table, &[0; SURFACES as usize], &mut weight, |segment| {
                 sonels += usize::from(segment.arrival.is_some());
             });
             assert!(sonels <= path.vertices.len());

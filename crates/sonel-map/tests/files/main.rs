@@ -10,5 +10,6 @@ mod golden;
 #[path = "../hand_made/mod.rs"]
 mod hand_made;
 mod merge;
+mod regions;
 #[path = "../sharded/mod.rs"]
 mod sharded;

@@ -2,7 +2,7 @@
 //!
 //! Discs would find few of the packets that come straight from the source, and each of them would weigh much. The irradiance of a place
 //! by the source is exact, D cos θ / (4π d²) e^(−m d) with D its directivity; of its mirror images one is chosen at random, as for
-//! … D S^k R. Sources with a directivity leave their images to the discs, so do all in scenes with partitions, and where edges bend all is left to them.
+//! … D S^k R. Sources with a directivity leave their images to the discs, so do all in scenes with partitions or several airs, and where edges bend all is left to them.
 
 use sonel_acoustics::Directivity;
 use sonel_geometry::Geometry;
@@ -27,7 +27,11 @@ impl NearSource {
     #[must_use]
     pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator) -> Self {
         let is_omni = radiator.directivity == Directivity::Omni;
-        let order = if is_omni && !table.transmits() { image_order(geometry, table) } else { 0 };
+        let order = if is_omni && !table.transmits() && !table.has_media() {
+            image_order(geometry, table)
+        } else {
+            0
+        };
         let images = ReceiverImages::new(geometry, table, &PreparedReceiver::point(radiator.position), order);
         Self { radiator, images }
     }
@@ -35,19 +39,21 @@ impl NearSource {
     /// Whether it finds sonels with `history` where they come from, with nothing bent.
     #[must_use]
     pub fn finds(&self, history: SegmentHistory) -> bool {
-        !history.diffused && history.order <= self.images.as_ref().map_or(0, ReceiverImages::order)
+        !history.diffused
+            && history.interfaces == 0
+            && history.order <= self.images.as_ref().map_or(0, ReceiverImages::order)
     }
 
     /// Adds what `place` sends of it to `receiver`, by number.
     pub fn connect(
         &self,
         place: &NearPlace,
-        receiver: usize,
+        (receiver, prepared): (usize, &PreparedReceiver),
         medium: &Medium<'_>,
         scratch: &mut [Lanes],
         deposits: &mut ClassDeposits<'_>,
     ) {
-        self.connect_directly(place, receiver, medium, scratch, deposits);
+        self.connect_directly(place, (receiver, prepared), medium, scratch, deposits);
         let Some(images) = &self.images else { return };
         let radiosity: Vec<_> =
             place.throughput.iter().map(|lanes| lanes.map(|energy| energy * spread(1.0))).collect();
@@ -64,14 +70,14 @@ impl NearSource {
     fn connect_directly(
         &self,
         place: &NearPlace,
-        receiver: usize,
+        (receiver, prepared): (usize, &PreparedReceiver),
         medium: &Medium<'_>,
         scratch: &mut [Lanes],
         deposits: &mut ClassDeposits<'_>,
     ) {
         let offset = self.radiator.position - place.position.as_dvec3();
         let (distance, projected) = (offset.length(), offset.dot(place.normal.as_dvec3()));
-        let length = place.length + distance;
+        let length = (place.length + distance) * prepared.stretch;
         let Some(bin) = medium.bins.bin(length).filter(|_| projected > 0.0) else { return };
         let Some(passed) = medium.partitions(place.departure, self.radiator.position.as_vec3()) else {
             return;
@@ -81,6 +87,7 @@ impl NearSource {
             *scratch = throughput.map(|throughput| throughput * irradiance);
         }
         passed.weaken(medium.geometry, medium.table, scratch);
+        medium.receive(prepared, length, scratch);
         deposits.add(receiver, bin, length, scratch, medium);
     }
 }

@@ -33,7 +33,7 @@ impl Renderer<'_> {
         let index = self.look(paper, (batch, source), radiator, audience, estimate);
         self.look_over_edges(paper, (batch, source), radiator, audience, estimate);
         let mut scratch = vec![[0.0; 4]; lanes_of(self.table.bands())];
-        self.each_segment(batch, source, directions, |segment| {
+        self.each_segment(batch, source, directions, |segment, _| {
             estimate.take_stock(segment, &self.medium(), &mut scratch);
             if let Some(arrival) = segment.arrival {
                 self.count(paper, (segment, arrival), &index, audience, &mut scratch, estimate);

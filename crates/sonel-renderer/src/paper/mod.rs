@@ -77,9 +77,10 @@ impl Paper {
             PathClass::Direct => "shadow ray",
             PathClass::Edge => "first Fresnel zone",
             PathClass::MirrorChain | PathClass::LongMirrorChain => "sphere about the source",
-            PathClass::Diffuse | PathClass::DiffuseMirror | PathClass::LongDiffuseMirror => {
-                "gather where a visibility ray is reflected diffusely"
-            }
+            PathClass::Diffuse
+            | PathClass::DiffuseMirror
+            | PathClass::LongDiffuseMirror
+            | PathClass::Refracted => "gather where a visibility ray is reflected diffusely",
         }
     }
 
@@ -97,7 +98,10 @@ impl Paper {
                 let radii: Vec<String> = self.source_radius.iter().map(|a| format!("{a:.3} m")).collect();
                 format!("as the paper writes; radius {}", radii.join(", "))
             }
-            PathClass::Diffuse | PathClass::DiffuseMirror | PathClass::LongDiffuseMirror => {
+            PathClass::Diffuse
+            | PathClass::DiffuseMirror
+            | PathClass::LongDiffuseMirror
+            | PathClass::Refracted => {
                 format!("as the paper writes, delta applied once; discs of {:.3} m", self.disc_radius)
             }
         }

@@ -106,17 +106,18 @@ impl Camera {
     }
 
     /// What the pixel in `column` and `row` shows; [`None`] where there is no surface. The backs of a closed room's hull and of closed
-    /// objects, on which nothing arrives, are left out: a camera outside looks into the room.
+    /// objects, on which nothing arrives, are left out: a camera outside looks into the room. So are interfaces between airs.
     #[must_use]
     pub fn sees(&self, geometry: &Geometry, column: u32, row: u32) -> Option<Hit> {
         let direction = self.direction(column, row).as_vec3().normalize();
         let mut from = Departure::free(geometry.to_local(self.eye));
         for _ in 0..MOST_BACKS {
             let hit = geometry.closest_hit(from, direction)?;
-            if hit.side == Side::Front || !geometry.surface(hit.surface).closed {
+            let surface = geometry.surface(hit.surface);
+            if !surface.interface && (hit.side == Side::Front || !surface.closed) {
                 return Some(hit);
             }
-            from = geometry.leave(hit.position, hit.surface, Side::Front);
+            from = geometry.leave(hit.position, hit.surface, hit.side.opposite());
         }
         None
     }

@@ -145,7 +145,7 @@ impl Renderer<'_> {
         for path in emissions.filter_map(|emission| self.map.path(source as u32, emission)) {
             let batch = layout.batch(path.emission);
             let unit = self.batches[batch as usize].weight;
-            self.follow_path(path, (source, batch), &directions, unit, &mut weight, |segment| {
+            self.follow_path(path, (source, batch), &directions, unit, &mut weight, |segment, arriving| {
                 let Some(arrival) = segment.arrival else { return };
                 let place = place(arrival.surface, arrival.side);
                 let within = self.bins.bin(segment.end_length).filter(|_| is_seen[place as usize]);
@@ -153,7 +153,7 @@ impl Renderer<'_> {
                 let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
                 found.sonels.push(SeenSonel { place, window, at });
                 let first = found.energy.len();
-                found.energy.extend_from_slice(segment.energy);
+                found.energy.extend_from_slice(arriving);
                 if let Some(air) = &self.carried_air {
                     air.attenuate(segment.end_length, &mut found.energy[first..]);
                 }

@@ -22,6 +22,11 @@ impl AirChoice {
         self.speed_of_sound.unwrap_or_else(|| self.air.speed_of_sound())
     }
 
+    /// Whether air attenuates at all.
+    pub(crate) fn attenuates(&self) -> bool {
+        self.attenuates
+    }
+
     /// m per band [1/m].
     pub(crate) fn attenuation(&self, bands: &Bands) -> Vec<f64> {
         if self.attenuates { attenuation_per_band(&self.air, bands) } else { vec![0.0; bands.count()] }

@@ -6,10 +6,19 @@ use crate::DEFAULT_SCATTERING;
 use crate::document::{Entry, Number, Table};
 use crate::library::Shelves;
 use crate::report::Report;
+use crate::scene::opaque;
 use crate::sections::bands::BandChoice;
 
-const KEYS: [&str; 7] =
-    ["absorption", "scattering", "diffuse", "transmission", "sound_reduction_db", "source", "library"];
+const KEYS: [&str; 8] = [
+    "absorption",
+    "scattering",
+    "diffuse",
+    "transmission",
+    "sound_reduction_db",
+    "source",
+    "library",
+    "interface",
+];
 
 /// α + δ may exceed 1 by this much: the decimal fractions of a scene file are rounded to binary ones.
 const ROUNDING: f64 = 1e-12;
@@ -40,6 +49,9 @@ fn read_one(
     report: &mut Report<'_>,
 ) -> Material {
     table.allow_only(&KEYS, report);
+    if table.get("interface").and_then(|entry| entry.flag(report)) == Some(true) {
+        return read_interface(name, table, bands, report);
+    }
     let borrowed = shelves.borrow(table, bands, report);
     let count = bands.bands.count();
     let coefficient = |key: &str, report: &mut Report<'_>| {
@@ -91,6 +103,20 @@ fn read_one(
             .map(str::to_owned)
             .or(borrowed.source),
     }
+}
+
+/// An interface between airs: it has no coefficients.
+fn read_interface(name: &str, table: &Table<'_>, bands: &BandChoice, report: &mut Report<'_>) -> Material {
+    for key in KEYS.into_iter().filter(|&key| key != "interface" && key != "source") {
+        if let Some(entry) = table.get(key) {
+            entry.problem(
+                report,
+                "an interface between airs has no coefficients; remove this key, or interface",
+            );
+        }
+    }
+    let source = table.get("source").and_then(|entry| entry.text(report)).map(str::to_owned);
+    Material { source, ..opaque(name, bands.bands.count()) }
 }
 
 /// Numbers 0 … 1, one per band.

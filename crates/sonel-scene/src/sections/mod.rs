@@ -4,4 +4,5 @@ pub(crate) mod air;
 pub(crate) mod bands;
 pub(crate) mod materials;
 pub(crate) mod points;
+pub(crate) mod regions;
 pub(crate) mod walls;

@@ -121,7 +121,7 @@ fn place_at<T>(
 }
 
 /// Names of the tables, numbered where none is given, each only once.
-fn read_names(kind: &str, tables: &[Table<'_>], report: &mut Report<'_>) -> Vec<String> {
+pub(crate) fn read_names(kind: &str, tables: &[Table<'_>], report: &mut Report<'_>) -> Vec<String> {
     let mut first_use: HashMap<String, String> = HashMap::new();
     let mut names = Vec::new();
     for (i, table) in tables.iter().enumerate() {

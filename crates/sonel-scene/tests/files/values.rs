@@ -54,7 +54,8 @@ fn mesh_is_in_metres_and_closed() {
 #[test]
 fn material_keys() {
     let scene = load_good("every-key.toml").scene;
-    let [concrete, curtain] = &scene.materials[..] else { panic!("two materials") };
+    let [concrete, curtain, interface] = &scene.materials[..] else { panic!("three materials") };
+    assert_near(&interface.absorption, &[1.0; 3]);
     assert_eq!((concrete.name.as_str(), curtain.name.as_str()), ("concrete", "velvet curtain"));
     assert_eq!((concrete.source.as_deref(), curtain.source.as_deref()), (Some("a table"), None));
     assert_near(&concrete.absorption, &[0.1, 0.2, 0.3]);
@@ -63,6 +64,22 @@ fn material_keys() {
     assert_near(&concrete.transmission, &[0.0; 3]);
     assert_near(&curtain.absorption, &[0.5; 3]);
     assert_near(&curtain.scattering, &[0.1, 0.2, 0.3]);
+}
+
+#[test]
+fn region_keys() {
+    let scene = load_good("every-key.toml").scene;
+    let media = scene.media.as_ref().unwrap();
+    let [region] = &media.regions[..] else { panic!("one region") };
+    assert_eq!((region.name.as_str(), region.inside), ("under the ceiling", dvec3(3.0, 2.8, 2.0)));
+    let air = Air { temperature_celsius: 30.0, relative_humidity_percent: 30.0, ..scene.air };
+    assert_eq!(region.air, air);
+    let speed = scene.speed_of_sound * (air.temperature_kelvin() / scene.air.temperature_kelvin()).sqrt();
+    assert_near(&[region.speed_of_sound, region.density], &[speed, air.density()]);
+    assert!(
+        region.air_attenuation.iter().zip(&scene.air_attenuation).all(|(m, own)| (*m > 0.0) == (*own > 0.0))
+    );
+    assert_eq!((media.interfaces.as_slice(), media.at_sources.as_slice()), (&[2][..], &[0, 0][..]));
 }
 
 #[test]

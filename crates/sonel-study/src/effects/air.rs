@@ -15,7 +15,7 @@ use std::f64::consts::LOG10_E;
 use glam::DVec3;
 use sonel_acoustics::mean_absorption;
 use sonel_geometry::Geometry;
-use sonel_scene::Scene;
+use sonel_scene::{Region, Scene};
 
 use super::spec::Wish;
 use super::{ASKED, Bound, Decision, Effect, Question};
@@ -30,15 +30,24 @@ const LONGEST_WAY: f64 = 4.0;
 pub(super) fn decide(asked: Question, scene: &mut Scene, geometry: &Geometry) -> Decision {
     let wish = asked.wish;
     match wish {
-        Wish::Off => scene.air_attenuation.fill(0.0),
+        Wish::Off => {
+            scene.air_attenuation.fill(0.0);
+            regions(scene).for_each(|region| region.air_attenuation.fill(0.0));
+        }
         Wish::On => {
             for (band, attenuation) in scene.air_attenuation.iter_mut().enumerate() {
                 *attenuation = scene.air.energy_attenuation(scene.bands.exact_midband(band));
             }
+            let bands = scene.bands.clone();
+            for region in regions(scene) {
+                for (band, attenuation) in region.air_attenuation.iter_mut().enumerate() {
+                    *attenuation = region.air.energy_attenuation(bands.exact_midband(band));
+                }
+            }
         }
         Wish::Auto | Wish::Scene => {}
     }
-    let attenuates: Vec<bool> = scene.air_attenuation.iter().map(|&m| m > 0.0).collect();
+    let attenuates: Vec<bool> = strongest(scene).iter().map(|&m| m > 0.0).collect();
     if !attenuates.contains(&true) {
         let why = if wish == Wish::Off { ASKED } else { "the scene has none" };
         return Decision::new(Effect::Air, attenuates, why.to_owned());
@@ -66,7 +75,22 @@ struct Loss {
 fn losses(scene: &Scene, geometry: &Geometry) -> Vec<Loss> {
     let ways = ways(scene, geometry);
     let of = |(m, (likely, most)): (&f64, (f64, f64))| Loss { likely: m * likely, most: m * most };
-    scene.air_attenuation.iter().zip(ways).map(of).collect()
+    strongest(scene).iter().zip(ways).map(of).collect()
+}
+
+fn regions(scene: &mut Scene) -> impl Iterator<Item = &mut Region> {
+    scene.media.iter_mut().flat_map(|media| &mut media.regions)
+}
+
+/// m per band of the air that attenuates most [1/m].
+fn strongest(scene: &Scene) -> Vec<f64> {
+    let mut strongest = scene.air_attenuation.clone();
+    for region in scene.media.iter().flat_map(|media| &media.regions) {
+        for (strongest, m) in strongest.iter_mut().zip(&region.air_attenuation) {
+            *strongest = strongest.max(*m);
+        }
+    }
+    strongest
 }
 
 /// Likely and longest way over which the sound of each band e-folds [m].

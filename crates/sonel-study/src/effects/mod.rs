@@ -2,8 +2,7 @@
 //!
 //! Of each effect but bending, which `auto` leaves to the user, a bound is derived on what leaving it out changes in levels and reverberation
 //! times; `auto` leaves it out where both are below a tenth of a just-noticeable difference ([`LEVEL_DB`], [`DECAY`]) and simulates it otherwise. A new effect is a
-//! variant of [`Effect`] and an arm of [`decide`]; what tells its worth is a module of its own. An effect that is not built yet
-//! is off, with that reason, whatever was asked for.
+//! variant of [`Effect`] and an arm of [`decide`]; what tells its worth is a module of its own.
 
 mod air;
 pub(crate) mod bending;
@@ -45,7 +44,7 @@ pub enum Effect {
     Bending,
     /// Sound through partitions.
     Transmission,
-    /// Bending by gradients of the medium.
+    /// Sound between regions of different air.
     Refraction,
     /// Attenuation by air.
     Air,
@@ -186,9 +185,39 @@ pub fn decide(
             Effect::Air => Ok(air.clone()),
             Effect::Directivity => Ok(directivity.clone()),
             Effect::Transmission => Ok(decide_transmission(spec.wish(effect), mode, scene, geometry)),
-            _ => Ok(Decision::new(effect, vec![false; scene.bands.count()], "not built yet".to_owned())),
+            Effect::Refraction => Ok(decide_refraction(spec.wish(effect), mode, scene)),
         })
         .collect()
+}
+
+/// Leaves regions of other air out of `scene` where `spec` or `mode` does without refraction: asked before its geometry is built.
+pub fn leave_regions_out(spec: &EffectSpec, mode: Mode, scene: &mut Scene) {
+    if spec.wish(Effect::Refraction) == Wish::Off || mode == Mode::Paper {
+        scene.remove_regions();
+    }
+}
+
+/// Refraction is simulated as soon as a scene has several airs.
+fn decide_refraction(wish: Wish, mode: Mode, scene: &Scene) -> Decision {
+    let bands = scene.bands.count();
+    let off = |reason: String| Decision::new(Effect::Refraction, vec![false; bands], reason);
+    let Some(media) = &scene.media else {
+        let bound = Some(Bound::nothing(bands));
+        return Decision { bound, ..off("the air is one".to_owned()) };
+    };
+    if wish == Wish::Off || mode == Mode::Paper {
+        let why = if wish == Wish::Off { ASKED } else { "the paper knows one air" };
+        return off(format!("{why}, regions have the air of the scene"));
+    }
+    let airs =
+        media.regions.iter().map(|region| format!("\"{}\" {:.1} m/s", region.name, region.speed_of_sound));
+    let reason = format!(
+        "the scene {:.1} m/s, {}; what has met an interface since its last diffuse reflection is left to receiver spheres",
+        scene.speed_of_sound,
+        airs.collect::<Vec<_>>().join(", ")
+    );
+    let cost = "noise of receiver spheres, also in direct sound through an interface".to_owned();
+    Decision { cost, ..Decision::new(Effect::Refraction, vec![true; bands], reason) }
 }
 
 /// Transmission is simulated as soon as a material in use lets anything through; without it that is turned to heat.

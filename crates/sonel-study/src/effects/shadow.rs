@@ -33,8 +33,14 @@ pub fn missing(
     }
     let scene = &header.scene;
     let mut missing = Vec::new();
-    for (source, rendering) in scene.sources.iter().zip(renderings) {
+    for (number, (source, rendering)) in scene.sources.iter().zip(renderings).enumerate() {
+        let own_air = scene.air_at_source(number);
         for (index, receiver) in receivers.iter().enumerate() {
+            // No way over edges leads into another air.
+            let air = scene.media.as_ref().map_or(0, |media| media.air_at(geometry, receiver.position));
+            if air != own_air {
+                continue;
+            }
             let Some(ways) = loudest_ways(geometry, source.position, receiver.position) else { continue };
             let (gain_db, band) = (0..scene.bands.count())
                 .map(|band| {

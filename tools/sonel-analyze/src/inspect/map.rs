@@ -5,6 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 use sonel_analysis::survey::Deposit;
 use sonel_map::{BandLedger, Fate, MapHeader, Mode, Spectral};
+use sonel_scene::Region;
 
 use super::edges;
 use crate::open::WalkedMap;
@@ -20,6 +21,11 @@ const FATES: [(&str, Fate); 6] = [
     ("extinguished", Fate::Extinguished),
     ("lost", Fate::Lost),
 ];
+
+fn region(region: &Region) -> Value {
+    json!({ "name": region.name, "inside_m": region.inside.to_array(), "speed_of_sound": region.speed_of_sound,
+        "density_kg_m3": region.density })
+}
 
 /// As JSON. Energies are relative to what one source emits.
 pub fn json(walked: &WalkedMap) -> Value {
@@ -42,6 +48,7 @@ pub fn json(walked: &WalkedMap) -> Value {
         "center_frequency_hz": scene.bands.nominal(),
         "duration_s": scene.duration,
         "speed_of_sound": scene.speed_of_sound,
+        "regions": scene.media.iter().flat_map(|media| &media.regions).map(region).collect::<Vec<_>>(),
         "sources": scene.sources.iter().map(|source| point(&source.name, source.position)).collect::<Vec<_>>(),
         "receivers": scene.receivers.iter().map(|at| point(&at.name, at.position)).collect::<Vec<_>>(),
         "effects": header.effects.iter()
@@ -145,6 +152,9 @@ pub fn text(walked: &WalkedMap) -> String {
     );
     line("bands", &format!("{} Hz", numbers(scene.bands.nominal())));
     line("duration", &format!("{} s at {:.2} m/s", scene.duration, scene.speed_of_sound));
+    for region in scene.media.iter().flat_map(|media| &media.regions) {
+        line("region", &format!("\"{}\" at {:.2} m/s", region.name, region.speed_of_sound));
+    }
     for source in &scene.sources {
         line("source", &format!("{} at ({}) m", source.name, numbers(&source.position.to_array())));
     }

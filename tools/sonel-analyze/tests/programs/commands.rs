@@ -55,6 +55,7 @@ fn render(shop: &Workshop) {
         source_power_level_db: vec![90.0],
         speed_of_sound: 343.0,
         characteristic_impedance: 413.0,
+        direct_times_s: Vec::new(),
         energy,
         batches: None,
         missing: None,

@@ -1,0 +1,223 @@
+//! Several airs in one scene: what estimators need of each.
+//!
+//! A path's length counts every leg times c₀/c of its air, so that it is a time in units of the scene's speed of sound c₀. With m c/c₀ for the
+//! attenuation of an air, air takes Σ m ℓ as before. Of these coefficients the least of all airs is taken by [`crate::air`] over the whole
+//! length, the rest leg by leg here.
+//!
+//! Nothing straight leads through an interface: what straight legs bring to a receiver comes through the receiver's own air. Energies are
+//! fluences times ρc of that air over that of the scene, so that one impedance makes levels of all of them.
+//!
+//! References: docs/physics.md §3.
+
+use glam::DVec3;
+use sonel_geometry::Geometry;
+use sonel_map::{BandClasses, Lanes, Segment, SonelMap};
+use sonel_scene::Scene;
+
+use crate::air::AirTable;
+use crate::edge::Edges;
+use crate::receiver::PreparedReceiver;
+use crate::render::{PathClass, RenderError, Renderer};
+use crate::settings::{Air, Estimator, RenderSettings};
+
+/// The effect under which a map states whether air attenuates what packets carry (docs/interface.md).
+const AIR: &str = "air";
+
+/// The airs of a scene.
+pub struct Regions {
+    airs: Vec<RegionAir>,
+}
+
+/// One of them.
+pub struct RegionAir {
+    /// c₀/c.
+    pub stretch: f64,
+    /// ρc over that of the scene's air.
+    pub impedance: f64,
+    /// m of each class of bands, as it is for what is computed one by one [1/m].
+    pub attenuation: Vec<f64>,
+    /// The same over a length.
+    pub table: Option<AirTable>,
+    /// What it takes of what packets carry beyond what every air takes.
+    rest: Option<AirTable>,
+}
+
+impl Regions {
+    /// Those of `scene`, which has several, with the least attenuation of what packets carry, m c/c₀ per class of bands. `attenuates` says
+    /// of each band whether air matters to that. Lengths are up to `reach` [m].
+    pub fn new(
+        scene: &Scene,
+        classes: &BandClasses,
+        (attenuates, carried): (bool, &[bool]),
+        reach: f64,
+    ) -> (Self, Vec<f64>) {
+        let regions = scene.media.iter().flat_map(|media| &media.regions);
+        let all =
+            std::iter::once(&scene.air_attenuation).chain(regions.map(|region| &region.air_attenuation));
+        let of_classes = |bands: &[f64]| -> Vec<f64> {
+            classes.representatives().map(|band| if attenuates { bands[band] } else { 0.0 }).collect()
+        };
+        let attenuations: Vec<Vec<f64>> = all.map(|bands| of_classes(bands)).collect();
+        let (stretches, impedances) = (scene.stretches(), scene.impedances());
+        let is_carried: Vec<bool> = classes.representatives().map(|band| carried[band]).collect();
+        let of_packets: Vec<Vec<f64>> = attenuations
+            .iter()
+            .zip(&stretches)
+            .map(|(bands, stretch)| {
+                let matters = |(m, &matters): (&f64, &bool)| if matters { m / stretch } else { 0.0 };
+                bands.iter().zip(&is_carried).map(matters).collect()
+            })
+            .collect();
+        let least: Vec<f64> = (0..classes.count())
+            .map(|class| of_packets.iter().map(|bands| bands[class]).fold(f64::INFINITY, f64::min))
+            .collect();
+        let air = |(index, attenuation): (usize, Vec<f64>)| {
+            let rest: Vec<f64> = of_packets[index].iter().zip(&least).map(|(m, least)| m - least).collect();
+            RegionAir {
+                stretch: stretches[index],
+                impedance: impedances[index] / impedances[0],
+                table: AirTable::new(&attenuation, reach / stretches[index]),
+                attenuation,
+                rest: AirTable::new(&rest, reach),
+            }
+        };
+        (Self { airs: attenuations.into_iter().enumerate().map(air).collect() }, least)
+    }
+
+    /// One air.
+    #[must_use]
+    pub fn air(&self, air: u32) -> &RegionAir {
+        &self.airs[air as usize]
+    }
+
+    /// The least c₀/c.
+    #[must_use]
+    pub fn least_stretch(&self) -> f64 {
+        self.airs.iter().map(|air| air.stretch).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Takes from `energy` what `air` takes over `length`, times c₀/c [m], beyond what every air takes.
+    pub fn fade(&self, air: u32, length: f64, energy: &mut [Lanes]) {
+        if let Some(rest) = &self.airs[air as usize].rest {
+            rest.attenuate(length, energy);
+        }
+    }
+
+    /// Makes `energy` that comes to a receiver in `air`, straight over the last `length` times c₀/c [m], the receiver's.
+    pub fn receive(&self, air: u32, length: f64, energy: &mut [Lanes]) {
+        self.fade(air, length, energy);
+        let impedance = self.airs[air as usize].impedance;
+        energy.iter_mut().flatten().for_each(|band| *band *= impedance);
+    }
+}
+
+/// Energies along one path, with what the airs on its way have taken beyond what every air takes.
+pub struct Fading<'a> {
+    regions: &'a Regions,
+    reach: f64,
+    kept: Vec<Lanes>,
+    leaving: Vec<Lanes>,
+    arriving: Vec<Lanes>,
+}
+
+impl<'a> Fading<'a> {
+    /// At the beginning of a path of `lanes` lanes of bands, of up to `reach` [m].
+    pub fn new(regions: &'a Regions, lanes: usize, reach: f64) -> Self {
+        let zeros = || vec![[0.0; 4]; lanes];
+        Self { regions, reach, kept: vec![[1.0; 4]; lanes], leaving: zeros(), arriving: zeros() }
+    }
+
+    /// Hands over the next segment with its energies where it begins and, apart, where it ends.
+    pub fn visit(&mut self, segment: &Segment<'_>, visit: &mut impl FnMut(&Segment<'_>, &[Lanes])) {
+        let length = (segment.end_length - segment.start_length).min(self.reach);
+        multiply(&mut self.leaving, segment.energy, &self.kept);
+        self.regions.fade(segment.air, length, &mut self.kept);
+        multiply(&mut self.arriving, segment.energy, &self.kept);
+        visit(&Segment { energy: &self.leaving, ..*segment }, &self.arriving);
+    }
+}
+
+fn multiply(product: &mut [Lanes], a: &[Lanes], b: &[Lanes]) {
+    for ((product, a), b) in product.iter_mut().zip(a).zip(b) {
+        for lane in 0..4 {
+            product[lane] = a[lane] * b[lane];
+        }
+    }
+}
+
+/// Length of the straight line from a source to a receiver, both in the axes of the scene [m], each part times c₀/c of its air: when direct
+/// sound arrives, or would arrive.
+#[must_use]
+pub fn straight_length(scene: &Scene, geometry: &Geometry, source: usize, receiver: DVec3) -> f64 {
+    let position = scene.sources[source].position;
+    let Some(media) = &scene.media else { return position.distance(receiver) };
+    let stretches = scene.stretches();
+    let parts = media.parts_between(geometry, (position, scene.air_at_source(source)), receiver);
+    parts.iter().map(|&(air, length)| length * stretches[air as usize]).sum()
+}
+
+/// Whether air matters to the sound that packets carry, per band: not where the map states that the scene's air does not matter to it. What is
+/// computed one by one, air that was asked for anew, and air beside other materials, is as it is.
+pub(crate) fn carries(air: &Air, map: &SonelMap) -> Vec<bool> {
+    let is_as_traced = *air == Air::OfScene && map.drawn_with().is_none();
+    let stated = map.header().effects.iter().find(|effect| effect.name == AIR && is_as_traced);
+    let matters = |band: usize| stated.and_then(|effect| effect.on.get(band)).copied().unwrap_or(true);
+    (0..map.header().scene.bands.count()).map(matters).collect()
+}
+
+/// Refuses what is made for one air alone.
+pub(crate) fn refuse_regions(scene: &Scene, settings: &RenderSettings) -> Result<(), RenderError> {
+    if scene.media.is_none() {
+        return Ok(());
+    }
+    let is_other_air =
+        matches!(&settings.air, Air::Attenuation(attenuation) if attenuation.iter().any(|&m| m > 0.0));
+    let problem = match (settings.estimator, is_other_air) {
+        (Estimator::Paper, _) => {
+            "the paper's estimator knows one air, the scene of this map has several: choose another --estimator"
+        }
+        (_, true) => {
+            "the scene of this map has several airs, which cannot be changed: trace it with others, or leave air out with --no-air"
+        }
+        _ => return Ok(()),
+    };
+    Err(RenderError::Settings(problem.to_owned()))
+}
+
+impl Renderer<'_> {
+    /// When direct sound of `source` arrives, or would arrive, at a world position [m]: [s].
+    #[must_use]
+    pub fn direct_time(&self, source: usize, receiver: DVec3) -> f64 {
+        let scene = &self.map.header().scene;
+        straight_length(scene, self.geometry, source, receiver) / scene.speed_of_sound
+    }
+
+    /// The classes that paths of this map can be of.
+    pub fn path_classes(&self) -> impl Iterator<Item = PathClass> {
+        PathClass::ALL.into_iter().filter(|class| *class != PathClass::Refracted || self.regions.is_some())
+    }
+
+    /// c₀/c of an air.
+    pub(crate) fn stretch(&self, air: u32) -> f64 {
+        self.regions.as_ref().map_or(1.0, |regions| regions.air(air).stretch)
+    }
+
+    /// c₀/c of the air at a source.
+    pub(crate) fn stretch_at_source(&self, source: usize) -> f64 {
+        self.stretch(self.map.header().scene.air_at_source(source))
+    }
+
+    /// The edges where all paths are in one air.
+    pub(crate) fn edges_in(&self, air: u32) -> Option<&Edges> {
+        self.edges.get(air as usize)
+    }
+
+    /// [`straight_length`] from a source to a receiver.
+    pub(crate) fn straight_length(&self, source: usize, receiver: &PreparedReceiver) -> f64 {
+        let (scene, center) = (&self.map.header().scene, self.geometry.center());
+        match scene.media {
+            None => (scene.sources[source].position - center).distance(receiver.exact),
+            Some(_) => straight_length(scene, self.geometry, source, receiver.exact + center),
+        }
+    }
+}
