@@ -1,8 +1,8 @@
 //! What diffraction at edges is worth: a short run heard with and without it.
 //!
 //! Edges change deterministic paths only, so both are heard in the same packets and their difference has no noise of its own; what
-//! the short run does not know exactly is the sound that the difference is compared with, and that is taken at the lower end of its
-//! interval. A level then changes by at most 10 lg(1 + |ΔF|/F). What edges change comes early: it moves the beginning of the decay curve against
+//! the short run does not know exactly is the sound that the difference is compared with, and that is taken three standard errors below what was
+//! found. A level then changes by at most 10 lg(1 + |ΔF|/F). What edges change comes early: it moves the beginning of the decay curve against
 //! its rest by no more than that, and the slope of a line fitted over 30 dB by at most 3/2 of it in 30. One integral serves all
 //! bands of an edge: where one band calls for it, all have it.
 
@@ -37,6 +37,8 @@ const TRIES: u32 = 4096;
 const T30_RANGE_DB: f64 = 30.0;
 /// Change of a fitted slope over the range, in units of a step somewhere in the curve, at most: 6 x (1 − x) with the step in the middle.
 const STEP_IN_SLOPE: f64 = 1.5;
+/// Half-widths of a 95 % interval that make three standard errors.
+const HALF_WIDTHS: f64 = 1.5;
 /// What a level that has no interval may be wrong by [dB].
 const UNKNOWN_DB: f64 = 3.0;
 
@@ -168,14 +170,15 @@ fn change(bands: usize, without: &Heard, with: &Heard) -> Bound {
     bound
 }
 
-/// 10 lg(1 + |ΔF|/F), F at the lower end of its interval [dB]; infinite where there is sound with the effect only.
+/// 10 lg(1 + |ΔF|/F), F three standard errors low [dB]; infinite where there is sound with the effect only.
 fn level_change(without: &Figure, with: &Figure) -> f64 {
     let (without, with) = match (without, with) {
         (Ok(without), Ok(with)) => (without, with),
         (Err(_), Err(_)) => return 0.0,
         _ => return f64::INFINITY,
     };
-    let uncertain = without.interval.as_ref().map_or(UNKNOWN_DB, |interval| without.value - interval[0]);
+    let uncertain =
+        without.interval.as_ref().map_or(UNKNOWN_DB, |interval| HALF_WIDTHS * (without.value - interval[0]));
     let ratio = libm::pow(10.0, (with.value - without.value).abs() / 10.0);
     10.0 * LOG10_E * libm::log1p((ratio - 1.0) * libm::pow(10.0, uncertain.max(0.0) / 10.0))
 }
