@@ -36,30 +36,29 @@ pub struct PreparedReceiver {
 const RADIUS_PER_FREE_PATH: f64 = 0.12;
 /// Radii shrink as N^(−1/6) from here, so that its O(r²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub const REFERENCE_EMISSIONS: f64 = 50_000.0;
-/// Share of the mean free path within which a surface is near: there few sonels bring much, and rays are calmer than connections.
-const NEAR_PER_FREE_PATH: f64 = 0.24;
+/// A surface is near within this many radii of a disc: nearer, few sonels bring much, and rays are calmer than connections.
+const NEAR_PER_DISC: f64 = 8.0;
 
 impl PreparedReceiver {
-    /// Prepares `receiver` for a map of `emissions` emissions, in a scene of the given mean free path [m]; `has_rays` says whether visibility
-    /// rays can share with connections near surfaces.
+    /// Prepares `receiver` for a map of `emissions` emissions, in a scene of the given mean free path [m].
     #[must_use]
     pub fn new(
         receiver: &ReceiverPoint,
         geometry: &Geometry,
         mean_free_path: f64,
         emissions: u64,
-        has_rays: bool,
+        gather_radius: Option<f64>,
     ) -> Self {
         let shrink = libm::pow((emissions.max(1)) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
         let wanted = RADIUS_PER_FREE_PATH * mean_free_path * shrink;
         let nearest = geometry.distance_to_nearest_surface(receiver.position);
-        let near = NEAR_PER_FREE_PATH * mean_free_path * shrink;
+        let near = gather_radius.map(|radius| NEAR_PER_DISC * radius).filter(|near| nearest < *near);
         let exact = receiver.position - geometry.center();
         Self {
             exact,
             position: geometry.to_local(receiver.position),
             balls: Balls::new(geometry, exact, wanted, nearest, mean_free_path),
-            brightest: if has_rays && nearest < near { 1.0 / (near * near) } else { f64::INFINITY },
+            brightest: near.map_or(f64::INFINITY, |near| 1.0 / (near * near)),
             air: 0,
             stretch: 1.0,
         }

@@ -19,7 +19,7 @@ use crate::edge::{Edges, SOURCE_OUT};
 use crate::gather::GatherSettings;
 use crate::gather::disc::Sheet;
 use crate::mirror::{MirrorChains, Radiator};
-use crate::mirror_connection::image_order;
+use crate::mirror_connection::{has_few_surfaces, image_order};
 use crate::paper::Paper;
 use crate::partition::Partitions;
 use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
@@ -99,7 +99,7 @@ pub enum RenderError {
     Settings(String),
 }
 
-/// Where visibility rays gather, one of so many sonels is connected with a receiver.
+/// Among many surfaces one of so many sonels is connected with a receiver.
 const SONELS_PER_CONNECTION: u32 = 4;
 
 /// Most bins of an echogram: 17 minutes in milliseconds, 20 seconds in samples of 50 kHz. Neither the option nor the duration
@@ -409,9 +409,10 @@ impl<'a> Renderer<'a> {
         self.enumerates_mirrors()
     }
 
-    /// One of so many sonels is connected with a receiver. Where visibility rays bring what mirrors show, most noise is theirs.
+    /// One of so many sonels is connected with a receiver. Where visibility rays bring what mirrors show, most noise is theirs, and among
+    /// many surfaces shadow rays would take most of the time.
     pub(crate) fn sonels_per_connection(&self) -> u32 {
-        let is_thinned = self.settings.estimator == Estimator::Auto && self.gathers_by_mirrors();
+        let is_thinned = self.settings.estimator == Estimator::Auto && !has_few_surfaces(self.geometry);
         if is_thinned { SONELS_PER_CONNECTION } else { 1 }
     }
 
@@ -501,11 +502,11 @@ impl<'a> Renderer<'a> {
     fn prepare(&self, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
         let free_path = free_path(self.geometry);
         let emissions = self.map.header().settings.emissions;
-        let has_rays = self.gather.is_some();
+        let disc = self.gather.as_ref().map(|(_, settings)| settings.radius);
         receivers
             .par_iter()
             .map(|r| {
-                let receiver = PreparedReceiver::new(r, self.geometry, free_path, emissions, has_rays);
+                let receiver = PreparedReceiver::new(r, self.geometry, free_path, emissions, disc);
                 let Some(media) = &self.map.header().scene.media else { return receiver };
                 let air = media.air_at(self.geometry, r.position);
                 PreparedReceiver { air, stretch: self.stretch(air), ..receiver }
@@ -545,9 +546,8 @@ fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry) -> bool {
 /// Rays that only share with connections next to surfaces are so many times fewer.
 const FEWER_RAYS_NEAR_SURFACES: u32 = 8;
 
-/// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`]; twice as much in pictures, and where few rays gather.
-const DISC_PER_FREE_PATH: f64 = 0.015;
-pub(crate) const WIDE_DISC_PER_FREE_PATH: f64 = 2.0 * DISC_PER_FREE_PATH;
+/// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`].
+pub(crate) const DISC_PER_FREE_PATH: f64 = 0.03;
 
 /// The radius of discs [m] that take `share` of the mean free path at [`REFERENCE_EMISSIONS`]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub(crate) fn disc_radius(
@@ -567,14 +567,10 @@ fn gather_settings(
     reach: f64,
 ) -> GatherSettings {
     let by_mirrors = gathers_by_mirrors(settings, geometry);
-    let (rays, share) = if by_mirrors {
-        (settings.rays, DISC_PER_FREE_PATH)
-    } else {
-        (settings.rays.div_ceil(FEWER_RAYS_NEAR_SURFACES), WIDE_DISC_PER_FREE_PATH)
-    };
+    let rays = if by_mirrors { settings.rays } else { settings.rays.div_ceil(FEWER_RAYS_NEAR_SURFACES) };
     GatherSettings {
         rays: rays.div_ceil(traced.batches),
-        radius: disc_radius(share, settings, geometry, traced),
+        radius: disc_radius(DISC_PER_FREE_PATH, settings, geometry, traced),
         reach,
         by_mirrors,
     }

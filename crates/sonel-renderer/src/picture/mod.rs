@@ -28,7 +28,7 @@ pub use windows::{WindowError, Windows};
 
 use crate::gather::disc::Sheet;
 use crate::gather::rays::place;
-use crate::render::{RenderError, Renderer, WIDE_DISC_PER_FREE_PATH, disc_radius};
+use crate::render::{DISC_PER_FREE_PATH, RenderError, Renderer, disc_radius};
 use tile::Tile;
 
 /// Chunks read before tiles take their sonels: bounds the memory, whatever the number of threads.
@@ -101,7 +101,7 @@ impl Renderer<'_> {
         }
         let sheets = Sheet::all(self.geometry);
         let radius =
-            disc_radius(WIDE_DISC_PER_FREE_PATH, &self.settings, self.geometry, &self.map.header().settings);
+            disc_radius(DISC_PER_FREE_PATH, &self.settings, self.geometry, &self.map.header().settings);
         let rows = (TILE_PIXELS / width).max(1);
         let mut tiles: Vec<Tile> = (0..height.div_ceil(rows))
             .into_par_iter()
