@@ -2,7 +2,6 @@
 
 mod agreement;
 mod bending;
-#[path = "../physics/bent_estimators.rs"]
 mod bent_estimators;
 mod comparison;
 mod coverage;
@@ -30,6 +29,3 @@ const FORM: stability::Form = stability::Form::Long;
 const REALISATIONS: u64 = 400;
 /// Rays in each shipped room.
 const WATERTIGHT_RAYS: u32 = 1_000_000;
-/// Of the estimators where packets are bent.
-const BENT: bent_estimators::Effort =
-    bent_estimators::Effort { emissions: 160_000, rays: 1 << 15, error: 0.05 };

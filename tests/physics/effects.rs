@@ -6,7 +6,7 @@ use sonel_study::effects::{Decision, Effect, LEVEL_DB, decide};
 use sonel_study::trial::NoClock;
 use sonel_tests::occasions::{against, scenes};
 
-const EMISSIONS: u64 = 4_000;
+const EMISSIONS: u64 = 1_000;
 /// Rounding of decibels and regressions.
 const ROUNDING: f64 = 1e-6;
 

@@ -2,7 +2,6 @@
 
 mod barrier;
 mod bending;
-mod bent_estimators;
 mod box_energies;
 mod conservation;
 mod diffraction;
@@ -32,8 +31,5 @@ mod what_if;
 
 /// The long form is in `accept`.
 const WATERTIGHT_RAYS: u32 = 200_000;
-/// Of the estimators where packets are bent.
-const BENT: bent_estimators::Effort =
-    bent_estimators::Effort { emissions: 40_000, rays: 1 << 13, error: 0.1 };
 /// Impulse responses of one echogram; the long form is in `accept`.
 const REALISATIONS: u64 = 10;

@@ -67,6 +67,7 @@ fn the_smaller_area_is_changed_to_the_known_absorption() {
 
 /// The sibling: where the ceiling is dear the walls change, so that the cost and not the order decides.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn a_dear_surface_is_left_alone() {
     let found = propose(wish(), &[free(2, 10.0), free(0, 1.0)]).expect("within reach");
     assert!(found.is_fulfilled, "{found:#?}");

@@ -116,12 +116,14 @@ fn two_rooms_have_the_level_difference_of_their_power_balance() {
 }
 
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn so_have_rooms_with_a_thick_wall_between_them() {
     check_balance(Partition::Slab(0.25));
 }
 
 /// One map, counted in three ways, in both rooms and over time.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn estimators_agree_in_both_rooms() {
     let scene = two_rooms(Partition::Sheet, [0.15; 2], 0.3, &[3e-2, 1e-4]).with_duration(0.5);
     let traced = Traced::new(scene, Settings { emissions: 60_000, ..Settings::default() });

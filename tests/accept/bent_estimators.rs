@@ -1,6 +1,5 @@
 //! Energies in a room whose edges bend packets, by two estimators.
-//!
-//! The long form, and other estimators, are in `accept`.
+//! Other estimators are in [`crate::bending`].
 
 use sonel_map::Settings;
 use sonel_renderer::Estimator;
@@ -8,17 +7,12 @@ use sonel_testkit::z_test::{Within, agree, within_sigmas};
 use sonel_tests::Traced;
 use sonel_tests::bent::{heard, screened};
 
-use crate::BENT;
-
-/// How much is spent, and how good it has to be.
-pub(crate) struct Effort {
-    /// Emissions of a run.
-    pub(crate) emissions: u64,
-    /// Rays of a receiver.
-    pub(crate) rays: u32,
-    /// Largest joint standard error, as a part of the energy.
-    pub(crate) error: f64,
-}
+/// Emissions of a run.
+const EMISSIONS: u64 = 160_000;
+/// Rays of a receiver.
+const RAYS: u32 = 1 << 15;
+/// Largest joint standard error, as a part of the energy.
+const ERROR: f64 = 0.05;
 
 /// Energy at receiver 0 of connections that no edge takes anything from, and of spheres of `radius` for what was bent since its
 /// last diffuse reflection: counted straight and bent.
@@ -58,13 +52,13 @@ fn a_screen_in_a_reverberant_room_gives_the_same_answer_by_two_estimators() {
     let scene = screened([0.2, 0.3, 0.2, 0.3], [1.0; 4], 1.0)
         .with_receiver("behind", [9.0, 2.5, 1.4])
         .with_receiver("in sight", [3.5, 6.5, 2.0]);
-    let settings = Settings { emissions: BENT.emissions, ..Settings::default() };
+    let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
     let traced = Traced::bending(scene, settings);
     let (spheres, connections) =
-        (heard(&traced, Estimator::Sphere, BENT.rays), heard(&traced, Estimator::Connection, BENT.rays));
+        (heard(&traced, Estimator::Sphere, RAYS), heard(&traced, Estimator::Connection, RAYS));
     for (spheres, connections) in spheres.iter().zip(&connections) {
         for (&spheres, &connections) in spheres.iter().zip(connections) {
-            let within = Within { sigmas: 4.0, maximal_sigma: BENT.error * spheres.value };
+            let within = Within { sigmas: 4.0, maximal_sigma: ERROR * spheres.value };
             agree(spheres, connections, within).unwrap();
         }
     }
