@@ -2,10 +2,10 @@
 
 pub mod bent;
 pub mod change;
+pub mod effect_scenes;
 pub mod estimates;
 pub mod judged;
 pub mod meshes;
-pub mod occasions;
 pub mod octaves;
 pub mod two_rooms;
 pub mod uneven_box;

@@ -56,8 +56,8 @@ fn estimators_agree_in_every_shipped_scene() {
 /// bending.
 #[test]
 fn visibility_rays_turn_where_packets_are_bent() {
-    let seats = sonel_tests::occasions::scenes().into_iter().find(|scene| scene.name == "seat rows");
-    let seats = seats.expect("among the occasions");
+    let seats = sonel_tests::effect_scenes::scenes().into_iter().find(|scene| scene.name == "seat rows");
+    let seats = seats.expect("among the effect_scenes");
     let traced = Traced::bending(seats, Settings { emissions: 400_000, ..Settings::default() });
     let heard = [Estimator::Sphere, Estimator::Connection, Estimator::Gather].map(|estimator| {
         traced.render(RenderSettings { estimator, mirror_order: Some(2), ..RenderSettings::default() })

@@ -2,7 +2,7 @@
 //! just-noticeable difference; each effect is missed where a scene needs it. The quick form is in tests/physics.
 
 use sonel_study::effects::{DECAY, Effect, LEVEL_DB};
-use sonel_tests::occasions::{Outcome, against, scenes};
+use sonel_tests::effect_scenes::{Outcome, against, scenes};
 
 const EMISSIONS: u64 = 4_000;
 /// Rounding of decibels and regressions.

@@ -9,7 +9,7 @@ use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::forecast::Effort;
 use sonel_study::judges::judges;
-use sonel_study::pilot::{self, Mission};
+use sonel_study::pilot::{self, PilotConfig};
 use sonel_study::spread::{PLANNED, readings};
 use sonel_study::trial::{Clock, InMemory, Room, TrialSettings};
 use sonel_tests::{meshes, shipped};
@@ -127,7 +127,7 @@ fn compare(name: &str, scene: &Scene) -> Record {
     let trace = Settings { emissions: EMISSIONS, ..Settings::default() };
     let render = RenderSettings::default();
     let effort = Effort { emissions: EMISSIONS, rays: render.rays, batches: trace.batches };
-    let mission = Mission {
+    let mission = PilotConfig {
         room: &room,
         trace,
         render,

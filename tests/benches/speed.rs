@@ -82,7 +82,7 @@ const EDGES: [(&str, &[usize], f64); 3] =
 
 /// CPU seconds that edges take at `count` receivers: the difference to a map without.
 fn measure_edges_alone(name: &str, count: usize, allowed: f64) {
-    let scene = sonel_tests::occasions::scenes().into_iter().find(|scene| scene.name == name);
+    let scene = sonel_tests::effect_scenes::scenes().into_iter().find(|scene| scene.name == name);
     let scene = scene.expect("one of them");
     let render = |effects: &[&str]| {
         let traced = Traced::with(effects, scene.clone(), Settings { emissions: 64, ..Settings::default() });

@@ -4,7 +4,7 @@
 use sonel_map::Mode;
 use sonel_study::effects::{Decision, Effect, LEVEL_DB, decide};
 use sonel_study::trial::NoClock;
-use sonel_tests::occasions::{against, scenes};
+use sonel_tests::effect_scenes::{against, scenes};
 
 const EMISSIONS: u64 = 1_000;
 /// Rounding of decibels and regressions.

@@ -1,6 +1,6 @@
 //! Errors name the file and the remedy, and leave older outputs alone.
 
-use crate::{render, trace, workshop};
+use crate::{render, test_folder, trace};
 
 fn complaint(result: anyhow::Result<String>) -> String {
     format!("{:#}", result.expect_err("bad input is refused"))
@@ -8,56 +8,56 @@ fn complaint(result: anyhow::Result<String>) -> String {
 
 #[test]
 fn a_bad_scene_is_reported_with_all_its_problems() {
-    let shop = workshop();
-    let text = shop.text("scene.toml");
+    let folder = test_folder();
+    let text = folder.text("scene.toml");
     let bad = text
         .replace("absorption = 0.5", "absorption = 1.5\ncolour = \"red\"")
         .replace("[1.0, 1.0, 1.5]", "[9.0, 1.0, 1.5]");
-    shop.write("scene.toml", bad);
-    let complaint = complaint(trace(&shop, "a.sonelmap", &[]));
+    folder.write("scene.toml", bad);
+    let complaint = complaint(trace(&folder, "a.sonelmap", &[]));
     for part in ["scene.toml:17", "scene.toml:18", "colour", "scene.toml:23", "position"] {
         assert!(complaint.contains(part), "no {part} in: {complaint}");
     }
-    assert!(!shop.path("a.sonelmap").exists());
+    assert!(!folder.path("a.sonelmap").exists());
 }
 
 #[test]
 fn files_that_are_no_maps_are_refused_and_older_outputs_stay() {
-    let shop = workshop();
+    let folder = test_folder();
     // As much of a response as tells it from other files.
     let older = [b"PK\x03\x04".as_slice(), &[0; 26], b"format_version.npy"].concat();
-    shop.write("a.npz", &older);
-    shop.write("no.sonelmap", "this is a letter");
-    assert!(complaint(render(&shop, "no.sonelmap", "a.npz", &[])).contains("not a sonel map"));
-    assert!(complaint(render(&shop, "missing.sonelmap", "a.npz", &[])).contains("missing.sonelmap"));
-    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
-    let mut damaged = shop.bytes("a.sonelmap");
+    folder.write("a.npz", &older);
+    folder.write("no.sonelmap", "this is a letter");
+    assert!(complaint(render(&folder, "no.sonelmap", "a.npz", &[])).contains("not a sonel map"));
+    assert!(complaint(render(&folder, "missing.sonelmap", "a.npz", &[])).contains("missing.sonelmap"));
+    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    let mut damaged = folder.bytes("a.sonelmap");
     damaged[5000] ^= 1;
-    shop.write("damaged.sonelmap", &damaged);
-    assert!(complaint(render(&shop, "damaged.sonelmap", "a.npz", &[])).contains("damaged at byte"));
-    shop.write("cut.sonelmap", &damaged[..damaged.len() / 2]);
-    assert!(complaint(render(&shop, "cut.sonelmap", "a.npz", &[])).contains("cut"));
-    assert_eq!(shop.bytes("a.npz"), older);
+    folder.write("damaged.sonelmap", &damaged);
+    assert!(complaint(render(&folder, "damaged.sonelmap", "a.npz", &[])).contains("damaged at byte"));
+    folder.write("cut.sonelmap", &damaged[..damaged.len() / 2]);
+    assert!(complaint(render(&folder, "cut.sonelmap", "a.npz", &[])).contains("cut"));
+    assert_eq!(folder.bytes("a.npz"), older);
 }
 
 #[test]
 fn impossible_receivers_are_all_named() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
     let options = ["--receiver", "on=1,1,1.5", "--receiver", "out=7,1,1", "--receiver", "fine=2,2,1"];
-    let complaint_text = complaint(render(&shop, "a.sonelmap", "a.npz", &options));
+    let complaint_text = complaint(render(&folder, "a.sonelmap", "a.npz", &options));
     assert!(
         complaint_text.contains("\"on\" stands at source") && complaint_text.contains("\"out\""),
         "{complaint_text}"
     );
-    assert!(!shop.path("a.npz").exists());
+    assert!(!folder.path("a.npz").exists());
     let twice = ["--receiver", "a=1,2,1", "--receiver", "a=2,2,1"];
-    assert!(complaint(render(&shop, "a.sonelmap", "a.npz", &twice)).contains("share a name"));
+    assert!(complaint(render(&folder, "a.sonelmap", "a.npz", &twice)).contains("share a name"));
 }
 
 #[test]
 fn contradicting_options_are_refused() {
-    let shop = workshop();
+    let folder = test_folder();
     for (options, part) in [
         (&["--mode", "paper", "--survival", "0.5"][..], "--survival"),
         (&["--mode", "paper", "--spectral", "shared"], "--spectral"),
@@ -70,52 +70,52 @@ fn contradicting_options_are_refused() {
         (&["--duration", "NaN"], "duration"),
         (&["--duration", "1e300"], "at most 3600"),
     ] {
-        let complaint = complaint(trace(&shop, "a.sonelmap", options));
+        let complaint = complaint(trace(&folder, "a.sonelmap", options));
         assert!(complaint.contains(part), "{options:?}: {complaint}");
     }
-    assert!(!shop.path("a.sonelmap").exists());
+    assert!(!folder.path("a.sonelmap").exists());
 }
 
 /// The paper has no mirror chains whose order could be asked for.
 #[test]
 fn the_paper_s_estimator_takes_no_order() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "100"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "100"]).unwrap();
     let options = ["--estimator", "paper", "--order", "3"];
-    assert!(complaint(render(&shop, "a.sonelmap", "a.npz", &options)).contains("--order"));
+    assert!(complaint(render(&folder, "a.sonelmap", "a.npz", &options)).contains("--order"));
 }
 
 #[test]
 fn a_shard_is_not_rendered_alone() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "2k", "--shard", "1/2"]).unwrap();
-    assert!(complaint(render(&shop, "a.sonelmap", "a.npz", &[])).contains("shard 1 of 2"));
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "2k", "--shard", "1/2"]).unwrap();
+    assert!(complaint(render(&folder, "a.sonelmap", "a.npz", &[])).contains("shard 1 of 2"));
 }
 
 #[test]
 fn outputs_that_cannot_be_are_refused_before_the_work() {
-    let shop = workshop();
-    std::fs::create_dir(shop.path("folder.sonelmap")).unwrap();
-    assert!(complaint(trace(&shop, "folder.sonelmap", &[])).contains("not a regular file"));
-    assert!(complaint(trace(&shop, "nowhere/a.sonelmap", &[])).contains("does not exist"));
+    let folder = test_folder();
+    std::fs::create_dir(folder.path("folder.sonelmap")).unwrap();
+    assert!(complaint(trace(&folder, "folder.sonelmap", &[])).contains("not a regular file"));
+    assert!(complaint(trace(&folder, "nowhere/a.sonelmap", &[])).contains("does not exist"));
 }
 
 /// No option makes the renderer ask for more memory than any echogram is worth. What maps ask for is in tests/stability.
 #[test]
 fn echograms_beyond_all_measure_are_refused() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "100"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "100"]).unwrap();
     for bin in ["1e-300", "1e-9"] {
-        let complaint = complaint(render(&shop, "a.sonelmap", "a.npz", &["--bin", bin]));
+        let complaint = complaint(render(&folder, "a.sonelmap", "a.npz", &["--bin", bin]));
         assert!(complaint.contains("wider ones (--bin)"), "{bin}: {complaint}");
     }
-    assert!(!shop.path("a.npz").exists());
+    assert!(!folder.path("a.npz").exists());
 }
 
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_no_map() {
-    let shop = workshop();
-    shop.pipe("pipe");
-    assert!(complaint(render(&shop, "pipe", "a.npz", &[])).contains("not a regular file"));
+    let folder = test_folder();
+    folder.pipe("pipe");
+    assert!(complaint(render(&folder, "pipe", "a.npz", &[])).contains("not a regular file"));
 }

@@ -1,6 +1,6 @@
 //! Options, names and files that a person would choose and a random generator would not (docs/stability.md).
 
-use crate::{SCENE, render, trace, workshop};
+use crate::{SCENE, render, test_folder, trace};
 
 /// The message of a refusal.
 fn refusal(result: anyhow::Result<String>) -> String {
@@ -9,17 +9,17 @@ fn refusal(result: anyhow::Result<String>) -> String {
 
 #[test]
 fn numbers_below_zero_are_named_with_what_is_allowed() {
-    let shop = workshop();
+    let folder = test_folder();
     for (option, value, words) in [
         ("--sonels", "-5", "is not a count"),
         ("--seed", "-1", "invalid value '-1' for '--seed"),
         ("--batches", "-1", "-1 is not in 1..=4096"),
         ("--threads", "-1", "give 1 … 1024 threads"),
     ] {
-        let error = refusal(trace(&shop, "a.sonelmap", &[option, value]));
+        let error = refusal(trace(&folder, "a.sonelmap", &[option, value]));
         assert!(error.contains(words), "{option}: {error}");
     }
-    trace(&shop, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
     for (option, value, words) in [
         ("--bin", "-1", "give a width above 0"),
         ("--rays", "-1", "is not a count"),
@@ -28,40 +28,40 @@ fn numbers_below_zero_are_named_with_what_is_allowed() {
         ("--humidity", "-1", "outside 0 … 100"),
         ("--grid", "0:5:1000,0:4:1000,1", "1000000 points are more than 100000"),
     ] {
-        let error = refusal(render(&shop, "a.sonelmap", "a.npz", &[option, value]));
+        let error = refusal(render(&folder, "a.sonelmap", "a.npz", &[option, value]));
         assert!(error.contains(words), "{option}: {error}");
     }
-    render(&shop, "a.sonelmap", "a.npz", &["--rays", "1k"]).expect("a count as everywhere");
+    render(&folder, "a.sonelmap", "a.npz", &["--rays", "1k"]).expect("a count as everywhere");
 }
 
 #[test]
 fn endings_of_other_files_and_streams_are_no_outputs() {
-    let shop = workshop();
+    let folder = test_folder();
     for target in ["room.npz", "scene.toml", "room.CSV"] {
-        let error = refusal(trace(&shop, target, &["--sonels", "200"]));
+        let error = refusal(trace(&folder, target, &["--sonels", "200"]));
         assert!(error.contains("choose such a name") || error.contains("is an input"), "{target}: {error}");
     }
     for target in ["room", "Größe, 1.sonelmap", "Saal mit Leerzeichen.map"] {
-        trace(&shop, target, &["--sonels", "200"]).expect("a name like any other");
+        trace(&folder, target, &["--sonels", "200"]).expect("a name like any other");
     }
-    assert!(refusal(render(&shop, "room", "room.csv", &[])).contains("a response in .npz"));
-    render(&shop, "room", "response", &["--rays", "64"]).expect("a name like any other");
+    assert!(refusal(render(&folder, "room", "room.csv", &[])).contains("a response in .npz"));
+    render(&folder, "room", "response", &["--rays", "64"]).expect("a name like any other");
 }
 
 #[test]
 fn a_limit_without_unit_is_said_to_have_none() {
-    let error = refusal(trace(&workshop(), "a.sonelmap", &["--until", "level<0.1"]));
+    let error = refusal(trace(&test_folder(), "a.sonelmap", &["--until", "level<0.1"]));
     assert!(error.contains("the limit of level has the unit \"\": write level<0.1dB"), "{error}");
 }
 
 #[test]
 fn lists_of_receivers_are_read_line_by_line() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
-    let file = shop.path("list.csv").display().to_string();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
+    let file = folder.path("list.csv").display().to_string();
     let with = |text: &str| {
-        shop.write("list.csv", text);
-        render(&shop, "a.sonelmap", "a.npz", &["--receivers", &file, "--rays", "64"])
+        folder.write("list.csv", text);
+        render(&folder, "a.sonelmap", "a.npz", &["--receivers", &file, "--rays", "64"])
     };
     for (text, words) in [
         ("", "the header is \"\""),
@@ -80,10 +80,10 @@ fn lists_of_receivers_are_read_line_by_line() {
 
 #[test]
 fn third_octaves_without_their_width_are_recognised() {
-    let shop = workshop();
+    let folder = test_folder();
     let thirds = SCENE.replace("[250, 500, 1000]", "[800, 1000, 1250]");
-    shop.write("scene.toml", &thirds);
-    let error = refusal(trace(&shop, "a.sonelmap", &[]));
+    folder.write("scene.toml", &thirds);
+    let error = refusal(trace(&folder, "a.sonelmap", &[]));
     assert!(error.contains("these are third octaves; add width = \"third\""), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");
 }

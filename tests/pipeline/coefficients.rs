@@ -1,14 +1,14 @@
 //! `fit` and `optimise` as a user runs them: tables, files and what they say of bad input.
 
 use clap::Parser;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 use crate::{SCENE, printed, render, trace};
 
-fn analyze(shop: &Workshop, words: &[&str]) -> anyhow::Result<String> {
+fn analyze(folder: &TestFolder, words: &[&str]) -> anyhow::Result<String> {
     let is_file = |word: &str| [".sonelmap", ".npz", ".csv", ".toml"].iter().any(|end| word.ends_with(end));
     let path = |word: &&str| {
-        if is_file(word) { shop.path(word).display().to_string() } else { (*word).to_owned() }
+        if is_file(word) { folder.path(word).display().to_string() } else { (*word).to_owned() }
     };
     let line = std::iter::once("sonel-analyze".to_owned()).chain(words.iter().map(path));
     let line: Vec<String> = line.collect();
@@ -16,13 +16,13 @@ fn analyze(shop: &Workshop, words: &[&str]) -> anyhow::Result<String> {
 }
 
 /// A map, and the table of the parameters that it has.
-fn shop() -> Workshop {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
-    render(&shop, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a sound map");
-    let table = analyze(&shop, &["parameters", "a.npz", "--format", "csv"]).expect("a response");
-    shop.write("a.csv", table);
-    shop
+fn folder() -> TestFolder {
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
+    render(&folder, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a sound map");
+    let table = analyze(&folder, &["parameters", "a.npz", "--format", "csv"]).expect("a response");
+    folder.write("a.csv", table);
+    folder
 }
 
 const FIT: [&str; 8] = ["fit", "a.sonelmap", "--measured", "a.csv", "-o", "fitted.toml", "--rays", "2k"];
@@ -30,8 +30,8 @@ const FIT: [&str; 8] = ["fit", "a.sonelmap", "--measured", "a.csv", "-o", "fitte
 /// The table of the map's own parameters changes nothing, and what is written is read by sonel-render.
 #[test]
 fn a_table_of_parameters_is_fitted_as_it_is() {
-    let shop = shop();
-    let text = analyze(&shop, &[&FIT[..], &["--format", "csv"]].concat()).unwrap();
+    let folder = folder();
+    let text = analyze(&folder, &[&FIT[..], &["--format", "csv"]].concat()).unwrap();
     let mut rows = 0;
     for row in text.lines().skip(1) {
         let fields: Vec<&str> = row.split(',').collect();
@@ -41,34 +41,39 @@ fn a_table_of_parameters_is_fitted_as_it_is() {
         rows += 1;
     }
     assert_eq!(rows, 6, "two materials in three bands");
-    render(&shop, "a.sonelmap", "b.npz", &["--materials", &shop.path("fitted.toml").display().to_string()])
-        .expect("materials of the map");
+    render(
+        &folder,
+        "a.sonelmap",
+        "b.npz",
+        &["--materials", &folder.path("fitted.toml").display().to_string()],
+    )
+    .expect("materials of the map");
     // The second run replaces the file of the first.
-    let table = analyze(&shop, &[&FIT[..], &["--scattering"]].concat()).unwrap();
+    let table = analyze(&folder, &[&FIT[..], &["--scattering"]].concat()).unwrap();
     assert!(table.contains("scattering") && table.contains("95 %") && table.contains("EDT"), "{table}");
 }
 
 #[test]
 fn a_wish_is_fulfilled_by_an_entry_or_within_bounds() {
-    let shop = shop();
+    let folder = folder();
     let words = ["optimise", "a.sonelmap", "--wish", "t20=0.22s±10%@500", "-o", "changed.toml"];
     let change = ["--change", "walls=0.05:0.9", "--change", "z0=carpet-heavy-on-felt", "--price", "z0=100"];
-    let text = analyze(&shop, &[&words[..], &change[..]].concat()).unwrap();
+    let text = analyze(&folder, &[&words[..], &change[..]].concat()).unwrap();
     assert!(
         text.contains("walls: absorption 0.300 →") && text.contains("4 combinations") && text.contains("met"),
         "{text}"
     );
-    assert!(shop.text("changed.toml").starts_with("# sonel-analyze optimise"));
+    assert!(folder.text("changed.toml").starts_with("# sonel-analyze optimise"));
 }
 
 #[test]
 fn everything_that_is_wrong_is_said() {
-    let shop = shop();
-    shop.write(
+    let folder = folder();
+    folder.write(
         "bad.csv",
         "receiver,center_frequency_hz,parameter,value\nhere,500,t20_s,1\nlistener,440,t20_s,1\n",
     );
-    shop.write("mine.toml", "[materials.walls]\nabsorption = 0.1\n");
+    folder.write("mine.toml", "[materials.walls]\nabsorption = 0.1\n");
     let optimise = |wish: &'static str, change: &'static str| {
         ["optimise", "a.sonelmap", "--wish", wish, "--change", change, "-o", "c.toml"]
     };
@@ -88,7 +93,7 @@ fn everything_that_is_wrong_is_said() {
         (&optimise("t20=1s±5%", "walls=marzipan"), &["marzipan"]),
         (&optimise("t20=9s±5%", "z0=0.4:0.6"), &["no combination is predicted to come near"]),
     ] {
-        let error = format!("{:#}", analyze(&shop, words).unwrap_err());
+        let error = format!("{:#}", analyze(&folder, words).unwrap_err());
         for message in messages {
             assert!(error.contains(message), "{words:?}: {error}");
         }

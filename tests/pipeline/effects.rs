@@ -1,7 +1,7 @@
 //! Effects from the scene to the warning: what `sonel-trace` decides, `sonel-render` follows and misses.
 
 use clap::Parser;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 use crate::{render, response, trace};
 
@@ -35,16 +35,16 @@ usemtl walls
 f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 6 7 3 2\nf 7 8 4 3\nf 8 5 1 4\nf 9 10 11 12
 ";
 
-fn shop() -> Workshop {
-    let shop = Workshop::with(SCREENED);
-    shop.write("screened.obj", MESH);
-    shop
+fn folder() -> TestFolder {
+    let folder = TestFolder::with(SCREENED);
+    folder.write("screened.obj", MESH);
+    folder
 }
 
 /// What `sonel-render` logs for a receiver behind the screen.
-fn log_behind(shop: &Workshop, map: &str) -> String {
+fn log_behind(folder: &TestFolder, map: &str) -> String {
     let options = ["--receiver", "behind=13,5,0.6"];
-    let line = shop.line("sonel-render", map, "behind.npz", &options);
+    let line = folder.line("sonel-render", map, "behind.npz", &options);
     let mut log = Vec::new();
     let arguments = sonel_render::Arguments::try_parse_from(line).expect("sound options");
     sonel_render::run(&arguments, &mut Vec::new(), &mut log).expect("a response");
@@ -59,29 +59,29 @@ fn effect(report: &str, name: &str) -> serde_json::Value {
 
 #[test]
 fn a_receiver_that_needs_what_was_left_out_is_warned_of() {
-    let shop = shop();
-    let report = trace(&shop, "auto.sonelmap", &["--sonels", "2k", "--json"]).unwrap();
+    let folder = folder();
+    let report = trace(&folder, "auto.sonelmap", &["--sonels", "2k", "--json"]).unwrap();
     let diffraction = effect(&report, "diffraction");
     assert_eq!(diffraction["on"], false, "{diffraction}");
     let bounds = diffraction["level_bound_db"].as_array().unwrap();
     assert!(bounds.iter().all(|bound| bound.as_f64().unwrap() <= 0.1), "{diffraction}");
-    assert!(log_behind(&shop, "auto.sonelmap").contains("in the shadow of source \"speaker\""));
+    assert!(log_behind(&folder, "auto.sonelmap").contains("in the shadow of source \"speaker\""));
     // Those who asked for it need no warning, and with edges there is nothing to warn of.
     for spec in ["auto,-diffraction", "all"] {
-        trace(&shop, "asked.sonelmap", &["--sonels", "2k", "--effects", spec]).unwrap();
-        assert!(!log_behind(&shop, "asked.sonelmap").contains("warning"), "{spec}");
+        trace(&folder, "asked.sonelmap", &["--sonels", "2k", "--effects", spec]).unwrap();
+        assert!(!log_behind(&folder, "asked.sonelmap").contains("warning"), "{spec}");
     }
 }
 
 #[test]
 fn air_that_is_left_out_for_packets_stays_with_what_is_computed_one_by_one() {
-    let shop = shop();
-    let report = trace(&shop, "auto.sonelmap", &["--sonels", "2k", "--json"]).unwrap();
+    let folder = folder();
+    let report = trace(&folder, "auto.sonelmap", &["--sonels", "2k", "--json"]).unwrap();
     assert_eq!(effect(&report, "air")["on"], false);
-    render(&shop, "auto.sonelmap", "auto.npz", &[]).unwrap();
-    trace(&shop, "all.sonelmap", &["--sonels", "2k", "--effects", "auto,+air"]).unwrap();
-    render(&shop, "all.sonelmap", "all.npz", &[]).unwrap();
-    let (auto, all) = (response(&shop, "auto.npz"), response(&shop, "all.npz"));
+    render(&folder, "auto.sonelmap", "auto.npz", &[]).unwrap();
+    trace(&folder, "all.sonelmap", &["--sonels", "2k", "--effects", "auto,+air"]).unwrap();
+    render(&folder, "all.sonelmap", "all.npz", &[]).unwrap();
+    let (auto, all) = (response(&folder, "auto.npz"), response(&folder, "all.npz"));
     assert!(
         !auto.arrivals.energy.is_empty() && auto.arrivals.energy == all.arrivals.energy,
         "exact either way"
@@ -93,21 +93,21 @@ fn air_that_is_left_out_for_packets_stays_with_what_is_computed_one_by_one() {
 /// Packets are bent where that is asked for, and heard by every estimator.
 #[test]
 fn packets_are_bent_where_that_is_asked_for() {
-    let shop = Workshop::with(&SCREENED.replace("absorption = 0.97", "absorption = [0.1, 0.1]"));
+    let folder = TestFolder::with(&SCREENED.replace("absorption = 0.97", "absorption = [0.1, 0.1]"));
     // Hung free of floor and ceiling, and several waves large.
     let (standing, hung) =
         ("v 12 3 0\nv 12 7 0\nv 12 7 2\nv 12 3 2", "v 12 2 0.3\nv 12 8 0.3\nv 12 8 3.7\nv 12 2 3.7");
-    shop.write("screened.obj", MESH.replace(standing, hung));
+    folder.write("screened.obj", MESH.replace(standing, hung));
     let bending = |name: &str, options: &[&str]| {
         let options = [&["--sonels", "2k", "--json"][..], options].concat();
-        effect(&trace(&shop, name, &options).unwrap(), "bending")
+        effect(&trace(&folder, name, &options).unwrap(), "bending")
     };
     assert_eq!(bending("auto.sonelmap", &[])["on"], false);
     let asked = bending("bent.sonelmap", &["--effects", "auto,+bending"]);
     assert!(asked["on"] == true && asked["reach_m"][0].as_f64().unwrap() > 1.0, "{asked}");
     // Every estimator hears what was bent.
     for estimator in ["auto", "connection", "gather", "sphere", "paper"] {
-        render(&shop, "bent.sonelmap", "bent.npz", &["--estimator", estimator]).unwrap();
-        assert!(response(&shop, "bent.npz").energy.iter().all(|energy| energy.is_finite()));
+        render(&folder, "bent.sonelmap", "bent.npz", &["--estimator", estimator]).unwrap();
+        assert!(response(&folder, "bent.npz").energy.iter().all(|energy| energy.is_finite()));
     }
 }

@@ -3,17 +3,17 @@
 
 use sonel_analysis::{Parameter, parameters};
 
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 use crate::{render, response, trace};
 
 /// A figure that must be: value, largest deviation, largest half-width of its interval.
 type Expectation = (Parameter, f64, f64, f64);
 
-fn check(shop: &Workshop, options: &[&str], band: usize, expectations: &[Expectation]) {
-    trace(shop, "a.sonelmap", options).expect("a sound scene");
-    render(shop, "a.sonelmap", "a.npz", &[]).expect("a sound map");
-    let response = response(shop, "a.npz");
+fn check(folder: &TestFolder, options: &[&str], band: usize, expectations: &[Expectation]) {
+    trace(folder, "a.sonelmap", options).expect("a sound scene");
+    render(folder, "a.sonelmap", "a.npz", &[]).expect("a sound map");
+    let response = response(folder, "a.npz");
     let figures = parameters(&response);
     let mut wrong = Vec::new();
     for &(parameter, expected, tolerance, widest) in expectations {
@@ -32,8 +32,8 @@ fn strength(fluence: f64) -> f64 {
     10.0 * (400.0 * std::f64::consts::PI * fluence).log10()
 }
 
-fn small_box(scattering: f64) -> Workshop {
-    Workshop::with(&format!(
+fn small_box(scattering: f64) -> TestFolder {
+    TestFolder::with(&format!(
         "name = \"Box 6 x 5 x 4 m\"\nshoebox = [6.0, 5.0, 4.0]\nduration_s = 1.5\n\
          [air]\nspeed_of_sound = 343.0\nattenuation = false\n\
          [materials.walls]\nabsorption = 0.2\nscattering = {scattering}\n\
@@ -78,12 +78,12 @@ fn mirror_box() {
 /// Kuttruff's and the radiosity solution's T30 of 10 × 8 × 5 m, Lambert walls, α = 0.2; Eyring's 0.849 s is rejected.
 #[test]
 fn diffuse_box_of_kuttruff() {
-    let shop = Workshop::with(
+    let folder = TestFolder::with(
         "name = \"Box 10 x 8 x 5 m\"\nshoebox = [10.0, 8.0, 5.0]\nduration_s = 1.6\n\
          [bands]\ncenter_frequencies_hz = [1000]\n[air]\nspeed_of_sound = 343.0\nattenuation = false\n\
          [materials.walls]\nabsorption = 0.2\nscattering = 1.0\n\
          [[sources]]\nname = \"source\"\nposition = [2.5, 2.0, 1.5]\n\
          [[receivers]]\nname = \"receiver\"\nposition = [7.0, 5.5, 3.0]\n",
     );
-    check(&shop, &["--sonels", "150k"], 0, &[(Parameter::T30, 0.888, 0.005 * 0.888, 0.004)]);
+    check(&folder, &["--sonels", "150k"], 0, &[(Parameter::T30, 0.888, 0.005 * 0.888, 0.004)]);
 }

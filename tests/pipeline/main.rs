@@ -19,7 +19,7 @@ mod trial;
 use clap::Parser;
 use sonel_console::Outcome;
 use sonel_echogram::Response;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 const SCENE: &str = r#"
 name = "Two-coloured box"
@@ -50,19 +50,19 @@ position = [3.9, 2.8, 1.2]
 "#;
 
 /// A folder that holds a small scene.
-fn workshop() -> Workshop {
-    Workshop::with(SCENE)
+fn test_folder() -> TestFolder {
+    TestFolder::with(SCENE)
 }
 
 /// Runs `sonel-trace scene.toml -o MAP` with more `options`; what it prints to stdout.
-fn trace(shop: &Workshop, map: &str, options: &[&str]) -> anyhow::Result<String> {
-    let line = shop.line("sonel-trace", "scene.toml", map, options);
+fn trace(folder: &TestFolder, map: &str, options: &[&str]) -> anyhow::Result<String> {
+    let line = folder.line("sonel-trace", "scene.toml", map, options);
     printed(|out| sonel_trace::run(&sonel_trace::Arguments::try_parse_from(line)?, out, &mut Vec::new()))
 }
 
 /// Runs `sonel-render MAP -o RESPONSE` with more `options`; what it prints to stdout.
-fn render(shop: &Workshop, map: &str, response: &str, options: &[&str]) -> anyhow::Result<String> {
-    let line = shop.line("sonel-render", map, response, options);
+fn render(folder: &TestFolder, map: &str, response: &str, options: &[&str]) -> anyhow::Result<String> {
+    let line = folder.line("sonel-render", map, response, options);
     printed(|out| sonel_render::run(&sonel_render::Arguments::try_parse_from(line)?, out, &mut Vec::new()))
 }
 
@@ -73,6 +73,6 @@ fn printed(program: impl FnOnce(&mut Vec<u8>) -> anyhow::Result<Outcome>) -> any
 }
 
 /// Reads a response.
-fn response(shop: &Workshop, name: &str) -> Response {
-    Response::read(std::io::Cursor::new(shop.bytes(name))).expect("a response just written")
+fn response(folder: &TestFolder, name: &str) -> Response {
+    Response::read(std::io::Cursor::new(folder.bytes(name))).expect("a response just written")
 }

@@ -2,15 +2,15 @@
 
 use clap::Parser;
 use sonel_echogram::join;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
-use crate::{printed, render, response, trace, workshop};
+use crate::{printed, render, response, test_folder, trace};
 
 /// Eleven receivers: more than one sweep takes, in parts of unequal size.
 const GRID: [&str; 4] = ["--grid", "0.5:4.5:11,2,1.4", "--bin", "0.01"];
 
-fn merge(shop: &Workshop, parts: &[&str], output: &str) -> anyhow::Result<String> {
-    let place = |name: &&str| shop.path(name).display().to_string();
+fn merge(folder: &TestFolder, parts: &[&str], output: &str) -> anyhow::Result<String> {
+    let place = |name: &&str| folder.path(name).display().to_string();
     let mut line: Vec<String> = ["sonel-analyze", "merge"].map(str::to_owned).to_vec();
     line.extend(
         parts
@@ -27,53 +27,54 @@ fn refusal(result: anyhow::Result<String>) -> String {
 
 #[test]
 fn parts_of_the_receivers_join_to_the_response_in_one_piece() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "600"]).unwrap();
-    render(&shop, "a.sonelmap", "whole.npz", &GRID).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "600"]).unwrap();
+    render(&folder, "a.sonelmap", "whole.npz", &GRID).unwrap();
     for count in [1, 3] {
         let names: Vec<String> = (1..=count).map(|index| format!("{index}.npz")).collect();
         for (index, name) in names.iter().enumerate() {
             let shard = format!("{}/{count}", index + 1);
-            render(&shop, "a.sonelmap", name, &[&GRID[..], &["--shard", &shard]].concat()).unwrap();
+            render(&folder, "a.sonelmap", name, &[&GRID[..], &["--shard", &shard]].concat()).unwrap();
         }
         let backwards: Vec<&str> = names.iter().rev().map(String::as_str).collect();
-        merge(&shop, &backwards, "joined.npz").unwrap();
-        assert!(shop.bytes("joined.npz") == shop.bytes("whole.npz"), "{count} parts");
+        merge(&folder, &backwards, "joined.npz").unwrap();
+        assert!(folder.bytes("joined.npz") == folder.bytes("whole.npz"), "{count} parts");
     }
-    assert_eq!(response(&shop, "2.npz").receivers(), 4);
+    assert_eq!(response(&folder, "2.npz").receivers(), 4);
 }
 
 #[test]
 fn parts_of_other_renderings_missing_and_doubled_parts_are_refused() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "600"]).unwrap();
-    trace(&shop, "b.sonelmap", &["--sonels", "600", "--seed", "2"]).unwrap();
-    let part =
-        |map: &str, name: &str, more: &[&str]| render(&shop, map, name, &[&GRID[..], more].concat()).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "600"]).unwrap();
+    trace(&folder, "b.sonelmap", &["--sonels", "600", "--seed", "2"]).unwrap();
+    let part = |map: &str, name: &str, more: &[&str]| {
+        render(&folder, map, name, &[&GRID[..], more].concat()).unwrap()
+    };
     part("a.sonelmap", "1.npz", &["--shard", "1/2"]);
     part("b.sonelmap", "2.npz", &["--shard", "2/2"]);
-    let said = refusal(merge(&shop, &["1.npz", "2.npz"], "c.npz"));
+    let said = refusal(merge(&folder, &["1.npz", "2.npz"], "c.npz"));
     assert!(said.contains("2.npz: map_digest is") && said.contains("seed is 2, but 1 in"), "{said}");
     part("a.sonelmap", "2.npz", &["--shard", "2/2", "--order", "2"]);
-    assert!(refusal(merge(&shop, &["1.npz", "2.npz"], "c.npz")).contains("options is"));
+    assert!(refusal(merge(&folder, &["1.npz", "2.npz"], "c.npz")).contains("options is"));
     part("a.sonelmap", "3.npz", &["--shard", "2/3"]);
-    assert!(refusal(merge(&shop, &["1.npz", "3.npz"], "c.npz")).contains("number of parts is 3, but 2 in"));
-    assert!(refusal(merge(&shop, &["1.npz"], "c.npz")).contains("part 2/2 is missing"));
-    assert!(refusal(merge(&shop, &["1.npz", "1.npz"], "c.npz")).contains("the same part"));
+    assert!(refusal(merge(&folder, &["1.npz", "3.npz"], "c.npz")).contains("number of parts is 3, but 2 in"));
+    assert!(refusal(merge(&folder, &["1.npz"], "c.npz")).contains("part 2/2 is missing"));
+    assert!(refusal(merge(&folder, &["1.npz", "1.npz"], "c.npz")).contains("the same part"));
     part("a.sonelmap", "whole.npz", &[]);
-    assert!(refusal(merge(&shop, &["whole.npz"], "c.npz")).contains("no part of another"));
-    assert!(refusal(render(&shop, "a.sonelmap", "d.npz", &["--shard", "2/2"])).contains("at most 1"));
-    assert!(!shop.path("c.npz").exists());
+    assert!(refusal(merge(&folder, &["whole.npz"], "c.npz")).contains("no part of another"));
+    assert!(refusal(render(&folder, "a.sonelmap", "d.npz", &["--shard", "2/2"])).contains("at most 1"));
+    assert!(!folder.path("c.npz").exists());
 }
 
 /// As if another build had rendered it.
 #[test]
 fn parts_of_two_revisions_are_refused_by_name() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "100"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "100"]).unwrap();
     let part = |shard: &str| {
-        render(&shop, "a.sonelmap", "a.npz", &[&GRID[..], &["--shard", shard]].concat()).unwrap();
-        response(&shop, "a.npz")
+        render(&folder, "a.sonelmap", "a.npz", &[&GRID[..], &["--shard", shard]].concat()).unwrap();
+        response(&folder, "a.npz")
     };
     let (one, mut two) = (part("1/2"), part("2/2"));
     two.metadata["tool_version"] = "0.1.0+2.ab".into();
@@ -87,29 +88,29 @@ fn parts_of_two_revisions_are_refused_by_name() {
 
 #[test]
 fn shards_with_a_decision_made_once_equal_those_that_decide() {
-    let shop = workshop();
+    let folder = test_folder();
     let place = "[1.0, 1.0, 1.5]\n";
-    shop.write(
+    folder.write(
         "scene.toml",
         crate::SCENE.replace(place, &format!("{place}directivity = \"cardioid\"\naim = [1, 0, 0]\n")),
     );
     for effects in ["auto", "none", "all"] {
         let options = ["--effects", effects];
-        trace(&shop, "decision.sonelmap", &[&["--sonels", "1", "--batches", "1"][..], &options].concat())
+        trace(&folder, "decision.sonelmap", &[&["--sonels", "1", "--batches", "1"][..], &options].concat())
             .unwrap();
-        trace(&shop, "anew.sonelmap", &[&["--sonels", "2k", "--shard", "2/3"][..], &options].concat())
+        trace(&folder, "anew.sonelmap", &[&["--sonels", "2k", "--shard", "2/3"][..], &options].concat())
             .unwrap();
-        let map = shop.path("decision.sonelmap").display().to_string();
-        trace(&shop, "taken.sonelmap", &["--sonels", "2k", "--shard", "2/3", "--decision", &map]).unwrap();
-        assert!(shop.bytes("anew.sonelmap") == shop.bytes("taken.sonelmap"), "{effects}");
+        let map = folder.path("decision.sonelmap").display().to_string();
+        trace(&folder, "taken.sonelmap", &["--sonels", "2k", "--shard", "2/3", "--decision", &map]).unwrap();
+        assert!(folder.bytes("anew.sonelmap") == folder.bytes("taken.sonelmap"), "{effects}");
     }
-    let map = shop.path("decision.sonelmap").display().to_string();
+    let map = folder.path("decision.sonelmap").display().to_string();
     let said = |options: &[&str]| {
-        refusal(trace(&shop, "b.sonelmap", &[&["--sonels", "100", "--decision", &map], options].concat()))
+        refusal(trace(&folder, "b.sonelmap", &[&["--sonels", "100", "--decision", &map], options].concat()))
     };
     assert!(said(&["--mode", "paper"]).contains("decided for --mode accurate, this run has paper"));
     assert!(said(&["--duration", "0.3"]).contains("decided for 0.6 s, this run has 0.3 s"));
     assert!(said(&["--effects", "all"]).contains("cannot be used with"));
-    shop.write("scene.toml", crate::SCENE.replace("0.6", "0.7"));
+    folder.write("scene.toml", crate::SCENE.replace("0.6", "0.7"));
     assert!(said(&[]).contains("scene file has digest"));
 }

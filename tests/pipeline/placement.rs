@@ -1,14 +1,14 @@
 //! Receivers and grids where nothing can stand.
 
 use serde_json::json;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
-use crate::{printed, render, response, trace, workshop};
+use crate::{printed, render, response, test_folder, trace};
 
 /// What rendering `options` says on stderr, with the JSON of stdout.
-fn rendered(shop: &Workshop, options: &[&str]) -> (String, serde_json::Value) {
+fn rendered(folder: &TestFolder, options: &[&str]) -> (String, serde_json::Value) {
     use clap::Parser;
-    let mut line = shop.line("sonel-render", "a.sonelmap", "a.npz", options);
+    let mut line = folder.line("sonel-render", "a.sonelmap", "a.npz", options);
     line.extend(["--json".into(), "--rays".into(), "64".into()]);
     let mut log = Vec::new();
     let out =
@@ -20,9 +20,9 @@ fn rendered(shop: &Workshop, options: &[&str]) -> (String, serde_json::Value) {
 /// Walls, the outside and the source are left out and counted: the grid that a person would choose.
 #[test]
 fn a_grid_from_wall_to_wall_leaves_out_what_is_no_place() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
-    let (log, told) = rendered(&shop, &["--grid", "0:6:7,0:4:5,1.5"]);
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
+    let (log, told) = rendered(&folder, &["--grid", "0:6:7,0:4:5,1.5"]);
     // 4 x 3 points are off the walls, one of them is the source; x = 6 is outside.
     assert!(
         log.contains(
@@ -32,39 +32,39 @@ fn a_grid_from_wall_to_wall_leaves_out_what_is_no_place() {
     );
     let left_out = json!({ "on_surfaces": 18, "in_closed_objects": 0, "outside": 5, "at_sources": 1 });
     assert_eq!(told["grid"], json!({ "points": 35, "left_out": left_out }));
-    assert_eq!(response(&shop, "a.npz").receivers(), 11);
+    assert_eq!(response(&folder, "a.npz").receivers(), 11);
     let nowhere =
-        format!("{:#}", render(&shop, "a.sonelmap", "a.npz", &["--grid", "0,0:4:5,0"]).expect_err("walls"));
+        format!("{:#}", render(&folder, "a.sonelmap", "a.npz", &["--grid", "0,0:4:5,0"]).expect_err("walls"));
     assert!(nowhere.contains("5 of 5 grid points are left out: 5 on surfaces"), "{nowhere}");
 }
 
 /// A single receiver there is an error that says where one could stand; a millimetre from a wall one can.
 #[test]
 fn a_receiver_on_a_wall_is_an_error_with_the_nearest_free_place() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
     for (place, words) in [
         ("0,2,1.2", "is 0 m from a surface, at least 0.0095 mm are needed; (0.001, 2, 1.2) m is free"),
         ("5,4,3", "(4.999, 3.999, 2.999) m is free"),
         ("5.5,2,1", "is outside the room, 0.5000 m from its nearest surface"),
     ] {
         let receiver = format!("m={place}");
-        let from_option = render(&shop, "a.sonelmap", "a.npz", &["--receiver", &receiver]);
-        shop.write("m.csv", format!("name,x,y,z\nm,{place}\n"));
-        let file = shop.path("m.csv").display().to_string();
-        let from_file = render(&shop, "a.sonelmap", "a.npz", &["--receivers", &file]);
+        let from_option = render(&folder, "a.sonelmap", "a.npz", &["--receiver", &receiver]);
+        folder.write("m.csv", format!("name,x,y,z\nm,{place}\n"));
+        let file = folder.path("m.csv").display().to_string();
+        let from_file = render(&folder, "a.sonelmap", "a.npz", &["--receivers", &file]);
         for result in [from_option, from_file] {
             let error = format!("{:#}", result.expect_err("no place"));
             assert!(error.contains(words), "{error}");
         }
-        let scene = shop.text("scene.toml");
-        shop.write("scene.toml", scene.replace("[3.9, 2.8, 1.2]", &format!("[{place}]")));
-        let error = format!("{:#}", trace(&shop, "b.sonelmap", &[]).expect_err("no place"));
+        let scene = folder.text("scene.toml");
+        folder.write("scene.toml", scene.replace("[3.9, 2.8, 1.2]", &format!("[{place}]")));
+        let error = format!("{:#}", trace(&folder, "b.sonelmap", &[]).expect_err("no place"));
         assert!(error.contains("receivers[1].position") && error.contains(words), "{error}");
-        shop.write("scene.toml", scene);
+        folder.write("scene.toml", scene);
     }
     let surface = ["--receiver", "microphone=0.001,2,1.2", "--rays", "64"];
-    render(&shop, "a.sonelmap", "a.npz", &surface).expect("a millimetre is far enough");
+    render(&folder, "a.sonelmap", "a.npz", &surface).expect("a millimetre is far enough");
 }
 
 /// A mesh with a free partition and a closed object, and the same without its ceiling: in the open too nothing stands in a solid.
@@ -94,24 +94,24 @@ fn partitions_and_solids_of_meshes_are_no_places() {
             walls(1, &BOX[..ceiling]),
             walls(9, &BOX)
         );
-        let shop = Workshop::with(
+        let folder = TestFolder::with(
             "mesh = \"room.obj\"\nduration_s = 0.1\n[bands]\ncenter_frequencies_hz = [1000]\n\
              [materials.walls]\nabsorption = 0.5\n[[sources]]\nposition = [1.0, 1.0, 1.2]\n",
         );
-        shop.write("room.obj", mesh);
-        trace(&shop, "a.sonelmap", &["--sonels", "200", "--effects", "none"]).expect("a sound scene");
+        folder.write("room.obj", mesh);
+        trace(&folder, "a.sonelmap", &["--sonels", "200", "--effects", "none"]).expect("a sound scene");
         for (place, words) in
             [("2,1,0.5", "from a surface"), ("3.25,3.25,1", "inside a closed object"), ("5,1,1", outside)]
         {
             let receiver = format!("m={place}");
-            match render(&shop, "a.sonelmap", "a.npz", &["--receiver", &receiver, "--rays", "64"]) {
+            match render(&folder, "a.sonelmap", "a.npz", &["--receiver", &receiver, "--rays", "64"]) {
                 Err(error) => {
                     assert!(!words.is_empty() && format!("{error:#}").contains(words), "{place}: {error:#}");
                 }
                 Ok(_) => assert!(words.is_empty(), "{place} was accepted"),
             }
         }
-        let (log, _) = rendered(&shop, &["--grid", "2:3.25:2,1:3.25:2,0.5:1:2"]);
+        let (log, _) = rendered(&folder, &["--grid", "2:3.25:2,1:3.25:2,0.5:1:2"]);
         assert!(
             log.contains("grid points are left out: ") && log.contains("1 inside closed objects"),
             "{log}"

@@ -3,17 +3,17 @@
 use clap::Parser;
 use serde_json::Value;
 use sonel_console::Outcome;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
-use crate::{render, trace, workshop};
+use crate::{render, test_folder, trace};
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
 }
 
 /// Runs `sonel-trace` with a target; how it ended, and its report.
-fn until(shop: &Workshop, map: &str, options: &[&str]) -> (Outcome, Value) {
-    let line = shop.line("sonel-trace", "scene.toml", map, &[options, &["--json"]].concat());
+fn until(folder: &TestFolder, map: &str, options: &[&str]) -> (Outcome, Value) {
+    let line = folder.line("sonel-trace", "scene.toml", map, &[options, &["--json"]].concat());
     let arguments = sonel_trace::Arguments::try_parse_from(line).expect("sound options");
     let mut out = Vec::new();
     let outcome = sonel_trace::run(&arguments, &mut out, &mut Vec::new()).expect("a sound scene");
@@ -22,49 +22,49 @@ fn until(shop: &Workshop, map: &str, options: &[&str]) -> (Outcome, Value) {
 
 #[test]
 fn a_run_until_a_target_is_the_run_of_its_number_of_sonels() {
-    let shop = workshop();
-    let (outcome, report) = until(&shop, "a.sonelmap", &["--until", "t30<1%,level<0.1dB,c80<0.2dB"]);
+    let folder = test_folder();
+    let (outcome, report) = until(&folder, "a.sonelmap", &["--until", "t30<1%,level<0.1dB,c80<0.2dB"]);
     assert_eq!(outcome, Outcome::Done);
     assert_eq!(report["until"]["reached"], true);
     let worst = &report["until"]["worst"];
     assert!(worst["half_width_jnd"].as_f64().unwrap() <= worst["limit_jnd"].as_f64().unwrap());
     let sonels = report["until"]["sonels"].to_string();
-    trace(&shop, "b.sonelmap", &["--sonels", &sonels]).unwrap();
-    assert!(shop.bytes("a.sonelmap") == shop.bytes("b.sonelmap"), "{sonels} sonels");
+    trace(&folder, "b.sonelmap", &["--sonels", &sonels]).unwrap();
+    assert!(folder.bytes("a.sonelmap") == folder.bytes("b.sonelmap"), "{sonels} sonels");
 }
 
 #[test]
 fn what_is_out_of_reach_is_said_and_the_map_is_that_of_the_sonels_reached() {
-    let shop = workshop();
-    let (outcome, report) = until(&shop, "a.sonelmap", &["--until", "t30<0.01jnd", "--sonels", "3k"]);
+    let folder = test_folder();
+    let (outcome, report) = until(&folder, "a.sonelmap", &["--until", "t30<0.01jnd", "--sonels", "3k"]);
     assert_eq!(outcome, Outcome::Missed);
     assert_eq!(
         (&report["until"]["reached"], &report["until"]["sonels"]),
         (&Value::Bool(false), &Value::from(3000))
     );
-    trace(&shop, "b.sonelmap", &["--sonels", "3k"]).unwrap();
-    assert!(shop.bytes("a.sonelmap") == shop.bytes("b.sonelmap"));
+    trace(&folder, "b.sonelmap", &["--sonels", "3k"]).unwrap();
+    assert!(folder.bytes("a.sonelmap") == folder.bytes("b.sonelmap"));
 }
 
 #[test]
 fn a_map_goes_on_until_a_target() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
-    let map = shop.path("a.sonelmap").display().to_string();
-    let (outcome, report) = until(&shop, "b.sonelmap", &["--until", "t30<0.3jnd", "--extend", &map]);
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    let map = folder.path("a.sonelmap").display().to_string();
+    let (outcome, report) = until(&folder, "b.sonelmap", &["--until", "t30<0.3jnd", "--extend", &map]);
     assert_eq!(outcome, Outcome::Done);
-    trace(&shop, "c.sonelmap", &["--sonels", &report["until"]["sonels"].to_string()]).unwrap();
-    assert!(shop.bytes("b.sonelmap") == shop.bytes("c.sonelmap"));
+    trace(&folder, "c.sonelmap", &["--sonels", &report["until"]["sonels"].to_string()]).unwrap();
+    assert!(folder.bytes("b.sonelmap") == folder.bytes("c.sonelmap"));
 }
 
 #[test]
 fn the_default_number_is_a_function_of_the_scene() {
-    let shop = workshop();
-    let report = json(&trace(&shop, "a.sonelmap", &["--json"]).unwrap());
+    let folder = test_folder();
+    let report = json(&trace(&folder, "a.sonelmap", &["--json"]).unwrap());
     let sonels = report["emitted"].as_u64().unwrap();
     assert!(sonels >= 50_000, "{sonels}");
-    trace(&shop, "b.sonelmap", &["--sonels", &sonels.to_string()]).unwrap();
-    assert!(shop.bytes("a.sonelmap") == shop.bytes("b.sonelmap"));
+    trace(&folder, "b.sonelmap", &["--sonels", &sonels.to_string()]).unwrap();
+    assert!(folder.bytes("a.sonelmap") == folder.bytes("b.sonelmap"));
     let [predicted, achieved] =
         ["predicted", "achieved"].map(|key| report[key]["map_bytes"].as_f64().unwrap());
     assert!((predicted / achieved - 1.0).abs() < 0.05, "{predicted} {achieved}");
@@ -72,8 +72,8 @@ fn the_default_number_is_a_function_of_the_scene() {
 
 #[test]
 fn plans_ask_for_more_where_less_uncertainty_is_wanted() {
-    let shop = workshop();
-    let scene = shop.path("scene.toml").display().to_string();
+    let folder = test_folder();
+    let scene = folder.path("scene.toml").display().to_string();
     let arguments =
         sonel_trace::Arguments::try_parse_from(["sonel-trace", &scene, "--plan", "--json", "--quiet"])
             .unwrap();
@@ -93,8 +93,8 @@ fn plans_ask_for_more_where_less_uncertainty_is_wanted() {
 /// a quarter of the sonels are found out.
 #[test]
 fn predicted_intervals_come_true() {
-    let shop = workshop();
-    let report = json(&trace(&shop, "a.sonelmap", &["--plan", "--json", "--sonels", "40k"]).unwrap());
+    let folder = test_folder();
+    let report = json(&trace(&folder, "a.sonelmap", &["--plan", "--json", "--sonels", "40k"]).unwrap());
     let widths = |key: &str| report[key]["half_widths_jnd"].as_object().unwrap().clone();
     let (predicted, achieved) = (widths("predicted"), widths("achieved"));
     assert_eq!(predicted.len(), 4);
@@ -110,7 +110,7 @@ fn predicted_intervals_come_true() {
 
 #[test]
 fn targets_that_cannot_be_read_say_what_can() {
-    let shop = workshop();
+    let folder = test_folder();
     for (options, part) in [
         (&["--until", "rt60<1%"][..], "level, g, edt"),
         (&["--until", "t30<1dB"], "t30<1%"),
@@ -118,14 +118,14 @@ fn targets_that_cannot_be_read_say_what_can() {
         (&["--until", "t30<1%", "--shard", "1/2"], "--plan"),
         (&["--at-most", "60s"], "--until"),
     ] {
-        let error = format!("{:#}", trace(&shop, "a.sonelmap", options).unwrap_err());
+        let error = format!("{:#}", trace(&folder, "a.sonelmap", options).unwrap_err());
         assert!(error.contains(part), "{options:?}: {error}");
     }
 }
 
 /// Runs `sonel-render` with a target; how it ended, and its report.
-fn render_until(shop: &Workshop, map: &str, response: &str, options: &[&str]) -> (Outcome, Value) {
-    let line = shop.line("sonel-render", map, response, &[options, &["--json"]].concat());
+fn render_until(folder: &TestFolder, map: &str, response: &str, options: &[&str]) -> (Outcome, Value) {
+    let line = folder.line("sonel-render", map, response, &[options, &["--json"]].concat());
     let arguments = sonel_render::Arguments::try_parse_from(line).expect("sound options");
     let mut out = Vec::new();
     let outcome = sonel_render::run(&arguments, &mut out, &mut Vec::new()).expect("a sound map");
@@ -134,27 +134,28 @@ fn render_until(shop: &Workshop, map: &str, response: &str, options: &[&str]) ->
 
 #[test]
 fn a_rendering_until_a_target_is_that_of_its_number_of_rays() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "20k"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "20k"]).unwrap();
     // Rays that gather in small discs are most of the noise: they are added.
     let gathered = ["--estimator", "gather", "--until", "level<0.036jnd"];
-    let (outcome, report) = render_until(&shop, "a.sonelmap", "a.npz", &gathered);
+    let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &gathered);
     assert_eq!((outcome, &report["until"]["reached"]), (Outcome::Done, &Value::Bool(true)));
     let worst = &report["until"]["worst"];
     assert!(worst["half_width_jnd"].as_f64().unwrap() <= worst["limit_jnd"].as_f64().unwrap());
     let rays = report["until"]["rays"].as_u64().unwrap();
     assert!(rays > 131_072 && report["until"]["looks"].as_u64().unwrap() > 1, "{}", report["until"]);
-    render(&shop, "a.sonelmap", "b.npz", &["--estimator", "gather", "--rays", &rays.to_string()]).unwrap();
-    assert!(shop.bytes("a.npz") == shop.bytes("b.npz"), "{rays} rays");
+    render(&folder, "a.sonelmap", "b.npz", &["--estimator", "gather", "--rays", &rays.to_string()]).unwrap();
+    assert!(folder.bytes("a.npz") == folder.bytes("b.npz"), "{rays} rays");
 }
 
 #[test]
 fn rays_stop_where_they_may_be_no_more() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "20k"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "20k"]).unwrap();
     let gathered = ["--estimator", "gather", "--until", "level<0.01jnd"];
     for bound in [["--rays", "2048"], ["--at-most", "0.001s"]] {
-        let (outcome, report) = render_until(&shop, "a.sonelmap", "a.npz", &[&gathered[..], &bound].concat());
+        let (outcome, report) =
+            render_until(&folder, "a.sonelmap", "a.npz", &[&gathered[..], &bound].concat());
         assert_eq!((outcome, &report["until"]["looks"]), (Outcome::Missed, &Value::from(1)), "{bound:?}");
         assert_eq!(report["until"]["reached"], false);
     }
@@ -164,19 +165,19 @@ fn rays_stop_where_they_may_be_no_more() {
 /// standard deviations of both estimates.
 #[test]
 fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "4k"]).unwrap();
-    let (outcome, report) = render_until(&shop, "a.sonelmap", "a.npz", &["--until", "level<0.02jnd"]);
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "4k"]).unwrap();
+    let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &["--until", "level<0.02jnd"]);
     assert_eq!((outcome, &report["until"]["looks"]), (Outcome::Missed, &Value::from(1)));
-    render(&shop, "a.sonelmap", "b.npz", &[]).unwrap();
-    assert!(shop.bytes("a.npz") == shop.bytes("b.npz"));
+    render(&folder, "a.sonelmap", "b.npz", &[]).unwrap();
+    assert!(folder.bytes("a.npz") == folder.bytes("b.npz"));
     let sonels = report["until"]["sonels_wanted"].as_u64().unwrap();
     assert!(sonels > 8_000, "{sonels}");
-    let map = shop.path("a.sonelmap").display().to_string();
+    let map = folder.path("a.sonelmap").display().to_string();
     let achieved = |sonels: u64| {
         let sonels = sonels.to_string();
-        trace(&shop, "longer.sonelmap", &["--extend", &map, "--sonels", &sonels]).unwrap();
-        let (_, report) = render_until(&shop, "longer.sonelmap", "c.npz", &["--until", "level<0.02jnd"]);
+        trace(&folder, "longer.sonelmap", &["--extend", &map, "--sonels", &sonels]).unwrap();
+        let (_, report) = render_until(&folder, "longer.sonelmap", "c.npz", &["--until", "level<0.02jnd"]);
         report["until"]["worst"]["half_width_jnd"].as_f64().unwrap() / 0.02
     };
     let near = |ratio: f64| (1.0 / 1.5..1.5).contains(&ratio);
@@ -187,12 +188,12 @@ fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
 
 #[test]
 fn plans_of_a_map_say_which_rays_and_which_sonels_are_wanting() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "20k"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "20k"]).unwrap();
     let options = ["--estimator", "gather", "--plan", "--json"];
-    let report = json(&render(&shop, "a.sonelmap", "a.npz", &options).unwrap());
-    render(&shop, "a.sonelmap", "b.npz", &options[..2]).unwrap();
-    assert!(shop.bytes("a.npz") == shop.bytes("b.npz"), "a plan changes nothing");
+    let report = json(&render(&folder, "a.sonelmap", "a.npz", &options).unwrap());
+    render(&folder, "a.sonelmap", "b.npz", &options[..2]).unwrap();
+    assert!(folder.bytes("a.npz") == folder.bytes("b.npz"), "a plan changes nothing");
     let rows = report["plan"]["rows"].as_array().unwrap();
     let rays: Vec<u64> = rows.iter().map(|row| row["rays"].as_u64().unwrap()).collect();
     assert!(rays.windows(2).all(|pair| pair[0] <= pair[1]) && rays[0] < rays[4], "{rays:?}");
@@ -204,9 +205,9 @@ fn plans_of_a_map_say_which_rays_and_which_sonels_are_wanting() {
 /// Half-widths of a planned rendering within a factor of 1.5, as above.
 #[test]
 fn what_is_predicted_of_a_rendering_comes_true() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "40k"]).unwrap();
-    let report = json(&render(&shop, "a.sonelmap", "a.npz", &["--plan", "--json"]).unwrap());
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "40k"]).unwrap();
+    let report = json(&render(&folder, "a.sonelmap", "a.npz", &["--plan", "--json"]).unwrap());
     let widths = |key: &str| report[key]["half_widths_jnd"].as_object().unwrap().clone();
     let (predicted, achieved) = (widths("predicted"), widths("achieved"));
     let near = |scale: f64| {
@@ -222,8 +223,8 @@ fn what_is_predicted_of_a_rendering_comes_true() {
 
 #[test]
 fn targets_and_plans_of_a_map_that_make_no_sense_are_errors() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
     for (options, part) in [
         (&["--until", "rt60<1%"][..], "level, g, edt"),
         (&["--until", "t30<1dB"], "t30<1%"),
@@ -231,7 +232,7 @@ fn targets_and_plans_of_a_map_that_make_no_sense_are_errors() {
         (&["--at-most", "60s"], "--until"),
         (&["--until", "t30<1%", "--rays", "0"], "give 1 … 4294967295 rays"),
     ] {
-        let error = format!("{:#}", render(&shop, "a.sonelmap", "a.npz", options).unwrap_err());
+        let error = format!("{:#}", render(&folder, "a.sonelmap", "a.npz", options).unwrap_err());
         assert!(error.contains(part), "{options:?}: {error}");
     }
     let without_output = |line: &[&str]| {

@@ -2,26 +2,26 @@
 
 use clap::Parser;
 use serde_json::Value;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 use crate::{SCENE, printed, render, trace};
 
-fn analyze(shop: &Workshop, words: &[&str]) -> anyhow::Result<String> {
+fn analyze(folder: &TestFolder, words: &[&str]) -> anyhow::Result<String> {
     let paths = words.iter().map(|word| {
-        if word.contains('.') { shop.path(word).display().to_string() } else { (*word).to_owned() }
+        if word.contains('.') { folder.path(word).display().to_string() } else { (*word).to_owned() }
     });
     let line: Vec<String> = std::iter::once("sonel-analyze".to_owned()).chain(paths).collect();
     printed(|out| sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, &mut Vec::new()))
 }
 
-/// A shop with a map and a response of a scene with names that look like HTML.
-fn rendered() -> Workshop {
-    let shop = Workshop::with(
+/// A folder with a map and a response of a scene with names that look like HTML.
+fn rendered() -> TestFolder {
+    let folder = TestFolder::with(
         &SCENE.replace("Two-coloured", "</script><b>&").replace("\"listener\"", "\"<i>seat</i>\""),
     );
-    trace(&shop, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
-    render(&shop, "a.sonelmap", "a.npz", &[]).expect("a sound map");
-    shop
+    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
+    render(&folder, "a.sonelmap", "a.npz", &[]).expect("a sound map");
+    folder
 }
 
 /// What stands between two marks.
@@ -32,16 +32,17 @@ fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
 
 #[test]
 fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
-    let shop = rendered();
-    analyze(&shop, &["report", "a.npz", "a.sonelmap", "-o", "a.html"]).unwrap();
-    let page = shop.text("a.html");
+    let folder = rendered();
+    analyze(&folder, &["report", "a.npz", "a.sonelmap", "-o", "a.html"]).unwrap();
+    let page = folder.text("a.html");
     assert!(page.len() < 15_000_000);
     let own = &page[page.find("<body>").unwrap()..];
     assert!(!own.contains("http") && !page.contains("<script src") && !page.contains("<link"));
     let figures: Value =
         serde_json::from_str(between(own, "id=\"figures\">", "</script>")).expect("JSON in the page");
     let expected: Value =
-        serde_json::from_str(&analyze(&shop, &["parameters", "a.npz", "--format", "json"]).unwrap()).unwrap();
+        serde_json::from_str(&analyze(&folder, &["parameters", "a.npz", "--format", "json"]).unwrap())
+            .unwrap();
     assert_eq!(figures, expected);
     for section in ["Summary", "Remarks", "Room", "Echogramanddecay", "Effects", "Energyledger", "Provenance"]
     {
@@ -54,11 +55,11 @@ fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
 
 #[test]
 fn responses_stand_side_by_side_and_a_foreign_map_is_remarked() {
-    let shop = rendered();
-    trace(&shop, "b.sonelmap", &["--sonels", "1k", "--seed", "7"]).unwrap();
-    render(&shop, "b.sonelmap", "b.npz", &[]).unwrap();
-    analyze(&shop, &["report", "a.npz", "b.npz", "a.sonelmap", "-o", "both.html"]).unwrap();
-    let page = shop.text("both.html");
+    let folder = rendered();
+    trace(&folder, "b.sonelmap", &["--sonels", "1k", "--seed", "7"]).unwrap();
+    render(&folder, "b.sonelmap", "b.npz", &[]).unwrap();
+    analyze(&folder, &["report", "a.npz", "b.npz", "a.sonelmap", "-o", "both.html"]).unwrap();
+    let page = folder.text("both.html");
     assert!(
         page.contains("b was not rendered from this map")
             && !page.contains("a was not rendered from this map")
@@ -68,16 +69,16 @@ fn responses_stand_side_by_side_and_a_foreign_map_is_remarked() {
 
 #[test]
 fn what_makes_no_report_is_refused() {
-    let shop = rendered();
-    shop.write("notes.html", "mine");
+    let folder = rendered();
+    folder.write("notes.html", "mine");
     for (words, message) in [
         (&["report", "a.sonelmap", "-o", "a.html"][..], "no response among the files"),
         (&["report", "a.npz", "a.sonelmap", "a.sonelmap", "-o", "a.html"], "second map"),
         (&["report", "a.npz", "-o", "a.pdf"], "does not end in .html"),
         (&["report", "a.npz", "-o", "notes.html"], "exists and is not a report"),
     ] {
-        let error = format!("{:#}", analyze(&shop, words).unwrap_err());
+        let error = format!("{:#}", analyze(&folder, words).unwrap_err());
         assert!(error.contains(message), "{words:?}: {error}");
     }
-    assert_eq!(shop.text("notes.html"), "mine");
+    assert_eq!(folder.text("notes.html"), "mine");
 }

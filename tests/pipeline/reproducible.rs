@@ -1,6 +1,6 @@
 //! The same command gives the same bytes, whatever the number of threads, and receivers do not influence each other.
 
-use crate::{render, response, trace, workshop};
+use crate::{render, response, test_folder, trace};
 
 fn in_pool<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool").install(work)
@@ -8,57 +8,60 @@ fn in_pool<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
 
 #[test]
 fn bytes_do_not_depend_on_threads() {
-    let shop = workshop();
+    let folder = test_folder();
     for threads in [1, 2, 3, 7] {
         in_pool(threads, || {
-            trace(&shop, &format!("{threads}.sonelmap"), &["--sonels", "3k"]).unwrap();
-            render(&shop, &format!("{threads}.sonelmap"), &format!("{threads}.npz"), &[]).unwrap();
+            trace(&folder, &format!("{threads}.sonelmap"), &["--sonels", "3k"]).unwrap();
+            render(&folder, &format!("{threads}.sonelmap"), &format!("{threads}.npz"), &[]).unwrap();
         });
         assert!(
-            shop.bytes("1.sonelmap") == shop.bytes(&format!("{threads}.sonelmap")),
+            folder.bytes("1.sonelmap") == folder.bytes(&format!("{threads}.sonelmap")),
             "map, {threads} threads"
         );
-        assert!(shop.bytes("1.npz") == shop.bytes(&format!("{threads}.npz")), "response, {threads} threads");
+        assert!(
+            folder.bytes("1.npz") == folder.bytes(&format!("{threads}.npz")),
+            "response, {threads} threads"
+        );
     }
 }
 
 #[test]
 fn another_seed_is_another_map_with_another_response() {
-    let shop = workshop();
-    trace(&shop, "1.sonelmap", &["--sonels", "2k"]).unwrap();
-    trace(&shop, "2.sonelmap", &["--sonels", "2k", "--seed", "2"]).unwrap();
-    render(&shop, "1.sonelmap", "1.npz", &[]).unwrap();
-    render(&shop, "2.sonelmap", "2.npz", &[]).unwrap();
-    assert!(response(&shop, "1.npz").energy != response(&shop, "2.npz").energy);
+    let folder = test_folder();
+    trace(&folder, "1.sonelmap", &["--sonels", "2k"]).unwrap();
+    trace(&folder, "2.sonelmap", &["--sonels", "2k", "--seed", "2"]).unwrap();
+    render(&folder, "1.sonelmap", "1.npz", &[]).unwrap();
+    render(&folder, "2.sonelmap", "2.npz", &[]).unwrap();
+    assert!(response(&folder, "1.npz").energy != response(&folder, "2.npz").energy);
 }
 
 #[test]
 fn rendering_leaves_the_map_alone() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "2k"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).unwrap();
     let (before, written) =
-        (shop.bytes("a.sonelmap"), shop.path("a.sonelmap").metadata().unwrap().modified().unwrap());
-    render(&shop, "a.sonelmap", "a.npz", &[]).unwrap();
-    render(&shop, "a.sonelmap", "b.npz", &["--receiver", "elsewhere=1.5,3,1"]).unwrap();
-    assert!(before == shop.bytes("a.sonelmap"));
-    assert_eq!(written, shop.path("a.sonelmap").metadata().unwrap().modified().unwrap());
-    assert!(response(&shop, "a.npz").energy != response(&shop, "b.npz").energy);
+        (folder.bytes("a.sonelmap"), folder.path("a.sonelmap").metadata().unwrap().modified().unwrap());
+    render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
+    render(&folder, "a.sonelmap", "b.npz", &["--receiver", "elsewhere=1.5,3,1"]).unwrap();
+    assert!(before == folder.bytes("a.sonelmap"));
+    assert_eq!(written, folder.path("a.sonelmap").metadata().unwrap().modified().unwrap());
+    assert!(response(&folder, "a.npz").energy != response(&folder, "b.npz").energy);
 }
 
 /// More receivers than one sweep takes, so that the border between sweeps is crossed.
 #[test]
 fn a_hundred_receivers_in_one_call_equal_a_hundred_calls() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "400"]).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "400"]).unwrap();
     let places: Vec<String> = (0..100)
         .map(|i| format!("r{i}={},{},1.4", 0.5 + 0.04 * f64::from(i), 3.5 - 0.03 * f64::from(i)))
         .collect();
     let options: Vec<&str> = places.iter().flat_map(|place| ["--receiver", place]).collect();
-    render(&shop, "a.sonelmap", "all.npz", &options).unwrap();
-    let all = response(&shop, "all.npz");
+    render(&folder, "a.sonelmap", "all.npz", &options).unwrap();
+    let all = response(&folder, "all.npz");
     for (index, place) in places.iter().enumerate() {
-        render(&shop, "a.sonelmap", "one.npz", &["--receiver", place]).unwrap();
-        let one = response(&shop, "one.npz");
+        render(&folder, "a.sonelmap", "one.npz", &["--receiver", place]).unwrap();
+        let one = response(&folder, "one.npz");
         for band in 0..3 {
             let (together, alone) = (all.echogram(0, index, band), one.echogram(0, 0, band));
             assert!(
@@ -75,16 +78,17 @@ fn a_hundred_receivers_in_one_call_equal_a_hundred_calls() {
 /// The weighted mean of the batches is the energy, class shares add up to it, and the report is what was promised.
 #[test]
 fn the_parts_of_a_response_add_up() {
-    let shop = workshop();
+    let folder = test_folder();
     let traced: serde_json::Value =
-        serde_json::from_str(&trace(&shop, "a.sonelmap", &["--sonels", "2001", "--json"]).unwrap()).unwrap();
+        serde_json::from_str(&trace(&folder, "a.sonelmap", &["--sonels", "2001", "--json"]).unwrap())
+            .unwrap();
     assert_eq!(traced["emitted"], 2001);
     assert_eq!(traced["fates"]["lost"], 0);
     assert_eq!(traced["ledger"].as_array().unwrap().len(), 3);
     assert_eq!(traced["effects"].as_array().unwrap().len(), 6);
     let report: serde_json::Value =
-        serde_json::from_str(&render(&shop, "a.sonelmap", "a.npz", &["--json"]).unwrap()).unwrap();
-    let response = response(&shop, "a.npz");
+        serde_json::from_str(&render(&folder, "a.sonelmap", "a.npz", &["--json"]).unwrap()).unwrap();
+    let response = response(&folder, "a.npz");
     let batches = response.batches.as_ref().unwrap();
     assert!((batches.weight.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     for band in 0..3 {

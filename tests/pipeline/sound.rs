@@ -4,43 +4,43 @@ use std::io::Cursor;
 
 use clap::Parser;
 use sonel_sound::Recording;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
-use crate::{printed, render, response, trace, workshop};
+use crate::{printed, render, response, test_folder, trace};
 
 const FILE: &str = "wav/1-speaker_1-listener.wav";
 
-fn read(shop: &Workshop, name: &str) -> Recording {
-    Recording::read(Cursor::new(shop.bytes(name))).expect("a WAV file just written")
+fn read(folder: &TestFolder, name: &str) -> Recording {
+    Recording::read(Cursor::new(folder.bytes(name))).expect("a WAV file just written")
 }
 
-fn write(shop: &Workshop, name: &str, recording: &Recording) {
+fn write(folder: &TestFolder, name: &str, recording: &Recording) {
     let mut file = Cursor::new(Vec::new());
     recording.write(&mut file).expect("memory");
-    shop.write(name, file.into_inner());
+    folder.write(name, file.into_inner());
 }
 
-fn analyze(shop: &Workshop, words: &[&str]) -> anyhow::Result<String> {
+fn analyze(folder: &TestFolder, words: &[&str]) -> anyhow::Result<String> {
     let paths = words.iter().map(|word| {
-        if word.contains('.') { shop.path(word).display().to_string() } else { (*word).to_owned() }
+        if word.contains('.') { folder.path(word).display().to_string() } else { (*word).to_owned() }
     });
     let line: Vec<String> = std::iter::once("sonel-analyze".to_owned()).chain(paths).collect();
     printed(|out| sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, &mut Vec::new()))
 }
 
-/// A shop with a map, a response and an impulse response.
-fn rendered() -> Workshop {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
-    let folder = shop.path("wav").display().to_string();
-    render(&shop, "a.sonelmap", "a.npz", &["--wav", &folder]).expect("a sound map");
-    shop
+/// A folder with a map, a response and an impulse response.
+fn rendered() -> TestFolder {
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
+    let sounds = folder.path("wav").display().to_string();
+    render(&folder, "a.sonelmap", "a.npz", &["--wav", &sounds]).expect("a sound map");
+    folder
 }
 
 #[test]
 fn an_impulse_response_begins_with_the_direct_sound_and_is_the_same_with_any_number_of_threads() {
-    let shop = rendered();
-    let heard = read(&shop, FILE);
+    let folder = rendered();
+    let heard = read(&folder, FILE);
     assert_eq!((heard.sample_rate_hz, heard.channels.len()), (48_000, 1));
     assert_eq!(heard.channels[0].len(), 48 * 600 + 1);
     let distance = (2.9_f64.powi(2) + 1.8_f64.powi(2) + 0.3_f64.powi(2)).sqrt();
@@ -50,40 +50,40 @@ fn an_impulse_response_begins_with_the_direct_sound_and_is_the_same_with_any_num
     assert_eq!(loudest, Some(at));
     // Air takes 0.03 dB of the highest band on that way.
     assert!((f64::from(heard.channels[0][at]) * distance - 1.0).abs() < 0.01);
-    let again = shop.path("again").display().to_string();
+    let again = folder.path("again").display().to_string();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
-    pool.install(|| render(&shop, "a.sonelmap", "b.npz", &["--wav", &again])).unwrap();
-    assert_eq!(shop.bytes(FILE), shop.bytes("again/1-speaker_1-listener.wav"));
+    pool.install(|| render(&folder, "a.sonelmap", "b.npz", &["--wav", &again])).unwrap();
+    assert_eq!(folder.bytes(FILE), folder.bytes("again/1-speaker_1-listener.wav"));
 }
 
 #[test]
 fn a_recording_is_heard_through_the_room_at_its_own_rate_and_level() {
-    let shop = rendered();
+    let folder = rendered();
     let mut click = vec![0.0; 24_000];
     click[0] = 0.5;
-    write(&shop, "click.wav", &Recording { sample_rate_hz: 48_000, channels: vec![click.clone()] });
-    analyze(&shop, &["listen", FILE, "click.wav", "-o", "heard.wav"]).unwrap();
-    let (response, heard) = (read(&shop, FILE), read(&shop, "heard.wav"));
+    write(&folder, "click.wav", &Recording { sample_rate_hz: 48_000, channels: vec![click.clone()] });
+    analyze(&folder, &["listen", FILE, "click.wav", "-o", "heard.wav"]).unwrap();
+    let (response, heard) = (read(&folder, FILE), read(&folder, "heard.wav"));
     for (sample, (response, heard)) in response.channels[0].iter().zip(&heard.channels[0]).enumerate() {
         assert!((0.5 * response - heard).abs() < 1e-7, "sample {sample}");
     }
-    write(&shop, "slow.wav", &Recording { sample_rate_hz: 24_000, channels: vec![click] });
-    analyze(&shop, &["listen", FILE, "slow.wav", "-o", "heard.wav"]).unwrap();
-    let slow = read(&shop, "heard.wav");
+    write(&folder, "slow.wav", &Recording { sample_rate_hz: 24_000, channels: vec![click] });
+    analyze(&folder, &["listen", FILE, "slow.wav", "-o", "heard.wav"]).unwrap();
+    let slow = read(&folder, "heard.wav");
     assert_eq!((slow.sample_rate_hz, slow.channels[0].len()), (48_000, 48_000 + 48 * 600));
 }
 
 #[test]
 fn what_cannot_be_heard_is_refused_and_nothing_is_lost() {
-    let shop = rendered();
+    let folder = rendered();
     write(
-        &shop,
+        &folder,
         "stereo.wav",
         &Recording { sample_rate_hz: 48_000, channels: vec![vec![0.1; 9], vec![0.1; 9]] },
     );
-    shop.write("text.wav", "no sound");
+    folder.write("text.wav", "no sound");
     let refused = |words: &[&str], message: &str| {
-        let error = format!("{:#}", analyze(&shop, words).unwrap_err());
+        let error = format!("{:#}", analyze(&folder, words).unwrap_err());
         assert!(error.contains(message), "{words:?}: {error}");
     };
     refused(&["listen", FILE, "stereo.wav", "-o", "heard.wav"], "2 channels: mix them to one");
@@ -94,17 +94,17 @@ fn what_cannot_be_heard_is_refused_and_nothing_is_lost() {
     refused(&["listen", FILE, "stereo.wav", "-o", "heard.mp3"], "does not end in .wav");
     refused(&["export", "a.npz", "-o", "table.npz"], "does not end in .csv");
     let error =
-        render(&shop, "a.sonelmap", "c.npz", &["--wav", &shop.path("text.wav").display().to_string()]);
+        render(&folder, "a.sonelmap", "c.npz", &["--wav", &folder.path("text.wav").display().to_string()]);
     assert!(format!("{:#}", error.unwrap_err()).contains("is not a folder"));
-    assert_eq!(shop.text("text.wav"), "no sound");
-    assert!(!shop.path("heard.wav").exists() && !shop.path("c.npz").exists());
+    assert_eq!(folder.text("text.wav"), "no sound");
+    assert!(!folder.path("heard.wav").exists() && !folder.path("c.npz").exists());
 }
 
 #[test]
 fn the_table_holds_every_bin_of_the_response() {
-    let shop = rendered();
-    analyze(&shop, &["export", "a.npz", "-o", "table.csv"]).unwrap();
-    let (response, text) = (response(&shop, "a.npz"), shop.text("table.csv"));
+    let folder = rendered();
+    analyze(&folder, &["export", "a.npz", "-o", "table.csv"]).unwrap();
+    let (response, text) = (response(&folder, "a.npz"), folder.text("table.csv"));
     let mut rows = text.lines();
     let header = "source,receiver,center_frequency_hz,begin_s,end_s,energy_per_m2,x_m,y_m,z_m";
     assert_eq!(rows.next(), Some(header));

@@ -6,12 +6,12 @@ use sonel_map::{Mode, Settings, SonelMap, Vertex};
 use sonel_study::effects::{Decision, EffectSpec, decide};
 use sonel_study::response::receivers_of;
 use sonel_study::trial::{Clock, InMemory, NoClock, Room, Trial, TrialSettings};
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
-use crate::{render, response, trace, workshop};
+use crate::{render, response, test_folder, trace};
 
-fn trial(shop: &Workshop, emissions: u64, clock: &dyn Clock) -> Trial {
-    let text = String::from_utf8(shop.bytes("scene.toml")).expect("text");
+fn trial(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> Trial {
+    let text = String::from_utf8(folder.bytes("scene.toml")).expect("text");
     let loaded =
         sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a sound scene");
     let mut scene = loaded.scene;
@@ -27,11 +27,11 @@ fn trial(shop: &Workshop, emissions: u64, clock: &dyn Clock) -> Trial {
 
 #[test]
 fn a_trial_traces_and_hears_what_the_programs_do() {
-    let shop = workshop();
-    trace(&shop, "a.sonelmap", &["--sonels", "1k"]).unwrap();
-    render(&shop, "a.sonelmap", "a.npz", &[]).unwrap();
-    let trial = trial(&shop, 1000, &NoClock);
-    let map = SonelMap::from_bytes(&shop.bytes("a.sonelmap")).unwrap();
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
+    let trial = trial(&folder, 1000, &NoClock);
+    let map = SonelMap::from_bytes(&folder.bytes("a.sonelmap")).unwrap();
     let paths = |map: &SonelMap| -> Vec<Vec<Vertex>> {
         (0..1000).map(|emission| map.path(0, emission).expect("a whole map").vertices.to_vec()).collect()
     };
@@ -41,7 +41,7 @@ fn a_trial_traces_and_hears_what_the_programs_do() {
         (&tried.header().effects, &tried.header().scene),
         (&map.header().effects, &map.header().scene)
     );
-    let written = response(&shop, "a.npz");
+    let written = response(&folder, "a.npz");
     assert!(trial.heard.response.energy == written.energy);
     assert!(trial.heard.response.batches == written.batches);
     assert!(trial.heard.figures == sonel_analysis::parameters(&written));
@@ -68,7 +68,7 @@ impl Clock for Counting {
 #[test]
 fn every_second_of_a_trial_is_in_one_phase() {
     let clock = Counting::default();
-    let trial = trial(&workshop(), 1000, &clock);
+    let trial = trial(&test_folder(), 1000, &clock);
     let (traced, heard) = (trial.traced.seconds, trial.heard.seconds);
     // Two chunks, each written within two readings of the thread's clock.
     assert!((traced.write - (1.0 + 2.0 * 0.1)).abs() < 1e-9, "{traced:?}");

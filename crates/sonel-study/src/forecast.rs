@@ -4,9 +4,9 @@
 //! spheres shrink as N^(−1/3), and with them their bias; the sonels on them grow as N^(2/3) only. What visibility rays bring is the noise
 //! of their directions first of all: it falls as their number.
 
+use crate::kurtosis;
 use crate::pilot::{Costs, Linear, Pilot, Spread, Variance};
 use crate::spread::{HalfWidth, student_factor};
-use crate::tails;
 
 /// A run as it is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,8 +58,8 @@ impl Pilot {
     pub fn range<'a>(&self, spread: &'a Spread, effort: Effort) -> Result<[f64; 2], &'a str> {
         let variance = spread.variance.as_ref().map_err(String::as_str)?;
         let width = self.half_width(spread, effort)?;
-        let scatter = tails::scatter(self.batches, self.emissions, spread.tail)
-            + tails::scatter(effort.batches, effort.emissions, spread.tail);
+        let scatter = kurtosis::scatter(self.batches, self.emissions, spread.tail)
+            + kurtosis::scatter(effort.batches, effort.emissions, spread.tail);
         let factor = libm::exp(MOST_SIGMAS * scatter.sqrt());
         let [_, areas, _] = self.parts(variance, effort);
         let shift = 2.0 * areas.sqrt() * (MOST_SIGMAS * MOST_SIGMAS - 1.0).sqrt();

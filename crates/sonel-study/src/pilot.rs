@@ -3,7 +3,7 @@
 //! - Its random numbers are not those of the run that it plans, so that the number of emissions it asks for and the run's
 //!   own estimates are independent: intervals of a run planned by a pilot cover as ever.
 //! - It has 96 batches, so that the variance of a figure is good to 15 %, and is longer where that costs little, or where the kurtosis of the
-//!   batches says that few strong paths carry a figure, whose variance itself scatters (`tails`).
+//!   batches says that few strong paths carry a figure, whose variance itself scatters (`kurtosis`).
 //! - What visibility rays add to the variance is told from what sonels add by hearing the same map with other and fewer rays; what
 //!   the sonels on discs and in spheres add, whose area shrinks as there are more, by the inner and outer halves of the areas.
 //! - A shorter run before it tells fixed times from times per emission, and is enough where its answer is already sure.
@@ -17,9 +17,9 @@ use sonel_map::Settings;
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 
 use crate::effects::edges;
+use crate::kurtosis;
 use crate::split::{self, HeardTwice};
 use crate::spread::{Place, Reading, readings};
-use crate::tails;
 use crate::trial::{Clock, Heard, InMemory, NoClock, Room, TracedMap, TrialError, hear, trace};
 
 /// Batches of the pilot.
@@ -142,7 +142,7 @@ impl Linear {
 }
 
 /// Who a pilot is for.
-pub struct Mission<'a> {
+pub struct PilotConfig<'a> {
     /// The scene.
     pub room: &'a Room<'a>,
     /// Settings of the run that is planned.
@@ -160,7 +160,7 @@ pub struct Mission<'a> {
     pub prices_edges: bool,
 }
 
-impl Mission<'_> {
+impl PilotConfig<'_> {
     /// Rays of a pilot of so many emissions in so many batches.
     fn rays(&self, emissions: u64, batches: u32) -> u32 {
         let asked = u64::from(self.render.rays);
@@ -179,18 +179,18 @@ struct Run {
 
 impl Run {
     fn of(
-        mission: &Mission<'_>,
+        config: &PilotConfig<'_>,
         (emissions, batches): (u64, u32),
         with_edges: bool,
         clock: &dyn Clock,
     ) -> Result<Self, TrialError> {
-        let Mission { room, receivers, .. } = *mission;
-        let seed = mission.trace.seed.wrapping_add(1).wrapping_mul(SEED);
-        let settings = Settings { emissions, seed, batches, ..mission.trace };
+        let PilotConfig { room, receivers, .. } = *config;
+        let seed = config.trace.seed.wrapping_add(1).wrapping_mul(SEED);
+        let settings = Settings { emissions, seed, batches, ..config.trace };
         let effects = if with_edges { room.effects().to_vec() } else { edges::left_out(room.effects()) };
         let traced = trace(room.scene(), room.geometry(), effects, settings, &mut InMemory, clock)?;
-        let rays = mission.rays(emissions, batches);
-        let render = RenderSettings { seed: None, rays, ..mission.render.clone() };
+        let rays = config.rays(emissions, batches);
+        let render = RenderSettings { seed: None, rays, ..config.render.clone() };
         let heard = hear(&traced.map, room.geometry(), receivers, &render, clock)?;
         Ok(Self { emissions: settings.emissions as f64, rays, traced, heard })
     }
@@ -210,8 +210,8 @@ impl Run {
 ///
 /// # Errors
 /// As [`Room::trace`] and [`hear`].
-pub fn run(mission: &Mission<'_>, clock: &dyn Clock) -> Result<Pilot, TrialError> {
-    run_until(mission, clock, |_| false)
+pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, TrialError> {
+    run_until(config, clock, |_| false)
 }
 
 /// Runs a pilot that ends with its shorter run where `is_sure` says that its answer will not change.
@@ -219,43 +219,43 @@ pub fn run(mission: &Mission<'_>, clock: &dyn Clock) -> Result<Pilot, TrialError
 /// # Errors
 /// As [`run`].
 pub fn run_until(
-    mission: &Mission<'_>,
+    config: &PilotConfig<'_>,
     clock: &dyn Clock,
     is_sure: impl Fn(&Pilot) -> bool,
 ) -> Result<Pilot, TrialError> {
     let begin = clock.process();
     let least = EMISSIONS[EMISSIONS.len() - 1];
     let length = (least / u64::from(SHORTER), BATCHES / SHORTER);
-    let shorter = Run::of(mission, length, mission.prices_edges, clock)?;
-    let known = found(mission, &shorter, &shorter, None);
+    let shorter = Run::of(config, length, config.prices_edges, clock)?;
+    let known = found(config, &shorter, &shorter, None);
     if is_sure(&known) {
         return Ok(known);
     }
     let ends_in_time = |emissions| {
-        let end = mission.seconds.map_or(f64::INFINITY, |seconds| begin + seconds);
+        let end = config.seconds.map_or(f64::INFINITY, |seconds| begin + seconds);
         clock.process() + shorter.seconds_of(emissions) <= end
     };
     let mut run = None;
-    if !is_heavy(mission, &shorter)
-        && let Some(emissions) = lengths(mission, &shorter, WORK).find(|&emissions| ends_in_time(emissions))
+    if !is_heavy(config, &shorter)
+        && let Some(emissions) = lengths(config, &shorter, WORK).find(|&emissions| ends_in_time(emissions))
     {
-        run = Some(Run::of(mission, (emissions, BATCHES), false, clock)?);
+        run = Some(Run::of(config, (emissions, BATCHES), false, clock)?);
     }
-    if is_heavy(mission, run.as_ref().unwrap_or(&shorter)) {
+    if is_heavy(config, run.as_ref().unwrap_or(&shorter)) {
         let known = run.as_ref().map_or(0.0, |run| run.emissions);
         let longer = |emissions: &u64| *emissions as f64 > known && ends_in_time(*emissions);
-        if let Some(emissions) = lengths(mission, &shorter, WORK_FOR_TAILS).find(longer) {
-            run = Some(Run::of(mission, (emissions, BATCHES), false, clock)?);
+        if let Some(emissions) = lengths(config, &shorter, WORK_FOR_TAILS).find(longer) {
+            run = Some(Run::of(config, (emissions, BATCHES), false, clock)?);
         }
     }
     let Some(run) = run else { return Ok(known) };
-    let fewer = run.heard.casts_rays.then(|| hear_fewer(mission, &run, clock)).transpose()?;
-    Ok(found(mission, &shorter, &run, fewer.as_ref()))
+    let fewer = run.heard.casts_rays.then(|| hear_fewer(config, &run, clock)).transpose()?;
+    Ok(found(config, &shorter, &run, fewer.as_ref()))
 }
 
 /// What the runs say.
-fn found(mission: &Mission<'_>, shorter: &Run, run: &Run, fewer: Option<&Heard>) -> Pilot {
-    let found = readings(&run.heard.figures, mission.parameters);
+fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Heard>) -> Pilot {
+    let found = readings(&run.heard.figures, config.parameters);
     let others = fewer.map(|fewer| HeardTwice {
         figures: &run.heard.figures,
         others: &fewer.figures,
@@ -269,7 +269,7 @@ fn found(mission: &Mission<'_>, shorter: &Run, run: &Run, fewer: Option<&Heard>)
         emissions,
         batches,
         rays: run.rays,
-        asked_rays: mission.render.rays,
+        asked_rays: config.render.rays,
         casts_rays: run.heard.casts_rays,
         spreads: spreads(&found, (emissions, batches), share),
         costs: costs(shorter, run, fewer),
@@ -280,33 +280,33 @@ fn found(mission: &Mission<'_>, shorter: &Run, run: &Run, fewer: Option<&Heard>)
 ///
 /// # Errors
 /// As [`Room::trace`].
-pub fn segments(mission: &Mission<'_>) -> Result<f64, TrialError> {
-    let settings = Settings { emissions: FEW, seed: mission.trace.seed.wrapping_mul(SEED), ..mission.trace };
-    let traced = mission.room.trace(settings, &mut InMemory, &NoClock)?;
-    Ok(traced.books.segments as f64 / (FEW * mission.room.scene().sources.len() as u64) as f64)
+pub fn segments(config: &PilotConfig<'_>) -> Result<f64, TrialError> {
+    let settings = Settings { emissions: FEW, seed: config.trace.seed.wrapping_mul(SEED), ..config.trace };
+    let traced = config.room.trace(settings, &mut InMemory, &NoClock)?;
+    Ok(traced.books.segments as f64 / (FEW * config.room.scene().sources.len() as u64) as f64)
 }
 
 /// Whether few strong paths carry a figure of `run`: only more emissions find them.
-fn is_heavy(mission: &Mission<'_>, run: &Run) -> bool {
-    let found = readings(&run.heard.figures, mission.parameters);
-    mission.parameters.iter().any(|&parameter| tails::pooled(&found, parameter) > tails::HEAVY)
+fn is_heavy(config: &PilotConfig<'_>, run: &Run) -> bool {
+    let found = readings(&run.heard.figures, config.parameters);
+    config.parameters.iter().any(|&parameter| kurtosis::pooled(&found, parameter) > kurtosis::HEAVY)
 }
 
 /// Emissions of pilots that have at most `limit` work, and of the shortest; the most first.
-fn lengths(mission: &Mission<'_>, shorter: &Run, limit: f64) -> impl Iterator<Item = u64> {
+fn lengths(config: &PilotConfig<'_>, shorter: &Run, limit: f64) -> impl Iterator<Item = u64> {
     let segments = shorter.traced.books.segments as f64 / shorter.emissions;
-    let work = segments * (1 + mission.receivers.len()) as f64;
+    let work = segments * (1 + config.receivers.len()) as f64;
     let least = EMISSIONS[EMISSIONS.len() - 1];
     EMISSIONS.into_iter().filter(move |&emissions| emissions == least || work * emissions as f64 <= limit)
 }
 
 /// The same map, heard with fewer rays and other choices.
-fn hear_fewer(mission: &Mission<'_>, run: &Run, clock: &dyn Clock) -> Result<Heard, TrialError> {
+fn hear_fewer(config: &PilotConfig<'_>, run: &Run, clock: &dyn Clock) -> Result<Heard, TrialError> {
     let map = &run.traced.map;
     let seed = map.header().settings.seed.wrapping_mul(SEED);
     let rays = run.rays.div_ceil(FEWER_RAYS);
-    let render = RenderSettings { seed: Some(seed), rays, ..mission.render.clone() };
-    Ok(hear(map, mission.room.geometry(), mission.receivers, &render, clock)?)
+    let render = RenderSettings { seed: Some(seed), rays, ..config.render.clone() };
+    Ok(hear(map, config.room.geometry(), config.receivers, &render, clock)?)
 }
 
 /// How uncertain the figures are that were `found` in a run of so many emissions and batches, where visibility rays have a `share` of
@@ -320,7 +320,7 @@ pub(crate) fn spreads(
         place: reading.place,
         value: reading.value,
         variance: split::parts(reading, batches, share(reading.place.parameter)),
-        tail: tails::pooled(found, reading.place.parameter) * emissions as f64 / f64::from(batches),
+        tail: kurtosis::pooled(found, reading.place.parameter) * emissions as f64 / f64::from(batches),
     };
     found.iter().map(spread).collect()
 }
@@ -382,7 +382,7 @@ mod tests {
             .with_receiver("seat", [4.2, 3.4, 1.2]);
         let room = Room::new(&scene, Vec::new()).expect("walls");
         let receivers = judges(&scene, room.geometry());
-        let mission = Mission {
+        let config = PilotConfig {
             room: &room,
             trace: Settings::default(),
             render: RenderSettings::default(),
@@ -391,7 +391,7 @@ mod tests {
             seconds,
             prices_edges: true,
         };
-        let pilot = run(&mission, &Ticking::default()).expect("a sound scene");
+        let pilot = run(&config, &Ticking::default()).expect("a sound scene");
         let plan = Plan::of_trace(pilot.clone(), &scene, &receivers, 32, 0.001);
         assert!(plan.rows.iter().all(|row| row.price.trace.is_finite() && row.effort.emissions > 0));
         pilot

@@ -6,7 +6,7 @@
 use sonel_analysis::figure::KernelShift;
 use sonel_analysis::{Figure, Parameter, ReceiverFigures, Unsupported, student};
 
-use crate::tails::excess_kurtosis;
+use crate::kurtosis::excess_kurtosis;
 
 /// Figures that a plan predicts (docs/interface.md).
 pub const PLANNED: [Parameter; 4] =

@@ -9,7 +9,7 @@
 //! - [`analytic`] holds the rooms with exact answers, [`bruteforce`] the one with a slow but obvious answer;
 //! - [`exponential`] and [`decay`] serve the parameter code: ideal decays with closed forms, and a plain regression;
 //! - [`meshes`] writes one room in every mesh format;
-//! - [`workshop`] is a folder in which the tests of programs run them.
+//! - [`test_folder`] is a folder in which the tests of programs run them.
 //!
 //! None of it is fit for production: speed, portability of the last bit and forgiving errors are not aims here.
 
@@ -21,7 +21,7 @@ pub mod exponential;
 pub mod meshes;
 mod quadrature;
 pub mod significance;
+pub mod test_folder;
 pub mod uniform;
 mod vector;
-pub mod workshop;
 pub mod z_test;

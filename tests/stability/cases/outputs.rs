@@ -3,7 +3,7 @@
 
 use clap::Parser;
 use serde_json::Value;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 use super::form;
 
@@ -76,22 +76,22 @@ fn said(
     Ok([out, log].map(|bytes| String::from_utf8(bytes).expect("text")))
 }
 
-fn trace(shop: &Workshop, map: &str, options: &[&str]) -> Result<[String; 2], String> {
-    let mut line = shop.line("sonel-trace", "scene.toml", map, options);
+fn trace(folder: &TestFolder, map: &str, options: &[&str]) -> Result<[String; 2], String> {
+    let mut line = folder.line("sonel-trace", "scene.toml", map, options);
     line.retain(|word| word != "--quiet");
     said(|out, log| sonel_trace::run(&sonel_trace::Arguments::try_parse_from(line)?, out, log))
 }
 
-fn render(shop: &Workshop, map: &str, response: &str, options: &[&str]) -> Result<[String; 2], String> {
-    let mut line = shop.line("sonel-render", map, response, options);
+fn render(folder: &TestFolder, map: &str, response: &str, options: &[&str]) -> Result<[String; 2], String> {
+    let mut line = folder.line("sonel-render", map, response, options);
     line.retain(|word| word != "--quiet");
     said(|out, log| sonel_render::run(&sonel_render::Arguments::try_parse_from(line)?, out, log))
 }
 
-/// Runs `sonel-analyze` with `words`, of which those with a dot are files of `shop`.
-fn analyze(shop: &Workshop, words: &[&str]) -> Result<[String; 2], String> {
+/// Runs `sonel-analyze` with `words`, of which those with a dot are files of `folder`.
+fn analyze(folder: &TestFolder, words: &[&str]) -> Result<[String; 2], String> {
     let place = |word: &&str| {
-        if word.contains('.') { shop.path(word).display().to_string() } else { (*word).to_owned() }
+        if word.contains('.') { folder.path(word).display().to_string() } else { (*word).to_owned() }
     };
     let line = std::iter::once("sonel-analyze".to_owned()).chain(words.iter().map(place));
     said(|out, log| sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, log))
@@ -162,8 +162,8 @@ fn judge(what: &str, text: &str, is_json: bool) -> Vec<String> {
 
 /// Everything that the programs say of one case.
 fn strange_outputs((name, scene, mesh, tracing, rendering): &Case) -> Vec<String> {
-    let shop = Workshop::with(scene);
-    shop.write("room.obj", mesh);
+    let folder = TestFolder::with(scene);
+    folder.write("room.obj", mesh);
     let mut wrong = Vec::new();
     let mut take = |what: &str, result: Result<[String; 2], String>, is_json: bool| {
         let what = format!("{name}, {what}");
@@ -179,36 +179,36 @@ fn strange_outputs((name, scene, mesh, tracing, rendering): &Case) -> Vec<String
         }
     };
     for (map, seed) in [("a.sonelmap", "1"), ("b.sonelmap", "2")] {
-        take("trace", trace(&shop, map, &[*tracing, &["--json", "--seed", seed]].concat()), true);
+        take("trace", trace(&folder, map, &[*tracing, &["--json", "--seed", seed]].concat()), true);
     }
     for (map, response) in [("a.sonelmap", "a.npz"), ("b.sonelmap", "b.npz")] {
         take(
             "render",
-            render(&shop, map, response, &[*rendering, &["--json", "--rays", "256"]].concat()),
+            render(&folder, map, response, &[*rendering, &["--json", "--rays", "256"]].concat()),
             true,
         );
     }
     for file in ["a.sonelmap", "a.npz"] {
-        take("inspect", analyze(&shop, &["inspect", file]), false);
-        take("inspect --json", analyze(&shop, &["inspect", file, "--json"]), true);
+        take("inspect", analyze(&folder, &["inspect", file]), false);
+        take("inspect --json", analyze(&folder, &["inspect", file, "--json"]), true);
     }
     for (a, b) in [("a.sonelmap", "b.sonelmap"), ("a.npz", "b.npz")] {
-        take("diff", analyze(&shop, &["diff", a, b]), false);
-        let told = analyze(&shop, &["diff", a, b, "--json"]);
+        take("diff", analyze(&folder, &["diff", a, b]), false);
+        let told = analyze(&folder, &["diff", a, b, "--json"]);
         let is_json = told.is_ok();
         take("diff --json", told, is_json);
     }
-    take("verify", analyze(&shop, &["verify", "a.sonelmap"]), false);
+    take("verify", analyze(&folder, &["verify", "a.sonelmap"]), false);
     for (format, is_json) in [("table", false), ("csv", false), ("json", true)] {
-        take(format, analyze(&shop, &["parameters", "a.npz", "--format", format]), is_json);
+        take(format, analyze(&folder, &["parameters", "a.npz", "--format", format]), is_json);
     }
-    take("export", analyze(&shop, &["export", "a.sonelmap", "-o", "sonels.csv"]), false);
-    take("plot", analyze(&shop, &["plot", "a.npz", "-o", "a.svg"]), false);
+    take("export", analyze(&folder, &["export", "a.sonelmap", "-o", "sonels.csv"]), false);
+    take("plot", analyze(&folder, &["plot", "a.npz", "-o", "a.svg"]), false);
     for file in ["sonels.csv", "a.svg"] {
-        take(file, Ok([shop.text(file), String::new()]), false);
+        take(file, Ok([folder.text(file), String::new()]), false);
     }
     // Reading a response refuses what is not finite.
-    sonel_echogram::Response::read(std::io::Cursor::new(shop.bytes("a.npz"))).expect("a response");
+    sonel_echogram::Response::read(std::io::Cursor::new(folder.bytes("a.npz"))).expect("a response");
     wrong
 }
 
@@ -224,15 +224,15 @@ fn plans_of_hopeless_rooms_have_reasons() {
     let mut wrong = Vec::new();
     let hopeless = [0, 3, 6].map(|index| hard_cases().swap_remove(index));
     for (name, scene, mesh, tracing, _) in hopeless.into_iter().take(form(2, 3)) {
-        let shop = Workshop::with(&scene);
-        shop.write("room.obj", mesh);
-        trace(&shop, "a.sonelmap", tracing).expect("a sound scene");
+        let folder = TestFolder::with(&scene);
+        folder.write("room.obj", mesh);
+        trace(&folder, "a.sonelmap", tracing).expect("a sound scene");
         for options in [&["--plan"][..], &["--until", "level<0.1dB,t30<1%", "--rays", "512"]] {
             let what = format!("{name}, render {}", options[0]);
             for is_json in [false, true] {
                 let json = is_json.then_some("--json");
                 let options: Vec<&str> = options.iter().copied().chain(json).collect();
-                match render(&shop, "a.sonelmap", "a.npz", &options) {
+                match render(&folder, "a.sonelmap", "a.npz", &options) {
                     Ok([out, log]) => {
                         wrong.extend(judge(&what, &out, is_json));
                         wrong.extend(judge(&what, &log, false));
@@ -241,20 +241,20 @@ fn plans_of_hopeless_rooms_have_reasons() {
                 }
             }
         }
-        let plan = trace(&shop, "unused.sonelmap", &["--plan"]);
+        let plan = trace(&folder, "unused.sonelmap", &["--plan"]);
         wrong.extend(judge(name, &plan.map_or_else(|error| error, |said| said.concat()), false));
-        if let Ok([out, _]) = trace(&shop, "unused.sonelmap", &["--plan", "--json"]) {
+        if let Ok([out, _]) = trace(&folder, "unused.sonelmap", &["--plan", "--json"]) {
             wrong.extend(judge(name, &out, true));
         }
         let sweep = ["tradeoff", "scene.toml", "-o", "study.d", "--sonels", "64,128", "--repeats", "2"];
-        if let Err(error) = analyze(&shop, &sweep) {
+        if let Err(error) = analyze(&folder, &sweep) {
             wrong.extend(judge(name, &error, false));
             continue;
         }
         for file in ["README.md", "tradeoff.csv", "figures.csv"] {
-            wrong.extend(judge(&format!("{name}, {file}"), &shop.text(&format!("study.d/{file}")), false));
+            wrong.extend(judge(&format!("{name}, {file}"), &folder.text(&format!("study.d/{file}")), false));
         }
-        wrong.extend(judge(&format!("{name}, tradeoff.json"), &shop.text("study.d/tradeoff.json"), true));
+        wrong.extend(judge(&format!("{name}, tradeoff.json"), &folder.text("study.d/tradeoff.json"), true));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

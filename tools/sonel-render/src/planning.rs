@@ -5,7 +5,7 @@ use sonel_console::plan::Comparison;
 use sonel_renderer::RenderSettings;
 use sonel_study::forecast::Effort;
 use sonel_study::judges::some_of;
-use sonel_study::pilot::{self, Mission, SHARE_OF_TIME};
+use sonel_study::pilot::{self, PilotConfig, SHARE_OF_TIME};
 use sonel_study::plan::Plan;
 use sonel_study::spread::{PLANNED, readings};
 use sonel_study::trial::Room;
@@ -24,7 +24,7 @@ pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> a
     let header = job.map.header();
     let room = Room::within(&header.scene, header.scene.geometry()?, header.effects.clone());
     let judges = some_of(job.receivers.to_vec());
-    let mission = Mission {
+    let config = PilotConfig {
         room: &room,
         trace: header.settings,
         render: settings.clone(),
@@ -33,7 +33,7 @@ pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> a
         seconds: at_most.map(|seconds| SHARE_OF_TIME * seconds),
         prices_edges: true,
     };
-    let pilot = pilot::run(&mission, &CpuClock)?;
+    let pilot = pilot::run(&config, &CpuClock)?;
     let map = effort(job, settings.rays);
     Ok(Plan::of_map(pilot, &header.scene, &judges, job.receivers.len(), map, settings.bin))
 }

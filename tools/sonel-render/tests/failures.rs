@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use sonel_testkit::workshop::{Ended, Workshop};
+use sonel_testkit::test_folder::{Ended, TestFolder};
 
 const SCENE: &str = r#"
 name = "box"
@@ -22,18 +22,18 @@ position = [1.0, 1.0, 1.5]
 "#;
 const PROGRAM: &str = env!("CARGO_BIN_EXE_sonel-render");
 
-fn traced(sonels: &str) -> Workshop {
-    let shop = Workshop::with(SCENE);
-    let line = shop.line("sonel-trace", "scene.toml", "room.sonelmap", &["--sonels", sonels]);
+fn traced(sonels: &str) -> TestFolder {
+    let folder = TestFolder::with(SCENE);
+    let line = folder.line("sonel-trace", "scene.toml", "room.sonelmap", &["--sonels", sonels]);
     sonel_trace::run(&sonel_trace::Arguments::parse_from(line), &mut std::io::sink(), &mut std::io::sink())
         .expect("a sound scene");
-    shop
+    folder
 }
 
 /// The paths are read again for every eight receivers: the cut is met long before the end.
 #[test]
 fn a_map_cut_off_while_it_is_rendered_is_one_message_and_leaves_nothing() {
-    let shop = traced("20k");
+    let folder = traced("20k");
     let words = [
         "room.sonelmap",
         "-o",
@@ -44,30 +44,34 @@ fn a_map_cut_off_while_it_is_rendered_is_one_message_and_leaves_nothing() {
         "--bin",
         "0.01",
     ];
-    let child =
-        Command::new(PROGRAM).current_dir(shop.folder()).args(words).stderr(Stdio::piped()).spawn().unwrap();
+    let child = Command::new(PROGRAM)
+        .current_dir(folder.folder())
+        .args(words)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
     let begun = Instant::now();
-    while shop.names().len() < 3 {
+    while folder.names().len() < 3 {
         assert!(begun.elapsed() < Duration::from_secs(60), "no output was begun");
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(300));
-    std::fs::File::options().write(true).open(shop.path("room.sonelmap")).unwrap().set_len(4096).unwrap();
+    std::fs::File::options().write(true).open(folder.path("room.sonelmap")).unwrap().set_len(4096).unwrap();
     let ended = child.wait_with_output().unwrap();
     let said = String::from_utf8(ended.stderr).unwrap();
     assert_eq!(ended.status.code(), Some(2), "{said}");
     assert!(said.starts_with("error: an input was cut off") && said.lines().count() == 1, "{said}");
-    assert_eq!(shop.names(), ["room.sonelmap", "scene.toml"]);
+    assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
 }
 
 #[test]
 fn memory_that_is_not_there_is_told_with_a_remedy() {
-    let shop = traced("500");
+    let folder = traced("500");
     // Echograms of half a million bins.
     let words = "room.sonelmap -o room.npz --quiet --threads 1 --grid 1:4:4,2,1.2 --bin 0.000001";
     let render = format!("ulimit -v 400000; exec {PROGRAM} {words}");
-    let ended = Ended::of(Command::new("sh").current_dir(shop.folder()).args(["-c", &render]));
+    let ended = Ended::of(Command::new("sh").current_dir(folder.folder()).args(["-c", &render]));
     assert_eq!(ended.code, Some(2), "{ended:?}");
     assert!(ended.err.contains("where memory is short"), "{ended:?}");
-    assert_eq!(shop.names(), ["room.sonelmap", "scene.toml"]);
+    assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
 }

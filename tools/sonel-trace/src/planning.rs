@@ -9,7 +9,7 @@ use sonel_console::feasible::Demand;
 use sonel_map::{Mode, Settings, ShardRange};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_study::judges::judges;
-use sonel_study::pilot::{self, Mission, Pilot};
+use sonel_study::pilot::{self, Pilot, PilotConfig};
 use sonel_study::plan::{DEFAULT_ACCURACY, most_by_default};
 use sonel_study::spread::PLANNED;
 use sonel_study::trial::{Clock, Room, TrialError};
@@ -39,11 +39,11 @@ impl<'a> Planner<'a> {
 
     /// Runs a pilot that looks at `parameters`, in so many CPU `seconds` where they are limited.
     pub fn pilot(&self, parameters: &[Parameter], seconds: Option<f64>) -> Result<Pilot, TrialError> {
-        pilot::run(&Mission { prices_edges: true, ..self.mission(parameters, seconds) }, &CpuClock)
+        pilot::run(&PilotConfig { prices_edges: true, ..self.config(parameters, seconds) }, &CpuClock)
     }
 
-    fn mission<'b>(&'b self, parameters: &'b [Parameter], seconds: Option<f64>) -> Mission<'b> {
-        Mission {
+    fn config<'b>(&'b self, parameters: &'b [Parameter], seconds: Option<f64>) -> PilotConfig<'b> {
+        PilotConfig {
             prices_edges: false,
             room: self.room,
             trace: self.settings,
@@ -65,7 +65,7 @@ impl<'a> Planner<'a> {
         }
         let sources = self.room.scene().sources.len() as f64;
         let begin = CpuClock.process();
-        let segments = pilot::segments(&self.mission(&PLANNED, None))?;
+        let segments = pilot::segments(&self.config(&PLANNED, None))?;
         let each = (CpuClock.process() - begin) / pilot::FEW as f64;
         let map_bytes = VERTEX_BYTES * segments * sources * emissions;
         let memory_bytes = VERTEX_BYTES * segments * CHUNKS_IN_MEMORY;
@@ -86,7 +86,7 @@ impl<'a> Planner<'a> {
             return Ok((least, None));
         }
         // Where paths are so long that no more than the least would be taken anyway, nobody needs to know how many should be.
-        let segments = pilot::segments(&self.mission(&PLANNED, None))?;
+        let segments = pilot::segments(&self.config(&PLANNED, None))?;
         if most_by_default(segments) <= least {
             writeln!(
                 log,
@@ -96,7 +96,7 @@ impl<'a> Planner<'a> {
         }
         let batches = self.settings.batches;
         let is_sure = |pilot: &Pilot| pilot.is_far_beyond_default(batches, least);
-        let pilot = match pilot::run_until(&self.mission(&PLANNED, None), &CpuClock, is_sure) {
+        let pilot = match pilot::run_until(&self.config(&PLANNED, None), &CpuClock, is_sure) {
             Ok(pilot) => pilot,
             Err(TrialError::Render(error)) => {
                 writeln!(log, "{least} sonels: no accuracy can be predicted ({error})")?;

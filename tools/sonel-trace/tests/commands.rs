@@ -3,103 +3,107 @@
 
 use serde_json::Value;
 use sonel_testkit::meshes::{self, room};
-use sonel_testkit::workshop::{Ended, Workshop};
+use sonel_testkit::test_folder::{Ended, TestFolder};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_sonel-trace");
 const SCENE: &str = "shoebox = [5.0, 4.0, 3.0]\nduration_s = 0.1\n[materials.walls]\nabsorption = 0.5\n\
                      [[sources]]\nposition = [1.0, 1.0, 1.5]\n";
 
-fn trace(shop: &Workshop, scene: &str, map: &str) -> Ended {
-    shop.run(PROGRAM, &[scene, "-o", map, "--sonels", "500", "--effects", "none", "--quiet"])
+fn trace(folder: &TestFolder, scene: &str, map: &str) -> Ended {
+    folder.run(PROGRAM, &[scene, "-o", map, "--sonels", "500", "--effects", "none", "--quiet"])
 }
 
 #[test]
 fn a_new_scene_is_checked_and_traced_and_every_format_gives_the_same_map() {
-    let shop = Workshop::with("");
+    let folder = TestFolder::with("");
     let files = meshes::named_files(&room());
     for (name, bytes) in &files {
-        shop.write(name, bytes);
+        folder.write(name, bytes);
     }
-    shop.write("room data.bin", meshes::gltf_buffer(&room()));
-    let made = shop.run(PROGRAM, &["new", "room.obj", "-o", "first.toml"]);
+    folder.write("room data.bin", meshes::gltf_buffer(&room()));
+    let made = folder.run(PROGRAM, &["new", "room.obj", "-o", "first.toml"]);
     assert_eq!((made.code, made.out.as_str()), (Some(0), ""), "{}", made.err);
-    let checked = shop.run(PROGRAM, &["check", "first.toml"]);
+    let checked = folder.run(PROGRAM, &["check", "first.toml"]);
     assert_eq!(checked.code, Some(0), "{}", checked.out);
     for part in ["210.0 m³", "Sabine [s]", "floor", "nothing needs a look"] {
         assert!(checked.out.contains(part), "{part}: {}", checked.out);
     }
     for (name, _) in &files {
-        shop.write("scene.toml", shop.text("first.toml").replace("room.obj", name));
-        let traced = trace(&shop, "scene.toml", &format!("{name}.sonelmap"));
+        folder.write("scene.toml", folder.text("first.toml").replace("room.obj", name));
+        let traced = trace(&folder, "scene.toml", &format!("{name}.sonelmap"));
         assert_eq!(traced.code, Some(0), "{name}: {}", traced.err);
-        assert!(shop.bytes(&format!("{name}.sonelmap")) == shop.bytes("room.obj.sonelmap"), "{name}");
+        assert!(folder.bytes(&format!("{name}.sonelmap")) == folder.bytes("room.obj.sonelmap"), "{name}");
     }
 }
 
 #[test]
 fn a_new_scene_replaces_nothing() {
-    let shop = Workshop::with("edited = 1");
-    shop.write("room.obj", meshes::obj(&room()));
-    let refused = shop.run(PROGRAM, &["new", "room.obj", "-o", "scene.toml"]).refused();
+    let folder = TestFolder::with("edited = 1");
+    folder.write("room.obj", meshes::obj(&room()));
+    let refused = folder.run(PROGRAM, &["new", "room.obj", "-o", "scene.toml"]).refused();
     assert!(refused.contains("scene.toml"), "{refused}");
-    assert_eq!(shop.text("scene.toml"), "edited = 1");
-    assert!(shop.run(PROGRAM, &["new", "none.obj", "-o", "other.toml"]).refused().contains("none.obj"));
-    assert!(!shop.names().contains(&"other.toml".to_owned()));
+    assert_eq!(folder.text("scene.toml"), "edited = 1");
+    assert!(folder.run(PROGRAM, &["new", "none.obj", "-o", "other.toml"]).refused().contains("none.obj"));
+    assert!(!folder.names().contains(&"other.toml".to_owned()));
 }
 
 #[test]
 fn a_check_ends_with_code_1_where_something_needs_a_look() {
-    let shop = Workshop::with(SCENE);
-    assert_eq!(shop.run(PROGRAM, &["check", "scene.toml"]).code, Some(0));
-    shop.write("scene.toml", SCENE.replace("1.5]", "-1.5]"));
-    let ended = shop.run(PROGRAM, &["check", "scene.toml"]);
+    let folder = TestFolder::with(SCENE);
+    assert_eq!(folder.run(PROGRAM, &["check", "scene.toml"]).code, Some(0));
+    folder.write("scene.toml", SCENE.replace("1.5]", "-1.5]"));
+    let ended = folder.run(PROGRAM, &["check", "scene.toml"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.out.contains("error: scene.toml:6:12: sources[1].position"), "{}", ended.out);
     assert!(ended.out.contains("60.0 m³") && ended.out.ends_with("1 thing needs a look\n"), "{}", ended.out);
-    let listed = shop.run(PROGRAM, &["check", "scene.toml", "--json"]);
+    let listed = folder.run(PROGRAM, &["check", "scene.toml", "--json"]);
     let json: Value = serde_json::from_str(&listed.out).unwrap();
     assert_eq!((listed.code, json["errors"].as_array().unwrap().len()), (Some(1), 1), "{}", listed.out);
     assert_eq!((json["room"]["triangles"].as_u64(), json["room"]["surfaces"].as_u64()), (Some(12), Some(6)));
     assert!((json["room"]["volume_m3"].as_f64().unwrap() - 60.0).abs() < 1e-9, "{}", listed.out);
-    let fixed = shop.run(PROGRAM, &["check", "scene.toml", "--fix", "fixed.obj"]);
+    let fixed = folder.run(PROGRAM, &["check", "scene.toml", "--fix", "fixed.obj"]);
     assert_eq!(fixed.code, Some(1), "{}", fixed.err);
-    assert_eq!(shop.text("fixed.obj").matches("\nf ").count(), 12);
+    assert_eq!(folder.text("fixed.obj").matches("\nf ").count(), 12);
     assert!(
-        shop.run(PROGRAM, &["check", "scene.toml", "--fix", "scene.toml"]).refused().contains("is an input")
+        folder
+            .run(PROGRAM, &["check", "scene.toml", "--fix", "scene.toml"])
+            .refused()
+            .contains("is an input")
     );
-    shop.write("mine.obj", "v 0 0 0");
+    folder.write("mine.obj", "v 0 0 0");
     assert!(
-        shop.run(PROGRAM, &["check", "scene.toml", "--fix", "mine.obj"])
+        folder
+            .run(PROGRAM, &["check", "scene.toml", "--fix", "mine.obj"])
             .refused()
             .contains("mine.obj exists")
     );
-    shop.write("scene.toml", "shoebox = [");
-    assert_eq!(shop.run(PROGRAM, &["check", "scene.toml"]).code, Some(2));
-    assert_eq!(shop.run(PROGRAM, &["check", "none.toml"]).code, Some(2));
+    folder.write("scene.toml", "shoebox = [");
+    assert_eq!(folder.run(PROGRAM, &["check", "scene.toml"]).code, Some(2));
+    assert_eq!(folder.run(PROGRAM, &["check", "none.toml"]).code, Some(2));
 }
 
 #[test]
 fn materials_are_found_by_their_words() {
-    let shop = Workshop::with(SCENE);
-    let found = shop.run(PROGRAM, &["materials", "needle", "FELT"]);
+    let folder = TestFolder::with(SCENE);
+    let found = folder.run(PROGRAM, &["materials", "needle", "FELT"]);
     assert_eq!(found.code, Some(0));
     assert!(found.out.contains("felt-5mm") && found.out.contains("0.02*"), "{}", found.out);
     assert!(found.out.lines().count() == 3, "{}", found.out);
-    assert_eq!(shop.run(PROGRAM, &["materials", "unobtainium"]).code, Some(1));
-    shop.write("m.geo", "ABS oak = <1 2 3 4 5 6>\n");
-    assert!(shop.run(PROGRAM, &["materials", "--file", "m.geo"]).out.contains("oak"));
-    shop.write("m.geo", "ABS oak = <1 2 3>\n");
-    assert!(shop.run(PROGRAM, &["materials", "--file", "m.geo"]).refused().contains("m.geo:1:1: ABS oak"));
+    assert_eq!(folder.run(PROGRAM, &["materials", "unobtainium"]).code, Some(1));
+    folder.write("m.geo", "ABS oak = <1 2 3 4 5 6>\n");
+    assert!(folder.run(PROGRAM, &["materials", "--file", "m.geo"]).out.contains("oak"));
+    folder.write("m.geo", "ABS oak = <1 2 3>\n");
+    assert!(folder.run(PROGRAM, &["materials", "--file", "m.geo"]).refused().contains("m.geo:1:1: ABS oak"));
 }
 
 #[test]
 fn scenes_may_have_the_names_of_commands() {
-    let shop = Workshop::with(SCENE);
+    let folder = TestFolder::with(SCENE);
     for name in ["check.toml", "new.toml", "materials.toml", "check"] {
-        shop.write(name, SCENE);
+        folder.write(name, SCENE);
         let scene = if name == "check" { "./check" } else { name };
         let map = format!("{}.sonelmap", name.replace('.', "-"));
-        assert_eq!(trace(&shop, scene, &map).code, Some(0), "{name}");
+        assert_eq!(trace(&folder, scene, &map).code, Some(0), "{name}");
     }
-    assert!(trace(&shop, "help", "help.sonelmap").refused().contains("help"));
+    assert!(trace(&folder, "help", "help.sonelmap").refused().contains("help"));
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use sonel_testkit::workshop::{Ended, Workshop};
+use sonel_testkit::test_folder::{Ended, TestFolder};
 
 const SCENE: &str = r#"
 name = "box"
@@ -28,24 +28,24 @@ const OLD: &str = "SONELMAP, the old one";
 /// Somebody without rights.
 const NOBODY: u32 = 65_534;
 
-fn workshop() -> Workshop {
-    let shop = Workshop::with(SCENE);
-    shop.write("room.sonelmap", OLD);
-    shop
+fn test_folder() -> TestFolder {
+    let folder = TestFolder::with(SCENE);
+    folder.write("room.sonelmap", OLD);
+    folder
 }
 
-fn arguments(shop: &Workshop, map: &Path, sonels: &str) -> Vec<PathBuf> {
+fn arguments(folder: &TestFolder, map: &Path, sonels: &str) -> Vec<PathBuf> {
     let words = ["-o".into(), map.to_owned(), "--quiet".into(), "--sonels".into(), sonels.into()];
-    [shop.path("scene.toml")].into_iter().chain(words).collect()
+    [folder.path("scene.toml")].into_iter().chain(words).collect()
 }
 
-fn old_one_is_there(shop: &Workshop) -> bool {
-    shop.bytes("room.sonelmap") == OLD.as_bytes()
+fn old_one_is_there(folder: &TestFolder) -> bool {
+    folder.bytes("room.sonelmap") == OLD.as_bytes()
 }
 
 /// Names in the folder but those of scene and map.
-fn others(shop: &Workshop) -> Vec<String> {
-    shop.names().into_iter().filter(|name| name != "scene.toml" && name != "room.sonelmap").collect()
+fn others(folder: &TestFolder) -> Vec<String> {
+    folder.names().into_iter().filter(|name| name != "scene.toml" && name != "room.sonelmap").collect()
 }
 
 /// Runs `command`, which must end with code 2 and one message that says all of `parts`.
@@ -58,15 +58,15 @@ fn refused(command: &mut Command, parts: &[&str]) {
 }
 
 /// Starts a long run and waits until it has written something.
-fn begun(shop: &Workshop) -> Child {
+fn begun(folder: &TestFolder) -> Child {
     let mut child = Command::new(PROGRAM)
-        .args(arguments(shop, &shop.path("room.sonelmap"), "9M"))
+        .args(arguments(folder, &folder.path("room.sonelmap"), "9M"))
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     let begun = Instant::now();
     let written = || {
-        let sizes = others(shop).into_iter().map(|name| shop.path(&name).metadata().unwrap().len());
+        let sizes = others(folder).into_iter().map(|name| folder.path(&name).metadata().unwrap().len());
         sizes.sum::<u64>() > 1 << 20
     };
     while !written() {
@@ -79,40 +79,40 @@ fn begun(shop: &Workshop) -> Child {
 
 #[test]
 fn a_killed_run_leaves_the_old_map_and_a_file_that_the_next_run_removes() {
-    let shop = workshop();
-    let mut child = begun(&shop);
-    let of_the_other = others(&shop);
+    let folder = test_folder();
+    let mut child = begun(&folder);
+    let of_the_other = others(&folder);
     // While it runs, another run with the same output leaves its file alone.
     assert!(
         Command::new(PROGRAM)
-            .args(arguments(&shop, &shop.path("room.sonelmap"), "100"))
+            .args(arguments(&folder, &folder.path("room.sonelmap"), "100"))
             .status()
             .unwrap()
             .success()
     );
-    assert_eq!(others(&shop), of_the_other);
+    assert_eq!(others(&folder), of_the_other);
     child.kill().unwrap();
     child.wait().unwrap();
-    let others_left = others(&shop);
+    let others_left = others(&folder);
     assert_eq!(others_left.len(), 1, "{others_left:?}");
     let left = &others_left[0];
     assert!(left.starts_with("room.sonelmap.") && left.ends_with(".unfinished"), "{left}");
     // Whoever takes it for a map is told.
-    let file = std::fs::File::open(shop.path(left)).unwrap();
+    let file = std::fs::File::open(folder.path(left)).unwrap();
     assert!(matches!(sonel_map::SonelMap::open(&file), Err(sonel_map::MapError::Incomplete)));
     drop(file);
     let words = ["scene.toml", "-o", "room.sonelmap", "--sonels", "100"];
-    let said = shop.run(PROGRAM, &words).done().err;
+    let said = folder.run(PROGRAM, &words).done().err;
     assert!(said.contains(&format!("{left}, which a run that was killed had left")), "{said}");
-    assert_eq!(others(&shop), [""; 0]);
+    assert_eq!(others(&folder), [""; 0]);
 }
 
 /// Ctrl-C and `kill`.
 #[test]
 fn an_interrupted_run_leaves_the_old_map_and_nothing_else() {
     for (signal, code) in [("INT", 130), ("TERM", 143)] {
-        let shop = workshop();
-        let child = begun(&shop);
+        let folder = test_folder();
+        let child = begun(&folder);
         let sent = Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().unwrap();
         assert!(sent.success());
         let ended = child.wait_with_output().unwrap();
@@ -121,41 +121,41 @@ fn an_interrupted_run_leaves_the_old_map_and_nothing_else() {
             String::from_utf8(ended.stderr).unwrap(),
             "error: interrupted; older outputs are untouched\n"
         );
-        assert!(old_one_is_there(&shop));
-        assert_eq!(others(&shop), [""; 0], "{signal}");
+        assert!(old_one_is_there(&folder));
+        assert_eq!(others(&folder), [""; 0], "{signal}");
     }
 }
 
 #[test]
 fn no_input_is_replaced() {
-    let shop = workshop();
-    shop.write("room.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl walls\nf 1 2 3\n");
+    let folder = test_folder();
+    folder.write("room.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl walls\nf 1 2 3\n");
     let scene = SCENE.replace("shoebox = [5.0, 4.0, 3.0]", "mesh = \"room.obj\"");
-    shop.write("scene.toml", &scene);
-    std::fs::hard_link(shop.path("room.obj"), shop.path("link.sonelmap")).unwrap();
-    std::os::unix::fs::symlink("scene.toml", shop.path("symbolic.sonelmap")).unwrap();
+    folder.write("scene.toml", &scene);
+    std::fs::hard_link(folder.path("room.obj"), folder.path("link.sonelmap")).unwrap();
+    std::os::unix::fs::symlink("scene.toml", folder.path("symbolic.sonelmap")).unwrap();
     for target in ["scene.toml", "room.obj", "link.sonelmap", "symbolic.sonelmap"] {
         let mut command = Command::new(PROGRAM);
-        command.args(arguments(&shop, &shop.path(target), "100"));
+        command.args(arguments(&folder, &folder.path(target), "100"));
         refused(&mut command, &[target, "is an input of this command", "choose another output"]);
     }
-    shop.write("letter.txt", "dear");
+    folder.write("letter.txt", "dear");
     let mut command = Command::new(PROGRAM);
     refused(
-        command.args(arguments(&shop, &shop.path("letter.txt"), "100")),
+        command.args(arguments(&folder, &folder.path("letter.txt"), "100")),
         &["exists and is not a sonel map"],
     );
-    assert_eq!((shop.text("scene.toml"), shop.text("letter.txt")), (scene, "dear".to_owned()));
-    assert_eq!(shop.text("link.sonelmap"), shop.text("room.obj"));
+    assert_eq!((folder.text("scene.toml"), folder.text("letter.txt")), (scene, "dear".to_owned()));
+    assert_eq!(folder.text("link.sonelmap"), folder.text("room.obj"));
 }
 
 #[test]
 fn runs_beyond_all_measure_are_refused_with_what_they_take() {
-    let shop = workshop();
-    let target = shop.path("room.sonelmap");
+    let folder = test_folder();
+    let target = folder.path("room.sonelmap");
     let mut command = Command::new(PROGRAM);
     refused(
-        command.args(arguments(&shop, &target, "1e15")),
+        command.args(arguments(&folder, &target, "1e15")),
         &[
             "--sonels 1000000000000000 is not feasible: map",
             "TB (limit 1.0 TB)",
@@ -166,92 +166,92 @@ fn runs_beyond_all_measure_are_refused_with_what_they_take() {
     );
     for threads in ["0", "1025", "10000", "many"] {
         let mut command = Command::new(PROGRAM);
-        let said =
-            Ended::of(command.args(arguments(&shop, &target, "100")).args(["--threads", threads])).refused();
+        let said = Ended::of(command.args(arguments(&folder, &target, "100")).args(["--threads", threads]))
+            .refused();
         assert!(said.contains("give 1 … 1024 threads"), "{said}");
     }
-    assert!(old_one_is_there(&shop));
+    assert!(old_one_is_there(&folder));
 }
 
 /// A limit on the size of files fails a write as a full disk does. The shell sets it and ignores the signal that goes with it.
 #[test]
 fn a_full_disk_leaves_the_old_map_and_says_so() {
-    let shop = workshop();
+    let folder = test_folder();
     for blocks in ["0", "1", "100"] {
         let mut limited = Command::new("sh");
         limited.args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\"", blocks, PROGRAM]);
-        limited.args(arguments(&shop, &shop.path("room.sonelmap"), "20k"));
+        limited.args(arguments(&folder, &folder.path("room.sonelmap"), "20k"));
         refused(&mut limited, &["room.sonelmap", "untouched"]);
-        assert!(old_one_is_there(&shop));
-        assert_eq!(others(&shop), [""; 0], "{blocks} blocks");
+        assert!(old_one_is_there(&folder));
+        assert_eq!(others(&folder), [""; 0], "{blocks} blocks");
     }
     // The limit is what fails it: with room enough it is written.
     let mut ample = Command::new("sh");
     ample.args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\"", "1000000", PROGRAM]);
-    ample.args(arguments(&shop, &shop.path("room.sonelmap"), "20k"));
-    assert!(ample.status().unwrap().success() && !old_one_is_there(&shop));
+    ample.args(arguments(&folder, &folder.path("room.sonelmap"), "20k"));
+    assert!(ample.status().unwrap().success() && !old_one_is_there(&folder));
 }
 
 #[test]
 fn what_is_no_file_cannot_be_written() {
-    let shop = workshop();
-    let pipe = shop.pipe("pipe");
-    for target in [&pipe, Path::new("/dev/null"), shop.folder()] {
+    let folder = test_folder();
+    let pipe = folder.pipe("pipe");
+    for target in [&pipe, Path::new("/dev/null"), folder.folder()] {
         let mut command = Command::new(PROGRAM);
         refused(
-            command.args(arguments(&shop, target, "100")),
+            command.args(arguments(&folder, target, "100")),
             &[&target.to_string_lossy(), "another output"],
         );
     }
     let mut command = Command::new(PROGRAM);
-    let nowhere = shop.path("nowhere/room.sonelmap");
-    refused(command.args(arguments(&shop, &nowhere, "100")), &["nowhere", "create it first"]);
+    let nowhere = folder.path("nowhere/room.sonelmap");
+    refused(command.args(arguments(&folder, &nowhere, "100")), &["nowhere", "create it first"]);
     // Nobody may create files there, not even who may do everything.
     #[cfg(target_os = "linux")]
     {
         let mut command = Command::new(PROGRAM);
         let system = Path::new("/proc/room.sonelmap");
-        refused(command.args(arguments(&shop, system, "100")), &["/proc", "choose another folder"]);
+        refused(command.args(arguments(&folder, system, "100")), &["/proc", "choose another folder"]);
     }
 }
 
 /// A program that opened a pipe would wait for a writer that never comes.
 #[test]
 fn what_is_no_file_cannot_be_read() {
-    let shop = workshop();
-    let (pipe, target) = (shop.pipe("pipe"), shop.path("room.sonelmap"));
-    for scene in [&pipe, Path::new("/dev/null"), shop.folder()] {
-        let mut arguments = arguments(&shop, &target, "100");
+    let folder = test_folder();
+    let (pipe, target) = (folder.pipe("pipe"), folder.path("room.sonelmap"));
+    for scene in [&pipe, Path::new("/dev/null"), folder.folder()] {
+        let mut arguments = arguments(&folder, &target, "100");
         arguments[0] = scene.to_owned();
         let parts = ["cannot read the scene", &scene.to_string_lossy(), "not a regular file"];
         refused(Command::new(PROGRAM).args(&arguments), &parts);
     }
     let mesh = SCENE.replace("shoebox = [5.0, 4.0, 3.0]", "mesh = \"pipe\"");
-    shop.write("scene.toml", mesh);
+    folder.write("scene.toml", mesh);
     refused(
-        Command::new(PROGRAM).args(arguments(&shop, &target, "100")),
+        Command::new(PROGRAM).args(arguments(&folder, &target, "100")),
         &["cannot read `pipe`: not a regular file"],
     );
-    shop.write("scene.toml", SCENE);
-    let mut extending = arguments(&shop, &target, "100");
+    folder.write("scene.toml", SCENE);
+    let mut extending = arguments(&folder, &target, "100");
     extending.extend(["--extend".into(), pipe]);
     refused(Command::new(PROGRAM).args(extending), &["pipe", "not a regular file"]);
-    assert!(old_one_is_there(&shop));
+    assert!(old_one_is_there(&folder));
 }
 
 /// Permissions bind everybody but the superuser, who becomes nobody for this test.
 #[test]
 fn without_permission_the_folder_or_the_scene_is_named() {
-    let shop = workshop();
+    let folder = test_folder();
     let set = |path: &Path, mode| std::fs::set_permissions(path, PermissionsExt::from_mode(mode)).unwrap();
     // The superuser's folders may be closed to nobody: a copy of the program is not.
-    let program = shop.path("program");
+    let program = folder.path("program");
     std::fs::copy(PROGRAM, &program).unwrap();
     set(&program, 0o755);
-    let closed = shop.path("closed");
+    let closed = folder.path("closed");
     std::fs::create_dir(&closed).unwrap();
     set(&closed, 0o555);
-    set(shop.folder(), 0o755);
+    set(folder.folder(), 0o755);
     let unprivileged = || {
         let mut command = Command::new(&program);
         let may_do_everything = std::fs::File::create(closed.join("probe")).is_ok();
@@ -262,10 +262,13 @@ fn without_permission_the_folder_or_the_scene_is_named() {
     };
     let target = closed.join("room.sonelmap");
     refused(
-        unprivileged().args(arguments(&shop, &target, "100")),
+        unprivileged().args(arguments(&folder, &target, "100")),
         &["cannot write in", &closed.to_string_lossy(), "choose another folder"],
     );
-    set(&shop.path("scene.toml"), 0o000);
-    refused(unprivileged().args(arguments(&shop, &target, "100")), &["cannot read the scene", "scene.toml"]);
+    set(&folder.path("scene.toml"), 0o000);
+    refused(
+        unprivileged().args(arguments(&folder, &target, "100")),
+        &["cannot read the scene", "scene.toml"],
+    );
     set(&closed, 0o755);
 }

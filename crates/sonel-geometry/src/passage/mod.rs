@@ -13,22 +13,22 @@
 mod air;
 mod boxes;
 mod faces;
-mod few;
 mod hierarchy;
 mod lanes;
 mod line;
 mod question;
 mod search;
+mod top_k;
 
 use crate::{Departure, Edge, Geometry, Side};
 use air::Air;
 pub use faces::EdgeFaces;
 use faces::Regions;
-use few::Near;
 use glam::DVec3;
 use hierarchy::Hierarchy;
 pub use line::EdgeLine;
 use search::{Feet, Neighbours, Rivals};
+use top_k::Near;
 
 /// How a straight way passes an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -248,7 +248,7 @@ impl EdgeIndex {
 
     /// An edge that is nearer to the foot than the one passed and hides it, and in sight.
     fn rival(&self, geometry: &Geometry, foot: &Foot) -> Option<Near> {
-        let mut behind = few::BEFORE_ALL;
+        let mut behind = top_k::BEFORE_ALL;
         loop {
             let mut rivals = Rivals::new(self, foot, behind);
             for group in self.groups.iter().take_while(|group| group.limit >= foot.least_limit) {

@@ -1,10 +1,10 @@
 //! What is looked for among edges: feet on a way, rivals about a foot, and all that a way comes near.
 
 use super::boxes::Boxes;
-use super::few::{Few, Near};
 use super::hierarchy::Search;
 use super::lanes::Block;
 use super::question::{Point, Ray};
+use super::top_k::{Near, TopK};
 use super::{EdgeIndex, Foot, Nearby, Way};
 use glam::DVec3;
 
@@ -26,14 +26,14 @@ pub(super) struct Feet<'a, C> {
     within: f64,
     counts: C,
     /// In the order in which they are passed.
-    pub few: Few<FEET>,
+    pub few: TopK<FEET>,
 }
 
 impl<'a, C: Fn(u32, f64) -> bool> Feet<'a, C> {
     /// Those behind a foot and edge.
     pub fn new(index: &'a EdgeIndex, way: &'a Way, counts: C, behind: (f64, u32)) -> Self {
         let ray = Ray::new(way.origin, way.direction, way.to, way.reach, index.extent);
-        Self { index, way, ray, within: way.reach * way.reach, counts, few: Few::behind(behind) }
+        Self { index, way, ray, within: way.reach * way.reach, counts, few: TopK::behind(behind) }
     }
 
     /// Goes on with edges of another limit [m].
@@ -79,7 +79,7 @@ pub(super) struct Rivals<'a> {
     edge: u32,
     limit: f64,
     /// In the order of their distances.
-    pub few: Few<RIVALS>,
+    pub few: TopK<RIVALS>,
 }
 
 impl<'a> Rivals<'a> {
@@ -87,7 +87,7 @@ impl<'a> Rivals<'a> {
     pub fn new(index: &'a EdgeIndex, foot: &Foot, behind: (f64, u32)) -> Self {
         let point = Point::new(foot.position, index.extent);
         let (position, edge, limit) = (foot.position, foot.near.edge, foot.limit());
-        Self { index, position, point, edge, limit, few: Few::behind(behind) }
+        Self { index, position, point, edge, limit, few: TopK::behind(behind) }
     }
 
     /// Square of the distance within which rivals are still looked for [m²], never less for being in f32.

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use sonel_echogram::{Arrivals, Response};
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 use crate::{analyze, trace};
 
@@ -35,14 +35,14 @@ name = "seat 12"
 position = [4.0, 2.0, 1.2]
 "#;
 
-fn traced(options: &[&str]) -> Workshop {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, MAP, options);
-    shop
+fn traced(options: &[&str]) -> TestFolder {
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, MAP, options);
+    folder
 }
 
 /// An exponential decay at one receiver in one band.
-fn render(shop: &Workshop) {
+fn render(folder: &TestFolder) {
     let edges: Vec<f64> = (0..=1000).map(|edge| f64::from(edge) * 0.001).collect();
     let energy = edges.windows(2).map(|pair| (-10.0 * pair[0]).exp() - (-10.0 * pair[1]).exp()).collect();
     let response = Response {
@@ -62,11 +62,13 @@ fn render(shop: &Workshop) {
         arrivals: Arrivals::default(),
         metadata: serde_json::json!({ "scene": "test room" }),
     };
-    response.write(std::fs::File::create(shop.path(RESPONSE)).expect("a folder for tests")).expect("written");
+    response
+        .write(std::fs::File::create(folder.path(RESPONSE)).expect("a folder for tests"))
+        .expect("written");
 }
 
-fn inspected(shop: &Workshop) -> Value {
-    serde_json::from_str(&analyze(shop, &["inspect", "--json", MAP]).done().out).expect("JSON")
+fn inspected(folder: &TestFolder) -> Value {
+    serde_json::from_str(&analyze(folder, &["inspect", "--json", MAP]).done().out).expect("JSON")
 }
 
 #[test]
@@ -86,16 +88,16 @@ fn the_ledger_of_every_kind_of_map_is_found_in_its_paths() {
 
 #[test]
 fn the_ledger_of_a_paper_map_is_found_in_its_paths() {
-    let shop = Workshop::with(&SCENE.replace("cardioid", "omni"));
-    trace(&shop, MAP, &["--sonels", "700", "--mode", "paper"]);
-    let ended = analyze(&shop, &["verify", MAP]).done();
+    let folder = TestFolder::with(&SCENE.replace("cardioid", "omni"));
+    trace(&folder, MAP, &["--sonels", "700", "--mode", "paper"]);
+    let ended = analyze(&folder, &["verify", MAP]).done();
     assert!(ended.out.contains("the paths say the same") && ended.err.is_empty(), "{ended:?}");
 }
 
 #[test]
 fn deposits_add_up_to_the_ledger() {
-    let shop = traced(&["--sonels", "2000"]);
-    let json = inspected(&shop);
+    let folder = traced(&["--sonels", "2000"]);
+    let json = inspected(&folder);
     assert_eq!((json["kind"].as_str(), json["emitted"].as_u64()), (Some("sonelmap"), Some(4000)));
     for (band, balance) in json["ledger"].as_array().unwrap().iter().enumerate() {
         let absorbed = balance["absorbed"].as_f64().unwrap() * 2.0;
@@ -116,7 +118,7 @@ fn deposits_add_up_to_the_ledger() {
         json[listing].as_array().unwrap().iter().map(|deposit| deposit["hits"].as_u64().unwrap()).sum()
     };
     assert_eq!(hits("surfaces"), hits("orders"));
-    let text = analyze(&shop, &["inspect", MAP]).done().out;
+    let text = analyze(&folder, &["inspect", MAP]).done().out;
     assert!(text.contains("test room") && text.contains("residual"));
 }
 
@@ -124,9 +126,9 @@ fn deposits_add_up_to_the_ledger() {
 fn inspect_lists_the_edges_that_diffract() {
     let text = analyze(&traced(&["--sonels", "50"]), &["inspect", MAP]).done().out;
     assert!(text.contains("no edge diffracts"), "{text}");
-    let shop = Workshop::shipped("seed-room");
-    trace(&shop, MAP, &["--sonels", "50"]);
-    let json = inspected(&shop);
+    let folder = TestFolder::shipped("seed-room");
+    trace(&folder, MAP, &["--sonels", "50"]);
+    let json = inspected(&folder);
     let edges = json["diffracting_edges"].as_array().unwrap();
     let mut lengths: Vec<f64> = edges.iter().map(|edge| edge["length_m"].as_f64().unwrap()).collect();
     lengths.sort_by(f64::total_cmp);
@@ -142,16 +144,16 @@ fn inspect_lists_the_edges_that_diffract() {
 
 #[test]
 fn the_result_does_not_depend_on_the_threads() {
-    let shop = traced(&["--sonels", "3000"]);
+    let folder = traced(&["--sonels", "3000"]);
     let runs = ["1", "2", "5"]
-        .map(|threads| analyze(&shop, &["inspect", "--json", "--threads", threads, MAP]).done().out);
+        .map(|threads| analyze(&folder, &["inspect", "--json", "--threads", threads, MAP]).done().out);
     assert!(!runs[0].is_empty() && runs[0] == runs[1] && runs[1] == runs[2]);
 }
 
 #[test]
 fn damaged_maps_are_named_and_refused() {
-    let shop = traced(&["--sonels", "500"]);
-    let sound = shop.bytes(MAP);
+    let folder = traced(&["--sonels", "500"]);
+    let sound = folder.bytes(MAP);
     let mut damages: Vec<Vec<u8>> = (0..20).map(|at| sound[..sound.len() * at / 20].to_vec()).collect();
     for at in (0..sound.len()).step_by(sound.len() / 40) {
         let mut flipped = sound.clone();
@@ -159,9 +161,9 @@ fn damaged_maps_are_named_and_refused() {
         damages.push(flipped);
     }
     for damaged in damages {
-        shop.write(MAP, damaged);
+        folder.write(MAP, damaged);
         for command in ["verify", "inspect"] {
-            let err = analyze(&shop, &[command, "--quiet", MAP]).refused();
+            let err = analyze(&folder, &[command, "--quiet", MAP]).refused();
             assert!(err.starts_with("error: ") && err.contains(MAP), "{command}: {err}");
         }
     }
@@ -169,11 +171,11 @@ fn damaged_maps_are_named_and_refused() {
 
 #[test]
 fn foreign_and_missing_files_are_named_and_refused() {
-    let shop = Workshop::with(SCENE);
-    shop.write("notes.txt", "no map at all");
+    let folder = TestFolder::with(SCENE);
+    folder.write("notes.txt", "no map at all");
     for command in ["parameters", "inspect", "verify"] {
-        for file in ["notes.txt", "missing.npz", &*shop.folder().to_string_lossy()] {
-            let err = analyze(&shop, &[command, file]).refused();
+        for file in ["notes.txt", "missing.npz", &*folder.folder().to_string_lossy()] {
+            let err = analyze(&folder, &[command, file]).refused();
             assert!(err.contains(file), "{command}: {err}");
             assert_eq!(err.lines().count(), 1, "one message: {err}");
         }
@@ -184,11 +186,11 @@ fn foreign_and_missing_files_are_named_and_refused() {
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_are_named_and_refused_at_once() {
-    let shop = Workshop::with(SCENE);
-    shop.pipe("pipe.sonelmap");
+    let folder = TestFolder::with(SCENE);
+    folder.pipe("pipe.sonelmap");
     for command in [&["parameters"][..], &["inspect"], &["verify"], &["diff", "/dev/null"]] {
         for file in ["pipe.sonelmap", "/dev/null", "."] {
-            let err = analyze(&shop, &[command, &[file]].concat()).refused();
+            let err = analyze(&folder, &[command, &[file]].concat()).refused();
             assert!(err.contains("not a regular file"), "{command:?}: {err}");
         }
     }
@@ -196,9 +198,9 @@ fn pipes_and_devices_are_named_and_refused_at_once() {
 
 #[test]
 fn a_response_is_read_in_every_format() {
-    let shop = Workshop::with(SCENE);
-    render(&shop);
-    let printed = |options: &[&str]| analyze(&shop, &[options, &[RESPONSE]].concat()).done().out;
+    let folder = TestFolder::with(SCENE);
+    render(&folder);
+    let printed = |options: &[&str]| analyze(&folder, &[options, &[RESPONSE]].concat()).done().out;
     let table = printed(&["parameters"]);
     assert!(table.starts_with("test room: source \"stage\" at receiver \"seat 12\""), "{table}");
     assert_eq!(printed(&["parameters", "--format", "csv"]).lines().count(), 11);
@@ -211,54 +213,54 @@ fn a_response_is_read_in_every_format() {
 
 #[test]
 fn a_response_is_drawn_and_what_it_lacks_is_named() {
-    let shop = Workshop::with(SCENE);
-    render(&shop);
-    let plot = |options: &[&str]| analyze(&shop, &[&["plot", RESPONSE], options].concat());
+    let folder = TestFolder::with(SCENE);
+    render(&folder);
+    let plot = |options: &[&str]| analyze(&folder, &[&["plot", RESPONSE], options].concat());
     plot(&["-o", "room.svg"]).done();
-    let text = shop.text("room.svg");
+    let text = folder.text("room.svg");
     for word in ["test room", "Echogram", "Decay", "T30 [s]", "1000 Hz", "</svg>"] {
         assert!(text.contains(word), "{word}");
     }
     plot(&["--what", "decay", "-o", "room.svg"]).done();
-    let text = shop.text("room.svg");
+    let text = folder.text("room.svg");
     assert!(text.contains("Decay") && !text.contains("Echogram"));
 
     let refused = plot(&["--receiver", "seat 13", "-o", "room.svg"]).refused();
     assert!(refused.contains("no receiver \"seat 13\"; it has seat 12"), "{refused}");
     assert!(plot(&["-o", "room.png"]).refused().contains(".svg"));
-    assert_eq!(shop.text("room.svg"), text, "the older drawing is untouched");
+    assert_eq!(folder.text("room.svg"), text, "the older drawing is untouched");
 }
 
 #[test]
 fn bad_options_are_errors_and_help_has_an_example() {
-    let shop = Workshop::with(SCENE);
+    let folder = TestFolder::with(SCENE);
     for options in [["--format", "xml"], ["--threads", "0"]] {
-        analyze(&shop, &["parameters", options[0], options[1], "nowhere.npz"]).refused();
+        analyze(&folder, &["parameters", options[0], options[1], "nowhere.npz"]).refused();
     }
     for command in ["parameters", "inspect", "verify", "plot"] {
-        assert!(analyze(&shop, &[command, "--help"]).done().out.contains("Example:"), "{command}");
+        assert!(analyze(&folder, &[command, "--help"]).done().out.contains("Example:"), "{command}");
     }
-    assert!(analyze(&shop, &["--help"]).done().out.contains("Example:"));
+    assert!(analyze(&folder, &["--help"]).done().out.contains("Example:"));
 }
 
 #[test]
 fn a_comparison_needs_two_of_a_kind_with_batches() {
-    let shop = traced(&["--sonels", "500"]);
-    render(&shop);
-    assert!(analyze(&shop, &["diff", RESPONSE, MAP]).refused().contains("room.sonelmap is a map and"));
-    assert!(analyze(&shop, &["diff", RESPONSE, RESPONSE]).refused().contains("no figure in common"));
+    let folder = traced(&["--sonels", "500"]);
+    render(&folder);
+    assert!(analyze(&folder, &["diff", RESPONSE, MAP]).refused().contains("room.sonelmap is a map and"));
+    assert!(analyze(&folder, &["diff", RESPONSE, RESPONSE]).refused().contains("no figure in common"));
 }
 
 /// `… | head`: the reader of stdout is gone before the first byte. That is neither a failure nor worth a word.
 #[test]
 fn a_closed_pipe_ends_the_program_quietly() {
-    let shop = traced(&["--sonels", "100"]);
-    render(&shop);
+    let folder = traced(&["--sonels", "100"]);
+    render(&folder);
     let run = |words: &[&str]| {
         let (reader, writer) = std::io::pipe().expect("a pipe");
         drop(reader);
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_sonel-analyze"));
-        let command = command.current_dir(shop.folder()).args(words).stdout(writer);
+        let command = command.current_dir(folder.folder()).args(words).stdout(writer);
         command.output().expect("a program that starts")
     };
     for words in [

@@ -1,7 +1,7 @@
 //! `diff` of maps from outside: what it prints and its exit codes.
 
 use serde_json::Value;
-use sonel_testkit::workshop::{Ended, Workshop};
+use sonel_testkit::test_folder::{Ended, TestFolder};
 
 use crate::{analyze, trace};
 
@@ -22,55 +22,55 @@ name = "stage"
 position = [1.5, 1.2, 1.3]
 "#;
 
-fn diff_json(shop: &Workshop, a: &str, b: &str) -> (Option<i32>, Value) {
-    let Ended { code, out, err } = analyze(shop, &["diff", "--json", a, b]);
+fn diff_json(folder: &TestFolder, a: &str, b: &str) -> (Option<i32>, Value) {
+    let Ended { code, out, err } = analyze(folder, &["diff", "--json", a, b]);
     (code, serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{err}")))
 }
 
 #[test]
 fn a_map_is_identical_to_itself() {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "500"]);
-    trace(&shop, "b.sonelmap", &["--sonels", "500"]);
-    let Ended { code, out, err } = analyze(&shop, &["diff", "a.sonelmap", "b.sonelmap"]);
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "500"]);
+    trace(&folder, "b.sonelmap", &["--sonels", "500"]);
+    let Ended { code, out, err } = analyze(&folder, &["diff", "a.sonelmap", "b.sonelmap"]);
     assert!(code == Some(0) && out.starts_with("identical") && err.is_empty(), "{out}{err}");
-    let (code, json) = diff_json(&shop, "a.sonelmap", "b.sonelmap");
+    let (code, json) = diff_json(&folder, "a.sonelmap", "b.sonelmap");
     assert!(code == Some(0) && json["identical"] == true && json["same"] == true, "{json}");
 }
 
 #[test]
 fn seeds_sizes_and_shards_of_one_scene_are_the_same() {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "8000"]);
-    trace(&shop, "seed.sonelmap", &["--sonels", "8000", "--seed", "2"]);
-    trace(&shop, "small.sonelmap", &["--sonels", "3000", "--seed", "3", "--batches", "8"]);
-    trace(&shop, "shard.sonelmap", &["--sonels", "12000", "--seed", "4", "--shard", "2/3"]);
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "8000"]);
+    trace(&folder, "seed.sonelmap", &["--sonels", "8000", "--seed", "2"]);
+    trace(&folder, "small.sonelmap", &["--sonels", "3000", "--seed", "3", "--batches", "8"]);
+    trace(&folder, "shard.sonelmap", &["--sonels", "12000", "--seed", "4", "--shard", "2/3"]);
     for other in ["seed.sonelmap", "small.sonelmap", "shard.sonelmap"] {
-        let Ended { code, out, err } = analyze(&shop, &["diff", "a.sonelmap", other]);
+        let Ended { code, out, err } = analyze(&folder, &["diff", "a.sonelmap", other]);
         assert!(
             code == Some(0) && out.contains("same within noise") && err.is_empty(),
             "{other}: {out}{err}"
         );
         assert!(out.contains("changed: seed: 1 in A, "), "{out}");
     }
-    let Ended { out, .. } = analyze(&shop, &["diff", "a.sonelmap", "shard.sonelmap"]);
+    let Ended { out, .. } = analyze(&folder, &["diff", "a.sonelmap", "shard.sonelmap"]);
     assert!(out.contains("changed: shard: 1 of 1 in A, 2 of 3 in B"), "{out}");
 }
 
 #[test]
 fn a_change_is_said_found_and_located() {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "before.sonelmap", &["--sonels", "20k"]);
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "before.sonelmap", &["--sonels", "20k"]);
     let after = SCENE.replace("absorption = 0.15", "absorption = [0.15, 0.15, 0.4]");
-    shop.write("scene.toml", after);
-    trace(&shop, "after.sonelmap", &["--sonels", "20k", "--seed", "2"]);
-    let Ended { code, out, .. } = analyze(&shop, &["diff", "before.sonelmap", "after.sonelmap"]);
+    folder.write("scene.toml", after);
+    trace(&folder, "after.sonelmap", &["--sonels", "20k", "--seed", "2"]);
+    let Ended { code, out, .. } = analyze(&folder, &["diff", "before.sonelmap", "after.sonelmap"]);
     assert_eq!(code, Some(1), "{out}");
     assert!(
         out.contains("changed: absorption of material \"z0\": 0.15, 0.15, 0.15 in A, 0.15, 0.15, 0.4 in B")
     );
     assert!(out.contains("different: "), "{out}");
-    let (code, json) = diff_json(&shop, "before.sonelmap", "after.sonelmap");
+    let (code, json) = diff_json(&folder, "before.sonelmap", "after.sonelmap");
     assert!(code == Some(1) && json["same"] == false && json["kind"] == "sonelmap");
     let cells = json["cells"].as_array().unwrap();
     let differing: Vec<&Value> = cells.iter().filter(|cell| cell["differs"] == true).collect();
@@ -85,8 +85,8 @@ fn a_change_is_said_found_and_located() {
 
 #[test]
 fn maps_with_nothing_in_common_are_refused_with_the_reason() {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "2000"]);
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "2000"]);
     let cases = [
         (SCENE.replace("\"stage\"", "\"pit\""), &["--sonels", "2000"][..], "no source in common"),
         (SCENE.replace("[250, 500, 1000]", "[2000, 4000, 8000]"), &["--sonels", "2000"], "no band in common"),
@@ -94,9 +94,9 @@ fn maps_with_nothing_in_common_are_refused_with_the_reason() {
         (SCENE.to_owned(), &["--sonels", "40", "--seed", "2"], "trace both with more sonels"),
     ];
     for (scene, options, reason) in cases {
-        shop.write("scene.toml", scene);
-        trace(&shop, "b.sonelmap", options);
-        let Ended { code, out, err } = analyze(&shop, &["diff", "a.sonelmap", "b.sonelmap"]);
+        folder.write("scene.toml", scene);
+        trace(&folder, "b.sonelmap", options);
+        let Ended { code, out, err } = analyze(&folder, &["diff", "a.sonelmap", "b.sonelmap"]);
         assert!(code == Some(2) && out.is_empty() && err.contains(reason), "{reason}: {out}{err}");
         assert!(err.contains("b.sonelmap"), "{err}");
     }
@@ -104,12 +104,12 @@ fn maps_with_nothing_in_common_are_refused_with_the_reason() {
 
 #[test]
 fn a_damaged_map_is_named_even_if_the_other_has_its_digest() {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "500"]);
-    let mut bytes = shop.bytes("a.sonelmap");
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "500"]);
+    let mut bytes = folder.bytes("a.sonelmap");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
-    shop.write("b.sonelmap", bytes);
-    let Ended { code, err, .. } = analyze(&shop, &["diff", "a.sonelmap", "b.sonelmap"]);
+    folder.write("b.sonelmap", bytes);
+    let Ended { code, err, .. } = analyze(&folder, &["diff", "a.sonelmap", "b.sonelmap"]);
     assert!(code == Some(2) && err.contains("b.sonelmap"), "{err}");
 }

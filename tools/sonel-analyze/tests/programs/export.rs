@@ -1,7 +1,7 @@
 //! `export` from outside: every sonel once, with energies that add up to what `inspect` says of the same map.
 
 use serde_json::Value;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 use crate::{analyze, trace};
 
@@ -25,10 +25,10 @@ position = [4.5, 3.2, 2.3]
 "#;
 
 /// Exports `map` to a file called `output`.
-fn export(shop: &Workshop, map: &str, output: &str, options: &[&str]) -> Vec<u8> {
-    let ended = analyze(shop, &[&["export", "--quiet", map, "-o", output], options].concat()).done();
+fn export(folder: &TestFolder, map: &str, output: &str, options: &[&str]) -> Vec<u8> {
+    let ended = analyze(folder, &[&["export", "--quiet", map, "-o", output], options].concat()).done();
     assert!(ended.out.is_empty() && ended.err.is_empty(), "{ended:?}");
-    shop.bytes(output)
+    folder.bytes(output)
 }
 
 /// Rows of a CSV file as fields; names of this scene have no quotes inside.
@@ -39,12 +39,12 @@ fn rows(csv: &[u8]) -> Vec<Vec<String>> {
 
 #[test]
 fn rows_add_up_to_what_inspect_says() {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "1500"]);
-    let rows = rows(&export(&shop, "a.sonelmap", "a.csv", &[]));
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "1500"]);
+    let rows = rows(&export(&folder, "a.sonelmap", "a.csv", &[]));
     let column = |name: &str| rows[0].iter().position(|field| field == name).unwrap();
     let json: Value =
-        serde_json::from_str(&analyze(&shop, &["inspect", "--json", "a.sonelmap"]).done().out).unwrap();
+        serde_json::from_str(&analyze(&folder, &["inspect", "--json", "a.sonelmap"]).done().out).unwrap();
     for (listing, key) in [("surfaces", "surface"), ("orders", "order")] {
         for (index, deposit) in json[listing].as_array().unwrap().iter().enumerate() {
             let here: Vec<&Vec<String>> =
@@ -63,10 +63,10 @@ fn rows_add_up_to_what_inspect_says() {
 
 #[test]
 fn shards_hold_the_sonels_of_the_run_once() {
-    let shop = Workshop::with(SCENE);
+    let folder = TestFolder::with(SCENE);
     let exported = |shard: &str| {
-        trace(&shop, "a.sonelmap", &["--sonels", "1500", "--shard", shard]);
-        rows(&export(&shop, "a.sonelmap", "a.csv", &[]))
+        trace(&folder, "a.sonelmap", &["--sonels", "1500", "--shard", shard]);
+        rows(&export(&folder, "a.sonelmap", "a.csv", &[]))
     };
     let whole = exported("1/1");
     let mut parts: Vec<Vec<String>> =
@@ -78,12 +78,12 @@ fn shards_hold_the_sonels_of_the_run_once() {
 
 #[test]
 fn exports_do_not_depend_on_the_threads() {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "9k"]);
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "9k"]);
     for output in ["a.csv", "a.npz"] {
-        let one = export(&shop, "a.sonelmap", output, &["--threads", "1"]);
+        let one = export(&folder, "a.sonelmap", output, &["--threads", "1"]);
         assert!(
-            one.len() > 100_000 && one == export(&shop, "a.sonelmap", output, &["--threads", "3"]),
+            one.len() > 100_000 && one == export(&folder, "a.sonelmap", output, &["--threads", "3"]),
             "{output}"
         );
     }
@@ -91,20 +91,20 @@ fn exports_do_not_depend_on_the_threads() {
 
 #[test]
 fn other_endings_and_damaged_maps_are_refused_and_older_outputs_stay() {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "600"]);
-    let refused = |output: &str| analyze(&shop, &["export", "-o", output, "a.sonelmap"]).refused();
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "600"]);
+    let refused = |output: &str| analyze(&folder, &["export", "-o", output, "a.sonelmap"]).refused();
     for output in ["a.json", "a", "a.csv.gz"] {
         assert!(refused(output).contains("neither in .csv nor in .npz"));
-        assert!(!shop.path(output).exists());
+        assert!(!folder.path(output).exists());
     }
-    let mut damaged = shop.bytes("a.sonelmap");
+    let mut damaged = folder.bytes("a.sonelmap");
     damaged[5000] ^= 1;
-    shop.write("a.sonelmap", damaged);
+    folder.write("a.sonelmap", damaged);
     for output in ["a.csv", "a.npz"] {
-        shop.write(output, "older");
+        folder.write(output, "older");
         assert!(refused(output).contains("damaged at byte"));
-        assert_eq!(shop.bytes(output), b"older");
+        assert_eq!(folder.bytes(output), b"older");
     }
 }
 
@@ -112,14 +112,14 @@ fn other_endings_and_damaged_maps_are_refused_and_older_outputs_stay() {
 #[cfg(unix)]
 #[test]
 fn a_full_disk_is_said_once() {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "2k"]);
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "2k"]);
     for output in ["a.csv", "a.npz"] {
         let program = env!("CARGO_BIN_EXE_sonel-analyze");
         let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" export --quiet -o \"$1\" a.sonelmap";
-        let said = shop.run("sh", &["-c", script, program, output]).refused();
+        let said = folder.run("sh", &["-c", script, program, output]).refused();
         assert!(said.starts_with("error: cannot write ") && said.contains(output), "{said}");
         assert!(said.lines().count() == 1 && said.matches("(os error").count() == 1, "{said}");
-        assert_eq!(shop.names(), ["a.sonelmap", "scene.toml"]);
+        assert_eq!(folder.names(), ["a.sonelmap", "scene.toml"]);
     }
 }

@@ -1,6 +1,6 @@
 //! `image` from outside: both files, the same bytes with any number of threads, and what it says of bad options.
 
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 use crate::{analyze, trace};
 
@@ -19,21 +19,21 @@ position = [1.5, 1.2, 1.3]
 "#;
 const CAMERA: [&str; 8] = ["--eye", "1,1,1", "--look", "5,4,2", "--fov", "80", "--size", "40x30"];
 
-fn shop() -> Workshop {
-    let shop = Workshop::with(SCENE);
-    trace(&shop, "a.sonelmap", &["--sonels", "1500"]);
-    shop
+fn folder() -> TestFolder {
+    let folder = TestFolder::with(SCENE);
+    trace(&folder, "a.sonelmap", &["--sonels", "1500"]);
+    folder
 }
 
 #[test]
 fn both_pictures_are_written_and_do_not_depend_on_the_threads() {
-    let shop = shop();
+    let folder = folder();
     let image = |threads: &str| {
         let options = ["--windows", "0-20ms,20-200ms", "--threads", threads];
         let words = [&["image", "a.sonelmap", "-o", "e.exr"], &CAMERA[..], &options[..]].concat();
-        let ended = analyze(&shop, &words).done();
+        let ended = analyze(&folder, &words).done();
         assert!(ended.out.is_empty() && ended.err.contains("100.0 % of the pixels show fronts"), "{ended:?}");
-        [shop.bytes("e.exr"), shop.bytes("e.png")]
+        [folder.bytes("e.exr"), folder.bytes("e.png")]
     };
     let [values, drawing] = image("1");
     assert!(values.starts_with(b"\x76\x2f\x31\x01") && drawing.starts_with(b"\x89PNG"));
@@ -46,10 +46,10 @@ fn both_pictures_are_written_and_do_not_depend_on_the_threads() {
 
 #[test]
 fn a_camera_outside_looks_into_the_room() {
-    let shop = shop();
+    let folder = folder();
     let image = |look: &str| {
         let options = ["--eye", "-9,2.5,2", "--look", look, "--fov", "10", "--size", "9x9"];
-        analyze(&shop, &[&["image", "a.sonelmap", "-o", "e.exr"], &options[..]].concat()).done().err
+        analyze(&folder, &[&["image", "a.sonelmap", "-o", "e.exr"], &options[..]].concat()).done().err
     };
     assert!(image("6,2.5,2").contains("100.0 % of the pixels show fronts"));
     assert!(image("-20,2.5,2").contains("100.0 % no surface"));
@@ -57,10 +57,10 @@ fn a_camera_outside_looks_into_the_room() {
 
 #[test]
 fn everything_that_is_wrong_is_said() {
-    let shop = shop();
+    let folder = folder();
     let refused = |options: &[&str]| {
         let words = [&["image", "a.sonelmap", "-o", "e.exr"], options].concat();
-        let ended = analyze(&shop, &words);
+        let ended = analyze(&folder, &words);
         assert_eq!(ended.code, Some(2), "{ended:?}");
         ended.err
     };
@@ -93,8 +93,8 @@ fn everything_that_is_wrong_is_said() {
     assert!(with(&["--windows", "20"]).contains("write FROM-TO with a unit"));
     assert!(with(&["--radius", "0"]).contains("radius above 0"));
     assert!(with(&["--range", "0:-40"]).contains("the lower first"));
-    let ended = analyze(&shop, &[&["image", "a.sonelmap", "-o", "e.npz"], &CAMERA[..]].concat());
+    let ended = analyze(&folder, &[&["image", "a.sonelmap", "-o", "e.npz"], &CAMERA[..]].concat());
     assert!(ended.err.contains("does not end in .exr"), "{ended:?}");
-    shop.write("e.exr", "a picture of somebody");
+    folder.write("e.exr", "a picture of somebody");
     assert!(with(&[]).contains("exists and is not a picture of sonel-analyze"));
 }

@@ -8,15 +8,16 @@ mod merge;
 mod tradeoff;
 
 use clap::Parser;
-use sonel_testkit::workshop::{Ended, Workshop};
+use sonel_testkit::test_folder::{Ended, TestFolder};
 
 /// Traces the scene in the folder.
-fn trace(shop: &Workshop, map: &str, options: &[&str]) {
-    let arguments = sonel_trace::Arguments::parse_from(shop.line("sonel-trace", "scene.toml", map, options));
+fn trace(folder: &TestFolder, map: &str, options: &[&str]) {
+    let arguments =
+        sonel_trace::Arguments::parse_from(folder.line("sonel-trace", "scene.toml", map, options));
     sonel_trace::run(&arguments, &mut std::io::sink(), &mut std::io::sink()).expect("a sound scene");
 }
 
 /// Runs `sonel-analyze` with `words` in the folder.
-fn analyze(shop: &Workshop, words: &[&str]) -> Ended {
-    shop.run(env!("CARGO_BIN_EXE_sonel-analyze"), words)
+fn analyze(folder: &TestFolder, words: &[&str]) -> Ended {
+    folder.run(env!("CARGO_BIN_EXE_sonel-analyze"), words)
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use sonel_testkit::analytic::specular_box::SpecularBox;
-use sonel_testkit::workshop::Workshop;
+use sonel_testkit::test_folder::TestFolder;
 
 use crate::analyze;
 
@@ -18,10 +18,10 @@ fn scene(scattering: f64) -> String {
 }
 
 /// The JSON of a sweep with `options`, and what was printed.
-fn sweep(shop: &Workshop, options: &[&str]) -> (Value, String) {
+fn sweep(folder: &TestFolder, options: &[&str]) -> (Value, String) {
     let words = ["tradeoff", "scene.toml", "-o", "out", "--repeats", "4", "--quiet"];
-    let printed = analyze(shop, &[&words[..], options].concat()).done().out;
-    (serde_json::from_str(&shop.text("out/tradeoff.json")).expect("JSON"), printed)
+    let printed = analyze(folder, &[&words[..], options].concat()).done().out;
+    (serde_json::from_str(&folder.text("out/tradeoff.json")).expect("JSON"), printed)
 }
 
 fn curve<'a>(json: &'a Value, setting: &str, parameter: &str) -> &'a Value {
@@ -34,9 +34,9 @@ fn curve<'a>(json: &'a Value, setting: &str, parameter: &str) -> &'a Value {
 
 #[test]
 fn a_mirroring_box_is_judged_by_its_exact_answer() {
-    let shop = Workshop::with(&scene(0.0));
+    let folder = TestFolder::with(&scene(0.0));
     let options = ["--sonels", "500,2k,8k", "--estimator", "auto,sphere"];
-    let (json, printed) = sweep(&shop, &options);
+    let (json, printed) = sweep(&folder, &options);
     assert_eq!(json["reference"]["kind"], "exact");
 
     let room = SpecularBox {
@@ -65,30 +65,30 @@ fn a_mirroring_box_is_judged_by_its_exact_answer() {
 
 #[test]
 fn a_scattering_box_is_judged_by_a_longer_run_and_everything_is_written() {
-    let shop = Workshop::with(&scene(0.5));
+    let folder = TestFolder::with(&scene(0.5));
     let options = ["--sonels", "2k,8k", "--mode", "accurate,paper"];
-    let (json, printed) = sweep(&shop, &options);
+    let (json, printed) = sweep(&folder, &options);
     assert_eq!(
         (&json["reference"]["kind"], &json["reference"]["sonels"]),
         (&"longest run".into(), &32_000.into())
     );
     let names = ["README.md", "bias.svg", "cost.svg", "deviation.svg", "efficiency.svg", "figures.csv"];
     for name in names.into_iter().chain(["tradeoff.csv", "tradeoff.json"]) {
-        assert!(!shop.text(&format!("out/{name}")).is_empty(), "{name}");
+        assert!(!folder.text(&format!("out/{name}")).is_empty(), "{name}");
     }
-    assert_eq!(std::fs::read_dir(shop.path("out")).unwrap().count(), 8, "nothing unfinished is left");
-    let page = shop.text("out/README.md");
+    assert_eq!(std::fs::read_dir(folder.path("out")).unwrap().count(), 8, "nothing unfinished is left");
+    let page = folder.text("out/README.md");
     assert!(page.contains("tradeoff scene.toml -o out") && page.contains(printed.trim()), "{page}");
     let points = |curve: &Value| curve["points"].as_array().unwrap().len();
     let rows: usize = json["curves"].as_array().unwrap().iter().map(points).sum();
-    assert_eq!(shop.text("out/tradeoff.csv").lines().count(), 1 + rows);
+    assert_eq!(folder.text("out/tradeoff.csv").lines().count(), 1 + rows);
     // Roulette on absorption alone leaves too few packets for the late decay: some of its T30 are refused.
     assert_eq!(
         [points(curve(&json, "accurate", "t30_s")), points(curve(&json, "paper", "level_db"))],
         [2, 2]
     );
     // Two settings, two numbers of sonels, two bands, four parameters.
-    assert_eq!(shop.text("out/figures.csv").lines().count(), 1 + 32);
+    assert_eq!(folder.text("out/figures.csv").lines().count(), 1 + 32);
     let seconds = json["seconds"].as_array().unwrap();
     assert!(seconds.iter().all(|row| row["cpu_s"].as_array().unwrap().len() == 4));
     assert!(seconds.iter().all(|row| row["phases"]["trace_s"].as_f64().unwrap() > 0.0));
@@ -99,15 +99,15 @@ fn a_scattering_box_is_judged_by_a_longer_run_and_everything_is_written() {
 
 #[test]
 fn impossible_sweeps_are_refused_with_all_their_mistakes() {
-    let shop = Workshop::with(&scene(0.5));
+    let folder = TestFolder::with(&scene(0.5));
     let words =
         ["tradeoff", "scene.toml", "-o", "out", "--survival", "0.1,2", "--sonels", "0", "--radius", "-1"];
-    let refused = analyze(&shop, &words).refused();
+    let refused = analyze(&folder, &words).refused();
     for word in ["--survival", "--sonels", "--radius"] {
         assert!(refused.contains(word), "{word}: {refused}");
     }
     let bare = scene(0.5).split("[[receivers]]").next().unwrap().to_owned();
-    shop.write("scene.toml", bare);
-    assert!(analyze(&shop, &["tradeoff", "scene.toml", "-o", "out"]).refused().contains("no receiver"));
-    assert!(!shop.path("out").exists());
+    folder.write("scene.toml", bare);
+    assert!(analyze(&folder, &["tradeoff", "scene.toml", "-o", "out"]).refused().contains("no receiver"));
+    assert!(!folder.path("out").exists());
 }

@@ -1,7 +1,7 @@
 //! A folder to run programs in, and what they say.
 //!
 //! Programs are started in the folder, so that a command line names files without their path. What runs as a library call
-//! gets whole paths, by [`Workshop::line`].
+//! gets whole paths, by [`TestFolder::line`].
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// A folder with a `scene.toml`, removed with the value.
 ///
 /// Every function panics where the folder cannot be read or written.
-pub struct Workshop {
+pub struct TestFolder {
     folder: TempDir,
 }
 
@@ -31,24 +31,24 @@ pub struct Ended {
     pub err: String,
 }
 
-impl Workshop {
+impl TestFolder {
     /// A folder that holds `scene` as `scene.toml`.
     pub fn with(scene: &str) -> Self {
-        let shop = Self { folder: tempfile::tempdir().expect("a folder for temporary files") };
-        shop.write("scene.toml", scene);
-        shop
+        let folder = Self { folder: tempfile::tempdir().expect("a folder for temporary files") };
+        folder.write("scene.toml", scene);
+        folder
     }
 
     /// A folder that holds the files of a shipped scene.
     pub fn shipped(name: &str) -> Self {
-        let shop = Self::with("");
+        let folder = Self::with("");
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
         for entry in std::fs::read_dir(scene).expect("a shipped scene") {
             let file = entry.expect("a readable folder").path();
-            std::fs::copy(&file, shop.path(&file.file_name().expect("a file").to_string_lossy()))
+            std::fs::copy(&file, folder.path(&file.file_name().expect("a file").to_string_lossy()))
                 .expect("a copy");
         }
-        shop
+        folder
     }
 
     /// The folder.
@@ -158,15 +158,15 @@ mod tests {
 
     #[test]
     fn programs_run_in_the_folder_and_are_heard() {
-        let shop = Workshop::with("a = 1");
-        let ended = shop.run("sh", &["-c", "cat scene.toml; echo no >&2; exit 2"]);
+        let folder = TestFolder::with("a = 1");
+        let ended = folder.run("sh", &["-c", "cat scene.toml; echo no >&2; exit 2"]);
         assert_eq!(ended, Ended { code: Some(2), out: "a = 1".into(), err: "no\n".into() });
-        assert_eq!(shop.names(), ["scene.toml"]);
+        assert_eq!(folder.names(), ["scene.toml"]);
     }
 
     #[test]
     #[should_panic(expected = "code: Some(1)")]
     fn a_failure_is_not_done() {
-        let _ = Workshop::with("").run("false", &[]).done();
+        let _ = TestFolder::with("").run("false", &[]).done();
     }
 }

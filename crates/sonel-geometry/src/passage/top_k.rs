@@ -25,13 +25,13 @@ pub(super) const BEFORE_ALL: (f64, u32) = (-1.0, 0);
 
 /// The first `N` of all edges offered that come behind a given one.
 #[derive(Debug)]
-pub(super) struct Few<const N: usize> {
+pub(super) struct TopK<const N: usize> {
     behind: (f64, u32),
     found: [Near; N],
     count: usize,
 }
 
-impl<const N: usize> Few<N> {
+impl<const N: usize> TopK<N> {
     /// None yet, of those behind an order and number.
     pub fn behind(behind: (f64, u32)) -> Self {
         Self { behind, found: [Near::default(); N], count: 0 }
@@ -95,7 +95,7 @@ mod tests {
         let mut behind = (1.0, 11);
         let mut walked = Vec::new();
         loop {
-            let mut few = Few::<6>::behind(behind);
+            let mut few = TopK::<6>::behind(behind);
             for (edge, &order) in orders.iter().enumerate() {
                 few.offer(Near { order, edge: edge as u32, ..Near::default() });
             }
