@@ -7,8 +7,8 @@ use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
+use sonel_study::evaluation_receivers::evaluation_receivers;
 use sonel_study::forecast::Effort;
-use sonel_study::judges::judges;
 use sonel_study::pilot::{self, PilotConfig};
 use sonel_study::spread::{PLANNED, readings};
 use sonel_study::trial::{Clock, InMemory, Room, TrialSettings};
@@ -123,7 +123,7 @@ impl Record {
 /// What was predicted and found of every figure in one run in `scene`, and of CPU seconds.
 fn compare(name: &str, scene: &Scene) -> Record {
     let room = Room::new(scene, Vec::new()).expect("walls");
-    let receivers = judges(scene, room.geometry());
+    let receivers = evaluation_receivers(scene, room.geometry());
     let trace = Settings { emissions: EMISSIONS, ..Settings::default() };
     let render = RenderSettings::default();
     let effort = Effort { emissions: EMISSIONS, rays: render.rays, batches: trace.batches };

@@ -31,7 +31,7 @@ const MOST_SIGMAS: f64 = 1.96;
 pub struct Price {
     /// CPU seconds of the trace.
     pub trace: f64,
-    /// CPU seconds of rendering the judges.
+    /// CPU seconds of rendering the evaluation receivers.
     pub render: f64,
     /// Bytes of the map.
     pub bytes: f64,
@@ -79,10 +79,10 @@ impl Pilot {
         libm::pow(self.emissions as f64 / effort.emissions as f64, 2.0 / 3.0)
     }
 
-    /// The same with the costs of rendering `receivers` receivers where there were `judges`.
+    /// The same with the costs of rendering `receivers` receivers where there were `evaluation_receivers`.
     #[must_use]
-    pub fn heard_at(mut self, receivers: usize, judges: usize) -> Self {
-        let times = receivers as f64 / judges.max(1) as f64;
+    pub fn heard_at(mut self, receivers: usize, evaluation_receivers: usize) -> Self {
+        let times = receivers as f64 / evaluation_receivers.max(1) as f64;
         let Linear { fixed, each } = self.costs.render;
         self.costs.render = Linear { fixed: times * fixed, each: times * each };
         self.costs.rays *= times;

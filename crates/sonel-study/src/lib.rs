@@ -4,7 +4,7 @@
 //! - [`fit`]: coefficients of materials from measured parameters;
 //! - [`forecast`]: what a run will find and cost;
 //! - [`hearing`]: rays for hearing a map, and the sonels that it lacks;
-//! - [`judges`]: where a run is judged;
+//! - [`evaluation_receivers`]: where the accuracy of a run is read;
 //! - [`optimise`]: the cheapest change of materials that fulfils [`wish`]es;
 //! - [`pilot`] and [`spread`]: how uncertain figures are, and what a longer run would make of it;
 //! - [`plan`]: sonels and rays for an accuracy;
@@ -16,10 +16,10 @@
 //! - [`until`]: runs that go on until their figures are certain enough.
 
 pub mod effects;
+pub mod evaluation_receivers;
 pub mod fit;
 pub mod forecast;
 pub mod hearing;
-pub mod judges;
 mod kurtosis;
 mod local;
 pub mod optimise;

@@ -26,7 +26,7 @@ use crate::trial::{Clock, Heard, InMemory, NoClock, Room, TracedMap, TrialError,
 const BATCHES: u32 = 96;
 /// Emissions of pilots, the most first.
 const EMISSIONS: [u64; 3] = [49_152, 24_576, 12_288];
-/// A pilot longer than the shortest has at most so many segments times rays to judges and along the path.
+/// A pilot longer than the shortest has at most so many segments times rays to evaluation receivers and along the path.
 const WORK: f64 = 1.2e6;
 /// The same where few strong paths carry a figure.
 const WORK_FOR_TAILS: f64 = 1e7;
@@ -349,7 +349,7 @@ fn costs(few: &Run, many: &Run, fewer: Option<&Heard>) -> Costs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::judges::judges;
+    use crate::evaluation_receivers::evaluation_receivers;
     use crate::plan::Plan;
     use crate::spread::PLANNED;
     use sonel_acoustics::{BandWidth, Bands, Material};
@@ -381,7 +381,7 @@ mod tests {
             .with_source("source", [1.0, 1.0, 1.5])
             .with_receiver("seat", [4.2, 3.4, 1.2]);
         let room = Room::new(&scene, Vec::new()).expect("walls");
-        let receivers = judges(&scene, room.geometry());
+        let receivers = evaluation_receivers(&scene, room.geometry());
         let config = PilotConfig {
             room: &room,
             trace: Settings::default(),

@@ -58,7 +58,7 @@ pub struct Row {
     pub price: Price,
     /// Own memory of trace and render, without the pages of the map [bytes].
     pub memory: [f64; 2],
-    /// Widest 95 % half-width over the judges, in the figure's own unit, by band and [`PLANNED`]; none where it cannot be read.
+    /// Widest 95 % half-width over the evaluation receivers, in the figure's own unit, by band and [`PLANNED`]; none where it cannot be read.
     pub widths: Vec<[Option<Width>; PLANNED.len()]>,
 }
 
@@ -177,38 +177,49 @@ pub(crate) fn two_digits_up(number: u64) -> u64 {
 }
 
 impl Plan {
-    /// The plan for a trace of `scene`, judged at `judges`, in `batches` batches, with bins of `bin` [s].
+    /// The plan for a trace of `scene`, judged at `evaluation_receivers`, in `batches` batches, with bins of `bin` [s].
     #[must_use]
-    pub fn of_trace(pilot: Pilot, scene: &Scene, judges: &[ReceiverPoint], batches: u32, bin: f64) -> Self {
+    pub fn of_trace(
+        pilot: Pilot,
+        scene: &Scene,
+        evaluation_receivers: &[ReceiverPoint],
+        batches: u32,
+        bin: f64,
+    ) -> Self {
         let rows = STEPS.map(|step| {
             let need = pilot.need(&Targets::just_noticeable(step), batches, pilot.asked_rays);
             let hearing = Hearing { effort: need.effort, limited_by: need.limited_by, lacking: None };
-            Row::new(step, hearing, &pilot, scene, judges.len(), bin)
+            Row::new(step, hearing, &pilot, scene, evaluation_receivers.len(), bin)
         });
-        Self::with_rows(rows.to_vec(), pilot, scene, judges)
+        Self::with_rows(rows.to_vec(), pilot, scene, evaluation_receivers)
     }
 
-    /// The plan for rendering a map of `scene` with the sonels and batches of `map` at `receivers` receivers, judged at `judges`,
+    /// The plan for rendering a map of `scene` with the sonels and batches of `map` at `receivers` receivers, judged at `evaluation_receivers`,
     /// with bins of `bin` [s].
     #[must_use]
     pub fn of_map(
         pilot: Pilot,
         scene: &Scene,
-        judges: &[ReceiverPoint],
+        evaluation_receivers: &[ReceiverPoint],
         receivers: usize,
         map: Effort,
         bin: f64,
     ) -> Self {
-        let pilot = pilot.heard_at(receivers, judges.len());
+        let pilot = pilot.heard_at(receivers, evaluation_receivers.len());
         let rows = STEPS.map(|step| {
             let hearing = pilot.hearing(&Targets::just_noticeable(step), map);
             Row::new(step, hearing, &pilot, scene, receivers, bin)
         });
-        Self::with_rows(rows.to_vec(), pilot, scene, judges)
+        Self::with_rows(rows.to_vec(), pilot, scene, evaluation_receivers)
     }
 
-    fn with_rows(rows: Vec<Row>, pilot: Pilot, scene: &Scene, judges: &[ReceiverPoint]) -> Self {
-        let pairs = pairs(scene, judges);
+    fn with_rows(
+        rows: Vec<Row>,
+        pilot: Pilot,
+        scene: &Scene,
+        evaluation_receivers: &[ReceiverPoint],
+    ) -> Self {
+        let pairs = pairs(scene, evaluation_receivers);
         Self { pilot, pairs, center_frequencies_hz: scene.bands.nominal().to_vec(), rows }
     }
 }
@@ -250,7 +261,7 @@ fn widths(pilot: &Pilot, effort: Effort, bands: usize) -> Vec<[Option<Width>; PL
 }
 
 impl Pilot {
-    /// Widest half-width of `parameter` in `band` over the judges, in its own unit; none where it cannot be read.
+    /// Widest half-width of `parameter` in `band` over the evaluation receivers, in its own unit; none where it cannot be read.
     #[must_use]
     pub fn widest_in_band(&self, effort: Effort, band: usize, parameter: Parameter) -> Option<Width> {
         let here = self.of_parameter(parameter).filter(|spread| spread.place.band == band);
@@ -260,7 +271,7 @@ impl Pilot {
         .reduce(Width::wider)
     }
 
-    /// Widest half-width of `parameter` over bands and judges, in just-noticeable differences; none where it cannot be read.
+    /// Widest half-width of `parameter` over bands and evaluation receivers, in just-noticeable differences; none where it cannot be read.
     #[must_use]
     pub fn widest(&self, effort: Effort, parameter: Parameter) -> Option<Width> {
         self.of_parameter(parameter).filter_map(|spread| self.width(spread, effort)).reduce(Width::wider)

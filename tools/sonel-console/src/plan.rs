@@ -99,7 +99,7 @@ fn needed_by(plan: &Plan, row: &Row) -> String {
 /// The half-widths of a plan, and which figures have none.
 fn widths(plan: &Plan) -> String {
     let mut text = String::from(
-        "\nhalf of the 95 % interval, the widest of all judges, and where it is in 19 of 20 runs:\naccuracy      band",
+        "\nhalf of the 95 % interval, the widest of all evaluation receivers, and where it is in 19 of 20 runs:\naccuracy      band",
     );
     for parameter in PLANNED {
         let (symbol, unit, _) = parameter.heading();

@@ -3,8 +3,8 @@
 use sonel_console::clock::CpuClock;
 use sonel_console::plan::Comparison;
 use sonel_renderer::RenderSettings;
+use sonel_study::evaluation_receivers::some_of;
 use sonel_study::forecast::Effort;
-use sonel_study::judges::some_of;
 use sonel_study::pilot::{self, PilotConfig, SHARE_OF_TIME};
 use sonel_study::plan::Plan;
 use sonel_study::spread::{PLANNED, readings};
@@ -23,19 +23,19 @@ pub fn effort(job: &Job<'_>, rays: u32) -> Effort {
 pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> anyhow::Result<Plan> {
     let header = job.map.header();
     let room = Room::within(&header.scene, header.scene.geometry()?, header.effects.clone());
-    let judges = some_of(job.receivers.to_vec());
+    let evaluation_receivers = some_of(job.receivers.to_vec());
     let config = PilotConfig {
         room: &room,
         trace: header.settings,
         render: settings.clone(),
-        receivers: &judges,
+        receivers: &evaluation_receivers,
         parameters: &PLANNED,
         seconds: at_most.map(|seconds| SHARE_OF_TIME * seconds),
         prices_edges: true,
     };
     let pilot = pilot::run(&config, &CpuClock)?;
     let map = effort(job, settings.rays);
-    Ok(Plan::of_map(pilot, &header.scene, &judges, job.receivers.len(), map, settings.bin))
+    Ok(Plan::of_map(pilot, &header.scene, &evaluation_receivers, job.receivers.len(), map, settings.bin))
 }
 
 /// What `plan` said of `run` and what came of it; `opened` are the CPU seconds of opening the map.

@@ -65,7 +65,7 @@ pub fn until(
 ) -> anyhow::Result<Judged> {
     let Goal { targets, watch, .. } = *goal;
     let parameters = targets.parameters();
-    let pairs = pairs(&header.scene, &planner.judges);
+    let pairs = pairs(&header.scene, &planner.evaluation_receivers);
     let names = Names { pairs: &pairs, center_frequencies_hz: header.scene.bands.nominal() };
     let before_pilot = watch.seconds();
     let left = goal.seconds.map(|seconds| SHARE_OF_TIME * (seconds - before_pilot.0).max(0.0));
@@ -154,7 +154,7 @@ fn look(
     rays: u32,
 ) -> anyhow::Result<(Verdict, Vec<Reading>, Heard)> {
     let settings = RenderSettings { rays, ..RenderSettings::default() };
-    let heard = hear(map, planner.room.geometry(), &planner.judges, &settings, &CpuClock)?;
+    let heard = hear(map, planner.room.geometry(), &planner.evaluation_receivers, &settings, &CpuClock)?;
     let found = readings(&heard.figures, &targets.parameters());
     Ok((Verdict::new(&found, targets), found, heard))
 }

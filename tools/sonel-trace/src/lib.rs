@@ -195,7 +195,7 @@ fn run_until(
     if let Some(overrun) = console::overrun(goal.seconds, goal.watch.seconds().0) {
         writeln!(log, "{overrun}")?;
     }
-    let names = pairs(&header.scene, &planner.judges);
+    let names = pairs(&header.scene, &planner.evaluation_receivers);
     let names = Names { pairs: &names, center_frequencies_hz: header.scene.bands.nominal() };
     let mut told = comparison.json();
     told["until"] = names.verdict_json(&verdict);
@@ -250,7 +250,7 @@ fn trace(
 fn plan(planner: &Planner<'_>, header: &MapHeader, at_most: Option<f64>) -> anyhow::Result<Plan> {
     let pilot = planner.pilot(&PLANNED, at_most.map(|seconds| SHARE_OF_TIME * seconds))?;
     let bin = RenderSettings::default().bin;
-    Ok(Plan::of_trace(pilot, &header.scene, &planner.judges, header.settings.batches, bin))
+    Ok(Plan::of_trace(pilot, &header.scene, &planner.evaluation_receivers, header.settings.batches, bin))
 }
 
 /// What the run of `traced` cost against what `pilot` said.

@@ -8,7 +8,7 @@ use sonel_console::clock::CpuClock;
 use sonel_console::feasible::Demand;
 use sonel_map::{Mode, Settings, ShardRange};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
-use sonel_study::judges::judges;
+use sonel_study::evaluation_receivers::evaluation_receivers;
 use sonel_study::pilot::{self, Pilot, PilotConfig};
 use sonel_study::plan::{DEFAULT_ACCURACY, most_by_default};
 use sonel_study::spread::PLANNED;
@@ -21,20 +21,20 @@ const VERTEX_BYTES: f64 = 16.0;
 /// Emissions in memory at once: 64 chunks of 512.
 const CHUNKS_IN_MEMORY: f64 = 64.0 * 512.0;
 
-/// Whoever judges a run, and how.
+/// Estimates the accuracy of runs at evaluation receivers.
 pub struct Planner<'a> {
     /// The room.
     pub room: &'a Room<'a>,
     /// Settings of the run.
     pub settings: Settings,
-    /// Where it is judged.
-    pub judges: Vec<ReceiverPoint>,
+    /// Where accuracy is read.
+    pub evaluation_receivers: Vec<ReceiverPoint>,
 }
 
 impl<'a> Planner<'a> {
     /// A planner for a run with `settings`.
     pub fn new(room: &'a Room<'a>, settings: Settings) -> Self {
-        Self { room, settings, judges: judges(room.scene(), room.geometry()) }
+        Self { room, settings, evaluation_receivers: evaluation_receivers(room.scene(), room.geometry()) }
     }
 
     /// Runs a pilot that looks at `parameters`, in so many CPU `seconds` where they are limited.
@@ -48,7 +48,7 @@ impl<'a> Planner<'a> {
             room: self.room,
             trace: self.settings,
             render: RenderSettings::default(),
-            receivers: &self.judges,
+            receivers: &self.evaluation_receivers,
             parameters,
             seconds,
         }

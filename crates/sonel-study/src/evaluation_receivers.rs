@@ -1,4 +1,4 @@
-//! Where a run is judged: at the scene's receivers, or at a point amid the room where it names none.
+//! Where the accuracy of a run is read: at the scene's receivers, or at a point amid the room where it names none.
 //!
 //! The point is that of a regular grid over the room's bounds, within it, which is farthest from every surface and source: errors there
 //! are those of most of the room (docs/physics.md §7, κ).
@@ -15,12 +15,12 @@ const STEPS: u32 = 9;
 /// Its name in every output.
 const NAME: &str = "mid-room";
 
-/// Judges at the most: more would cost much and tell little.
+/// Receivers at the most: more would cost much and tell little.
 const MOST: usize = 16;
 
-/// The receivers that judge a run in `scene`, whose walls are `geometry`: those it names or, of very many, some from first to last.
+/// The receivers at which the accuracy of a run is read in `scene`, whose walls are `geometry`: those it names or, of very many, some from first to last.
 #[must_use]
-pub fn judges(scene: &Scene, geometry: &Geometry) -> Vec<ReceiverPoint> {
+pub fn evaluation_receivers(scene: &Scene, geometry: &Geometry) -> Vec<ReceiverPoint> {
     if scene.receivers.is_empty() { vec![mid_room(scene, geometry)] } else { some_of(receivers_of(scene)) }
 }
 
@@ -31,7 +31,7 @@ pub fn some_of(receivers: Vec<ReceiverPoint>) -> Vec<ReceiverPoint> {
     if count <= MOST {
         return receivers;
     }
-    (0..MOST).map(|judge| receivers[judge * (count - 1) / (MOST - 1)].clone()).collect()
+    (0..MOST).map(|index| receivers[index * (count - 1) / (MOST - 1)].clone()).collect()
 }
 
 fn mid_room(scene: &Scene, geometry: &Geometry) -> ReceiverPoint {
@@ -69,20 +69,20 @@ mod tests {
     }
 
     #[test]
-    fn a_room_without_receivers_is_judged_in_its_middle() {
+    fn a_room_without_receivers_is_evaluated_in_its_middle() {
         let scene = scene();
         let geometry = scene.geometry().unwrap();
-        let [judge] = &judges(&scene, &geometry)[..] else { panic!("one judge") };
-        assert!(geometry.contains(judge.position));
-        assert!((judge.position.z - 1.5).abs() < 1e-6, "{judge:?}");
-        assert!(geometry.distance_to_nearest_surface(judge.position) > 1.4, "{judge:?}");
-        assert!(judge.position.distance(scene.sources[0].position) > 1.4, "{judge:?}");
+        let [place] = &evaluation_receivers(&scene, &geometry)[..] else { panic!("one receiver") };
+        assert!(geometry.contains(place.position));
+        assert!((place.position.z - 1.5).abs() < 1e-6, "{place:?}");
+        assert!(geometry.distance_to_nearest_surface(place.position) > 1.4, "{place:?}");
+        assert!(place.position.distance(scene.sources[0].position) > 1.4, "{place:?}");
     }
 
     #[test]
-    fn receivers_of_the_scene_judge_themselves() {
+    fn receivers_of_the_scene_come_first() {
         let scene = scene().with_receiver("seat", [7.0, 5.0, 1.2]);
         let geometry = scene.geometry().unwrap();
-        assert_eq!(judges(&scene, &geometry)[0].name, "seat");
+        assert_eq!(evaluation_receivers(&scene, &geometry)[0].name, "seat");
     }
 }
