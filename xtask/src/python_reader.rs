@@ -47,7 +47,7 @@ pub fn check() -> Result<()> {
     let programs = workspace::programs(Profile::Dev)?;
     let program = |name: &str, arguments: &[&str]| printed(Command::new(programs.join(name)).args(arguments));
     for spectral in ["shared", "per-band"] {
-        let traced = ["--sonels", "1000", "--spectral", spectral, "--quiet"];
+        let traced = ["--sonels", "250", "--spectral", spectral, "--quiet"];
         program("sonel-trace", &[&[SCENE, "-o", MAP], &traced[..]].concat())?;
         let by_connection = ["--estimator", "connection", "--json", "--quiet"];
         let rendered = program("sonel-render", &[&[MAP, "-o", RESPONSE], &by_connection[..]].concat())?;

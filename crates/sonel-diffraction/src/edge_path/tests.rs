@@ -114,9 +114,7 @@ fn a_screen_is_macdonalds_everywhere() {
     let source = at(7.0, 70.0, 2000.0);
     let mut fresnel = [f64::INFINITY, f64::NEG_INFINITY];
     for (radius, height) in [(5.0, 1.0), (0.3, 0.0), (30.0, -8.0)] {
-        for degrees in
-            [1.0, 40.0, 90.0, 109.9, 110.1, 140.0, 200.0, 245.0, 249.99, 250.01, 252.0, 270.0, 300.0, 359.0]
-        {
+        for degrees in [1.0, 90.0, 109.9, 110.1, 200.0, 249.99, 250.01, 252.0, 300.0, 359.0] {
             let receiver = at(radius, degrees, 2000.0 + height);
             let exact = sonel_testkit::analytic::half_plane::HalfPlane {
                 source: (source.radius, source.angle, source.along),
@@ -124,7 +122,7 @@ fn a_screen_is_macdonalds_everywhere() {
             };
             let found = total(TAU, source, receiver, &spectrum);
             // In the shadow nothing interferes, and few frequencies make a mean.
-            let many = if degrees > 252.0 { 40 } else { 150 };
+            let many = if degrees > 252.0 { 40 } else { 120 };
             for (band, centre, count) in [(0, 125.0, 30), (5, 4000.0, many)] {
                 let expected = exact.band_energy((centre * FRAC_1_SQRT_2, centre * SQRT_2), 343.0, count);
                 let error = 10.0 * (found[band] / expected).log10();
