@@ -11,14 +11,8 @@ use sonel_tests::{Traced, batch_fluence};
 
 const MIDDLE: [f64; 3] = [4.3, 3.1, 2.3];
 const SOURCE: [f64; 3] = [2.1, 1.7, 1.4];
-const NEAR: [[f64; 3]; 6] = [
-    [0.001, 3.1, 2.3],
-    [0.01, 3.1, 2.3],
-    [0.1, 3.1, 2.3],
-    [0.01, 0.01, 2.3],
-    [0.001, 0.001, 0.001],
-    [0.1, 0.1, 0.1],
-];
+const NEAR: [[f64; 3]; 5] =
+    [[0.001, 3.1, 2.3], [0.01, 3.1, 2.3], [0.01, 0.01, 2.3], [0.001, 0.001, 0.001], [0.1, 0.1, 0.1]];
 
 fn room(
     source: [f64; 3],
@@ -73,13 +67,13 @@ fn next_to_walls_exchange_of_source_and_receiver_changes_nothing() {
         let (value, sigma) = batch_fluence(rendering, receiver, 0);
         Estimate { value, sigma }
     };
-    let places = [NEAR[1], NEAR[4], NEAR[5]];
+    let places = [NEAR[1], NEAR[3], NEAR[4]];
     let walls = (0.2, 0.5);
-    let there = room(SOURCE, &places, walls, 8_000);
+    let there = room(SOURCE, &places, walls, 4_000);
     let near = there.render(RenderSettings::default());
     let gathered = there.render(RenderSettings { estimator: Estimator::Gather, ..RenderSettings::default() });
     for (index, &place) in places.iter().enumerate() {
-        let back = estimate(&room(place, &[SOURCE], walls, 8_000).render(RenderSettings::default()), 0);
+        let back = estimate(&room(place, &[SOURCE], walls, 4_000).render(RenderSettings::default()), 0);
         for found in [&near, &gathered].map(|rendering| estimate(rendering, index)) {
             let within = Within { sigmas: 4.0, maximal_sigma: 0.02 * back.value };
             agree(found, back, within).unwrap_or_else(|off| panic!("{place:?}: {off}"));

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result, ensure};
 
@@ -43,7 +44,21 @@ pub fn command(program: &str, arguments: &[&str]) -> Command {
 
 /// The cargo that runs this chore.
 pub fn cargo(arguments: &[&str]) -> Command {
-    command(&std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), arguments)
+    let mut cargo = command(&std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()), arguments);
+    if LINTING.load(Ordering::Relaxed) {
+        // What `cargo clippy` sets, for builds that are run afterwards as well.
+        cargo
+            .env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver")
+            .env("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__");
+    }
+    cargo
+}
+
+static LINTING: AtomicBool = AtomicBool::new(false);
+
+/// From now on members are compiled by clippy, which compiles as rustc does: lints cost no second pass over all crates.
+pub fn lint_while_compiling() {
+    LINTING.store(true, Ordering::Relaxed);
 }
 
 /// A profile of the root manifest.

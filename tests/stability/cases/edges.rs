@@ -135,8 +135,8 @@ fn every_obstacle_is_heard_at_every_place() {
         // On an edge and inside a slab nothing can stand.
         let geometry = sonel_geometry::Geometry::build(mesh.clone()).expect("an obstacle");
         let is_free = |place: &DVec3| geometry.obstacle(*place, &[SOURCE]).is_none();
-        let places: Vec<DVec3> = places().into_iter().filter(is_free).collect();
-        assert!(places.len() > 8, "{name}");
+        let places: Vec<DVec3> = places().into_iter().step_by(form(2, 1)).filter(is_free).collect();
+        assert!(places.len() > form(3, 8), "{name}");
         for (place, energies) in places.iter().zip(energies(scene(mesh.clone(), SOURCE, &places), true)) {
             let free = free_field(place.distance(SOURCE), 0.0);
             for (band, energy) in BANDS.iter().zip(energies) {

@@ -169,7 +169,7 @@ fn wrong_chains(source: [f64; 3], receiver: [f64; 3], as_tree: bool, reflection:
 #[test]
 fn images_that_fall_together_are_all_heard() {
     let mut wrong = Vec::new();
-    for (as_tree, distances) in [(false, &[1e-2, 1e-3, 1e-4, 1.2e-5][..]), (true, &[1e-2, 1e-3, 1e-4])] {
+    for (as_tree, distances) in [(false, &[1e-2, 1.2e-5][..]), (true, &[1e-2, 1e-4])] {
         for &d in distances {
             let near = [[d, 2.0, 1.7], [d, d, 1.7], [d, 5.0 - d, 4.0 - d]];
             for place in near {
