@@ -1,6 +1,7 @@
 //! Scenes changed in ways that must not change what is heard.
 
 use glam::{DQuat, DVec3};
+use sonel_acoustics::Directivity;
 use sonel_scene::Scene;
 
 /// The first source at the place of `receiver`, and a single receiver where the source was.
@@ -21,8 +22,14 @@ pub fn moved(mut scene: Scene) -> Scene {
     scene.mesh.vertices.iter_mut().for_each(place);
     scene.sources.iter_mut().map(|source| &mut source.position).for_each(place);
     scene.receivers.iter_mut().map(|receiver| &mut receiver.position).for_each(place);
-    for aim in scene.sources.iter_mut().map(|source| &mut source.aim) {
+    let aims = scene.sources.iter_mut().map(|source| &mut source.aim);
+    for aim in aims.chain(scene.receivers.iter_mut().map(|receiver| &mut receiver.aim)) {
         *aim = turn * *aim;
+    }
+    for source in &mut scene.sources {
+        if let Directivity::Measured { up, .. } = &mut source.directivity {
+            *up = turn * *up;
+        }
     }
     scene.up = turn * scene.up;
     scene

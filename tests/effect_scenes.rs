@@ -1,7 +1,7 @@
 //! Scenes from trivial to hard, each an occasion for effects or for leaving them out, and what `auto` makes of them.
 
 use glam::{DVec3, dvec3};
-use sonel_acoustics::{Air, BandWidth, Bands, Directivity, Material};
+use sonel_acoustics::{Air, BandWidth, Bands, Material, Pattern};
 use sonel_analysis::{Figure, Parameter};
 use sonel_console::clock::CpuClock;
 use sonel_geometry::Mesh;
@@ -185,7 +185,7 @@ fn air(temperature_celsius: f64, relative_humidity_percent: f64) -> Air {
 /// A cardioid that looks away from the receivers.
 fn with_cardioid(mut scene: Scene) -> Scene {
     scene.name = "cardioid, turned away".to_owned();
-    scene.sources[0].directivity = Directivity::Cardioid;
+    scene.sources[0].directivity = Pattern::Cardioid.into();
     scene.sources[0].aim = DVec3::NEG_X;
     scene
 }

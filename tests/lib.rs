@@ -138,9 +138,8 @@ impl Traced {
         for batch in 0..layout.batches {
             let start = BatchStart::new(&layout, batch, header.settings.spectral);
             for path in self.map.batch_paths(0, batch) {
-                let cosine = directions.direction(path.emission).dot(source.aim.as_vec3());
-                let factor = source.directivity.factor(f64::from(cosine));
-                weight.emit(factor, 1.0, start.packet(layout.hero(path.emission)));
+                let direction = directions.direction(path.emission);
+                weight.emit_from(source, direction, 1.0, start.packet(layout.hero(path.emission)));
                 let origin = (source.position - self.geometry.center(), scene.air_at_source(0));
                 sweep(origin, path.vertices, &table, &material_of, &mut weight, |segment| {
                     visit(path.emission, start.weight, segment);

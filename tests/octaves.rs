@@ -46,6 +46,7 @@ pub fn measured(response: &Response, (s, r): (usize, usize), pressure: &[f32], f
         energy: energy.collect(),
         receiver_names: vec![response.receiver_names[r].clone()],
         receiver_positions: vec![response.receiver_positions[r]],
+        receiver_directivities: response.receiver_directivities.get(r).cloned().into_iter().collect(),
         source_names: vec![response.source_names[s].clone()],
         source_positions: vec![response.source_positions[s]],
         source_power_level_db: response.source_power_level_db[s * bands..(s + 1) * bands].to_vec(),

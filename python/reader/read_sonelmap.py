@@ -37,6 +37,9 @@ SCENE = {"name": "text", "up": ("<f8", 3), "third_octaves": "<u1", "nominal_freq
 REGION = {"name": "text", "inside": ("<f8", 3), "temperature_celsius": "<f8", "relative_humidity_percent": "<f8",
           "pressure_kpa": "<f8", "speed_of_sound": "<f8", "density": "<f8", "air_attenuation": ["<f8"]}
 REGIONS = {"regions": [REGION], "interfaces": ["<u4"], "at_sources": ["<u4"], "sides": [("<u4", 2)]}
+ROLL = {"balloon": "<u4", "up": ("<f8", 3)}
+BALLOON = {"name": "text", "azimuths": "<u4", "polars": "<u4", "factors": ["<f8"]}
+DIRECTIVITY = {"balloons": [BALLOON], "sources": [ROLL], "receivers": ["text"]}
 SECTION = {"name": "text", "offset": "<u8", "length": "<u8", "digest": ("<u1", 32)}
 HEADER = {"tool_version": "text", "settings": SETTINGS, "effects": [EFFECT], "scene": SCENE, "center": ("<f8", 3),
           "chunk_count": "<u8", "sections": [SECTION]}
@@ -57,7 +60,7 @@ class Record:
             return self.numbers("<u1", self.take("<u8")).tobytes().decode("utf-8")
         if isinstance(kind, list):
             count = self.take("<u8")
-            return self.numbers(kind[0], count) if isinstance(kind[0], str) else [self.take(kind[0]) for _ in range(count)]
+            return self.numbers(kind[0], count) if isinstance(kind[0], str) and kind[0] != "text" else [self.take(kind[0]) for _ in range(count)]
         return self.numbers(kind, 1)[0].item()
 
     def numbers(self, dtype, count):
@@ -89,6 +92,9 @@ class SonelMap:
         self.chunks = self.section("chunks", CHUNK)
         self.edges = self.section("edges", EDGE)["ends"] if "edges" in self.sections else np.zeros((0, 2, 3))
         self.faces = self.section("edges.faces", FACES)["faces"] if "edges.faces" in self.sections else np.zeros((0, 2, 4))
+        self.directivity = None
+        if "directivity" in self.sections:
+            self.directivity = Record(self.section("directivity", "<u1").tobytes()).take(DIRECTIVITY)
         self.airs = Record(self.section("regions", "<u1").tobytes()).take(REGIONS) if "regions" in self.sections else None
         self.reach = self.section("edges.reach", "<f8") if "edges.reach" in self.sections else np.zeros(1)
 
@@ -267,10 +273,28 @@ PATTERNS = {"omni": 1, "subcardioid": 0.7, "cardioid": 0.5, "supercardioid": (3*
             "figure-eight": 0}
 
 
-def directivity(pattern, cosine):
-    """Energy at an angle from the aim, relative to an omnidirectional source of the same power."""
-    a = PATTERNS[pattern]
+def directivity(map, source, direction):
+    """Energy in a direction, relative to an omnidirectional source of the same power: of all bands, or per band."""
+    emitter = map.header["scene"]["sources"][source]
+    if emitter["directivity"] == "balloon":
+        return balloon(map, source, direction)
+    a, cosine = PATTERNS[emitter["directivity"]], direction @ emitter["aim"]
     return (a + (1 - a) * cosine) ** 2 / (a * a + (1 - a) ** 2 / 3)
+
+
+def balloon(map, source, direction):
+    """Factors per band, linear in both angles between the nodes of the grid."""
+    roll, aim = map.directivity["sources"][source], map.header["scene"]["sources"][source]["aim"]
+    found = map.directivity["balloons"][roll["balloon"] - 1]
+    factors = found["factors"].reshape(found["azimuths"], found["polars"], -1)
+    ahead, above, aside = direction @ aim, direction @ roll["up"], direction @ np.cross(aim, roll["up"])
+    polar = np.arctan2(np.hypot(above, aside), ahead) / np.pi * (found["polars"] - 1)
+    azimuth = np.arctan2(above, aside) / (2 * np.pi) % 1 * found["azimuths"]
+    row, column = min(int(polar), found["polars"] - 2), int(azimuth) % found["azimuths"]
+    down, right, after = polar - row, azimuth - int(azimuth), (column + 1) % found["azimuths"]
+    upper = (1 - right) * factors[column, row] + right * factors[after, row]
+    lower = (1 - right) * factors[column, row + 1] + right * factors[after, row + 1]
+    return (1 - down) * upper + down * lower
 
 
 def chacha8(seed, words, stream):
@@ -329,7 +353,7 @@ def sonels(map, source):
     for emission, vertices in map.paths(source):
         share, carried, led = emissions.start(emission)
         # The directivity factor is part of the energy alone, not of the probabilities.
-        share = share * directivity(emitter["directivity"], directions.direction(emission) @ emitter["aim"])
+        share = share * directivity(map, source, directions.direction(emission))
         feeding, drawing = carried.copy(), carried.copy()
         points = places(map, origin, vertices)
         legs = np.linalg.norm(np.diff(points, axis=0, prepend=origin[None]), axis=1)

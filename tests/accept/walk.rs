@@ -16,8 +16,7 @@ const OUT: [DVec3; 2] = [dvec3(-2.0, 26.7, 3.9), DVec3::NEG_Y];
 const UP: [DVec3; 2] = [dvec3(-3.0, 27.2, 7.503), DVec3::Z];
 
 fn places([start, along]: [DVec3; 2]) -> Vec<ReceiverPoint> {
-    let place =
-        |step: usize| ReceiverPoint { name: step.to_string(), position: start + 0.01 * step as f64 * along };
+    let place = |step: usize| ReceiverPoint::omni(&step.to_string(), start + 0.01 * step as f64 * along);
     (0..PLACES).map(place).collect()
 }
 

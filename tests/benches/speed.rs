@@ -110,18 +110,14 @@ fn measure_edges_alone(name: &str, count: usize, allowed: f64) {
 fn spread(traced: &Traced, count: usize) -> Vec<ReceiverPoint> {
     let known = &traced.map.header().scene.receivers;
     if known.len() == count {
-        let point = |receiver: &sonel_scene::Receiver| ReceiverPoint {
-            name: receiver.name.clone(),
-            position: receiver.position,
-        };
-        return known.iter().map(point).collect();
+        return known.iter().map(ReceiverPoint::from).collect();
     }
     let (low, high) = traced.geometry.bounds();
     let place = |index: usize| {
         let share = |step: f64| 0.08 + 0.84 * (step * (index as f64 + 0.5)).fract();
         // The additive sequence of the plastic number.
         let share = glam::DVec3::new(share(0.754_877_666), share(0.569_840_291), 0.4);
-        ReceiverPoint { name: index.to_string(), position: low + share * (high - low) }
+        ReceiverPoint::omni(&index.to_string(), low + share * (high - low))
     };
     (0..count).map(place).collect()
 }
@@ -260,9 +256,9 @@ fn measure_writing(scene: &Scene, geometry: &Geometry, settings: Settings) {
 fn measure_connections(traced: &Traced, count: usize) {
     let scene = &traced.map.header().scene;
     let receivers: Vec<ReceiverPoint> = (0..count)
-        .map(|index| ReceiverPoint {
-            name: index.to_string(),
-            position: scene.receivers[0].position + glam::DVec3::new(0.1, 0.0, 0.05) * index as f64,
+        .map(|index| {
+            let aside = glam::DVec3::new(0.1, 0.0, 0.05) * index as f64;
+            ReceiverPoint::omni(&index.to_string(), scene.receivers[0].position + aside)
         })
         .collect();
     let settings = RenderSettings {

@@ -1,6 +1,6 @@
 //! Energy is neither made nor lost: ledger, lossless and black boxes, Σ incident / emitted, mean free path.
 
-use sonel_acoustics::{Bands, Directivity, Material};
+use sonel_acoustics::{Bands, Material, Pattern};
 use sonel_map::{BatchStart, CoefficientTable, EmissionLayout, Fate, PathWeight, Settings, Spectral};
 use sonel_scene::Scene;
 use sonel_tests::Traced;
@@ -55,7 +55,7 @@ fn the_ledger_closes_in_every_band() {
 fn directional_sources_emit_what_they_should_in_every_band() {
     for spectral in [Spectral::Shared, Spectral::PerBand] {
         let mut scene = room(colourful(), 1.0);
-        scene.sources[0].directivity = Directivity::Cardioid;
+        scene.sources[0].directivity = Pattern::Cardioid.into();
         scene.sources[0].aim = glam::DVec3::new(0.6, 0.0, 0.8);
         let traced = Traced::new(scene, Settings { emissions: 8_000, spectral, ..Settings::default() });
         for (band, books) in traced.books.bands.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Direct sound alone: e^(−mr)/(4πr²) at r/c, with and without air, omnidirectional and not.
 
-use sonel_acoustics::{Bands, Directivity, Material};
+use sonel_acoustics::{Bands, Material, Pattern};
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
@@ -50,7 +50,7 @@ fn in_absorbing_air() {
 #[test]
 fn from_a_cardioid() {
     let mut scene = black_room();
-    scene.sources[0].directivity = Directivity::Cardioid;
+    scene.sources[0].directivity = Pattern::Cardioid.into();
     scene.sources[0].aim = glam::DVec3::X;
     let offset = scene.receivers[1].position - scene.sources[0].position;
     let cosine = offset.x / offset.length();

@@ -7,6 +7,7 @@ mod conservation;
 mod diffraction;
 mod diffuse_box;
 mod diffuse_sphere;
+mod directivity;
 mod effects;
 mod fit;
 mod free_field;

@@ -2,7 +2,7 @@
 //! lattice.
 
 use glam::DVec3;
-use sonel_acoustics::{Bands, Directivity, Material};
+use sonel_acoustics::{Bands, Material, Pattern};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::{DiscreteArrival, RenderSettings};
@@ -75,9 +75,9 @@ fn the_tree_finds_what_the_lattice_finds() {
     ]);
     let panel = sonel_geometry::MeshTriangle { corners: [first, first + 1, first + 2], material: 0 };
     with_panel.triangles.push(panel);
-    for directivity in [Directivity::Omni, Directivity::Cardioid] {
+    for pattern in [Pattern::Omni, Pattern::Cardioid] {
         let aimed = |mut scene: Scene| {
-            scene.sources[0].directivity = directivity;
+            scene.sources[0].directivity = pattern.into();
             scene.sources[0].aim = DVec3::new(0.6, 0.0, 0.8);
             scene
         };
@@ -118,7 +118,7 @@ fn images_of_a_directional_source_are_mirrored() {
             *absorption = 0.05 + 0.1 * ((3 * wall + 5 * band) % 8) as f64;
         }
     }
-    scene.sources[0].directivity = Directivity::Cardioid;
+    scene.sources[0].directivity = Pattern::Cardioid.into();
     scene.sources[0].aim = aim;
     let (attenuation, duration, materials) =
         (scene.air_attenuation.clone(), scene.duration, scene.materials.clone());
@@ -157,7 +157,7 @@ fn rays_bring_the_chains_that_are_not_enumerated() {
     let scene = |absorption: f64| {
         let mut scene = six_walls(Mesh::shoebox(SIZE, [0, 1, 2, 3, 4, 5]));
         scene.materials[0] = Material::uniform("wall", absorption, 0.0, scene.bands.count());
-        scene.sources[0].directivity = Directivity::Cardioid;
+        scene.sources[0].directivity = Pattern::Cardioid.into();
         scene
     };
     let borders = [0.0, 0.05, 0.1, 0.15, 0.25];

@@ -40,6 +40,7 @@ fn decaying(stretched: f64) -> Response {
         time_edges_s: (0..=bins).map(|edge| edge as f64 * BIN).collect(),
         receiver_names: vec!["seat".to_owned()],
         receiver_positions: vec![[DISTANCE, 0.0, 0.0]],
+        receiver_directivities: Vec::new(),
         source_names: vec!["stage".to_owned()],
         source_positions: vec![[0.0; 3]],
         source_power_level_db: vec![90.0; OCTAVES.len()],

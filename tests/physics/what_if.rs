@@ -1,6 +1,6 @@
 //! Other materials on the same map against fresh traces of them, and changes that the paths cannot carry.
 
-use sonel_acoustics::{BandWidth, Bands, Coefficient, Directivity, Material};
+use sonel_acoustics::{BandWidth, Bands, Coefficient, Material, Pattern};
 use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_analysis::{Parameter, ReceiverFigures, parameters};
 use sonel_geometry::Mesh;
@@ -99,7 +99,7 @@ fn everything_at_once() {
         scene.materials[0].absorption = vec![0.3, 0.2];
         scene.materials[0].scattering = vec![0.4, 0.4];
         scene.materials[2].absorption = vec![0.2, 0.3];
-        scene.sources[0].directivity = Directivity::Cardioid;
+        scene.sources[0].directivity = Pattern::Cardioid.into();
     });
 }
 

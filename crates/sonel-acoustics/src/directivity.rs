@@ -1,17 +1,38 @@
-//! Directivity of sources: first-order energy patterns about an aim.
+//! Directivity of sources and receivers: first-order patterns about an aim, and measured [balloons](Balloon).
 //!
-//! Pressure goes as a + (1−a) cos θ, energy as its square, scaled to mean 1 over the sphere: the source power is then
-//! the same whatever the pattern. The same in every band.
+//! In a pattern pressure goes as a + (1−a) cos θ, energy as its square, the same in every band. The factor of a source has mean 1 over the
+//! sphere: its power is the same whatever the directivity. The sensitivity of a receiver is 1 on its axis.
 //!
 //! Reference: [Eargle2004] on first-order patterns (docs/references.md).
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A pattern about the source's aim.
+use crate::balloon::{Balloon, Radiation};
+
+/// Sine of the angle between directions up to which they are parallel.
+const PARALLEL: f64 = 1e-6;
+
+/// How a source radiates.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Directivity {
+    /// A first-order pattern about the aim.
+    Pattern(Pattern),
+    /// A balloon about the aim, from which azimuths are counted towards `up`.
+    Measured {
+        /// Factors over directions.
+        balloon: Balloon,
+        /// Unit vector at right angles to the aim.
+        up: DVec3,
+    },
+}
+
+/// A first-order pattern.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Directivity {
+pub enum Pattern {
     /// The same in every direction, a = 1.
     #[default]
     Omni,
@@ -34,7 +55,70 @@ pub enum Directivity {
 )]
 pub struct UnknownDirectivity(pub String);
 
+impl From<Pattern> for Directivity {
+    fn from(pattern: Pattern) -> Self {
+        Self::Pattern(pattern)
+    }
+}
+
 impl Directivity {
+    /// The same in every direction.
+    pub const OMNI: Self = Self::Pattern(Pattern::Omni);
+
+    /// A balloon on a source that aims along the unit vector `aim`, with azimuths counted towards `up`; [`None`] where these are parallel and
+    /// azimuths differ.
+    #[must_use]
+    pub fn measured(balloon: Balloon, aim: DVec3, up: DVec3) -> Option<Self> {
+        let across = up - aim * up.dot(aim);
+        let is_parallel = across.length() <= PARALLEL * up.length();
+        let up = match is_parallel {
+            true if balloon.shape()[0] > 1 => return None,
+            true => aim.any_orthonormal_vector(),
+            // Twice, since a small difference is at right angles to the aim only nearly.
+            false => {
+                let across = across.normalize();
+                (across - aim * across.dot(aim)).normalize()
+            }
+        };
+        Some(Self::Measured { balloon, up })
+    }
+
+    /// Whether it is the same in every direction.
+    #[must_use]
+    pub fn is_omni(&self) -> bool {
+        *self == Self::OMNI
+    }
+
+    /// Whether it differs between bands.
+    #[must_use]
+    pub fn is_measured(&self) -> bool {
+        matches!(self, Self::Measured { .. })
+    }
+
+    /// The pattern's name, or that of the balloon.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Pattern(pattern) => pattern.name(),
+            Self::Measured { balloon, .. } => balloon.name(),
+        }
+    }
+
+    /// Energy radiated in the unit `direction` by a source with the unit vector `aim`, relative to an omnidirectional one of the same power.
+    #[must_use]
+    pub fn towards(&self, aim: DVec3, direction: DVec3) -> Radiation<'_> {
+        match self {
+            Self::Pattern(pattern) => Radiation::Alike(pattern.factor(aim.dot(direction).clamp(-1.0, 1.0))),
+            Self::Measured { balloon, up } => {
+                let (ahead, above) = (direction.dot(aim), direction.dot(*up));
+                let aside = direction.dot(aim.cross(*up));
+                balloon.at(libm::atan2(libm::hypot(aside, above), ahead), libm::atan2(above, aside))
+            }
+        }
+    }
+}
+
+impl Pattern {
     /// Every pattern, omnidirectional first.
     pub const ALL: [Self; 6] = [
         Self::Omni,
@@ -77,19 +161,28 @@ impl Directivity {
         let pressure = share + gradient * cos_angle;
         pressure * pressure / (share * share + gradient * gradient / 3.0)
     }
+
+    /// Energy that a receiver takes from the angle θ off its aim, relative to its axis; `cos_angle` = cos θ, −1 … 1. Its mean over the
+    /// sphere is 1/[`Self::factor`]`(1)`: 1/3 for a cardioid.
+    #[must_use]
+    pub fn sensitivity(self, cos_angle: f64) -> f64 {
+        let share = self.omnidirectional_share();
+        let pressure = share + (1.0 - share) * cos_angle;
+        pressure * pressure
+    }
 }
 
-impl std::fmt::Display for Directivity {
+impl std::fmt::Display for Pattern {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
     }
 }
 
-impl std::str::FromStr for Directivity {
+impl std::str::FromStr for Pattern {
     type Err = UnknownDirectivity;
 
     fn from_str(name: &str) -> Result<Self, UnknownDirectivity> {
-        let found = Self::ALL.into_iter().find(|directivity| directivity.name() == name);
+        let found = Self::ALL.into_iter().find(|pattern| pattern.name() == name);
         found.ok_or_else(|| UnknownDirectivity(name.to_owned()))
     }
 }
@@ -106,9 +199,9 @@ mod tests {
 
     #[test]
     fn mean_over_the_sphere_is_one() {
-        for directivity in Directivity::ALL {
-            let mean = sphere_mean(|cos_angle| directivity.factor(cos_angle));
-            assert!((mean - 1.0).abs() < 1e-14, "{directivity}: {mean}");
+        for pattern in Pattern::ALL {
+            let mean = sphere_mean(|cos_angle| pattern.factor(cos_angle));
+            assert!((mean - 1.0).abs() < 1e-14, "{pattern}: {mean}");
         }
     }
 
@@ -120,18 +213,18 @@ mod tests {
 
     #[test]
     fn characteristic_values() {
-        assert!((Directivity::Cardioid.factor(1.0) - 3.0).abs() < 1e-14);
-        assert!(Directivity::Cardioid.factor(-1.0).abs() < 1e-14);
-        assert!((Directivity::Hypercardioid.factor(1.0) - 4.0).abs() < 1e-14);
-        assert!(Directivity::FigureEight.factor(0.0).abs() < 1e-14);
-        assert!((Directivity::Supercardioid.factor(1.0) - 3.732).abs() < 1e-3);
+        assert!((Pattern::Cardioid.factor(1.0) - 3.0).abs() < 1e-14);
+        assert!(Pattern::Cardioid.factor(-1.0).abs() < 1e-14);
+        assert!((Pattern::Hypercardioid.factor(1.0) - 4.0).abs() < 1e-14);
+        assert!(Pattern::FigureEight.factor(0.0).abs() < 1e-14);
+        assert!((Pattern::Supercardioid.factor(1.0) - 3.732).abs() < 1e-3);
     }
 
     #[test]
     fn names_round_trip() {
-        for directivity in Directivity::ALL {
-            assert_eq!(directivity.to_string().parse(), Ok(directivity));
+        for pattern in Pattern::ALL {
+            assert_eq!(pattern.to_string().parse(), Ok(pattern));
         }
-        assert!("Omni".parse::<Directivity>().is_err());
+        assert!("Omni".parse::<Pattern>().is_err());
     }
 }

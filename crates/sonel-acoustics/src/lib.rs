@@ -1,11 +1,12 @@
 //! Vocabulary of room acoustics: bands, levels, air, materials, directivity, statistical formulas.
 //!
-//! A leaf: knows no geometry and no file. Units are coherent SI unless a name says otherwise; every transcendental
+//! A leaf: knows no room and no file. Units are coherent SI unless a name says otherwise; every transcendental
 //! function is `libm`'s, so that the same inputs give the same bits on every platform.
 //!
 //! References: docs/physics.md §1, docs/references.md.
 
 mod air;
+mod balloon;
 mod bands;
 mod directivity;
 pub mod just_noticeable;
@@ -14,8 +15,9 @@ mod material;
 mod statistics;
 
 pub use air::{Air, AirError};
+pub use balloon::{Balloon, BalloonError, Radiation};
 pub use bands::{BandError, BandWidth, Bands};
-pub use directivity::{Directivity, UnknownDirectivity};
+pub use directivity::{Directivity, Pattern, UnknownDirectivity};
 pub use levels::{
     REFERENCE_IMPEDANCE, energy_from_level_db, energy_to_level_db, level_db, strength_db,
     strength_to_level_db,

@@ -80,8 +80,7 @@ impl<'a> Reading<'a> {
     pub fn emit(&self, source: u32, emission: u64, unit: f64, weight: &mut PathWeight) {
         let emitter = &self.map.header().scene.sources[source as usize];
         let direction = self.direction(source, emission);
-        let factor = emitter.directivity.factor(f64::from(direction.dot(emitter.aim.as_vec3())));
-        weight.emit(factor, unit, self.start(emission));
+        weight.emit_from(emitter, direction, unit, self.start(emission));
     }
 
     /// Visits the segments of `path` of `source`, with a `weight` from [`Self::emit`].

@@ -111,7 +111,7 @@ fn read_band(response: &Response, (s, r, b): (usize, usize, usize)) -> Band {
     };
     let fine = Values::read(echogram, scale);
     let bounds =
-        response.missing(s, b).and_then(|missing| Bounds::new(echogram, &fine.curve, missing, scale));
+        response.missing(s, r, b).and_then(|missing| Bounds::new(echogram, &fine.curve, missing, scale));
     Band { bounds, fine, parts: Parts::read(response, (s, r, b), scale) }
 }
 

@@ -32,6 +32,7 @@ fn response(weight: &[f64], mut batch: impl FnMut(&[f64]) -> Vec<f32>) -> Respon
         time_edges_s: fine,
         receiver_names: vec!["seat 12".into()],
         receiver_positions: vec![[3.43, 0.0, 0.0]],
+        receiver_directivities: Vec::new(),
         source_names: vec!["stage".into()],
         source_positions: vec![[0.0; 3]],
         source_power_level_db: vec![90.0; bands],

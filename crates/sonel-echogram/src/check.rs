@@ -24,6 +24,9 @@ fn shapes(response: &Response) -> Vec<String> {
         }
     };
     expect("receiver_position_m", response.receiver_positions.len(), &[r]);
+    if !response.receiver_directivities.is_empty() {
+        expect("receiver_directivity", response.receiver_directivities.len(), &[r]);
+    }
     expect("source_position_m", response.source_positions.len(), &[s]);
     expect("energy", response.energy.len(), &[s, r, b, response.bins()]);
     expect("source_power_level_db", response.source_power_level_db.len(), &[s, b]);
@@ -67,6 +70,12 @@ fn values(response: &Response) -> Vec<String> {
     reject("time_edges_s", not_ascending(&response.time_edges_s));
     reject("time_edges_s", not_finite(&response.time_edges_s));
     reject("receiver_position_m", not_finite(response.receiver_positions.as_flattened()));
+    for found in &response.receiver_directivities {
+        reject("receiver_aim", not_finite(&found.aim));
+        let is_share = found.diffuse_sensitivity > 0.0 && found.diffuse_sensitivity <= 1.0;
+        let message = format!("holds {}, which is not above 0 and at most 1", found.diffuse_sensitivity);
+        reject("receiver_diffuse_sensitivity", (!is_share).then_some(message));
+    }
     reject("source_position_m", not_finite(response.source_positions.as_flattened()));
     reject("source_power_level_db", not_finite(&response.source_power_level_db));
     reject("speed_of_sound", not_positive(&[response.speed_of_sound]));

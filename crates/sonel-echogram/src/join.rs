@@ -6,7 +6,7 @@
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use crate::{Arrivals, Batches, Response};
+use crate::{Arrivals, Batches, ReceiverDirectivity, Response};
 
 /// Where the metadata say which part of the receivers a response holds.
 const SHARD: &str = "shard";
@@ -156,6 +156,7 @@ fn side_by_side(parts: Vec<Response>) -> Response {
     let direct_times_s = interleaved(sources, &direct_times);
     let energies: Vec<&[f64]> = parts.iter().map(|part| &part.energy[..]).collect();
     let (energy, arrivals) = (interleaved(sources, &energies), arrivals(&parts, sources));
+    let receiver_directivities = directivities(&parts);
     let mut parts = parts.into_iter();
     let Some(mut whole) = parts.next() else { unreachable!("checked: there is a part") };
     for part in parts {
@@ -166,7 +167,19 @@ fn side_by_side(parts: Vec<Response>) -> Response {
     if let Some(metadata) = whole.metadata.as_object_mut() {
         metadata.shift_remove(SHARD);
     }
-    Response { energy, direct_times_s, batches, arrivals, ..whole }
+    Response { receiver_directivities, energy, direct_times_s, batches, arrivals, ..whole }
+}
+
+/// Those of all receivers, where any part has some.
+fn directivities(parts: &[Response]) -> Vec<ReceiverDirectivity> {
+    if parts.iter().all(|part| part.receiver_directivities.is_empty()) {
+        return Vec::new();
+    }
+    let of = |part: &Response| match &part.receiver_directivities[..] {
+        [] => vec![ReceiverDirectivity::omni(); part.receivers()],
+        found => found.to_vec(),
+    };
+    parts.iter().flat_map(of).collect()
 }
 
 fn append_metadata(whole: &mut Value, mut part: Value) {

@@ -18,7 +18,7 @@ pub use archive::{ArchiveWriter, ArrayWriter, Number};
 pub use borders::batch_time_edges;
 pub use error::ResponseError;
 pub use join::{JoinError, join};
-pub use response::{ArrivalKind, Arrivals, Batches, Missing, Response};
+pub use response::{ArrivalKind, Arrivals, Batches, Missing, ReceiverDirectivity, Response};
 
 /// Version of the response file, in its array `format_version`.
 pub const FORMAT_VERSION: u32 = 1;

@@ -6,7 +6,7 @@ use npyz::Deserialize;
 
 use crate::archive::ArchiveReader;
 use crate::check::check;
-use crate::{Arrivals, Batches, FORMAT_VERSION, Missing, Response, ResponseError};
+use crate::{Arrivals, Batches, FORMAT_VERSION, Missing, ReceiverDirectivity, Response, ResponseError};
 
 impl Response {
     /// Reads a response. Unknown arrays are ignored; batches and what follows the last bin may be missing.
@@ -25,6 +25,7 @@ impl Response {
         let energy: Vec<f64> = file.required("energy", &[s, r, b, t])?;
         let response = Self {
             receiver_positions: file.points("receiver_position_m", r)?,
+            receiver_directivities: file.directivities(r)?,
             source_positions: file.points("source_position_m", s)?,
             source_power_level_db: file.required("source_power_level_db", &[s, b])?,
             speed_of_sound: file.scalar("speed_of_sound")?,
@@ -91,6 +92,16 @@ impl<R: Read + Seek> Arrays<R> {
     fn points(&mut self, key: &str, count: usize) -> Result<Vec<[f64; 3]>, ResponseError> {
         let values: Vec<f64> = self.required(key, &[count, 3])?;
         Ok(values.chunks_exact(3).map(|point| [point[0], point[1], point[2]]).collect())
+    }
+
+    fn directivities(&mut self, count: usize) -> Result<Vec<ReceiverDirectivity>, ResponseError> {
+        let Some(names) = self.optional::<String>("receiver_directivity", &[count])? else {
+            return Ok(Vec::new());
+        };
+        let aims = self.points("receiver_aim", count)?;
+        let diffuse: Vec<f64> = self.required("receiver_diffuse_sensitivity", &[count])?;
+        let of = |((name, aim), diffuse_sensitivity)| ReceiverDirectivity { name, aim, diffuse_sensitivity };
+        Ok(names.into_iter().zip(aims).zip(diffuse).map(of).collect())
     }
 
     fn scalar<T: Deserialize + Copy>(&mut self, key: &str) -> Result<T, ResponseError> {
@@ -160,6 +171,7 @@ mod tests {
             time_edges_s: (0..=200).map(|edge| f64::from(edge) * 0.001).collect(),
             receiver_names: vec!["Sitz 12".into(), "größer".into()],
             receiver_positions: vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]],
+            receiver_directivities: Vec::new(),
             source_names: vec!["stage".into()],
             source_positions: vec![[0.0, 0.0, 1.0]],
             source_power_level_db: vec![90.0, 91.0],

@@ -13,6 +13,8 @@ pub struct Response {
     pub receiver_names: Vec<String>,
     /// Their positions in the scene's axes [m].
     pub receiver_positions: Vec<[f64; 3]>,
+    /// Their directivities; empty where all are omnidirectional.
+    pub receiver_directivities: Vec<ReceiverDirectivity>,
     /// Names of the sources.
     pub source_names: Vec<String>,
     /// Their positions [m].
@@ -35,6 +37,25 @@ pub struct Response {
     pub arrivals: Arrivals,
     /// Tool version, seed, digests, options, shares per path class.
     pub metadata: Value,
+}
+
+/// How sensitive a receiver is to sound from different directions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReceiverDirectivity {
+    /// Name of the pattern.
+    pub name: String,
+    /// Unit vector of its axis.
+    pub aim: [f64; 3],
+    /// Mean energy sensitivity over all directions, 1 being that on the axis; above 0, at most 1.
+    pub diffuse_sensitivity: f64,
+}
+
+impl ReceiverDirectivity {
+    /// The same in every direction.
+    #[must_use]
+    pub fn omni() -> Self {
+        Self { name: "omni".to_owned(), aim: [1.0, 0.0, 0.0], diffuse_sensitivity: 1.0 }
+    }
 }
 
 /// Estimates of the batches, in coarser bins.
@@ -155,11 +176,13 @@ impl Response {
         batches.kernel_difference.get(row * batches.bins..(row + 1) * batches.bins)
     }
 
-    /// Expected fluence after the last bin from source `s` in band `b`, as the mean over the room [1/m²], and its decay rate [1/s].
+    /// Fluence that receiver `r` is expected to take after the last bin from source `s` in band `b`, where sound comes from all directions
+    /// as the mean over the room [1/m²], and its decay rate [1/s].
     #[must_use]
-    pub fn missing(&self, s: usize, b: usize) -> Option<(f64, f64)> {
+    pub fn missing(&self, s: usize, r: usize, b: usize) -> Option<(f64, f64)> {
         let (missing, at) = (self.missing.as_ref()?, s * self.bands() + b);
-        Some((*missing.fluence.get(at)?, *missing.decay_rate.get(at)?))
+        let sensitivity = self.receiver_directivities.get(r).map_or(1.0, |found| found.diffuse_sensitivity);
+        Some((missing.fluence.get(at)? * sensitivity, *missing.decay_rate.get(at)?))
     }
 
     /// When the direct sound of source `s` reaches, or would reach, receiver `r` [s].

@@ -20,6 +20,15 @@ impl Response {
         archive.numbers("time_edges_s", &[self.time_edges_s.len()], &self.time_edges_s)?;
         archive.texts("receiver_name", &[receivers], &texts(&self.receiver_names))?;
         archive.numbers("receiver_position_m", &[receivers, 3], self.receiver_positions.as_flattened())?;
+        let directivities = &self.receiver_directivities;
+        if !directivities.is_empty() {
+            let names: Vec<&str> = directivities.iter().map(|found| found.name.as_str()).collect();
+            let aims: Vec<[f64; 3]> = directivities.iter().map(|found| found.aim).collect();
+            let diffuse: Vec<f64> = directivities.iter().map(|found| found.diffuse_sensitivity).collect();
+            archive.texts("receiver_directivity", &[receivers], &names)?;
+            archive.numbers("receiver_aim", &[receivers, 3], aims.as_flattened())?;
+            archive.numbers("receiver_diffuse_sensitivity", &[receivers], &diffuse)?;
+        }
         archive.texts("source_name", &[sources], &texts(&self.source_names))?;
         archive.numbers("source_position_m", &[sources, 3], self.source_positions.as_flattened())?;
         archive.numbers("source_power_level_db", &[sources, bands], &self.source_power_level_db)?;

@@ -2,6 +2,7 @@
 //! and need to be computed only once.
 
 use sonel_acoustics::Material;
+use sonel_scene::Source;
 
 use crate::emission::Spectral;
 
@@ -21,10 +22,15 @@ impl BandClasses {
     }
 
     /// Bands with the same coefficients in all `materials` and the same `attenuation` are one class. Bands whose paths are
-    /// their own never share one.
+    /// their own never share one, nor do bands where a source has a measured directivity.
     #[must_use]
-    pub fn alike(materials: &[Material], attenuation: &[f64], spectral: Spectral) -> Self {
-        if spectral == Spectral::PerBand {
+    pub fn alike(
+        materials: &[Material],
+        sources: &[Source],
+        attenuation: &[f64],
+        spectral: Spectral,
+    ) -> Self {
+        if spectral == Spectral::PerBand || sources.iter().any(|source| source.directivity.is_measured()) {
             return Self::separate(attenuation.len());
         }
         let column = |band: usize| -> Vec<u64> {
@@ -84,10 +90,11 @@ mod tests {
     fn equal_columns_are_one_class() {
         let wall =
             Material { absorption: vec![0.1, 0.2, 0.1, 0.1], ..Material::uniform("wall", 0.0, 0.5, 4) };
-        let still = BandClasses::alike(std::slice::from_ref(&wall), &[0.0; 4], Spectral::Shared);
+        let still = BandClasses::alike(std::slice::from_ref(&wall), &[], &[0.0; 4], Spectral::Shared);
         assert_eq!((still.count(), still.spread(&['a', 'b'])), (2, vec!['a', 'b', 'a', 'a']));
-        let air = BandClasses::alike(std::slice::from_ref(&wall), &[0.0, 0.0, 0.0, 0.1], Spectral::Shared);
+        let air =
+            BandClasses::alike(std::slice::from_ref(&wall), &[], &[0.0, 0.0, 0.0, 0.1], Spectral::Shared);
         assert_eq!(air.count(), 3);
-        assert_eq!(BandClasses::alike(&[wall], &[0.0; 4], Spectral::PerBand), BandClasses::separate(4));
+        assert_eq!(BandClasses::alike(&[wall], &[], &[0.0; 4], Spectral::PerBand), BandClasses::separate(4));
     }
 }

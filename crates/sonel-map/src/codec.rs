@@ -115,6 +115,32 @@ pub struct MediaRecord {
     pub sides: Vec<[u32; 2]>,
 }
 
+/// Measured directivities and those of receivers: the section that only a scene with such has.
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct DirectivityRecord {
+    pub balloons: Vec<BalloonRecord>,
+    pub sources: Vec<RollRecord>,
+    /// Pattern of each receiver.
+    pub receivers: Vec<String>,
+}
+
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct BalloonRecord {
+    pub name: String,
+    pub azimuths: u32,
+    pub polars: u32,
+    /// By azimuth, polar angle and band.
+    pub factors: Vec<f64>,
+}
+
+/// The balloon of a source.
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct RollRecord {
+    /// Number of the balloon from 1; 0 where the source has none.
+    pub balloon: u32,
+    pub up: [f64; 3],
+}
+
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
 pub struct RegionRecord {
     pub name: String,
@@ -130,7 +156,7 @@ pub struct RegionRecord {
 /// Bytes of a header or of the section of regions.
 pub fn encode(record: &impl Encode) -> Result<Vec<u8>, String> {
     bincode::encode_to_vec(record, configuration::<LARGEST_HEADER>())
-        .map_err(|error| format!("header or regions cannot be encoded: {error}"))
+        .map_err(|error| format!("header, regions or directivities cannot be encoded: {error}"))
 }
 
 /// A header, or the section of regions, from its bytes. All of them must be used, unless a later minor version may have added fields at the end.
@@ -161,7 +187,7 @@ fn decode_within_limit<D: Decode<()>>(bytes: &[u8]) -> Result<(D, usize), String
 
 fn decode_with<D: Decode<()>, const LIMIT: usize>(bytes: &[u8]) -> Result<(D, usize), String> {
     bincode::decode_from_slice(bytes, configuration::<LIMIT>())
-        .map_err(|error| format!("header or regions cannot be decoded: {error}"))
+        .map_err(|error| format!("header, regions or directivities cannot be decoded: {error}"))
 }
 
 #[cfg(test)]

@@ -25,6 +25,7 @@ pub mod classes;
 mod codec;
 pub mod coefficients;
 pub mod course;
+mod directivity;
 pub mod edges;
 pub mod emission;
 pub mod error;

@@ -2,7 +2,7 @@
 //!
 //! Numbers are written so that different ones look different, and compared as written.
 
-use sonel_acoustics::Material;
+use sonel_acoustics::{Directivity, Material};
 use sonel_scene::{Receiver, Region, Scene, Source};
 
 use crate::emission::Spectral;
@@ -140,7 +140,7 @@ fn material(material: &Material) -> [Fact; 4] {
 fn source(source: &Source) -> Fact {
     let value = format!(
         "{} at ({}) m towards ({}), {} dB",
-        source.directivity,
+        directivity(&source.directivity),
         numbers(&source.position.to_array()),
         numbers(&source.aim.to_array()),
         numbers(&source.power_level_db)
@@ -148,11 +148,22 @@ fn source(source: &Source) -> Fact {
     (format!("source \"{}\"", source.name), value)
 }
 
+fn directivity(directivity: &Directivity) -> String {
+    match directivity {
+        Directivity::Pattern(pattern) => pattern.to_string(),
+        Directivity::Measured { balloon, up } => {
+            let digest = blake3::hash(bytemuck::cast_slice(balloon.factors()));
+            let up = numbers(&up.to_array());
+            format!("{} with digest {}, upwards ({up})", balloon.name(), hexadecimal(digest.as_bytes()))
+        }
+    }
+}
+
 fn receiver(receiver: &Receiver) -> Fact {
     let (position, aim) = (receiver.position.to_array(), receiver.aim.to_array());
     (
         format!("receiver \"{}\"", receiver.name),
-        format!("at ({}) m towards ({})", numbers(&position), numbers(&aim)),
+        format!("{} at ({}) m towards ({})", receiver.pattern, numbers(&position), numbers(&aim)),
     )
 }
 

@@ -9,13 +9,14 @@ use std::fs::File;
 use glam::DVec3;
 use memmap2::Mmap;
 use rayon::prelude::*;
-use sonel_acoustics::Material;
+use sonel_acoustics::{Directivity, Material};
 use sonel_geometry::Geometry;
 use sonel_scene::Source;
 
 use crate::classes::BandClasses;
 use crate::codec::{self, HeaderRecord};
 use crate::coefficients::CoefficientTable;
+use crate::directivity;
 use crate::edges::{self, EdgeTable};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
@@ -152,7 +153,12 @@ impl SonelMap {
         };
         let media =
             if sections.has(media::SECTION) { Some(sections.rows::<u8>(media::SECTION)?) } else { None };
-        let mut header = record::header(sections.header, mesh).map_err(damaged)?;
+        let directivity = if sections.has(directivity::SECTION) {
+            Some(codec::decode(sections.rows::<u8>(directivity::SECTION)?, false).map_err(damaged)?)
+        } else {
+            None
+        };
+        let mut header = record::header(sections.header, mesh, directivity).map_err(damaged)?;
         if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
             bending.reach = reach;
         }
@@ -302,6 +308,9 @@ impl SonelMap {
         }
         for source in &mut scene.sources {
             source.power_level_db = source.power_level_db.repeat(times);
+            if let Directivity::Measured { balloon, .. } = &mut source.directivity {
+                *balloon = balloon.repeated(times);
+            }
         }
         for effect in &mut self.header.effects {
             let is_on = effect.name != DIFFRACTION;
@@ -330,7 +339,7 @@ impl SonelMap {
             return BandClasses::separate(scene.bands.count());
         }
         let materials = [&scene.materials, self.drawn_with.as_deref().unwrap_or_default()].concat();
-        BandClasses::alike(&materials, attenuation, self.header.settings.spectral)
+        BandClasses::alike(&materials, &scene.sources, attenuation, self.header.settings.spectral)
     }
 
     /// What every event means to the energy of `classes` of bands, and with which probability it was drawn.

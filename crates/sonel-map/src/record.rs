@@ -1,14 +1,15 @@
 //! Scene and settings as plain records, and back.
 
 use glam::DVec3;
-use sonel_acoustics::{Air, BandWidth, Bands, Material};
+use sonel_acoustics::{Air, BandWidth, Bands, Directivity, Material, Pattern};
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_scene::{Receiver, Scene, Source};
 
 use crate::codec::{
-    EffectRecord, HeaderRecord, MaterialRecord, ReceiverRecord, SceneRecord, SectionRecord, SettingsRecord,
-    SourceRecord,
+    DirectivityRecord, EffectRecord, HeaderRecord, MaterialRecord, ReceiverRecord, SceneRecord,
+    SectionRecord, SettingsRecord, SourceRecord,
 };
+use crate::directivity;
 use crate::emission::{CHUNK_EMISSIONS, Spectral};
 use crate::header::{EffectState, MapHeader, Mode, Settings, ShardRange};
 
@@ -109,7 +110,7 @@ fn source_record(source: &Source) -> SourceRecord {
         name: source.name.clone(),
         position: source.position.to_array(),
         power_level_db: source.power_level_db.clone(),
-        directivity: source.directivity.to_string(),
+        directivity: directivity::word(&source.directivity).to_owned(),
         aim: source.aim.to_array(),
     }
 }
@@ -122,8 +123,12 @@ fn receiver_record(receiver: &Receiver) -> ReceiverRecord {
     }
 }
 
-/// The header of `record` with the scene's `mesh`; the reason where the record contradicts itself.
-pub fn header(record: HeaderRecord, mesh: Mesh) -> Result<MapHeader, String> {
+/// The header of `record` with the scene's `mesh` and `directivity`; the reason where the record contradicts itself.
+pub fn header(
+    record: HeaderRecord,
+    mesh: Mesh,
+    directivity: Option<DirectivityRecord>,
+) -> Result<MapHeader, String> {
     let settings = settings(&record.settings)?;
     let shard = ShardRange { index: record.settings.shard_index, count: record.settings.shard_count };
     if shard.index == 0 || shard.index > shard.count {
@@ -136,7 +141,9 @@ pub fn header(record: HeaderRecord, mesh: Mesh) -> Result<MapHeader, String> {
             EffectState::new(&effect.name, effect.on.iter().map(|&on| on != 0).collect(), effect.reason)
         })
         .collect();
-    let scene = scene(record.scene, mesh)?;
+    let words: Vec<String> = record.scene.sources.iter().map(|source| source.directivity.clone()).collect();
+    let mut scene = scene(record.scene, mesh)?;
+    directivity::apply(&words, directivity, &mut scene)?;
     Ok(MapHeader { tool_version: record.tool_version, settings, shard, effects, scene })
 }
 
@@ -230,9 +237,7 @@ fn source(record: SourceRecord, bands: usize) -> Result<Source, String> {
         return Err(format!("source {} has not one power level per band", record.name));
     }
     Ok(Source {
-        directivity: record.directivity.parse().map_err(|_| {
-            format!("source {} has the unknown directivity {}", record.name, record.directivity)
-        })?,
+        directivity: Directivity::OMNI,
         name: record.name,
         position,
         power_level_db: record.power_level_db,
@@ -245,7 +250,7 @@ fn receiver(record: ReceiverRecord) -> Result<Receiver, String> {
     if !position.is_finite() || !aim.is_finite() {
         return Err(format!("receiver {} has no position or looks nowhere", record.name));
     }
-    Ok(Receiver { name: record.name, position, aim })
+    Ok(Receiver { name: record.name, position, aim, pattern: Pattern::Omni })
 }
 
 fn is_positive(value: f64) -> bool {

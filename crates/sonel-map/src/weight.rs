@@ -4,6 +4,10 @@
 //! [Wilkie2014]). Numerators and denominators are kept as products relative to a common power of two, which is divided
 //! out exactly whenever they become small, so that nothing underflows however long the path.
 
+use glam::Vec3;
+use sonel_acoustics::Directivity;
+use sonel_scene::Source;
+
 use crate::coefficients::{EventRow, Lanes, lanes_of};
 use crate::edges::{EdgeTable, Passing};
 use crate::emission::PacketStart;
@@ -69,6 +73,28 @@ impl PathWeight {
             add_product(&mut weighted, &carried, &counts);
         }
         self.balance(sum(weighted));
+    }
+
+    /// Starts a path that leaves `source` in a unit `direction`, as [`Self::emit`].
+    pub fn emit_from(&mut self, source: &Source, direction: Vec3, unit: f64, start: &PacketStart) {
+        let radiation = match &source.directivity {
+            // In single precision, like the direction: the bytes of maps and responses depend on it.
+            Directivity::Pattern(pattern) => {
+                let cosine = direction.dot(source.aim.as_vec3());
+                return self.emit(pattern.factor(f64::from(cosine)), unit, start);
+            }
+            measured @ Directivity::Measured { .. } => {
+                measured.towards(source.aim, direction.as_dvec3().normalize())
+            }
+        };
+        self.emit(1.0, unit, start);
+        for (index, (products, energy)) in self.products.iter_mut().zip(&mut self.energy).enumerate() {
+            for lane in 0..4 {
+                let factor = radiation.factor(4 * index + lane);
+                products.feeding[lane] *= factor;
+                energy[lane] *= factor;
+            }
+        }
     }
 
     /// Energy in every band, per unit emitted energy times the unit given to [`Self::emit`] [1].

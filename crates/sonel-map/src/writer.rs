@@ -5,6 +5,7 @@ use std::io::{Seek, SeekFrom, Write};
 use bytemuck::Zeroable;
 
 use crate::codec::{self, SectionRecord};
+use crate::directivity;
 use crate::edges;
 use crate::error::MapError;
 use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, MAGIC, MAJOR, MINOR, Preamble, aligned};
@@ -129,6 +130,10 @@ impl<W: Write + Seek> MapWriter<W> {
         if let Some(media) = &header.scene.media {
             let bytes = codec::encode(&media::record(media)).map_err(MapError::Limit)?;
             sections.push(self.section(media::SECTION, &bytes)?);
+        }
+        if let Some(record) = directivity::record(&header.scene) {
+            let bytes = codec::encode(&record).map_err(MapError::Limit)?;
+            sections.push(self.section(directivity::SECTION, &bytes)?);
         }
         let record = record::header_record(header, geometry.center(), sections);
         let bytes = codec::encode(&record).map_err(MapError::Limit)?;

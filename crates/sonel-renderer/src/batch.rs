@@ -112,7 +112,7 @@ pub(crate) struct Audience<'a> {
     images: Vec<Option<ReceiverImages>>,
     others: Vec<OthersOwn>,
     /// For places next to receivers; none where no receiver has such places, or where edges bend what goes there.
-    source: Option<NearSource>,
+    source: Option<NearSource<'a>>,
     /// By receiver and fine bin.
     coarse_bins: Vec<Vec<u32>>,
 }
@@ -172,8 +172,8 @@ impl Renderer<'_> {
 
     /// Prepares the images of `receivers`. K′ is a matter of each receiver: it depends on nobody who shares the call.
     fn audience<'b>(
-        &self,
-        (source, radiator): (usize, Radiator),
+        &'b self,
+        (source, radiator): (usize, Radiator<'b>),
         receivers: &'b [PreparedReceiver],
         borders: &[Vec<f64>],
         mirror_order: u32,
@@ -354,8 +354,7 @@ impl Renderer<'_> {
     ) {
         let emitter = &self.map.header().scene.sources[source];
         let start = self.batches[batch as usize].packet(self.map.layout().hero(path.emission));
-        let cosine = directions.direction(path.emission).dot(emitter.aim.as_vec3());
-        weight.emit(emitter.directivity.factor(f64::from(cosine)), unit, start);
+        weight.emit_from(emitter, directions.direction(path.emission), unit, start);
         let scene = &self.map.header().scene;
         let origin = (emitter.position - self.geometry.center(), scene.air_at_source(source));
         let Some(regions) = &self.regions else {

@@ -147,6 +147,7 @@ pub fn connect(
         let Some(passed) = medium.partitions(sonel.departure, receiver.position) else { continue };
         // What is brighter than the receiver's limit is left to its rays.
         let solid_angle = (f64::from(projected) / (distance * squared)).min(receiver.brightest);
+        let solid_angle = solid_angle * receiver.sensitivity.to(-offset.as_dvec3());
         for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
             for lane in 0..4 {
                 scratch[lane] = radiosity[lane] * solid_angle;

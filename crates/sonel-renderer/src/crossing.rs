@@ -83,11 +83,13 @@ pub fn cross<'a>(
     for (index, receiver, direct_length) in receivers {
         let ball = receiver.balls.at(piece.start_length);
         let Some(chord) = ball.chord(medium.geometry, piece.ends) else { continue };
+        let along = (piece.ends.1 - piece.ends.0).as_dvec3();
+        let fluence = chord.fluence * receiver.sensitivity.to(-along);
         let length = (piece.start_length + chord.at * receiver.stretch).max(direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
         for (scratch, energy) in scratch.iter_mut().zip(piece.energy) {
             for lane in 0..4 {
-                scratch[lane] = energy[lane] * chord.fluence;
+                scratch[lane] = energy[lane] * fluence;
             }
         }
         medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);

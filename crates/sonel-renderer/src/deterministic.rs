@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use sonel_acoustics::Pattern;
 use sonel_map::coefficients::to_lanes;
 use sonel_map::{Lanes, lanes_of};
 
@@ -33,8 +34,8 @@ impl Renderer<'_> {
     pub(crate) fn add_deterministic(
         &self,
         rendering: &mut Rendering,
-        (source, radiator): (usize, Radiator),
-        chains: &MirrorChains,
+        (source, radiator): (usize, Radiator<'_>),
+        chains: &MirrorChains<'_>,
         receivers: &[PreparedReceiver],
         borders: &[Vec<f64>],
     ) {
@@ -71,8 +72,8 @@ impl Renderer<'_> {
     fn hear(
         &self,
         index: usize,
-        (air, radiator): (u32, Radiator),
-        chains: &MirrorChains,
+        (air, radiator): (u32, Radiator<'_>),
+        chains: &MirrorChains<'_>,
         over_edges: Option<(&Edges, &Images)>,
         receiver: &PreparedReceiver,
         borders: &[f64],
@@ -123,6 +124,7 @@ impl Renderer<'_> {
             attenuation: own_air.map_or(&self.attenuation, |air| &air.attenuation),
             radiator,
             receiver: place,
+            sensitivity: receiver.sensitivity,
             complete_order: chains.order(),
         };
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
@@ -161,7 +163,7 @@ impl Renderer<'_> {
     fn visible(
         &self,
         at: &Listening<'_>,
-        chains: &MirrorChains,
+        chains: &MirrorChains<'_>,
         air: u32,
         mut through: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) -> Vec<VisibleWave> {
@@ -189,7 +191,7 @@ impl Renderer<'_> {
     fn visit_visible(
         &self,
         at: &Listening<'_>,
-        chains: &MirrorChains,
+        chains: &MirrorChains<'_>,
         air: u32,
         mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) {
@@ -199,9 +201,12 @@ impl Renderer<'_> {
         let bands = self.table.bands();
         let direct = direct_path(self.geometry, &self.table, at.radiator.position, at.receiver);
         if let Some((length, direction, passed)) = direct {
-            let factor = at.radiator.factor(direction);
-            let energy = at.attenuation.iter().map(|m| factor * spread(length) * libm::exp(-m * length));
-            let (mut factors, mut energy) = (to_lanes(vec![factor; bands]), to_lanes(energy));
+            let radiation = at.radiator.towards(direction);
+            let sensitivity = at.sensitivity.to(-direction);
+            let factors: Vec<f64> = (0..bands).map(|band| radiation.factor(band) * sensitivity).collect();
+            let energy = factors.iter().zip(at.attenuation);
+            let energy = energy.map(|(factor, m)| factor * spread(length) * libm::exp(-m * length));
+            let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
             passed.weaken(self.geometry, &self.table, &mut factors);
             passed.weaken(self.geometry, &self.table, &mut energy);
             let direct = MirrorArrival {
@@ -216,6 +221,19 @@ impl Renderer<'_> {
         }
         let mut energy = vec![[0.0; 4]; lanes_of(bands)];
         chains.visit(self.geometry, &self.table, at.receiver, reach, |found| {
+            let (heard, directional);
+            let found = if at.sensitivity.pattern == Pattern::Omni {
+                found
+            } else {
+                let sensitivity = at.sensitivity.to(found.towards);
+                heard = found
+                    .factor
+                    .iter()
+                    .map(|lanes| lanes.map(|factor| factor * sensitivity))
+                    .collect::<Vec<_>>();
+                directional = MirrorArrival { factor: &heard, planes: found.planes.clone(), ..*found };
+                &directional
+            };
             let spreading = spread(found.length);
             for (energy, factor) in energy.iter_mut().zip(found.factor) {
                 *energy = factor.map(|factor| factor * spreading);

@@ -27,7 +27,7 @@
 
 /// Revision of the echograms: raised by every change after which the same command may write another response to the same map.
 /// `tests/pipeline` keeps digests of some. Responses of two revisions are never joined.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 pub mod air;
 mod alias;
@@ -54,7 +54,7 @@ pub mod rendering;
 mod settings;
 mod specular;
 
-pub use receiver::ReceiverPoint;
+pub use receiver::{ReceiverPoint, Sensitivity};
 pub use regions::straight_length;
 pub use render::{PathClass, RenderError, Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};

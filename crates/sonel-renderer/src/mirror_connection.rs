@@ -8,7 +8,6 @@
 //! they missed is chosen too: the estimate stays unbiased.
 
 use glam::DVec3;
-use sonel_acoustics::Directivity;
 use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, warp};
@@ -19,7 +18,7 @@ use crate::connection::{ClassDeposits, DiffuseSonel};
 use crate::mirror::lattice::ImageLattice;
 use crate::mirror::tree::ImageTree;
 use crate::mirror::{Image, Radiator};
-use crate::receiver::PreparedReceiver;
+use crate::receiver::{PreparedReceiver, Sensitivity};
 use crate::render::Medium;
 
 /// Largest K′ in an empty box: about 44 000 images. What is beyond carries little but is noisy: in a flat room K′ = 16 left 0.2 % of
@@ -43,12 +42,13 @@ pub struct ReceiverImages {
     receiver: DVec3,
     /// [`PreparedReceiver::brightest`].
     brightest: f64,
+    sensitivity: Sensitivity,
     images: Vec<Image>,
     /// 1 / P(image).
     inverse_probability: Vec<f64>,
     choice: AliasTable,
     /// Mirrors to be checked; none in an empty box, where every image in front of a surface is seen from it.
-    tree: Option<ImageTree>,
+    tree: Option<ImageTree<'static>>,
 }
 
 /// Whether the images of a receiver are few enough to be connected to.
@@ -89,7 +89,7 @@ impl ReceiverImages {
         if most == 0 {
             return None;
         }
-        let origin = Radiator { position: receiver.exact, directivity: Directivity::Omni, aim: DVec3::X };
+        let origin = Radiator::omni(receiver.exact);
         let (images, weights, tree) = match geometry.as_shoebox() {
             Some(room) => {
                 let lattice = ImageLattice::new(geometry, &room, table, origin, f64::INFINITY, Some(most));
@@ -108,6 +108,7 @@ impl ReceiverImages {
         (total > 0.0).then(|| Self {
             receiver: receiver.exact,
             brightest: receiver.brightest,
+            sensitivity: receiver.sensitivity,
             inverse_probability: weights.iter().map(|weight| total / weight).collect(),
             choice: AliasTable::new(&weights),
             images,
@@ -147,14 +148,18 @@ impl ReceiverImages {
         let distance = squared.sqrt();
         let length = sonel.length + distance;
         let Some(bin) = medium.bins.bin(length) else { return };
-        if let Some(tree) = &self.tree
-            && !tree.connects(medium.geometry, index, from, sonel.departure)
-        {
-            return;
-        }
+        let towards = match &self.tree {
+            None => -offset * image.signs,
+            Some(tree) => {
+                let Some(towards) = tree.connect(medium.geometry, index, from, sonel.departure) else {
+                    return;
+                };
+                towards
+            }
+        };
         // What is brighter than the receiver's limit is left to its rays.
         let solid_angle = (projected / (distance * squared)).min(self.brightest);
-        let weight = solid_angle * self.inverse_probability[index];
+        let weight = solid_angle * self.inverse_probability[index] * self.sensitivity.to(towards);
         for ((scratch, radiosity), factor) in scratch.iter_mut().zip(sonel.radiosity).zip(&image.factor) {
             for lane in 0..4 {
                 scratch[lane] = radiosity[lane] * factor[lane] * weight;
@@ -208,7 +213,7 @@ fn mirrored_energy(image: &Image) -> f64 {
 }
 
 /// What an image brings as seen by rays from the receiver, with a share of [`blind_weights`].
-fn pilot_weights(geometry: &Geometry, tree: &ImageTree, images: &[Image], receiver: DVec3) -> Vec<f64> {
+fn pilot_weights(geometry: &Geometry, tree: &ImageTree<'_>, images: &[Image], receiver: DVec3) -> Vec<f64> {
     let mut seen = vec![0.0; images.len()];
     let directions = ScrambledSobol::numbered(0, 0, 0);
     for ray in 0..PILOT_RAYS {

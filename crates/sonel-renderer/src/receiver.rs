@@ -1,7 +1,9 @@
 //! Receivers, prepared for the estimators.
 
 use glam::{DVec3, Vec3};
+use sonel_acoustics::Pattern;
 use sonel_geometry::Geometry;
+use sonel_scene::Receiver;
 
 use crate::ball::Balls;
 
@@ -12,6 +14,48 @@ pub struct ReceiverPoint {
     pub name: String,
     /// Position in the scene's axes [m].
     pub position: DVec3,
+    /// How sensitive it is.
+    pub sensitivity: Sensitivity,
+}
+
+/// Sensitivity of a receiver over directions, in energy, 1 on its axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity {
+    /// Pattern about the aim.
+    pub pattern: Pattern,
+    /// Unit vector; does not matter to an omnidirectional receiver.
+    pub aim: DVec3,
+}
+
+impl Sensitivity {
+    /// The same in every direction.
+    pub const OMNI: Self = Self { pattern: Pattern::Omni, aim: DVec3::X };
+
+    /// Sensitivity to what comes from `towards`, seen from the receiver [m].
+    #[inline]
+    #[must_use]
+    pub fn to(&self, towards: DVec3) -> f64 {
+        if self.pattern == Pattern::Omni {
+            return 1.0;
+        }
+        self.pattern.sensitivity(self.aim.dot(towards.normalize()).clamp(-1.0, 1.0))
+    }
+}
+
+impl ReceiverPoint {
+    /// An omnidirectional receiver at `position` in the scene's axes [m].
+    #[must_use]
+    pub fn omni(name: &str, position: DVec3) -> Self {
+        Self { name: name.to_owned(), position, sensitivity: Sensitivity::OMNI }
+    }
+}
+
+impl From<&Receiver> for ReceiverPoint {
+    fn from(receiver: &Receiver) -> Self {
+        let Receiver { name, position, aim, pattern } = receiver;
+        let sensitivity = Sensitivity { pattern: *pattern, aim: *aim };
+        Self { name: name.clone(), position: *position, sensitivity }
+    }
 }
 
 /// A receiver as the estimators see it.
@@ -30,6 +74,8 @@ pub struct PreparedReceiver {
     pub air: u32,
     /// c₀/c of that air.
     pub stretch: f64,
+    /// How sensitive it is.
+    pub sensitivity: Sensitivity,
 }
 
 /// Share of the mean free path that the radius takes at [`REFERENCE_EMISSIONS`].
@@ -61,6 +107,7 @@ impl PreparedReceiver {
             brightest: near.map_or(f64::INFINITY, |near| 1.0 / (near * near)),
             air: 0,
             stretch: 1.0,
+            sensitivity: receiver.sensitivity,
         }
     }
 
@@ -74,6 +121,7 @@ impl PreparedReceiver {
             brightest: f64::INFINITY,
             air: 0,
             stretch: 1.0,
+            sensitivity: Sensitivity::OMNI,
         }
     }
 

@@ -86,7 +86,7 @@ impl Renderer<'_> {
     fn mirror_rays(
         &self,
         (source, batch): (usize, u32),
-        radiator: Radiator,
+        radiator: Radiator<'_>,
         mirror_order: u32,
         listeners: &Listeners<'_>,
         estimate: &mut BatchEstimate,
@@ -100,9 +100,10 @@ impl Renderer<'_> {
         let mut scratch = energy.clone();
         for ray in 0..rays {
             let direction = warp::uniform_sphere(directions.point(ray));
-            let emitted = radiator.factor(direction.as_dvec3()) / f64::from(rays);
-            energy.fill([emitted; 4]);
-            let light = LIGHT * emitted;
+            energy.fill([1.0; 4]);
+            radiator.towards(direction.as_dvec3()).weigh(&mut energy);
+            energy.iter_mut().flatten().for_each(|energy| *energy /= f64::from(rays));
+            let light = LIGHT * strongest(&energy);
             let mut way = Way {
                 departure: Departure::free(radiator.position.as_vec3()),
                 direction,

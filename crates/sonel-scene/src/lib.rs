@@ -5,6 +5,7 @@
 //!
 //! References: docs/interface.md, docs/formats/scene.md.
 
+mod balloon_file;
 pub mod checkup;
 mod document;
 mod draft;
@@ -23,6 +24,7 @@ mod scene;
 mod sections;
 mod suggest;
 
+pub use balloon_file::{is_balloon_file, load_balloon, rolled};
 pub use draft::draft;
 pub use load::{Loaded, load, load_materials, load_receivers};
 pub use materials_file::materials_toml;

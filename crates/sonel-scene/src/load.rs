@@ -2,7 +2,7 @@
 
 use std::io;
 
-use sonel_acoustics::{Bands, Material};
+use sonel_acoustics::{Bands, Directivity, Material};
 use sonel_geometry::{Geometry, Mesh};
 use toml::de::DeTable;
 
@@ -16,7 +16,7 @@ use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls};
 use crate::sections::{air, bands, materials, regions};
-use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors};
+use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
 /// Keys of the document itself.
 const KEYS: [&str; 14] = [
@@ -190,10 +190,10 @@ fn compile(
     let materials = materials::read(document, &bands, &shelves, report);
     let interfaces = regions::read_interfaces(document, report);
     let regions = regions::read(document, &air, &bands, report);
-    let sources = read_sources(document, &bands, report);
+    let up = walls::read_up(document, report);
+    let sources = read_sources(document, (&bands, up), open_mesh, report);
     let first_source = sources.first().map(|source| source.point.position);
     let receivers = read_receivers(document, first_source, report);
-    let up = walls::read_up(document, report);
     let mut walls = walls::read(document, &materials, open_mesh, report);
     if let Some(walls) = &mut walls {
         leave_out_holes(walls, &materials, report);
@@ -220,9 +220,10 @@ fn compile(
         receivers: receivers.into_iter().map(|Placed { point, .. }| point).collect(),
         up,
         media,
-        digest: digest(document, toml_text),
+        digest: [0; 32],
         mesh_digest,
     };
+    scene.digest = digest(document, toml_text, &scene.sources);
     if let Some(geometry) = &geometry {
         room::describe(&scene, geometry, document.get("mesh").is_some(), report);
     }
@@ -230,11 +231,19 @@ fn compile(
     Compiled { scene, geometry, unknown }
 }
 
-/// Of the scene file, whatever the name of its mesh: the same walls in another file are the same scene.
-fn digest(document: &Table<'_>, toml_text: &str) -> [u8; 32] {
+/// Of the scene file, whatever the name of its mesh: the same walls in another file are the same scene. Factors of measured directivities
+/// follow it.
+fn digest(document: &Table<'_>, toml_text: &str, sources: &[Source]) -> [u8; 32] {
     let name = document.span_of("mesh").unwrap_or(0..0);
     let mut hasher = blake3::Hasher::new();
     hasher.update(&toml_text.as_bytes()[..name.start]).update(&toml_text.as_bytes()[name.end..]);
+    for source in sources {
+        if let Directivity::Measured { balloon, .. } = &source.directivity {
+            balloon.factors().iter().for_each(|factor| {
+                hasher.update(&factor.to_le_bytes());
+            });
+        }
+    }
     hasher.finalize().into()
 }
 

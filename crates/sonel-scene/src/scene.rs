@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use sonel_acoustics::{Air, Bands, Directivity, Material, equivalent_absorption_area, sabine_time};
+use sonel_acoustics::{Air, Bands, Directivity, Material, Pattern, equivalent_absorption_area, sabine_time};
 use sonel_geometry::{Geometry, GeometryError, Mesh};
 
 use crate::media::{Media, MediaFault, Region, find_sides};
@@ -64,7 +64,7 @@ pub struct Source {
     pub position: DVec3,
     /// Power level per band [dB re 1 pW].
     pub power_level_db: Vec<f64>,
-    /// Pattern about [`Source::aim`].
+    /// How it radiates about [`Source::aim`].
     pub directivity: Directivity,
     /// Unit vector.
     pub aim: DVec3,
@@ -77,8 +77,10 @@ pub struct Receiver {
     pub name: String,
     /// Position [m].
     pub position: DVec3,
-    /// Unit vector, for directional figures; towards the first source unless stated.
+    /// Unit vector; towards the first source unless stated.
     pub aim: DVec3,
+    /// Its sensitivity about the aim, 1 on it.
+    pub pattern: Pattern,
 }
 
 impl Source {
@@ -88,7 +90,7 @@ impl Source {
             name: name.to_owned(),
             position,
             power_level_db: vec![DEFAULT_POWER_LEVEL_DB; band_count],
-            directivity: Directivity::Omni,
+            directivity: Directivity::OMNI,
             aim: DVec3::X,
         }
     }
@@ -98,7 +100,7 @@ impl Receiver {
     /// A receiver at `position` [m] that looks at `target` [m]; along x when it stands there.
     pub fn towards(name: &str, position: DVec3, target: DVec3) -> Self {
         let aim = (target - position).normalize_or(DVec3::X);
-        Self { name: name.to_owned(), position, aim }
+        Self { name: name.to_owned(), position, aim, pattern: Pattern::Omni }
     }
 }
 

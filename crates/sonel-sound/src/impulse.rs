@@ -90,6 +90,7 @@ mod tests {
             time_edges_s: (0..=bins).map(|edge| edge as f64 * 0.001).collect(),
             receiver_names: vec!["seat".to_owned()],
             receiver_positions: vec![[343.0 * DIRECT_TIME, 0.0, 0.0]],
+            receiver_directivities: Vec::new(),
             source_names: vec!["stage".to_owned()],
             source_positions: vec![[0.0; 3]],
             source_power_level_db: vec![90.0; 3],

@@ -54,7 +54,7 @@ fn mid_room(scene: &Scene, geometry: &Geometry) -> ReceiverPoint {
             best = (clearance, point);
         }
     }
-    ReceiverPoint { name: NAME.to_owned(), position: best.1 }
+    ReceiverPoint::omni(NAME, best.1)
 }
 
 #[cfg(test)]

@@ -2,7 +2,10 @@
 //!
 //! What the response says of its provenance is left to whoever writes it to a file.
 
-use sonel_echogram::{ArrivalKind, Arrivals, Batches, Missing, Response, batch_time_edges};
+use sonel_acoustics::Pattern;
+use sonel_echogram::{
+    ArrivalKind, Arrivals, Batches, Missing, ReceiverDirectivity, Response, batch_time_edges,
+};
 use sonel_map::SonelMap;
 use sonel_renderer::{CoarseEchogram, ReceiverPoint, RenderError, Renderer, Rendering};
 use sonel_scene::Scene;
@@ -10,11 +13,7 @@ use sonel_scene::Scene;
 /// The receivers that a scene names.
 #[must_use]
 pub fn receivers_of(scene: &Scene) -> Vec<ReceiverPoint> {
-    scene
-        .receivers
-        .iter()
-        .map(|receiver| ReceiverPoint { name: receiver.name.clone(), position: receiver.position })
-        .collect()
+    scene.receivers.iter().map(ReceiverPoint::from).collect()
 }
 
 /// Coarse borders of the batches of `source` at every receiver [s].
@@ -67,6 +66,7 @@ pub fn assemble(
         time_edges_s: renderer.bins().edges(),
         receiver_names: receivers.iter().map(|receiver| receiver.name.clone()).collect(),
         receiver_positions: receivers.iter().map(|receiver| receiver.position.to_array()).collect(),
+        receiver_directivities: directivities(receivers),
         source_names: scene.sources.iter().map(|source| source.name.clone()).collect(),
         source_positions: scene.sources.iter().map(|source| source.position.to_array()).collect(),
         source_power_level_db: scene
@@ -87,6 +87,22 @@ pub fn assemble(
         arrivals: arrivals(renderer, renderings),
         metadata: Default::default(),
     }
+}
+
+/// Those of `receivers`; none where all are omnidirectional.
+fn directivities(receivers: &[ReceiverPoint]) -> Vec<ReceiverDirectivity> {
+    if receivers.iter().all(|receiver| receiver.sensitivity.pattern == Pattern::Omni) {
+        return Vec::new();
+    }
+    let of = |receiver: &ReceiverPoint| match receiver.sensitivity.pattern {
+        Pattern::Omni => ReceiverDirectivity::omni(),
+        pattern => ReceiverDirectivity {
+            name: pattern.name().to_owned(),
+            aim: receiver.sensitivity.aim.to_array(),
+            diffuse_sensitivity: 1.0 / pattern.factor(1.0),
+        },
+    };
+    receivers.iter().map(of).collect()
 }
 
 fn energy(renderer: &Renderer<'_>, bands: usize, receivers: usize, renderings: &[Rendering]) -> Vec<f64> {

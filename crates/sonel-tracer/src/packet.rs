@@ -8,6 +8,7 @@ use sonel_map::{
     PacketStart, Passing, PathWeight, Vertex,
 };
 use sonel_sampling::{Frame, Stream};
+use sonel_scene::Source;
 
 use crate::bending;
 use crate::interaction::{draw_event, mirrored, scattered};
@@ -67,8 +68,8 @@ pub struct Emission<'a> {
     pub direction: Vec3,
     /// Number of the air at the source.
     pub air: u32,
-    /// Directivity factor of that direction.
-    pub source_factor: f64,
+    /// Its source.
+    pub source: &'a Source,
     /// Column whose probabilities decide: that of the leading band.
     pub deciding: usize,
     /// How it starts.
@@ -411,7 +412,7 @@ fn pass_edge(
 #[inline]
 fn begin(emission: &Emission<'_>, records: &mut Records) {
     let Records { books, weight, .. } = records;
-    weight.emit(emission.source_factor, emission.share, emission.start);
+    weight.emit_from(emission.source, emission.direction, emission.share, emission.start);
     books.emitted(emission.share, &emission.start.expected, weight.energy());
 }
 

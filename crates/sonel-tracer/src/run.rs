@@ -1,6 +1,6 @@
 //! All packets of a run, in chunks of constant size, handed over in order.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use sonel_geometry::{Geometry, Misplaced};
 use sonel_map::{
@@ -94,7 +94,6 @@ struct Emitter<'a> {
     index: u32,
     source: &'a Source,
     position: DVec3,
-    aim: Vec3,
     directions: EmissionDirections,
     streams: StreamFamily,
 }
@@ -122,7 +121,9 @@ impl<'a> Tracer<'a> {
         // Edges tell all bands apart.
         let classes = match &edges {
             Some(_) => BandClasses::separate(bands),
-            None => BandClasses::alike(&scene.materials, &vec![0.0; bands], settings.spectral),
+            None => {
+                BandClasses::alike(&scene.materials, &scene.sources, &vec![0.0; bands], settings.spectral)
+            }
         };
         let surfaces = geometry
             .surfaces()
@@ -268,7 +269,6 @@ impl<'a> Tracer<'a> {
             index,
             source,
             position: source.position - self.surroundings.geometry.center(),
-            aim: source.aim.as_vec3(),
             directions: EmissionDirections::new(
                 self.settings.seed,
                 index,
@@ -293,7 +293,7 @@ impl<'a> Tracer<'a> {
                 position: emitter.position,
                 direction,
                 air: self.scene.air_at_source(emitter.index as usize),
-                source_factor: emitter.source.directivity.factor(f64::from(direction.dot(emitter.aim))),
+                source: emitter.source,
                 deciding: self.classes.of(hero as usize),
                 start: batch.packet(hero),
                 share: batch.weight,

@@ -227,7 +227,7 @@ fn largest_contribution(estimator: Estimator) -> f64 {
         ..RenderSettings::default()
     };
     let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
-    let receiver = ReceiverPoint { name: "in front of a sonel".to_owned(), position };
+    let receiver = ReceiverPoint::omni("in front of a sonel", position);
     let rendering = renderer.render(0, &[receiver], &[vec![0.0, 0.2]], &mut |_| {}).expect("in the room");
     let direct = rendering.classes[PathClass::Direct as usize].1[0];
     let most = 0.8 * (0.25 + 4.0) / (std::f64::consts::PI * DISC * DISC);

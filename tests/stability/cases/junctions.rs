@@ -90,7 +90,7 @@ fn fluences(traced: &Traced, places: &[DVec3], estimator: Estimator) -> Vec<f64>
     let mirror_order = Some(form(3, 4));
     let settings = RenderSettings { estimator, rays: 32, mirror_order, ..RenderSettings::default() };
     let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
-    let named = |(index, &position): (usize, &DVec3)| ReceiverPoint { name: index.to_string(), position };
+    let named = |(index, &position): (usize, &DVec3)| ReceiverPoint::omni(&index.to_string(), position);
     let receivers: Vec<ReceiverPoint> = places.iter().enumerate().map(named).collect();
     let borders = vec![vec![0.0, 0.05]; places.len()];
     let rendering = renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers");
@@ -134,7 +134,7 @@ fn nothing_passes_a_sealed_partition() {
 fn images(traced: &Traced, place: DVec3) -> BTreeMap<[i64; 3], f64> {
     let settings = RenderSettings { rays: 64, mirror_order: Some(3), ..RenderSettings::default() };
     let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
-    let receiver = ReceiverPoint { name: "here".to_owned(), position: place };
+    let receiver = ReceiverPoint::omni("here", place);
     let rendering =
         renderer.render(0, &[receiver], &[vec![0.0, 0.05]], &mut |_| {}).expect("a sound receiver");
     let mut images = BTreeMap::new();

@@ -42,7 +42,7 @@ fn at(traced: &Traced, position: DVec3, settings: RenderSettings) -> Result<Rend
 }
 
 fn heard(renderer: &Renderer<'_>, position: DVec3) -> Result<Rendering, String> {
-    let receiver = ReceiverPoint { name: "here".to_owned(), position };
+    let receiver = ReceiverPoint::omni("here", position);
     let borders = [vec![0.0, 0.05, 0.2]];
     renderer.render(0, &[receiver], &borders, &mut |_| {}).map_err(|error| error.to_string())
 }

@@ -77,7 +77,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
     /// Another coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission, sound_reduction_db; one
-    /// number, or one per band with commas between) or sources.NAME.directivity=WORD; may be repeated. What the paths of the map cannot
+    /// number, or one per band with commas between) or sources.NAME.directivity=WORD or FILE.csv; may be repeated. What the paths of the map cannot
     /// carry is refused.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = Assignment::parse)]
     pub set: Vec<Assignment>,
@@ -142,10 +142,7 @@ impl Grid {
         for (i, &x) in xs.iter().enumerate() {
             for (j, &y) in ys.iter().enumerate() {
                 for (k, &z) in zs.iter().enumerate() {
-                    points.push(ReceiverPoint {
-                        name: format!("grid {i} {j} {k}"),
-                        position: DVec3::new(x, y, z),
-                    });
+                    points.push(ReceiverPoint::omni(&format!("grid {i} {j} {k}"), DVec3::new(x, y, z)));
                 }
             }
         }
@@ -192,6 +189,11 @@ mod tests {
 
     #[test]
     fn receivers_and_grids_are_read() {
+        let cardioid = parse_receiver("mic=1,2,3,cardioid,0,0,-2").unwrap();
+        assert_eq!((cardioid.sensitivity.pattern.name(), cardioid.sensitivity.aim.z), ("cardioid", -1.0));
+        assert!(parse_receiver("mic=1,2,3,cardiod,0,0,-2").unwrap_err().contains("unknown directivity"));
+        assert!(parse_receiver("mic=1,2,3,cardioid,0,0,0").unwrap_err().contains("no length"));
+        assert!(parse_receiver("mic=1,2,3,cardioid").is_err());
         let receiver = parse_receiver("a = b=1, -2,3.5").unwrap();
         assert_eq!((receiver.name.as_str(), receiver.position), ("a = b", DVec3::new(1.0, -2.0, 3.5)));
         let grid = parse_grid("0:10:3,1.2,-1:1:2").unwrap();

@@ -4,7 +4,7 @@ use std::f64::consts::LOG10_E;
 
 use anyhow::Context;
 use serde_json::{Value, json};
-use sonel_acoustics::Material;
+use sonel_acoustics::{Directivity, Material, energy_to_level_db};
 use sonel_console::Stopwatch;
 use sonel_console::progress::{Audience, Progress};
 use sonel_echogram::Response;
@@ -118,7 +118,7 @@ impl Run<'_> {
         let directivities: serde_json::Map<String, Value> = scene
             .sources
             .iter()
-            .map(|source| (source.name.clone(), json!(source.directivity.name())))
+            .map(|source| (source.name.clone(), directivity(&source.directivity)))
             .collect();
         json!({ "materials": materials, "directivities": directivities })
     }
@@ -176,4 +176,16 @@ impl Run<'_> {
 
 fn hexadecimal(digest: &[u8]) -> String {
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A pattern's name; of a file also its directivity index per band and the side that is up.
+fn directivity(directivity: &Directivity) -> Value {
+    match directivity {
+        Directivity::Pattern(pattern) => json!(pattern.name()),
+        Directivity::Measured { balloon, up } => {
+            let bands = 0..balloon.shape()[2];
+            let index: Vec<f64> = bands.map(|band| energy_to_level_db(balloon.on_axis(band))).collect();
+            json!({ "file": balloon.name(), "directivity_index_db": index, "up": up.to_array() })
+        }
+    }
 }

@@ -1,11 +1,12 @@
 //! `--set` and `--materials`: other coefficients and directivities on the same map.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use sonel_acoustics::Material;
-use sonel_scene::{Scene, Source, load_materials};
+use sonel_acoustics::{Directivity, Material, Pattern};
+use sonel_console::input;
+use sonel_scene::{Scene, Source, is_balloon_file, load_balloon, load_materials};
 
 /// One `--set`: what it changes and the value as written.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +33,7 @@ const MATERIAL_KEYS: [(&str, &str); 5] = [
 ];
 
 impl Assignment {
-    /// Reads `materials.NAME.KEY=VALUE` or `sources.NAME.directivity=WORD`.
+    /// Reads `materials.NAME.KEY=VALUE` or `sources.NAME.directivity=WORD` or a file.
     pub fn parse(text: &str) -> Result<Self, String> {
         let wrong = || {
             format!(
@@ -55,6 +56,11 @@ impl Assignment {
             return Err(format!("`{key}` cannot be changed on a map; can be: {}", known.join(", ")));
         }
         Ok(Self { section, name: name.to_owned(), key: key.to_owned(), value: value.trim().to_owned() })
+    }
+
+    /// The file that it names.
+    pub fn file(&self) -> Option<PathBuf> {
+        (self.section == Section::Sources && is_balloon_file(&self.value)).then(|| PathBuf::from(&self.value))
     }
 
     /// The value as TOML: a list may be written without brackets.
@@ -103,10 +109,25 @@ pub fn changed(
     let mut sources = scene.sources.clone();
     for assignment in of(Section::Sources) {
         let source = find(&mut sources, &assignment.name, |source| &source.name, "source")?;
-        source.directivity =
-            assignment.value.parse().with_context(|| format!("sources.{}.directivity", assignment.name))?;
+        source.directivity = directivity(&assignment.value, source, scene)
+            .with_context(|| format!("sources.{}.directivity", assignment.name))?;
     }
     Ok((materials, sources))
+}
+
+/// The pattern of this name, or what the file of this name holds: azimuths are counted towards what was up before, or the scene's up.
+fn directivity(value: &str, source: &Source, scene: &Scene) -> anyhow::Result<Directivity> {
+    if !is_balloon_file(value) {
+        return Ok(value.parse::<Pattern>()?.into());
+    }
+    let bytes = input::read(Path::new(value)).with_context(|| format!("cannot read {value}"))?;
+    let (balloon, _) = load_balloon(value, &bytes, &scene.bands)?;
+    let up = match &source.directivity {
+        Directivity::Measured { up, .. } => *up,
+        Directivity::Pattern(_) => scene.up,
+    };
+    Directivity::measured(balloon, source.aim, up)
+        .context("the source aims straight up or down: trace the scene with this file and up = [x, y, z]")
 }
 
 /// Puts `others` in the place of the materials of the same names.
@@ -160,7 +181,7 @@ fn as_toml(material: &Material, assignments: &[&Assignment]) -> anyhow::Result<S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sonel_acoustics::{Bands, Directivity};
+    use sonel_acoustics::Bands;
 
     fn scene() -> Scene {
         let material = Material::uniform("wall.north", 0.2, 0.5, 8);
@@ -184,7 +205,7 @@ mod tests {
         assert!((materials[0].absorption[7] - 0.8).abs() < 1e-15);
         assert!(materials[0].scattering.iter().all(|s| (s - 0.5).abs() < 1e-15));
         assert!((materials[0].transmission[3] - 0.01).abs() < 1e-15);
-        assert_eq!(sources[0].directivity, Directivity::Cardioid);
+        assert_eq!(sources[0].directivity, Pattern::Cardioid.into());
     }
 
     #[test]

@@ -62,6 +62,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         .chain(&arguments.receivers_file)
         .chain(&arguments.materials)
         .cloned()
+        .chain(arguments.set.iter().filter_map(change::Assignment::file))
         .collect();
     let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
     let output = arguments.output.as_deref().map(create).transpose()?;

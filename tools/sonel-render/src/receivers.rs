@@ -145,10 +145,7 @@ fn read_file(path: &Path) -> anyhow::Result<Vec<ReceiverPoint>> {
     let text = input::read_to_string(path).with_context(|| format!("cannot read the receivers {label}"))?;
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
         let receivers = sonel_scene::load_receivers(&text, &label)?;
-        return Ok(receivers
-            .into_iter()
-            .map(|r| ReceiverPoint { name: r.name, position: r.position })
-            .collect());
+        return Ok(receivers.into_iter().map(|receiver| ReceiverPoint::from(&receiver)).collect());
     }
     read_csv(&text, &label)
 }
@@ -168,10 +165,9 @@ fn read_csv(text: &str, label: &str) -> anyhow::Result<Vec<ReceiverPoint>> {
                 let numbers: Vec<f64> =
                     record.iter().skip(1).filter_map(|field| field.parse().ok()).collect();
                 match (numbers[..].try_into(), record[0].is_empty()) {
-                    (Ok(position), false) => receivers.push(ReceiverPoint {
-                        name: record[0].to_owned(),
-                        position: DVec3::from_array(position),
-                    }),
+                    (Ok(position), false) => {
+                        receivers.push(ReceiverPoint::omni(&record[0], DVec3::from_array(position)));
+                    }
                     _ => problems.push(format!("{label}:{line}: write a name and three numbers")),
                 }
             }

@@ -5,6 +5,7 @@ mod accuracy;
 mod diffraction;
 mod figures;
 mod hall;
+mod loudspeaker;
 mod shell;
 
 use std::path::PathBuf;
@@ -32,6 +33,8 @@ enum Page {
     },
     /// Write scenes/hall/hall.obj and the figures in its README from the plan
     Hall,
+    /// Write scenes/loudspeaker/loudspeaker.csv from the sizes of the loudspeaker
+    Loudspeaker,
     /// Write shell completions and man pages of the programs
     Shell {
         /// The folder they go to
@@ -46,6 +49,7 @@ fn main() -> ExitCode {
         Page::Diffraction => diffraction::run(),
         Page::Figures { redraw } => figures::run(redraw),
         Page::Hall => hall::run(),
+        Page::Loudspeaker => loudspeaker::run(),
         Page::Shell { output } => shell::run(&output),
     };
     xtask::exit_code(outcome)

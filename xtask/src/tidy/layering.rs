@@ -28,7 +28,7 @@ const HOMES: [(&str, &[&str]); 36] = [
     ("clap_mangen", &["xtask"]),
     ("comfy-table", &["crates/sonel-analysis", "tools/"]),
     ("cpu-time", &["tools/"]),
-    ("csv", &["crates/sonel-analysis", "crates/sonel-study", "tools/"]),
+    ("csv", &["crates/sonel-analysis", "crates/sonel-scene", "crates/sonel-study", "tools/"]),
     ("earcutr", &["crates/sonel-scene"]),
     ("embedded-graphics", &["crates/sonel-analysis"]),
     ("exr", &["crates/sonel-analysis"]),

@@ -126,7 +126,7 @@ pub fn band_groups(a: &SonelMap, b: &SonelMap) -> Vec<BandGroup> {
 /// Classes of bands by what happens to them at walls; air comes later and does not matter here.
 fn classes(map: &SonelMap) -> BandClasses {
     let (scene, spectral): (_, Spectral) = (&map.header().scene, map.header().settings.spectral);
-    BandClasses::alike(&scene.materials, &vec![0.0; scene.bands.count()], spectral)
+    BandClasses::alike(&scene.materials, &scene.sources, &vec![0.0; scene.bands.count()], spectral)
 }
 
 /// Numbers of the sources that have a namesake, in A and in B.

@@ -122,6 +122,7 @@ fn response(factors: &[f32]) -> Response {
         time_edges_s,
         receiver_names: vec!["seat".to_owned()],
         receiver_positions: vec![[0.0; 3]],
+        receiver_directivities: Vec::new(),
         source_names: vec!["stage".to_owned()],
         source_positions: vec![[0.0; 3]],
         source_power_level_db: vec![90.0],

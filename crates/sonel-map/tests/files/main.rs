@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
 
 mod corpus;
+mod directivity;
 mod edge_faults;
 mod faults;
 #[path = "../forged/mod.rs"]

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use glam::{DVec3, Vec3};
-use sonel_acoustics::{Bands, Material};
+use sonel_acoustics::{Bands, Material, Pattern};
 use sonel_geometry::{Geometry, Mesh, Side};
 use sonel_map::{
     ChunkPaths, EffectState, Event, Fates, Ledger, MapHeader, MapWriter, Settings, ShardRange, Vertex,
@@ -35,7 +35,12 @@ pub fn scene() -> Scene {
     for (name, x) in [("left", 1.0), ("right", 4.0)] {
         scene.sources.push(Source { aim, ..Source::omni(name, DVec3::new(x, 2.0, 1.0), 3) });
     }
-    scene.receivers.push(Receiver { name: "seat".to_owned(), position: DVec3::new(2.5, 3.0, 1.25), aim });
+    scene.receivers.push(Receiver {
+        name: "seat".to_owned(),
+        position: DVec3::new(2.5, 3.0, 1.25),
+        aim,
+        pattern: Pattern::Omni,
+    });
     (scene.digest, scene.mesh_digest) = ([1; 32], [2; 32]);
     scene
 }

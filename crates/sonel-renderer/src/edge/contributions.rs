@@ -76,7 +76,7 @@ pub(super) struct Search<'a> {
 /// An image of the source with one of the receiver.
 struct Ends<'a> {
     images: [&'a Image; 2],
-    /// ∏ (1−α)(1−s) of the mirrors of both, per band.
+    /// ∏ (1−α)(1−s) of the mirrors of both times the source's largest directivity factor, per band.
     factor: Vec<f64>,
     /// Length of the straight way between them [m].
     straight: f64,
@@ -211,8 +211,10 @@ impl Search<'_> {
     }
 
     fn ends<'a>(&self, source: &'a Image, receiver: &'a Image) -> Option<Ends<'a>> {
+        let radiator = &self.at.radiator;
+        let factors = source.factor.iter().zip(&receiver.factor).enumerate();
         let factor: Vec<f64> =
-            source.factor.iter().zip(&receiver.factor).map(|(one, other)| one * other).collect();
+            factors.map(|(band, (one, other))| one * other * radiator.largest(band)).collect();
         if factor.iter().all(|&factor| factor <= 0.0) {
             return None;
         }

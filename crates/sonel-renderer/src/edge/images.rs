@@ -107,7 +107,7 @@ impl Images {
         geometry: &Geometry,
         table: &CoefficientTable,
         origin: DVec3,
-        (tree, order): (Option<&ImageTree>, u32),
+        (tree, order): (Option<&ImageTree<'_>>, u32),
     ) -> Self {
         let mut all = vec![Image {
             mirrors: Vec::new(),

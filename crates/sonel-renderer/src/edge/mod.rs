@@ -19,13 +19,14 @@ mod visibility;
 mod waves;
 
 use glam::DVec3;
-use sonel_acoustics::{Bands, Directivity};
+use sonel_acoustics::Bands;
 use sonel_diffraction::{Spectrum, Wedge};
 use sonel_geometry::Geometry;
 use sonel_map::CoefficientTable;
 
 use crate::mirror::tree::ImageTree;
 use crate::mirror::{MirrorChains, Radiator};
+use crate::receiver::Sensitivity;
 use crate::rendering::EdgeWork;
 use contributions::Search;
 use faces::Pair;
@@ -77,7 +78,7 @@ pub(crate) struct VisibleWave {
     pub towards: DVec3,
     /// Number of reflections.
     pub order: u32,
-    /// ∏ (1−α)(1−s) times the source's directivity factor, per band.
+    /// ∏ (1−α)(1−s) times the source's directivity factor and the sensitivity of the receiver, per band.
     pub factor: Vec<f64>,
     /// Fluence per unit emitted energy per band, attenuated by air [1/m²].
     pub energy: Vec<f64>,
@@ -109,9 +110,11 @@ pub(crate) struct Listening<'a> {
     pub table: &'a CoefficientTable,
     /// m per band [1/m].
     pub attenuation: &'a [f64],
-    pub radiator: Radiator,
+    pub radiator: Radiator<'a>,
     /// About the scene's centre [m].
     pub receiver: DVec3,
+    /// How sensitive the receiver is.
+    pub sensitivity: Sensitivity,
     /// K: mirror images of at most so many reflections are known completely.
     pub complete_order: u32,
 }
@@ -175,7 +178,7 @@ impl Edges {
         geometry: &Geometry,
         table: &CoefficientTable,
         source: DVec3,
-        chains: &MirrorChains,
+        chains: &MirrorChains<'_>,
     ) -> Images {
         let tree = match chains {
             MirrorChains::Tree(tree) => Some(tree),
@@ -187,7 +190,7 @@ impl Edges {
 
     /// What edges bring to one receiver; sets the energies of the `visible` waves that they change.
     pub fn hear(&self, at: &Listening<'_>, from: &Images, visible: &mut [VisibleWave]) -> EdgeSound {
-        let listener = Radiator { position: at.receiver, directivity: Directivity::Omni, aim: DVec3::Z };
+        let listener = Radiator::omni(at.receiver);
         let budget = images::most_images(self.all.len());
         let tree = ImageTree::new(at.geometry, at.table, listener, budget, Some(from.order()));
         let to = Images::new(self, at.geometry, at.table, at.receiver, (Some(&tree), tree.order()));

@@ -275,16 +275,21 @@ impl Waves<'_> {
     ) -> Course {
         let [from, to] = self.images(contribution);
         let leaving = self.from.leaving(contribution.from, first);
-        let strength = self.at.radiator.factor(leaving).sqrt() * share;
+        let towards = (to.unfold(last) - self.at.receiver).normalize_or_zero();
+        let radiation = self.at.radiator.towards(leaving);
+        let share = self.at.sensitivity.to(towards).sqrt() * share;
         let through = from.factor.iter().zip(&to.factor).zip(self.at.attenuation);
         let through: Vec<f64> = through
-            .map(|((one, other), m)| (one * other).sqrt() * libm::exp(-0.5 * m * way) * strength)
+            .enumerate()
+            .map(|(band, ((one, other), m))| {
+                let strength = radiation.factor(band).sqrt() * share;
+                (one * other).sqrt() * libm::exp(-0.5 * m * way) * strength
+            })
             .collect();
         let cells = self.edges.spectrum.cells();
         let through = std::array::from_fn(|wave| {
             cells.iter().zip(&rows[wave]).map(|(cell, in_row)| through[cell.band] * in_row).collect()
         });
-        let towards = (to.unfold(last) - self.at.receiver).normalize_or_zero();
         Course { group, through, way, towards }
     }
 

@@ -4,7 +4,6 @@
 //! by the source is exact, D cos θ / (4π d²) e^(−m d) with D its directivity; of its mirror images one is chosen at random, as for
 //! … D S^k R. Sources with a directivity leave their images to the discs, so do all in scenes with partitions or several airs, and where edges bend all is left to them.
 
-use sonel_acoustics::Directivity;
 use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes, SegmentHistory};
 
@@ -17,16 +16,16 @@ use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
 
 /// A source as places next to receivers see it.
-pub struct NearSource {
-    radiator: Radiator,
+pub struct NearSource<'a> {
+    radiator: Radiator<'a>,
     images: Option<ReceiverImages>,
 }
 
-impl NearSource {
+impl<'a> NearSource<'a> {
     /// Prepares `radiator`, with its images where surfaces are few.
     #[must_use]
-    pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator) -> Self {
-        let is_omni = radiator.directivity == Directivity::Omni;
+    pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator<'a>) -> Self {
+        let is_omni = radiator.directivity.is_omni();
         let order = if is_omni && !table.transmits() && !table.has_media() {
             image_order(geometry, table)
         } else {
@@ -82,9 +81,13 @@ impl NearSource {
         let Some(passed) = medium.partitions(place.departure, self.radiator.position.as_vec3()) else {
             return;
         };
-        let irradiance = self.radiator.factor(-offset) * spread(distance) * projected / distance;
+        scratch.fill([1.0; 4]);
+        self.radiator.towards(-offset).weigh(scratch);
         for (scratch, throughput) in scratch.iter_mut().zip(&place.throughput) {
-            *scratch = throughput.map(|throughput| throughput * irradiance);
+            for lane in 0..4 {
+                let irradiance = scratch[lane] * spread(distance) * projected / distance;
+                scratch[lane] = throughput[lane] * irradiance;
+            }
         }
         passed.weaken(medium.geometry, medium.table, scratch);
         medium.receive(prepared, length, scratch);

@@ -225,11 +225,12 @@ impl Ray {
         settings: &GatherSettings,
         table: &CoefficientTable,
     ) -> Self {
+        let weight = 4.0 / f64::from(settings.rays) * receiver.sensitivity.to(direction.as_dvec3());
         Self {
             departure: Departure::free(receiver.position),
             direction,
             at: receiver.exact,
-            throughput: vec![[4.0 / f64::from(settings.rays); 4]; sonel_map::lanes_of(table.bands())],
+            throughput: vec![[weight; 4]; sonel_map::lanes_of(table.bands())],
             length: 0.0,
             reflections: 0,
             is_scattered: false,

@@ -14,10 +14,10 @@ const NEGLIGIBLE_FACTOR: f64 = 1e-8;
 
 /// Images along the three axes; the image (i, j, k) is their combination.
 #[derive(Debug)]
-pub struct ImageLattice {
+pub struct ImageLattice<'a> {
     order: u32,
     axes: [Vec<AxisImage>; 3],
-    radiator: Radiator,
+    radiator: Radiator<'a>,
     lanes: usize,
 }
 
@@ -34,14 +34,14 @@ struct AxisImage {
     factor: Vec<Lanes>,
 }
 
-impl ImageLattice {
+impl<'a> ImageLattice<'a> {
     /// The lattice of `radiator` in `room`, up to the order that carries energy within `reach` [m].
     #[must_use]
     pub fn new(
         geometry: &Geometry,
         room: &Shoebox,
         table: &CoefficientTable,
-        radiator: Radiator,
+        radiator: Radiator<'a>,
         reach: f64,
         most: Option<u32>,
     ) -> Self {
@@ -85,6 +85,7 @@ impl ImageLattice {
                 images.push(Image {
                     position: DVec3::new(x.coordinate, y.coordinate, z.coordinate),
                     order,
+                    signs: DVec3::new(x.sign, y.sign, z.sign),
                     factor,
                 });
             }
@@ -111,7 +112,8 @@ impl ImageLattice {
                         continue;
                     }
                     let leaving = -offset * DVec3::new(x.sign, y.sign, z.sign);
-                    product(&plane, &z.factor, self.radiator.factor(leaving), &mut factor);
+                    product(&plane, &z.factor, 1.0, &mut factor);
+                    self.radiator.towards(leaving).weigh(&mut factor);
                     let towards = offset / length;
                     found(&MirrorArrival {
                         length,

@@ -12,7 +12,7 @@ pub mod lattice;
 pub mod tree;
 
 use glam::DVec3;
-use sonel_acoustics::Directivity;
+use sonel_acoustics::{Directivity, Radiation};
 use sonel_geometry::{Geometry, PlaneId};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_scene::Source;
@@ -49,51 +49,68 @@ pub struct Image {
     pub position: DVec3,
     /// Number of reflections, at least one.
     pub order: u32,
+    /// −1 for each axis along which the image is inverted, where images are a lattice.
+    pub signs: DVec3,
     /// ∏ (1−α)(1−s), per band.
     pub factor: Vec<Lanes>,
 }
 
 /// All mirror chains of one source.
 #[derive(Debug)]
-pub enum MirrorChains {
+pub enum MirrorChains<'a> {
     /// Of an empty box.
-    Lattice(ImageLattice),
+    Lattice(ImageLattice<'a>),
     /// Of any geometry.
-    Tree(ImageTree),
+    Tree(ImageTree<'a>),
 }
 
 /// Where and how a source radiates.
 #[derive(Debug, Clone, Copy)]
-pub struct Radiator {
+pub struct Radiator<'a> {
     /// Position about the scene's centre [m].
     pub position: DVec3,
     /// Its directivity.
-    pub directivity: Directivity,
+    pub directivity: &'a Directivity,
     /// Unit direction of its axis.
     pub aim: DVec3,
 }
 
-impl Radiator {
+impl<'a> Radiator<'a> {
     /// `source` in a scene centred at `center`.
     #[must_use]
-    pub fn new(source: &Source, center: DVec3) -> Self {
-        Self { position: source.position - center, directivity: source.directivity, aim: source.aim }
+    pub fn new(source: &'a Source, center: DVec3) -> Self {
+        Self { position: source.position - center, directivity: &source.directivity, aim: source.aim }
     }
 
-    /// Directivity factor in the direction of `offset` [m].
+    /// One that radiates alike in all directions, at `position` about the scene's centre [m].
     #[must_use]
-    pub fn factor(&self, offset: DVec3) -> f64 {
-        self.directivity.factor(self.aim.dot(offset.normalize()).clamp(-1.0, 1.0))
+    pub fn omni(position: DVec3) -> Radiator<'static> {
+        Radiator { position, directivity: &Directivity::OMNI, aim: DVec3::X }
+    }
+
+    /// Directivity factors in the direction of `offset` [m].
+    #[must_use]
+    pub fn towards(&self, offset: DVec3) -> Radiation<'a> {
+        self.directivity.towards(self.aim, offset.normalize())
+    }
+
+    /// Its largest directivity factor in `band`.
+    #[must_use]
+    pub fn largest(&self, band: usize) -> f64 {
+        match self.directivity {
+            Directivity::Pattern(pattern) => pattern.factor(1.0),
+            Directivity::Measured { balloon, .. } => balloon.largest(band),
+        }
     }
 }
 
-impl MirrorChains {
+impl<'a> MirrorChains<'a> {
     /// Enumerates the chains of `radiator` up to paths of `reach` [m]; `most` limits K below what is affordable.
     #[must_use]
     pub fn enumerate(
         geometry: &Geometry,
         table: &CoefficientTable,
-        radiator: Radiator,
+        radiator: Radiator<'a>,
         reach: f64,
         most: Option<u32>,
     ) -> Self {

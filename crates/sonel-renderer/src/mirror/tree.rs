@@ -31,14 +31,14 @@ const SAME_PLACE: f64 = 1e-12;
 
 /// Image sources up to the order K that fits the budget.
 #[derive(Debug)]
-pub struct ImageTree {
+pub struct ImageTree<'a> {
     order: u32,
     nodes: Vec<Node>,
     /// Inward normals of the beams' sides.
     sides: Vec<DVec3>,
     /// The node that follows another over a mirror.
     children: HashMap<(Option<u32>, Mirror), u32>,
-    radiator: Radiator,
+    radiator: Radiator<'a>,
     lanes: usize,
 }
 
@@ -81,13 +81,13 @@ struct Grown {
     index: Option<u32>,
 }
 
-impl ImageTree {
+impl<'t> ImageTree<'t> {
     /// Grows the tree order by order while it fits `budget` nodes, up to order `most`.
     #[must_use]
     pub fn new(
         geometry: &Geometry,
         table: &CoefficientTable,
-        radiator: Radiator,
+        radiator: Radiator<'t>,
         budget: usize,
         most: Option<u32>,
     ) -> Self {
@@ -163,10 +163,7 @@ impl ImageTree {
             };
             self.specular_factor(geometry, table, node, &mut factor);
             passed.weaken(geometry, table, &mut factor);
-            let directivity = self.radiator.factor(leaving);
-            for value in factor.iter_mut().flatten() {
-                *value *= directivity;
-            }
+            self.radiator.towards(leaving).weigh(&mut factor);
             let offset = node.image - receiver;
             let length = offset.length();
             let planes = self.chain(node).map(|node| geometry.surface(node.mirror.surface).plane).collect();
@@ -239,15 +236,22 @@ impl ImageTree {
             .map(|node| {
                 let mut factor = vec![[0.0; 4]; self.lanes];
                 self.specular_factor(geometry, table, node, &mut factor);
-                Image { position: node.image, order: node.order, factor }
+                Image { position: node.image, order: node.order, signs: DVec3::ONE, factor }
             })
             .collect()
     }
 
-    /// Whether the chain of image number `image` leads from `point`, left by `departure`, to the origin of the tree, past nothing.
+    /// The direction in which the origin of the tree sees `point`, left by `departure`, over the chain of image number `image` [m];
+    /// [`None`] where something is in the way.
     #[must_use]
-    pub fn connects(&self, geometry: &Geometry, image: usize, point: DVec3, departure: Departure) -> bool {
-        self.validate(geometry, &self.nodes[image], point, departure, None).is_some()
+    pub fn connect(
+        &self,
+        geometry: &Geometry,
+        image: usize,
+        point: DVec3,
+        departure: Departure,
+    ) -> Option<DVec3> {
+        self.validate(geometry, &self.nodes[image], point, departure, None)
     }
 
     /// Where the chain of image number `image` from `point` is mirrored, in order [m], and the normals of the surfaces there.

@@ -46,7 +46,7 @@ impl Renderer<'_> {
         &self,
         paper: &Paper,
         (batch, source): (u32, usize),
-        radiator: Radiator,
+        radiator: Radiator<'_>,
         audience: &Audience<'_>,
         estimate: &mut BatchEstimate,
     ) -> GatherIndex<GatherPoint> {
@@ -90,7 +90,7 @@ impl Renderer<'_> {
         &self,
         paper: &Paper,
         (batch, source): (u32, usize),
-        radiator: Radiator,
+        radiator: Radiator<'_>,
         audience: &Audience<'_>,
         estimate: &mut BatchEstimate,
     ) {
@@ -104,12 +104,18 @@ impl Renderer<'_> {
             let length = offset.length();
             let Some(bin) = self.bins.bin(length) else { continue };
             let mut stream = receiver_stream(self.seed(), Purpose::ZonePoint, receiver, source, batch);
-            let unobstructed = radiator.factor(offset) * spread(length);
+            let mut unobstructed = vec![[1.0; 4]; lanes_of(self.table.bands())];
+            radiator.towards(offset).weigh(&mut unobstructed);
             for edge in &paper.edges {
                 let sequence = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
                 let mut energy =
                     visibilities(self.geometry, edge, radiator, receiver, &paper.wavelengths, &sequence);
-                energy.iter_mut().flatten().for_each(|energy| *energy *= unobstructed);
+                let heard = edge
+                    .place(self.geometry, radiator.position, receiver.exact)
+                    .map_or(1.0, |place| spread(length) * receiver.sensitivity.to(place - receiver.exact));
+                for (energy, unobstructed) in energy.iter_mut().flatten().zip(unobstructed.iter().flatten()) {
+                    *energy *= unobstructed * heard;
+                }
                 estimate.class(PathClass::Edge).add(number, bin, length, &mut energy, &self.medium());
             }
         }
@@ -150,7 +156,7 @@ impl Renderer<'_> {
 fn visibilities(
     geometry: &Geometry,
     edge: &ZoneEdge,
-    radiator: Radiator,
+    radiator: Radiator<'_>,
     receiver: &PreparedReceiver,
     wavelengths: &[f64],
     sequence: &ScrambledSobol,

@@ -48,7 +48,7 @@ pub struct Looking<'a> {
     /// The band, or class of bands, a column of the table.
     pub column: usize,
     /// What there is to be seen.
-    pub radiator: Radiator,
+    pub radiator: Radiator<'a>,
     /// Radius of its sphere [m].
     pub source_radius: f64,
     /// Longest path that matters [m].
@@ -75,6 +75,7 @@ impl Paper {
         let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
         for ray in 0..self.rays {
             let mut direction = warp::uniform_sphere(directions.point(ray));
+            let sensitivity = receiver.1.sensitivity.to(direction.as_dvec3());
             let mut departure = Departure::free(receiver.1.position);
             let (mut at, mut length) = (receiver.1.exact, 0.0);
             for leg in 0_u32.. {
@@ -85,7 +86,7 @@ impl Paper {
                     && let Some(sight) =
                         looking.source_on((at, direction.as_dvec3()), end.map(|end| at.distance(end)), length)
                 {
-                    let fluence = sight.fluence / f64::from(self.rays);
+                    let fluence = sight.fluence * sensitivity / f64::from(self.rays);
                     found(Sight::Source(SourceSight { fluence, ..sight }));
                 }
                 let (Some(hit), Some(end)) = (hit, end) else { break };
@@ -97,7 +98,12 @@ impl Paper {
                 let surface = looking.geometry.surface(hit.surface);
                 let onward = match looking.turn(surface.material, stream.uniform_fine()) {
                     Turn::Diffuse => {
-                        found(Sight::Disc(self.disc(looking, (receiver.0, leg == 0), &hit, length)));
+                        found(Sight::Disc(self.disc(
+                            looking,
+                            (receiver.0, leg == 0),
+                            &hit,
+                            (length, sensitivity),
+                        )));
                         break;
                     }
                     Turn::Mirror => {
@@ -119,7 +125,7 @@ impl Paper {
         looking: &Looking<'_>,
         (receiver, seen_directly): (u32, bool),
         hit: &sonel_geometry::Hit,
-        length: f64,
+        (length, sensitivity): (f64, f64),
     ) -> GatherPoint {
         let mut disc = self.sheets[hit.surface.0 as usize].disc(hit, self.disc_radius);
         let columns = looking.table.bands();
@@ -128,7 +134,11 @@ impl Paper {
             receiver,
             length,
             start: glam::DVec3::ZERO,
-            weight: only(looking.column, columns, 4.0 / (f64::from(self.rays) * disc.view.area)),
+            weight: only(
+                looking.column,
+                columns,
+                4.0 * sensitivity / (f64::from(self.rays) * disc.view.area),
+            ),
             disc,
             seen_directly,
             sonels: Sonels::All,
@@ -165,7 +175,7 @@ impl Looking<'_> {
         let meets = along > 0.0 && leg.is_none_or(|leg| along < leg) && miss_squared <= radius_squared;
         meets.then(|| SourceSight {
             length: ((length + along) * (length + along) + miss_squared.max(0.0)).sqrt(),
-            fluence: self.radiator.factor(-direction) / (PI * radius_squared),
+            fluence: self.radiator.towards(-direction).factor(self.column) / (PI * radius_squared),
             in_half: miss_squared <= 0.5 * radius_squared,
         })
     }

@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use sonel_acoustics::Directivity;
+use sonel_acoustics::{Balloon, Directivity, Pattern};
 
-use crate::document::Table;
+use crate::balloon_file;
+use crate::document::{Entry, Table};
 use crate::report::Report;
 use crate::sections::bands::BandChoice;
+use crate::sections::walls::OpenMesh;
 use crate::suggest::suggest;
 use crate::{DEFAULT_POWER_LEVEL_DB, Receiver, Source};
 
@@ -21,7 +23,8 @@ pub(crate) struct Placed<T> {
 /// Reads the sources: at least one.
 pub(crate) fn read_sources(
     document: &Table<'_>,
-    bands: &BandChoice,
+    (bands, up): (&BandChoice, DVec3),
+    open: OpenMesh<'_>,
     report: &mut Report<'_>,
 ) -> Vec<Placed<Source>> {
     let Some(section) = document.get("sources") else {
@@ -33,7 +36,11 @@ pub(crate) fn read_sources(
         section.problem(report, "no source; add a [[sources]] table with a position");
     }
     let names = read_names("source", &tables, report);
-    tables.iter().zip(names).map(|(table, name)| read_source(table, name, bands, report)).collect()
+    tables
+        .iter()
+        .zip(names)
+        .map(|(table, name)| read_source(table, name, (bands, up), open, report))
+        .collect()
 }
 
 /// Reads the receivers, possibly none; without an aim of their own they look at `first_source`.
@@ -46,11 +53,17 @@ pub(crate) fn read_receivers(
     let tables = section.tables("[[receivers]]", report);
     let names = read_names("receiver", &tables, report);
     let read = |(table, name): (&Table<'_>, String)| {
-        table.allow_only(&["name", "position", "aim"], report);
+        table.allow_only(&["name", "position", "directivity", "aim"], report);
+        let entry = table.get("directivity");
+        let pattern = entry.and_then(|entry| read_pattern(&entry, report)).unwrap_or_default();
+        if pattern != Pattern::Omni && first_source.is_none() && table.get("aim").is_none() {
+            let path = table.path_of("aim");
+            report.problem(table.at, format!("{path}: missing; a {pattern} receiver needs aim = [x, y, z]"));
+        }
         place_at(table, report, |position, report| {
             let towards_source = Receiver::towards(&name, position, first_source.unwrap_or(position));
-            let aim = read_aim(table, report).unwrap_or(towards_source.aim);
-            Receiver { aim, ..towards_source }
+            let aim = read_direction(table, "aim", report).unwrap_or(towards_source.aim);
+            Receiver { aim, pattern, ..towards_source }
         })
     };
     tables.iter().zip(names).map(read).collect()
@@ -59,10 +72,11 @@ pub(crate) fn read_receivers(
 fn read_source(
     table: &Table<'_>,
     name: String,
-    bands: &BandChoice,
+    (bands, up): (&BandChoice, DVec3),
+    open: OpenMesh<'_>,
     report: &mut Report<'_>,
 ) -> Placed<Source> {
-    table.allow_only(&["name", "position", "power_level_db", "directivity", "aim"], report);
+    table.allow_only(&["name", "position", "power_level_db", "directivity", "aim", "up"], report);
     let power_level_db = table
         .get("power_level_db")
         .and_then(|entry| Some(bands.per_band(&entry, &entry.number_or_list(report)?, report)))
@@ -70,13 +84,8 @@ fn read_source(
     if table.get("power_level_db").is_none() {
         report.note(format!("{}: {DEFAULT_POWER_LEVEL_DB} dB (default)", table.path_of("power_level_db")));
     }
-    let directivity = read_directivity(table, report);
-    let aim = read_aim(table, report);
-    if directivity != Directivity::Omni && table.get("aim").is_none() {
-        let message =
-            format!("{}: missing; a {directivity} source needs aim = [x, y, z]", table.path_of("aim"));
-        report.problem(table.at, message);
-    }
+    let aim = read_direction(table, "aim", report);
+    let directivity = read_directivity(table, (bands, up), aim, open, report);
     place_at(table, report, |position, _| Source {
         name,
         position,
@@ -86,23 +95,87 @@ fn read_source(
     })
 }
 
-fn read_directivity(table: &Table<'_>, report: &mut Report<'_>) -> Directivity {
-    let Some(entry) = table.get("directivity") else { return Directivity::Omni };
-    let Some(name) = entry.text(report) else { return Directivity::Omni };
-    name.parse().unwrap_or_else(|_| {
-        let advice = suggest(name, Directivity::ALL.map(Directivity::name));
-        entry.problem(report, &format!("unknown directivity `{name}`; {advice}"));
-        Directivity::Omni
+fn read_directivity(
+    table: &Table<'_>,
+    (bands, up): (&BandChoice, DVec3),
+    aim: Option<DVec3>,
+    open: OpenMesh<'_>,
+    report: &mut Report<'_>,
+) -> Directivity {
+    let entry = table.get("directivity");
+    let value = entry.as_ref().and_then(|entry| Some((entry, entry.text(report)?)));
+    let file = value.filter(|(_, value)| balloon_file::is_balloon_file(value));
+    let pattern = match (&file, &entry) {
+        (None, Some(entry)) => read_pattern(entry, report).unwrap_or_default(),
+        _ => Pattern::Omni,
+    };
+    if (file.is_some() || pattern != Pattern::Omni) && table.get("aim").is_none() {
+        let kind = file.map_or(pattern.name(), |_| "directional");
+        let message = format!("{}: missing; a {kind} source needs aim = [x, y, z]", table.path_of("aim"));
+        report.problem(table.at, message);
+    }
+    let stated = read_direction(table, "up", report);
+    let Some((entry, path)) = file else {
+        if let Some(up) = table.get("up") {
+            up.problem(report, "only a directivity from a file has an upper side; remove the key");
+        }
+        return pattern.into();
+    };
+    let Some(balloon) = read_balloon(entry, path, bands, open, report) else { return Directivity::OMNI };
+    let Some(aim) = aim else { return Directivity::OMNI };
+    balloon_file::rolled(balloon, aim, stated.unwrap_or(up)).unwrap_or_else(|problem| {
+        let at = table.get("up").map_or(table.at, |up| up.at);
+        report.problem(at, format!("{}: {problem}", table.path_of("up")));
+        Directivity::OMNI
     })
 }
 
-fn read_aim(table: &Table<'_>, report: &mut Report<'_>) -> Option<DVec3> {
-    let entry = table.get("aim")?;
-    let aim = entry.vector(report)?.try_normalize();
-    if aim.is_none() {
+fn read_balloon(
+    entry: &Entry<'_>,
+    path: &str,
+    bands: &BandChoice,
+    open: OpenMesh<'_>,
+    report: &mut Report<'_>,
+) -> Option<Balloon> {
+    let bytes = match open(path) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            let message = format!("cannot read `{path}`: {error}; the path is relative to the scene file");
+            entry.problem(report, &message);
+            return None;
+        }
+    };
+    match balloon_file::read(path, &bytes, &bands.bands) {
+        Ok((balloon, notes)) => {
+            notes.into_iter().for_each(|note| report.note(format!("{}: `{path}`: {note}", entry.path)));
+            Some(balloon)
+        }
+        Err(problems) => {
+            for problem in problems {
+                report.problem_in_mesh(path, problem.line, problem.message);
+            }
+            None
+        }
+    }
+}
+
+fn read_pattern(entry: &Entry<'_>, report: &mut Report<'_>) -> Option<Pattern> {
+    let name = entry.text(report)?;
+    let pattern = name.parse().ok();
+    if pattern.is_none() {
+        let advice = suggest(name, Pattern::ALL.map(Pattern::name));
+        entry.problem(report, &format!("unknown directivity `{name}`; {advice}"));
+    }
+    pattern
+}
+
+fn read_direction(table: &Table<'_>, key: &str, report: &mut Report<'_>) -> Option<DVec3> {
+    let entry = table.get(key)?;
+    let direction = entry.vector(report)?.try_normalize();
+    if direction.is_none() {
         entry.problem(report, "has no length; give a direction such as [1.0, 0.0, 0.0]");
     }
-    aim
+    direction
 }
 
 fn place_at<T>(

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DVec3, dvec3};
-use sonel_acoustics::{Air, BandWidth, Directivity, sabine_time};
+use sonel_acoustics::{Air, BandWidth, Pattern, sabine_time};
 use sonel_scene::{Loaded, Scene, load};
 
 fn load_good(name: &str) -> Loaded {
@@ -88,9 +88,9 @@ fn source_and_receiver_keys() {
     let [stage, pit] = &scene.sources[..] else { panic!("two sources") };
     assert_eq!((stage.name.as_str(), stage.position), ("stage", dvec3(2.0, 1.5, 2.0)));
     assert_near(&stage.power_level_db, &[80.0, 85.5, 90.0]);
-    assert_eq!((stage.directivity, stage.aim), (Directivity::FigureEight, -DVec3::Z));
+    assert_eq!((stage.directivity.clone(), stage.aim), (Pattern::FigureEight.into(), -DVec3::Z));
     assert_near(&pit.power_level_db, &[70.0; 3]);
-    assert_eq!(pit.directivity, Directivity::Omni);
+    assert_eq!(pit.directivity, Pattern::Omni.into());
 
     let [towards_source, aimed] = &scene.receivers[..] else { panic!("two receivers") };
     assert_eq!((towards_source.name.as_str(), towards_source.position), ("seat 12", dvec3(3.0, 1.0, 4.0)));

@@ -217,7 +217,7 @@ pub(crate) fn places(scene: &Scene, geometry: &Geometry) -> Vec<ReceiverPoint> {
         .filter(in_air)
         .take(LISTENERS)
         .enumerate()
-        .map(|(number, position)| ReceiverPoint { name: format!("place {}", number + 1), position })
+        .map(|(number, position)| ReceiverPoint::omni(&format!("place {}", number + 1), position))
         .collect()
 }
 

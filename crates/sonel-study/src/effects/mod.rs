@@ -275,10 +275,10 @@ fn describe_partitions(scene: &Scene, geometry: &Geometry) -> String {
 /// Directivity changes no more than the weight of emissions, and is heard as soon as a source has one.
 fn decide_directivity(wish: Wish, scene: &mut Scene) -> Decision {
     let bands = scene.bands.count();
-    let directional = scene.sources.iter().filter(|source| source.directivity != Directivity::Omni).count();
+    let directional = scene.sources.iter().filter(|source| !source.directivity.is_omni()).count();
     if wish == Wish::Off {
         for source in &mut scene.sources {
-            source.directivity = Directivity::Omni;
+            source.directivity = Directivity::OMNI;
         }
     }
     let (on, reason) = match (directional, wish) {

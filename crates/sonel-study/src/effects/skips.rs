@@ -43,7 +43,7 @@ fn diffuse(scene: &Scene) -> Skip {
 
 fn heroes(scene: &Scene, spectral: Spectral) -> Skip {
     let still = vec![0.0; scene.bands.count()];
-    let classes = BandClasses::alike(&scene.materials, &still, spectral);
+    let classes = BandClasses::alike(&scene.materials, &scene.sources, &still, spectral);
     let (bands, kinds) = (scene.bands.count(), classes.representatives().count());
     let skipped = kinds < bands || bands == 1;
     let reason = match (kinds, spectral) {

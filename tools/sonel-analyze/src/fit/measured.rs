@@ -143,7 +143,7 @@ impl Measured {
                 known.join(", ")
             )
         })?;
-        self.receivers.push(ReceiverPoint { name: name.clone(), position });
+        self.receivers.push(ReceiverPoint::omni(name, position));
         Ok(self.receivers.len() - 1)
     }
 }

@@ -70,8 +70,13 @@ pub fn text(response: &Response) -> String {
         let levels = &response.source_power_level_db[s * b..(s + 1) * b];
         line("source", format!("{name} at ({}) m, {} dB re 1 pW", list(position), list(levels)));
     }
-    for (name, position) in response.receiver_names.iter().zip(&response.receiver_positions) {
-        line("receiver", format!("{name} at ({}) m", list(position)));
+    for (r, (name, position)) in response.receiver_names.iter().zip(&response.receiver_positions).enumerate()
+    {
+        let directivity = response
+            .receiver_directivities
+            .get(r)
+            .map_or(String::new(), |found| format!(", {} towards ({})", found.name, list(&found.aim)));
+        line("receiver", format!("{name} at ({}) m{directivity}", list(position)));
     }
     if let Value::Object(keys) = &response.metadata {
         for (key, value) in keys {
