@@ -5,6 +5,7 @@
 //!
 //! References: docs/physics.md §1, docs/references.md.
 
+pub mod absorption_law;
 mod air;
 mod bands;
 mod directivity;
@@ -13,6 +14,7 @@ mod levels;
 mod material;
 mod statistics;
 
+pub use absorption_law::AbsorptionLaw;
 pub use air::{Air, AirError};
 pub use bands::{BandError, BandWidth, Bands};
 pub use directivity::{Directivity, UnknownDirectivity};

@@ -152,7 +152,8 @@ impl SonelMap {
         };
         let media =
             if sections.has(media::SECTION) { Some(sections.rows::<u8>(media::SECTION)?) } else { None };
-        let mut header = record::header(sections.header, mesh).map_err(damaged)?;
+        let laws = if sections.has(record::LAWS) { sections.rows::<u8>(record::LAWS)?.to_vec() } else { Vec::new() };
+        let mut header = record::header(sections.header, mesh, &laws).map_err(damaged)?;
         if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
             bending.reach = reach;
         }
@@ -342,6 +343,7 @@ impl SonelMap {
             Some(materials) => table.drawn_as(&CoefficientTable::grouped(materials, classes, survival)),
             None => table,
         }
+        .with_surfaces(&self.surfaces)
         .with_edges(self.edge_table())
         .with_media(&self.header.scene)
     }

@@ -86,6 +86,11 @@ impl NearSource {
         for (scratch, throughput) in scratch.iter_mut().zip(&place.throughput) {
             *scratch = throughput.map(|throughput| throughput * irradiance);
         }
+        if let Some(more) = medium.table.relative_reflection(place.surface, offset) {
+            for (scratch, more) in scratch.iter_mut().flatten().zip(more.iter().flatten()) {
+                *scratch *= more;
+            }
+        }
         passed.weaken(medium.geometry, medium.table, scratch);
         medium.receive(prepared, length, scratch);
         deposits.add(receiver, bin, length, scratch, medium);
