@@ -48,8 +48,10 @@ fn of_images(speed: f64, absorption: impl Fn(f64) -> f64) -> [f64; 3] {
             if length >= reach {
                 continue;
             }
-            let reflected = [x, y, z].map(|(along, times)| (1.0 - absorption(along.abs() / length)).powi(times));
-            let window = BORDERS[1..].iter().position(|&border| length / speed < border).expect("within reach");
+            let reflected =
+                [x, y, z].map(|(along, times)| (1.0 - absorption(along.abs() / length)).powi(times));
+            let window =
+                BORDERS[1..].iter().position(|&border| length / speed < border).expect("within reach");
             windows[window] += reflected.iter().product::<f64>() / (4.0 * PI * length * length);
         }
     }
@@ -94,7 +96,9 @@ fn estimators_agree_about_locally_reacting_walls() {
         windows(&traced, RenderSettings { estimator, rays: 16_384, ..RenderSettings::default() }, &BORDERS)
     };
     let reference = by(Estimator::Auto);
-    for (estimator, largest) in [(Estimator::Gather, 0.1), (Estimator::Connection, 0.25), (Estimator::Sphere, 0.25)] {
+    for (estimator, largest) in
+        [(Estimator::Gather, 0.1), (Estimator::Connection, 0.25), (Estimator::Sphere, 0.25)]
+    {
         for (receiver, (reference, other)) in reference.iter().zip(&by(estimator)).enumerate() {
             for (band, (reference, other)) in reference.iter().zip(other).enumerate() {
                 agree_in_windows(other, reference, largest)

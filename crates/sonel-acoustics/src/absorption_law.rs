@@ -133,7 +133,10 @@ mod tests {
                 .map(|cosine| absorption_at(impedance, cosine) * 2.0 * cosine / f64::from(steps))
                 .sum();
             assert!((sum / absorption - 1.0).abs() < 1e-6, "{absorption}: {sum}");
-            assert!((sum / absorption_at(impedance, 1.0) - 1.0).abs() > 1e-3, "it is not that of normal incidence");
+            assert!(
+                (sum / absorption_at(impedance, 1.0) - 1.0).abs() > 1e-3,
+                "it is not that of normal incidence"
+            );
         }
     }
 
@@ -142,7 +145,8 @@ mod tests {
         for impedance in [1.6, 20.0, 4e4] {
             let edges = [0.0, 1e-4, 3e-3, 0.02, 0.1, 0.5, 1.0];
             let part = |pair: &[f64]| {
-                mean_absorption_between(impedance, [pair[0], pair[1]]) * (pair[1] * pair[1] - pair[0] * pair[0])
+                mean_absorption_between(impedance, [pair[0], pair[1]])
+                    * (pair[1] * pair[1] - pair[0] * pair[0])
             };
             let sum: f64 = edges.windows(2).map(part).sum();
             assert!((sum / random_incidence(impedance) - 1.0).abs() < 1e-10, "{impedance}");

@@ -179,10 +179,12 @@ impl Material {
         });
         let passing = self.transmission.iter().enumerate().filter(|&(_, &transmission)| transmission > 0.0);
         let soft = soft.map(|(band, &absorption)| MaterialProblem::TooSoft { band, absorption });
-        soft.chain(passing.map(|(band, &transmission)| MaterialProblem::LocallyReactingPartition {
-            band,
-            transmission,
-        }))
+        soft.chain(
+            passing.map(|(band, &transmission)| MaterialProblem::LocallyReactingPartition {
+                band,
+                transmission,
+            }),
+        )
     }
 }
 

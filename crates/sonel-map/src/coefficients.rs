@@ -395,10 +395,8 @@ mod tests {
 
     #[test]
     fn all_angles_together_reflect_what_the_table_says() {
-        let locally_reacting = |absorption| Material {
-            law: AbsorptionLaw::LocallyReacting,
-            ..wall(absorption, 0.3, 0.0)
-        };
+        let locally_reacting =
+            |absorption| Material { law: AbsorptionLaw::LocallyReacting, ..wall(absorption, 0.3, 0.0) };
         for absorption in [0.0, 0.02, 0.5, 0.95] {
             let materials = [wall(absorption, 0.3, 0.0), locally_reacting(absorption)];
             let table = CoefficientTable::new(&materials, 1, 0.3);

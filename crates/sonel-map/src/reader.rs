@@ -152,7 +152,8 @@ impl SonelMap {
         };
         let media =
             if sections.has(media::SECTION) { Some(sections.rows::<u8>(media::SECTION)?) } else { None };
-        let laws = if sections.has(record::LAWS) { sections.rows::<u8>(record::LAWS)?.to_vec() } else { Vec::new() };
+        let laws =
+            if sections.has(record::LAWS) { sections.rows::<u8>(record::LAWS)?.to_vec() } else { Vec::new() };
         let mut header = record::header(sections.header, mesh, &laws).map_err(damaged)?;
         if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
             bending.reach = reach;

@@ -260,7 +260,9 @@ impl Renderer<'_> {
         // Discs weigh with the diffuse mean; what this sonel's angle reflects more or less of it is its own.
         let reflected = self.table.relative_reflection(arrival.surface, segment.course()).map(|more| {
             let lanes = arriving.iter().zip(more);
-            lanes.map(|(energy, more)| std::array::from_fn(|lane| energy[lane] * more[lane])).collect::<Vec<Lanes>>()
+            lanes
+                .map(|(energy, more)| std::array::from_fn(|lane| energy[lane] * more[lane]))
+                .collect::<Vec<Lanes>>()
         });
         let arriving = reflected.as_deref().unwrap_or(arriving);
         index.around(place(arrival.surface, arrival.side), at, |point, gain| {

@@ -253,13 +253,15 @@ impl<'a> Renderer<'a> {
         let bands = classes.count();
         let table = map.coefficients(&classes);
         Ok(Self {
-            image_order: if settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some() {
+            image_order: if settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some()
+            {
                 image_order(geometry, &table)
             } else {
                 0
             },
-            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather)
-                .then(|| (Sheet::all(geometry), gather_settings(&settings, (geometry, &table), traced, ray_reach))),
+            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
+                (Sheet::all(geometry), gather_settings(&settings, (geometry, &table), traced, ray_reach))
+            }),
             paper: (settings.estimator == Estimator::Paper)
                 .then(|| Paper::new(geometry, map.header(), &settings)),
             edges: scene

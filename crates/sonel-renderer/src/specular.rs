@@ -39,7 +39,8 @@ struct Listeners<'a> {
 impl Renderer<'_> {
     /// Whether rays of their own bring L S^k R, k > K. In an empty box image sources bring all that matters.
     pub(crate) fn mirrors_long_chains(&self) -> bool {
-        let is_lattice = lattice_room(self.geometry, &self.table).is_some() && self.settings.mirror_order.is_none();
+        let is_lattice =
+            lattice_room(self.geometry, &self.table).is_some() && self.settings.mirror_order.is_none();
         matches!(self.settings.estimator, Estimator::Auto | Estimator::Gather) && !is_lattice
     }
 

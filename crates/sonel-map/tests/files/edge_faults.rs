@@ -84,10 +84,9 @@ fn touch(map: &SonelMap) -> usize {
     let (scene, layout) = (&map.header().scene, map.layout());
     let settings = &map.header().settings;
     let bands = scene.bands.count();
-    let table =
-        CoefficientTable::new(&scene.materials, bands, settings.survival)
-            .with_geometry(&scene.geometry().unwrap())
-            .with_edges(map.edge_table());
+    let table = CoefficientTable::new(&scene.materials, bands, settings.survival)
+        .with_geometry(&scene.geometry().unwrap())
+        .with_edges(map.edge_table());
     let mut finite = 0;
     for emission in 0..2 {
         let start = sonel_map::BatchStart::new(&layout, layout.batch(emission), settings.spectral);

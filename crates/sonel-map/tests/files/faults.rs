@@ -25,7 +25,8 @@ fn touch(map: &SonelMap) {
     let scene = &map.header().scene;
     let settings = &map.header().settings;
     let bands = scene.bands.count();
-    let table = CoefficientTable::new(&scene.materials, bands, settings.survival).with_geometry(&scene.geometry().unwrap());
+    let table = CoefficientTable::new(&scene.materials, bands, settings.survival)
+        .with_geometry(&scene.geometry().unwrap());
     let layout = map.layout();
     for (source, position) in scene.sources.iter().map(|source| source.position).enumerate() {
         for emission in 0..hand_made::EMISSIONS {

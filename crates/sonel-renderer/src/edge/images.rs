@@ -124,7 +124,8 @@ impl Images {
                     tree.mirrors(image).map(|(surface, side)| Mirror::new(geometry, surface, side)).collect();
                 mirrors.reverse();
                 let factor = (0..table.bands()).map(|band| {
-                    let of = |mirror: &Mirror| table.mean_row(mirror.surface).specular.energy[band / 4][band % 4];
+                    let of =
+                        |mirror: &Mirror| table.mean_row(mirror.surface).specular.energy[band / 4][band % 4];
                     mirrors.iter().map(of).product()
                 });
                 Image {

@@ -279,7 +279,8 @@ impl Waves<'_> {
         let [from, to] = self.images(contribution);
         let leaving = self.from.leaving(contribution.from, first);
         let strength = self.at.radiator.factor(leaving).sqrt() * share;
-        let [ours, theirs] = [(from, first), (to, last)].map(|(image, at)| image.factor_towards(self.at.table, at));
+        let [ours, theirs] =
+            [(from, first), (to, last)].map(|(image, at)| image.factor_towards(self.at.table, at));
         let through = ours.iter().zip(theirs.iter()).zip(self.at.attenuation);
         let through: Vec<f64> = through
             .map(|((one, other), m)| (one * other).sqrt() * libm::exp(-0.5 * m * way) * strength)

@@ -93,7 +93,8 @@ fn read_one(
             vec![DEFAULT_SCATTERING; count]
         }
     };
-    let law = read_law(table, &absorption, transmission.is_some(), bands, report);
+    let passes = transmission.iter().flat_map(|(_, values)| values).any(|&share| share > 0.0);
+    let law = read_law(table, &absorption, passes, bands, report);
     Material {
         name: name.to_owned(),
         law,
