@@ -128,10 +128,9 @@ impl Traced {
         let (scene, layout) = (&header.scene, self.map.layout());
         let bands = scene.bands.count();
         let table = CoefficientTable::new(&scene.materials, bands, header.settings.survival)
+            .with_geometry(&self.geometry)
             .with_edges(self.map.edge_table())
             .with_media(scene);
-        let surfaces = self.geometry.surfaces();
-        let material_of: Vec<u32> = surfaces.iter().map(|surface| surface.material).collect();
         let source = &scene.sources[0];
         let directions = EmissionDirections::new(header.settings.seed, 0, layout, header.settings.spectral);
         let mut weight = PathWeight::new(bands);
@@ -141,7 +140,7 @@ impl Traced {
                 let direction = directions.direction(path.emission);
                 weight.emit_from(source, direction, 1.0, start.packet(layout.hero(path.emission)));
                 let origin = (source.position - self.geometry.center(), scene.air_at_source(0));
-                sweep(origin, path.vertices, &table, &material_of, &mut weight, |segment| {
+                sweep(origin, path.vertices, &table, &mut weight, |segment| {
                     visit(path.emission, start.weight, segment);
                 });
             }

@@ -55,7 +55,7 @@ def differences(map, archive):
     """Names of the arrays that are not what the paths say."""
     sources = range(len(map.header["scene"]["sources"]))
     read = [row for source in sources for row in sonels(map, source)]
-    surface, back, point, length, energy = (np.array(column) for column in zip(*read))
+    surface, back, point, length, energy, _ = (np.array(column) for column in zip(*read))
     history = np.array([row for source in sources for row in histories(map, source)])
     direction = np.array([row for source in sources for row in directions(map, source)])
     counts = [sum(1 for _ in sonels(map, source)) for source in sources]

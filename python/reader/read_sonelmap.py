@@ -96,6 +96,8 @@ class SonelMap:
         if "directivity" in self.sections:
             self.directivity = Record(self.section("directivity", "<u1").tobytes()).take(DIRECTIVITY)
         self.airs = Record(self.section("regions", "<u1").tobytes()).take(REGIONS) if "regions" in self.sections else None
+        uniform = np.zeros(len(self.header["scene"]["materials"]), np.uint8)
+        self.laws = self.section("absorption.laws", "<u1") if "absorption.laws" in self.sections else uniform
         self.reach = self.section("edges.reach", "<f8") if "edges.reach" in self.sections else np.zeros(1)
 
     def section(self, name, dtype):
@@ -119,13 +121,51 @@ class SonelMap:
 
 
 def coefficients(map):
-    """f and p per material, event (specular, diffuse, transmitted) and band."""
-    materials, beta = map.header["scene"]["materials"], map.header["settings"]["survival"]
-    alpha, s, tau = (np.array([m[name] for m in materials]) for name in ("absorption", "scattering", "transmission"))
+    """f and p per row, event (specular, diffuse, transmitted) and band. A row is a material or, where it is locally reacting, one of
+    its ranges of angles; and the first row of every material."""
+    beta, rows, first = map.header["settings"]["survival"], [], []
+    for material, law in zip(map.header["scene"]["materials"], map.laws):
+        first.append(len(rows))
+        alpha, s, tau = (np.array(material[name]) for name in ("absorption", "scattering", "transmission"))
+        seen = [locally_reacting(alpha, *pair) for pair in zip(BOUNDS, BOUNDS[1:])] if law else [alpha]
+        rows.extend((alpha, s, tau) for alpha in seen)
+    alpha, s, tau = (np.array(column) for column in zip(*rows))
     factors = np.stack([(1 - alpha) * (1 - s), (1 - alpha) * s, tau], 1)
     passed_on = factors.sum(1, keepdims=True)
     roulette = np.where(passed_on > 0, np.where(passed_on > 0, passed_on, 1) ** (beta - 1), 0)
-    return factors, roulette * factors * shares(factors, passed_on)
+    return factors, roulette * factors * shares(factors, passed_on), np.array(first)
+
+
+# Ranges of the cosine of incidence: one below 2^-10, then eight equal ones an octave.
+BOUNDS = [0.0] + [2.0**octave * (1 + eighth / 8) for octave in range(-10, 0) for eighth in range(8)] + [1.0]
+
+
+def locally_reacting(alpha, low, high):
+    """What a wall with these coefficients in a diffuse field absorbs of diffuse sound with cosines of incidence from low to high."""
+
+    def primitive(impedance, cosine):
+        x = impedance * cosine
+        series = x**3 / 3 - x**4 / 2 + 3 * x**5 / 5 - 2 * x**6 / 3 + 5 * x**7 / 7 - 3 * x**8 / 4
+        return 8 / impedance**2 * np.where(x < 0.01, series, x - 2 * np.log1p(x) + x / (1 + x))
+
+    def mean(impedance, low, high):
+        return (primitive(impedance, high) - primitive(impedance, low)) / (high**2 - low**2)
+
+    softest, hardest = np.full_like(alpha, 1.5671414), 8 / np.maximum(alpha, 1e-300)
+    for _ in range(200):
+        middle = np.sqrt(softest * hardest)
+        harder = mean(middle, 0.0, 1.0) > alpha
+        softest, hardest = np.where(harder, middle, softest), np.where(harder, hardest, middle)
+    return np.where(alpha > 0, mean(np.sqrt(softest * hardest), low, high), 0.0)
+
+
+def row_met(map, first, surface, direction):
+    """The row of coefficients for a packet that meets a surface in a direction."""
+    material = map.surfaces["material"][surface]
+    if not map.laws[material]:
+        return first[material]
+    cosine = abs(direction @ map.surfaces["normal"][surface]) / np.linalg.norm(direction)
+    return first[material] + np.clip(np.searchsorted(BOUNDS, cosine, "right") - 1, 0, len(BOUNDS) - 2)
 
 
 LEAST_THROUGH = 0.15
@@ -343,9 +383,8 @@ def unit(bits):
 
 
 def sonels(map, source):
-    """Every sonel of a source: (surface, back, local position, path length, incident energy per band)."""
-    energy_factors, probabilities = coefficients(map)
-    material = map.surfaces["material"]
+    """Every sonel of a source: (surface, back, local position, path length, incident energy per band, its row of coefficients)."""
+    energy_factors, probabilities, first = coefficients(map)
     emissions = Emissions(map)
     emitter = map.header["scene"]["sources"][source]
     directions = Directions(map, source)
@@ -370,11 +409,12 @@ def sonels(map, source):
             if event in (DIFFRACTED, REFRACTED, RETURNED):
                 continue
             energy = share * feeding / (led * drawing).sum()
-            yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy
+            row = row_met(map, first, surface, points[step] - (points[step - 1] if step else origin))
+            yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy, row
             if event >= ABSORBED:
                 break
-            feeding = feeding * energy_factors[material[surface], event]
-            drawing = drawing * probabilities[material[surface], event]
+            feeding = feeding * energy_factors[row, event]
+            drawing = drawing * probabilities[row, event]
             scale = 1 / drawing.max()  # common to both, so it drops out: nothing underflows
             feeding, drawing = feeding * scale, drawing * scale
 
@@ -387,14 +427,14 @@ def connections(map, source, receiver):
     target = np.array(receiver) - map.header["center"]
     reach = scene["duration"] * scene["speed_of_sound"]
     fluence = np.zeros(len(attenuation))
-    for surface, back, point, length, energy in sonels(map, source):
+    for surface, back, point, length, energy, met in sonels(map, source):
         row = map.surfaces[surface]
         offset = target - point
         distance = np.linalg.norm(offset)
         cosine = (-1 if back else 1) * (offset @ row["normal"]) / distance
         if cosine > 0 and length + distance <= reach:
             air = np.exp(-attenuation * (length + distance))
-            fluence += energy * diffuse[row["material"]] * cosine / (np.pi * distance**2) * air
+            fluence += energy * diffuse[met] * cosine / (np.pi * distance**2) * air
     return fluence
 
 

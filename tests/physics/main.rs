@@ -1,5 +1,6 @@
 //! Physics across crates: every estimator against an exact answer or a second, independent one.
 
+mod absorption_law;
 mod barrier;
 mod bending;
 mod box_energies;

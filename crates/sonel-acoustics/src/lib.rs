@@ -5,6 +5,7 @@
 //!
 //! References: docs/physics.md §1, docs/references.md.
 
+pub mod absorption_law;
 mod air;
 mod balloon;
 mod bands;
@@ -14,6 +15,7 @@ mod levels;
 mod material;
 mod statistics;
 
+pub use absorption_law::AbsorptionLaw;
 pub use air::{Air, AirError};
 pub use balloon::{Balloon, BalloonError, Radiation};
 pub use bands::{BandError, BandWidth, Bands};

@@ -5,6 +5,7 @@
 //!
 //! References: ISO 354:2003 (α), [ISO17497-1] (s) (docs/references.md).
 
+use crate::absorption_law::{self, AbsorptionLaw};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -19,6 +20,8 @@ pub struct Material {
     pub scattering: Vec<f64>,
     /// Transmission coefficient τ per band: the part that passes straight on.
     pub transmission: Vec<f64>,
+    /// How absorption depends on the angle of incidence.
+    pub law: AbsorptionLaw,
     /// Where the numbers come from.
     pub source: Option<String>,
 }
@@ -77,6 +80,25 @@ pub enum MaterialProblem {
         /// α.
         absorption: f64,
     },
+    /// More than a locally reacting wall can absorb of a diffuse field.
+    #[error(
+        "absorption {absorption} in band {band} is more than a locally reacting wall can have, {:.3}",
+        absorption_law::largest_locally_reacting()
+    )]
+    TooSoft {
+        /// Index of the band.
+        band: usize,
+        /// α.
+        absorption: f64,
+    },
+    /// τ > 0 of a locally reacting wall.
+    #[error("transmission {transmission} in band {band}: nothing passes a locally reacting wall")]
+    LocallyReactingPartition {
+        /// Index of the band.
+        band: usize,
+        /// τ.
+        transmission: f64,
+    },
 }
 
 impl Material {
@@ -87,6 +109,7 @@ impl Material {
             absorption: vec![absorption; band_count],
             scattering: vec![scattering; band_count],
             transmission: vec![0.0; band_count],
+            law: AbsorptionLaw::Uniform,
             source: None,
         }
     }
@@ -143,7 +166,25 @@ impl Material {
                 });
             }
         }
+        if self.law == AbsorptionLaw::LocallyReacting {
+            problems.extend(self.problems_of_the_law());
+        }
         problems
+    }
+
+    fn problems_of_the_law(&self) -> impl Iterator<Item = MaterialProblem> {
+        let absorption = self.absorption.iter().enumerate();
+        let soft = absorption.filter(|&(_, &absorption)| {
+            (0.0..=1.0).contains(&absorption) && absorption_law::impedance(absorption).is_none()
+        });
+        let passing = self.transmission.iter().enumerate().filter(|&(_, &transmission)| transmission > 0.0);
+        let soft = soft.map(|(band, &absorption)| MaterialProblem::TooSoft { band, absorption });
+        soft.chain(
+            passing.map(|(band, &transmission)| MaterialProblem::LocallyReactingPartition {
+                band,
+                transmission,
+            }),
+        )
     }
 }
 

@@ -21,8 +21,6 @@ pub struct Reading<'a> {
     pub batches: Vec<BatchStart>,
     /// Coefficients of the materials.
     pub table: CoefficientTable,
-    /// The material of every surface.
-    pub material_of: Vec<u32>,
     /// Place and air of each source.
     origins: Vec<(DVec3, u32)>,
     directions: Vec<EmissionDirections>,
@@ -39,7 +37,8 @@ impl<'a> Reading<'a> {
         let scene = &map.header().scene;
         let materials = map.drawn_with().unwrap_or(&scene.materials);
         let table = CoefficientTable::new(materials, scene.bands.count(), map.header().settings.survival);
-        Self::with(table.with_edges(map.edge_table()).with_media(scene), map, geometry)
+        let table = table.with_geometry(geometry).with_edges(map.edge_table()).with_media(scene);
+        Self::with(table, map, geometry)
     }
 
     fn with(table: CoefficientTable, map: &'a SonelMap, geometry: &Geometry) -> Self {
@@ -55,7 +54,6 @@ impl<'a> Reading<'a> {
                 .map(|batch| BatchStart::new(&layout, batch, settings.spectral))
                 .collect(),
             table,
-            material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
             origins: (0..scene.sources.len())
                 .map(|source| {
                     (scene.sources[source].position - geometry.center(), scene.air_at_source(source))
@@ -92,6 +90,6 @@ impl<'a> Reading<'a> {
         visit: impl FnMut(&Segment<'_>),
     ) {
         let origin = self.origins[source as usize];
-        sweep(origin, path.vertices, &self.table, &self.material_of, weight, visit);
+        sweep(origin, path.vertices, &self.table, weight, visit);
     }
 }

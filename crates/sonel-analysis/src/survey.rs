@@ -102,7 +102,7 @@ impl Walk<'_> {
         let empty = Deposit { hits: 0, incident: vec![0.0; bands], absorbed: vec![0.0; bands] };
         Survey {
             ledger: Ledger::new(bands),
-            surfaces: vec![empty; self.reading.material_of.len()],
+            surfaces: vec![empty; self.reading.table.surface_count()],
             orders: Vec::new(),
         }
     }
@@ -149,7 +149,7 @@ impl Walk<'_> {
                 last.extend_from_slice(segment.energy);
                 return;
             };
-            let row = reading.table.material(reading.material_of[arrival.surface.0 as usize]);
+            let row = reading.table.row(arrival.surface, segment.course());
             books.arrived(segment.energy, &row.dissipated, &row.passed_on);
             found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
             found.order(segment.history.order, reading.bands).add(segment.energy, &row.dissipated);

@@ -6,12 +6,16 @@
 //! least the share [`LEAST_THROUGH`] of the packets that survive goes through, with less energy each. Bands stand in lanes of four so that the compiler
 //! vectorises over them; lanes beyond the last band are zero.
 
-use sonel_acoustics::Material;
-use sonel_geometry::{Side, SurfaceId};
+use glam::DVec3;
+use sonel_acoustics::absorption_law::{absorption_at, impedance, mean_absorption_between};
+use sonel_acoustics::{AbsorptionLaw, Material};
+use sonel_geometry::{Geometry, Side, SurfaceId};
 use sonel_scene::{Media, Scene};
 
 use crate::classes::BandClasses;
 use crate::edges::EdgeTable;
+use crate::format::SurfaceRow;
+use crate::incidence;
 
 /// Least share of what goes on at a partition that goes through it.
 pub const LEAST_THROUGH: f64 = 0.15;
@@ -87,7 +91,14 @@ impl MaterialRow {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoefficientTable {
     bands: usize,
+    /// A block per material: its mean row, and behind it one for each range of angles where its absorption depends on them.
     rows: Vec<MaterialRow>,
+    /// Where the blocks of the materials begin.
+    first_rows: Vec<usize>,
+    /// Specific impedances of locally reacting materials.
+    impedances: Vec<Option<Vec<Lanes>>>,
+    /// Material and unit normal of every surface.
+    surfaces: Vec<(u32, DVec3)>,
     transmits: bool,
     edges: Option<EdgeTable>,
     media: Option<(Media, Vec<f64>)>,
@@ -103,10 +114,101 @@ impl CoefficientTable {
     /// The table with one column for each of `classes`.
     #[must_use]
     pub fn grouped(materials: &[Material], classes: &BandClasses, survival: f64) -> Self {
-        let rows: Vec<MaterialRow> =
-            materials.iter().map(|material| material_row(material, classes, survival)).collect();
+        let (mut rows, mut first_rows) = (Vec::new(), Vec::new());
+        for material in materials {
+            first_rows.push(rows.len());
+            rows.push(material_row(material, classes, survival));
+            if material.law == AbsorptionLaw::LocallyReacting {
+                let at = |range| material_row(&seen_within(material, range), classes, survival);
+                rows.extend((0..incidence::RANGES).map(at));
+            }
+        }
+        let impedances = materials.iter().map(|material| impedances(material, classes)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
-        Self { bands: classes.count(), rows, transmits, edges: None, media: None }
+        let (bands, surfaces) = (classes.count(), Vec::new());
+        Self { bands, rows, first_rows, impedances, surfaces, transmits, edges: None, media: None }
+    }
+
+    /// The same for these surfaces of a map.
+    #[must_use]
+    pub(crate) fn with_surfaces(self, surfaces: &[SurfaceRow]) -> Self {
+        let surface = |row: &SurfaceRow| (row.material, DVec3::from_array(row.normal));
+        Self { surfaces: surfaces.iter().map(surface).collect(), ..self }
+    }
+
+    /// The same for the surfaces of `geometry`.
+    #[must_use]
+    pub fn with_geometry(self, geometry: &Geometry) -> Self {
+        let surfaces = geometry.surfaces().iter();
+        Self { surfaces: surfaces.map(|surface| (surface.material, surface.normal)).collect(), ..self }
+    }
+
+    /// Number of surfaces.
+    #[must_use]
+    pub fn surface_count(&self) -> usize {
+        self.surfaces.len()
+    }
+
+    /// Whether absorption depends on the angle anywhere.
+    #[inline]
+    #[must_use]
+    pub fn is_angular(&self) -> bool {
+        self.rows.len() > self.first_rows.len()
+    }
+
+    /// The row of `surface` for a packet that meets it in `direction`, of any length.
+    #[inline]
+    #[must_use]
+    pub fn row(&self, surface: SurfaceId, direction: DVec3) -> &MaterialRow {
+        let (material, normal) = self.surfaces[surface.0 as usize];
+        let first = self.first_rows[material as usize];
+        if self.is_angular() && self.impedances[material as usize].is_some() {
+            let cosine = direction.dot(normal).abs() / direction.length();
+            return &self.rows[first + 1 + incidence::range_of(cosine)];
+        }
+        &self.rows[first]
+    }
+
+    /// The row of `surface` at any angle: where absorption depends on it, that of diffuse incidence.
+    #[inline]
+    #[must_use]
+    pub fn mean_row(&self, surface: SurfaceId) -> &MaterialRow {
+        self.material(self.surfaces[surface.0 as usize].0)
+    }
+
+    /// By how much more `surface` reflects of what meets it in `direction` than of diffuse incidence; none where no angle matters.
+    #[must_use]
+    pub fn relative_reflection(&self, surface: SurfaceId, direction: DVec3) -> Option<Vec<Lanes>> {
+        let (material, _) = self.surfaces[surface.0 as usize];
+        self.impedances[material as usize].as_ref()?;
+        let lanes = self.row(surface, direction).passed_on.iter().zip(&self.material(material).passed_on);
+        // No wall of this kind absorbs all of diffuse incidence: nothing is divided by zero but the lanes behind the bands.
+        let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
+        Some(lanes.map(|(part, whole)| std::array::from_fn(|lane| ratio(part[lane], whole[lane]))).collect())
+    }
+
+    /// Unit normal of `surface`.
+    #[must_use]
+    pub fn normal(&self, surface: SurfaceId) -> DVec3 {
+        self.surfaces[surface.0 as usize].1
+    }
+
+    /// Multiplies `energy` by (1−α)(1−s) of `surface` met in `direction`, exactly at that angle.
+    pub fn mirror(&self, surface: SurfaceId, direction: DVec3, energy: &mut [Lanes]) {
+        let (material, normal) = self.surfaces[surface.0 as usize];
+        let row = self.material(material);
+        let factors = energy.iter_mut().zip(&row.specular.energy);
+        let Some(impedances) = &self.impedances[material as usize] else {
+            return factors.for_each(|(energy, factor)| multiply(energy, factor));
+        };
+        let cosine = direction.dot(normal).abs() / direction.length();
+        for (((energy, factor), impedance), mean) in factors.zip(impedances).zip(&row.passed_on) {
+            for lane in 0..4 {
+                // (1−s) is what the mean row mirrors of what it reflects; no wall of this kind absorbs all.
+                let mirrored = if mean[lane] > 0.0 { factor[lane] / mean[lane] } else { 0.0 };
+                energy[lane] *= mirrored * (1.0 - absorption_at(impedance[lane], cosine));
+            }
+        }
     }
 
     /// The same energies for events drawn with the probabilities of `drawn`, a table of as many materials and classes.
@@ -174,11 +276,31 @@ impl CoefficientTable {
         self.transmits
     }
 
-    /// The row of material number `material`.
+    /// The row of material number `material` at any angle: where absorption depends on it, that of diffuse incidence.
     #[inline]
     #[must_use]
     pub fn material(&self, material: u32) -> &MaterialRow {
-        &self.rows[material as usize]
+        &self.rows[self.first_rows[material as usize]]
+    }
+}
+
+/// What a locally reacting material is to a diffuse field from the angles of range number `range`.
+fn seen_within(material: &Material, range: usize) -> Material {
+    let mean = |&absorption: &f64| {
+        let impedance = impedance(absorption).expect("checked with the material");
+        mean_absorption_between(impedance, incidence::bounds(range)).clamp(0.0, 1.0)
+    };
+    Material { absorption: material.absorption.iter().map(mean).collect(), ..material.clone() }
+}
+
+fn impedances(material: &Material, classes: &BandClasses) -> Option<Vec<Lanes>> {
+    let of = |band: usize| impedance(material.absorption[band]).expect("checked with the material");
+    (material.law == AbsorptionLaw::LocallyReacting).then(|| to_lanes(classes.representatives().map(of)))
+}
+
+fn multiply(energy: &mut Lanes, factor: &Lanes) {
+    for lane in 0..4 {
+        energy[lane] *= factor[lane];
     }
 }
 
@@ -238,6 +360,7 @@ mod tests {
             absorption: vec![absorption],
             scattering: vec![scattering],
             transmission: vec![transmission],
+            law: AbsorptionLaw::Uniform,
             source: None,
         }
     }
@@ -267,6 +390,26 @@ mod tests {
             assert!((all - 1.0).abs() < 1e-15, "without roulette a packet always goes on");
             let share = (transmission / (0.6 + transmission)).max(LEAST_THROUGH);
             assert!((all - back - share).abs() < 1e-15, "{transmission}");
+        }
+    }
+
+    #[test]
+    fn all_angles_together_reflect_what_the_table_says() {
+        let locally_reacting =
+            |absorption| Material { law: AbsorptionLaw::LocallyReacting, ..wall(absorption, 0.3, 0.0) };
+        for absorption in [0.0, 0.02, 0.5, 0.95] {
+            let materials = [wall(absorption, 0.3, 0.0), locally_reacting(absorption)];
+            let table = CoefficientTable::new(&materials, 1, 0.3);
+            let ranges = &table.rows[table.first_rows[1] + 1..];
+            let reflected: f64 = (0..incidence::RANGES)
+                .map(|range| {
+                    let [low, high] = incidence::bounds(range);
+                    ranges[range].passed_on[0][0] * (high * high - low * low)
+                })
+                .sum();
+            assert!((reflected - (1.0 - absorption)).abs() < 1e-9, "{absorption}: {reflected}");
+            assert_eq!(table.material(0), table.material(1));
+            assert!(absorption <= 0.0 || ranges[20] != *table.material(1));
         }
     }
 

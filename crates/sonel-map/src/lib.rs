@@ -31,6 +31,7 @@ pub mod emission;
 pub mod error;
 mod format;
 pub mod header;
+mod incidence;
 pub mod ledger;
 mod media;
 pub mod merge;

@@ -127,12 +127,13 @@ fn effect(effect: &EffectState) -> Fact {
     (format!("effect {}", effect.name), format!("{}{reach} ({})", on.join(", "), effect.reason))
 }
 
-fn material(material: &Material) -> [Fact; 4] {
+fn material(material: &Material) -> [Fact; 5] {
     let of = |what: &str, value: String| (format!("{what} of material \"{}\"", material.name), value);
     [
         of("absorption", numbers(&material.absorption)),
         of("scattering", numbers(&material.scattering)),
         of("transmission", numbers(&material.transmission)),
+        of("absorption law", material.law.to_string()),
         of("origin", material.source.clone().unwrap_or_default()),
     ]
 }
@@ -194,6 +195,7 @@ mod tests {
             absorption: vec![0.1, 0.3],
             scattering: vec![0.5; 2],
             transmission: vec![0.0; 2],
+            law: sonel_acoustics::AbsorptionLaw::Uniform,
             source: None,
         };
         let mut scene = Scene::from_parts(Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]), vec![wall], bands, 0.5);

@@ -158,7 +158,9 @@ impl SonelMap {
         } else {
             None
         };
-        let mut header = record::header(sections.header, mesh, directivity).map_err(damaged)?;
+        let laws =
+            if sections.has(record::LAWS) { sections.rows::<u8>(record::LAWS)?.to_vec() } else { Vec::new() };
+        let mut header = record::header(sections.header, mesh, (directivity, &laws)).map_err(damaged)?;
         if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
             bending.reach = reach;
         }
@@ -351,6 +353,7 @@ impl SonelMap {
             Some(materials) => table.drawn_as(&CoefficientTable::grouped(materials, classes, survival)),
             None => table,
         }
+        .with_surfaces(&self.surfaces)
         .with_edges(self.edge_table())
         .with_media(&self.header.scene)
     }

@@ -1,7 +1,7 @@
 //! Scene and settings as plain records, and back.
 
 use glam::DVec3;
-use sonel_acoustics::{Air, BandWidth, Bands, Directivity, Material, Pattern};
+use sonel_acoustics::{AbsorptionLaw, Air, BandWidth, Bands, Directivity, Material, Pattern};
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_scene::{Receiver, Scene, Source};
 
@@ -123,11 +123,25 @@ fn receiver_record(receiver: &Receiver) -> ReceiverRecord {
     }
 }
 
-/// The header of `record` with the scene's `mesh` and `directivity`; the reason where the record contradicts itself.
+/// Name of the section that only a map with materials of another law than [`AbsorptionLaw::Uniform`] has: a code per material.
+pub const LAWS: &str = "absorption.laws";
+
+/// The rows of [`LAWS`]; none where all are uniform.
+pub fn laws(materials: &[Material]) -> Option<Vec<u8>> {
+    let code = |material: &Material| match material.law {
+        AbsorptionLaw::Uniform => 0,
+        AbsorptionLaw::LocallyReacting => 1,
+    };
+    let codes: Vec<u8> = materials.iter().map(code).collect();
+    codes.iter().any(|&code| code > 0).then_some(codes)
+}
+
+/// The header of `record` with the scene's `mesh`, its directivities and the rows of [`LAWS`], none where there are none; the reason
+/// where the record contradicts itself.
 pub fn header(
     record: HeaderRecord,
     mesh: Mesh,
-    directivity: Option<DirectivityRecord>,
+    (directivity, laws): (Option<DirectivityRecord>, &[u8]),
 ) -> Result<MapHeader, String> {
     let settings = settings(&record.settings)?;
     let shard = ShardRange { index: record.settings.shard_index, count: record.settings.shard_count };
@@ -142,7 +156,7 @@ pub fn header(
         })
         .collect();
     let words: Vec<String> = record.scene.sources.iter().map(|source| source.directivity.clone()).collect();
-    let mut scene = scene(record.scene, mesh)?;
+    let mut scene = scene(record.scene, mesh, laws)?;
     directivity::apply(&words, directivity, &mut scene)?;
     Ok(MapHeader { tool_version: record.tool_version, settings, shard, effects, scene })
 }
@@ -171,11 +185,17 @@ fn settings(record: &SettingsRecord) -> Result<Settings, String> {
     })
 }
 
-fn scene(record: SceneRecord, mesh: Mesh) -> Result<Scene, String> {
+fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> {
     let width = if record.third_octaves == 1 { BandWidth::Third } else { BandWidth::Octave };
     let bands = Bands::new(record.nominal_frequencies, width).map_err(|problem| problem.to_string())?;
     let expected = bands.count();
-    let materials: Vec<Material> = record.materials.into_iter().map(material).collect();
+    let mut materials: Vec<Material> = record.materials.into_iter().map(material).collect();
+    if !laws.is_empty() && (laws.len() != materials.len() || laws.iter().any(|&code| code > 1)) {
+        return Err("not one law of absorption per material".to_owned());
+    }
+    for (material, _) in materials.iter_mut().zip(laws).filter(|(_, code)| **code == 1) {
+        material.law = AbsorptionLaw::LocallyReacting;
+    }
     for material in &materials {
         if let Some(problem) = material.problems(expected).first() {
             return Err(format!("material {}: {problem}", material.name));
@@ -224,6 +244,7 @@ fn material(record: MaterialRecord) -> Material {
         absorption: record.absorption,
         scattering: record.scattering,
         transmission: record.transmission,
+        law: AbsorptionLaw::Uniform,
         source: Some(record.source).filter(|source| !source.is_empty()),
     }
 }

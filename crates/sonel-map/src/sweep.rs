@@ -72,14 +72,22 @@ pub struct Segment<'a> {
     pub escapes: bool,
 }
 
+impl Segment<'_> {
+    /// From its beginning to its end [m].
+    #[inline]
+    #[must_use]
+    pub fn course(&self) -> DVec3 {
+        self.end.as_dvec3() - self.start.as_dvec3()
+    }
+}
+
 /// Visits the segments of a path from `source` (about the scene's centre [m]) in the given air. `weight` must have been started for this
-/// path by [`PathWeight::emit`]; `material_of` names the material of every surface. A path that passes edges needs a `table` with
-/// edges ([`CoefficientTable::with_edges`]).
+/// path by [`PathWeight::emit`]; `table` must know the surfaces. A path that passes edges needs one with edges
+/// ([`CoefficientTable::with_edges`]).
 pub fn sweep(
     (source, mut air): (DVec3, u32),
     vertices: &[Vertex],
     table: &CoefficientTable,
-    material_of: &[u32],
     weight: &mut PathWeight,
     mut visit: impl FnMut(&Segment<'_>),
 ) {
@@ -117,7 +125,7 @@ pub fn sweep(
             let beyond = usize::from(event == Event::Refracted);
             air = table.across(vertex.surface(), vertex.side()).map_or(air, |airs| airs[beyond]);
         } else if event != Event::Diffracted {
-            let row = table.material(material_of[vertex.surface().0 as usize]);
+            let row = table.row(vertex.surface(), end - start);
             weight.pass(match event {
                 Event::Diffuse => &row.diffuse,
                 Event::Transmitted => &row.transmitted,

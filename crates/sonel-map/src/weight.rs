@@ -213,6 +213,7 @@ mod tests {
             absorption: absorption.to_vec(),
             scattering: scattering.to_vec(),
             transmission: vec![0.0; 3],
+            law: sonel_acoustics::AbsorptionLaw::Uniform,
             source: None,
         }
     }

@@ -127,6 +127,9 @@ impl<W: Write + Seek> MapWriter<W> {
             sections.push(self.section("edges.faces", bytemuck::cast_slice(&faces))?);
             sections.push(self.section("edges.reach", bytemuck::cast_slice(reach))?);
         }
+        if let Some(laws) = record::laws(&header.scene.materials) {
+            sections.push(self.section(record::LAWS, &laws)?);
+        }
         if let Some(media) = &header.scene.media {
             let bytes = codec::encode(&media::record(media)).map_err(MapError::Limit)?;
             sections.push(self.section(media::SECTION, &bytes)?);

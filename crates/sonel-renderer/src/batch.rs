@@ -257,6 +257,14 @@ impl Renderer<'_> {
         let Some((sheets, _)) = &self.gather else { return };
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
+        // Discs weigh with the diffuse mean; what this sonel's angle reflects more or less of it is its own.
+        let reflected = self.table.relative_reflection(arrival.surface, segment.course()).map(|more| {
+            let lanes = arriving.iter().zip(more);
+            lanes
+                .map(|(energy, more)| std::array::from_fn(|lane| energy[lane] * more[lane]))
+                .collect::<Vec<Lanes>>()
+        });
+        let arriving = reflected.as_deref().unwrap_or(arriving);
         index.around(place(arrival.surface, arrival.side), at, |point, gain| {
             let receiver = point.receiver as usize;
             if point.sonels == Sonels::NotFollowed && self.is_followed(segment.history, audience) {
@@ -359,11 +367,11 @@ impl Renderer<'_> {
         let origin = (emitter.position - self.geometry.center(), scene.air_at_source(source));
         let Some(regions) = &self.regions else {
             let visit = |segment: &Segment<'_>| visit(segment, segment.energy);
-            return sweep(origin, path.vertices, &self.table, &self.material_of, weight, visit);
+            return sweep(origin, path.vertices, &self.table, weight, visit);
         };
         let mut fading = Fading::new(regions, lanes_of(self.table.bands()), self.bins.reach);
         let visit = |segment: &Segment<'_>| fading.visit(segment, &mut visit);
-        sweep(origin, path.vertices, &self.table, &self.material_of, weight, visit);
+        sweep(origin, path.vertices, &self.table, weight, visit);
     }
 
     #[inline]
@@ -387,7 +395,7 @@ impl Renderer<'_> {
             cross(&Piece::of(segment), receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
-        let row = self.table.material(self.material_of[arrival.surface.0 as usize]);
+        let row = self.table.row(arrival.surface, segment.course());
         if row.is_mirror || !self.connects_diffuse() {
             return;
         }

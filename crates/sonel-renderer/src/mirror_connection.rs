@@ -66,7 +66,8 @@ pub fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
             table.material(material).specular.energy.iter().flatten().copied()
         })
         .fold(0.0, f64::max);
-    if mirroring <= 0.0 || !has_few_surfaces(geometry) {
+    // The factor of an image of a receiver would depend on the sonel.
+    if table.is_angular() || mirroring <= 0.0 || !has_few_surfaces(geometry) {
         return 0;
     }
     let by_energy = if mirroring < 1.0 {

@@ -18,7 +18,7 @@ use crate::deposit::TimeBins;
 use crate::edge::{Edges, SOURCE_OUT};
 use crate::gather::GatherSettings;
 use crate::gather::disc::Sheet;
-use crate::mirror::{MirrorChains, Radiator};
+use crate::mirror::{MirrorChains, Radiator, lattice_room};
 use crate::mirror_connection::{has_few_surfaces, image_order};
 use crate::paper::Paper;
 use crate::partition::Partitions;
@@ -165,7 +165,6 @@ pub struct Renderer<'a> {
     pub(crate) regions: Option<Regions>,
     /// The edges, where they bend packets.
     pub(crate) bends: Option<Bends>,
-    pub(crate) material_of: Vec<u32>,
     pub(crate) normals: Vec<Vec3>,
     pub(crate) batches: Vec<BatchStart>,
     /// Largest K′.
@@ -254,13 +253,15 @@ impl<'a> Renderer<'a> {
         let bands = classes.count();
         let table = map.coefficients(&classes);
         Ok(Self {
-            image_order: if settings.estimator == Estimator::Auto && geometry.as_shoebox().is_some() {
+            image_order: if settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some()
+            {
                 image_order(geometry, &table)
             } else {
                 0
             },
-            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather)
-                .then(|| (Sheet::all(geometry), gather_settings(&settings, geometry, traced, ray_reach))),
+            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
+                (Sheet::all(geometry), gather_settings(&settings, (geometry, &table), traced, ray_reach))
+            }),
             paper: (settings.estimator == Estimator::Paper)
                 .then(|| Paper::new(geometry, map.header(), &settings)),
             edges: scene
@@ -279,7 +280,6 @@ impl<'a> Renderer<'a> {
             carried_air: AirTable::new(&carried, bins.reach),
             attenuation,
             table,
-            material_of: geometry.surfaces().iter().map(|surface| surface.material).collect(),
             normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
             batches: (0..layout.batches)
                 .map(|batch| BatchStart::grouped(&layout, batch, traced.spectral, &classes))
@@ -535,9 +535,9 @@ pub(crate) fn free_path(geometry: &Geometry) -> f64 {
 
 /// Whether rays gather by mirrors: where asked for, and where the images of a receiver are no lattice. Where planes are few, rays are as
 /// fast as connections to images and twice as calm.
-fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry) -> bool {
+fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &CoefficientTable) -> bool {
     match settings.estimator {
-        Estimator::Auto => geometry.as_shoebox().is_none(),
+        Estimator::Auto => lattice_room(geometry, table).is_none(),
         Estimator::Gather => true,
         Estimator::Connection | Estimator::Sphere | Estimator::Paper => false,
     }
@@ -562,11 +562,11 @@ pub(crate) fn disc_radius(
 
 fn gather_settings(
     settings: &RenderSettings,
-    geometry: &Geometry,
+    (geometry, table): (&Geometry, &CoefficientTable),
     traced: &sonel_map::Settings,
     reach: f64,
 ) -> GatherSettings {
-    let by_mirrors = gathers_by_mirrors(settings, geometry);
+    let by_mirrors = gathers_by_mirrors(settings, geometry, table);
     let rays = if by_mirrors { settings.rays } else { settings.rays.div_ceil(FEWER_RAYS_NEAR_SURFACES) };
     GatherSettings {
         rays: rays.div_ceil(traced.batches),

@@ -16,7 +16,7 @@ use crate::connection::normal_on;
 use crate::crossing::{Piece, cross};
 use crate::gather::rays::strongest;
 use crate::kernel::coarse_bins;
-use crate::mirror::Radiator;
+use crate::mirror::{Radiator, lattice_room};
 use crate::receiver::PreparedReceiver;
 use crate::render::{PathClass, Renderer};
 use crate::rendering::Rendering;
@@ -39,7 +39,8 @@ struct Listeners<'a> {
 impl Renderer<'_> {
     /// Whether rays of their own bring L S^k R, k > K. In an empty box image sources bring all that matters.
     pub(crate) fn mirrors_long_chains(&self) -> bool {
-        let is_lattice = self.geometry.as_shoebox().is_some() && self.settings.mirror_order.is_none();
+        let is_lattice =
+            lattice_room(self.geometry, &self.table).is_some() && self.settings.mirror_order.is_none();
         matches!(self.settings.estimator, Estimator::Auto | Estimator::Gather) && !is_lattice
     }
 
@@ -169,7 +170,7 @@ impl Renderer<'_> {
         if let Some(bends) = medium.bends {
             bends.keep_straight(self.geometry, [way.start, arrived], energy);
         }
-        let row = self.table.material(self.material_of[hit.surface.0 as usize]);
+        let row = self.table.row(hit.surface, way.direction.as_dvec3());
         let through = row.through();
         let passes = through > 0.0 && stream.uniform_fine() < through;
         let (factors, share) =

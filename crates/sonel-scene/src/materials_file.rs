@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use sonel_acoustics::Material;
+use sonel_acoustics::{AbsorptionLaw, Material};
 
 use crate::document::{quoted, quoted_key};
 
@@ -11,7 +11,7 @@ use crate::document::{quoted, quoted_key};
 pub fn materials_toml(materials: &[Material], head: &str) -> String {
     let mut text: String = head.lines().map(|line| format!("# {line}\n")).collect();
     for material in materials {
-        let Material { name, absorption, scattering, transmission, source } = material;
+        let Material { name, absorption, scattering, transmission, law, source } = material;
         let _ = write!(
             text,
             "\n[materials.{}]\nabsorption = {absorption:?}\nscattering = {scattering:?}\n",
@@ -19,6 +19,9 @@ pub fn materials_toml(materials: &[Material], head: &str) -> String {
         );
         if transmission.iter().any(|&transmission| transmission > 0.0) {
             let _ = writeln!(text, "transmission = {transmission:?}");
+        }
+        if *law != AbsorptionLaw::Uniform {
+            let _ = writeln!(text, "absorption_law = \"{law}\"");
         }
         if let Some(source) = source {
             let _ = writeln!(text, "source = {}", quoted(source));
@@ -38,7 +41,8 @@ mod tests {
         wall.absorption[3] = 0.123_456_789;
         wall.transmission[2] = 1e-5;
         wall.source = Some("a \\ table".to_owned());
-        let floor = Material::uniform("floor", 0.0, 0.05, 8);
+        let mut floor = Material::uniform("floor", 0.0, 0.05, 8);
+        floor.law = AbsorptionLaw::LocallyReacting;
         let text = materials_toml(&[wall.clone(), floor.clone()], "two\nlines");
         let read = crate::load_materials(&text, "materials.toml", &Bands::octaves()).unwrap();
         assert_eq!(read, [wall, floor]);

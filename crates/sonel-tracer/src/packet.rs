@@ -24,7 +24,7 @@ pub struct Surroundings<'a> {
     /// The edges that bend, where any band is bent.
     pub edges: Option<EdgeIndex>,
     /// Material and frame about the front normal, per surface.
-    pub surfaces: Vec<(u32, Frame)>,
+    pub surfaces: Vec<Frame>,
     /// Path length at which a packet expires [m].
     pub reach: f64,
     /// See [`sonel_map::Settings::extinction_threshold`].
@@ -155,8 +155,8 @@ impl Surroundings<'_> {
                 paths.vertices.push(vertex);
                 continue;
             }
-            let (material, frame) = &self.surfaces[hit.surface.0 as usize];
-            let row = self.table.material(*material);
+            let frame = &self.surfaces[hit.surface.0 as usize];
+            let row = self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
             let event = decide(row, emission.deciding, stream, books, weight);
             flight.direction = match event {
                 Event::Specular => mirrored(flight.direction, frame.normal),
@@ -265,7 +265,7 @@ impl Surroundings<'_> {
         flight.position = hit.position.as_dvec3();
         flight.departure = self.geometry.leave(hit.position, hit.surface, side);
         if let Some(edges) = &self.edges {
-            let (_, frame) = &self.surfaces[hit.surface.0 as usize];
+            let frame = &self.surfaces[hit.surface.0 as usize];
             flight.course = Course::new(edges.least_distance() / steepness(flight.direction, frame));
         }
         Some(vertex(hit, event))
@@ -276,7 +276,7 @@ impl Surroundings<'_> {
     fn passable(&self, edges: &EdgeIndex, flight: &Flight, hit: Option<&Hit>) -> f64 {
         let remaining = (self.reach - flight.length) / flight.stretch;
         hit.map_or(remaining, |hit| {
-            let (_, frame) = &self.surfaces[hit.surface.0 as usize];
+            let frame = &self.surfaces[hit.surface.0 as usize];
             let lifted = edges.least_distance() / steepness(flight.direction, frame);
             remaining.min(flight.position.distance(hit.position.as_dvec3()) - lifted)
         })
@@ -314,8 +314,7 @@ impl Surroundings<'_> {
                 }
             }
             if event.leaves_sonel() {
-                let (material, _) = self.surfaces[vertex.surface().0 as usize];
-                let row = self.table.material(material);
+                let row = self.table.row(vertex.surface(), vertex.position.as_dvec3() - position);
                 let drawn = decide(row, emission.deciding, stream, books, weight);
                 threshold *= faintness(row, drawn);
                 let extinct = drawn != Event::Absorbed && weight.is_extinct(threshold);

@@ -128,13 +128,15 @@ impl<'a> Tracer<'a> {
         let surfaces = geometry
             .surfaces()
             .iter()
-            .map(|surface| (surface.material, Frame::about(surface.normal.as_vec3().normalize())))
+            .map(|surface| Frame::about(surface.normal.as_vec3().normalize()))
             .collect();
         let surroundings = Surroundings {
             geometry,
-            table: CoefficientTable::grouped(&scene.materials, &classes, settings.survival).with_edges(
-                edges.as_ref().map(|(edges, reach)| EdgeTable::of(edges, &scene.wavelengths(), reach)),
-            ),
+            table: CoefficientTable::grouped(&scene.materials, &classes, settings.survival)
+                .with_geometry(geometry)
+                .with_edges(
+                    edges.as_ref().map(|(edges, reach)| EdgeTable::of(edges, &scene.wavelengths(), reach)),
+                ),
             edges: edges.map(|(edges, _)| edges),
             surfaces,
             reach: scene.duration * scene.speed_of_sound,

@@ -18,6 +18,7 @@ fn scene(absorption: f64, mesh: Mesh) -> Scene {
         absorption: vec![absorption, 0.9, 0.05],
         scattering: vec![0.5, 0.1, 0.9],
         transmission: vec![0.0; 3],
+        law: sonel_acoustics::AbsorptionLaw::Uniform,
         source: None,
     };
     let mut scene = Scene::from_parts(mesh, vec![wall], bands, 0.4);

@@ -84,8 +84,9 @@ fn touch(map: &SonelMap) -> usize {
     let (scene, layout) = (&map.header().scene, map.layout());
     let settings = &map.header().settings;
     let bands = scene.bands.count();
-    let table =
-        CoefficientTable::new(&scene.materials, bands, settings.survival).with_edges(map.edge_table());
+    let table = CoefficientTable::new(&scene.materials, bands, settings.survival)
+        .with_geometry(&scene.geometry().unwrap())
+        .with_edges(map.edge_table());
     let mut finite = 0;
     for emission in 0..2 {
         let start = sonel_map::BatchStart::new(&layout, layout.batch(emission), settings.spectral);
@@ -93,7 +94,7 @@ fn touch(map: &SonelMap) -> usize {
         weight.emit(1.0, 1.0, start.packet(layout.hero(emission)));
         let path = map.path(0, emission).unwrap();
         let position = scene.sources[0].position;
-        sweep((position, 0), path.vertices, &table, &[0; SURFACES as usize], &mut weight, |segment| {
+        sweep((position, 0), path.vertices, &table, &mut weight, |segment| {
             finite += usize::from(segment.end.is_finite() && segment.end_length.is_finite());
         });
     }

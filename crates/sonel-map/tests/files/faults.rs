@@ -25,7 +25,8 @@ fn touch(map: &SonelMap) {
     let scene = &map.header().scene;
     let settings = &map.header().settings;
     let bands = scene.bands.count();
-    let table = CoefficientTable::new(&scene.materials, bands, settings.survival);
+    let table = CoefficientTable::new(&scene.materials, bands, settings.survival)
+        .with_geometry(&scene.geometry().unwrap());
     let layout = map.layout();
     for (source, position) in scene.sources.iter().map(|source| source.position).enumerate() {
         for emission in 0..hand_made::EMISSIONS {
@@ -34,7 +35,7 @@ fn touch(map: &SonelMap) {
             let mut weight = PathWeight::new(bands);
             weight.emit(1.0, 1.0, start.packet(layout.hero(emission)));
             let mut sonels = 0;
-            sweep((position, 0), path.vertices, &table, &[0; SURFACES as usize], &mut weight, |segment| {
+            sweep((position, 0), path.vertices, &table, &mut weight, |segment| {
                 sonels += usize::from(segment.arrival.is_some());
             });
             assert!(sonels <= path.vertices.len());

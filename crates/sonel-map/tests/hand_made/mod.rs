@@ -21,6 +21,7 @@ pub fn scene() -> Scene {
         absorption: absorption.to_vec(),
         scattering: vec![0.25, 0.5, 0.75],
         transmission: vec![0.0; 3],
+        law: sonel_acoustics::AbsorptionLaw::Uniform,
         source: source.map(str::to_owned),
     };
     let materials =

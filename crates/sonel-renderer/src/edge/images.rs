@@ -3,13 +3,15 @@
 //! A source has images in the mirrors that its sound meets before an edge, a receiver in those between the edge and itself. All images up
 //! to the highest order whose number times that of the edges is affordable are taken. Visibility is found when it is asked for, and kept.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 use sonel_diffraction::{Wedge, WedgePoint};
-use sonel_geometry::Geometry;
+use sonel_geometry::{Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
+use sonel_map::coefficients::lanes_of;
 
 use super::mirror::{Mirror, is_clear};
 use super::visibility::{stretches, unobstructed};
@@ -122,7 +124,8 @@ impl Images {
                     tree.mirrors(image).map(|(surface, side)| Mirror::new(geometry, surface, side)).collect();
                 mirrors.reverse();
                 let factor = (0..table.bands()).map(|band| {
-                    let of = |mirror: &Mirror| specular(geometry, table, mirror, band);
+                    let of =
+                        |mirror: &Mirror| table.mean_row(mirror.surface).specular.energy[band / 4][band % 4];
                     mirrors.iter().map(of).product()
                 });
                 Image {
@@ -192,6 +195,24 @@ impl Images {
     }
 }
 
+impl Image {
+    /// ∏ (1−α)(1−s) per band of its mirrors, for sound between it and `place`.
+    pub(super) fn factor_towards(&self, table: &CoefficientTable, place: DVec3) -> Cow<'_, [f64]> {
+        if !table.is_angular() {
+            return Cow::Borrowed(&self.factor);
+        }
+        let mut direction = place - self.position;
+        let mut product = vec![1.0; self.factor.len()];
+        for mirror in self.mirrors.iter().rev() {
+            let factor = specular(table, mirror.surface, direction);
+            product.iter_mut().zip(factor).for_each(|(product, factor)| *product *= factor);
+            let normal = table.normal(mirror.surface);
+            direction -= 2.0 * direction.dot(normal) * normal;
+        }
+        Cow::Owned(product)
+    }
+}
+
 impl View {
     /// The longest visible part [m].
     pub fn longest(&self) -> [f64; 2] {
@@ -212,11 +233,12 @@ fn aside(point: WedgePoint, part: &[f64; 2]) -> f64 {
     (point.along - point.along.clamp(part[0], part[1])).abs()
 }
 
-/// (1−α)(1−s) of a mirror in `band`.
+/// (1−α)(1−s) per band of a mirror met in `direction`.
 #[must_use]
-pub(super) fn specular(geometry: &Geometry, table: &CoefficientTable, mirror: &Mirror, band: usize) -> f64 {
-    let material = geometry.surface(mirror.surface).material;
-    table.material(material).specular.energy[band / 4][band % 4]
+pub(super) fn specular(table: &CoefficientTable, surface: SurfaceId, direction: DVec3) -> Vec<f64> {
+    let mut factor = vec![[1.0; 4]; lanes_of(table.bands())];
+    table.mirror(surface, direction, &mut factor);
+    factor.into_flattened()
 }
 
 /// How much longer the way from one place to another is over an edge than straight [m], and where it crosses the edge.

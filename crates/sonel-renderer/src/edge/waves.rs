@@ -40,6 +40,8 @@ struct FaceImage {
     straight: f64,
     /// How far both ends are in front of the face: 0 … 1.
     in_front: f64,
+    /// In which direction its sound meets the face [m].
+    incident: DVec3,
 }
 
 /// What mirrors, air and directivity leave of a contribution, and where it is heard.
@@ -217,11 +219,10 @@ impl Waves<'_> {
             terms.iter().zip(&course.through[wave]).map(|(terms, &through)| terms[wave] * through).collect()
         };
         let faces = [0, 1].map(|face| {
-            let FaceImage { group, straight, in_front } = faces[face];
+            let FaceImage { group, straight, in_front, incident } = faces[face];
             let turn = turn(edge, from, to, face);
             let mirror = &edge.faces[face];
-            let bands = 0..self.at.attenuation.len();
-            let mirrored = bands.map(|band| specular(self.at.geometry, self.at.table, mirror, band).sqrt());
+            let mirrored = specular(self.at.table, mirror.surface, incident).into_iter().map(f64::sqrt);
             Some(FacePart {
                 group,
                 mirrored: mirrored.collect(),
@@ -258,10 +259,12 @@ impl Waves<'_> {
         let is_known = order <= self.at.complete_order;
         let height = |image: &Image| face.height(image.position) / image.position.distance(over);
         let in_front = [from, to].into_iter().map(|image| smooth(height(image) / IN_FRONT)).product();
+        let incident = over - from.position;
         FaceImage {
             group: is_known.then(|| self.field.group(place, order)),
             straight: position.distance(self.at.receiver),
             in_front,
+            incident,
         }
     }
 
@@ -278,7 +281,9 @@ impl Waves<'_> {
         let towards = (to.unfold(last) - self.at.receiver).normalize_or_zero();
         let radiation = self.at.radiator.towards(leaving);
         let share = self.at.sensitivity.to(towards).sqrt() * share;
-        let through = from.factor.iter().zip(&to.factor).zip(self.at.attenuation);
+        let [ours, theirs] =
+            [(from, first), (to, last)].map(|(image, at)| image.factor_towards(self.at.table, at));
+        let through = ours.iter().zip(theirs.iter()).zip(self.at.attenuation);
         let through: Vec<f64> = through
             .enumerate()
             .map(|(band, ((one, other), m))| {

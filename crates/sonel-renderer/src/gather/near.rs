@@ -89,6 +89,11 @@ impl<'a> NearSource<'a> {
                 scratch[lane] = throughput[lane] * irradiance;
             }
         }
+        if let Some(more) = medium.table.relative_reflection(place.surface, offset) {
+            for (scratch, more) in scratch.iter_mut().flatten().zip(more.iter().flatten()) {
+                *scratch *= more;
+            }
+        }
         passed.weaken(medium.geometry, medium.table, scratch);
         medium.receive(prepared, length, scratch);
         deposits.add(receiver, bin, length, scratch, medium);

@@ -68,6 +68,8 @@ pub enum Sonels {
 /// A place near the receiver that reflects diffusely: what the source and its mirror images send there has still to be connected.
 #[derive(Debug, Clone)]
 pub struct NearPlace {
+    /// The surface that it is on.
+    pub surface: SurfaceId,
     /// Where it is [m].
     pub position: Vec3,
     /// Normal of its surface on the side that is seen.
@@ -132,7 +134,7 @@ pub fn cast(
         while let Some(mut ray) = rays.pop() {
             let Some(hit) = ray.arrive(medium, settings, stream, &mut rays) else { continue };
             let surface = medium.geometry.surface(hit.surface);
-            let row = table.material(surface.material);
+            let row = table.mean_row(hit.surface);
             let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
             let shares = if row.is_mirror {
                 Shares { gathered: 0.0, followed: 0.0 }
@@ -164,9 +166,10 @@ pub fn cast(
             disc(shares.followed, Sonels::NotFollowed);
             if shares.followed > 0.0 {
                 let on = ray.followed(medium, &hit, normal, (&row.diffuse.energy, shares.followed));
-                found(Found::Near(on.near_place(normal, choices.point(near_places)[0])));
+                found(Found::Near(on.near_place(hit.surface, normal, choices.point(near_places)[0])));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
-                rays.extend(on.scattered(normal, point).thinned(settings, stream));
+                let on = on.scattered(normal, point).met_at_its_angle(table, hit.surface);
+                rays.extend(on.thinned(settings, stream));
                 near_places += 1;
             }
             if mirrors && row.is_partition && ray.passes(medium, &hit, row, stream) {
@@ -175,7 +178,8 @@ pub fn cast(
                 // With the strongest band's reflection no band's throughput grows; next to the receiver few rays stand for much.
                 let is_near = ray.is_scattered || observer.receiver.is_near_along(ray.length);
                 let survival = if is_near { 1.0 } else { strongest(&row.specular.energy) };
-                if !ray.reflect(medium, &hit, normal, (&row.specular.energy, survival), stream) {
+                let met = table.row(hit.surface, ray.direction.as_dvec3());
+                if !ray.reflect(medium, &hit, normal, (&met.specular.energy, survival), stream) {
                     continue;
                 }
                 match medium.bends {
@@ -365,8 +369,9 @@ impl Ray {
     }
 
     /// The place that it goes on from, on a surface with unit `normal`.
-    fn near_place(&self, normal: Vec3, choice: f32) -> NearPlace {
+    fn near_place(&self, surface: SurfaceId, normal: Vec3, choice: f32) -> NearPlace {
         NearPlace {
+            surface,
             position: self.at.as_vec3(),
             normal,
             departure: self.departure,
@@ -381,6 +386,14 @@ impl Ray {
     fn scattered(mut self, normal: Vec3, point: [f32; 2]) -> Self {
         self.direction = Frame::about(normal).outward(warp::cosine_hemisphere(point));
         self.end = WayEnd::at_surface(self.at, f64::from(self.direction.dot(normal)));
+        self
+    }
+
+    /// The ray with what `surface`, which it leaves, reflects of sound that comes along it.
+    fn met_at_its_angle(mut self, table: &CoefficientTable, surface: SurfaceId) -> Self {
+        if let Some(more) = table.relative_reflection(surface, self.direction.as_dvec3()) {
+            self.throughput = product(&self.throughput, &more, 1.0);
+        }
         self
     }
 

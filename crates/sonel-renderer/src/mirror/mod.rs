@@ -13,7 +13,7 @@ pub mod tree;
 
 use glam::DVec3;
 use sonel_acoustics::{Directivity, Radiation};
-use sonel_geometry::{Geometry, PlaneId};
+use sonel_geometry::{Geometry, PlaneId, Shoebox};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_scene::Source;
 
@@ -104,6 +104,12 @@ impl<'a> Radiator<'a> {
     }
 }
 
+/// The room, where it is an empty box whose image sources form a lattice: all angles of incidence are absorbed alike.
+#[must_use]
+pub fn lattice_room(geometry: &Geometry, table: &CoefficientTable) -> Option<Shoebox> {
+    geometry.as_shoebox().filter(|_| !table.is_angular())
+}
+
 impl<'a> MirrorChains<'a> {
     /// Enumerates the chains of `radiator` up to paths of `reach` [m]; `most` limits K below what is affordable.
     #[must_use]
@@ -114,7 +120,7 @@ impl<'a> MirrorChains<'a> {
         reach: f64,
         most: Option<u32>,
     ) -> Self {
-        match geometry.as_shoebox() {
+        match lattice_room(geometry, table) {
             Some(room) => Self::Lattice(ImageLattice::new(geometry, &room, table, radiator, reach, most)),
             None => {
                 let budget = if most.is_some() { ASKED_NODE_LIMIT } else { NODE_LIMIT };

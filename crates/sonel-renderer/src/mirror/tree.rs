@@ -161,7 +161,7 @@ impl<'t> ImageTree<'t> {
             let Some(leaving) = self.validate(geometry, node, receiver, departure, passes) else {
                 continue;
             };
-            self.specular_factor(geometry, table, node, &mut factor);
+            self.mirror(table, node, node.image - receiver, &mut factor);
             passed.weaken(geometry, table, &mut factor);
             self.radiator.towards(leaving).weigh(&mut factor);
             let offset = node.image - receiver;
@@ -173,7 +173,19 @@ impl<'t> ImageTree<'t> {
         }
     }
 
-    /// ∏ (1−α)(1−s) along the chain of `leaf`, per band.
+    /// ∏ (1−α)(1−s) along the chain of `leaf` for sound that reaches its last mirror from `towards`, seen from the receiver.
+    fn mirror(&self, table: &CoefficientTable, leaf: &Node, mut towards: DVec3, factor: &mut [Lanes]) {
+        factor.fill([1.0; 4]);
+        for node in self.chain(leaf) {
+            table.mirror(node.mirror.surface, towards, factor);
+            if table.is_angular() {
+                let normal = table.normal(node.mirror.surface);
+                towards -= 2.0 * towards.dot(normal) * normal;
+            }
+        }
+    }
+
+    /// The same where no angle matters.
     fn specular_factor(
         &self,
         geometry: &Geometry,

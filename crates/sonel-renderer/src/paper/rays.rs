@@ -9,7 +9,7 @@
 
 use core::f64::consts::PI;
 
-use sonel_geometry::{Departure, Geometry};
+use sonel_geometry::{Departure, Geometry, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
@@ -96,7 +96,7 @@ impl Paper {
                 }
                 at = end;
                 let surface = looking.geometry.surface(hit.surface);
-                let onward = match looking.turn(surface.material, stream.uniform_fine()) {
+                let onward = match looking.turn(hit.surface, direction.as_dvec3(), stream.uniform_fine()) {
                     Turn::Diffuse => {
                         found(Sight::Disc(self.disc(
                             looking,
@@ -147,10 +147,12 @@ impl Paper {
 }
 
 impl Looking<'_> {
-    fn turn(&self, material: u32, uniform: f64) -> Turn {
-        let row = self.table.material(material);
+    fn turn(&self, surface: SurfaceId, direction: glam::DVec3, uniform: f64) -> Turn {
+        // Sonels know at which angle they reached the disc: its ray looks with the diffuse mean.
+        let mean = self.table.mean_row(surface);
+        let row = self.table.row(surface, direction);
         let of = |energy: &[Lanes]| energy[self.column / 4][self.column % 4];
-        let diffuse = of(&row.diffuse.energy);
+        let diffuse = of(&mean.diffuse.energy);
         let mirror = diffuse + of(&row.specular.energy);
         let through = mirror + of(&row.transmitted.energy);
         match uniform {

@@ -1,6 +1,6 @@
 //! `[materials.NAME]`
 
-use sonel_acoustics::Material;
+use sonel_acoustics::{AbsorptionLaw, Material, absorption_law};
 
 use crate::DEFAULT_SCATTERING;
 use crate::document::{Entry, Number, Table};
@@ -9,11 +9,12 @@ use crate::report::Report;
 use crate::scene::opaque;
 use crate::sections::bands::BandChoice;
 
-const KEYS: [&str; 8] = [
+const KEYS: [&str; 9] = [
     "absorption",
     "scattering",
     "diffuse",
     "transmission",
+    "absorption_law",
     "sound_reduction_db",
     "source",
     "library",
@@ -92,8 +93,11 @@ fn read_one(
             vec![DEFAULT_SCATTERING; count]
         }
     };
+    let passes = transmission.iter().flat_map(|(_, values)| values).any(|&share| share > 0.0);
+    let law = read_law(table, &absorption, passes, bands, report);
     Material {
         name: name.to_owned(),
+        law,
         absorption,
         scattering,
         transmission: transmission.map_or_else(|| vec![0.0; count], |(_, values)| values),
@@ -103,6 +107,39 @@ fn read_one(
             .map(str::to_owned)
             .or(borrowed.source),
     }
+}
+
+fn read_law(
+    table: &Table<'_>,
+    absorption: &[f64],
+    passes: bool,
+    bands: &BandChoice,
+    report: &mut Report<'_>,
+) -> AbsorptionLaw {
+    let Some(entry) = table.get("absorption_law") else { return AbsorptionLaw::Uniform };
+    let Some(word) = entry.text(report) else { return AbsorptionLaw::Uniform };
+    let Ok(law) = word.parse() else {
+        let known = AbsorptionLaw::ALL.map(|law| format!("`{law}`")).join(" or ");
+        entry.problem(report, &format!("unknown law `{word}`; write {known}"));
+        return AbsorptionLaw::Uniform;
+    };
+    if law == AbsorptionLaw::Uniform {
+        return law;
+    }
+    if passes {
+        entry.problem(report, "nothing passes a locally reacting wall; remove transmission, or this key");
+    }
+    let limit = absorption_law::largest_locally_reacting();
+    if let Some(band) = absorption.iter().position(|&absorption| absorption > limit) {
+        let (absorption, center) = (absorption[band], bands.bands.nominal()[band]);
+        let message = format!(
+            "absorption {absorption} at {center} Hz is more than the {limit:.3} that a locally reacting wall can absorb of a diffuse \
+             field; give less, or remove this key"
+        );
+        entry.problem(report, &message);
+        return AbsorptionLaw::Uniform;
+    }
+    law
 }
 
 /// An interface between airs: it has no coefficients.
