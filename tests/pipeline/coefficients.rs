@@ -6,13 +6,17 @@ use sonel_testkit::test_folder::TestFolder;
 use crate::{SCENE, printed, render, trace};
 
 fn analyze(folder: &TestFolder, words: &[&str]) -> anyhow::Result<String> {
+    analyze_with_log(folder, words, &mut Vec::new())
+}
+
+fn analyze_with_log(folder: &TestFolder, words: &[&str], log: &mut Vec<u8>) -> anyhow::Result<String> {
     let is_file = |word: &str| [".sonelmap", ".npz", ".csv", ".toml"].iter().any(|end| word.ends_with(end));
     let path = |word: &&str| {
         if is_file(word) { folder.path(word).display().to_string() } else { (*word).to_owned() }
     };
     let line = std::iter::once("sonel-analyze".to_owned()).chain(words.iter().map(path));
     let line: Vec<String> = line.collect();
-    printed(|out| sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, &mut Vec::new()))
+    printed(|out| sonel_analyze::run(&sonel_analyze::Arguments::try_parse_from(line)?, out, log))
 }
 
 /// A map, and the table of the parameters that it has.
@@ -51,6 +55,38 @@ fn a_table_of_parameters_is_fitted_as_it_is() {
     // The second run replaces the file of the first.
     let table = analyze(&folder, &[&FIT[..], &["--scattering"]].concat()).unwrap();
     assert!(table.contains("scattering") && table.contains("95 %") && table.contains("EDT"), "{table}");
+}
+
+/// From 0.7 to 0.15: packets that the start would absorb carry the late decay, so that paths are traced anew on the way. Its sibling is
+/// the test above, whose log has no such line.
+#[test]
+fn a_room_far_from_the_start_is_traced_anew_on_the_way() {
+    let walls = |absorption: f64| {
+        SCENE
+            .replace("[0.2, 0.3, 0.4]", &absorption.to_string())
+            .replace("[materials.z0]\nabsorption = 0.5\nscattering = [0.1, 0.5, 0.9]\n", "")
+            .replace("duration_s = 0.6", "duration_s = 1.2")
+    };
+    let folder = TestFolder::with(&walls(0.15));
+    trace(&folder, "a.sonelmap", &["--sonels", "4k", "--seed", "2"]).expect("a sound scene");
+    render(&folder, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a sound map");
+    folder.write("a.csv", analyze(&folder, &["parameters", "a.npz", "--format", "csv"]).expect("a response"));
+    folder.write("scene.toml", walls(0.7));
+    trace(&folder, "b.sonelmap", &["--sonels", "4k"]).expect("a sound scene");
+    let mut log = Vec::new();
+    let words = ["fit", "b.sonelmap", "--measured", "a.csv", "-o", "f.toml", "--rays", "2k", "--belief", "3"];
+    let text = analyze_with_log(
+        &folder,
+        &[&words[..], &["--format", "csv", "--use", "t20,level"]].concat(),
+        &mut log,
+    );
+    let (text, log) = (text.unwrap(), String::from_utf8(log).unwrap());
+    assert!(log.contains("the scene is traced with the new coefficients:"), "{log}");
+    assert!(!log.contains("still moved"), "{log}");
+    for row in text.lines().skip(1) {
+        let fields: Vec<f64> = row.split(',').skip(3).take(4).map(|field| field.parse().unwrap()).collect();
+        assert!(fields[2] < 0.15 && 0.15 < fields[3] && fields[3] < 0.3, "{row}");
+    }
 }
 
 #[test]

@@ -46,7 +46,7 @@ pub fn read(table: impl Read) -> Result<Vec<MeasuredRow>, Vec<String>> {
         NEEDED.into_iter().filter(|name| !header.iter().any(|column| column == *name)).collect();
     if !missing.is_empty() {
         return Err(vec![format!(
-            "line 1: no column {}; the first line names the columns, {} are needed",
+            "line 1: no column {}; the first line names the columns, with commas between; {} are needed",
             missing.join(", "),
             NEEDED.join(", ")
         )]);
@@ -90,17 +90,23 @@ fn row(header: &StringRecord, record: &StringRecord) -> Result<Option<MeasuredRo
     let sigma = match interval {
         [Some(low), Some(high)] if high >= low => Some((high - low) / (2.0 * NORMAL_95)),
         [None, None] => None,
-        _ => return Err(format!("line {line}: ci95_low and ci95_high are no interval")),
+        _ => {
+            return Err(format!(
+                "line {line}: ci95_low and ci95_high are no interval: give both, the lower first, or none"
+            ));
+        }
     };
     let [x, y, z] = PLACE.map(number);
+    let position = match (x?, y?, z?) {
+        (Some(x), Some(y), Some(z)) => Some([x, y, z]),
+        (None, None, None) => None,
+        _ => return Err(format!("line {line}: {} need a number each, or none has one", PLACE.join(", "))),
+    };
     Ok(Some(MeasuredRow {
         line,
         source: text("source").map(str::to_owned),
         receiver: needed("receiver")?.to_owned(),
-        position: match (x?, y?, z?) {
-            (Some(x), Some(y), Some(z)) => Some([x, y, z]),
-            _ => None,
-        },
+        position,
         center_frequency_hz: number("center_frequency_hz")?.unwrap_or_default(),
         parameter,
         value,
@@ -122,11 +128,12 @@ mod tests {
 
     #[test]
     fn every_problem_is_said_with_its_line() {
-        let table = "receiver,center_frequency_hz,parameter,value,ci95_low,ci95_high\n\
-                     a,500,t60_s,1,,\n,500,t20_s,1,,\na,x,t20_s,1,,\na,500,t20_s,-1,,\na,500,t20_s,1,2,1\n";
+        let table = "receiver,center_frequency_hz,parameter,value,ci95_low,ci95_high,receiver_x_m,receiver_y_m,receiver_z_m\n\
+                     a,500,t60_s,1,,,,,\n,500,t20_s,1,,,,,\na,x,t20_s,1,,,,,\na,500,t20_s,-1,,,,,\na,500,t20_s,1,2,1,,,\n\
+                     a,500,t20_s,1,,,3,,1\n";
         let problems = read(table.as_bytes()).unwrap_err();
         let lines: Vec<&str> = problems.iter().filter_map(|text| text.split(':').next()).collect();
-        assert_eq!(lines, ["line 2", "line 3", "line 4", "line 5", "line 6"], "{problems:?}");
+        assert_eq!(lines, ["line 2", "line 3", "line 4", "line 5", "line 6", "line 7"], "{problems:?}");
         assert!(problems[0].contains("t20_s"));
         let missing = read("receiver,value\n".as_bytes()).unwrap_err();
         assert!(missing[0].contains("no column center_frequency_hz, parameter"), "{missing:?}");

@@ -3,7 +3,8 @@
 //! The map is rendered with a variant of every coefficient ([`crate::sensitivity`]); in each band, values and derivatives give a local
 //! model, whose least squares give the next coefficients, until they stay. What is minimised is Σ ((computed − measured)/σ)² +
 //! Σ ((y − y₀)/w)², where σ² is the variance of the measurement and of the computed value, y the logarithm of (α − τ)/(1 − α) or of
-//! s/(1 − s), and y₀ that of the map's coefficient. Edges do not diffract in variants; what they do to each parameter is taken from one
+//! s/(1 − s), and y₀ that of the map's coefficient. The last step is as long as noise makes it ([`certainty::settled_reduction`]); it is taken and
+//! not rendered again. Edges do not diffract in variants; what they do to each parameter is taken from one
 //! rendering of the map as it is. Coefficients that the paths of the map cannot carry ([`sonel_analysis::what_if`]) are traced anew.
 
 mod certainty;
@@ -24,8 +25,6 @@ use crate::trial::{self, MapStore, NoClock, TrialError};
 
 /// Renderings at the most.
 const MOST_ROUNDS: u32 = 10;
-/// Coefficients stay when no step is longer than this part of its standard error.
-const STAYS: f64 = 0.25;
 /// A step was too long where the sum of squares grows by this part and one more: its weights are estimates, anew in each rendering.
 const GROWTH: f64 = 1.1;
 /// Longest step of y: a coefficient changes to its odds times or divided by seven at once.
@@ -107,7 +106,9 @@ pub struct Deviation {
 pub struct Fit {
     /// All materials, with the fitted coefficients.
     pub materials: Vec<Material>,
-    /// Material by material, then band by band.
+    /// Which coefficients were asked for.
+    pub asked: Vec<Coefficient>,
+    /// Material by material, then band by band; without those that packets cannot tell.
     pub coefficients: Vec<Fitted>,
     /// In the order of the measurements.
     pub deviations: Vec<Deviation>,
@@ -127,7 +128,7 @@ pub enum FitError {
     #[error("the map has no value for any measured one; the first: {0}")]
     NothingComputed(String),
     /// Every coefficient is at an end of its range.
-    #[error("no material has a coefficient that could be fitted: all are 0 or 1, or on no surface")]
+    #[error("no material has a coefficient that could be fitted: all are 1, or on no surface")]
     NothingToFit,
 }
 
@@ -215,7 +216,7 @@ pub fn fit(
     let mut bench = Workbench { given: map, traced: None, geometry, receivers, render, store };
     let with_edges = bench.with_edges()?;
     let search = Search { settings, start: &start, measurements, receivers: receivers.len() };
-    let (mut shifts, mut first): (Vec<f64>, Option<Look>) = (Vec::new(), None);
+    let (mut shifts, mut first): (Vec<Shift>, Option<Look>) = (Vec::new(), None);
     let mut best: Option<(f64, usize, Vec<Material>)> = None;
     for round in 1..=MOST_ROUNDS {
         let varied = bench.vary(&settings.coefficients, &mut |share| tell(Stage::Rendering(round, share)))?;
@@ -233,7 +234,7 @@ pub fn fit(
         let is_worse = |(least, of, _): &(f64, usize, _)| *of == count && cost > GROWTH * least + 1.0;
         let worse = best.as_ref().is_some_and(is_worse);
         let solved = look.solve();
-        let is_settled = look.stays(&solved);
+        let is_settled = look.is_settled(&solved);
         let first = first.get_or_insert_with(|| look.clone());
         if is_settled || round == MOST_ROUNDS {
             return search.summary(first, &look, &solved, (round, is_settled));
@@ -280,6 +281,13 @@ struct Band {
     materials: Vec<usize>,
 }
 
+/// What edges add to a computed value, from all batches and without each of them.
+#[derive(Debug, Clone, Default)]
+struct Shift {
+    value: f64,
+    without: Vec<f64>,
+}
+
 /// What one rendering says.
 #[derive(Debug, Clone)]
 struct Look {
@@ -302,24 +310,27 @@ impl Search<'_> {
     }
 
     /// What edges add to the computed value of each measurement.
-    fn shifts(&self, varied: &Varied, with_edges: Option<&[ReceiverFigures]>) -> Vec<f64> {
+    fn shifts(&self, varied: &Varied, with_edges: Option<&[ReceiverFigures]>) -> Vec<Shift> {
         let shift = |measurement: &Measurement| {
-            let of = |figures: &[ReceiverFigures]| {
-                let band = &figures[self.place(measurement)].bands[measurement.band];
-                band.figure(measurement.parameter).as_ref().ok().map(|estimate| estimate.value)
+            let place = self.place(measurement);
+            let of = |figures: &'_ [ReceiverFigures]| {
+                let figure = figures[place].bands[measurement.band].figure(measurement.parameter);
+                figure.as_ref().ok().map(|estimate| (estimate.value, estimate.without.clone()))
             };
-            Some(of(with_edges?)? - of(&varied.figures)?)
+            let ((with, with_out), (alone, alone_out)) = (of(with_edges?)?, of(&varied.figures)?);
+            let without = with_out.iter().zip(&alone_out).map(|(with, alone)| with - alone).collect();
+            Some(Shift { value: with - alone, without })
         };
-        self.measurements.iter().map(|measurement| shift(measurement).unwrap_or(0.0)).collect()
+        self.measurements.iter().map(|measurement| shift(measurement).unwrap_or_default()).collect()
     }
 
-    fn look(&self, varied: &Varied, current: &[Material], shifts: &[f64]) -> Look {
+    fn look(&self, varied: &Varied, current: &[Material], shifts: &[Shift]) -> Look {
         let mut bands: Vec<Band> =
             (0..varied.bands).map(|band| self.unknowns(varied, current, band)).collect();
         let mut computed = Vec::with_capacity(self.measurements.len());
         for (index, (measurement, shift)) in self.measurements.iter().zip(shifts).enumerate() {
-            let found = self.datum(varied, measurement, *shift);
-            computed.push(found.as_ref().map(|(datum, _)| datum.value + shift).map_err(Clone::clone));
+            let found = self.datum(varied, measurement, shift);
+            computed.push(found.as_ref().map(|(datum, _)| datum.value + shift.value).map_err(Clone::clone));
             let Ok((datum, estimate)) = found else { continue };
             let band = &mut bands[measurement.band];
             band.local.data.push(datum);
@@ -356,7 +367,7 @@ impl Search<'_> {
         &self,
         varied: &Varied,
         measurement: &Measurement,
-        shift: f64,
+        shift: &Shift,
     ) -> Result<(Datum, Estimate), String> {
         let Measurement { band, parameter, .. } = *measurement;
         let place = self.place(measurement);
@@ -374,10 +385,12 @@ impl Search<'_> {
             parameter,
             value: estimate.value,
             slopes,
-            wanted: measurement.value - shift,
+            wanted: measurement.value - shift.value,
             sigma: libm::hypot(measurement.sigma, noise),
         };
-        Ok((datum, estimate.clone()))
+        let mut estimate = estimate.clone();
+        estimate.without.iter_mut().zip(&shift.without).for_each(|(without, shift)| *without += shift);
+        Ok((datum, estimate))
     }
 
     fn summary(
@@ -410,6 +423,7 @@ impl Search<'_> {
         Ok(Fit {
             deviations: computed.iter().enumerate().map(deviation).collect(),
             materials: self.rounded(&coefficients),
+            asked: self.settings.coefficients.clone(),
             coefficients,
             rounds,
             is_settled,
@@ -471,15 +485,11 @@ impl Look {
         self.bands.iter().map(|band| band.local.cost(&band.here())).sum()
     }
 
-    /// Whether `solved` is where the map is, within a part of the standard errors.
-    fn stays(&self, solved: &[Vec<f64>]) -> bool {
+    /// Whether the step to `solved` is as long as noise makes it, in every band.
+    fn is_settled(&self, solved: &[Vec<f64>]) -> bool {
         self.bands.iter().zip(solved).all(|(band, solved)| {
-            let errors = certainty::standard_errors(&band.local, solved);
-            band.here()
-                .iter()
-                .zip(solved)
-                .zip(errors)
-                .all(|((here, y), error)| (here - y).abs() <= STAYS * error)
+            let reduction = band.local.cost(&band.here()) - band.local.cost(solved);
+            reduction <= certainty::settled_reduction(&band.local, solved, &band.estimates)
         })
     }
 

@@ -38,11 +38,10 @@ pub fn run(
     let inputs = [arguments.map.clone(), arguments.measured.clone()];
     let output = Output::create(&arguments.output, Kind::MATERIALS, &inputs)?;
     let scattering = arguments.scattering.then_some(Coefficient::Scattering);
-    let default = RenderSettings::default();
     let settings = FitSettings {
         coefficients: std::iter::once(Coefficient::Absorption).chain(scattering).collect(),
         belief: arguments.belief,
-        render: RenderSettings { rays: arguments.rays.unwrap_or(default.rays), ..default },
+        render: RenderSettings { rays: arguments.rays, ..RenderSettings::default() },
     };
     let mut stages = Stages::begin(quiet, log);
     let found = sonel_study::fit::fit(

@@ -178,7 +178,7 @@ fn print(
     let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     writeln!(
         out,
-        "{}\n\nmeans over sources and receivers; predicted and fresh trace ±: half-width of the 95 % interval",
+        "{}\n\nmeans over sources and receivers; predicted: from the map; fresh trace: of the changed scene with another seed; ±: half-width of the 95 % interval",
         lines.join("\n")
     )?;
     Ok(())

@@ -8,8 +8,12 @@ use nalgebra::{DMatrix, DVector};
 use sonel_acoustics::Coefficient;
 use sonel_analysis::{Estimate, jackknife};
 
-use crate::local::{Local, Unknown};
+use crate::local::{Datum, Local, Unknown};
 
+/// Steps are short below this part of a standard error, root mean square.
+const STEP: f64 = 0.5;
+/// χ² of four degrees of freedom exceeds this many times its mean in one of ten cases.
+const REDRAWN: f64 = 2.0;
 /// Of a normal distribution, two-sided 95 %.
 const NORMAL_95: f64 = 1.959_964;
 /// A coefficient is known from the measurement when that leaves less than this part of the variance it was believed with.
@@ -58,12 +62,25 @@ fn covariance(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     normal.cholesky().expect("every column has its belief").inverse()
 }
 
-/// Standard errors of y where the noise of every value is its own.
-pub(super) fn standard_errors(local: &Local, y: &[f64]) -> Vec<f64> {
+/// Reduction of half the sum of squares below which a step need not be checked by another rendering.
+///
+/// A step d reduces it by ½ dᵀHd. In this metric no combination of coefficients moves by more of its standard error than √(dᵀHd), and
+/// coefficients that the data leave free weigh nothing, since the belief holds them. Two terms: [`STEP`] of a standard error in each of the
+/// Σh directions that the data determine, h being the diagonal of JH⁻¹Jᵀ (the error left is of second order in the step), and the noise of
+/// the map, part f of the variance of a value. Roulette of rays depends on coefficients, so each rendering draws part of that noise anew; two
+/// independent draws lie Σhf apart in the mean.
+pub(super) fn settled_reduction(local: &Local, y: &[f64], estimates: &[Estimate]) -> f64 {
     if y.is_empty() {
-        return Vec::new();
+        return 0.0;
     }
-    covariance(&local.jacobian(y)).diagonal().iter().map(|variance| variance.sqrt()).collect()
+    let jacobian = local.jacobian(y);
+    let covariance = covariance(&jacobian);
+    let of = |(row, (datum, estimate)): (usize, (&Datum, &Estimate))| {
+        let slopes = jacobian.row(row);
+        let noise = estimate.error.map_or(0.0, |error| error.sigma / datum.sigma);
+        (slopes * &covariance * slopes.transpose())[(0, 0)] * (0.5 * STEP * STEP + REDRAWN * noise * noise)
+    };
+    local.data.iter().zip(estimates).enumerate().map(of).sum()
 }
 
 /// Of every unknown of `local` at `y`; `noise` are the standard deviations of the measured values, `estimates` the computed ones.

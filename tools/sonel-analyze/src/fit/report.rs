@@ -131,6 +131,7 @@ fn sentences(fit: &Fit, scene: &Scene) -> Vec<String> {
             });
         }
     }
+    sentences.extend(left_out(fit, scene));
     for deviation in &fit.deviations {
         if let Err(reason) = &deviation.after {
             let measurement = &deviation.measurement;
@@ -139,6 +140,32 @@ fn sentences(fit: &Fit, scene: &Scene) -> Vec<String> {
                 measurement.parameter.key(),
                 scene.bands.nominal()[measurement.band]
             ));
+        }
+    }
+    sentences
+}
+
+/// Coefficients that were asked for and cannot be fitted.
+fn left_out(fit: &Fit, scene: &Scene) -> Vec<String> {
+    let mut sentences = Vec::new();
+    for (index, material) in scene.materials.iter().enumerate() {
+        for &coefficient in &fit.asked {
+            let is_fitted = |band: usize| {
+                let own =
+                    |one: &Fitted| (one.material, one.coefficient, one.band) == (index, coefficient, band);
+                fit.coefficients.iter().any(own)
+            };
+            let centers = scene.bands.nominal().iter().enumerate().filter(|(band, _)| !is_fitted(*band));
+            let bands: Vec<String> = centers.map(|(_, center)| center.to_string()).collect();
+            if !bands.is_empty() {
+                let why = match coefficient {
+                    Coefficient::Scattering => "it is 0 or 1, or on no surface: start from a value between",
+                    _ => "it is 1, or on no surface",
+                };
+                let bands = bands.join(", ");
+                sentences
+                    .push(format!("{coefficient} of {} is not fitted at {bands} Hz: {why}", material.name));
+            }
         }
     }
     sentences
