@@ -158,8 +158,7 @@ mod tests {
     #[test]
     fn a_wall_absorbs_no_more_than_its_law_allows() {
         assert!((largest_locally_reacting() - 0.951).abs() < 5e-4);
-        assert_eq!(impedance(0.96), None);
-        assert_eq!(impedance(0.0), Some(f64::INFINITY));
-        assert_eq!(absorption_at(f64::INFINITY, 0.5), 0.0);
+        assert!(impedance(0.96).is_none() && impedance(0.0).is_some_and(f64::is_infinite));
+        assert!(absorption_at(f64::INFINITY, 0.5).abs() <= 0.0);
     }
 }
