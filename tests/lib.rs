@@ -130,7 +130,7 @@ impl Traced {
         let table = CoefficientTable::new(&scene.materials, bands, header.settings.survival)
             .with_geometry(&self.geometry)
             .with_edges(self.map.edge_table())
-            .with_media(scene);
+            .with_media(scene, self.geometry.center());
         let source = &scene.sources[0];
         let directions = EmissionDirections::new(header.settings.seed, 0, layout, header.settings.spectral);
         let mut weight = PathWeight::new(bands);

@@ -12,6 +12,7 @@ mod directivity;
 mod effects;
 mod fit;
 mod free_field;
+mod gradient;
 mod invariances;
 mod kernels;
 mod mirrored_edges;

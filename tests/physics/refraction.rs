@@ -302,6 +302,9 @@ fn all_estimators_agree_in_two_airs() {
     let auto = heard(Estimator::Auto);
     let of = |class: PathClass| auto.classes[class as usize].1[0];
     assert!(of(PathClass::Refracted) > 0.1 * of(PathClass::Diffuse));
+    let mut even = traced.map.header().scene.clone();
+    even.make_air_even();
+    let even = Traced::new(even, settings(10_000)).render(RenderSettings::default());
     for other in [Estimator::Sphere, Estimator::Connection] {
         let other = heard(other);
         for receiver in 0..2 {
@@ -309,6 +312,8 @@ fn all_estimators_agree_in_two_airs() {
             let sigma = a.sigma.hypot(b.sigma);
             assert!((a.value - b.value).abs() < 4.0 * sigma && sigma < 0.03 * a.value, "{a:?} {b:?}");
         }
+        let [a, b] = [&even, &other].map(|rendering| estimate(rendering, 1, 0));
+        assert!((a.value - b.value).abs() > 4.0 * a.sigma.hypot(b.sigma), "one air agrees too: {a:?} {b:?}");
     }
 }
 

@@ -136,6 +136,9 @@ impl Walk<'_> {
 
         let (mut first, mut last) = (true, Vec::new());
         reading.sweep(source, path, weight, |segment| {
+            if segment.is_part {
+                return;
+            }
             books.segments += 1;
             if !first {
                 books.departed(segment.energy);

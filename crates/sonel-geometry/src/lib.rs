@@ -12,6 +12,7 @@
 //!
 //! References: [WoopBenthinWald2013], [Ize2013], [VanOosterom1983] (docs/references.md).
 
+mod arc;
 mod block;
 mod boundary;
 mod cracks;
@@ -40,6 +41,7 @@ mod topology;
 mod tree;
 mod weld;
 
+pub use arc::{Arc, LARGEST_TURN, SAGITTA, SpeedProfile};
 pub use cracks::{Crack, WIDEST_CRACK};
 pub use crossings::Crossing;
 pub use edges::{Edge, EdgeShape};

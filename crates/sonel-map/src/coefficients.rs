@@ -9,7 +9,7 @@
 use glam::DVec3;
 use sonel_acoustics::absorption_law::{absorption_at, impedance, mean_absorption_between};
 use sonel_acoustics::{AbsorptionLaw, Material};
-use sonel_geometry::{Geometry, Side, SurfaceId};
+use sonel_geometry::{Arc, Geometry, Side, SpeedProfile, SurfaceId};
 use sonel_scene::{Media, Scene};
 
 use crate::classes::BandClasses;
@@ -102,6 +102,8 @@ pub struct CoefficientTable {
     transmits: bool,
     edges: Option<EdgeTable>,
     media: Option<(Media, Vec<f64>)>,
+    /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
+    profile: Option<(SpeedProfile, f64)>,
 }
 
 impl CoefficientTable {
@@ -126,7 +128,7 @@ impl CoefficientTable {
         let impedances = materials.iter().map(|material| impedances(material, classes)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
         let (bands, surfaces) = (classes.count(), Vec::new());
-        Self { bands, rows, first_rows, impedances, surfaces, transmits, edges: None, media: None }
+        Self { bands, rows, first_rows, impedances, surfaces, transmits, edges: None, media: None, profile: None }
     }
 
     /// The same for these surfaces of a map.
@@ -229,10 +231,21 @@ impl CoefficientTable {
         Self { edges, ..self }
     }
 
-    /// The same with the airs of `scene`, where it has more than one.
+    /// The same with what sound meets in the air of `scene`, whose middle is `center`: other airs, or a gradient of its speed.
     #[must_use]
-    pub fn with_media(self, scene: &Scene) -> Self {
-        Self { media: scene.media.clone().map(|media| (media, scene.stretches())), ..self }
+    pub fn with_media(self, scene: &Scene, center: DVec3) -> Self {
+        Self {
+            media: scene.media.clone().map(|media| (media, scene.stretches())),
+            profile: scene.profile(center).map(|profile| (profile, scene.speed_of_sound)),
+            ..self
+        }
+    }
+
+    /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
+    #[inline]
+    #[must_use]
+    pub fn profile(&self) -> Option<(SpeedProfile, f64)> {
+        self.profile
     }
 
     /// Travel time over a length in `air` relative to that in the scene's air, c₀/c.

@@ -11,6 +11,8 @@ pub const MAGIC: [u8; 8] = *b"SONELMAP";
 pub const MAJOR: u16 = 1;
 /// Minor version: later ones only add.
 pub const MINOR: u16 = 0;
+/// Name of the section that only scenes with a gradient of the speed of sound have: its value [1/s].
+pub const GRADIENT: &str = "sound_speed_gradient";
 /// Chunks and sections begin at multiples of this.
 pub const ALIGNMENT: u64 = 64;
 

@@ -86,6 +86,10 @@ fn facts(header: &MapHeader) -> Vec<Fact> {
     ];
     let mut facts: Vec<Fact> = plain.into_iter().map(|(what, value)| (what.to_owned(), value)).collect();
     facts.extend(scene.receivers.iter().map(receiver));
+    if scene.sound_speed_gradient != 0.0 {
+        let gradient = scene.sound_speed_gradient.to_string();
+        facts.push(("gradient of the speed of sound [1/s]".to_owned(), gradient));
+    }
     facts.extend(scene.media.iter().map(|media| {
         let airs = media.regions.iter().map(|region| {
             let Region { name, inside, speed_of_sound, density, .. } = region;

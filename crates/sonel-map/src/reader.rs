@@ -10,8 +10,8 @@ use glam::DVec3;
 use memmap2::Mmap;
 use rayon::prelude::*;
 use sonel_acoustics::{Directivity, Material};
-use sonel_geometry::Geometry;
-use sonel_scene::Source;
+use sonel_geometry::{Geometry, LARGEST_TURN};
+use sonel_scene::{Scene, Source};
 
 use crate::classes::BandClasses;
 use crate::codec::{self, HeaderRecord};
@@ -20,7 +20,9 @@ use crate::directivity;
 use crate::edges::{self, EdgeTable};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
-use crate::format::{ChunkEntry, ChunkFates, EdgeRow, FacesRow, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow};
+use crate::format::{
+    ChunkEntry, ChunkFates, EdgeRow, FacesRow, GRADIENT, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow,
+};
 use crate::header::{BENDING, DIFFRACTION, MapHeader, ShardRange};
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::media;
@@ -153,6 +155,7 @@ impl SonelMap {
         };
         let media =
             if sections.has(media::SECTION) { Some(sections.rows::<u8>(media::SECTION)?) } else { None };
+        let gradient = if sections.has(GRADIENT) { sections.rows::<f64>(GRADIENT)? } else { &[] };
         let directivity = if sections.has(directivity::SECTION) {
             Some(codec::decode(sections.rows::<u8>(directivity::SECTION)?, false).map_err(damaged)?)
         } else {
@@ -168,6 +171,7 @@ impl SonelMap {
             let record = codec::decode(bytes, false).map_err(damaged)?;
             header.scene.media = Some(media::media(record, &header.scene, &surfaces).map_err(damaged)?);
         }
+        header.scene.sound_speed_gradient = read_gradient(gradient, &header.scene).map_err(damaged)?;
         surfaces::check_rows(&surfaces, header.scene.materials.len()).map_err(damaged)?;
         edges::check_rows(&edges, &faces).map_err(damaged)?;
         edges::check_reach(&header, bands).map_err(damaged)?;
@@ -355,7 +359,7 @@ impl SonelMap {
         }
         .with_surfaces(&self.surfaces)
         .with_edges(self.edge_table())
-        .with_media(&self.header.scene)
+        .with_media(&self.header.scene, self.center)
     }
 
     /// What passing edges means to the bands; [`None`] where nothing is bent.
@@ -538,6 +542,21 @@ impl<'a> Sections<'a> {
             return Err(damaged(format!("section {name} does not match its checksum")));
         }
         bytemuck::try_cast_slice(bytes).map_err(|error| damaged(format!("section {name}: {error}")))
+    }
+}
+
+/// The gradient of the speed of sound [1/s] from the rows of its section, 0 without one.
+fn read_gradient(rows: &[f64], scene: &Scene) -> Result<f64, String> {
+    match *rows {
+        [] => Ok(0.0),
+        [gradient]
+            if scene.media.is_none()
+                && gradient != 0.0
+                && gradient.abs() * scene.duration <= LARGEST_TURN =>
+        {
+            Ok(gradient)
+        }
+        _ => Err("it has an impossible gradient of the speed of sound".to_owned()),
     }
 }
 

@@ -226,6 +226,7 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
             pressure_kpa: record.pressure_kpa,
         },
         speed_of_sound: record.speed_of_sound,
+        sound_speed_gradient: 0.0,
         air_attenuation: record.air_attenuation,
         duration: record.duration,
         materials,

@@ -1,7 +1,7 @@
 //! Sweeping a path: its segments in order, each with energy in every band, length and history.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Side, SurfaceId};
+use sonel_geometry::{Arc, Side, SurfaceId};
 
 use crate::coefficients::{CoefficientTable, Lanes};
 use crate::vertex::{Event, Vertex};
@@ -47,7 +47,7 @@ pub struct Arrival {
     pub event: Event,
 }
 
-/// One straight piece of a path.
+/// One straight piece of a path: a leg, or a chord of it where the speed of sound has a gradient.
 #[derive(Debug, Clone, Copy)]
 pub struct Segment<'a> {
     /// Where it begins, about the scene's centre [m].
@@ -64,10 +64,13 @@ pub struct Segment<'a> {
     pub energy: &'a [Lanes],
     /// What happened before.
     pub history: SegmentHistory,
-    /// The sonel at its end; none where the packet passed an edge or was sent on from one, met an interface, escaped or arrived after the end of the run.
+    /// The sonel at its end; none where the packet passed an edge or was sent on from one, met an interface, goes on along its arc, escaped or
+    /// arrived after the end of the run.
     pub arrival: Option<Arrival>,
     /// Whether it ends where the packet passed an edge, was sent on from one or met an interface: with all its energy.
     pub goes_on: bool,
+    /// Whether it is a chord of an arc that goes on behind its end.
+    pub is_part: bool,
     /// Whether the packet meets nothing any more: it ends at the end of the run.
     pub escapes: bool,
 }
@@ -101,10 +104,15 @@ pub fn sweep(
             edges.passing(start, edge, &place)
         });
         let end = passing.map_or_else(|| vertex.position.as_dvec3(), |passing| passing.foot);
-        let end_length = start_length + start.distance(end) * table.stretch(air);
+        let leg = match table.profile() {
+            None => start.distance(end) * table.stretch(air),
+            Some((profile, speed)) => profile.travel_time(start, end) * speed,
+        };
+        let end_length = start_length + leg;
         let arrival =
             event.leaves_sonel().then(|| Arrival { surface: vertex.surface(), side: vertex.side(), event });
-        visit(&Segment {
+        let segment = Segment {
+            is_part: false,
             start: start.as_vec3(),
             end: end.as_vec3(),
             start_length,
@@ -115,7 +123,12 @@ pub fn sweep(
             arrival,
             goes_on: edges.is_some() || event == Event::Diffracted || event.is_at_interface(),
             escapes: matches!(event, Event::Escaped | Event::Lost | Event::Left),
-        });
+        };
+        if table.profile().is_some() {
+            visit_chords((start, end), &segment, table, &mut visit);
+        } else {
+            visit(&segment);
+        }
         if event.is_final() {
             return;
         }
@@ -134,4 +147,33 @@ pub fn sweep(
         }
         (start, start_length, history) = (end, end_length, history.after(event));
     }
+}
+
+/// Visits the chords of a `leg` where the speed of sound has a gradient.
+#[cold]
+fn visit_chords(
+    (start, end): (DVec3, DVec3),
+    leg: &Segment<'_>,
+    table: &CoefficientTable,
+    visit: &mut impl FnMut(&Segment<'_>),
+) {
+    let Some((profile, _)) = table.profile().filter(|_| start != end) else { return visit(leg) };
+    let time = profile.travel_time(start, end);
+    let arc = Arc::between(profile, start, end);
+    let chords = arc.chords(time);
+    let step = (leg.end_length - leg.start_length) / f64::from(chords);
+    let mut chord =
+        Segment { end: leg.start, end_length: leg.start_length, arrival: None, is_part: true, ..*leg };
+    for (number, joint) in (1..).zip(arc.joints(time)) {
+        let end_length = leg.start_length + f64::from(number) * step;
+        chord = Segment {
+            start: chord.end,
+            start_length: chord.end_length,
+            end: joint.as_vec3(),
+            end_length,
+            ..chord
+        };
+        visit(&chord);
+    }
+    visit(&Segment { start: chord.end, start_length: chord.end_length, ..*leg });
 }

@@ -8,7 +8,7 @@ use crate::codec::{self, SectionRecord};
 use crate::directivity;
 use crate::edges;
 use crate::error::MapError;
-use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, MAGIC, MAJOR, MINOR, Preamble, aligned};
+use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, GRADIENT, MAGIC, MAJOR, MINOR, Preamble, aligned};
 use crate::header::MapHeader;
 use crate::ledger::Ledger;
 use crate::media;
@@ -137,6 +137,10 @@ impl<W: Write + Seek> MapWriter<W> {
         if let Some(record) = directivity::record(&header.scene) {
             let bytes = codec::encode(&record).map_err(MapError::Limit)?;
             sections.push(self.section(directivity::SECTION, &bytes)?);
+        }
+        if header.scene.sound_speed_gradient != 0.0 {
+            let gradient = [header.scene.sound_speed_gradient];
+            sections.push(self.section(GRADIENT, bytemuck::cast_slice(&gradient))?);
         }
         let record = record::header_record(header, geometry.center(), sections);
         let bytes = codec::encode(&record).map_err(MapError::Limit)?;

@@ -5,12 +5,13 @@
 //! the part beyond [`PreparedReceiver::brightest`] is left to visibility rays, so that no single sonel weighs more.
 
 use glam::Vec3;
-use sonel_geometry::{Departure, Side};
+use sonel_geometry::{Arc, Departure, Side, SpeedProfile};
 use sonel_map::{Lanes, coefficients::EventRow};
 
 use crate::bending::WayEnd;
 use crate::deposit::{Deposits, add_lanes};
 use crate::kernel::KernelDifference;
+use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
 use crate::render::Medium;
 
@@ -134,6 +135,10 @@ pub fn connect(
         if !turns.takes() {
             continue;
         }
+        if let Some(profile) = medium.table.profile() {
+            connect_by_arc(sonel, (index, receiver), profile, medium, scratch, deposits);
+            continue;
+        }
         let offset = receiver.position - sonel.position;
         let projected = offset.dot(sonel.normal);
         if projected <= 0.0 {
@@ -161,4 +166,30 @@ pub fn connect(
         }
         deposits.add(index, bin, length, scratch, medium);
     }
+}
+
+/// The same along an arc, for a speed of sound with a gradient and that of the scene [m/s].
+#[cold]
+fn connect_by_arc(
+    sonel: &DiffuseSonel<'_>,
+    (index, receiver): (usize, &PreparedReceiver),
+    (profile, speed): (SpeedProfile, f64),
+    medium: &Medium<'_>,
+    scratch: &mut [Lanes],
+    deposits: &mut ClassDeposits<'_>,
+) {
+    let (from, to) = (sonel.position.as_dvec3(), receiver.exact);
+    let (arc, time) = (Arc::between(profile, from, to), profile.travel_time(from, to));
+    let cosine = arc.direction(0.0).dot(sonel.normal.as_dvec3());
+    let length = sonel.length + time * speed;
+    let Some(bin) = medium.bins.bin(length).filter(|_| cosine > 0.0) else { return };
+    let start = sonel.departure.origin;
+    let passed = Partitions::along(medium.geometry, medium.table, start, (&arc, time), receiver.position);
+    let Some(passed) = passed else { return };
+    let solid_angle = cosine * profile.spread(from, to);
+    for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
+        *scratch = radiosity.map(|radiosity| radiosity * solid_angle);
+    }
+    passed.weaken(medium.geometry, medium.table, scratch);
+    deposits.add(index, bin, length, scratch, medium);
 }

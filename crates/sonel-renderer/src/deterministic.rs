@@ -7,7 +7,7 @@ use sonel_map::coefficients::to_lanes;
 use sonel_map::{Lanes, lanes_of};
 
 use crate::deposit::{Deposits, add_lanes};
-use crate::direct::{direct_path, spread};
+use crate::direct::{DirectWay, direct_way, spread};
 use crate::edge::{Edges, Images, Listening, Place, RECEIVER_OUT, VisibleWave};
 use crate::mirror::{MirrorArrival, MirrorChains, Radiator};
 use crate::receiver::PreparedReceiver;
@@ -199,19 +199,19 @@ impl Renderer<'_> {
         let reach = self.bins.reach / own_air.map_or(1.0, |air| air.stretch);
         let table = own_air.map_or(self.air.as_ref(), |air| air.table.as_ref());
         let bands = self.table.bands();
-        let direct = direct_path(self.geometry, &self.table, at.radiator.position, at.receiver);
-        if let Some((length, direction, passed)) = direct {
-            let radiation = at.radiator.towards(direction);
-            let sensitivity = at.sensitivity.to(-direction);
+        let direct = direct_way(self.geometry, &self.table, at.radiator.position, at.receiver);
+        if let Some(DirectWay { length, departing, towards, spread, passed }) = direct {
+            let radiation = at.radiator.towards(departing);
+            let sensitivity = at.sensitivity.to(towards);
             let factors: Vec<f64> = (0..bands).map(|band| radiation.factor(band) * sensitivity).collect();
             let energy = factors.iter().zip(at.attenuation);
-            let energy = energy.map(|(factor, m)| factor * spread(length) * libm::exp(-m * length));
+            let energy = energy.map(|(factor, m)| factor * spread * libm::exp(-m * length));
             let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
             passed.weaken(self.geometry, &self.table, &mut factors);
             passed.weaken(self.geometry, &self.table, &mut energy);
             let direct = MirrorArrival {
                 length,
-                towards: -direction,
+                towards,
                 order: 0,
                 planes: vec![],
                 factor: &factors,

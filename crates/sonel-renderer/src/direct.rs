@@ -1,7 +1,7 @@
-//! L R: direct sound by a shadow ray; no bias, no noise.
+//! L R: direct sound by a shadow ray, along an arc where the speed of sound has a gradient; no bias, no noise.
 
 use glam::DVec3;
-use sonel_geometry::{Departure, Geometry};
+use sonel_geometry::{Arc, Departure, Geometry, SpeedProfile};
 use sonel_map::CoefficientTable;
 
 use crate::partition::Partitions;
@@ -19,6 +19,49 @@ pub fn direct_path(
     let passed = Partitions::between(geometry, table, departure, receiver.as_vec3())?;
     let offset = receiver - source;
     Some((offset.length(), offset.normalize(), passed))
+}
+
+/// A way from a source to a receiver.
+pub struct DirectWay {
+    /// Its length; where the speed of sound has a gradient its travel time times that of the scene [m].
+    pub length: f64,
+    /// Unit direction in which it leaves the source.
+    pub departing: DVec3,
+    /// Unit direction from the receiver back along it.
+    pub towards: DVec3,
+    /// Fluence per unit emitted energy after spreading [1/m²].
+    pub spread: f64,
+    /// What it passes.
+    pub passed: Partitions,
+}
+
+/// The direct way from `source` to `receiver` (both about the scene's centre) in the air of `table`; [`None`] where a surface is in between
+/// that nothing passes.
+#[must_use]
+pub fn direct_way(
+    geometry: &Geometry,
+    table: &CoefficientTable,
+    source: DVec3,
+    receiver: DVec3,
+) -> Option<DirectWay> {
+    let Some((profile, speed)) = table.profile() else {
+        let (length, departing, passed) = direct_path(geometry, table, source, receiver)?;
+        return Some(DirectWay { length, departing, towards: -departing, spread: spread(length), passed });
+    };
+    let (arc, time) = (Arc::between(profile, source, receiver), profile.travel_time(source, receiver));
+    let passed = Partitions::along(geometry, table, source.as_vec3(), (&arc, time), receiver.as_vec3())?;
+    Some(DirectWay {
+        length: time * speed,
+        departing: arc.direction(0.0),
+        towards: -arc.direction(time),
+        spread: arc_spread(&profile, source, receiver),
+        passed,
+    })
+}
+
+/// [`spread`] along an arc.
+fn arc_spread(profile: &SpeedProfile, source: DVec3, receiver: DVec3) -> f64 {
+    profile.spread(source, receiver) / (4.0 * core::f64::consts::PI)
 }
 
 /// Fluence per unit emitted energy after spherical spreading over `length` [1/m²].

@@ -5,7 +5,7 @@
 //! References: docs/physics.md §3.
 
 use glam::Vec3;
-use sonel_geometry::{Departure, Geometry, SurfaceId};
+use sonel_geometry::{Arc, Departure, Geometry, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
 
 /// Partitions that a way passes, in order.
@@ -24,6 +24,37 @@ impl Partitions {
             !geometry.is_blocked(from, to)
         };
         reaches.then_some(passed)
+    }
+
+    /// Those on an arc from a local position [m], or from one lifted off a surface, which arrives at another after a time [s]; [`None`] where
+    /// something is on it that nothing passes.
+    #[must_use]
+    pub fn along(
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        mut from: Vec3,
+        (arc, time): (&Arc, f64),
+        to: Vec3,
+    ) -> Option<Self> {
+        let mut passed = Self::default();
+        for joint in arc.joints(time) {
+            let joint = joint.as_vec3();
+            let chord = joint - from;
+            // A partition with thickness may be left beyond the end of the chord.
+            while (joint - from).dot(chord) > 0.0 {
+                let Some(hit) = geometry.hit_on_chord(from, joint) else {
+                    from = joint;
+                    break;
+                };
+                if !passed.pass(geometry, table, hit.surface) {
+                    return None;
+                }
+                from = geometry.pass(&hit, (joint - from).normalize()).origin;
+            }
+        }
+        let end = Self::between(geometry, table, Departure::free(from), to)?;
+        passed.0.extend(end.0);
+        Some(passed)
     }
 
     /// Notes that `surface` is passed; false where nothing passes it.

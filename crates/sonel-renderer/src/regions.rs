@@ -146,10 +146,14 @@ fn multiply(product: &mut [Lanes], a: &[Lanes], b: &[Lanes]) {
 }
 
 /// Length of the straight line from a source to a receiver, both in the axes of the scene [m], each part times c₀/c of its air: when direct
-/// sound arrives, or would arrive.
+/// sound arrives, or would arrive. Where the speed of sound has a gradient, that along the arc.
 #[must_use]
 pub fn straight_length(scene: &Scene, geometry: &Geometry, source: usize, receiver: DVec3) -> f64 {
     let position = scene.sources[source].position;
+    if let Some(profile) = scene.profile(geometry.center()) {
+        let [from, to] = [position, receiver].map(|place| place - geometry.center());
+        return profile.travel_time(from, to) * scene.speed_of_sound;
+    }
     let Some(media) = &scene.media else { return position.distance(receiver) };
     let stretches = scene.stretches();
     let parts = media.parts_between(geometry, (position, scene.air_at_source(source)), receiver);
@@ -163,6 +167,30 @@ pub(crate) fn carries(air: &Air, map: &SonelMap) -> Vec<bool> {
     let stated = map.header().effects.iter().find(|effect| effect.name == AIR && is_as_traced);
     let matters = |band: usize| stated.and_then(|effect| effect.on.get(band)).copied().unwrap_or(true);
     (0..map.header().scene.bands.count()).map(matters).collect()
+}
+
+/// `settings` as they are for `scene`: where its speed of sound has a gradient, arcs have no mirror images and visibility rays are straight.
+///
+/// # Errors
+/// When they ask for either.
+pub(crate) fn fit_settings(scene: &Scene, settings: RenderSettings) -> Result<RenderSettings, RenderError> {
+    if scene.sound_speed_gradient == 0.0 {
+        return Ok(settings);
+    }
+    let refused = |what: &str| {
+        Err(RenderError::Settings(format!(
+            "the speed of sound of this map has a gradient, and {what}: choose --estimator auto, connection or sphere, without --order"
+        )))
+    };
+    match settings.estimator {
+        Estimator::Gather => refused("visibility rays are straight"),
+        Estimator::Paper => refused("the paper's estimator knows even air"),
+        _ if settings.mirror_order.is_some_and(|order| order > 0) => refused("arcs have no image sources"),
+        Estimator::Auto => {
+            Ok(RenderSettings { estimator: Estimator::Connection, mirror_order: None, ..settings })
+        }
+        _ => Ok(RenderSettings { mirror_order: None, ..settings }),
+    }
 }
 
 /// Refuses what is made for one air alone.
@@ -192,6 +220,16 @@ impl Renderer<'_> {
         straight_length(scene, self.geometry, source, receiver) / scene.speed_of_sound
     }
 
+    /// Why the estimator of a class is another one where the speed of sound has a gradient.
+    pub(crate) fn reason_of_arcs(&self, class: PathClass) -> Option<&'static str> {
+        self.table.profile()?;
+        match class {
+            PathClass::Direct | PathClass::Diffuse | PathClass::Refracted => None,
+            PathClass::Edge => Some("edges diffract straight paths only"),
+            _ => Some("arcs have no mirror images"),
+        }
+    }
+
     /// The classes that paths of this map can be of.
     pub fn path_classes(&self) -> impl Iterator<Item = PathClass> {
         PathClass::ALL.into_iter().filter(|class| *class != PathClass::Refracted || self.regions.is_some())
@@ -216,8 +254,10 @@ impl Renderer<'_> {
     pub(crate) fn straight_length(&self, source: usize, receiver: &PreparedReceiver) -> f64 {
         let (scene, center) = (&self.map.header().scene, self.geometry.center());
         match scene.media {
-            None => (scene.sources[source].position - center).distance(receiver.exact),
-            Some(_) => straight_length(scene, self.geometry, source, receiver.exact + center),
+            None if scene.sound_speed_gradient == 0.0 => {
+                (scene.sources[source].position - center).distance(receiver.exact)
+            }
+            _ => straight_length(scene, self.geometry, source, receiver.exact + center),
         }
     }
 }

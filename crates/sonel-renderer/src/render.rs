@@ -23,7 +23,7 @@ use crate::mirror_connection::{has_few_surfaces, image_order};
 use crate::paper::Paper;
 use crate::partition::Partitions;
 use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
-use crate::regions::{Regions, carries, refuse_regions};
+use crate::regions::{Regions, carries, fit_settings, refuse_regions};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
 
@@ -185,6 +185,7 @@ impl<'a> Renderer<'a> {
         geometry: &'a Geometry,
         settings: RenderSettings,
     ) -> Result<Self, RenderError> {
+        let settings = fit_settings(&map.header().scene, settings)?;
         map.require_whole()?;
         map.check_surfaces(geometry)?;
         map.check_paths(geometry.surfaces().len() as u32)?;
@@ -228,8 +229,10 @@ impl<'a> Renderer<'a> {
         let ray_reach = bins.reach / scene.stretches().into_iter().fold(1.0, f64::min);
         let traced = &map.header().settings;
         let layout = map.layout();
-        let diffracts =
-            map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
+        let has_arcs = scene.sound_speed_gradient != 0.0;
+        let diffracts = !has_arcs
+            && map.header().diffracted_wavelengths().is_some()
+            && geometry.diffracting_edges().next().is_some();
         // Edges tell all bands apart.
         let classes = if diffracts || map.edge_table().is_some() {
             BandClasses::separate(scene.bands.count())
@@ -401,12 +404,12 @@ impl<'a> Renderer<'a> {
 
     /// Whether image sources own anything.
     fn enumerates_mirrors(&self) -> bool {
-        !matches!(self.settings.estimator, Estimator::Sphere | Estimator::Paper)
+        self.connects_diffuse() && self.table.profile().is_none()
     }
 
     /// Whether connections own … D R.
     pub(crate) fn connects_diffuse(&self) -> bool {
-        self.enumerates_mirrors()
+        !matches!(self.settings.estimator, Estimator::Sphere | Estimator::Paper)
     }
 
     /// One of so many sonels is connected with a receiver. Where visibility rays bring what mirrors show, most noise is theirs, and among
@@ -437,6 +440,7 @@ impl<'a> Renderer<'a> {
             return paper.owner(class);
         }
         match class {
+            PathClass::Direct if self.table.profile().is_some() => "shadow ray along an arc",
             PathClass::Direct => "shadow ray",
             PathClass::MirrorChain => "image sources",
             PathClass::Edge => "edges",
@@ -449,6 +453,9 @@ impl<'a> Renderer<'a> {
                 "connection where it is straight, receiver sphere where it is bent"
             }
             PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
+            PathClass::Diffuse if self.connects_diffuse() && self.table.profile().is_some() => {
+                "connection along an arc"
+            }
             PathClass::Diffuse if self.connects_diffuse() => "connection",
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => "gather",
             PathClass::DiffuseMirror => "connection to images of the receiver",
@@ -461,6 +468,9 @@ impl<'a> Renderer<'a> {
     pub fn reason(&self, class: PathClass, mirror_order: u32) -> String {
         if let Some(paper) = &self.paper {
             return paper.reason(class);
+        }
+        if let Some(reason) = self.reason_of_arcs(class) {
+            return reason.to_owned();
         }
         let forced = self.settings.estimator != Estimator::Auto;
         match class {
@@ -507,6 +517,12 @@ impl<'a> Renderer<'a> {
             .par_iter()
             .map(|r| {
                 let receiver = PreparedReceiver::new(r, self.geometry, free_path, emissions, disc);
+                if let Some((profile, speed)) = self.table.profile() {
+                    return PreparedReceiver {
+                        stretch: speed / profile.speed_at(receiver.exact),
+                        ..receiver
+                    };
+                }
                 let Some(media) = &self.map.header().scene.media else { return receiver };
                 let air = media.air_at(self.geometry, r.position);
                 PreparedReceiver { air, stretch: self.stretch(air), ..receiver }

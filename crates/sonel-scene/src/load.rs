@@ -210,6 +210,7 @@ fn compile(
     let mut scene = Scene {
         name,
         speed_of_sound: air.speed_of_sound(),
+        sound_speed_gradient: air.gradient(),
         air_attenuation: air.attenuation(&bands.bands),
         bands: bands.bands,
         air: air.air,
@@ -228,6 +229,9 @@ fn compile(
         room::describe(&scene, geometry, document.get("mesh").is_some(), report);
     }
     scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
+    if let Some(geometry) = &geometry {
+        air.check_gradient(&scene, geometry, report);
+    }
     Compiled { scene, geometry, unknown }
 }
 

@@ -5,9 +5,10 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use sonel_acoustics::{Air, Bands, Directivity, Material, Pattern, equivalent_absorption_area, sabine_time};
-use sonel_geometry::{Geometry, GeometryError, Mesh};
+use sonel_geometry::{Geometry, GeometryError, LARGEST_TURN, Mesh, SpeedProfile};
 
 use crate::media::{Media, MediaFault, Region, find_sides};
+use crate::room;
 
 /// Power level of a source that states none [dB re 1 pW].
 pub const DEFAULT_POWER_LEVEL_DB: f64 = 90.0;
@@ -30,8 +31,10 @@ pub struct Scene {
     pub bands: Bands,
     /// State of the air.
     pub air: Air,
-    /// Speed of sound [m/s].
+    /// Speed of sound [m/s], at height 0 where it has a gradient.
     pub speed_of_sound: f64,
+    /// What the speed of sound gains per height, along [`Scene::up`] [1/s]; 0 in even air.
+    pub sound_speed_gradient: f64,
     /// Energy attenuation m of the air per band [1/m]; all 0 when switched off.
     pub air_attenuation: Vec<f64>,
     /// How long echograms are simulated [s].
@@ -125,6 +128,7 @@ impl Scene {
         Self {
             name: String::new(),
             speed_of_sound: air.speed_of_sound(),
+            sound_speed_gradient: 0.0,
             air_attenuation: attenuation_per_band(&air, &bands),
             air,
             bands,
@@ -169,6 +173,59 @@ impl Scene {
         self.air_attenuation = attenuation_per_band(&air, &self.bands);
         self.air = air;
         self
+    }
+
+    /// Gives the speed of sound a gradient along [`Scene::up`] [1/s]. [`Scene::profile_problem`] says whether it can be.
+    #[must_use]
+    pub fn with_sound_speed_gradient(mut self, gradient: f64) -> Self {
+        self.sound_speed_gradient = gradient;
+        self
+    }
+
+    /// The speed of sound about `center`, the middle of the scene ([`Geometry::center`]); none in even air.
+    #[must_use]
+    pub fn profile(&self, center: DVec3) -> Option<SpeedProfile> {
+        let speed = self.speed_of_sound + self.sound_speed_gradient * self.up.dot(center);
+        SpeedProfile::new(speed, self.sound_speed_gradient * self.up)
+    }
+
+    /// Why the gradient of the speed of sound is impossible in this scene, and what to do; none where it is sound.
+    #[must_use]
+    pub fn profile_problem(&self, geometry: &Geometry) -> Option<String> {
+        let gradient = self.sound_speed_gradient;
+        if gradient == 0.0 {
+            return None;
+        }
+        if self.media.is_some() {
+            return Some(
+                "regions of other air are for even air: leave the gradient or the regions out".to_owned(),
+            );
+        }
+        let (low, high) = geometry.bounds();
+        let corner = |pick: usize| {
+            DVec3::from_array(
+                [0, 1, 2].map(|axis| if pick >> axis & 1 == 0 { low[axis] } else { high[axis] }),
+            )
+        };
+        let points = self.sources.iter().map(|source| source.position);
+        let points = points.chain(self.receivers.iter().map(|receiver| receiver.position));
+        let heights = (0..8).map(corner).chain(points).map(|place| self.up.dot(place));
+        let speed = |height: f64| self.speed_of_sound + gradient * height;
+        let slowest = heights.min_by(|a, b| speed(*a).total_cmp(&speed(*b)))?;
+        if speed(slowest) <= 0.0 {
+            return Some(format!(
+                "{gradient} 1/s makes the speed of sound {} m/s at the height {} m, where the scene has walls, sources or receivers: \
+                 give a gradient with which it stays above 0",
+                room::number(speed(slowest)),
+                room::number(slowest)
+            ));
+        }
+        (gradient.abs() * self.duration > LARGEST_TURN).then(|| {
+            format!(
+                "{gradient} 1/s over {} s is beyond what is simulated: gradient times duration is at most {LARGEST_TURN}; lower one of them",
+                room::number(self.duration)
+            )
+        })
     }
 
     /// Switches the attenuation of the air off.
@@ -247,8 +304,9 @@ impl Scene {
         }
     }
 
-    /// Gives all regions the air of the scene: they and the faces that bound them are removed.
-    pub fn remove_regions(&mut self) {
+    /// Gives the scene one even air: regions, the faces that bound them and the gradient are removed.
+    pub fn make_air_even(&mut self) {
+        self.sound_speed_gradient = 0.0;
         if let Some(media) = self.media.take() {
             self.mesh.triangles.retain(|triangle| !media.is_interface(triangle.material));
         }

@@ -76,7 +76,7 @@ pub fn assemble(
             .collect(),
         speed_of_sound: scene.speed_of_sound,
         characteristic_impedance: scene.impedance(),
-        direct_times_s: if scene.media.is_some() {
+        direct_times_s: if scene.media.is_some() || scene.sound_speed_gradient != 0.0 {
             (0..scene.sources.len()).flat_map(|source| direct_times(renderer, source, receivers)).collect()
         } else {
             Vec::new()

@@ -1,7 +1,7 @@
 //! One sonel's life: emitted, carried from surface to surface, ended by one of its fates.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Departure, EdgeIndex, Geometry, Hit};
+use sonel_geometry::{Arc, Departure, EdgeIndex, Geometry, Hit, SpeedProfile};
 use sonel_map::coefficients::{LEAST_THROUGH, MaterialRow};
 use sonel_map::{
     CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Course, EdgePlace, EdgeTable, Event, Lanes,
@@ -31,6 +31,8 @@ pub struct Surroundings<'a> {
     pub extinction_threshold: f64,
     /// The airs, where the scene has more than one.
     pub(crate) airs: Option<Airs>,
+    /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
+    pub(crate) profile: Option<(SpeedProfile, f64)>,
     /// Whether a packet that meets no surface is lost rather than gone.
     pub closed: bool,
     /// Zones in which the paper's packets are diffracted; none where they are not.
@@ -127,7 +129,10 @@ impl Surroundings<'_> {
         let mut threshold = self.extinction_threshold;
         let last = loop {
             books.segments += 1;
-            let hit = self.geometry.closest_hit(flight.departure, flight.direction);
+            let hit = match &self.profile {
+                None => self.geometry.closest_hit(flight.departure, flight.direction),
+                Some(profile) => self.fly(profile, &mut flight),
+            };
             if let Some(vertex) = self.diffract(&mut flight, hit.as_ref(), emission.deciding, stream) {
                 paths.vertices.push(vertex);
                 continue;
@@ -145,7 +150,11 @@ impl Surroundings<'_> {
                 continue;
             }
             let Some(hit) = hit else { break self.vanish(&flight) };
-            flight.length += flight.position.distance(hit.position.as_dvec3()) * flight.stretch;
+            let end = hit.position.as_dvec3();
+            flight.length += match &self.profile {
+                None => flight.position.distance(end) * flight.stretch,
+                Some((profile, speed)) => profile.travel_time(flight.position, end) * speed,
+            };
             if flight.length > self.reach {
                 break vertex(&hit, Event::Expired);
             }
@@ -186,6 +195,32 @@ impl Surroundings<'_> {
         end(books, weight, nothing, last.event().expect("made from an event"));
         paths.vertices.push(last);
         paths.ends.push(paths.vertices.len() as u32);
+    }
+
+    /// What a packet meets on its arc, chord by chord, and in a closed room what it would meet after the end of the run; it then goes in the
+    /// direction that it has there.
+    fn fly(&self, (profile, speed): &(SpeedProfile, f64), flight: &mut Flight) -> Option<Hit> {
+        let arc = Arc::leaving(*profile, flight.position, flight.direction.as_dvec3().normalize());
+        let remaining = (self.reach - flight.length) / speed;
+        let limit = if self.closed { remaining + profile.longest_time() } else { remaining };
+        let (mut from, mut time) = (flight.departure.origin, 0.0);
+        while time < limit {
+            let end = arc.chord_end(time);
+            let to = arc.at(end).as_vec3();
+            if let Some(hit) = self.geometry.hit_on_chord(from, to) {
+                let passed = profile.travel_time(flight.position, hit.position.as_dvec3());
+                // The arc meets the surface elsewhere than its chord: with another direction, which many reflections would add up.
+                let surface = self.geometry.surface(hit.surface);
+                let offset = surface.offset - surface.normal.dot(self.geometry.center());
+                let missing = offset - surface.normal.dot(arc.at(passed));
+                let approach = surface.normal.dot(arc.direction(passed)) * profile.speed_at(arc.at(passed));
+                let later = Some(missing / approach).filter(|later| later.abs() < end - time).unwrap_or(0.0);
+                flight.direction = arc.direction(passed + later).as_vec3();
+                return Some(hit);
+            }
+            (from, time) = (to, end);
+        }
+        None
     }
 
     /// Takes a packet past the edges on its way to `hit`; whether one has bent it, so that it goes elsewhere.
@@ -385,7 +420,12 @@ impl Surroundings<'_> {
 
     /// Where a packet that meets nothing is at the end of the run.
     fn end_of_run(&self, flight: &Flight) -> Vec3 {
-        flight.departure.origin + flight.direction * ((self.reach - flight.length) / flight.stretch) as f32
+        let remaining = self.reach - flight.length;
+        if let Some((profile, speed)) = self.profile {
+            let direction = flight.direction.as_dvec3().normalize();
+            return Arc::leaving(profile, flight.position, direction).at(remaining / speed).as_vec3();
+        }
+        flight.departure.origin + flight.direction * (remaining / flight.stretch) as f32
     }
 }
 

@@ -106,6 +106,9 @@ impl<'a> Tracer<'a> {
     }
 
     /// As [`Self::new`], but each band is bent at edges up to its `reach` [m], where that is above zero.
+    ///
+    /// # Panics
+    /// When the speed of sound has a gradient: edges are passed on straight ways.
     #[must_use]
     pub fn bending(
         scene: &'a Scene,
@@ -115,6 +118,7 @@ impl<'a> Tracer<'a> {
     ) -> Self {
         let bands = scene.bands.count();
         let layout = settings.layout(bands);
+        assert!(reach.is_none() || scene.sound_speed_gradient == 0.0, "arcs pass no edges");
         let edges = reach
             .map(|reach| (bending_edges(geometry, &scene.wavelengths()), reach))
             .filter(|(edges, _)| !edges.lines().is_empty());
@@ -142,6 +146,7 @@ impl<'a> Tracer<'a> {
             reach: scene.duration * scene.speed_of_sound,
             extinction_threshold: settings.extinction_threshold,
             airs: Airs::of(scene),
+            profile: scene.profile(geometry.center()).map(|profile| (profile, scene.speed_of_sound)),
             closed: geometry.is_watertight(),
             zones: None,
         };

@@ -286,6 +286,9 @@ fn begin(
         return Ok(Beginning { header, decisions: Vec::new(), extended: Some(map) });
     }
     scene.duration = arguments.duration.unwrap_or(scene.duration);
+    if let Some(problem) = scene.profile_problem(geometry) {
+        bail!("air.sound_speed_gradient: {problem}");
+    }
     let (tool_version, shard) = (VERSION.clone(), arguments.shard_range());
     if let Some(map) = &arguments.decision {
         let (effects, scene) = extension::decided(map, settings.mode, &scene)?;

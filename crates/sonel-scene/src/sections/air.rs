@@ -1,18 +1,27 @@
 //! `[air]`
 
 use sonel_acoustics::{Air, Bands};
+use sonel_geometry::Geometry;
 
-use crate::document::Table;
+use crate::document::{Number, Table};
 use crate::report::Report;
-use crate::scene::attenuation_per_band;
+use crate::scene::{Scene, attenuation_per_band};
 
-const KEYS: [&str; 5] =
-    ["temperature_celsius", "relative_humidity_percent", "pressure_kpa", "speed_of_sound", "attenuation"];
+const KEYS: [&str; 6] = [
+    "temperature_celsius",
+    "relative_humidity_percent",
+    "pressure_kpa",
+    "speed_of_sound",
+    GRADIENT,
+    "attenuation",
+];
+const GRADIENT: &str = "sound_speed_gradient";
 
 /// The air and what the scene file overrides of it.
 pub(crate) struct AirChoice {
     pub(crate) air: Air,
     speed_of_sound: Option<f64>,
+    gradient: Option<Number>,
     attenuates: bool,
 }
 
@@ -20,6 +29,18 @@ impl AirChoice {
     /// c [m/s].
     pub(crate) fn speed_of_sound(&self) -> f64 {
         self.speed_of_sound.unwrap_or_else(|| self.air.speed_of_sound())
+    }
+
+    /// What the speed of sound gains per height [1/s].
+    pub(crate) fn gradient(&self) -> f64 {
+        self.gradient.map_or(0.0, |gradient| gradient.value)
+    }
+
+    /// Reports a gradient that is impossible in the compiled `scene`.
+    pub(crate) fn check_gradient(&self, scene: &Scene, geometry: &Geometry, report: &mut Report<'_>) {
+        if let Some((gradient, problem)) = self.gradient.zip(scene.profile_problem(geometry)) {
+            report.problem(gradient.at, format!("air.{GRADIENT}: {problem}"));
+        }
     }
 
     /// Whether air attenuates at all.
@@ -35,7 +56,8 @@ impl AirChoice {
 
 /// Reads the section; what it does not say is as in [`Air::default`].
 pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
-    let mut choice = AirChoice { air: Air::default(), speed_of_sound: None, attenuates: true };
+    let mut choice =
+        AirChoice { air: Air::default(), speed_of_sound: None, gradient: None, attenuates: true };
     let Some(section) = document.get("air") else {
         report.note("air: 20 °C, 50 %, 101.325 kPa (default)");
         return choice;
@@ -61,6 +83,7 @@ pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
         }
     }
     choice.speed_of_sound = table.get("speed_of_sound").and_then(|entry| entry.positive(report));
+    choice.gradient = table.get(GRADIENT).and_then(|entry| entry.number(report));
     if let Some(attenuates) = table.get("attenuation").and_then(|entry| entry.flag(report)) {
         choice.attenuates = attenuates;
     }

@@ -12,7 +12,7 @@ use sonel_map::{EffectState, Mode};
 use sonel_scene::Scene;
 
 use super::spec::Wish;
-use super::{ASKED, Bound, Decision, Effect};
+use super::{ASKED, Bound, Decision, Effect, ON_ARCS};
 
 /// Decides on bending.
 pub(super) fn decide(wish: Wish, mode: Mode, scene: &Scene, geometry: &Geometry) -> Decision {
@@ -28,6 +28,7 @@ pub(super) fn decide(wish: Wish, mode: Mode, scene: &Scene, geometry: &Geometry)
     }
     match wish.decided() {
         _ if mode == Mode::Paper => off(PAPER.to_owned()),
+        _ if scene.sound_speed_gradient != 0.0 => off(ON_ARCS.to_owned()),
         Some(true) => {
             let reach = whole_reach(&wavelengths);
             let nominal = scene.bands.nominal();

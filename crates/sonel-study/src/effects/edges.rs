@@ -16,7 +16,7 @@ use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_scene::Scene;
 
 use super::spec::Wish;
-use super::{ASKED, Bound, Decision, Effect, Question};
+use super::{ASKED, Bound, Decision, Effect, ON_ARCS, Question};
 use crate::response::receivers_of;
 use crate::trial::{Clock, Heard, InMemory, TracedMap, TrialError, hear, trace};
 
@@ -56,6 +56,9 @@ pub(super) fn decide(
     if count == 0 {
         let bound = Some(Bound::nothing(bands));
         return Ok(Decision { bound, ..decision(false, NO_EDGE.to_owned()) });
+    }
+    if scene.sound_speed_gradient != 0.0 {
+        return Ok(decision(false, ON_ARCS.to_owned()));
     }
     if let Some(on) = wish.decided().filter(|_| !asked.weigh) {
         return Ok(decision(on, format!("{ASKED}, {count} edges")));

@@ -190,10 +190,13 @@ pub fn decide(
         .collect()
 }
 
-/// Leaves regions of other air out of `scene` where `spec` or `mode` does without refraction: asked before its geometry is built.
+/// Why no edge acts where the speed of sound has a gradient.
+pub(crate) const ON_ARCS: &str = "the speed of sound has a gradient, and edges know straight paths only";
+
+/// Leaves regions of other air and the gradient of the speed of sound out of `scene` where `spec` or `mode` does without refraction: asked before its geometry is built.
 pub fn leave_regions_out(spec: &EffectSpec, mode: Mode, scene: &mut Scene) {
     if spec.wish(Effect::Refraction) == Wish::Off || mode == Mode::Paper {
-        scene.remove_regions();
+        scene.make_air_even();
     }
 }
 
@@ -201,6 +204,9 @@ pub fn leave_regions_out(spec: &EffectSpec, mode: Mode, scene: &mut Scene) {
 fn decide_refraction(wish: Wish, mode: Mode, scene: &Scene) -> Decision {
     let bands = scene.bands.count();
     let off = |reason: String| Decision::new(Effect::Refraction, vec![false; bands], reason);
+    if scene.sound_speed_gradient != 0.0 {
+        return decide_gradient(scene);
+    }
     let Some(media) = &scene.media else {
         let bound = Some(Bound::nothing(bands));
         return Decision { bound, ..off("the air is one".to_owned()) };
@@ -218,6 +224,16 @@ fn decide_refraction(wish: Wish, mode: Mode, scene: &Scene) -> Decision {
     );
     let cost = "noise of receiver spheres, also in direct sound through an interface".to_owned();
     Decision { cost, ..Decision::new(Effect::Refraction, vec![true; bands], reason) }
+}
+
+/// A gradient of the speed of sound is simulated where a scene states one.
+fn decide_gradient(scene: &Scene) -> Decision {
+    let reason = format!(
+        "{:.1} m/s at height 0, {} m/s more per metre; paths are arcs, specular reflections are left to receiver spheres",
+        scene.speed_of_sound, scene.sound_speed_gradient
+    );
+    let cost = "several rays a segment, noise of receiver spheres, no diffraction".to_owned();
+    Decision { cost, ..Decision::new(Effect::Refraction, vec![true; scene.bands.count()], reason) }
 }
 
 /// Transmission is simulated as soon as a material in use lets anything through; without it that is turned to heat.

@@ -32,6 +32,11 @@ pub fn missing(
         return Vec::new();
     }
     let scene = &header.scene;
+    let remedy = if scene.sound_speed_gradient == 0.0 {
+        "trace with --effects auto,+diffraction to hear it"
+    } else {
+        "edges know straight paths only: --effects auto,-refraction hears them in even air"
+    };
     let mut missing = Vec::new();
     for (number, (source, rendering)) in scene.sources.iter().zip(renderings).enumerate() {
         let own_air = scene.air_at_source(number);
@@ -52,7 +57,7 @@ pub fn missing(
             if gain_db > LEVEL_DB {
                 missing.push(format!(
                     "receiver \"{}\" stands in the shadow of source \"{}\": sound over edges, which the map leaves out, \
-                     may raise its level by up to {gain_db:.1} dB at {} Hz; trace with --effects auto,+diffraction to hear it",
+                     may raise its level by up to {gain_db:.1} dB at {} Hz; {remedy}",
                     receiver.name,
                     source.name,
                     scene.bands.nominal()[band]

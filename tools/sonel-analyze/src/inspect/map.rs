@@ -48,6 +48,7 @@ pub fn json(walked: &WalkedMap) -> Value {
         "center_frequency_hz": scene.bands.nominal(),
         "duration_s": scene.duration,
         "speed_of_sound": scene.speed_of_sound,
+        "sound_speed_gradient": scene.sound_speed_gradient,
         "regions": scene.media.iter().flat_map(|media| &media.regions).map(region).collect::<Vec<_>>(),
         "sources": scene.sources.iter().map(|source| point(&source.name, source.position)).collect::<Vec<_>>(),
         "receivers": scene.receivers.iter().map(|at| point(&at.name, at.position)).collect::<Vec<_>>(),
@@ -152,6 +153,9 @@ pub fn text(walked: &WalkedMap) -> String {
     );
     line("bands", &format!("{} Hz", numbers(scene.bands.nominal())));
     line("duration", &format!("{} s at {:.2} m/s", scene.duration, scene.speed_of_sound));
+    if scene.sound_speed_gradient != 0.0 {
+        line("gradient", &format!("{} m/s per metre of height", scene.sound_speed_gradient));
+    }
     for region in scene.media.iter().flat_map(|media| &media.regions) {
         line("region", &format!("\"{}\" at {:.2} m/s", region.name, region.speed_of_sound));
     }
