@@ -154,13 +154,16 @@ fn a_prism_turns_by_the_analytic_angle() {
         if !passes || at(2).distance(at(1)) < 0.5 {
             continue;
         }
-        let (before, after) = ((at(0) - origin).normalize(), (at(2) - at(1)).normalize());
+        // Rays leave surfaces lifted: over half a metre from the stored point that would look like another direction by 1e-5.
+        let onward = at(2) - at(1);
+        let lifted = normal(1) * normal(1).dot(onward).signum() * f64::from(traced.geometry.lift());
+        let (before, after) = ((at(0) - origin).normalize(), (onward - lifted).normalize());
         let inside = by_slowness(before, faces[0], speeds).expect("it passed");
         let Some(expected) = by_slowness(inside, faces[1], [speeds[1], speeds[0]]) else { continue };
         if expected.dot(faces[1]).abs() < 0.3 {
             continue;
         }
-        assert!(after.distance(expected) < 2e-5, "{}", after.distance(expected));
+        assert!(after.distance(expected) < 1e-5, "{}", after.distance(expected));
         if before.y.abs() < 0.02 {
             turned.push(before.angle_between(after));
         }
