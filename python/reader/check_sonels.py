@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from read_sonelmap import (ABSORBED, BENT, DIFFRACTED, DIFFUSE, ESCAPED, EXPIRED, LEFT, LOST, PASSED, REFRACTED, RETURNED, SPECULAR,
-                           SonelMap, places, sonels)
+                           SonelMap, arriving, places, sonels)
 
 # Events at which a path goes on without leaving a sonel.
 NO_SONEL = (BENT, PASSED, DIFFRACTED, REFRACTED, RETURNED)
@@ -17,6 +17,8 @@ NO_SONEL = (BENT, PASSED, DIFFRACTED, REFRACTED, RETURNED)
 ROUNDING = 1e-9
 # What is written in f32.
 SINGLE = 1e-6
+# Farthest that the chords of arcs are from them, by which exported directions differ [m].
+SAGITTA = 1e-3
 # Relative: first directions are computed in f32, which a small directivity factor makes larger.
 DIRECTED = 1e-4
 
@@ -46,6 +48,9 @@ def directions(map, source):
         points = places(map, origin, vertices).astype(np.float32).astype(float)
         steps = np.diff(points, axis=0, prepend=origin[None])
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
+        if map.gradient:
+            ends = zip(np.vstack([origin, points[:-1]]), points)
+            steps, lengths = np.array([arriving(map, *pair) for pair in ends]), 1 + 0 * lengths
         for vertex, step in zip(vertices, steps / np.where(lengths > 0, lengths, 1)):
             if vertex["tag"] & 15 not in (*NO_SONEL, ESCAPED, EXPIRED, LOST, LEFT):
                 yield step
@@ -63,8 +68,9 @@ def differences(map, archive):
     exact |= dict(zip(["emission", "leading_band", "order", "specular_run", "diffused", "event"], history.T))
     directed = np.array([emitter["directivity"] != "omni" for emitter in map.header["scene"]["sources"]])
     relative = np.where(directed[exact["source"]], DIRECTED, ROUNDING)[:, None]
+    chord = np.sqrt(8 * SAGITTA * abs(map.gradient) / map.header["scene"]["speed_of_sound"])
     near = {"position_m": (point + map.header["center"], 0, SINGLE), "path_length_m": (length, ROUNDING, 0),
-            "direction": (direction, 0, SINGLE), "energy": (energy, relative, 0)}
+            "direction": (direction, 0, SINGLE + chord), "energy": (energy, relative, 0)}
     yield from (key for key, column in exact.items() if not np.array_equal(archive[key], column))
     for key, (column, relative, absolute) in near.items():
         if archive[key].shape != column.shape or not np.allclose(archive[key], column, relative, absolute):

@@ -70,6 +70,9 @@ class Record:
         return np.frombuffer(self.data, dtype, count, start)
 
 
+GRADIENT = "sound_speed_gradient"
+
+
 class SonelMap:
     """The file, mapped into memory: `header` is a dictionary, `surfaces` and `chunks` are structured arrays."""
 
@@ -98,6 +101,7 @@ class SonelMap:
         self.airs = Record(self.section("regions", "<u1").tobytes()).take(REGIONS) if "regions" in self.sections else None
         uniform = np.zeros(len(self.header["scene"]["materials"]), np.uint8)
         self.laws = self.section("absorption.laws", "<u1") if "absorption.laws" in self.sections else uniform
+        self.gradient = float(self.section(GRADIENT, "<f8")[0]) if GRADIENT in self.sections else 0.0
         self.reach = self.section("edges.reach", "<f8") if "edges.reach" in self.sections else np.zeros(1)
 
     def section(self, name, dtype):
@@ -260,6 +264,32 @@ def stretches(map, source, vertices):
     return np.array(factors)
 
 
+def legs(map, source, origin, points, vertices):
+    """What each leg of a path counts: its travel time times the speed of sound of the scene [m]."""
+    lengths = np.linalg.norm(np.diff(points, axis=0, prepend=origin[None]), axis=1)
+    if map.gradient == 0:
+        return lengths * stretches(map, source, vertices)
+    ends = speeds(map, np.vstack([origin, points]))
+    half = abs(map.gradient) * lengths / 2 / np.sqrt(ends[:-1] * ends[1:])
+    return map.header["scene"]["speed_of_sound"] * 2 / abs(map.gradient) * np.arcsinh(half)
+
+
+def speeds(map, points):
+    """Speed of sound at local positions where it has a gradient [m/s]."""
+    scene = map.header["scene"]
+    return scene["speed_of_sound"] + map.gradient * ((points + map.header["center"]) @ np.array(scene["up"]))
+
+
+def arriving(map, before, after):
+    """Unit direction in which an arc from one local position arrives at another."""
+    up = np.array(map.header["scene"]["up"])
+    here, there = speeds(map, np.array([before, after]))
+    height = (after - before) @ up
+    level = after - before - height * up
+    direction = 2 * there * level + ((here + there) * height - map.gradient * (level @ level)) * up
+    return direction / np.linalg.norm(direction)
+
+
 class Emissions:
     """Which band leads emission i, which batch it counts for, how many packets each band led there."""
 
@@ -395,8 +425,7 @@ def sonels(map, source):
         share = share * directivity(map, source, directions.direction(emission))
         feeding, drawing = carried.copy(), carried.copy()
         points = places(map, origin, vertices)
-        legs = np.linalg.norm(np.diff(points, axis=0, prepend=origin[None]), axis=1)
-        lengths = np.cumsum(legs * stretches(map, source, vertices))
+        lengths = np.cumsum(legs(map, source, origin, points, vertices))
         events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5
         for step, (event, surface) in enumerate(zip(events, surfaces)):
             if event in (ESCAPED, EXPIRED, LOST, LEFT):

@@ -15,6 +15,8 @@ use xtask::workspace::{self, Profile};
 const SCENE: &str = "python/reader/box.toml";
 /// A room with a screen at whose edges packets are bent.
 const SCREENED: &str = "python/reader/screened.toml";
+/// The box with a speed of sound that rises with height.
+const GRADIENT: &str = "python/reader/gradient.toml";
 const READER: &str = "python/reader/read_sonelmap.py";
 const REQUIREMENTS: &str = "python/requirements.txt";
 const ENVIRONMENT: &str = "target/python";
@@ -58,6 +60,7 @@ pub fn check() -> Result<()> {
         let beside = largest_difference(&rendered, &read(BESIDE)?)?;
         ensure!(beside > TOLERANCE, "a receiver a centimetre away goes unnoticed: the comparison is blind");
         check_export(&python, &program, [spectral, SCENE, "auto"])?;
+        check_export(&python, &program, [spectral, GRADIENT, "auto"])?;
         check_export(&python, &program, [spectral, SCREENED, "auto,+bending"])?;
     }
     check_image(&python, &program)

@@ -114,3 +114,29 @@ fn no_number_among_the_regions_makes_the_reader_panic() {
         Err(MapError::Damaged { .. })
     ));
 }
+
+#[test]
+fn a_gradient_of_the_speed_of_sound_is_read_as_it_was_written_or_refused() {
+    let write = |gradient: f64| {
+        let mut header = hand_made::header(hand_made::EMISSIONS);
+        header.scene.sound_speed_gradient = gradient;
+        let geometry = header.scene.geometry().unwrap();
+        let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
+        for source in 0..2 {
+            writer
+                .push_chunk(source, 0, &hand_made::paths(&geometry, source), &hand_made::books(source))
+                .unwrap();
+        }
+        (writer.finish(&header).unwrap().into_inner(), header)
+    };
+    let (bytes, header) = write(-0.1);
+    let map = SonelMap::from_bytes(&bytes).unwrap();
+    assert_eq!(map.header().scene, header.scene);
+    let even = write(0.0);
+    assert_eq!(even.0, hand_made::bytes(), "even air leaves no trace");
+    let names: Vec<String> = differences(&header, &even.1).into_iter().map(|found| found.what).collect();
+    assert_eq!(names, ["gradient of the speed of sound [1/s]"]);
+    for impossible in [f64::NAN, f64::INFINITY, 1e6] {
+        assert!(matches!(SonelMap::from_bytes(&write(impossible).0), Err(MapError::Damaged { .. })));
+    }
+}

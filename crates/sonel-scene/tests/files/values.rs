@@ -83,6 +83,30 @@ fn region_keys() {
 }
 
 #[test]
+fn a_gradient_of_the_speed_of_sound_is_read_or_refused() {
+    let text = |gradient: f64, more: &str| {
+        format!(
+            "shoebox = [10, 7, 3]\nduration_s = 0.5\nsources = [{{ position = [2, 2, 1.5] }}]\n\
+             [air]\nspeed_of_sound = 340\nsound_speed_gradient = {gradient}\n[materials.walls]\nabsorption = 0.2\n{more}"
+        )
+    };
+    let read = |gradient, more: &str| load(&text(gradient, more), "scene.toml", &mut |_| panic!("no mesh"));
+    let scene = read(-0.1, "").unwrap().scene;
+    assert_near(&[scene.sound_speed_gradient, scene.speed_of_sound], &[-0.1, 340.0]);
+    assert!(
+        scene.profile(DVec3::ZERO).is_some() && read(0.0, "").unwrap().scene.profile(DVec3::ZERO).is_none()
+    );
+    let refused = |gradient, more, reason: &str| {
+        let errors = read(gradient, more).unwrap_err().to_string();
+        assert!(errors.starts_with("scene.toml:6:24: air.sound_speed_gradient: "), "{errors}");
+        assert!(errors.contains(reason) && errors.lines().count() == 1, "{errors}");
+    };
+    refused(-120.0, "", "-20 m/s at the height 3 m");
+    refused(16.1, "", "gradient times duration is at most 8");
+    refused(-120.0, "[[receivers]]\nposition = [4, 4, 2]\n", "the speed of sound");
+}
+
+#[test]
 fn source_and_receiver_keys() {
     let scene = load_good("every-key.toml").scene;
     let [stage, pit] = &scene.sources[..] else { panic!("two sources") };
