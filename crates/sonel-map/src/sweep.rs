@@ -96,6 +96,7 @@ pub fn sweep(
 ) {
     let (mut start, mut start_length) = (source, 0.0);
     let mut history = SegmentHistory::default();
+    let profile = table.profile();
     for vertex in vertices {
         let Some(event) = vertex.event() else { return };
         let edges = if event.is_at_edge() { table.edges() } else { None };
@@ -104,7 +105,7 @@ pub fn sweep(
             edges.passing(start, edge, &place)
         });
         let end = passing.map_or_else(|| vertex.position.as_dvec3(), |passing| passing.foot);
-        let leg = match table.profile() {
+        let leg = match profile {
             None => start.distance(end) * table.stretch(air),
             Some((profile, speed)) => profile.travel_time(start, end) * speed,
         };
@@ -124,7 +125,7 @@ pub fn sweep(
             goes_on: edges.is_some() || event == Event::Diffracted || event.is_at_interface(),
             escapes: matches!(event, Event::Escaped | Event::Lost | Event::Left),
         };
-        if table.profile().is_some() {
+        if profile.is_some() {
             visit_chords((start, end), &segment, table, &mut visit);
         } else {
             visit(&segment);
@@ -155,7 +156,7 @@ fn visit_chords(
     (start, end): (DVec3, DVec3),
     leg: &Segment<'_>,
     table: &CoefficientTable,
-    visit: &mut impl FnMut(&Segment<'_>),
+    visit: &mut dyn FnMut(&Segment<'_>),
 ) {
     let Some((profile, _)) = table.profile().filter(|_| start != end) else { return visit(leg) };
     let time = profile.travel_time(start, end);
