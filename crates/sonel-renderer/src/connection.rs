@@ -186,7 +186,7 @@ fn connect_by_arc(
     let start = sonel.departure.origin;
     let passed = Partitions::along(medium.geometry, medium.table, start, (&arc, time), receiver.position);
     let Some(passed) = passed else { return };
-    let solid_angle = cosine * profile.spread(from, to);
+    let solid_angle = cosine * profile.spread(from, to) * receiver.sensitivity.to(-arc.direction(time));
     for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
         *scratch = radiosity.map(|radiosity| radiosity * solid_angle);
     }
