@@ -547,15 +547,10 @@ impl<'a> Sections<'a> {
 
 /// The gradient of the speed of sound [1/s] from the rows of its section, 0 without one.
 fn read_gradient(rows: &[f64], scene: &Scene) -> Result<f64, String> {
+    let is_possible = |gradient: f64| gradient != 0.0 && gradient.abs() * scene.duration <= LARGEST_TURN;
     match *rows {
         [] => Ok(0.0),
-        [gradient]
-            if scene.media.is_none()
-                && gradient != 0.0
-                && gradient.abs() * scene.duration <= LARGEST_TURN =>
-        {
-            Ok(gradient)
-        }
+        [gradient] if scene.media.is_none() && is_possible(gradient) => Ok(gradient),
         _ => Err("it has an impossible gradient of the speed of sound".to_owned()),
     }
 }
