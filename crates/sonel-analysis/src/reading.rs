@@ -37,7 +37,8 @@ impl<'a> Reading<'a> {
         let scene = &map.header().scene;
         let materials = map.drawn_with().unwrap_or(&scene.materials);
         let table = CoefficientTable::new(materials, scene.bands.count(), map.header().settings.survival);
-        let table = table.with_geometry(geometry).with_edges(map.edge_table()).with_media(scene, geometry.center());
+        let table =
+            table.with_geometry(geometry).with_edges(map.edge_table()).with_media(scene, geometry.center());
         Self::with(table, map, geometry)
     }
 

@@ -9,7 +9,7 @@
 use glam::DVec3;
 use sonel_acoustics::absorption_law::{absorption_at, impedance, mean_absorption_between};
 use sonel_acoustics::{AbsorptionLaw, Material};
-use sonel_geometry::{Arc, Geometry, Side, SpeedProfile, SurfaceId};
+use sonel_geometry::{Geometry, Side, SpeedProfile, SurfaceId};
 use sonel_scene::{Media, Scene};
 
 use crate::classes::BandClasses;
@@ -128,7 +128,17 @@ impl CoefficientTable {
         let impedances = materials.iter().map(|material| impedances(material, classes)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
         let (bands, surfaces) = (classes.count(), Vec::new());
-        Self { bands, rows, first_rows, impedances, surfaces, transmits, edges: None, media: None, profile: None }
+        Self {
+            bands,
+            rows,
+            first_rows,
+            impedances,
+            surfaces,
+            transmits,
+            edges: None,
+            media: None,
+            profile: None,
+        }
     }
 
     /// The same for these surfaces of a map.
