@@ -52,8 +52,9 @@ pub(crate) fn closest_on_triangle(corners: [DVec3; 3], point: DVec3) -> DVec3 {
         .expect("a triangle has sides")
 }
 
-fn closest_on_segment(from: DVec3, to: DVec3, point: DVec3) -> DVec3 {
+/// The point of a segment, or of a single point, nearest to a point.
+pub(crate) fn closest_on_segment(from: DVec3, to: DVec3, point: DVec3) -> DVec3 {
     let along = to - from;
-    let share = ((point - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    let share = ((point - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     from + share * along
 }

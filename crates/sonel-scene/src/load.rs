@@ -6,7 +6,7 @@ use sonel_acoustics::{Bands, Directivity, Material};
 use sonel_geometry::{Geometry, Mesh};
 use toml::de::DeTable;
 
-use crate::document::Table;
+use crate::document::{Entry, Table};
 use crate::inspection::inspect;
 use crate::library;
 use crate::report::{Remarks, Report};
@@ -19,12 +19,13 @@ use crate::sections::{air, bands, materials, regions};
 use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
 /// Keys of the document itself.
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 15] = [
     "name",
     "mesh",
     "mesh_unit",
     "mesh_weld",
     "mesh_up",
+    "closed",
     "duration_s",
     "shoebox",
     "bands",
@@ -198,7 +199,8 @@ fn compile(
     if let Some(walls) = &mut walls {
         leave_out_holes(walls, &materials, report);
     }
-    let geometry = walls.as_mut().and_then(|walls| build(walls, &interfaces, report));
+    let closed = read_closed(document, report);
+    let geometry = walls.as_mut().and_then(|walls| build(walls, &interfaces, closed.as_ref(), report));
     inspect(geometry.as_ref(), &sources, &receivers, report);
     let media = geometry
         .as_ref()
@@ -275,7 +277,12 @@ fn leave_out_holes(walls: &mut Walls, materials: &[Material], report: &mut Repor
 }
 
 /// Closes cracks of the walls, builds their geometry and tells what that changed.
-fn build(walls: &mut Walls, interfaces: &[Interface], report: &mut Report<'_>) -> Option<Geometry> {
+fn build(
+    walls: &mut Walls,
+    interfaces: &[Interface],
+    closed: Option<&Entry<'_>>,
+    report: &mut Report<'_>,
+) -> Option<Geometry> {
     let path = walls.path;
     let mut before = walls.mesh.vertices.len();
     let mut dropped = 0;
@@ -306,13 +313,33 @@ fn build(walls: &mut Walls, interfaces: &[Interface], report: &mut Report<'_>) -
     if dropped > 0 {
         report.note(format!("{path}: triangles without area dropped: {dropped}"));
     }
+    tell_leaks(&geometry, path, closed, report);
+    Some(geometry)
+}
+
+/// Tells where sound can escape: an error in a scene that states to be `closed`.
+fn tell_leaks(geometry: &Geometry, path: &str, closed: Option<&Entry<'_>>, report: &mut Report<'_>) {
+    let mut leaks = Vec::new();
     if !geometry.cracks().is_empty() {
-        report.fault(format!("{path}: {}", room::cracks(&geometry)));
+        leaks.push((room::cracks(geometry), ""));
     }
     if !geometry.is_closed_room() {
-        report.fault(format!("{path}: {}", room::leak(&geometry)));
+        let remedy = "; add the missing faces (sonel-trace check lists all holes), or remove this key if sound may escape";
+        leaks.push((room::leak(geometry), remedy));
     }
-    Some(geometry)
+    for (leak, remedy) in leaks {
+        match closed {
+            Some(closed) if !geometry.is_watertight() => {
+                closed.problem(report, &format!("{path}: {leak}{remedy}"));
+            }
+            _ => report.fault(format!("{path}: {leak}")),
+        }
+    }
+}
+
+/// The key `closed` where it is true.
+fn read_closed<'t>(document: &Table<'t>, report: &mut Report<'_>) -> Option<Entry<'t>> {
+    document.get("closed").filter(|entry| entry.flag(report) == Some(true))
 }
 
 fn note_unused(materials: &[Material], mesh: &Mesh, report: &mut Report<'_>) {

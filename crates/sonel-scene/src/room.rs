@@ -60,7 +60,9 @@ pub(crate) fn cracks(geometry: &Geometry) -> String {
     let named = |crack: &Crack| {
         let [from, to] = crack.ends.map(place);
         let length = crack.ends[0].distance(crack.ends[1]);
-        format!("({from}) to ({to}) m, {} m long, {} mm wide", number(length), number(1e3 * crack.width))
+        let triangle = triangle_at(geometry, crack.ends);
+        let [length, width] = [length, 1e3 * crack.width].map(number);
+        format!("({from}) to ({to}) m, {length} m long, {width} mm wide, at triangle {triangle}")
     };
     let mut list: Vec<String> = cracks.iter().take(NAMED_CRACKS).map(named).collect();
     if cracks.len() > NAMED_CRACKS {
@@ -68,7 +70,7 @@ pub(crate) fn cracks(geometry: &Geometry) -> String {
     }
     let escape = match geometry.is_closed_room() {
         true if geometry.is_watertight() => "",
-        true => "; the room counts as closed, and sound that leaves through its cracks as escaped",
+        true => "; sound that leaves through them counts as escaped",
         false => "; a room may have at most 0.1 %",
     };
     format!(
@@ -95,10 +97,17 @@ pub(crate) fn leak(geometry: &Geometry) -> String {
     };
     let [from, to] = longest.map(place);
     format!(
-        "the mesh is not watertight: {} open edges, the longest from ({from}) to ({to}) m, {} m long; energy can escape",
+        "the mesh is not watertight: {} open edges, the longest from ({from}) to ({to}) m, {} m long, of triangle {}; \
+         energy can escape",
         edges.len(),
-        number(length(longest))
+        number(length(longest)),
+        triangle_at(geometry, *longest)
     )
+}
+
+/// Number of the triangle with the side nearest to the middle of a line, from 1.
+fn triangle_at(geometry: &Geometry, [from, to]: [DVec3; 2]) -> u32 {
+    geometry.nearest_side([from.midpoint(to); 2]).triangle + 1
 }
 
 fn length([from, to]: &[DVec3; 2]) -> f64 {

@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use sonel_geometry::{Geometry, Misplaced};
+use sonel_geometry::{Geometry, Misplaced, NearestSide};
 use sonel_map::{
     BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EdgeTable, EmissionDirections,
-    EmissionLayout, Fate, Ledger, MapHeader, Mode, Settings, ShardRange, SonelMap, Spectral, bending_edges,
+    EmissionLayout, Event, Fate, Ledger, MapHeader, Mode, Settings, ShardRange, SonelMap, Spectral,
+    bending_edges,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Scene, Source};
@@ -27,13 +28,15 @@ const LOSS_BUDGET_PER_SEGMENT: f64 = 1e-7;
 pub enum TraceError<E> {
     /// Packets slipped out of a watertight room.
     #[error(
-        "{lost} of {packets} packets were lost through the walls of a watertight room; please report the scene"
+        "{lost} of {packets} packets were lost through the walls of a watertight room, the first {place}; please report the scene"
     )]
     Leaking {
         /// Packets lost.
         lost: u64,
         /// Packets traced.
         packets: u64,
+        /// Where the first of them slipped out: the edge nearest to its way.
+        place: NearestSide,
     },
     /// A source is on a surface or in no air.
     #[error("source \"{name}\" at {position} m {misplaced}")]
@@ -227,6 +230,7 @@ impl<'a> Tracer<'a> {
             group.into_par_iter().map(|chunk| self.trace_chunk(emitter, chunk, known)).collect()
         };
         let mut total = Ledger::new(self.scene.bands.count());
+        let mut first_lost = None;
         let mut traced = groups.next().map(trace);
         while let Some(group) = traced {
             let next = groups.next();
@@ -234,9 +238,10 @@ impl<'a> Tracer<'a> {
                 for chunk in group {
                     let chunk = chunk?;
                     total.add(&chunk.books);
+                    first_lost = first_lost.or_else(|| self.first_lost(&chunk));
                     sink(chunk).map_err(TraceError::Sink)?;
                 }
-                check_losses(&total)
+                first_lost.map_or(Ok(()), |way| self.check_losses(&total, way))
             };
             // One group is written while the next is traced.
             let (following, handed_over) = rayon::join(|| next.map(trace), hand_over);
@@ -322,12 +327,66 @@ impl<'a> Tracer<'a> {
             books: records.books.finish(&self.classes),
         })
     }
+
+    /// The way of the first packet of a chunk that met no surface of a watertight room [m].
+    fn first_lost(&self, chunk: &TracedChunk) -> Option<[DVec3; 2]> {
+        if chunk.books.fates.count(Fate::Lost) == 0 {
+            return None;
+        }
+        let vertices = &chunk.paths.vertices;
+        let lost = vertices.iter().position(|vertex| vertex.event() == Some(Event::Lost))?;
+        let starts = &chunk.paths.ends[..chunk.paths.ends.partition_point(|&end| end as usize <= lost)];
+        let path = &vertices[starts.last().map_or(0, |&start| start as usize)..lost];
+        let center = self.surroundings.geometry.center();
+        // Vertices at edges hold no position; the way is straight but for a bend.
+        let before = path.iter().rfind(|vertex| vertex.event().is_some_and(|event| !event.is_at_edge()));
+        let from = before.map_or(self.scene.sources[chunk.source as usize].position, |vertex| {
+            vertex.position.as_dvec3() + center
+        });
+        Some([from, vertices[lost].position.as_dvec3() + center])
+    }
+
+    fn check_losses<E>(&self, books: &Ledger, first: [DVec3; 2]) -> Result<(), TraceError<E>> {
+        let (lost, packets) = (books.fates.count(Fate::Lost), books.fates.total());
+        if lost as f64 > 1.0 + LOSS_BUDGET_PER_SEGMENT * books.segments as f64 {
+            let place = self.surroundings.geometry.nearest_side(first);
+            return Err(TraceError::Leaking { lost, packets, place });
+        }
+        Ok(())
+    }
 }
 
-fn check_losses<E>(books: &Ledger) -> Result<(), TraceError<E>> {
-    let lost = books.fates.count(Fate::Lost);
-    if lost as f64 > 1.0 + LOSS_BUDGET_PER_SEGMENT * books.segments as f64 {
-        return Err(TraceError::Leaking { lost, packets: books.fates.total() });
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_acoustics::{BandWidth, Bands, Material};
+    use sonel_geometry::Mesh;
+    use std::convert::Infallible;
+
+    /// A box with a hole that is taken for watertight, and the same box whole.
+    #[test]
+    fn lost_packets_are_placed() {
+        let traced = |triangles: usize| {
+            let mut mesh = Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]);
+            mesh.triangles.truncate(triangles);
+            let bands = Bands::new(vec![1000.0], BandWidth::Octave).unwrap();
+            let scene = Scene::from_parts(mesh, vec![Material::uniform("walls", 0.1, 0.5, 1)], bands, 0.1)
+                .with_source("source", [1.0, 2.0, 1.5]);
+            let geometry = Geometry::build(scene.mesh.clone()).unwrap();
+            let settings = Settings { emissions: 1000, ..Settings::default() };
+            let mut tracer = Tracer::new(&scene, &geometry, settings);
+            tracer.surroundings.closed = true;
+            let traced = tracer.run(ShardRange::WHOLE, |_| Ok::<(), Infallible>(()));
+            (traced.map_err(|error| error.to_string()), geometry)
+        };
+        assert!(traced(12).0.is_ok());
+        let (error, geometry) = traced(11);
+        let error = error.unwrap_err();
+        let near = |ends: &[DVec3; 2]| {
+            let at = |point: DVec3| point.to_array().map(|x| format!("{x:.3}")).join(", ");
+            error.contains(&at(ends[0])) && error.contains(&at(ends[1]))
+        };
+        assert!(geometry.open_edges().iter().any(near), "{error}");
+        assert!(error.contains("at the edge of triangle"), "{error}");
     }
-    Ok(())
 }
