@@ -2,6 +2,7 @@
 
 pub mod bent;
 pub mod change;
+pub mod coupled_door;
 pub mod effect_scenes;
 pub mod estimates;
 pub mod judged;

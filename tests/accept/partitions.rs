@@ -3,9 +3,10 @@
 use sonel_map::Settings;
 use sonel_renderer::{Estimator, RenderSettings};
 use sonel_scene::Scene;
-use sonel_tests::Traced;
+use sonel_tests::coupled_door::{DOOR, uncoupled};
 use sonel_tests::estimates::windows;
 use sonel_tests::two_rooms::{Partition, SIZE, SPEED, partition_area, two_rooms};
+use sonel_tests::{Traced, shipped};
 
 use crate::coverage::{Run, check};
 
@@ -40,23 +41,33 @@ fn reservoirs([k1, k2]: [f64; 2], between: f64, [a, b, c, _]: [f64; 4]) -> f64 {
     (window(a) / window(c)).ln() / (c - a)
 }
 
-#[test]
-fn coupled_rooms_have_the_double_slope_of_two_reservoirs() {
-    let with = |transmission: f64| two_rooms(Partition::Sheet, ABSORPTION, 1.0, &[transmission]);
-    let coupled = with(TRANSMISSION);
-    let first = with(0.0);
-    // The second room alone: source and receiver change sides.
-    let mut second = with(0.0);
+/// Both slopes of `coupled` against the reservoirs whose own constants are those of `first` and `second`, alone.
+fn check_slopes(coupled: &Scene, first: &Scene, mut second: Scene, area: f64) {
+    // Source and receiver change sides.
     second.sources[0].position.x = 2.0 * SIZE.x - second.sources[0].position.x;
-    second.receivers.remove(0);
-    let own = [constant(&first, STEEP), constant(&second, LATE)];
-    let between = SPEED * TRANSMISSION * partition_area() / (4.0 * SIZE.element_product());
+    second.receivers.retain(|receiver| receiver.position.x > SIZE.x);
+    let own = [constant(first, STEEP), constant(&second, LATE)];
+    let between = SPEED * area / (4.0 * SIZE.element_product());
     for part in [STEEP, LATE] {
-        let (found, expected) = (constant(&coupled, part), reservoirs(own, between, part));
+        let (found, expected) = (constant(coupled, part), reservoirs(own, between, part));
         println!("{found} against {expected} 1/s, alone {own:?}");
         assert!((found / expected - 1.0).abs() < 0.03, "{found} instead of {expected} 1/s");
     }
     assert!(own[0] > 2.0 * own[1], "the slopes are too much alike to be told apart");
+}
+
+#[test]
+fn coupled_rooms_have_the_double_slope_of_two_reservoirs() {
+    let with = |transmission: f64| two_rooms(Partition::Sheet, ABSORPTION, 1.0, &[transmission]);
+    check_slopes(&with(TRANSMISSION), &with(0.0), with(0.0), TRANSMISSION * partition_area());
+}
+
+#[test]
+fn so_have_rooms_coupled_through_a_door() {
+    let mut scene = shipped("coupled-door").without_air_attenuation();
+    scene.speed_of_sound = SPEED;
+    let alone = uncoupled(scene.clone());
+    check_slopes(&scene, &alone, alone.clone(), DOOR);
 }
 
 #[test]

@@ -7,10 +7,11 @@ use sonel_map::Settings;
 use sonel_renderer::{Estimator, RenderSettings, Rendering};
 use sonel_scene::Scene;
 use sonel_testkit::analytic::free_field;
+use sonel_tests::coupled_door::{DOOR, DOOR_MIDDLE, live_absorption_area};
 use sonel_tests::estimates::{agree_in_windows, windows};
 use sonel_tests::meshes::{add_box, add_quad};
 use sonel_tests::two_rooms::{Partition, level_difference, two_rooms};
-use sonel_tests::{Traced, batch_fluence, fluence};
+use sonel_tests::{Traced, batch_fluence, fluence, shipped};
 
 const TRANSMISSION: [f64; 4] = [0.3, 1e-2, 1e-6, 0.0];
 const BANDS: usize = TRANSMISSION.len();
@@ -119,6 +120,32 @@ fn two_rooms_have_the_level_difference_of_their_power_balance() {
 #[ignore = "long: cargo xtask accept"]
 fn so_have_rooms_with_a_thick_wall_between_them() {
     check_balance(Partition::Slab(0.25));
+}
+
+/// What passes an open door is a quarter of the fluence of the diffuse field before it, and the direct sound.
+#[test]
+fn a_room_behind_a_door_has_the_level_of_its_power_balance() {
+    let scene = shipped("coupled-door").with_duration(0.8).without_air_attenuation();
+    let traced = Traced::new(scene.clone(), Settings { emissions: 12_000, ..Settings::default() });
+    assert!(traced.geometry.is_watertight() && traced.books.worst_residual() < 1e-9);
+    let rendering = traced.render(RenderSettings::default());
+    let source = scene.sources[0].position;
+    // The field of the dry room falls with the distance from the source.
+    let diffuse = [0, 1].map(|receiver| {
+        let distance = scene.receivers[receiver].position.distance(source);
+        0.5 * (fluence(&rendering, 800, receiver, 0) - free_field(distance, 0.0))
+    });
+    let diffuse = diffuse[0] + diffuse[1];
+    let quiet = [2, 3].map(|receiver| level(&rendering, receiver, 0));
+    let error = 0.5 * quiet[0].1.hypot(quiet[1].1);
+    assert!(error < 0.1, "too noisy to mean anything: {quiet:?} dB");
+    let way = DOOR_MIDDLE - source;
+    let direct = free_field(way.length(), 0.0) * way.normalize().x;
+    let expected = (diffuse + 4.0 * direct) * DOOR / (live_absorption_area(&scene) + DOOR);
+    let found = 0.5 * (quiet[0].0 + quiet[1].0);
+    let expected = 10.0 * expected.log10();
+    println!("{found} against {expected} dB, {} dB below the diffuse field", 10.0 * diffuse.log10() - found);
+    assert!((found - expected).abs() < 0.3, "{found} instead of {expected} dB");
 }
 
 /// One map, counted in three ways, in both rooms and over time.
