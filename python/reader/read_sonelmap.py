@@ -131,7 +131,7 @@ def coefficients(map):
     for material, law in zip(map.header["scene"]["materials"], map.laws):
         first.append(len(rows))
         alpha, s, tau = (np.array(material[name]) for name in ("absorption", "scattering", "transmission"))
-        seen = [locally_reacting(alpha, *pair) for pair in zip(BOUNDS, BOUNDS[1:])] if law else [alpha]
+        seen = locally_reacting(alpha) if law else [alpha]
         rows.extend((alpha, s, tau) for alpha in seen)
     alpha, s, tau = (np.array(column) for column in zip(*rows))
     factors = np.stack([(1 - alpha) * (1 - s), (1 - alpha) * s, tau], 1)
@@ -144,23 +144,22 @@ def coefficients(map):
 BOUNDS = [0.0] + [2.0**octave * (1 + eighth / 8) for octave in range(-10, 0) for eighth in range(8)] + [1.0]
 
 
-def locally_reacting(alpha, low, high):
-    """What a wall with these coefficients in a diffuse field absorbs of diffuse sound with cosines of incidence from low to high."""
+def locally_reacting(alpha):
+    """What a wall with these coefficients in a diffuse field absorbs of diffuse sound in each range of angles."""
 
     def primitive(impedance, cosine):
         x = impedance * cosine
         series = x**3 / 3 - x**4 / 2 + 3 * x**5 / 5 - 2 * x**6 / 3 + 5 * x**7 / 7 - 3 * x**8 / 4
         return 8 / impedance**2 * np.where(x < 0.01, series, x - 2 * np.log1p(x) + x / (1 + x))
 
-    def mean(impedance, low, high):
-        return (primitive(impedance, high) - primitive(impedance, low)) / (high**2 - low**2)
-
     softest, hardest = np.full_like(alpha, 1.5671414), 8 / np.maximum(alpha, 1e-300)
     for _ in range(200):
         middle = np.sqrt(softest * hardest)
-        harder = mean(middle, 0.0, 1.0) > alpha
+        harder = primitive(middle, 1.0) > alpha
         softest, hardest = np.where(harder, middle, softest), np.where(harder, hardest, middle)
-    return np.where(alpha > 0, mean(np.sqrt(softest * hardest), low, high), 0.0)
+    impedance = np.sqrt(softest * hardest)
+    means = [(primitive(impedance, high) - primitive(impedance, low)) / (high**2 - low**2) for low, high in zip(BOUNDS, BOUNDS[1:])]
+    return [np.where(alpha > 0, mean, 0.0) for mean in means]
 
 
 def row_met(map, first, surface, direction):
