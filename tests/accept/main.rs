@@ -6,6 +6,7 @@ mod bent_estimators;
 mod comparison;
 mod coverage;
 mod effects;
+mod fit;
 mod flipped_bits;
 mod invariances;
 mod known_rooms;
