@@ -96,8 +96,7 @@ fn deviation((truth, one): &(f64, Fitted)) -> f64 {
 /// standard errors, 1/(1.96 √300) each.
 #[test]
 fn absorption_is_within_its_intervals() {
-    let deviations: Vec<f64> =
-        (1..=REPETITIONS).flat_map(|repetition| told(repetition)).map(|one| deviation(&one)).collect();
+    let deviations: Vec<f64> = (1..=REPETITIONS).flat_map(told).map(|one| deviation(&one)).collect();
     let count = deviations.len() as f64;
     let inside = |scale: f64| deviations.iter().filter(|one| one.abs() <= scale).count() as f64 / count;
     let mean = deviations.iter().sum::<f64>() / count;
