@@ -19,7 +19,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 /// Specific impedance at which a locally reacting wall absorbs most of a diffuse field.
-const SOFTEST: f64 = 1.567_141_4;
+pub const SOFTEST: f64 = 1.567_141_4;
 
 /// How the absorption of a material depends on the angle of incidence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

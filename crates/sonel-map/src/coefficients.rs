@@ -7,7 +7,7 @@
 //! vectorises over them; lanes beyond the last band are zero.
 
 use glam::DVec3;
-use sonel_acoustics::absorption_law::{absorption_at, impedance, mean_absorption_between};
+use sonel_acoustics::absorption_law::{SOFTEST, absorption_at, impedance, mean_absorption_between};
 use sonel_acoustics::{AbsorptionLaw, Material};
 use sonel_geometry::{Geometry, Side, SpeedProfile, SurfaceId};
 use sonel_scene::{Media, Scene};
@@ -226,6 +226,7 @@ impl CoefficientTable {
     /// The same energies for events drawn with the probabilities of `drawn`, a table of as many materials and classes.
     #[must_use]
     pub fn drawn_as(mut self, drawn: &Self) -> Self {
+        assert_eq!(self.first_rows, drawn.first_rows, "materials keep their laws of absorption");
         for (row, drawn) in self.rows.iter_mut().zip(&drawn.rows) {
             row.specular.probability.clone_from(&drawn.specular.probability);
             row.diffuse.probability.clone_from(&drawn.diffuse.probability);
@@ -310,14 +311,18 @@ impl CoefficientTable {
 /// What a locally reacting material is to a diffuse field from the angles of range number `range`.
 fn seen_within(material: &Material, range: usize) -> Material {
     let mean = |&absorption: &f64| {
-        let impedance = impedance(absorption).expect("checked with the material");
-        mean_absorption_between(impedance, incidence::bounds(range)).clamp(0.0, 1.0)
+        mean_absorption_between(impedance_of(absorption), incidence::bounds(range)).clamp(0.0, 1.0)
     };
     Material { absorption: material.absorption.iter().map(mean).collect(), ..material.clone() }
 }
 
+/// Materials are within the law; only the step of a derivative may lead beyond, where the softest wall stands for it.
+fn impedance_of(absorption: f64) -> f64 {
+    impedance(absorption).unwrap_or(SOFTEST)
+}
+
 fn impedances(material: &Material, classes: &BandClasses) -> Option<Vec<Lanes>> {
-    let of = |band: usize| impedance(material.absorption[band]).expect("checked with the material");
+    let of = |band: usize| impedance_of(material.absorption[band]);
     (material.law == AbsorptionLaw::LocallyReacting).then(|| to_lanes(classes.representatives().map(of)))
 }
 

@@ -6,8 +6,8 @@ mod report;
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::Context;
-use sonel_acoustics::{Coefficient, Material};
+use anyhow::{Context, bail};
+use sonel_acoustics::{AbsorptionLaw, Coefficient, Material};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Audience, Progress};
@@ -34,6 +34,7 @@ pub fn run(
 ) -> anyhow::Result<Outcome> {
     let (mut map, geometry) = open::changeable_map(&arguments.map)?;
     let scene = map.header().scene.clone();
+    refuse_locally_reacting(&scene.materials)?;
     let measured = measured::read(arguments, &scene, log)?;
     let inputs = [arguments.map.clone(), arguments.measured.clone()];
     let output = Output::create(&arguments.output, Kind::MATERIALS, &inputs)?;
@@ -141,4 +142,15 @@ impl<'a> Stages<'a> {
             bar.end();
         }
     }
+}
+
+/// The searches know no upper bound of such walls, and alternatives to them are uniform.
+pub fn refuse_locally_reacting(materials: &[Material]) -> anyhow::Result<()> {
+    if let Some(wall) = materials.iter().find(|material| material.law == AbsorptionLaw::LocallyReacting) {
+        bail!(
+            "\"{}\" is locally reacting; fit and optimise search uniform materials: trace the scene without absorption_law",
+            wall.name
+        );
+    }
+    Ok(())
 }

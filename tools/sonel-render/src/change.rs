@@ -97,6 +97,12 @@ pub fn changed(
         let read = load_materials(&text, "--set", &scene.bands)?;
         *material = read.into_iter().next().context("a table of one material")?;
     }
+    if let Some(at) = (0..materials.len()).find(|&at| materials[at].law != scene.materials[at].law) {
+        let Material { name, law, .. } = &scene.materials[at];
+        bail!(
+            "the absorption law of \"{name}\" cannot be changed on a map, it is {law}: keep it, or trace the scene with the other one"
+        );
+    }
     let interfaces = scene.media.iter().flat_map(|media| &media.interfaces);
     if let Some(changed) =
         interfaces.map(|&index| index as usize).find(|&at| materials[at] != scene.materials[at])
@@ -160,6 +166,7 @@ fn as_toml(material: &Material, assignments: &[&Assignment]) -> anyhow::Result<S
     ];
     let mut lines: BTreeMap<&str, String> =
         lists.into_iter().map(|(key, values)| (key, format!("{key} = {values:?}"))).collect();
+    lines.insert("absorption_law", format!("absorption_law = \"{}\"", material.law));
     let mut changed = Vec::new();
     for assignment in assignments {
         let (_, replaced) =
@@ -224,5 +231,16 @@ mod tests {
         );
         assert!(Assignment::parse("materials.wall.colour=1").unwrap_err().contains("can be: absorption"));
         assert!(Assignment::parse("walls=1").is_err());
+    }
+
+    #[test]
+    fn a_material_keeps_its_law() {
+        let mut walls = Material::uniform("walls", 0.2, 0.1, 8);
+        walls.law = sonel_acoustics::AbsorptionLaw::LocallyReacting;
+        let scene = Scene::shoebox([4.0, 4.0, 4.0], walls, Bands::octaves());
+        let set = |text: &str| changed(&scene, None, &[Assignment::parse(text).unwrap()]);
+        let (materials, _) = set("materials.walls.absorption=0.4").unwrap();
+        assert_eq!(materials[0].law, scene.materials[0].law);
+        assert!(set("materials.walls.absorption=0.97").is_err());
     }
 }
