@@ -2,15 +2,15 @@
 
 use glam::{DVec3, dvec3};
 use sonel_acoustics::{Air, BandWidth, Bands, Material, Pattern};
-use sonel_analysis::{Figure, Parameter};
+use sonel_analysis::{Parameter, ParameterValue};
 use sonel_console::clock::CpuClock;
 use sonel_geometry::Mesh;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::effects::{Decision, EffectSpec, decide};
+use sonel_study::pipeline::{InMemory, NoClock, PipelineSettings, Rendered, Room};
 use sonel_study::response::receivers_of;
-use sonel_study::trial::{Heard, InMemory, NoClock, Room, TrialSettings};
 
 use crate::{meshes, shipped};
 
@@ -54,7 +54,7 @@ pub fn promised(decisions: &[Decision], others: &[Decision]) -> Vec<(f64, f64)> 
 /// A scene traced and heard.
 pub struct Run {
     /// What was heard.
-    pub heard: Heard,
+    pub rendered: Rendered,
     /// What was decided.
     pub decisions: Vec<Decision>,
     /// CPU seconds of both passes, without those of the decision.
@@ -71,12 +71,16 @@ pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
         decide(&spec, Mode::Accurate, &mut scene, &geometry, false, &NoClock).expect("a sound scene");
     let states = decisions.iter().map(Decision::state).collect();
     let room = Room::new(&scene, states).expect("walls");
-    let settings = TrialSettings {
+    let settings = PipelineSettings {
         trace: Settings { emissions, seed: 7, ..Settings::default() },
         render: RenderSettings { rays: 4096, ..RenderSettings::default() },
     };
-    let trial = room.run(&settings, &receivers_of(&scene), &mut InMemory, &CpuClock).expect("a run");
-    Run { seconds: trial.traced.seconds.total() + trial.heard.seconds.total(), heard: trial.heard, decisions }
+    let run = room.run(&settings, &receivers_of(&scene), &mut InMemory, &CpuClock).expect("a run");
+    Run {
+        seconds: run.traced.seconds.total() + run.rendered.seconds.total(),
+        rendered: run.rendered,
+        decisions,
+    }
 }
 
 /// `auto` against `other` in the same packets, none of them bent: those that are find paths of their own.
@@ -87,9 +91,9 @@ pub fn against(scene: &Scene, other: &str, emissions: u64) -> Outcome {
     let bands = scene.bands.count();
     let change = |parameter: Parameter, change: fn(f64, f64) -> f64| -> Vec<f64> {
         let mut largest = vec![0.0_f64; bands];
-        for (one, other) in auto.heard.figures.iter().zip(&other.heard.figures) {
+        for (one, other) in auto.rendered.parameters.iter().zip(&other.rendered.parameters) {
             for (band, (one, other)) in one.bands.iter().zip(&other.bands).enumerate() {
-                let found = changed(one.figure(parameter), other.figure(parameter), change);
+                let found = changed(one.parameter(parameter), other.parameter(parameter), change);
                 largest[band] = largest[band].max(found);
             }
         }
@@ -104,7 +108,7 @@ pub fn against(scene: &Scene, other: &str, emissions: u64) -> Outcome {
     }
 }
 
-fn changed(one: &Figure, other: &Figure, change: fn(f64, f64) -> f64) -> f64 {
+fn changed(one: &ParameterValue, other: &ParameterValue, change: fn(f64, f64) -> f64) -> f64 {
     match (one, other, &one.as_ref().err()) {
         (Ok(one), Ok(other), _) => change(one.value, other.value),
         (Err(_), Err(_), _) => 0.0,

@@ -25,8 +25,8 @@ use sonel_map::{
 use sonel_renderer::deposit::TimeBins;
 use sonel_renderer::{RenderSettings, Renderer, Rendering};
 use sonel_scene::{Loaded, Scene};
+use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, Room, TracedMap};
 use sonel_study::response::receivers_of;
-use sonel_study::trial::{self, Clock, Heard, InMemory, NoClock, Room, TracedMap};
 
 /// A shipped scene.
 #[must_use]
@@ -113,13 +113,13 @@ impl Traced {
     /// Renders all sources at the scene's receivers into a response, as `sonel-render` would.
     #[must_use]
     pub fn respond(&self, settings: RenderSettings) -> Response {
-        self.hear(&settings, &NoClock).response
+        self.render_and_read(&settings, &NoClock).response
     }
 
-    /// Renders all sources at the scene's receivers and reads the figures.
+    /// Renders all sources at the scene's receivers and reads the parameters.
     #[must_use]
-    pub fn hear(&self, settings: &RenderSettings, clock: &dyn Clock) -> Heard {
-        trial::hear(&self.map, &self.geometry, &receivers_of(self.scene()), settings, clock)
+    pub fn render_and_read(&self, settings: &RenderSettings, clock: &dyn Clock) -> Rendered {
+        pipeline::render_and_read(&self.map, &self.geometry, &receivers_of(self.scene()), settings, clock)
             .expect("sound receivers")
     }
 
@@ -139,7 +139,7 @@ impl Traced {
             let start = BatchStart::new(&layout, batch, header.settings.spectral);
             for path in self.map.batch_paths(0, batch) {
                 let direction = directions.direction(path.emission);
-                weight.emit_from(source, direction, 1.0, start.packet(layout.hero(path.emission)));
+                weight.emit_from(source, direction, 1.0, start.packet(layout.lead(path.emission)));
                 let origin = (source.position - self.geometry.center(), scene.air_at_source(0));
                 sweep(origin, path.vertices, &table, &mut weight, |segment| {
                     visit(path.emission, start.weight, segment);

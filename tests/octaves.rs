@@ -53,6 +53,7 @@ pub fn measured(response: &Response, (s, r): (usize, usize), pressure: &[f32], f
         batches: None,
         missing: None,
         arrivals: Arrivals::default(),
+        directions: None,
         ..response.clone()
     }
 }

@@ -273,6 +273,7 @@ class Map:
         temperature: float | None = None,
         humidity: float | None = None,
         air: bool = True,
+        directions: bool = False,
         until: str | None = None,
         at_most: float | str | None = None,
         threads: int | None = None,
@@ -292,6 +293,7 @@ class Map:
         order: highest order of image sources.
         seed: of the rendering (default that of the map).
         temperature [°C], humidity [%]: other air; air=False: no attenuation by air.
+        directions: also store energies by direction, from which lateral fractions and the late lateral level are read.
         until, at_most: add rays until the intervals are narrow enough.
         threads, progress: as for `trace`.
         """
@@ -307,6 +309,7 @@ class Map:
             temperature=temperature,
             humidity=humidity,
             no_air=None if air else True,
+            directions=directions or None,
             until=until,
             at_most=at_most,
         )
@@ -423,17 +426,18 @@ class Response:
         """Parameters of ISO 3382-1 as a structured array of shape [S, R, B].
 
         Fields: source, receiver, center_frequency_hz, and for each of level_db, strength_g_db, early_decay_time_s, t20_s, t30_s,
-        clarity_c50_db, clarity_c80_db, definition_d50 and center_time_s its value and, as NAME_low and NAME_high, the limits of
+        clarity_c50_db, clarity_c80_db, definition_d50, center_time_s and, with directions, lateral_fraction, lateral_fraction_cosine and late_lateral_level_db, one metre from a source
+        support_early_db and support_late_db its value and, as NAME_low and NAME_high, the limits of
         its 95 % interval. NaN where the response does not support a value; `figures` has the reason.
         """
         rows = self.figures()["receivers"]
         shape = (len(self.sources), len(self.receivers), len(self.center_frequencies))
         text = f"U{max(map(len, self.sources + self.receivers))}"
-        keys = [key for key in rows[0]["bands"][0] if key != "center_frequency_hz"]
+        keys = list(dict.fromkeys(key for row in rows for key in row["bands"][0] if key != "center_frequency_hz"))
         numbers = [key + end for key in keys for end in ("", "_low", "_high")]
         fields = [("source", text), ("receiver", text), ("center_frequency_hz", "f8"), *((name, "f8") for name in numbers)]
         values = [
-            (row["source"], row["name"], band["center_frequency_hz"], *(x for key in keys for x in _figure(band[key])))
+            (row["source"], row["name"], band["center_frequency_hz"], *(x for key in keys for x in _figure(band.get(key))))
             for row in rows
             for band in row["bands"]
         ]
@@ -461,8 +465,10 @@ def _object(text: str) -> dict[str, Any]:
     return read
 
 
-def _figure(figure: Mapping[str, Any]) -> tuple[float, float, float]:
-    """Value and limits of the interval of a figure in JSON; NaN for what is null."""
+def _figure(figure: Mapping[str, Any] | None) -> tuple[float, float, float]:
+    """Value and limits of the interval of a figure in JSON; NaN for what is null or not there."""
+    if figure is None:
+        return np.nan, np.nan, np.nan
     low, high = figure.get("ci95") or (None, None)
     value, low, high = (np.nan if number is None else number for number in (figure["value"], low, high))
     return value, low, high

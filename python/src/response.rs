@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
-use sonel_echogram::Response as Echograms;
+use sonel_echogram::{LATERAL_KEYS, Response as Echograms};
 
 use crate::error;
 
@@ -103,6 +103,29 @@ impl Response {
             "arrival_direction" => self.view(&e.arrivals.direction, &[a, 3]),
             "arrival_order" => self.view(&e.arrivals.order, &[a]),
             "arrival_kind" => self.view(&e.arrivals.kind, &[a]),
+            _ => self.find_by_direction(key),
+        }
+    }
+
+    fn find_by_direction(&self, key: &str) -> Option<Array> {
+        let e = &*self.echograms;
+        let (shape, directions) = ([e.sources(), e.receivers(), e.bands(), e.bins()], e.directions.as_ref()?);
+        let [s, r, b, t] = shape;
+        for (lateral, keys) in directions.lateral.iter().zip(LATERAL_KEYS) {
+            let of_batches = |values: &[f32]| {
+                let batches = e.batches.as_ref().filter(|_| !values.is_empty())?;
+                self.view(values, &[e.batch_count(), s, r, b, batches.bins])
+            };
+            match keys.iter().position(|known| *known == key) {
+                Some(0) => return self.view(&lateral.energy, &shape),
+                Some(1) => return of_batches(&lateral.energy_batches),
+                Some(_) => return of_batches(&lateral.kernel_difference),
+                None => {}
+            }
+        }
+        match key {
+            "lateral_axis" => self.view(directions.lateral_axes.as_flattened(), &[r, 3]),
+            "direction_moment" => self.view(&directions.moment, &[s, r, b, t, 3]),
             _ => None,
         }
     }

@@ -101,8 +101,8 @@ def test_targets_are_pursued_and_reported(scene):
         ({"set": {"materials.walls.absorption": 0.3}}, ["--set", "materials.walls.absorption=0.3"]),
         ({"bin": 0.002, "estimator": "gather", "rays": 2048, "seed": 5, "air": False},
          ["--bin", 0.002, "--estimator", "gather", "--rays", 2048, "--seed", 5, "--no-air"]),
-        ({"temperature": -5, "humidity": 20.0, "order": 3, "grid": "2:8:2,3,1.5"},
-         ["--temperature", -5, "--humidity", 20, "--order", 3, "--grid", "2:8:2,3,1.5"]),
+        ({"temperature": -5, "humidity": 20.0, "order": 3, "grid": "2:8:2,3,1.5", "directions": True},
+         ["--temperature", -5, "--humidity", 20, "--order", 3, "--grid", "2:8:2,3,1.5", "--directions"]),
     ],
 )  # fmt: skip
 def test_a_response_has_the_bytes_of_the_programs(room, mapped, tmp_path, options, words):
@@ -332,7 +332,12 @@ def test_an_interruption_ends_the_work(scene, room, stage):
             else:
                 room.render(SEATS, grid="1:9:10,1:6:10,1.5", progress=interrupted)
 
-    assert stops(work)
+    # Where a shell starts this in the background, interruptions are ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert stops(work)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_other_threads_of_python_run_meanwhile(scene):

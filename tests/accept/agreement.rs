@@ -59,13 +59,13 @@ fn visibility_rays_turn_where_packets_are_bent() {
     let seats = sonel_tests::effect_scenes::scenes().into_iter().find(|scene| scene.name == "seat rows");
     let seats = seats.expect("among the effect_scenes");
     let traced = Traced::bending(seats, Settings { emissions: 400_000, ..Settings::default() });
-    let heard = [Estimator::Sphere, Estimator::Connection, Estimator::Gather].map(|estimator| {
+    let received = [Estimator::Sphere, Estimator::Connection, Estimator::Gather].map(|estimator| {
         traced.render(RenderSettings { estimator, mirror_order: Some(2), ..RenderSettings::default() })
     });
     let scene = &traced.map.header().scene;
     for receiver in 0..scene.receivers.len() {
         for band in 0..scene.bands.count() {
-            let [spheres, connections, rays] = heard.each_ref().map(|rendering| {
+            let [spheres, connections, rays] = received.each_ref().map(|rendering| {
                 let (value, sigma) = batch_fluence(rendering, receiver, band);
                 Estimate { value, sigma }
             });

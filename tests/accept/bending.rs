@@ -4,7 +4,7 @@ use sonel_map::{Settings, Spectral};
 use sonel_renderer::Estimator;
 use sonel_testkit::z_test::{Estimate, Within, agree};
 use sonel_tests::Traced;
-use sonel_tests::bent::{heard, screened};
+use sonel_tests::bent::{received, screened};
 
 /// Images of the receiver and visibility rays carry what goes straight to the last mirror and on, spheres what is bent on the way:
 /// together as much as spheres find of everything.
@@ -15,9 +15,9 @@ fn mirrors_behind_the_last_diffuse_reflection_give_the_same_answer_by_three_esti
         .with_receiver("in sight", [3.5, 6.5, 2.0]);
     let settings = Settings { emissions: 160_000, ..Settings::default() };
     let traced = Traced::bending(scene, settings);
-    let spheres = heard(&traced, Estimator::Sphere, 1 << 15);
+    let spheres = received(&traced, Estimator::Sphere, 1 << 15);
     for estimator in [Estimator::Auto, Estimator::Gather] {
-        for (spheres, others) in spheres.iter().zip(heard(&traced, estimator, 1 << 15)) {
+        for (spheres, others) in spheres.iter().zip(received(&traced, estimator, 1 << 15)) {
             for (&spheres, others) in spheres.iter().zip(others) {
                 let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * spheres.value };
                 agree(spheres, others, within).unwrap();
@@ -34,9 +34,9 @@ fn bands_that_share_paths_past_edges_are_heard_as_on_their_own() {
     let scene =
         screened([0.2, 0.3, 0.2, 0.3], [0.6, 0.5, 0.7, 0.9], 1.0).with_receiver("behind", [9.0, 2.5, 1.4]);
     let settings = Settings { emissions: 40_000, ..Settings::default() };
-    let shared = heard(&Traced::bending(scene.clone(), settings), Estimator::Gather, 1 << 15);
+    let shared = received(&Traced::bending(scene.clone(), settings), Estimator::Gather, 1 << 15);
     let alone = Settings { emissions: 20_000, spectral: Spectral::PerBand, seed: 2, ..settings };
-    let alone = heard(&Traced::bending(scene, alone), Estimator::Gather, 1 << 15);
+    let alone = received(&Traced::bending(scene, alone), Estimator::Gather, 1 << 15);
     for (&shared, &alone) in shared[0].iter().zip(&alone[0]) {
         let within = Within { sigmas: 4.0, maximal_sigma: 0.05 * alone.value };
         agree(shared, alone, within).unwrap();

@@ -5,7 +5,7 @@ use sonel_map::Settings;
 use sonel_renderer::Estimator;
 use sonel_testkit::z_test::{Within, agree, within_sigmas};
 use sonel_tests::Traced;
-use sonel_tests::bent::{heard, screened};
+use sonel_tests::bent::{received, screened};
 
 /// Emissions of a run.
 const EMISSIONS: u64 = 160_000;
@@ -55,7 +55,7 @@ fn a_screen_in_a_reverberant_room_gives_the_same_answer_by_two_estimators() {
     let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
     let traced = Traced::bending(scene, settings);
     let (spheres, connections) =
-        (heard(&traced, Estimator::Sphere, RAYS), heard(&traced, Estimator::Connection, RAYS));
+        (received(&traced, Estimator::Sphere, RAYS), received(&traced, Estimator::Connection, RAYS));
     for (spheres, connections) in spheres.iter().zip(&connections) {
         for (&spheres, &connections) in spheres.iter().zip(connections) {
             let within = Within { sigmas: 4.0, maximal_sigma: ERROR * spheres.value };

@@ -1,4 +1,4 @@
-//! Intervals that hold: over 200 seeds the 95 % interval of every figure covers the true value in 90–99 % of the runs, and
+//! Intervals that hold: over 200 seeds the 95 % interval of every parameter covers the true value in 90–99 % of the runs, and
 //! its half-width is that of the spread (docs/physics.md §7).
 
 use sonel_analysis::{Parameter, parameters};
@@ -8,13 +8,16 @@ use sonel_scene::Scene;
 use sonel_tests::{Traced, shipped};
 
 const SEEDS: u64 = 200;
-const FIGURES: [Parameter; 6] = [
+const FIGURES: [Parameter; 9] = [
     Parameter::Level,
     Parameter::EarlyDecayTime,
     Parameter::T20,
     Parameter::T30,
     Parameter::ClarityC80,
     Parameter::CenterTime,
+    Parameter::LateralFraction,
+    Parameter::LateralFractionCosine,
+    Parameter::LateLateralLevel,
 ];
 
 /// What is run with every seed.
@@ -25,23 +28,24 @@ pub struct Run {
     pub estimator: Estimator,
 }
 
-/// Value and interval of every figure in one band.
-fn figures(scene: &Scene, run: Run, seed: u64) -> Vec<(f64, [f64; 2])> {
+/// Value and interval of every parameter in one band.
+fn parameters(scene: &Scene, run: Run, seed: u64) -> Vec<(f64, [f64; 2])> {
     let Run { emissions, band, estimator } = run;
     let traced = Traced::new(scene.clone(), Settings { emissions, seed, ..Settings::default() });
-    let response = traced.respond(RenderSettings { estimator, ..RenderSettings::default() });
+    let response =
+        traced.respond(RenderSettings { estimator, directions: true, ..RenderSettings::default() });
     let all = parameters(&response);
     FIGURES
         .iter()
         .map(|&parameter| {
-            let estimate = all[0].bands[band].figure(parameter).as_ref().expect("a supported figure");
+            let estimate = all[0].bands[band].parameter(parameter).as_ref().expect("a supported figure");
             (estimate.value, *estimate.interval.as_ref().expect("an interval"))
         })
         .collect()
 }
 
 pub fn check(scene: &Scene, run: Run) {
-    let runs: Vec<_> = (1..=SEEDS).map(|seed| figures(scene, run, seed)).collect();
+    let runs: Vec<_> = (1..=SEEDS).map(|seed| parameters(scene, run, seed)).collect();
     let mut wrong = Vec::new();
     for (index, parameter) in FIGURES.iter().enumerate() {
         let values: Vec<f64> = runs.iter().map(|run| run[index].0).collect();

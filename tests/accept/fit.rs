@@ -12,10 +12,10 @@ use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::fit::{FitSettings, Fitted, Knowledge, Measurement, fit};
+use sonel_study::pipeline::InMemory;
 use sonel_study::response::receivers_of;
-use sonel_study::trial::InMemory;
 use sonel_testkit::uniform::Uniform;
-use sonel_tests::Traced;
+use sonel_tests::{Traced, shipped};
 
 const REPETITIONS: u64 = 80;
 const BELIEF: f64 = 0.5;
@@ -25,14 +25,19 @@ fn logit(alpha: f64) -> f64 {
     (alpha / (1.0 - alpha)).ln()
 }
 
-/// Absorption whose ln(α/(1−α)) is normally distributed about that of [`START`], standard deviation [`BELIEF`].
+fn normal(numbers: &mut Uniform) -> f64 {
+    let [u, v] = numbers.square();
+    (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos()
+}
+
+/// Absorption whose ln(α/(1−α)) is normally distributed about that of `alpha`, standard deviation [`BELIEF`].
+fn about(alpha: f64, numbers: &mut Uniform) -> f64 {
+    1.0 / (1.0 + (-logit(alpha) - BELIEF * normal(numbers)).exp())
+}
+
 fn drawn(seed: u64) -> [f64; 4] {
     let mut numbers = Uniform::new(seed);
-    START.map(|alpha| {
-        let [u, v] = numbers.square();
-        let normal = (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos();
-        1.0 / (1.0 + (-logit(alpha) - BELIEF * normal).exp())
-    })
+    START.map(|alpha| about(alpha, &mut numbers))
 }
 
 /// A box of four materials, one band.
@@ -59,13 +64,13 @@ fn trace(absorption: [f64; 4], seed: u64) -> Traced {
 
 fn measured(absorption: [f64; 4], seed: u64) -> Vec<Measurement> {
     let wanted = [Parameter::EarlyDecayTime, Parameter::T20, Parameter::ClarityC80, Parameter::Level];
-    let figures = parameters(&trace(absorption, seed).respond(few_rays()));
+    let parameters = parameters(&trace(absorption, seed).respond(few_rays()));
     let of = |(receiver, parameter): (usize, Parameter)| {
-        let estimate = figures[receiver].bands[0].figure(parameter).as_ref().ok()?;
+        let estimate = parameters[receiver].bands[0].parameter(parameter).as_ref().ok()?;
         let sigma = estimate.error.expect("batches").sigma;
         Some(Measurement { source: 0, receiver, band: 0, parameter, value: estimate.value, sigma })
     };
-    (0..figures.len())
+    (0..parameters.len())
         .flat_map(|receiver| wanted.map(|parameter| (receiver, parameter)))
         .filter_map(of)
         .collect()
@@ -109,4 +114,62 @@ fn absorption_is_within_its_intervals() {
     assert!((0.90..=0.99).contains(&all), "{all} inside");
     assert!(half < 0.90, "intervals of half the width are found out: {half}");
     assert!(mean.abs() < 3.5 / (1.96 * count.sqrt()), "biased: {mean}");
+}
+
+/// What `room` reads, with errors of its own for every value.
+fn measured_well(room: Scene, seed: u64, numbers: &mut Uniform) -> Vec<Measurement> {
+    let errors = [
+        (Parameter::EarlyDecayTime, 0.0, 0.02),
+        (Parameter::T20, 0.0, 0.02),
+        (Parameter::ClarityC80, 0.3, 0.0),
+        (Parameter::Level, 0.2, 0.0),
+    ];
+    let bands = room.bands.count();
+    let settings = Settings { emissions: 200_000, seed, ..Settings::default() };
+    let parameters = parameters(&Traced::new(room, settings).respond(RenderSettings::default()));
+    let places = (0..parameters.len()).flat_map(|receiver| (0..bands).map(move |band| (receiver, band)));
+    let mut found = Vec::new();
+    for ((receiver, band), (parameter, error, part)) in
+        places.flat_map(|place| errors.map(|error| (place, error)))
+    {
+        let Ok(estimate) = parameters[receiver].bands[band].parameter(parameter) else { continue };
+        let sigma = error + part * estimate.value;
+        let value = estimate.value + sigma * normal(numbers);
+        found.push(Measurement { source: 0, receiver, band, parameter, value, sigma });
+    }
+    found
+}
+
+/// In the hall, where each measured value has an error of its own, of 2 % or 0.2 to 0.3 dB.
+#[test]
+fn in_the_hall_too_where_measured_values_have_errors_of_their_own() {
+    let (mut inside, mut count, mut at_half) = (0, 0, 0);
+    for seed in 1..=4 {
+        let mut numbers = Uniform::new(700 + seed);
+        let mut room = shipped("hall");
+        for material in &mut room.materials {
+            material.absorption.iter_mut().for_each(|alpha| *alpha = about(*alpha, &mut numbers));
+        }
+        let truth = room.materials.clone();
+        let measurements = measured_well(room, 1000 + seed, &mut numbers);
+        let settings = Settings { emissions: 30_000, seed, ..Settings::default() };
+        let mut traced = Traced::new(shipped("hall"), settings);
+        let receivers = receivers_of(&traced.map.header().scene);
+        let render = RenderSettings { rays: 16_384, ..RenderSettings::default() };
+        let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief: BELIEF, render };
+        let (geometry, store) = (&traced.geometry, &mut InMemory);
+        let found = fit(&mut traced.map, geometry, &receivers, &measurements, &settings, store, &mut |_| ());
+        for one in found.expect("a decay").coefficients {
+            if one.knowledge == Knowledge::Told {
+                let off = deviation(&(truth[one.material].absorption[one.band], one)).abs();
+                count += 1;
+                inside += u32::from(off <= 1.0);
+                at_half += u32::from(off <= 0.5);
+            }
+        }
+    }
+    println!("{inside} of {count} inside, {at_half} at half width");
+    assert!(count >= 60, "the data tell too little: {count}");
+    assert!(f64::from(inside) >= 0.88 * f64::from(count), "{inside} of {count} inside");
+    assert!(f64::from(at_half) < 0.88 * f64::from(count), "intervals of half the width are found out");
 }

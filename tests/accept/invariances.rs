@@ -23,7 +23,7 @@ fn hall(receiver: usize) -> Scene {
     scene
 }
 
-fn heard(scene: Scene, seed: u64) -> Vec<Windows> {
+fn received(scene: Scene, seed: u64) -> Vec<Windows> {
     let traced = Traced::new(scene, Settings { emissions: 600_000, seed, ..Settings::default() });
     let settings = RenderSettings { rays: 32_768, ..RenderSettings::default() };
     windows(&traced, settings, &BORDERS).swap_remove(0)
@@ -64,17 +64,17 @@ fn mirror_chains_of_the_hall_are_the_same_from_both_ends() {
 #[test]
 fn source_and_receiver_of_the_hall_may_be_exchanged() {
     for receiver in [0, 3] {
-        let there = heard(hall(receiver), 1);
-        let back = heard(exchanged(hall(receiver), 0), 2);
+        let there = received(hall(receiver), 1);
+        let back = received(exchanged(hall(receiver), 0), 2);
         let wrong = compare(&there, &back);
         assert!(wrong.is_empty(), "receiver {receiver}\n{}", wrong.join("\n"));
-        let elsewhere = heard(hall((receiver + 1) % 6), 3);
+        let elsewhere = received(hall((receiver + 1) % 6), 3);
         assert_eq!(compare(&there, &elsewhere).len(), 8, "another seat is told from this one in every band");
     }
 }
 
 #[test]
 fn the_hall_may_stand_anywhere() {
-    let wrong = compare(&heard(hall(4), 1), &heard(moved(hall(4)), 2));
+    let wrong = compare(&received(hall(4), 1), &received(moved(hall(4)), 2));
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

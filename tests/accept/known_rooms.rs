@@ -1,7 +1,7 @@
-//! Rooms whose figures are known, with noise well below their tolerances (docs/physics.md §8).
+//! Rooms whose parameters are known, with noise well below their tolerances (docs/physics.md §8).
 
 use sonel_acoustics::{BandWidth, Bands, Material};
-use sonel_analysis::{Parameter, ReceiverFigures, parameters};
+use sonel_analysis::{Parameter, ReceiverParameters, parameters};
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
@@ -22,15 +22,15 @@ fn even_box(size: [f64; 3], scattering: f64, [source, receiver]: [[f64; 3]; 2], 
     scene
 }
 
-fn figures(scene: Scene, emissions: u64) -> Vec<ReceiverFigures> {
+fn parameters(scene: Scene, emissions: u64) -> Vec<ReceiverParameters> {
     let traced = Traced::new(scene, Settings { emissions, ..Settings::default() });
     parameters(&traced.respond(RenderSettings::default()))
 }
 
-/// A figure that must be: value, largest deviation. Its interval must be narrower than half that deviation.
-fn check(figures: &[ReceiverFigures], band: usize, expectations: &[(Parameter, f64, f64)]) {
+/// A parameter that must be: value, largest deviation. Its interval must be narrower than half that deviation.
+fn check(parameters: &[ReceiverParameters], band: usize, expectations: &[(Parameter, f64, f64)]) {
     for &(parameter, expected, tolerance) in expectations {
-        let estimate = figures[0].bands[band].figure(parameter).as_ref().expect("a supported figure");
+        let estimate = parameters[0].bands[band].parameter(parameter).as_ref().expect("a supported figure");
         let [low, high] = *estimate.interval.as_ref().expect("an interval");
         println!("{parameter:?}: {:.5} in [{low:.5}, {high:.5}], expected {expected}", estimate.value);
         assert!(high - low < tolerance, "{parameter:?}: too wide to mean anything");
@@ -65,8 +65,8 @@ fn small_boxes() {
         ),
     ];
     for (scattering, expectations) in scattered {
-        let figures = figures(even_box([6.0, 5.0, 4.0], scattering, places, 1.5), 1_000_000);
-        check(&figures, 0, &expectations);
+        let parameters = parameters(even_box([6.0, 5.0, 4.0], scattering, places, 1.5), 1_000_000);
+        check(&parameters, 0, &expectations);
     }
 }
 
@@ -75,7 +75,7 @@ fn small_boxes() {
 fn diffuse_box_of_kuttruff() {
     let size = [10.0, 8.0, 5.0];
     let places = [[2.5, 2.0, 1.5], [7.0, 5.5, 3.0]];
-    let figures = figures(even_box(size, 1.0, places, 1.6), 1_000_000);
+    let parameters = parameters(even_box(size, 1.0, places, 1.6), 1_000_000);
     let room = DiffuseBox { size, absorption: [0.2; 6], speed_of_sound: SPEED };
     let [coarse, fine] = [4, 8].map(|cells| room.divide([cells; 3]));
     let steady =
@@ -86,16 +86,16 @@ fn diffuse_box_of_kuttruff() {
         (Parameter::T30, late, 0.005 * late),
         (Parameter::Strength, strength(steady), 0.02),
     ];
-    check(&figures, 0, &expectations);
+    check(&parameters, 0, &expectations);
 }
 
 /// The founding paper's room without diffraction.
 #[test]
 fn seed_room() {
-    let figures = figures(shipped("seed-room"), 400_000);
+    let parameters = parameters(shipped("seed-room"), 400_000);
     for band in 0..6 {
         check(
-            &figures,
+            &parameters,
             band,
             &[(Parameter::Strength, strength(1.0) - 31.48, 0.1), (Parameter::T30, 7.75, 0.1)],
         );

@@ -10,8 +10,8 @@ use sonel_scene::Scene;
 use sonel_study::evaluation_receivers::evaluation_receivers;
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::{self, PilotConfig};
+use sonel_study::pipeline::{Clock, InMemory, PipelineSettings, Room};
 use sonel_study::spread::{PLANNED, readings};
-use sonel_study::trial::{Clock, InMemory, Room, TrialSettings};
 use sonel_tests::{meshes, shipped};
 
 fn boxed(size: [f64; 3], absorption: f64, scattering: f64) -> Scene {
@@ -95,7 +95,7 @@ impl Ratios {
 /// What was predicted of runs, and what they found.
 #[derive(Default)]
 struct Record {
-    /// Standard errors of figures.
+    /// Standard errors of parameters.
     errors: Ratios,
     /// Half-widths of intervals, standard error and bias together.
     widths: Ratios,
@@ -120,7 +120,7 @@ impl Record {
     }
 }
 
-/// What was predicted and found of every figure in one run in `scene`, and of CPU seconds.
+/// What was predicted and found of every parameter in one run in `scene`, and of CPU seconds.
 fn compare(name: &str, scene: &Scene) -> Record {
     let room = Room::new(scene, Vec::new()).expect("walls");
     let receivers = evaluation_receivers(scene, room.geometry());
@@ -139,10 +139,10 @@ fn compare(name: &str, scene: &Scene) -> Record {
     let before = CpuClock.process();
     let pilot = pilot::run(&mission, &CpuClock).expect("a pilot");
     let spent = CpuClock.process() - before;
-    let settings = TrialSettings { trace, ..TrialSettings::default() };
-    let trial = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a run");
+    let settings = PipelineSettings { trace, ..PipelineSettings::default() };
+    let run = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a run");
     let mut record = Record::default();
-    for (spread, found) in pilot.spreads.iter().zip(readings(&trial.heard.figures, &PLANNED)) {
+    for (spread, found) in pilot.spreads.iter().zip(readings(&run.rendered.parameters, &PLANNED)) {
         let (Ok(predicted), Ok([low, high])) =
             (pilot.half_width(spread, effort), pilot.range(spread, effort))
         else {
@@ -154,9 +154,9 @@ fn compare(name: &str, scene: &Scene) -> Record {
             record.ranges.push([libm::log(found.total() / low), libm::log(found.total() / high)]);
         }
     }
-    let (price, traced, heard) = (pilot.price(effort), trial.traced.seconds, trial.heard.seconds);
+    let (price, traced, received) = (pilot.price(effort), run.traced.seconds, run.rendered.seconds);
     let trace = (traced.trace + traced.write) / price.trace;
-    let render = (traced.open + heard.total() - heard.figures) / price.render;
+    let render = (traced.open + received.total() - received.parameters) / price.render;
     record.times.0.extend([trace, render]);
     println!(
         "{name}: standard errors within {FACTOR}: {:.2}, half-widths {:.2}, in their ranges {:.2}; time of trace {trace:.2}, of \
@@ -165,7 +165,7 @@ fn compare(name: &str, scene: &Scene) -> Record {
         record.widths.within(1.0),
         record.inside(1.0),
         pilot.emissions,
-        spent / (traced.total() + heard.total()),
+        spent / (traced.total() + received.total()),
     );
     record
 }

@@ -6,10 +6,10 @@ use sonel_analysis::Parameter;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
+use sonel_study::pipeline::{InMemory, NoClock, PipelineSettings, Room};
 use sonel_study::response::receivers_of;
 use sonel_study::spread::readings;
 use sonel_study::target::Targets;
-use sonel_study::trial::{InMemory, NoClock, Room, TrialSettings};
 use sonel_study::until::Verdict;
 use sonel_tests::shipped;
 
@@ -19,25 +19,25 @@ const FIRST: u64 = 5_800;
 const FIGURES: [Parameter; 3] = [Parameter::T30, Parameter::Level, Parameter::ClarityC80];
 const BAND: usize = 1;
 
-/// Values and half-widths of the figures when the run stops, and how often it was looked at.
+/// Values and half-widths of the parameters when the run stops, and how often it was looked at.
 fn stopped(scene: &Scene, targets: &Targets, seed: u64) -> ([(f64, f64); FIGURES.len()], u32) {
     let room = Room::new(scene, Vec::new()).expect("walls");
     let receivers = receivers_of(scene);
     let mut emissions = FIRST;
     for looks in 1.. {
         let trace = Settings { emissions, seed, ..Settings::default() };
-        let settings = TrialSettings { trace, render: RenderSettings::default() };
-        let trial = room.run(&settings, &receivers, &mut InMemory, &NoClock).expect("a run");
-        let found = readings(&trial.heard.figures, &targets.parameters());
+        let settings = PipelineSettings { trace, render: RenderSettings::default() };
+        let run = room.run(&settings, &receivers, &mut InMemory, &NoClock).expect("a run");
+        let found = readings(&run.rendered.parameters, &targets.parameters());
         let verdict = Verdict::new(&found, targets);
         if verdict.is_reached() {
-            let band = &trial.heard.figures[0].bands[BAND];
-            let figures = FIGURES.map(|parameter| {
-                let estimate = band.figure(parameter).as_ref().expect("a supported figure");
+            let band = &run.rendered.parameters[0].bands[BAND];
+            let parameters = FIGURES.map(|parameter| {
+                let estimate = band.parameter(parameter).as_ref().expect("a supported figure");
                 let [low, high] = *estimate.interval.as_ref().expect("an interval");
                 (estimate.value, 0.5 * (high - low))
             });
-            return (figures, looks);
+            return (parameters, looks);
         }
         emissions = verdict.next(emissions);
     }
@@ -53,10 +53,10 @@ fn intervals_of_stopped_runs_cover_nine_tenths() {
     println!("{looks:.2} looks");
     assert!(looks > 1.5, "runs that stop at once are no test of stopping: {looks}");
     for (index, parameter) in FIGURES.iter().enumerate() {
-        let truth = runs.iter().map(|(figures, _)| figures[index].0).sum::<f64>() / SEEDS as f64;
+        let truth = runs.iter().map(|(parameters, _)| parameters[index].0).sum::<f64>() / SEEDS as f64;
         let covered = |scale: f64| {
-            let inside = |(figures, _): &&([(f64, f64); FIGURES.len()], u32)| {
-                (figures[index].0 - truth).abs() <= scale * figures[index].1
+            let inside = |(parameters, _): &&([(f64, f64); FIGURES.len()], u32)| {
+                (parameters[index].0 - truth).abs() <= scale * parameters[index].1
             };
             runs.iter().filter(inside).count() as f64 / SEEDS as f64
         };

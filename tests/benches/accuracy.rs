@@ -1,6 +1,6 @@
 //! What an accuracy costs: CPU seconds for 0.1 dB of every band's level and 1 % of T30, trace and render together.
 //!
-//! Each case is run with several seeds; the spread of the figures, not their intervals, is scaled by 1/√N to the wanted
+//! Each case is run with several seeds; the spread of the parameters, not their intervals, is scaled by 1/√N to the wanted
 //! accuracy, and the CPU seconds with it. One thread; CPU seconds of the same machine and run.
 
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
@@ -11,8 +11,8 @@ use sonel_console::clock::CpuClock;
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::Settings;
 use sonel_scene::{Receiver, Scene};
+use sonel_study::pipeline::{InMemory, PipelineSettings, Room};
 use sonel_study::response::receivers_of;
-use sonel_study::trial::{InMemory, Room, TrialSettings};
 use sonel_tests::shipped;
 
 const SEEDS: u64 = 12;
@@ -96,13 +96,13 @@ fn case(name: &str, scene: &Scene, emissions: u64) {
     let (mut levels, mut times, mut seconds) = (Vec::new(), Vec::new(), 0.0);
     for seed in 1..=SEEDS {
         let trace = Settings { emissions, seed, ..Settings::default() };
-        let settings = TrialSettings { trace, ..TrialSettings::default() };
-        let trial = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a tight room");
-        seconds += (trial.traced.seconds.total() + trial.heard.seconds.total()) / SEEDS as f64;
-        let figures = trial.heard.figures;
-        let bands = || figures.iter().flat_map(|receiver| &receiver.bands);
+        let settings = PipelineSettings { trace, ..PipelineSettings::default() };
+        let run = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a tight room");
+        seconds += (run.traced.seconds.total() + run.rendered.seconds.total()) / SEEDS as f64;
+        let parameters = run.rendered.parameters;
+        let bands = || parameters.iter().flat_map(|receiver| &receiver.bands);
         let values = |parameter| -> Vec<f64> {
-            bands().map(|band| band.figure(parameter).as_ref().map_or(f64::NAN, |e| e.value)).collect()
+            bands().map(|band| band.parameter(parameter).as_ref().map_or(f64::NAN, |e| e.value)).collect()
         };
         levels.push(values(Parameter::Level));
         times.push(values(Parameter::T30).into_iter().map(f64::ln).collect::<Vec<_>>());
@@ -127,11 +127,11 @@ fn refusals(runs: &[Vec<f64>]) -> String {
 /// Root mean square over receivers and bands, those with a value in every run, of the standard deviation over seeds.
 fn typical_spread(runs: &[Vec<f64>]) -> f64 {
     let count = runs.len() as f64;
-    let figures: Vec<usize> =
-        (0..runs[0].len()).filter(|&figure| runs.iter().all(|run| run[figure].is_finite())).collect();
-    let variance = |figure: usize| {
-        let mean = runs.iter().map(|run| run[figure]).sum::<f64>() / count;
-        runs.iter().map(|run| (run[figure] - mean).powi(2)).sum::<f64>() / (count - 1.0)
+    let parameters: Vec<usize> =
+        (0..runs[0].len()).filter(|&estimate| runs.iter().all(|run| run[estimate].is_finite())).collect();
+    let variance = |estimate: usize| {
+        let mean = runs.iter().map(|run| run[estimate]).sum::<f64>() / count;
+        runs.iter().map(|run| (run[estimate] - mean).powi(2)).sum::<f64>() / (count - 1.0)
     };
-    (figures.iter().map(|&figure| variance(figure)).sum::<f64>() / figures.len() as f64).sqrt()
+    (parameters.iter().map(|&estimate| variance(estimate)).sum::<f64>() / parameters.len() as f64).sqrt()
 }

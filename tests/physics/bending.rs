@@ -10,7 +10,7 @@ use sonel_renderer::Estimator;
 use sonel_scene::Scene;
 use sonel_testkit::z_test::{Estimate, Within, within_sigmas};
 use sonel_tests::Traced;
-use sonel_tests::bent::{add_box, add_quad, heard, screened};
+use sonel_tests::bent::{add_box, add_quad, received, screened};
 use sonel_tracer::Tracer;
 
 /// A screen in the plane x = 0 that ends at z = 0, and a black wall at x = 10 m, both as good as endless.
@@ -135,7 +135,7 @@ fn bends(traced: &Traced) -> usize {
 #[test]
 fn boxes_smaller_than_half_a_wave_bend_nothing_and_change_nothing() {
     let settings = Settings { emissions: 2_000, ..Settings::default() };
-    let result = |traced: &Traced| heard(traced, Estimator::Connection, 1 << 13);
+    let result = |traced: &Traced| received(traced, Estimator::Connection, 1 << 13);
     let small = Traced::bending(with_box(vec![125.0], 1.3), settings);
     assert_eq!(bends(&small), 0);
     assert_eq!(result(&small), result(&Traced::new(with_box(vec![125.0], 1.3), settings)));
@@ -147,7 +147,7 @@ fn boxes_smaller_than_half_a_wave_bend_nothing_and_change_nothing() {
     let scene = || with_box(vec![125.0, 1000.0], 0.5);
     let [bent, straight] = [Traced::bending(scene(), alone), Traced::new(scene(), alone)];
     let [bent_levels, straight_levels] =
-        [&bent, &straight].map(|traced| heard(traced, Estimator::Connection, 1 << 13));
+        [&bent, &straight].map(|traced| received(traced, Estimator::Connection, 1 << 13));
     assert_eq!(bent_levels[0][0], straight_levels[0][0]);
     assert_ne!(bent_levels[0][1], straight_levels[0][1]);
     let short = Traced::bending(with_box(vec![1000.0], 0.5), settings);

@@ -50,7 +50,7 @@ pub(crate) fn rendered(scene: Scene) -> Rendering {
 }
 
 /// Energy of everything at each of `receivers`: `[receiver][band]`. Without scattering nothing of it is noise.
-pub(crate) fn heard(rendering: &Rendering, receivers: usize) -> Vec<Vec<f64>> {
+pub(crate) fn received(rendering: &Rendering, receivers: usize) -> Vec<Vec<f64>> {
     let bins = (DURATION / RenderSettings::default().bin) as usize;
     let at = |receiver| (0..6).map(|band| fluence(rendering, bins, receiver, band)).collect();
     (0..receivers).map(at).collect()
@@ -165,7 +165,7 @@ pub(crate) fn largest_step(
 ) -> f64 {
     let receivers: Vec<[f64; 3]> =
         (0..steps).map(|step| [0, 1, 2].map(|i| from[i] + 0.001 * step as f64 * along[i])).collect();
-    let energies = heard(&rendered(scene(&receivers)), steps);
+    let energies = received(&rendered(scene(&receivers)), steps);
     largest_change(&energies)
 }
 
@@ -202,7 +202,7 @@ fn without_diffraction_the_walks_step() {
     };
     let receivers: Vec<[f64; 3]> = (0..80).map(|step| [-3.0, 0.2, 1.96 + 0.001 * f64::from(step)]).collect();
     let traced = Traced::new(scene(&receivers), Settings { emissions: 32, ..Settings::default() });
-    let energies = heard(&traced.render(RenderSettings::default()), 80);
+    let energies = received(&traced.render(RenderSettings::default()), 80);
     assert!(energies.windows(2).any(|pair| (pair[0][0] / pair[1][0]).log10().abs() > 0.02));
 }
 
@@ -245,7 +245,7 @@ fn every_level_is_finite() {
         receivers.extend((0..20).map(|_| [0; 3].map(|_| 4.0 * random.next_f64() - 2.0)));
         for source in [[0.0, 0.0, 2.0 * size], [-2.0, 0.1, 0.2], [-beside, 0.1 * size, 0.1 * size]] {
             let count = receivers.len();
-            let energies = heard(&rendered(open_scene(mesh.clone(), 0.1, source, &receivers)), count);
+            let energies = received(&rendered(open_scene(mesh.clone(), 0.1, source, &receivers)), count);
             for (receiver, energies) in receivers.iter().zip(energies) {
                 assert!(
                     energies.iter().all(|energy| energy.is_finite() && *energy >= 0.0),
@@ -302,7 +302,7 @@ fn a_corner_in_line_is_no_needle() {
                 .flat_map(|&direction| offsets.iter().map(move |offset| beside(offset, direction)))
                 .collect();
             let scene = open_scene(screen([-1.0, 1.5], [-0.75, 1.25]), 0.6, source, &receivers);
-            let energies = heard(&rendered(scene), receivers.len());
+            let energies = received(&rendered(scene), receivers.len());
             for (energies, direction) in energies.chunks_exact(offsets.len()).zip(directions) {
                 let step = largest_change(energies);
                 assert!(step < 0.1, "{source:?}, {side}, {direction:?}: {step} dB");

@@ -3,7 +3,7 @@
 
 use sonel_map::Mode;
 use sonel_study::effects::{Decision, Effect, LEVEL_DB, decide};
-use sonel_study::trial::NoClock;
+use sonel_study::pipeline::NoClock;
 use sonel_tests::effect_scenes::{against, scenes};
 
 const EMISSIONS: u64 = 1_000;

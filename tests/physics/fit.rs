@@ -7,8 +7,8 @@ use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::fit::{Fit, FitSettings, Fitted, Knowledge, Measurement, Stage, fit};
+use sonel_study::pipeline::InMemory;
 use sonel_study::response::receivers_of;
-use sonel_study::trial::InMemory;
 use sonel_tests::Traced;
 
 /// Materials of the room, with absorption and scattering in two bands.
@@ -39,12 +39,12 @@ fn trace(scene: Scene, seed: u64) -> Traced {
 /// Parameters that a room with `absorption` has, from another trace.
 fn measured(absorption: [[f64; 2]; 3]) -> Vec<Measurement> {
     let wanted = [Parameter::EarlyDecayTime, Parameter::T20, Parameter::ClarityC80, Parameter::Level];
-    let figures = parameters(&trace(room(absorption), 2).respond(few_rays()));
+    let parameters = parameters(&trace(room(absorption), 2).respond(few_rays()));
     let mut found = Vec::new();
-    for (receiver, figures) in figures.iter().enumerate() {
-        for (band, figures) in figures.bands.iter().enumerate() {
+    for (receiver, parameters) in parameters.iter().enumerate() {
+        for (band, parameters) in parameters.bands.iter().enumerate() {
             found.extend(wanted.into_iter().map(|parameter| {
-                let estimate = figures.figure(parameter).as_ref().expect("a decay");
+                let estimate = parameters.parameter(parameter).as_ref().expect("a decay");
                 let sigma = estimate.error.expect("batches").sigma;
                 Measurement { source: 0, receiver, band, parameter, value: estimate.value, sigma }
             }));

@@ -252,8 +252,8 @@ fn the_diffuse_field_in_a_gradient_is_even_per_mode() {
 fn estimators_agree_in_a_gradient() {
     let traced = Traced::new(room(0.3, 0.5, STEEP), settings(20_000));
     let even = Traced::new(room(0.3, 0.5, 0.0), settings(4000)).render(RenderSettings::default());
-    let heard = |estimator| traced.render(RenderSettings::of(estimator));
-    let (auto, sphere) = (heard(Estimator::Auto), heard(Estimator::Sphere));
+    let received = |estimator| traced.render(RenderSettings::of(estimator));
+    let (auto, sphere) = (received(Estimator::Auto), received(Estimator::Sphere));
     let mut apart = 0.0_f64;
     for receiver in 0..2 {
         let [a, b, c] = [&auto, &sphere, &even].map(|rendering| batch_fluence(rendering, receiver, 0));

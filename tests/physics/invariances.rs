@@ -18,7 +18,7 @@ fn settings(seed: u64) -> Settings {
     Settings { emissions: 20_000, seed, ..Settings::default() }
 }
 
-fn heard(scene: Scene, settings: Settings) -> Vec<Windows> {
+fn received(scene: Scene, settings: Settings) -> Vec<Windows> {
     windows(&Traced::new(scene, settings), RenderSettings::default(), &BORDERS).swap_remove(0)
 }
 
@@ -39,19 +39,19 @@ fn check_rejected(first: &[Windows], second: &[Windows]) {
 
 #[test]
 fn source_and_receiver_may_be_exchanged() {
-    let there = heard(WILD.scene(), settings(1));
-    check(&there, &heard(exchanged(WILD.scene(), 0), settings(2)));
+    let there = received(WILD.scene(), settings(1));
+    check(&there, &received(exchanged(WILD.scene(), 0), settings(2)));
     let mut elsewhere = exchanged(WILD.scene(), 0);
     elsewhere.receivers[0].position.x += 1.0;
-    check_rejected(&there, &heard(elsewhere, settings(2)));
+    check_rejected(&there, &received(elsewhere, settings(2)));
 }
 
 /// Turned and ten kilometres away, the box is no lattice of images any more but a tree in another place.
 #[test]
 fn a_room_may_stand_anywhere() {
-    let here = heard(WILD.scene(), settings(1));
-    check(&here, &heard(moved(WILD.scene()), settings(2)));
-    check_rejected(&here, &heard(moved(WILD.more_absorbing(0.03).scene()), settings(2)));
+    let here = received(WILD.scene(), settings(1));
+    check(&here, &received(moved(WILD.scene()), settings(2)));
+    check_rejected(&here, &received(moved(WILD.more_absorbing(0.03).scene()), settings(2)));
 }
 
 /// Direct sound and mirror chains are the same paths, to the rounding of the place.
@@ -75,16 +75,16 @@ fn a_room_far_away_has_the_same_mirror_chains() {
 
 #[test]
 fn bands_may_share_paths_or_not() {
-    let shared = heard(WILD.scene(), settings(1));
+    let shared = received(WILD.scene(), settings(1));
     let own = Settings { spectral: Spectral::PerBand, emissions: 10_000, ..settings(2) };
-    check(&shared, &heard(WILD.scene(), own));
-    check_rejected(&shared, &heard(WILD.more_absorbing(0.03).scene(), own));
+    check(&shared, &received(WILD.scene(), own));
+    check_rejected(&shared, &received(WILD.more_absorbing(0.03).scene(), own));
 }
 
 #[test]
 fn survival_decides_about_noise_alone() {
-    let usual = heard(WILD.scene(), settings(1));
+    let usual = received(WILD.scene(), settings(1));
     for (survival, emissions, seed) in [(0.0, 20_000, 2), (0.5, 30_000, 3), (1.0, 350_000, 4)] {
-        check(&usual, &heard(WILD.scene(), Settings { survival, emissions, ..settings(seed) }));
+        check(&usual, &received(WILD.scene(), Settings { survival, emissions, ..settings(seed) }));
     }
 }

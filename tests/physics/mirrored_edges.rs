@@ -81,7 +81,7 @@ impl Field {
     }
 
     /// Energies at each of `places` [1/m²].
-    pub fn heard(&self, places: &[DVec3]) -> Vec<[f64; BANDS]> {
+    pub fn received(&self, places: &[DVec3]) -> Vec<[f64; BANDS]> {
         let settings =
             RenderSettings { mirror_order: Some(self.order), rays: 512, ..RenderSettings::default() };
         let Traced { map, geometry, .. } = &self.traced;
@@ -101,8 +101,11 @@ impl Field {
     pub fn largest_step(&self, place: DVec3, along: DVec3) -> f64 {
         let offsets = [-1.5, -0.5, -0.001, 0.0, 0.001, 0.5, 1.5];
         let places = offsets.map(|millimetres| place + 0.001 * millimetres * along);
-        let levels: Vec<[f64; BANDS]> =
-            self.heard(&places).iter().map(|energies| energies.map(|energy| 10.0 * energy.log10())).collect();
+        let levels: Vec<[f64; BANDS]> = self
+            .received(&places)
+            .iter()
+            .map(|energies| energies.map(|energy| 10.0 * energy.log10()))
+            .collect();
         let steps =
             levels.windows(2).flat_map(|pair| (0..BANDS).map(|band| (pair[0][band] - pair[1][band]).abs()));
         steps.fold(0.0, f64::max)
@@ -156,14 +159,14 @@ fn hollow_boxes_are_as_closed_ones() {
         [(dvec3(0.0, -3.0, 0.0), dvec3(0.8, 3.0, 2.0)), (dvec3(2.0, -2.0, 0.0), dvec3(2.8, 2.5, 1.8))];
     let places = [dvec3(4.0, 2.4, 1.7), dvec3(1.4, -0.4, 0.2), dvec3(1.4, 4.4, 0.7), dvec3(5.0, 0.4, 2.2)];
     for floor in [VOID, FLOOR] {
-        let heard = |add: fn(&mut Mesh, DVec3, DVec3), shift: f64| {
+        let received = |add: fn(&mut Mesh, DVec3, DVec3), shift: f64| {
             let mut mesh = hall(floor);
             boxes.iter().for_each(|&(low, high)| add(&mut mesh, low, high.with_x(high.x + shift)));
-            Field::new(mesh, 0.0, SOURCE, &["diffraction"]).heard(&places)
+            Field::new(mesh, 0.0, SOURCE, &["diffraction"]).received(&places)
         };
-        let closed = heard(|mesh, low, high| meshes::add_box(mesh, OBSTACLE, low, high), 0.0);
+        let closed = received(|mesh, low, high| meshes::add_box(mesh, OBSTACLE, low, high), 0.0);
         let [largest, of_others] = [0.0, 0.05].map(|shift| {
-            let hollow = heard(add_standing_box, shift);
+            let hollow = received(add_standing_box, shift);
             let energies = hollow.iter().zip(&closed).flat_map(|(one, other)| one.iter().zip(other));
             energies.map(|(one, other)| (10.0 * (one / other).log10()).abs()).fold(0.0, f64::max)
         });

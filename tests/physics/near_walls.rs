@@ -34,9 +34,9 @@ fn room(
 /// Half-widths of level, C80 and T30.
 fn half_widths(traced: &Traced) -> Vec<[f64; 3]> {
     let response = traced.respond(RenderSettings::default());
-    let half_width = |receiver: &sonel_analysis::ReceiverFigures, parameter| {
-        let figure = receiver.bands[0].figure(parameter).as_ref().expect("a figure");
-        let [low, high] = *figure.interval.as_ref().expect("an interval");
+    let half_width = |receiver: &sonel_analysis::ReceiverParameters, parameter| {
+        let estimate = receiver.bands[0].parameter(parameter).as_ref().expect("a figure");
+        let [low, high] = *estimate.interval.as_ref().expect("an interval");
         0.5 * (high - low)
     };
     let parameters = parameters(&response);

@@ -8,8 +8,8 @@ use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::optimise::{Candidate, Choice, OptimiseError, Proposal, optimise};
+use sonel_study::pipeline::{InMemory, NoClock};
 use sonel_study::response::receivers_of;
-use sonel_study::trial::{InMemory, NoClock};
 use sonel_study::wish::Wish;
 use sonel_tests::Traced;
 
@@ -35,8 +35,8 @@ fn few_rays() -> RenderSettings {
 
 /// The mean T20 at 1 kHz of a room whose ceiling absorbs 0.6, within 3 %.
 fn wish() -> Wish {
-    let figures = trace(0.6, 7).hear(&few_rays(), &NoClock).figures;
-    let mean = average(figures.iter().map(|figures| figures.bands[1].figure(Parameter::T20)));
+    let parameters = trace(0.6, 7).render_and_read(&few_rays(), &NoClock).parameters;
+    let mean = average(parameters.iter().map(|parameters| parameters.bands[1].parameter(Parameter::T20)));
     let value = mean.expect("a decay").value;
     Wish { parameter: Parameter::T20, value, tolerance: 0.03 * value, centers_hz: vec![1000.0] }
 }

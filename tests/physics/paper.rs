@@ -157,7 +157,7 @@ fn a_panel_catches_the_packets_of_its_zones() {
     let layout = traced.map.layout();
     for (band, frequency) in [(0, 125.0), (1, 500.0)] {
         let batch = |batch: u32| -> f64 {
-            let paths = traced.map.batch_paths(0, batch).filter(|path| layout.hero(path.emission) == band);
+            let paths = traced.map.batch_paths(0, batch).filter(|path| layout.lead(path.emission) == band);
             let caught: Vec<bool> =
                 paths.map(|path| path.vertices[0].event() == Some(Event::Diffracted)).collect();
             caught.iter().filter(|caught| **caught).count() as f64 / caught.len() as f64

@@ -87,6 +87,40 @@ fn a_hut_weakens_twice() {
     check(mesh, 2);
 }
 
+/// What comes over a screen, and through a partition behind it where there is one, per receiver and band, in a room that reflects nothing.
+/// Receivers are in the shadow, on both sides of its boundary 0.1 mm from it, and in sight.
+fn over_screen(has_partition: bool) -> Vec<Vec<f64>> {
+    let mut mesh = Mesh::default();
+    add_box(&mut mesh, 1, dvec3(-9.0, -9.0, -9.0), dvec3(9.0, 9.0, 9.0));
+    let corner = |y: f64, z: f64| dvec3(-1.0, y, z);
+    add_quad(&mut mesh, 1, [corner(-9.0, -9.0), corner(9.0, -9.0), corner(9.0, 0.2), corner(-9.0, 0.2)]);
+    if has_partition {
+        sheet(&mut mesh, 2.0);
+    }
+    let mut scene = open(mesh);
+    scene.materials.push(Material::uniform("black", 1.0, 0.0, BANDS));
+    scene.receivers.clear();
+    let heights = [-1.5, -0.3, 0.1999, 0.2001, 0.6, 1.4];
+    let scene = heights.iter().fold(scene, |scene, &z| scene.with_receiver("receiver", [3.5, 0.1, z]));
+    let traced = Traced::diffracting(scene, Settings { emissions: 64, ..Settings::default() });
+    let rendering = traced.render(RenderSettings::default());
+    let energy = |receiver: usize, band: usize| rendering.energy(receiver, band);
+    (0..heights.len()).map(|receiver| (0..BANDS).map(|band| energy(receiver, band)).collect()).collect()
+}
+
+#[test]
+fn sound_over_an_edge_keeps_the_transmission_of_what_it_passes() {
+    let (behind, open) = (over_screen(true), over_screen(false));
+    for (behind, open) in behind.iter().zip(&open) {
+        for ((behind, open), transmission) in behind.iter().zip(open).zip(TRANSMISSION) {
+            let expected = transmission * open;
+            assert!((behind - expected).abs() <= 1e-6 * expected, "{behind:e} instead of {expected:e}");
+        }
+    }
+    let step = behind[2][0] / behind[3][0];
+    assert!((step - 1.0).abs() < 5e-3, "the direct sound that passes joins: {step}");
+}
+
 fn level(rendering: &Rendering, receiver: usize, band: usize) -> (f64, f64) {
     let (mean, error) = batch_fluence(rendering, receiver, band);
     (10.0 * mean.log10(), 10.0 * (1.0 + error / mean).log10())

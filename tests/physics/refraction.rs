@@ -275,12 +275,12 @@ fn absorbing(scattering: f64, source: [f64; 3], receivers: &[[f64; 3]]) -> Scene
 #[test]
 fn source_and_receiver_in_two_airs_change_places() {
     let [low, high] = [[1.2, 1.6, 0.7], [3.6, 2.4, 2.4]];
-    let heard = |from, to| {
+    let received = |from, to| {
         let traced = Traced::new(absorbing(0.5, from, &[to]), settings(60_000));
         let rendering = traced.render(RenderSettings { rays: 1 << 14, ..RenderSettings::default() });
         (estimate(&rendering, 0, 0), traced)
     };
-    let [(up, traced), (down, _)] = [heard(low, high), heard(high, low)];
+    let [(up, traced), (down, _)] = [received(low, high), received(high, low)];
     let scene = &traced.map.header().scene;
     let (speed, impedances) = (FAST / scene.speed_of_sound, scene.impedances());
     // Fluence times c² of the receiver is symmetric; energies are fluences times the impedance of the receiver's air.
@@ -300,16 +300,16 @@ fn source_and_receiver_in_two_airs_change_places() {
 fn all_estimators_agree_in_two_airs() {
     let traced =
         Traced::new(absorbing(0.4, [1.2, 1.6, 0.7], &[[3.4, 2.5, 0.8], [3.6, 2.4, 2.4]]), settings(40_000));
-    let heard =
+    let received =
         |estimator| traced.render(RenderSettings { estimator, rays: 1 << 14, ..RenderSettings::default() });
-    let auto = heard(Estimator::Auto);
+    let auto = received(Estimator::Auto);
     let of = |class: PathClass| auto.classes[class as usize].1[0];
     assert!(of(PathClass::Refracted) > 0.1 * of(PathClass::Diffuse));
     let mut even = traced.map.header().scene.clone();
     even.make_air_even();
     let even = Traced::new(even, settings(10_000)).render(RenderSettings::default());
     for other in [Estimator::Sphere, Estimator::Connection] {
-        let other = heard(other);
+        let other = received(other);
         for receiver in 0..2 {
             let [a, b] = [&auto, &other].map(|rendering| estimate(rendering, receiver, 0));
             let sigma = a.sigma.hypot(b.sigma);

@@ -1,7 +1,7 @@
 //! Impulse responses have the energies of their echogram: exact arrivals alone, and noise in the mean over realisations.
 
 use rayon::prelude::*;
-use sonel_analysis::{Figure, Parameter, parameters};
+use sonel_analysis::{Parameter, ParameterValue, parameters};
 use sonel_echogram::{Arrivals, Response};
 use sonel_sound::Synthesizer;
 use sonel_testkit::exponential::ExponentialDecay;
@@ -59,14 +59,15 @@ fn decaying(stretched: f64) -> Response {
             order: vec![0],
             kind: vec![0],
         },
+        directions: None,
         metadata: serde_json::Value::Null,
     }
 }
 
 /// A parameter of every octave; not a number where a single realisation is too noisy for it.
 fn read(response: &Response, parameter: Parameter) -> Vec<f64> {
-    let value = |figure: &Figure| figure.as_ref().map_or(f64::NAN, |estimate| estimate.value);
-    parameters(response)[0].bands.iter().map(|band| value(band.figure(parameter))).collect()
+    let value = |estimate: &ParameterValue| estimate.as_ref().map_or(f64::NAN, |estimate| estimate.value);
+    parameters(response)[0].bands.iter().map(|band| value(band.parameter(parameter))).collect()
 }
 
 /// Energy relative to that of the echogram, and T30 likewise, of every octave and realisation.
@@ -78,8 +79,11 @@ fn realisations(response: &Response, expected: &Response, volume: Option<f64>) -
             let pressure = Synthesizer::new(response, volume, seed)
                 .impulse_response(0, 0)
                 .expect("arrivals of the echogram");
-            let heard = |filter| measured(response, (0, 0), &pressure, filter);
-            (read(&heard(Filter::Sharp), Parameter::Level), read(&heard(Filter::Smooth), Parameter::T30))
+            let received = |filter| measured(response, (0, 0), &pressure, filter);
+            (
+                read(&received(Filter::Sharp), Parameter::Level),
+                read(&received(Filter::Smooth), Parameter::T30),
+            )
         })
         .collect();
     let of_band = |band: usize| {

@@ -89,13 +89,13 @@ pub(super) fn boundaries(without: &Field, ends: [DVec3; 2], orders: RangeInclusi
 /// Largest change of any band over the boundary at each of `places` and within a millimetre about it [dB].
 pub(super) fn steps(field: &Field, places: &[DVec3], along: DVec3) -> Vec<f64> {
     let about = |&place: &DVec3| [-5e-4, -3e-6, 3e-6, 5e-4].map(|offset| place + offset * along);
-    let heard = field.heard(&places.iter().flat_map(about).collect::<Vec<DVec3>>());
+    let received = field.received(&places.iter().flat_map(about).collect::<Vec<DVec3>>());
     let change = |pair: &[[f64; BANDS]], band: usize| (10.0 * (pair[0][band] / pair[1][band]).log10()).abs();
-    let step = |heard: &[[f64; BANDS]]| {
-        let pairs = heard.windows(2);
+    let step = |received: &[[f64; BANDS]]| {
+        let pairs = received.windows(2);
         pairs.flat_map(|pair| (0..BANDS).map(move |band| change(pair, band))).fold(0.0, f64::max)
     };
-    heard.chunks(4).map(step).collect()
+    received.chunks(4).map(step).collect()
 }
 
 /// Largest of them at `places`.
@@ -160,7 +160,7 @@ fn in_a_corner_stands_a_quarter() {
     });
     let errors = |depth: f64| -> [f64; BANDS] {
         let open = Field::new(open.clone(), 0.0, dvec3(source.x, -source.y, -depth), &["diffraction"]);
-        let whole = open.heard(&places);
+        let whole = open.received(&places);
         std::array::from_fn(|band| {
             let error = |at: usize| (10.0 * (heard_of_both[at][band] / whole[at][band]).log10()).abs();
             (0..places.len()).map(error).fold(0.0, f64::max)

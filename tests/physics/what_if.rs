@@ -2,7 +2,7 @@
 
 use sonel_acoustics::{BandWidth, Bands, Coefficient, Material, Pattern};
 use sonel_analysis::what_if::{Fitness, fitness};
-use sonel_analysis::{Parameter, ReceiverFigures, parameters};
+use sonel_analysis::{Parameter, ReceiverParameters, parameters};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
@@ -198,10 +198,10 @@ fn derivatives_are_those_of_fresh_traces() {
         let [less, more] = [varied(-change, 2), varied(change, 3)];
         for parameter in wanted {
             for band in 0..2 {
-                let figure = |figures: &[ReceiverFigures]| {
-                    figures[0].bands[band].figure(parameter).clone().expect("a figure")
+                let estimate = |parameters: &[ReceiverParameters]| {
+                    parameters[0].bands[band].parameter(parameter).clone().expect("a figure")
                 };
-                let [less, more] = [figure(&less), figure(&more)];
+                let [less, more] = [estimate(&less), estimate(&more)];
                 let sigma = |estimate: &sonel_analysis::Estimate| estimate.error.expect("batches").sigma;
                 let expected = (more.value - less.value) / (2.0 * change);
                 let expected_sigma = sigma(&less).hypot(sigma(&more)) / (2.0 * change);

@@ -6,7 +6,8 @@ mod coefficients;
 mod comparison;
 mod effects;
 mod extend;
-mod figures;
+mod in_memory;
+mod parameters;
 mod parts;
 mod placement;
 mod planning;
@@ -14,7 +15,6 @@ mod report;
 mod reproducible;
 mod revisions;
 mod sound;
-mod trial;
 
 use clap::Parser;
 use sonel_console::Outcome;

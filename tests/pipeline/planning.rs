@@ -99,8 +99,8 @@ fn predicted_intervals_come_true() {
     let (predicted, achieved) = (widths("predicted"), widths("achieved"));
     assert_eq!(predicted.len(), 4);
     let near = |scale: f64| {
-        predicted.iter().all(|(figure, width)| {
-            let ratio = achieved[figure].as_f64().unwrap() / (scale * width.as_f64().unwrap());
+        predicted.iter().all(|(estimate, width)| {
+            let ratio = achieved[estimate].as_f64().unwrap() / (scale * width.as_f64().unwrap());
             (1.0 / 1.5..1.5).contains(&ratio)
         })
     };
@@ -211,8 +211,8 @@ fn what_is_predicted_of_a_rendering_comes_true() {
     let widths = |key: &str| report[key]["half_widths_jnd"].as_object().unwrap().clone();
     let (predicted, achieved) = (widths("predicted"), widths("achieved"));
     let near = |scale: f64| {
-        predicted.iter().all(|(figure, width)| {
-            let ratio = achieved[figure].as_f64().unwrap() / (scale * width.as_f64().unwrap());
+        predicted.iter().all(|(estimate, width)| {
+            let ratio = achieved[estimate].as_f64().unwrap() / (scale * width.as_f64().unwrap());
             (1.0 / 1.5..1.5).contains(&ratio)
         })
     };

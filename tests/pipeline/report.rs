@@ -1,4 +1,4 @@
-//! A report is one file with the figures of `parameters`, whatever names its scene bears.
+//! A report is one file with the parameters of `parameters`, whatever names its scene bears.
 
 use clap::Parser;
 use serde_json::Value;
@@ -38,12 +38,12 @@ fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
     assert!(page.len() < 15_000_000);
     let own = &page[page.find("<body>").unwrap()..];
     assert!(!own.contains("http") && !page.contains("<script src") && !page.contains("<link"));
-    let figures: Value =
+    let parameters: Value =
         serde_json::from_str(between(own, "id=\"figures\">", "</script>")).expect("JSON in the page");
     let expected: Value =
         serde_json::from_str(&analyze(&folder, &["parameters", "a.npz", "--format", "json"]).unwrap())
             .unwrap();
-    assert_eq!(figures, expected);
+    assert_eq!(parameters, expected);
     for section in ["Summary", "Remarks", "Room", "Echogramanddecay", "Effects", "Energyledger", "Provenance"]
     {
         assert!(own.contains(&format!("<h2 id=\"{section}\">")), "{section}");

@@ -40,20 +40,29 @@ fn rendered() -> TestFolder {
 #[test]
 fn an_impulse_response_begins_with_the_direct_sound_and_is_the_same_with_any_number_of_threads() {
     let folder = rendered();
-    let heard = read(&folder, FILE);
-    assert_eq!((heard.sample_rate_hz, heard.channels.len()), (48_000, 1));
-    assert_eq!(heard.channels[0].len(), 48 * 600 + 1);
+    let received = read(&folder, FILE);
+    assert_eq!((received.sample_rate_hz, received.channels.len()), (48_000, 1));
+    assert_eq!(received.channels[0].len(), 48 * 600 + 1);
     let distance = (2.9_f64.powi(2) + 1.8_f64.powi(2) + 0.3_f64.powi(2)).sqrt();
     let at = (distance / 343.0 * 48_000.0).round() as usize;
-    let loudest = (0..heard.channels[0].len())
-        .max_by(|&a, &b| heard.channels[0][a].abs().total_cmp(&heard.channels[0][b].abs()));
+    let loudest = (0..received.channels[0].len())
+        .max_by(|&a, &b| received.channels[0][a].abs().total_cmp(&received.channels[0][b].abs()));
     assert_eq!(loudest, Some(at));
     // Air takes 0.03 dB of the highest band on that way.
-    assert!((f64::from(heard.channels[0][at]) * distance - 1.0).abs() < 0.01);
+    assert!((f64::from(received.channels[0][at]) * distance - 1.0).abs() < 0.01);
     let again = folder.path("again").display().to_string();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
-    pool.install(|| render(&folder, "a.sonelmap", "b.npz", &["--wav", &again])).unwrap();
+    let ambix = ["--wav", &again, "--ambix", "3"];
+    pool.install(|| render(&folder, "a.sonelmap", "b.npz", &ambix)).unwrap();
     assert_eq!(folder.bytes(FILE), folder.bytes("again/1-speaker_1-listener.wav"));
+    // The listener looks at the source as far as that is to the front: nothing of it comes from the side.
+    let directed = read(&folder, "again/1-speaker_1-listener_ambix3.wav");
+    assert!(directed.channels.len() == 16 && directed.channels[0] == received.channels[0]);
+    let share = |channel: usize| f64::from(directed.channels[channel][at] / received.channels[0][at]);
+    let ahead = 2.9_f64.hypot(1.8) / distance;
+    assert!(share(1).abs() < 0.01 && (share(3) - ahead).abs() < 0.01, "{} {}", share(1), share(3));
+    assert!((share(2).abs() - 0.3 / distance).abs() < 0.01, "{}", share(2));
+    assert!(response(&folder, "b.npz").directions.is_some());
 }
 
 #[test]
@@ -63,9 +72,9 @@ fn a_recording_is_heard_through_the_room_at_its_own_rate_and_level() {
     click[0] = 0.5;
     write(&folder, "click.wav", &Recording { sample_rate_hz: 48_000, channels: vec![click.clone()] });
     analyze(&folder, &["listen", FILE, "click.wav", "-o", "heard.wav"]).unwrap();
-    let (response, heard) = (read(&folder, FILE), read(&folder, "heard.wav"));
-    for (sample, (response, heard)) in response.channels[0].iter().zip(&heard.channels[0]).enumerate() {
-        assert!((0.5 * response - heard).abs() < 1e-7, "sample {sample}");
+    let (response, received) = (read(&folder, FILE), read(&folder, "heard.wav"));
+    for (sample, (response, received)) in response.channels[0].iter().zip(&received.channels[0]).enumerate() {
+        assert!((0.5 * response - received).abs() < 1e-7, "sample {sample}");
     }
     write(&folder, "slow.wav", &Recording { sample_rate_hz: 24_000, channels: vec![click] });
     analyze(&folder, &["listen", FILE, "slow.wav", "-o", "heard.wav"]).unwrap();

@@ -27,7 +27,10 @@ enum Chore {
         part: Option<accept::Part>,
     },
     /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
-    Bench,
+    Bench {
+        /// Parts of the speed benchmark alone: shoebox, seed-room, hall, what-if, edges
+        parts: Vec<String>,
+    },
     /// Check everything a change has to pass: format, tidy, lints, tests, Python, workflow
     Ci,
     /// Run workflow/ on a small scene and compare its map with that of the run in one piece
@@ -45,7 +48,7 @@ enum Chore {
 fn main() -> ExitCode {
     let outcome = match Chore::parse() {
         Chore::Accept { part } => accept::run(part),
-        Chore::Bench => bench::run(),
+        Chore::Bench { parts } => bench::run(&parts),
         Chore::Ci => ci::run(),
         Chore::Cluster => cluster::check(),
         Chore::Demo => demo::run(),

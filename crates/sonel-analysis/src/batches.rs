@@ -3,7 +3,7 @@
 use sonel_echogram::Response;
 
 use crate::decay::Echogram;
-use crate::figure::{Estimate, Figure, KernelShift, NoInterval, StandardError, Unsupported};
+use crate::estimate::{Estimate, KernelShift, NoInterval, ParameterValue, StandardError, Unsupported};
 use crate::jackknife;
 use crate::parameter::{LevelScale, Values};
 
@@ -126,12 +126,12 @@ fn leave_out(mean: &[f64], weight: f64, batch: &[f32]) -> Vec<f64> {
         .collect()
 }
 
-/// The figure `value` with the interval that `read` finds from the parts. What leaves here is finite or has a reason.
-pub fn figure(
+/// The parameter `value` with the interval that `read` finds from the parts. What leaves here is finite or has a reason.
+pub fn estimate(
     value: Result<f64, Unsupported>,
     parts: Result<&[&Parts], &NoInterval>,
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
-) -> Figure {
+) -> ParameterValue {
     let value = finite(value)?;
     let estimate = |interval, error, without, weight, warning, kernel| Estimate {
         value,
@@ -164,7 +164,7 @@ fn finite(value: Result<f64, Unsupported>) -> Result<f64, Unsupported> {
     value.and_then(|value| if value.is_finite() { Ok(value) } else { Err(Unsupported::BeyondNumbers) })
 }
 
-/// What the parts say of a figure.
+/// What the parts say of a parameter.
 struct PartSpread {
     half_width: f64,
     error: StandardError,
@@ -174,7 +174,7 @@ struct PartSpread {
     kernel: Option<KernelShift>,
 }
 
-/// Jackknife of what `read` makes of the parts of one band or, for figures over bands, of several.
+/// Jackknife of what `read` makes of the parts of one band or, for parameters over bands, of several.
 fn spread(
     parts: &[&Parts],
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
@@ -199,8 +199,8 @@ fn spread(
     })
 }
 
-/// How the figure, `all` and `without` each batch, shifts when it is freed of the bias of discs and spheres. [`None`] where
-/// nothing is averaged over an area, or where the figure cannot be read off the corrected energies.
+/// How the parameter, `all` and `without` each batch, shifts when it is freed of the bias of discs and spheres. [`None`] where
+/// nothing is averaged over an area, or where the parameter cannot be read off the corrected energies.
 fn kernel_shift(
     parts: &[&Parts],
     read: &impl Fn(&[&Values]) -> Result<f64, Unsupported>,

@@ -1,9 +1,9 @@
-//! Which figures of two responses differ beyond noise.
+//! Which parameters of two responses differ beyond noise.
 //!
-//! Every figure that both responses have, with a standard error in each, is compared by Welch's t: the difference against
-//! √(σ_A² + σ_B²) with the degrees of freedom of Welch and Satterthwaite (rounded down). So many figures are looked at that
+//! Every parameter that both responses have, with a standard error in each, is compared by Welch's t: the difference against
+//! √(σ_A² + σ_B²) with the degrees of freedom of Welch and Satterthwaite (rounded down). So many parameters are looked at that
 //! some differ by chance: each is judged at Šidák's level 1 − 0.99^(1/m), so that two responses without any difference are
-//! told apart once in a hundred comparisons, whatever the number of figures m [Sidak1967].
+//! told apart once in a hundred comparisons, whatever the number of parameters m [Sidak1967].
 //!
 //! Besides the parameters these are the strengths of [`WINDOWS`], which tell when the difference arises.
 //!
@@ -14,10 +14,10 @@
 
 use sonel_acoustics::just_noticeable as noticeable;
 
-use crate::figure::{Estimate, Figure, StandardError};
+use crate::estimate::{Estimate, ParameterValue, StandardError};
 use crate::jackknife;
 use crate::parameter::Parameter;
-use crate::receiver::ReceiverFigures;
+use crate::receiver::ReceiverParameters;
 use crate::student;
 use crate::window::{WINDOWS, Window};
 
@@ -34,11 +34,11 @@ pub enum Pairing {
     /// Runs with seeds of their own.
     Independent,
     /// Batch j of one and batch j of the other began with the same random numbers. Where the batches are not the same
-    /// parts of both runs, the figures count as independent.
+    /// parts of both runs, the parameters count as independent.
     Batches,
 }
 
-/// One figure of two responses.
+/// One parameter of two responses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
     /// Name of the source.
@@ -47,9 +47,9 @@ pub struct Difference {
     pub receiver: String,
     /// Nominal centre [Hz]; none for the speech transmission index.
     pub center_frequency_hz: Option<f64>,
-    /// Key of the figure.
-    pub figure: &'static str,
-    /// B − A, in the unit of the figure.
+    /// Key of the parameter.
+    pub estimate: &'static str,
+    /// B − A, in the unit of the parameter.
     pub value: f64,
     /// 95 % interval of this difference alone.
     pub interval: [f64; 2],
@@ -66,7 +66,7 @@ pub struct Comparison {
     pub differences: Vec<Difference>,
     /// Figures that only one response has, or without interval in one of them.
     pub not_judged: usize,
-    /// Level at which each figure is judged.
+    /// Level at which each parameter is judged.
     pub level: f64,
 }
 
@@ -79,7 +79,7 @@ impl Comparison {
 
 /// Compares what `a` and `b` have in common: sources and receivers by name, bands by centre.
 #[must_use]
-pub fn compare(a: &[ReceiverFigures], b: &[ReceiverFigures], pairing: Pairing) -> Comparison {
+pub fn compare(a: &[ReceiverParameters], b: &[ReceiverParameters], pairing: Pairing) -> Comparison {
     let mut pairs = Vec::new();
     for a in a {
         if let Some(b) = b.iter().find(|b| (&b.source, &b.name) == (&a.source, &a.name)) {
@@ -109,28 +109,28 @@ enum Compared {
     Speech,
 }
 
-/// One figure of both responses.
+/// One parameter of both responses.
 struct Pair<'a> {
-    receiver: &'a ReceiverFigures,
+    receiver: &'a ReceiverParameters,
     center_frequency_hz: Option<f64>,
     compared: Compared,
-    a: &'a Figure,
-    b: &'a Figure,
+    a: &'a ParameterValue,
+    b: &'a ParameterValue,
 }
 
-fn pair_up<'a>(receiver: &'a ReceiverFigures, b: &'a ReceiverFigures, pairs: &mut Vec<Pair<'a>>) {
+fn pair_up<'a>(receiver: &'a ReceiverParameters, b: &'a ReceiverParameters, pairs: &mut Vec<Pair<'a>>) {
     for band in &receiver.bands {
         let center = band.center_frequency_hz;
         let Some(other) = b.bands.iter().find(|other| other.center_frequency_hz.total_cmp(&center).is_eq())
         else {
             continue;
         };
-        pairs.extend(Parameter::ALL.iter().map(|&parameter| Pair {
+        pairs.extend(band.parameters().map(|parameter| Pair {
             receiver,
             center_frequency_hz: Some(center),
             compared: Compared::Parameter(parameter),
-            a: band.figure(parameter),
-            b: other.figure(parameter),
+            a: band.parameter(parameter),
+            b: other.parameter(parameter),
         }));
         let windows = WINDOWS.iter().zip(&band.windows).zip(&other.windows);
         pairs.extend(windows.map(|((&window, a), b)| Pair {
@@ -180,7 +180,7 @@ impl Pair<'_> {
             source: self.receiver.source.clone(),
             receiver: self.receiver.name.clone(),
             center_frequency_hz: self.center_frequency_hz,
-            figure: self.compared.key(),
+            estimate: self.compared.key(),
             value,
             interval: [value - half_width, value + half_width],
             just_noticeable: value.abs() / self.compared.just_noticeable(a.value),
@@ -210,7 +210,7 @@ impl Compared {
         }
     }
 
-    /// The just-noticeable difference about `value`, in the unit of the figure.
+    /// The just-noticeable difference about `value`, in the unit of the parameter.
     fn just_noticeable(self, value: f64) -> f64 {
         match self {
             Self::Parameter(parameter) => parameter.just_noticeable(value),

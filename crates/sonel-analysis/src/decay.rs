@@ -8,7 +8,7 @@
 //!
 //! References: [Schroeder1965], [ISO3382-1] (docs/references.md).
 
-use crate::figure::Unsupported;
+use crate::estimate::Unsupported;
 use crate::tail::{self, Tail};
 
 /// Most of the energy that the extrapolated tail may hold: 10 dB of the decay must have been recorded.

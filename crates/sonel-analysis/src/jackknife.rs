@@ -3,11 +3,11 @@
 //! The delete-a-group jackknife for groups of unequal weight [Busing1999]: with h_j = 1/w_j, the estimate θ from all groups
 //! and θ_(j) without group j, pseudo-values are τ_j = h_j θ − (h_j − 1) θ_(j), and the variance of θ is
 //! (1/G) Σ (τ_j − θ_J)² / (h_j − 1), θ_J = G θ − Σ (1 − w_j) θ_(j). The interval is Student's t with G − 1 degrees of
-//! freedom: exact for a linear figure of normal batches, and good for smooth figures of many batches.
+//! freedom: exact for a linear parameter of normal batches, and good for smooth parameters of many batches.
 //!
 //! References: [Busing1999] (docs/references.md).
 
-use crate::figure::StandardError;
+use crate::estimate::StandardError;
 use crate::outlier;
 use crate::student;
 
@@ -16,12 +16,12 @@ const MISSED: f64 = 0.05;
 /// A relative spread below this is rounding, about which nothing can be tested.
 const ROUNDING: f64 = 1e-12;
 
-/// Spread of a figure over its batches.
+/// Spread of a parameter over its batches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
-    /// Standard error of the figure.
+    /// Standard error of the parameter.
     pub error: StandardError,
-    /// Half of the 95 % interval, in the unit of the figure.
+    /// Half of the 95 % interval, in the unit of the parameter.
     pub half_width: f64,
     /// Why the batches look unlike a sample of a normal distribution.
     pub warning: Option<String>,

@@ -5,12 +5,15 @@
 //! - [`decay`]: Schroeder's backward integration, with what follows the record estimated by [`tail`];
 //! - [`regression`]: reverberation times with their decay range and non-linearity;
 //! - [`modulation`]: modulation transfer and the speech transmission index;
-//! - [`parameter`]: the figures of one echogram; [`receiver`]: those of a whole response;
+//! - [`parameter`]: the parameters of one echogram; [`receiver`]: those of a whole response;
+//! - `lateral`: lateral fractions and the late lateral level, where the response has directions;
+//! - `support`: stage support at receivers one metre from a source;
+//! - [`open_plan`]: how speech falls along a line of workstations;
 //! - [`average`]: single numbers and means over receivers;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when not to believe those;
 //! - [`report`]: tables, CSV and JSON (docs/interface.md); [`plot`]: line plots with intervals as SVG.
 //!
-//! [`comparison`] tells which figures of two responses differ beyond noise, [`map_comparison`] where, when and in which
+//! [`comparison`] tells which parameters of two responses differ beyond noise, [`map_comparison`] where, when and in which
 //! bands two maps do.
 //!
 //! [`picture`] writes energy on surfaces, as a camera sees it, as OpenEXR and PNG.
@@ -18,19 +21,21 @@
 //! And from a map: [`survey`] walks its paths for the energy ledger and what arrived where, [`sonels`] lists its sonels one
 //! by one, [`export`] writes them for other programs.
 //!
-//! A figure that the echogram cannot support is an [`Unsupported`] with its reason, never a number.
+//! A parameter that the echogram cannot support is an [`Unsupported`] with its reason, never a number.
 
 pub mod average;
 mod batches;
 pub mod comparison;
 pub mod decay;
+pub mod estimate;
 pub mod export;
-pub mod figure;
 pub mod jackknife;
+mod lateral;
 pub mod map_comparison;
 pub mod measured;
 mod missing;
 pub mod modulation;
+pub mod open_plan;
 pub mod outlier;
 pub mod parameter;
 pub mod picture;
@@ -42,12 +47,13 @@ pub mod report;
 pub mod sensitivity;
 pub mod sonels;
 pub mod student;
+mod support;
 pub mod survey;
 pub mod tail;
 pub mod what_if;
 pub mod window;
 
 pub use decay::{DecayCurve, Echogram};
-pub use figure::{Estimate, Figure, Interval, Unsupported};
+pub use estimate::{Estimate, Interval, ParameterValue, Unsupported};
 pub use parameter::Parameter;
-pub use receiver::{BandFigures, ReceiverFigures, parameters};
+pub use receiver::{BandParameters, ReceiverParameters, parameters};

@@ -74,7 +74,8 @@ fn row(header: &StringRecord, record: &StringRecord) -> Result<Option<MeasuredRo
     };
     let needed = |name: &str| text(name).ok_or_else(|| format!("line {line}: {name} is empty"));
     let key = needed("parameter")?;
-    if key == "speech_transmission_index" {
+    let mut unused = Parameter::LATERAL.into_iter().chain(Parameter::SUPPORT.map(|(support, _)| support));
+    if key == "speech_transmission_index" || unused.any(|parameter| parameter.key() == key) {
         return Ok(None);
     }
     let parameter = Parameter::ALL.into_iter().find(|parameter| parameter.key() == key).ok_or_else(|| {

@@ -1,21 +1,21 @@
-//! What the end of the run cut off, and how far figures may be off by it.
+//! What the end of the run cut off, and how far parameters may be off by it.
 //!
 //! The tail that continues a record is a guess: it fits the record's last 10 dB at one receiver. The energy that packets still carried at
 //! the end of the run says independently how much arrives later, as the mean over the room. The truth is expected between half the
-//! smaller and twice the larger of both; figures are read off both ends as well, and their intervals hold what is found there.
+//! smaller and twice the larger of both; parameters are read off both ends as well, and their intervals hold what is found there.
 
 use crate::decay::{DecayCurve, Echogram};
-use crate::figure::{Estimate, Figure, Unsupported};
+use crate::estimate::{Estimate, ParameterValue, Unsupported};
 use crate::parameter::{LevelScale, Values};
 use crate::tail::Tail;
 
 /// Neither of two guesses is trusted further than this factor.
 const TRUST: f64 = 2.0;
-/// A figure that may be off by more just-noticeable differences than this is refused.
+/// A parameter that may be off by more just-noticeable differences than this is refused.
 const MOST_JUST_NOTICEABLE: f64 = 5.0;
-/// A figure that may be off by more just-noticeable differences than this is warned of.
+/// A parameter that may be off by more just-noticeable differences than this is warned of.
 const LEAST_WARNED: f64 = 0.5;
-/// The duration named is one at which a figure may be off by so many just-noticeable differences.
+/// The duration named is one at which a parameter may be off by so many just-noticeable differences.
 const AIM: f64 = 0.1;
 
 /// Readings with the least and the most that may follow the record.
@@ -56,19 +56,19 @@ impl Bounds {
     }
 }
 
-/// `figure` with an interval that holds what `read` finds at both ends of `bounds`, one for each band that it is read from.
+/// `parameter` with an interval that holds what `read` finds at both ends of `bounds`, one for each band that it is read from.
 ///
 /// # Errors
 /// [`Unsupported::CutOff`] where that is further away than a few times `just_noticeable`.
 pub fn widened(
-    figure: Estimate,
+    estimate: Estimate,
     bounds: &[&Bounds],
     just_noticeable: f64,
     read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
-) -> Figure {
+) -> ParameterValue {
     let off = |end: usize| -> Result<f64, Unsupported> {
         let values: Vec<&Values> = bounds.iter().map(|bounds| &bounds.ends[end]).collect();
-        Ok(read(&values)? - figure.value)
+        Ok(read(&values)? - estimate.value)
     };
     let (end, rate) = bounds
         .iter()
@@ -79,19 +79,19 @@ pub fn widened(
         _ => (f64::NEG_INFINITY, f64::INFINITY),
     };
     let largest = most.max(-least) / just_noticeable;
-    // What is missing falls with the decay: so does what it does to the figure.
+    // What is missing falls with the decay: so does what it does to the parameter.
     let needed_s = end + libm::log(largest.min(FARTHEST) / AIM).max(0.0) / rate;
     if largest > MOST_JUST_NOTICEABLE {
         return Err(Unsupported::CutOff { end_s: end, needed_s });
     }
-    let interval = figure.interval.map(|[low, high]| [low + least, high + most]);
+    let interval = estimate.interval.map(|[low, high]| [low + least, high + most]);
     let cut_off = (largest > LEAST_WARNED).then(|| {
         format!(
             "the run ends at {end:.2} s, before the decay does: what is missing may change this by {largest:.1} just-noticeable \
              differences, which the interval holds; set duration_s to {needed_s:.2} or more"
         )
     });
-    Ok(Estimate { interval, ..figure }.warned(cut_off))
+    Ok(Estimate { interval, ..estimate }.warned(cut_off))
 }
 
 /// Stands for what cannot be read at all, in just-noticeable differences.

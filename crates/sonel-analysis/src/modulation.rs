@@ -2,8 +2,8 @@
 //!
 //! m(F) = |∫ p²(t) e^(−2πiFt) dt| / ∫ p²(t) dt [Schroeder1981], with the echogram exponential within each bin (as the decay
 //! curve is), so an ideal decay is met exactly. The index is the indirect method of IEC 60268-16 with the weights of male
-//! speech: no background noise, no auditory masking and no reception threshold, all of which need absolute speech levels.
-//! It therefore describes the room alone.
+//! speech. Without levels it describes the room alone. With the levels of a [`Talk`] the transfer in octave k is times
+//! I_k/(I_k + I_noise,k + I_masking,k + I_threshold,k): background noise, masking by the octave below, and the threshold of reception.
 //!
 //! References: [IEC60268-16], [Schroeder1981] (docs/references.md).
 
@@ -24,6 +24,53 @@ const WEIGHT: [f64; 7] = [0.085, 0.127, 0.230, 0.233, 0.309, 0.224, 0.173];
 const REDUNDANCY: [f64; 6] = [0.085, 0.078, 0.065, 0.011, 0.047, 0.095];
 /// Apparent signal-to-noise ratios beyond ±15 dB make no difference.
 const LARGEST_RATIO_DB: f64 = 15.0;
+
+/// Reception threshold of speech in every octave [dB].
+const THRESHOLD_DB: [f64; 7] = [46.0, 27.0, 12.0, 6.5, 7.5, 8.0, 12.0];
+
+/// Speech and noise, in the octaves of [`SPEECH_OCTAVES`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Talk {
+    /// Power levels of the speech [dB re 1 pW]; without, those of the source.
+    pub power_level_db: Option<[f64; 7]>,
+    /// Levels of the background noise at every receiver [dB re 20 µPa].
+    pub noise_level_db: [f64; 7],
+}
+
+impl Talk {
+    /// By how much speech is louder than a source of `power_level_db` in bands of these `frequencies` [Hz], in every octave of speech [dB].
+    #[must_use]
+    pub fn more_than(&self, frequencies: &[f64], power_level_db: &[f64]) -> [f64; 7] {
+        std::array::from_fn(|k| {
+            let band = frequencies.iter().position(|center| center.total_cmp(&SPEECH_OCTAVES[k]).is_eq());
+            band.zip(self.power_level_db).map_or(0.0, |(band, speech)| speech[k] - power_level_db[band])
+        })
+    }
+}
+
+/// The part of the modulation in every octave that noise, masking by the octave below and the reception threshold leave, 0 … 1: of speech and
+/// noise of these levels [dB re 20 µPa].
+#[must_use]
+pub fn audible_shares(speech_db: &[f64; 7], noise_db: &[f64; 7]) -> [f64; 7] {
+    let intensity = |level: f64| libm::pow(10.0, 0.1 * level);
+    let all: [f64; 7] = std::array::from_fn(|k| intensity(speech_db[k]) + intensity(noise_db[k]));
+    std::array::from_fn(|k| {
+        let masking = k
+            .checked_sub(1)
+            .map_or(0.0, |below| all[below] * intensity(masking_db(10.0 * libm::log10(all[below]))));
+        intensity(speech_db[k]) / (all[k] + masking + intensity(THRESHOLD_DB[k]))
+    })
+}
+
+/// How far below an octave of `level` [dB] its masking in the octave above is [dB], negative.
+fn masking_db(level: f64) -> f64 {
+    match level {
+        level if level < 63.0 => 0.5 * level - 65.0,
+        level if level < 67.0 => 1.8 * level - 146.9,
+        level if level < 100.0 => 0.5 * level - 59.8,
+        _ => -10.0,
+    }
+}
 
 /// Modulation transfer m at `frequency` [Hz], 0 … 1.
 #[must_use]
@@ -71,12 +118,13 @@ fn low_pass((re, im): (f64, f64), x: f64) -> (f64, f64) {
     ((re + im * x) * norm, (im - re * x) * norm)
 }
 
-/// Modulation transfer index of one octave, the mean transmission index over the modulation frequencies, 0 … 1.
+/// Modulation transfer index of one octave, the mean transmission index over the modulation frequencies, 0 … 1; `share` of the modulation is
+/// left by noise and hearing.
 #[must_use]
-pub fn transfer_index(curve: &DecayCurve) -> f64 {
+pub fn transfer_index(curve: &DecayCurve, share: f64) -> f64 {
     let sum: f64 = MODULATION_FREQUENCIES
         .iter()
-        .map(|&frequency| transmission_index(modulation_transfer(curve, frequency)))
+        .map(|&frequency| transmission_index(share * modulation_transfer(curve, frequency)))
         .sum();
     sum / MODULATION_FREQUENCIES.len() as f64
 }
@@ -112,6 +160,27 @@ mod tests {
         // Different octaves: α₁ 0.25 + α₂ 0.81 + α₇ 1 − β₁ 0.45, the other products vanish.
         let index = speech_transmission_index(&[0.25, 0.81, 0.0, 0.0, 0.0, 0.0, 1.0]);
         assert!((index - (0.085 * 0.25 + 0.127 * 0.81 + 0.173 - 0.085 * 0.45)).abs() < 1e-12);
+    }
+
+    /// Values of a calculation apart from this code, in Python.
+    #[test]
+    fn noise_masking_and_threshold_leave_what_the_standard_says() {
+        let speech = [62.0, 66.0, 65.0, 58.0, 52.0, 47.0, 101.0];
+        let noise = [50.0, 45.0, 48.0, 40.0, 52.0, 20.0, 30.0];
+        let expected = [
+            0.918_936_394_7,
+            0.991_824_491_5,
+            0.978_520_346_1,
+            0.979_166_931_2,
+            0.499_735_303_0,
+            0.996_763_338_0,
+            0.999_999_919_0,
+        ];
+        for (found, expected) in audible_shares(&speech, &noise).into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-9, "{found} instead of {expected}");
+        }
+        assert!((masking_db(62.999) - -33.5).abs() < 1e-3 && (masking_db(66.999) - -26.3).abs() < 1e-2);
+        assert!((masking_db(67.0) - -26.3).abs() < 1e-9 && (masking_db(99.999) - -9.8).abs() < 1e-3);
     }
 
     #[test]

@@ -8,7 +8,7 @@
 
 use crate::student;
 
-/// Share of sound figures that are warned of.
+/// Share of sound parameters that are warned of.
 const FALSE_ALARMS: f64 = 0.001;
 /// The test says nothing of fewer values.
 const FEWEST: usize = 4;

@@ -9,7 +9,7 @@ use sonel_acoustics::just_noticeable as noticeable;
 use sonel_acoustics::{level_db, strength_db};
 
 use crate::decay::{DecayCurve, Echogram};
-use crate::figure::{DecayQuality, Unsupported};
+use crate::estimate::{DecayQuality, Unsupported};
 use crate::regression::{self, DecayLine, DecayRange};
 
 /// A parameter of ISO 3382-1 per band.
@@ -33,13 +33,23 @@ pub enum Parameter {
     DefinitionD50,
     /// Centre time Ts [s].
     CenterTime,
+    /// Early lateral energy fraction LF, 0 … 1.
+    LateralFraction,
+    /// Early lateral energy fraction LFC, with the cosine of the angle in place of its square, 0 … 1.
+    LateralFractionCosine,
+    /// Late lateral level L_J [dB].
+    LateLateralLevel,
+    /// Early stage support ST_early [dB].
+    SupportEarly,
+    /// Late stage support ST_late [dB].
+    SupportLate,
 }
 
-/// Number of parameters per band.
+/// Number of parameters per band that every response has.
 pub const PARAMETER_COUNT: usize = 9;
 
 impl Parameter {
-    /// All of them, in the order of every output.
+    /// Those of every response, in the order of every output.
     pub const ALL: [Self; PARAMETER_COUNT] = [
         Self::Level,
         Self::Strength,
@@ -51,6 +61,14 @@ impl Parameter {
         Self::DefinitionD50,
         Self::CenterTime,
     ];
+
+    /// Those that a response with directions has beside them.
+    pub const LATERAL: [Self; 3] =
+        [Self::LateralFraction, Self::LateralFractionCosine, Self::LateLateralLevel];
+
+    /// Those that a receiver one metre from the source has beside them, with their windows since the direct sound [s].
+    pub const SUPPORT: [(Self, [f64; 2]); 2] =
+        [(Self::SupportEarly, [0.020, 0.100]), (Self::SupportLate, [0.100, 1.000])];
 
     /// Its key in JSON and CSV.
     #[must_use]
@@ -65,19 +83,30 @@ impl Parameter {
             Self::ClarityC80 => "clarity_c80_db",
             Self::DefinitionD50 => "definition_d50",
             Self::CenterTime => "center_time_s",
+            Self::LateralFraction => "lateral_fraction",
+            Self::LateralFractionCosine => "lateral_fraction_cosine",
+            Self::LateLateralLevel => "late_lateral_level_db",
+            Self::SupportEarly => "support_early_db",
+            Self::SupportLate => "support_late_db",
         }
     }
 
-    /// The just-noticeable difference about `value`, in its own unit.
+    /// The just-noticeable difference about `value`, in its own unit. Those of L_J and support are not known: they are
+    /// taken for that of levels.
     #[must_use]
     pub fn just_noticeable(self, value: f64) -> f64 {
         match self {
-            Self::Level | Self::Strength => noticeable::LEVEL_DB,
+            Self::Level
+            | Self::Strength
+            | Self::LateLateralLevel
+            | Self::SupportEarly
+            | Self::SupportLate => noticeable::LEVEL_DB,
             Self::EarlyDecayTime => noticeable::EARLY_DECAY_TIME * value,
             Self::T20 | Self::T30 => noticeable::REVERBERATION_TIME * value,
             Self::ClarityC50 | Self::ClarityC80 => noticeable::CLARITY_DB,
             Self::DefinitionD50 => noticeable::DEFINITION,
             Self::CenterTime => noticeable::CENTER_TIME,
+            Self::LateralFraction | Self::LateralFractionCosine => noticeable::LATERAL_FRACTION,
         }
     }
 
@@ -100,6 +129,11 @@ impl Parameter {
             Self::ClarityC80 => ("C80", "dB", 1.0),
             Self::DefinitionD50 => ("D50", "%", 100.0),
             Self::CenterTime => ("Ts", "ms", 1000.0),
+            Self::LateralFraction => ("LF", "%", 100.0),
+            Self::LateralFractionCosine => ("LFC", "%", 100.0),
+            Self::LateLateralLevel => ("LJ", "dB", 1.0),
+            Self::SupportEarly => ("STearly", "dB", 1.0),
+            Self::SupportLate => ("STlate", "dB", 1.0),
         }
     }
 }
@@ -185,7 +219,7 @@ impl Values {
 }
 
 /// Energy later than `limit` [s] after the direct sound.
-fn late(curve: &DecayCurve, limit: f64) -> Result<f64, Unsupported> {
+pub(crate) fn late(curve: &DecayCurve, limit: f64) -> Result<f64, Unsupported> {
     curve.remaining(limit).ok_or(Unsupported::LimitOutside { limit_ms: 1000.0 * limit })
 }
 

@@ -16,7 +16,7 @@ mod tests;
 
 pub use axis::{Axis, Scale};
 pub use drawing::{PlotError, svg};
-pub use parameters::parameters;
+pub use parameters::{parameters, shown};
 pub use response::{decay, echogram};
 
 /// A value and where the true one lies.

@@ -66,7 +66,7 @@ impl<'a> Reading<'a> {
 
     /// How the packet of `emission` starts.
     pub fn start(&self, emission: u64) -> &PacketStart {
-        self.batches[self.layout.batch(emission) as usize].packet(self.layout.hero(emission))
+        self.batches[self.layout.batch(emission) as usize].packet(self.layout.lead(emission))
     }
 
     /// Unit direction in which `emission` left `source`: exact, where the rounded points of its first segment are not.

@@ -1,7 +1,7 @@
-//! The figures of a response: every source at every receiver.
+//! The parameters of a response: every source at every receiver.
 //!
 //! Values come from the fine bins, intervals from the coarse bins of the batches. Receivers of one response share sonels,
-//! so their errors are correlated: intervals hold for each figure alone.
+//! so their errors are correlated: intervals hold for each parameter alone.
 
 use rayon::prelude::*;
 use sonel_acoustics::just_noticeable as noticeable;
@@ -9,15 +9,16 @@ use sonel_echogram::Response;
 
 use crate::batches::{self, Parts};
 use crate::decay::Echogram;
-use crate::figure::{Figure, NoInterval, Unsupported};
+use crate::estimate::{Estimate, NoInterval, ParameterValue, Unsupported};
 use crate::missing::{self, Bounds};
-use crate::modulation::{self, SPEECH_OCTAVES};
-use crate::parameter::{LevelScale, PARAMETER_COUNT, Parameter, Values};
+use crate::modulation::{self, SPEECH_OCTAVES, Talk};
+use crate::parameter::{LevelScale, Parameter, Values};
 use crate::window::{WINDOW_COUNT, WINDOWS, Window};
+use crate::{lateral, support};
 
 /// Figures of one source at one receiver.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ReceiverFigures {
+pub struct ReceiverParameters {
     /// Name of the source.
     pub source: String,
     /// Position of the source [m].
@@ -27,79 +28,120 @@ pub struct ReceiverFigures {
     /// Position of the receiver [m].
     pub position: [f64; 3],
     /// Of the room alone: no noise, 0 … 1.
-    pub speech_transmission_index: Figure,
+    pub speech_transmission_index: ParameterValue,
     /// Ascending in frequency.
-    pub bands: Vec<BandFigures>,
+    pub bands: Vec<BandParameters>,
 }
 
 /// Figures of one band.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BandFigures {
+pub struct BandParameters {
     /// Nominal centre [Hz].
     pub center_frequency_hz: f64,
-    figures: [Figure; PARAMETER_COUNT],
+    /// [`Parameter::ALL`] first.
+    parameters: Vec<(Parameter, ParameterValue)>,
     /// Strength in each of [`WINDOWS`], for comparisons.
-    pub windows: [Figure; WINDOW_COUNT],
+    pub windows: [ParameterValue; WINDOW_COUNT],
 }
 
-impl BandFigures {
+/// Stands for parameters of responses with directions, and of receivers one metre from a source.
+static NO_DIRECTIONS: ParameterValue = Err(Unsupported::NoDirections);
+static NOT_ON_STAGE: ParameterValue = Err(Unsupported::NotOnStage);
+
+impl BandParameters {
     /// One of them.
-    pub fn figure(&self, parameter: Parameter) -> &Figure {
-        &self.figures[parameter as usize]
+    pub fn parameter(&self, parameter: Parameter) -> &ParameterValue {
+        match self.parameters.iter().find(|(found, _)| *found == parameter) {
+            Some((_, estimate)) => estimate,
+            None if Parameter::LATERAL.contains(&parameter) => &NO_DIRECTIONS,
+            None => &NOT_ON_STAGE,
+        }
+    }
+
+    /// What there are parameters of.
+    pub fn parameters(&self) -> impl Iterator<Item = Parameter> + '_ {
+        self.parameters.iter().map(|(parameter, _)| *parameter)
     }
 }
 
-impl ReceiverFigures {
+impl ReceiverParameters {
     /// All parameters, the speech transmission index first.
-    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
+    pub fn parameters(&self) -> impl Iterator<Item = &ParameterValue> {
         std::iter::once(&self.speech_transmission_index)
-            .chain(self.bands.iter().flat_map(|band| &band.figures))
+            .chain(self.bands.iter().flat_map(|band| band.parameters.iter().map(|(_, estimate)| estimate)))
     }
 }
 
-/// All figures of `response`: source by source, receiver by receiver.
+/// All parameters of `response`: source by source, receiver by receiver.
 #[must_use]
-pub fn parameters(response: &Response) -> Vec<ReceiverFigures> {
+pub fn parameters(response: &Response) -> Vec<ReceiverParameters> {
+    parameters_of(response, None)
+}
+
+/// All parameters of `response`, with the speech transmission index of `talk`: levels, noise and hearing decide it beside the room.
+#[must_use]
+pub fn parameters_of(response: &Response, talk: Option<&Talk>) -> Vec<ReceiverParameters> {
     let pairs: Vec<(usize, usize)> =
         (0..response.sources()).flat_map(|s| (0..response.receivers()).map(move |r| (s, r))).collect();
-    pairs.into_par_iter().map(|(s, r)| at_receiver(response, s, r)).collect()
+    let lateral = response.lateral(0).zip(response.lateral(1));
+    let lateral = lateral.map(|(squares, cosines)| [squares, cosines]);
+    pairs.into_par_iter().map(|pair| at_receiver(response, lateral.as_ref(), talk, pair)).collect()
 }
 
 /// One band, read from the fine bins and from the batches.
 struct Band {
+    all: Reading,
+    /// Lateral energy and lateral cross energy, where there are directions.
+    lateral: Option<[Reading; 2]>,
+}
+
+/// An echogram, read from the fine bins and from the batches.
+struct Reading {
     fine: Values,
     parts: Result<Parts, NoInterval>,
     /// With what may follow the record; none where nothing is known of it.
     bounds: Option<Bounds>,
 }
 
-impl Band {
+impl Reading {
     fn parts(&self) -> Result<&Parts, &NoInterval> {
         self.parts.as_ref()
     }
 }
 
-fn at_receiver(response: &Response, s: usize, r: usize) -> ReceiverFigures {
-    let bands: Vec<Band> = (0..response.bands()).map(|b| read_band(response, (s, r, b))).collect();
-    ReceiverFigures {
+fn at_receiver(
+    response: &Response,
+    lateral: Option<&[Response; 2]>,
+    talk: Option<&Talk>,
+    (s, r): (usize, usize),
+) -> ReceiverParameters {
+    let band = |b: usize| Band {
+        all: read(response, (s, r, b)),
+        lateral: lateral.map(|both| both.each_ref().map(|lateral| read(lateral, (s, r, b)))),
+    };
+    let bands: Vec<Band> = (0..response.bands()).map(band).collect();
+    let (source_position, position) = (response.source_positions[s], response.receiver_positions[r]);
+    let squares = source_position.iter().zip(position).map(|(from, to)| (from - to) * (from - to));
+    let on_stage = support::is_defined(squares.sum::<f64>().sqrt());
+    ReceiverParameters {
         source: response.source_names[s].clone(),
-        source_position: response.source_positions[s],
+        source_position,
         name: response.receiver_names[r].clone(),
-        position: response.receiver_positions[r],
-        speech_transmission_index: speech(&response.center_frequency_hz, &bands),
+        position,
+        speech_transmission_index: speech(response, s, &bands, talk),
         bands: bands
             .iter()
             .zip(&response.center_frequency_hz)
-            .map(|(band, &center_frequency_hz)| BandFigures {
+            .map(|(band, &center_frequency_hz)| BandParameters {
                 center_frequency_hz,
-                figures: Parameter::ALL.map(|parameter| band_figure(band, parameter)),
-                windows: WINDOWS.map(|window| window_figure(band, window)),
+                parameters: band_parameters(band, on_stage),
+                windows: WINDOWS.map(|window| window_parameter(&band.all, window)),
             })
             .collect(),
     }
 }
 
-fn read_band(response: &Response, (s, r, b): (usize, usize, usize)) -> Band {
+fn read(response: &Response, (s, r, b): (usize, usize, usize)) -> Reading {
     let scale = LevelScale {
         source_power_level_db: response.source_power_level_db[s * response.bands() + b],
         characteristic_impedance: response.characteristic_impedance,
@@ -112,51 +154,94 @@ fn read_band(response: &Response, (s, r, b): (usize, usize, usize)) -> Band {
     let fine = Values::read(echogram, scale);
     let bounds =
         response.missing(s, r, b).and_then(|missing| Bounds::new(echogram, &fine.curve, missing, scale));
-    Band { bounds, fine, parts: Parts::read(response, (s, r, b), scale) }
+    Reading { bounds, fine, parts: Parts::read(response, (s, r, b), scale) }
 }
 
-fn band_figure(band: &Band, parameter: Parameter) -> Figure {
-    let read = |values: &Values| values.values[parameter as usize].clone();
-    let figure = figure_of(band, read)?.if_straight(band.fine.quality(parameter))?;
-    let just_noticeable = parameter.just_noticeable(figure.value);
-    let bounds: Vec<&Bounds> = band.bounds.iter().collect();
-    let figure = figure.unless_noisy(just_noticeable)?;
-    if bounds.is_empty() {
-        return Ok(figure);
+/// Of one band; `on_stage` where support is defined.
+fn band_parameters(band: &Band, on_stage: bool) -> Vec<(Parameter, ParameterValue)> {
+    let mut parameters: Vec<(Parameter, ParameterValue)> = Parameter::ALL
+        .into_iter()
+        .map(|parameter| (parameter, band_parameter(&band.all, parameter)))
+        .collect();
+    if let Some([squares, cosines]) = &band.lateral {
+        let fraction = |values: &[&Values]| lateral::early_fraction(values[0], values[1]);
+        let [early, early_cosine, late] = Parameter::LATERAL;
+        parameters.extend([
+            (early, checked(&[&band.all, squares], early, fraction)),
+            (early_cosine, checked(&[&band.all, cosines], early_cosine, fraction)),
+            (late, checked(&[squares], late, |values| lateral::late_level_db(values[0]))),
+        ]);
     }
-    missing::widened(figure, &bounds, just_noticeable, |values| read(values[0]))
+    for (parameter, window) in Parameter::SUPPORT.into_iter().filter(|_| on_stage) {
+        let estimate = checked(&[&band.all], parameter, |values| support::support_db(values[0], window));
+        parameters.push((parameter, estimate));
+    }
+    parameters
 }
 
-fn window_figure(band: &Band, window: Window) -> Figure {
-    figure_of(band, |values| {
-        values.curve.as_ref().map_err(Clone::clone).and_then(|curve| window.strength(curve))
+fn band_parameter(band: &Reading, parameter: Parameter) -> ParameterValue {
+    let read = |values: &[&Values]| values[0].values[parameter as usize].clone();
+    let straight = parameter_of(&[band], read)?.if_straight(band.fine.quality(parameter))?;
+    refused_or_widened(straight, &[band], parameter, read)
+}
+
+/// What `read` finds in the fine bins of `readings`, with its interval, unless noise or the end of the run decide it.
+fn checked(
+    readings: &[&Reading],
+    parameter: Parameter,
+    read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
+) -> ParameterValue {
+    refused_or_widened(parameter_of(readings, &read)?, readings, parameter, read)
+}
+
+fn refused_or_widened(
+    estimate: Estimate,
+    readings: &[&Reading],
+    parameter: Parameter,
+    read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
+) -> ParameterValue {
+    let just_noticeable = parameter.just_noticeable(estimate.value);
+    let estimate = estimate.unless_noisy(just_noticeable)?;
+    let bounds: Option<Vec<&Bounds>> = readings.iter().map(|reading| reading.bounds.as_ref()).collect();
+    match bounds {
+        Some(bounds) => missing::widened(estimate, &bounds, just_noticeable, read),
+        None => Ok(estimate),
+    }
+}
+
+fn window_parameter(band: &Reading, window: Window) -> ParameterValue {
+    parameter_of(&[band], |values| {
+        values[0].curve.as_ref().map_err(Clone::clone).and_then(|curve| window.strength(curve))
     })
 }
 
 /// What `read` finds in the fine bins, with the interval it finds from the batches.
-fn figure_of(band: &Band, read: impl Fn(&Values) -> Result<f64, Unsupported>) -> Figure {
-    let parts = band.parts().map(|parts| [parts]);
-    let parts = parts.as_ref().map(<[&Parts; 1]>::as_slice).map_err(|reason| *reason);
-    batches::figure(read(&band.fine), parts, |values| read(values[0]))
+fn parameter_of(
+    readings: &[&Reading],
+    read: impl Fn(&[&Values]) -> Result<f64, Unsupported>,
+) -> ParameterValue {
+    let parts: Result<Vec<&Parts>, &NoInterval> = readings.iter().map(|reading| reading.parts()).collect();
+    let fine: Vec<&Values> = readings.iter().map(|reading| &reading.fine).collect();
+    batches::estimate(read(&fine), parts.as_deref().map_err(|reason| *reason), read)
 }
 
-fn speech(frequencies: &[f64], bands: &[Band]) -> Figure {
+fn speech(response: &Response, s: usize, bands: &[Band], talk: Option<&Talk>) -> ParameterValue {
+    let (frequencies, count) = (&response.center_frequency_hz, response.bands());
+    let power = &response.source_power_level_db[s * count..(s + 1) * count];
+    let more = talk.map(|talk| talk.more_than(frequencies, power));
+    let speech_index = |values: &[&Values]| speech_index(values, talk.zip(more));
     let bands = speech_bands(frequencies, bands)?;
-    let parts: Result<Vec<&Parts>, &NoInterval> = bands.iter().map(|band| band.parts()).collect();
-    let parts = parts.as_ref().map(Vec::as_slice).map_err(|reason| *reason);
-    let fine: Vec<&Values> = bands.iter().map(|band| &band.fine).collect();
-    let figure = batches::figure(speech_index(&fine), parts, speech_index)?
-        .unless_noisy(noticeable::SPEECH_TRANSMISSION_INDEX)?;
+    let estimate = parameter_of(&bands, speech_index)?.unless_noisy(noticeable::SPEECH_TRANSMISSION_INDEX)?;
     let bounds: Option<Vec<&Bounds>> = bands.iter().map(|band| band.bounds.as_ref()).collect();
     match bounds {
         Some(bounds) => {
-            missing::widened(figure, &bounds, noticeable::SPEECH_TRANSMISSION_INDEX, speech_index)
+            missing::widened(estimate, &bounds, noticeable::SPEECH_TRANSMISSION_INDEX, speech_index)
         }
-        None => Ok(figure),
+        None => Ok(estimate),
     }
 }
 
-fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Band>, Unsupported> {
+fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Reading>, Unsupported> {
     let find = |octave: f64| frequencies.iter().position(|center| center.total_cmp(&octave).is_eq());
     let missing: Vec<String> = SPEECH_OCTAVES
         .iter()
@@ -169,20 +254,31 @@ fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Ba
     if frequencies.windows(2).any(|pair| pair[1] / pair[0] < NARROWEST_OCTAVE_STEP) {
         return Err(Unsupported::NotOctaves);
     }
-    Ok(SPEECH_OCTAVES.iter().filter_map(|&octave| find(octave)).map(|index| &bands[index]).collect())
+    Ok(SPEECH_OCTAVES.iter().filter_map(|&octave| find(octave)).map(|index| &bands[index].all).collect())
 }
 
 /// Nominal octaves lie at least this factor apart (63 to 125 Hz), third octaves at most 1.29.
 const NARROWEST_OCTAVE_STEP: f64 = 1.9;
 
-fn speech_index(values: &[&Values]) -> Result<f64, Unsupported> {
+/// The index of the room, or of a talk that is so many decibels louder than the source in every octave.
+fn speech_index(values: &[&Values], talk: Option<(&Talk, [f64; 7])>) -> Result<f64, Unsupported> {
+    let shares = match talk {
+        None => [1.0; 7],
+        Some((talk, more)) => {
+            let mut levels = [0.0; 7];
+            for ((level, values), more) in levels.iter_mut().zip(values).zip(more) {
+                *level = values.values[Parameter::Level as usize].clone()? + more;
+            }
+            modulation::audible_shares(&levels, &talk.noise_level_db)
+        }
+    };
     let mut indices = [0.0; 7];
-    for ((index, values), octave) in indices.iter_mut().zip(values).zip(SPEECH_OCTAVES) {
+    for (((index, values), octave), share) in indices.iter_mut().zip(values).zip(SPEECH_OCTAVES).zip(shares) {
         let curve = values.curve.as_ref().map_err(|reason| Unsupported::Band {
             center_frequency_hz: octave,
             reason: Box::new(reason.clone()),
         })?;
-        *index = modulation::transfer_index(curve);
+        *index = modulation::transfer_index(curve, share);
     }
     Ok(modulation::speech_transmission_index(&indices))
 }

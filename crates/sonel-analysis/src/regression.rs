@@ -7,7 +7,7 @@
 //! References: [ISO3382-1], [ISO3382-2] annex B (docs/references.md).
 
 use crate::decay::DecayCurve;
-use crate::figure::Unsupported;
+use crate::estimate::Unsupported;
 
 /// A line needs three borders within the range, or it sees a step and no decay.
 const FEWEST_BORDERS: usize = 3;

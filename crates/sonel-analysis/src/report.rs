@@ -5,5 +5,5 @@ mod json;
 mod table;
 
 pub use self::csv::csv;
-pub use self::json::json;
+pub use self::json::{estimate, json, receivers};
 pub use self::table::table;

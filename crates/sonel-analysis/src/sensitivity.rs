@@ -6,10 +6,10 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_acoustics::Coefficient;
 
-use crate::figure::Figure;
+use crate::estimate::ParameterValue;
 use crate::jackknife;
 use crate::parameter::Parameter;
-use crate::receiver::ReceiverFigures;
+use crate::receiver::ReceiverParameters;
 
 /// What tables show is the effect of so much more of a coefficient.
 const CHANGE: f64 = 0.1;
@@ -45,16 +45,20 @@ pub struct Slope {
 /// The derivatives of a parameter by the coefficients that the bands from number `first` on differ in by `steps`.
 #[must_use]
 pub fn slopes(
-    figures: &ReceiverFigures,
+    parameters: &ReceiverParameters,
     first: usize,
     steps: &[f64],
     parameter: Parameter,
 ) -> Vec<Option<Slope>> {
-    let figure = |band: usize| figures.bands[band].figure(parameter);
-    steps.iter().enumerate().map(|(band, &step)| slope(figure(band), figure(first + band), step)).collect()
+    let estimate = |band: usize| parameters.bands[band].parameter(parameter);
+    steps
+        .iter()
+        .enumerate()
+        .map(|(band, &step)| slope(estimate(band), estimate(first + band), step))
+        .collect()
 }
 
-fn slope(before: &Figure, after: &Figure, step: f64) -> Option<Slope> {
+fn slope(before: &ParameterValue, after: &ParameterValue, step: f64) -> Option<Slope> {
     let (Ok(before), Ok(after)) = (before, after) else { return None };
     if step.abs() <= 0.0 || before.without.len() < 2 || before.without.len() != after.without.len() {
         return None;

@@ -133,7 +133,7 @@ impl<'a> Sonels<'a> {
             visit(&Sonel {
                 source,
                 emission,
-                leading_band: reading.layout.hero(emission),
+                leading_band: reading.layout.lead(emission),
                 history: segment.history,
                 position: segment.end.as_dvec3() + self.center,
                 direction,

@@ -152,7 +152,7 @@ impl Walk<'_> {
                 last.extend_from_slice(segment.energy);
                 return;
             };
-            let row = reading.table.row(arrival.surface, segment.course());
+            let row = reading.table.row(arrival.surface, segment.direction());
             books.arrived(segment.energy, &row.dissipated, &row.passed_on);
             found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
             found.order(segment.history.order, reading.bands).add(segment.energy, &row.dissipated);

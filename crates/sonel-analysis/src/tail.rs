@@ -8,7 +8,7 @@
 //!
 //! References: [ISO3382-1] (docs/references.md).
 
-use crate::figure::Unsupported;
+use crate::estimate::Unsupported;
 
 /// The window spans 10 dB of energy: k w = ln 10.
 const WINDOW_NEPERS: f64 = std::f64::consts::LN_10;

@@ -6,7 +6,7 @@
 use sonel_acoustics::strength_db;
 
 use crate::decay::DecayCurve;
-use crate::figure::Unsupported;
+use crate::estimate::Unsupported;
 
 /// A stretch of time after the direct sound.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use sonel_analysis::comparison::{Pairing, compare};
-use sonel_analysis::figure::NoInterval;
+use sonel_analysis::estimate::NoInterval;
 use sonel_analysis::modulation::SPEECH_OCTAVES;
 use sonel_analysis::{Parameter, Unsupported, parameters, report};
 use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};
@@ -48,6 +48,7 @@ fn response(weight: &[f64], mut batch: impl FnMut(&[f64]) -> Vec<f32>) -> Respon
         }),
         missing: None,
         arrivals: Arrivals::default(),
+        directions: None,
         metadata: Value::Null,
     }
 }
@@ -64,8 +65,8 @@ fn the_bias_of_discs_widens_the_interval() {
     let batches = biased.batches.as_mut().expect("four batches");
     batches.kernel_difference = batches.energy.iter().map(|energy| -0.01 * energy).collect();
     let half_width = |parameter: Parameter| {
-        let figures = parameters(&biased);
-        let [low, high] = figures[0].bands[3].figure(parameter).clone().unwrap().interval.unwrap();
+        let parameters = parameters(&biased);
+        let [low, high] = parameters[0].bands[3].parameter(parameter).clone().unwrap().interval.unwrap();
         0.5 * (high - low)
     };
     let expected = -10.0 * 0.98_f64.log10();
@@ -75,8 +76,8 @@ fn the_bias_of_discs_widens_the_interval() {
 
 #[test]
 fn values_are_the_closed_forms_and_certain_batches_have_no_width() {
-    let figures = parameters(&response(&[0.25; 4], certain));
-    let band = &figures[0].bands[3];
+    let parameters = parameters(&response(&[0.25; 4], certain));
+    let band = &parameters[0].bands[3];
     for (parameter, expected) in [
         (Parameter::EarlyDecayTime, 0.8),
         (Parameter::T20, 0.8),
@@ -86,36 +87,38 @@ fn values_are_the_closed_forms_and_certain_batches_have_no_width() {
         (Parameter::DefinitionD50, DECAY.definition(0.05)),
         (Parameter::CenterTime, DECAY.center_time()),
     ] {
-        let estimate = band.figure(parameter).as_ref().unwrap();
+        let estimate = band.parameter(parameter).as_ref().unwrap();
         assert!((estimate.value - expected).abs() < 1e-6, "{parameter:?}: {}", estimate.value);
         let [low, high] = estimate.interval.clone().unwrap();
         assert!(high - low <= 0.0 && estimate.warning.is_none(), "{parameter:?}: {low} … {high}");
     }
-    assert!(figures.iter().flat_map(|receiver| receiver.figures()).all(Result::is_ok));
+    assert!(parameters.iter().flat_map(|receiver| receiver.parameters()).all(Result::is_ok));
 }
 
 #[test]
 fn without_a_spread_there_are_values_with_a_reason() {
     for (weights, reason) in [(&[][..], NoInterval::NoBatches), (&[1.0], NoInterval::OneBatch)] {
-        let figures = parameters(&response(weights, certain));
-        for figure in figures[0].figures() {
-            assert_eq!(figure.as_ref().unwrap().interval, Err(reason.clone()));
+        let parameters = parameters(&response(weights, certain));
+        for estimate in parameters[0].parameters() {
+            assert_eq!(estimate.as_ref().unwrap().interval, Err(reason.clone()));
         }
     }
     // A batch of no weight does not count.
-    let figures = parameters(&response(&[1.0, 0.0], certain));
-    assert_eq!(figures[0].speech_transmission_index.as_ref().unwrap().interval, Err(NoInterval::OneBatch));
+    let parameters = parameters(&response(&[1.0, 0.0], certain));
+    assert_eq!(parameters[0].speech_transmission_index.as_ref().unwrap().interval, Err(NoInterval::OneBatch));
 }
 
 #[test]
 fn an_empty_echogram_has_reasons_everywhere() {
     let mut silent = response(&[0.5; 2], |mean| vec![0.0; mean.len()]);
     silent.energy.fill(0.0);
-    let figures = parameters(&silent);
-    for figure in figures[0].bands.iter().flat_map(|band| Parameter::ALL.map(|which| band.figure(which))) {
-        assert_eq!(*figure, Err(Unsupported::NoEnergy));
+    let parameters = parameters(&silent);
+    for estimate in
+        parameters[0].bands.iter().flat_map(|band| Parameter::ALL.map(|which| band.parameter(which)))
+    {
+        assert_eq!(*estimate, Err(Unsupported::NoEnergy));
     }
-    let speech = figures[0].speech_transmission_index.as_ref().unwrap_err().to_string();
+    let speech = parameters[0].speech_transmission_index.as_ref().unwrap_err().to_string();
     assert_eq!(speech, "at 125 Hz: no energy arrives");
 }
 
@@ -128,7 +131,7 @@ fn speech_needs_its_octaves() {
 }
 
 /// 95 % intervals over responses with noisy batches of unequal weight hold the closed forms in 90 … 99 % of the runs
-/// (docs/physics.md §7): a perfect interval passes with 0.998 a figure. Half as wide they do not.
+/// (docs/physics.md §7): a perfect interval passes with 0.998 a parameter. Half as wide they do not.
 #[test]
 fn intervals_of_noisy_responses_cover_the_closed_forms() {
     const RUNS: usize = 200;
@@ -137,13 +140,15 @@ fn intervals_of_noisy_responses_cover_the_closed_forms() {
         [Parameter::Strength, Parameter::T20, Parameter::T30, Parameter::ClarityC80, Parameter::CenterTime];
     let (mut covered, mut half_covered) = ([0; 6], [0; 6]);
     for run in 0..RUNS {
-        let figures = parameters(&noisy_response(&weights, run as u64));
-        let band = &figures[0].bands[2];
+        let parameters = parameters(&noisy_response(&weights, run as u64));
+        let band = &parameters[0].bands[2];
         let strength =
             10.0 * (400.0 * std::f64::consts::PI * DECAY.energy_between(0.0, DURATION - DIRECT_TIME)).log10();
         let truths = [strength, 0.8, 0.8, DECAY.clarity_db(0.08), DECAY.center_time(), speech_truth()];
-        let estimates =
-            checked.iter().map(|which| band.figure(*which)).chain([&figures[0].speech_transmission_index]);
+        let estimates = checked
+            .iter()
+            .map(|which| band.parameter(*which))
+            .chain([&parameters[0].speech_transmission_index]);
         for (at, (estimate, truth)) in estimates.zip(truths).enumerate() {
             let estimate = estimate.as_ref().unwrap();
             let [low, high] = estimate.interval.clone().unwrap();
@@ -225,19 +230,19 @@ fn json_has_the_shape_of_the_interface() {
         );
     }
     let without = report::json(&parameters(&response(&[], certain)));
-    let figure = &without["receivers"][0]["bands"][0]["t20_s"];
-    assert!(figure["value"].is_f64() && figure["ci95"].is_null() && figure["reason"].is_string());
+    let estimate = &without["receivers"][0]["bands"][0]["t20_s"];
+    assert!(estimate["value"].is_f64() && estimate["ci95"].is_null() && estimate["reason"].is_string());
     let mut silent = response(&[], certain);
     silent.energy.fill(0.0);
-    let figure = &report::json(&parameters(&silent))["receivers"][0]["bands"][0]["t20_s"];
-    assert!(figure["value"].is_null() && figure["reason"].is_string());
+    let estimate = &report::json(&parameters(&silent))["receivers"][0]["bands"][0]["t20_s"];
+    assert!(estimate["value"].is_null() && estimate["reason"].is_string());
 }
 
 #[test]
 fn csv_has_a_row_per_figure_and_the_table_a_line_per_band() {
-    let figures = parameters(&response(&[0.25; 4], certain));
+    let parameters = parameters(&response(&[0.25; 4], certain));
     let mut rows = Vec::new();
-    report::csv(&figures, &mut rows).unwrap();
+    report::csv(&parameters, &mut rows).unwrap();
     let rows = String::from_utf8(rows).unwrap();
     assert_eq!(rows.lines().count(), 1 + 1 + 7 * 9);
     assert!(rows.starts_with(
@@ -250,7 +255,7 @@ fn csv_has_a_row_per_figure_and_the_table_a_line_per_band() {
             .ends_with("source_x_m,source_y_m,source_z_m,receiver_x_m,receiver_y_m,receiver_z_m")
     );
     assert!(rows.lines().skip(1).all(|row| row.ends_with(",0,0,0,3.43,0,0")), "{rows}");
-    let table = report::table(&figures, "Hall: ");
+    let table = report::table(&parameters, "Hall: ", false);
     assert!(table.starts_with("Hall: source \"stage\" at receiver \"seat 12\" (3.43, 0, 0) m"), "{table}");
     assert!(
         SPEECH_OCTAVES
@@ -259,7 +264,7 @@ fn csv_has_a_row_per_figure_and_the_table_a_line_per_band() {
     );
 }
 
-/// One batch holds all the energy of the late decay: no figure that needs it is printed. A level that only varies from batch to
+/// One batch holds all the energy of the late decay: no parameter that needs it is printed. A level that only varies from batch to
 /// batch by half is.
 #[test]
 fn hopeless_noise_is_refused_with_its_reason() {
@@ -272,11 +277,11 @@ fn hopeless_noise_is_refused_with_its_reason() {
             *energy = 0.0;
         }
     });
-    let figures = parameters(&lopsided);
+    let parameters = parameters(&lopsided);
     let reason =
-        figures[0].bands[3].figure(Parameter::T30).as_ref().expect_err("one batch decides").to_string();
+        parameters[0].bands[3].parameter(Parameter::T30).as_ref().expect_err("one batch decides").to_string();
     assert!(reason.starts_with("the noise is too high"), "{reason}");
-    assert!(figures[0].bands[3].figure(Parameter::Level).is_ok());
+    assert!(parameters[0].bands[3].parameter(Parameter::Level).is_ok());
 }
 
 /// The same noise in both, and one of them a part in a thousand louder: told apart batch by batch, not
@@ -338,16 +343,16 @@ fn a_real_difference_is_found_where_it_is() {
     let comparison = compare(&parameters(&a), &parameters(&b), Pairing::Independent);
     for found in comparison.beyond_noise() {
         assert_eq!(found.center_frequency_hz, Some(500.0), "{found:?}");
-        assert!(found.figure == "level_db" || found.figure.starts_with("strength_g_"), "{found:?}");
+        assert!(found.estimate == "level_db" || found.estimate.starts_with("strength_g_"), "{found:?}");
         // 0.1 dB is a tenth of what is just noticeable; a window of ten bins has a σ of 0.024 dB.
         assert!((found.just_noticeable - 0.1).abs() < 0.1, "{found:?}");
     }
-    let names: Vec<&str> = comparison.beyond_noise().map(|found| found.figure).collect();
+    let names: Vec<&str> = comparison.beyond_noise().map(|found| found.estimate).collect();
     assert!(names.contains(&"level_db") && names.contains(&"strength_g_db"), "{names:?}");
 }
 
 /// Energies of any size a double can have, with falls from one end of its range to the other, batches that agree with them or
-/// not: every figure is a number with an interval of numbers, or has a reason.
+/// not: every parameter is a number with an interval of numbers, or has a reason.
 #[test]
 fn whatever_the_energies_a_figure_is_a_number_or_has_a_reason() {
     const SIZES: [f64; 10] = [0.0, 1e-321, 1e-300, 1e-200, 1e-39, 1e-8, 1.0, 1e30, 1e200, 1e307];
@@ -370,8 +375,8 @@ fn whatever_the_energies_a_figure_is_a_number_or_has_a_reason() {
         }
         for receiver in parameters(&strange) {
             let windows = receiver.bands.iter().flat_map(|band| &band.windows);
-            for figure in receiver.figures().chain(windows) {
-                let Ok(estimate) = figure else {
+            for estimate in receiver.parameters().chain(windows) {
+                let Ok(estimate) = estimate else {
                     reasons += 1;
                     continue;
                 };
@@ -395,8 +400,8 @@ fn whatever_the_energies_a_figure_is_a_number_or_has_a_reason() {
 fn what_is_too_quiet_for_the_batches_is_told_without_an_interval() {
     let mut quiet = response(&[0.25; 4], |mean| vec![0.0; mean.len()]);
     quiet.energy.iter_mut().for_each(|energy| *energy *= 1e-60);
-    let figures = parameters(&quiet);
-    let level = figures[0].bands[3].figure(Parameter::Level).as_ref().expect("a level");
+    let parameters = parameters(&quiet);
+    let level = parameters[0].bands[3].parameter(Parameter::Level).as_ref().expect("a level");
     assert!((-600.0..-500.0).contains(&level.value), "{}", level.value);
     assert_eq!(level.interval, Err(NoInterval::TooQuiet));
 }

@@ -7,7 +7,7 @@
 //! Reference: [AbramowitzStegun1964] table 25.4 (docs/references.md).
 
 use crate::complex::Complex;
-use crate::wave_numbers::WaveNumbers;
+use crate::wave_numbers::{SPENT, WaveNumbers};
 
 /// Gauss–Legendre points on −1 … 1: those in (0, 1) with their weights.
 pub(crate) type Rule = [(f64, f64)];
@@ -28,8 +28,6 @@ pub(crate) const TEN: &Rule = &[
     (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
 ];
 
-/// k t² where the exponential is spent: e^(−30) is 1e-13.
-pub(crate) const SPENT: f64 = 30.0;
 /// Panels at most: the smallest scale is then 2^-38 of the longest.
 const PANELS: i32 = 38;
 /// The first panel ends below the smallest scale by this factor.

@@ -1,7 +1,7 @@
 //! The wave numbers at which a field is asked for, and what decays with them.
 
-use crate::contour::SPENT;
-
+/// k p where the exponential is spent: e^(−30) is 1e-13.
+pub(crate) const SPENT: f64 = 30.0;
 /// Least exponent [1] of which powers are taken: from there to where it is spent an error grows by less than a million.
 const SMALLEST: f64 = 1e-3;
 

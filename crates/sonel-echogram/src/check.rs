@@ -1,6 +1,7 @@
 //! Whether a response agrees with itself: shapes first, then values.
 
-use crate::{Response, ResponseError};
+use crate::directions::LATERAL_KEYS;
+use crate::{Directions, Lateral, Response, ResponseError};
 
 /// Checks everything that arrays can contradict each other in, on reading and before writing.
 ///
@@ -45,6 +46,19 @@ fn shapes(response: &Response) -> Vec<String> {
         expect("missing_fluence", missing.fluence.len(), &[s, b]);
         expect("missing_decay_rate", missing.decay_rate.len(), &[s, b]);
     }
+    if let Some(Directions { lateral_axes, lateral, moment }) = &response.directions {
+        expect("lateral_axis", lateral_axes.len(), &[r]);
+        expect("direction_moment", moment.len(), &[s, r, b, response.bins(), 3]);
+        for (Lateral { energy, energy_batches, kernel_difference }, keys) in lateral.iter().zip(LATERAL_KEYS)
+        {
+            expect(keys[0], energy.len(), &[s, r, b, response.bins()]);
+            let batches = response.batches.as_ref().map_or(0, |batches| batches.energy.len());
+            expect(keys[1], energy_batches.len(), &[batches]);
+            if !kernel_difference.is_empty() {
+                expect(keys[2], kernel_difference.len(), &[batches]);
+            }
+        }
+    }
     let (arrivals, a) = (&response.arrivals, response.arrivals.source.len());
     expect("arrival_receiver", arrivals.receiver.len(), &[a]);
     expect("arrival_time_s", arrivals.time_s.len(), &[a]);
@@ -82,6 +96,16 @@ fn values(response: &Response) -> Vec<String> {
     reject("characteristic_impedance", not_positive(&[response.characteristic_impedance]));
     reject("direct_time_s", no_energy(&response.direct_times_s));
     reject("energy", no_energy(&response.energy));
+    if let Some(Directions { lateral_axes, lateral, moment }) = &response.directions {
+        reject("lateral_axis", not_finite(lateral_axes.as_flattened()));
+        reject("direction_moment", not_finite(moment));
+        for (Lateral { energy, energy_batches, kernel_difference }, keys) in lateral.iter().zip(LATERAL_KEYS)
+        {
+            reject(keys[0], no_energy(energy));
+            reject(keys[1], no_single_energy(energy_batches));
+            reject(keys[2], not_finite_single(kernel_difference));
+        }
+    }
     if let Some(batches) = &response.batches {
         reject("batch_weight", no_energy(&batches.weight));
         let sum: f64 = batches.weight.iter().sum();
@@ -90,13 +114,8 @@ fn values(response: &Response) -> Vec<String> {
         let unsorted = rows.any(|row| !row.is_sorted());
         reject("batch_time_edges_s", unsorted.then(|| "does not ascend".to_owned()));
         reject("batch_time_edges_s", not_finite(&batches.time_edges_s));
-        let wrong = batches.energy.iter().find(|energy| !(energy.is_finite() && **energy >= 0.0));
-        reject("energy_batches", wrong.map(|&energy| unlike_energy(f64::from(energy))));
-        let wrong = batches.kernel_difference.iter().find(|difference| !difference.is_finite());
-        reject(
-            "kernel_difference_batches",
-            wrong.map(|difference| format!("holds {difference}, which is not finite")),
-        );
+        reject("energy_batches", no_single_energy(&batches.energy));
+        reject("kernel_difference_batches", not_finite_single(&batches.kernel_difference));
     }
     if let Some(missing) = &response.missing {
         reject("missing_fluence", no_energy(&missing.fluence));
@@ -116,6 +135,16 @@ fn values(response: &Response) -> Vec<String> {
 fn not_finite(values: &[f64]) -> Option<String> {
     let wrong = values.iter().find(|value| !value.is_finite())?;
     Some(format!("holds {wrong}, which is not finite"))
+}
+
+fn not_finite_single(values: &[f32]) -> Option<String> {
+    let wrong = values.iter().find(|value| !value.is_finite())?;
+    Some(format!("holds {wrong}, which is not finite"))
+}
+
+fn no_single_energy(values: &[f32]) -> Option<String> {
+    let wrong = values.iter().find(|value| !(value.is_finite() && **value >= 0.0))?;
+    Some(unlike_energy(f64::from(*wrong)))
 }
 
 fn not_positive(values: &[f64]) -> Option<String> {

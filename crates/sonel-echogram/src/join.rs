@@ -6,7 +6,7 @@
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use crate::{Arrivals, Batches, ReceiverDirectivity, Response};
+use crate::{Arrivals, Batches, Directions, Lateral, ReceiverDirectivity, Response};
 
 /// Where the metadata say which part of the receivers a response holds.
 const SHARD: &str = "shard";
@@ -157,6 +157,7 @@ fn side_by_side(parts: Vec<Response>) -> Response {
     let energies: Vec<&[f64]> = parts.iter().map(|part| &part.energy[..]).collect();
     let (energy, arrivals) = (interleaved(sources, &energies), arrivals(&parts, sources));
     let receiver_directivities = directivities(&parts);
+    let directions = directions(&parts, sources);
     let mut parts = parts.into_iter();
     let Some(mut whole) = parts.next() else { unreachable!("checked: there is a part") };
     for part in parts {
@@ -167,7 +168,7 @@ fn side_by_side(parts: Vec<Response>) -> Response {
     if let Some(metadata) = whole.metadata.as_object_mut() {
         metadata.shift_remove(SHARD);
     }
-    Response { receiver_directivities, energy, direct_times_s, batches, arrivals, ..whole }
+    Response { receiver_directivities, energy, direct_times_s, batches, arrivals, directions, ..whole }
 }
 
 /// Those of all receivers, where any part has some.
@@ -211,26 +212,48 @@ fn batches(parts: &[Response], sources: usize) -> Option<Batches> {
     let outer = first.weight.len() * sources;
     let edges: Vec<&[f64]> = found.iter().map(|batches| &batches.time_edges_s[..]).collect();
     let energy: Vec<&[f32]> = found.iter().map(|batches| &batches.energy[..]).collect();
-    // Parts in which kernels change nothing leave the array out.
-    let changes = |batches: &&Batches| -> Vec<f32> {
-        if batches.kernel_difference.is_empty() {
-            vec![0.0; batches.energy.len()]
-        } else {
-            batches.kernel_difference.clone()
-        }
-    };
-    let kernel_difference = if found.iter().all(|batches| batches.kernel_difference.is_empty()) {
-        Vec::new()
-    } else {
-        let columns: Vec<Vec<f32>> = found.iter().map(changes).collect();
-        interleaved(outer, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
-    };
+    let differences = found.iter().map(|batches| (batches.energy.len(), &batches.kernel_difference[..]));
+    let kernel_difference = kernel_differences(outer, differences);
     Some(Batches {
         weight: first.weight.clone(),
         bins: first.bins,
         time_edges_s: interleaved(sources, &edges),
         energy: interleaved(outer, &energy),
         kernel_difference,
+    })
+}
+
+/// Parts in which kernels change nothing, of so many values, leave the array out.
+fn kernel_differences<'a>(outer: usize, parts: impl Iterator<Item = (usize, &'a [f32])> + Clone) -> Vec<f32> {
+    if parts.clone().all(|(_, found)| found.is_empty()) {
+        return Vec::new();
+    }
+    let of =
+        |(count, found): (usize, &[f32])| if found.is_empty() { vec![0.0; count] } else { found.to_vec() };
+    let columns: Vec<Vec<f32>> = parts.map(of).collect();
+    interleaved(outer, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
+}
+
+/// Those of all parts; all have some or none has, as their options are the same.
+fn directions(parts: &[Response], sources: usize) -> Option<Directions> {
+    let found: Vec<&Directions> = parts.iter().filter_map(|part| part.directions.as_ref()).collect();
+    let batches = parts.first()?.batch_count();
+    let lateral = |which: usize| {
+        let of: Vec<&Lateral> = found.iter().map(|found| &found.lateral[which]).collect();
+        let energies: Vec<&[f64]> = of.iter().map(|of| &of.energy[..]).collect();
+        let of_batches: Vec<&[f32]> = of.iter().map(|of| &of.energy_batches[..]).collect();
+        let differences = of.iter().map(|of| (of.energy_batches.len(), &of.kernel_difference[..]));
+        Lateral {
+            energy: interleaved(sources, &energies),
+            energy_batches: interleaved(batches * sources, &of_batches),
+            kernel_difference: kernel_differences(batches * sources, differences),
+        }
+    };
+    let moments: Vec<&[f64]> = found.iter().map(|found| &found.moment[..]).collect();
+    (!found.is_empty()).then(|| Directions {
+        lateral_axes: found.iter().flat_map(|found| found.lateral_axes.clone()).collect(),
+        lateral: [lateral(0), lateral(1)],
+        moment: interleaved(sources, &moments),
     })
 }
 

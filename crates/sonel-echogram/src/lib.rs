@@ -7,6 +7,7 @@
 mod archive;
 mod borders;
 mod check;
+mod directions;
 mod error;
 mod header;
 mod join;
@@ -16,6 +17,7 @@ mod write;
 
 pub use archive::{ArchiveWriter, ArrayWriter, Number};
 pub use borders::batch_time_edges;
+pub use directions::{Directions, LATERAL_KEYS, Lateral};
 pub use error::ResponseError;
 pub use join::{JoinError, join};
 pub use response::{ArrivalKind, Arrivals, Batches, Missing, ReceiverDirectivity, Response};

@@ -6,7 +6,11 @@ use npyz::Deserialize;
 
 use crate::archive::ArchiveReader;
 use crate::check::check;
-use crate::{Arrivals, Batches, FORMAT_VERSION, Missing, ReceiverDirectivity, Response, ResponseError};
+use crate::directions::LATERAL_KEYS;
+use crate::{
+    Arrivals, Batches, Directions, FORMAT_VERSION, Lateral, Missing, ReceiverDirectivity, Response,
+    ResponseError,
+};
 
 impl Response {
     /// Reads a response. Unknown arrays are ignored; batches and what follows the last bin may be missing.
@@ -23,7 +27,10 @@ impl Response {
         let (s, r) = (source_names.len(), receiver_names.len());
         let (b, t) = (center_frequency_hz.len(), time_edges_s.len().saturating_sub(1));
         let energy: Vec<f64> = file.required("energy", &[s, r, b, t])?;
+        let batches = file.batches(s, r, b)?;
+        let shape = batches.as_ref().map(|found| [found.weight.len(), s, r, b, found.bins]);
         let response = Self {
+            directions: file.directions([s, r, b, t], shape)?,
             receiver_positions: file.points("receiver_position_m", r)?,
             receiver_directivities: file.directivities(r)?,
             source_positions: file.points("source_position_m", s)?,
@@ -31,7 +38,7 @@ impl Response {
             speed_of_sound: file.scalar("speed_of_sound")?,
             characteristic_impedance: file.scalar("characteristic_impedance")?,
             direct_times_s: file.optional("direct_time_s", &[s, r])?.unwrap_or_default(),
-            batches: file.batches(s, r, b)?,
+            batches,
             missing: file.missing(s, b)?,
             arrivals: file.arrivals(b)?,
             metadata: file.metadata()?,
@@ -128,6 +135,28 @@ impl<R: Read + Seek> Arrays<R> {
         Ok(Some(Batches { weight, time_edges_s, bins, energy, kernel_difference }))
     }
 
+    /// Energies by direction of `shape`, with batches of theirs.
+    fn directions(
+        &mut self,
+        shape: [usize; 4],
+        of_batches: Option<[usize; 5]>,
+    ) -> Result<Option<Directions>, ResponseError> {
+        if !self.archive.contains("lateral_axis") {
+            return Ok(None);
+        }
+        let [s, r, b, t] = shape;
+        let mut lateral = <[Lateral; 2]>::default();
+        for (lateral, keys) in lateral.iter_mut().zip(LATERAL_KEYS) {
+            lateral.energy = self.required(keys[0], &shape)?;
+            if let Some(shape) = of_batches {
+                lateral.energy_batches = self.required(keys[1], &shape)?;
+                lateral.kernel_difference = self.optional(keys[2], &shape)?.unwrap_or_default();
+            }
+        }
+        let moment = self.required("direction_moment", &[s, r, b, t, 3])?;
+        Ok(Some(Directions { lateral_axes: self.points("lateral_axis", r)?, lateral, moment }))
+    }
+
     fn missing(&mut self, s: usize, b: usize) -> Result<Option<Missing>, ResponseError> {
         let Some(fluence) = self.optional("missing_fluence", &[s, b])? else { return Ok(None) };
         Ok(Some(Missing { fluence, decay_rate: self.required("missing_decay_rate", &[s, b])? }))
@@ -196,6 +225,15 @@ mod tests {
                 order: vec![0],
                 kind: vec![0],
             },
+            directions: Some(Directions {
+                lateral_axes: vec![[0.0, 1.0, 0.0], [0.6, 0.8, 0.0]],
+                lateral: [0.3, 0.5].map(|share| Lateral {
+                    energy: (0..800).map(|bin| share * f64::from(bin)).collect(),
+                    energy_batches: vec![share as f32; 2 * 2 * 2 * bins],
+                    kernel_difference: if share > 0.4 { vec![-0.001; 2 * 2 * 2 * bins] } else { vec![] },
+                }),
+                moment: (0..2400).map(|value| f64::from(1200 - value)).collect(),
+            }),
             metadata: serde_json::json!({ "seed": 1, "note": "ü" }),
         }
     }
@@ -219,7 +257,8 @@ mod tests {
 
     #[test]
     fn a_response_without_arrivals_and_batches_is_read() {
-        let bare = Response { batches: None, missing: None, arrivals: Arrivals::default(), ..response() };
+        let arrivals = Arrivals::default();
+        let bare = Response { batches: None, missing: None, arrivals, directions: None, ..response() };
         assert_eq!(Response::read(Cursor::new(bytes(&bare))).unwrap(), bare);
     }
 
@@ -275,7 +314,8 @@ mod tests {
     fn a_response_with_a_flipped_bit_is_refused_or_the_same() {
         // Dates, permissions and the copies of names before the contents are read by nobody.
         let (energy, time_edges_s) = (vec![1.0; 8], vec![0.0, 0.1, 0.2]);
-        let small = Response { energy, time_edges_s, batches: None, missing: None, ..response() };
+        let small =
+            Response { energy, time_edges_s, batches: None, missing: None, directions: None, ..response() };
         let good = bytes(&small);
         let bits = (0..good.len() * 8).step_by(61);
         let mut refused = 0;
@@ -293,7 +333,7 @@ mod tests {
     /// Names in the directory of the archive have no checksum of their own.
     #[test]
     fn an_array_under_another_name_is_refused() {
-        let good = bytes(&response());
+        let good = bytes(&Response { directions: None, ..response() });
         for key in ["kernel_difference_batches", "missing_fluence", "missing_decay_rate", "speed_of_sound"] {
             let name = format!("{key}.npy");
             let places: Vec<usize> =

@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use crate::Directions;
+
 /// Echograms of S sources at R receivers in B bands and T time bins, with G batch estimates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
@@ -35,6 +37,8 @@ pub struct Response {
     pub missing: Option<Missing>,
     /// Discrete arrivals.
     pub arrivals: Arrivals,
+    /// Energies by direction; none where they were not asked for.
+    pub directions: Option<Directions>,
     /// Tool version, seed, digests, options, shares per path class.
     pub metadata: Value,
 }

@@ -4,7 +4,8 @@ use std::io::{Seek, Write};
 
 use crate::archive::ArchiveWriter;
 use crate::check::check;
-use crate::{FORMAT_VERSION, Response, ResponseError};
+use crate::directions::LATERAL_KEYS;
+use crate::{Batches, Directions, FORMAT_VERSION, Lateral, Response, ResponseError};
 
 impl Response {
     /// Writes the response as a numpy archive and returns what it was written to.
@@ -64,6 +65,21 @@ impl Response {
         archive.numbers("arrival_direction", &[count, 3], &arrivals.direction)?;
         archive.numbers("arrival_order", &[count], &arrivals.order)?;
         archive.numbers("arrival_kind", &[count], &arrivals.kind)?;
+        if let Some(Directions { lateral_axes, lateral, moment }) = &self.directions {
+            archive.numbers("lateral_axis", &[receivers, 3], lateral_axes.as_flattened())?;
+            for (Lateral { energy, energy_batches, kernel_difference }, keys) in
+                lateral.iter().zip(LATERAL_KEYS)
+            {
+                archive.numbers(keys[0], &[sources, receivers, bands, self.bins()], energy)?;
+                let Some(Batches { weight, bins, .. }) = &self.batches else { continue };
+                let shape = [weight.len(), sources, receivers, bands, *bins];
+                archive.numbers(keys[1], &shape, energy_batches)?;
+                if !kernel_difference.is_empty() {
+                    archive.numbers(keys[2], &shape, kernel_difference)?;
+                }
+            }
+            archive.numbers("direction_moment", &[sources, receivers, bands, self.bins(), 3], moment)?;
+        }
         archive.texts("metadata_json", &[], &[&self.metadata.to_string()])?;
         archive.finish_with_digest()
     }

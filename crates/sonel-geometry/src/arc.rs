@@ -52,6 +52,12 @@ impl SpeedProfile {
         (self.speed + self.gradient * self.rise.dot(place)).max(f64::MIN_POSITIVE)
     }
 
+    /// Its gradient [1/s].
+    #[must_use]
+    pub fn gradient(&self) -> DVec3 {
+        self.gradient * self.rise
+    }
+
     /// Longest run, and longer than any way through a room [s].
     #[must_use]
     pub fn longest_time(&self) -> f64 {

@@ -4,6 +4,7 @@
 //! the same planes on the same side, so that a finely tessellated wall, or one of many materials, has one edge on each
 //! side.
 
+use crate::enclosure::closest_on_triangle;
 use crate::sectors::{AirSector, diffracting};
 use crate::topology::{Connected, SharedEdge};
 use crate::{Mesh, PlaneId, Surface, SurfaceId};
@@ -16,7 +17,8 @@ use std::f64::consts::{PI, TAU};
 pub enum EdgeShape {
     /// The rim of one surface, with air all around.
     Free,
-    /// It lies on yet another surface without sharing its vertices, as the foot of a screen or a pillar on the floor.
+    /// It lies on yet another surface without sharing its vertices, as the foot of a screen or a pillar on the floor, or between walls that
+    /// cover both of its faces.
     Abutting,
     /// Two surfaces that protrude into the air on their front: its angle exceeds π.
     Convex,
@@ -79,8 +81,12 @@ pub(crate) struct Survey<'a> {
 impl Survey<'_> {
     /// Finds all edges; `crosses` tells whether any surface but those of a plane lies between two points.
     pub fn edges(&self, crosses: impl Fn(DVec3, DVec3, Option<PlaneId>) -> bool) -> Vec<Edge> {
+        let mut shells: HashMap<PlaneId, Vec<&Surface>> = HashMap::new();
+        for surface in self.surfaces.iter().filter(|surface| surface.closed) {
+            shells.entry(surface.plane).or_default().push(surface);
+        }
         let mut segments: Vec<Segment> =
-            self.shared.iter().filter_map(|edge| self.segment(edge, &crosses)).collect();
+            self.shared.iter().filter_map(|edge| self.segment(edge, &crosses, &shells)).collect();
         segments.sort_by(|a, b| a.surfaces.cmp(&b.surfaces));
         let groups = straight_groups(self.mesh, &segments, self.tolerance);
         groups.into_iter().map(|group| whole(self.mesh, &segments, &group)).collect()
@@ -95,6 +101,7 @@ impl Survey<'_> {
         &self,
         edge: &SharedEdge,
         crosses: impl Fn(DVec3, DVec3, Option<PlaneId>) -> bool,
+        shells: &HashMap<PlaneId, Vec<&Surface>>,
     ) -> Option<Segment> {
         let of = |face: u32| self.of_triangle[face as usize];
         let (mut shape, mut wedge_angle) = match edge.faces[..] {
@@ -104,7 +111,9 @@ impl Survey<'_> {
             [a, b] if edge.is_ahead(self.mesh, a) != edge.is_ahead(self.mesh, b) => self.wedge(edge, [a, b]),
             _ => (EdgeShape::Junction, 0.0),
         };
-        if matches!(shape, EdgeShape::Free | EdgeShape::Convex) && self.abuts(edge, crosses) {
+        let is_covered = || shape == EdgeShape::Convex && self.is_covered(edge, shells);
+        if matches!(shape, EdgeShape::Free | EdgeShape::Convex) && (self.abuts(edge, crosses) || is_covered())
+        {
             (shape, wedge_angle) = (EdgeShape::Abutting, 0.0);
         }
         let mut surfaces: Vec<SurfaceId> = edge.faces.iter().map(|&face| of(face)).collect();
@@ -137,6 +146,23 @@ impl Survey<'_> {
         };
         // Three places: an edge that lies on a wall here and there is free elsewhere, and stays free.
         [0.25, 0.5, 0.75].into_iter().all(|share| edge.faces.iter().any(|&face| over(face, share)))
+    }
+
+    /// Whether the closed shell of another wall or solid lies on every face beside an edge, turned the other way: a solid drawn flush into a
+    /// corner has no air there. `shells` are the surfaces of closed shells by plane.
+    fn is_covered(&self, edge: &SharedEdge, shells: &HashMap<PlaneId, Vec<&Surface>>) -> bool {
+        let [start, end] = edge.ends.map(|end| self.mesh.vertices[end as usize]);
+        let lies_on = |face: u32, share: f64| {
+            let of = self.surface(face);
+            let point = start.lerp(end, share) + self.reach * edge.inward(self.mesh, face);
+            let is_at = |&triangle: &u32| {
+                closest_on_triangle(self.mesh.corners(triangle), point).distance(point) <= self.tolerance
+            };
+            let opposite = shells.get(&of.plane).into_iter().flatten();
+            let mut opposite = opposite.filter(|other| other.normal.dot(of.normal) < 0.0);
+            of.closed && opposite.any(|other| other.triangles.iter().any(is_at))
+        };
+        [0.25, 0.5, 0.75].into_iter().all(|share| edge.faces.iter().all(|&face| lies_on(face, share)))
     }
 
     /// Shape and angle on the front of two faces that agree in orientation.

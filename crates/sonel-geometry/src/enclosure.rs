@@ -28,13 +28,16 @@ pub(crate) fn winding_number(mesh: &Mesh, triangles: &[u32], point: DVec3) -> f6
     total / (4.0 * PI)
 }
 
-/// Signed solid angle of a triangle seen from a point [sr].
+/// Share of the product of three lengths below which a volume is rounding: what spans it lies in a plane.
+const FLAT: f64 = 1e-13;
+
+/// Signed solid angle of a triangle seen from a point [sr]; 0 from its plane, where rounding would tell between ±2π on the triangle.
 fn solid_angle(corners: [DVec3; 3], point: DVec3) -> f64 {
     let [a, b, c] = corners.map(|v| v - point);
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let volume = a.dot(b.cross(c));
     let rest = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * libm::atan2(volume, rest)
+    if volume.abs() <= FLAT * la * lb * lc { 0.0 } else { 2.0 * libm::atan2(volume, rest) }
 }
 
 /// The point of a triangle nearest to a point.

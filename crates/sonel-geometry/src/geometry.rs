@@ -5,7 +5,8 @@ use crate::cracks::{find_cracks, joined_up};
 use crate::edges::{Edge, Survey};
 use crate::enclosure::{closest_on_triangle, winding_number};
 use crate::index::Index;
-use crate::orient::{Oriented, Shell, orient};
+use crate::nesting::Shell;
+use crate::orient::{Oriented, orient};
 use crate::probe::{LocalPlane, Probe};
 use crate::rim::{Rim, rims};
 use crate::scale::Scale;
@@ -43,6 +44,7 @@ pub struct Geometry {
     cracks: Vec<Crack>,
     edges: Vec<Edge>,
     dropped: usize,
+    shoebox: Option<Shoebox>,
 }
 
 impl Geometry {
@@ -125,7 +127,11 @@ impl Geometry {
             cracks: joined_up(&edges, &facing),
             edges: Vec::new(),
             dropped: welded.dropped,
+            shoebox: None,
         };
+        let recognised =
+            || recognise(&geometry.surfaces, bounds.0, bounds.1, f64::from(geometry.resolution()));
+        geometry.shoebox = geometry.room.and_then(|_| recognised());
         let survey = Survey {
             mesh: &geometry.mesh,
             shared: &edges,
@@ -443,8 +449,7 @@ impl Geometry {
     /// The scene as a rectangular room, if it is exactly one empty axis-aligned box with one surface for each wall,
     /// however tessellated.
     pub fn as_shoebox(&self) -> Option<Shoebox> {
-        self.room?;
-        recognise(&self.surfaces, self.bounds.0, self.bounds.1, f64::from(self.resolution()))
+        self.shoebox
     }
 }
 

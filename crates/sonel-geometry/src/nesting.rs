@@ -3,8 +3,18 @@
 use crate::Mesh;
 use crate::enclosure::winding_number;
 use crate::grid::BoxGrid;
-use crate::orient::Shell;
 use glam::DVec3;
+
+/// A closed, consistently oriented component.
+#[derive(Debug, Clone)]
+pub(crate) struct Shell {
+    /// Its triangles in ascending order.
+    pub triangles: Vec<u32>,
+    /// How many other shells it lies in.
+    pub depth: u32,
+    /// Volume it encloses [m³].
+    pub volume: f64,
+}
 
 /// For each shell, how many others it lies in.
 pub(crate) fn nesting_depths(mesh: &Mesh, shells: &[Shell]) -> Vec<u32> {

@@ -10,7 +10,7 @@
 use crate::Mesh;
 use crate::cracks::Facing;
 use crate::enclosure::signed_volume;
-use crate::nesting::nesting_depths;
+use crate::nesting::{Shell, nesting_depths};
 use crate::topology::{Connected, SharedEdge};
 
 /// A shell is closed if its cracks have at most this share of its area.
@@ -27,17 +27,6 @@ pub(crate) struct Oriented {
     /// Edges at which the component of the largest extents is open, as indices of vertices; none where that is a closed shell
     /// or all are rims of cracks.
     pub open_edges: Vec<[u32; 2]>,
-}
-
-/// A closed, consistently oriented component.
-#[derive(Debug, Clone)]
-pub(crate) struct Shell {
-    /// Its triangles in ascending order.
-    pub triangles: Vec<u32>,
-    /// How many other shells it lies in.
-    pub depth: u32,
-    /// Volume it encloses [m³].
-    pub volume: f64,
 }
 
 /// Orients the mesh in place.

@@ -113,11 +113,11 @@ impl Geometry {
 
     /// A free position near `point`: beside the nearest surface, then beside the next one, at most `pushes` times.
     fn free_place(&self, point: DVec3, sources: &[DVec3], pushes: u32) -> Option<DVec3> {
-        let (triangle, foot) = self.closest_point(point);
+        let (triangle, closest) = self.closest_point(point);
         let normal = self.surface(self.triangle_surface(triangle)).normal;
         let step = PROPOSED_DISTANCE.max(2.0 * self.clearance());
         let rounded = |place: DVec3| (place * PROPOSED_PER_METRE).round() / PROPOSED_PER_METRE;
-        let beside = [step, -step].map(|step| rounded(foot + step * normal));
+        let beside = [step, -step].map(|step| rounded(closest + step * normal));
         let free = beside.into_iter().find(|&place| self.obstacle(place, sources).is_none());
         free.or_else(|| {
             let mut pushed = beside.into_iter().filter(|_| pushes > 1);

@@ -4,7 +4,7 @@
 use sonel_acoustics::Material;
 use sonel_scene::Source;
 
-use crate::emission::Spectral;
+use crate::spectral::Spectral;
 
 /// Bands grouped into classes of equal columns, in the order of their first bands.
 #[derive(Debug, Clone, PartialEq, Eq)]

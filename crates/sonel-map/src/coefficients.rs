@@ -16,31 +16,10 @@ use crate::classes::BandClasses;
 use crate::edges::EdgeTable;
 use crate::format::SurfaceRow;
 use crate::incidence;
+use crate::lanes::{Lanes, multiply, to_lanes};
 
 /// Least share of what goes on at a partition that goes through it.
 pub const LEAST_THROUGH: f64 = 0.15;
-
-/// Four bands side by side.
-pub type Lanes = [f64; 4];
-
-/// How many lanes hold `bands` bands.
-#[must_use]
-pub const fn lanes_of(bands: usize) -> usize {
-    bands.div_ceil(4)
-}
-
-/// Spreads per-band values over lanes, zeros behind.
-#[must_use]
-pub fn to_lanes(values: impl IntoIterator<Item = f64>) -> Vec<Lanes> {
-    let mut lanes: Vec<Lanes> = Vec::new();
-    for (band, value) in values.into_iter().enumerate() {
-        if band % 4 == 0 {
-            lanes.push([0.0; 4]);
-        }
-        lanes[band / 4][band % 4] = value;
-    }
-    lanes
-}
 
 /// Energy factors and probabilities of one event at one material.
 #[derive(Debug, Clone, PartialEq)]
@@ -172,9 +151,14 @@ impl CoefficientTable {
     #[inline]
     #[must_use]
     pub fn row(&self, surface: SurfaceId, direction: DVec3) -> &MaterialRow {
+        if self.is_angular() { self.row_at(surface, direction) } else { self.mean_row(surface) }
+    }
+
+    #[cold]
+    fn row_at(&self, surface: SurfaceId, direction: DVec3) -> &MaterialRow {
         let (material, normal) = self.surfaces[surface.0 as usize];
         let first = self.first_rows[material as usize];
-        if self.is_angular() && self.impedances[material as usize].is_some() {
+        if self.impedances[material as usize].is_some() {
             let cosine = direction.dot(normal).abs() / direction.length();
             return &self.rows[first + 1 + incidence::range_of(cosine)];
         }
@@ -324,12 +308,6 @@ fn impedance_of(absorption: f64) -> f64 {
 fn impedances(material: &Material, classes: &BandClasses) -> Option<Vec<Lanes>> {
     let of = |band: usize| impedance_of(material.absorption[band]);
     (material.law == AbsorptionLaw::LocallyReacting).then(|| to_lanes(classes.representatives().map(of)))
-}
-
-fn multiply(energy: &mut Lanes, factor: &Lanes) {
-    for lane in 0..4 {
-        energy[lane] *= factor[lane];
-    }
 }
 
 fn material_row(material: &Material, classes: &BandClasses, survival: f64) -> MaterialRow {

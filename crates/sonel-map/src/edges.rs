@@ -17,9 +17,9 @@ pub use sonel_diffraction::bending::REACH as REACH_WAVELENGTHS;
 use sonel_diffraction::bending::{concentration, tangent};
 use sonel_geometry::{EdgeFaces, EdgeIndex, EdgeLine, Geometry, Side};
 
-use crate::coefficients::{Lanes, to_lanes};
 use crate::format::{EdgeRow, FacesRow};
 use crate::header::{BENDING, MapHeader};
+use crate::lanes::{Lanes, to_lanes};
 use crate::vertex::EdgePlace;
 
 /// Least angle of the air about an edge that bends [rad], five quarters of π: what is blunter shades hardly more than a
@@ -78,8 +78,8 @@ pub struct SizesSeen {
 /// Where a packet passed an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passing {
-    /// The foot of the shortest distance, about the scene's centre [m].
-    pub foot: DVec3,
+    /// The closest point of the shortest distance, about the scene's centre [m].
+    pub closest: DVec3,
     /// What is stored of it.
     pub place: EdgePlace,
     /// What it sees of the faces.
@@ -197,24 +197,24 @@ impl EdgeTable {
     #[must_use]
     pub fn passing(&self, from: DVec3, edge: u32, place: &EdgePlace) -> Passing {
         let (along, distance) = (f64::from(place.along), f64::from(place.distance));
-        let foot = self.line(edge).foot(from, along, distance, place.side);
-        let before = (foot - from).normalize_or_zero();
-        let seen = self.sizes_seen(edge, foot, before, (place.side, f64::from(place.tangent)));
-        Passing { foot, place: *place, seen }
+        let closest = self.line(edge).closest(from, along, distance, place.side);
+        let before = (closest - from).normalize_or_zero();
+        let seen = self.sizes_seen(edge, closest, before, (place.side, f64::from(place.tangent)));
+        Passing { closest, place: *place, seen }
     }
 
-    /// What a packet in the unit direction `before` sees of the faces of an edge that it passes on `side` with its foot at `foot`, turned by the angle
+    /// What a packet in the unit direction `before` sees of the faces of an edge that it passes on `side` with its closest point at `closest point`, turned by the angle
     /// with the given `tangent`.
     #[must_use]
     pub fn sizes_seen(
         &self,
         edge: u32,
-        foot: DVec3,
+        closest: DVec3,
         before: DVec3,
         (side, tangent): (Side, f64),
     ) -> SizesSeen {
         let (line, faces) = (self.line(edge), &self.faces[edge as usize]);
-        let behind = |tangent: f64| faces.size_seen(line.turned(foot, before, side, tangent));
+        let behind = |tangent: f64| faces.size_seen(line.turned(closest, before, side, tangent));
         SizesSeen { before: faces.size_seen(before), turned: behind(tangent), opposite: behind(-tangent) }
     }
 
@@ -357,7 +357,7 @@ mod tests {
     fn passing(table: &EdgeTable, distance: f32, tangent: f32) -> Passing {
         let place = EdgePlace { along: 0.5, distance, tangent, side: Side::Back };
         let found = table.passing(DVec3::new(-4.0, f64::from(distance), 0.5), 0, &place);
-        assert!(found.foot.distance(DVec3::new(0.0, f64::from(distance), 0.5)) < 1e-6);
+        assert!(found.closest.distance(DVec3::new(0.0, f64::from(distance), 0.5)) < 1e-6);
         found
     }
 

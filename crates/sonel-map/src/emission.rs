@@ -1,28 +1,20 @@
 //! Emission i: which band leads it, which batch it belongs to, where it stands in that batch's sequence.
 //!
 //! All three are functions of the index alone (docs/physics.md §6), so a run can be cut into shards or extended:
-//! with n_b bands and G batches, block = ⌊i / n_b⌋, hero = i mod n_b, batch = block mod G.
+//! with n_b bands and G batches, block = ⌊i / n_b⌋, lead = i mod n_b, batch = block mod G.
 
 use glam::Vec3;
 use sonel_sampling::{ScrambledSobol, warp};
 
 use crate::classes::BandClasses;
-use crate::coefficients::{Lanes, to_lanes};
+use crate::lanes::{Lanes, to_lanes};
+use crate::spectral::Spectral;
 
 /// Emissions whose paths are traced, written and checked as one unit.
 ///
 /// A constant, because chunk borders decide the bytes of a map; about a quarter of a megabyte of paths, small enough to
 /// spread fifty thousand emissions over many cores.
 pub const CHUNK_EMISSIONS: u64 = 512;
-
-/// Whether bands share their paths.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Spectral {
-    /// Every path carries all bands, weighted by the balance heuristic over the leading band.
-    Shared,
-    /// Every path carries its leading band alone.
-    PerBand,
-}
 
 /// How the emissions of one source are numbered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +30,7 @@ pub struct EmissionLayout {
 impl EmissionLayout {
     /// The band whose probabilities decide the life of emission `index`.
     #[must_use]
-    pub fn hero(&self, index: u64) -> u32 {
+    pub fn lead(&self, index: u64) -> u32 {
         (index % u64::from(self.bands)) as u32
     }
 
@@ -48,26 +40,26 @@ impl EmissionLayout {
         (index / u64::from(self.bands) % u64::from(self.batches)) as u32
     }
 
-    /// How many emissions of the same batch and hero came before emission `index`.
+    /// How many emissions of the same batch and lead came before emission `index`.
     #[must_use]
     pub fn round(&self, index: u64) -> u32 {
         (index / (u64::from(self.bands) * u64::from(self.batches))) as u32
     }
 
-    /// How many emissions of `batch` were led by `hero`.
+    /// How many emissions of `batch` were led by `lead`.
     #[must_use]
-    pub fn hero_count(&self, batch: u32, hero: u32) -> u64 {
+    pub fn lead_count(&self, batch: u32, lead: u32) -> u64 {
         let (bands, batches) = (u64::from(self.bands), u64::from(self.batches));
         let (blocks, rest) = (self.total / bands, self.total % bands);
         let complete = (blocks + batches - 1 - u64::from(batch)) / batches;
-        let in_broken_block = blocks % batches == u64::from(batch) && u64::from(hero) < rest;
+        let in_broken_block = blocks % batches == u64::from(batch) && u64::from(lead) < rest;
         complete + u64::from(in_broken_block)
     }
 
     /// Emissions of `batch`, N_g.
     #[must_use]
     pub fn batch_count(&self, batch: u32) -> u64 {
-        (0..self.bands).map(|hero| self.hero_count(batch, hero)).sum()
+        (0..self.bands).map(|lead| self.lead_count(batch, lead)).sum()
     }
 
     /// Share of `batch` in all emissions, N_g / N; zero for an empty run.
@@ -117,13 +109,13 @@ impl EmissionDirections {
     #[must_use]
     pub fn direction(&self, index: u64) -> Vec3 {
         let (bands, round) = (self.layout.bands, self.layout.round(index));
-        let (batch, hero) = (self.layout.batch(index), self.layout.hero(index));
+        let (batch, lead) = (self.layout.batch(index), self.layout.lead(index));
         let point = match self.spectral {
             Spectral::Shared => {
                 let sequence = &self.sequences[batch as usize];
-                sequence.point(round * bands + (hero + sequence.turn(round) % bands) % bands)
+                sequence.point(round * bands + (lead + sequence.turn(round) % bands) % bands)
             }
-            Spectral::PerBand => self.sequences[(batch * bands + hero) as usize].point(round),
+            Spectral::PerBand => self.sequences[(batch * bands + lead) as usize].point(round),
         };
         warp::uniform_sphere(point)
     }
@@ -160,20 +152,20 @@ impl BatchStart {
     /// The start of the packets of `batch`, with one column for each of `classes`.
     #[must_use]
     pub fn grouped(layout: &EmissionLayout, batch: u32, spectral: Spectral, classes: &BandClasses) -> Self {
-        let heroes = 0..layout.bands;
+        let leads = 0..layout.bands;
         let starts = match spectral {
             Spectral::Shared => vec![PacketStart::new(layout, batch, classes, |_| true)],
             Spectral::PerBand => {
-                heroes.map(|hero| PacketStart::new(layout, batch, classes, |k| k == hero)).collect()
+                leads.map(|lead| PacketStart::new(layout, batch, classes, |k| k == lead)).collect()
             }
         };
         Self { starts, weight: layout.batch_weight(batch) }
     }
 
-    /// The start of a packet led by `hero`.
+    /// The start of a packet led by `lead`.
     #[must_use]
-    pub fn packet(&self, hero: u32) -> &PacketStart {
-        if self.starts.len() == 1 { &self.starts[0] } else { &self.starts[hero as usize] }
+    pub fn packet(&self, lead: u32) -> &PacketStart {
+        if self.starts.len() == 1 { &self.starts[0] } else { &self.starts[lead as usize] }
     }
 }
 
@@ -191,7 +183,7 @@ impl PacketStart {
             let class = classes.of(band as usize);
             is_carried[class] = true;
             if band < layout.bands {
-                counts[class] += layout.hero_count(batch, band) as f64;
+                counts[class] += layout.lead_count(batch, band) as f64;
                 sizes[class] += 1.0;
             }
         }
@@ -220,12 +212,12 @@ mod tests {
                 let indices: Vec<u64> = layout.batch_indices(batch).collect();
                 seen += indices.len() as u64;
                 assert!(indices.iter().all(|&i| layout.batch(i) == batch));
-                for hero in 0..6 {
-                    let led = indices.iter().filter(|&&i| layout.hero(i) == hero).count() as u64;
+                for lead in 0..6 {
+                    let led = indices.iter().filter(|&&i| layout.lead(i) == lead).count() as u64;
                     assert_eq!(
                         led,
-                        layout.hero_count(batch, hero),
-                        "total {total} batch {batch} hero {hero}"
+                        layout.lead_count(batch, lead),
+                        "total {total} batch {batch} lead {lead}"
                     );
                 }
             }
@@ -241,12 +233,12 @@ mod tests {
         for spectral in [Spectral::Shared, Spectral::PerBand] {
             let directions = EmissionDirections::new(1, 0, layout, spectral);
             for batch in [0, 13] {
-                for hero in 0..8 {
+                for lead in 0..8 {
                     let led: Vec<u64> =
-                        layout.batch_indices(batch).filter(|&i| layout.hero(i) == hero).collect();
+                        layout.batch_indices(batch).filter(|&i| layout.lead(i) == lead).collect();
                     let mean = led.iter().map(|&i| directions.direction(i)).sum::<Vec3>() / led.len() as f32;
                     // 250 independent directions: each component has a standard error of 1/√750.
-                    assert!(mean.length() < 0.15, "{spectral:?} batch {batch} hero {hero}: {mean}");
+                    assert!(mean.length() < 0.15, "{spectral:?} batch {batch} lead {lead}: {mean}");
                 }
             }
         }

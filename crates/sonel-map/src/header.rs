@@ -2,7 +2,8 @@
 
 use sonel_scene::Scene;
 
-use crate::emission::{EmissionLayout, Spectral};
+use crate::emission::EmissionLayout;
+use crate::spectral::Spectral;
 
 /// Which method the paths were traced for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 //! added in chunk order: shards joined equal the run made in one piece.
 
 use crate::classes::BandClasses;
-use crate::coefficients::Lanes;
+use crate::lanes::Lanes;
 use crate::vertex::Event;
 
 /// Why a packet ended.
@@ -212,7 +212,7 @@ impl ChunkLedger {
     /// Empty books for `columns` bands or classes of bands.
     #[must_use]
     pub fn new(columns: usize) -> Self {
-        let lanes = crate::coefficients::lanes_of(columns);
+        let lanes = crate::lanes::lanes_of(columns);
         Self {
             books: vec![LaneLedger::default(); lanes],
             packet_sampling: vec![[0.0; 4]; lanes],

@@ -4,7 +4,7 @@
 //! surface and what it did there. Energies in any band follow from the points and the coefficient table in one running
 //! product, so one map serves any air, source level, directivity and, within limits, other materials.
 //!
-//! - [`edges`]: edges that bend packets, and what that means to each band; [`course`]: which of them a packet passes;
+//! - [`edges`]: edges that bend packets, and what that means to each band; [`bend_history`]: which of them a packet passes;
 //! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
 //! - [`vertex`]: the 16-byte record of one arrival;
 //! - [`classes`]: bands that nothing tells apart;
@@ -21,10 +21,10 @@ compile_error!(
     "sonel maps are mapped into memory as little-endian arrays; a big-endian reader needs its own codec"
 );
 
+pub mod bend_history;
 pub mod classes;
 mod codec;
 pub mod coefficients;
-pub mod course;
 mod directivity;
 pub mod edges;
 pub mod emission;
@@ -32,6 +32,7 @@ pub mod error;
 mod format;
 pub mod header;
 mod incidence;
+pub mod lanes;
 pub mod ledger;
 mod media;
 pub mod merge;
@@ -40,6 +41,7 @@ pub mod provenance;
 pub mod reader;
 mod record;
 mod shards;
+pub mod spectral;
 mod surfaces;
 pub mod sweep;
 mod tiling;
@@ -47,16 +49,18 @@ pub mod vertex;
 pub mod weight;
 pub mod writer;
 
+pub use bend_history::BendHistory;
 pub use classes::BandClasses;
-pub use coefficients::{CoefficientTable, Lanes, lanes_of};
-pub use course::Course;
+pub use coefficients::CoefficientTable;
 pub use edges::{EdgeTable, Passing, SizesSeen, bending_edges};
-pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart, Spectral};
+pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart};
 pub use error::MapError;
 pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
+pub use lanes::{Lanes, lanes_of};
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
 pub use merge::{MergeError, Merger};
 pub use reader::{BeforeWidening, PathView, SonelMap};
+pub use spectral::Spectral;
 pub use sweep::{Arrival, Segment, SegmentHistory, sweep};
 pub use vertex::{EdgePlace, Event, Vertex};
 pub use weight::PathWeight;

@@ -5,9 +5,9 @@
 use sonel_acoustics::{Directivity, Material};
 use sonel_scene::{Receiver, Region, Scene, Source};
 
-use crate::emission::Spectral;
 use crate::header::{EffectState, MapHeader, Mode};
 use crate::record;
+use crate::spectral::Spectral;
 
 /// One thing in which two maps differ.
 #[derive(Debug, Clone, PartialEq, Eq)]

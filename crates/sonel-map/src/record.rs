@@ -10,8 +10,9 @@ use crate::codec::{
     SectionRecord, SettingsRecord, SourceRecord,
 };
 use crate::directivity;
-use crate::emission::{CHUNK_EMISSIONS, Spectral};
+use crate::emission::CHUNK_EMISSIONS;
 use crate::header::{EffectState, MapHeader, Mode, Settings, ShardRange};
+use crate::spectral::Spectral;
 
 /// More batches than any interval needs; readers hold sums for each.
 const LARGEST_BATCH_COUNT: u32 = 1 << 16;

@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Side, SurfaceId};
 
-use crate::coefficients::{CoefficientTable, Lanes};
+use crate::coefficients::CoefficientTable;
+use crate::lanes::Lanes;
 use crate::vertex::{Event, Vertex};
 use crate::weight::PathWeight;
 
@@ -79,7 +80,7 @@ impl Segment<'_> {
     /// From its beginning to its end [m].
     #[inline]
     #[must_use]
-    pub fn course(&self) -> DVec3 {
+    pub fn direction(&self) -> DVec3 {
         self.end.as_dvec3() - self.start.as_dvec3()
     }
 }
@@ -104,7 +105,7 @@ pub fn sweep(
             let (edge, place) = vertex.at();
             edges.passing(start, edge, &place)
         });
-        let end = passing.map_or_else(|| vertex.position.as_dvec3(), |passing| passing.foot);
+        let end = passing.map_or_else(|| vertex.position.as_dvec3(), |passing| passing.closest);
         let leg = match profile {
             None => start.distance(end) * table.stretch(air),
             Some((profile, speed)) => profile.travel_time(start, end) * speed,

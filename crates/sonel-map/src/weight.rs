@@ -8,9 +8,10 @@ use glam::Vec3;
 use sonel_acoustics::Directivity;
 use sonel_scene::Source;
 
-use crate::coefficients::{EventRow, Lanes, lanes_of};
+use crate::coefficients::EventRow;
 use crate::edges::{EdgeTable, Passing};
 use crate::emission::PacketStart;
+use crate::lanes::{Lanes, lanes_of};
 use crate::vertex::Event;
 
 /// Products below this are scaled up by its inverse: far from both underflow and any effect on the sum.
@@ -202,8 +203,9 @@ fn sum(lanes: Lanes) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::coefficients::{CoefficientTable, to_lanes};
+    use crate::coefficients::CoefficientTable;
     use crate::edges::whole_reach;
+    use crate::lanes::to_lanes;
     use crate::vertex::EdgePlace;
     use sonel_acoustics::Material;
 
@@ -240,7 +242,7 @@ mod tests {
         assert!(weight.energy()[0][..3].iter().all(|energy| (energy - 1.0 / 3.0).abs() < 1e-15));
     }
 
-    /// Expected energy after each bounce, by enumerating hero and event, is the true one: α .2/.9/.01 and s .5/.05/.95.
+    /// Expected energy after each bounce, by enumerating lead and event, is the true one: α .2/.9/.01 and s .5/.05/.95.
     #[test]
     fn balance_is_unbiased_over_all_histories() {
         let (absorption, scattering) = ([0.2, 0.9, 0.01], [0.5, 0.05, 0.95]);
@@ -248,14 +250,14 @@ mod tests {
         let row = table.material(0);
         let depth = 6;
         let mut expected = [0.0; 3];
-        for hero in 0..3 {
+        for lead in 0..3 {
             for history in 0..1 << depth {
                 let mut weight = PathWeight::new(3);
                 weight.emit(1.0, 1.0, &start());
                 let mut probability = 1.0;
                 for step in 0..depth {
                     let event = if history >> step & 1 == 0 { &row.specular } else { &row.diffuse };
-                    probability *= event.probability[0][hero];
+                    probability *= event.probability[0][lead];
                     weight.pass(event);
                 }
                 for (band, sum) in expected.iter_mut().enumerate() {
@@ -285,7 +287,7 @@ mod tests {
         });
         let expected = |edges: &EdgeTable, distance: f32, spoilt: f64| {
             let mut sums = [0.0; 3];
-            for (hero, wavelength) in wavelengths.into_iter().enumerate() {
+            for (lead, wavelength) in wavelengths.into_iter().enumerate() {
                 let from = glam::DVec3::new(-30.0, f64::from(distance), 0.0);
                 let passing = |tangent: f64| {
                     let (tangent, side) = (tangent as f32, sonel_geometry::Side::Back);
@@ -300,14 +302,14 @@ mod tests {
                         *sum += probability * energy;
                     }
                 };
-                if edges.bends(hero, f64::from(distance), passing(0.0).seen.before) {
+                if edges.bends(lead, f64::from(distance), passing(0.0).seen.before) {
                     let concentration = sonel_diffraction::bending::concentration(wavelength) * spoilt;
                     let width = 20.0 / (f64::from(distance) * concentration) / 20_000.0;
                     for step in -10_000..10_000 {
                         let tangent = (f64::from(step) + 0.5) * width;
                         let density =
                             sonel_diffraction::bending::density(tangent, concentration, f64::from(distance));
-                        let preference = edges.preference(hero, &passing(tangent).seen);
+                        let preference = edges.preference(lead, &passing(tangent).seen);
                         if preference > 0.0 {
                             add(Event::Bent, tangent, density * width * preference);
                         }

@@ -3,7 +3,7 @@
 //! A table over length with a third-order correction to its nearest node: relative error below 1e-8, a few
 //! multiplications a band instead of an exponential.
 
-use sonel_map::{Lanes, coefficients::to_lanes};
+use sonel_map::lanes::{Lanes, to_lanes};
 
 /// Largest m·(distance to a node): the fourth-order remainder x⁴/24 is then below 1e-9.
 const LARGEST_STEP: f64 = 0.012;

@@ -11,15 +11,18 @@ use sonel_sampling::{Purpose, Stream, StreamFamily};
 use crate::connection::{ClassDeposits, DiffuseSonel, Thinning, connect, normal_on, radiosity};
 use crate::crossing::{OthersOwn, Piece, cross, owns};
 use crate::deposit::{Deposits, TimeBins, add_lanes};
+use crate::directions::{Axes, Columns};
 use crate::gather::near::NearSource;
 use crate::gather::rays::{Found, GatherPoint, Observer, Sonels, place};
 use crate::gather::{GatherIndex, cast};
 use crate::kernel::{KernelDifference, coarse_bins};
+use crate::medium::Medium;
 use crate::mirror::Radiator;
 use crate::mirror_connection::ReceiverImages;
-use crate::receiver::PreparedReceiver;
+use crate::path_class::PathClass;
+use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::Fading;
-use crate::render::{Medium, PathClass, Renderer};
+use crate::render::Renderer;
 use crate::rendering::{CoarseEchogram, Rendering};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
@@ -30,15 +33,18 @@ pub(crate) struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
     kernel: KernelDifference,
+    axes: Axes,
     /// What packets carry at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
     under_way: [Vec<Lanes>; 2],
 }
 
 impl BatchEstimate {
-    pub fn new(borders: &[Vec<f64>], bins: usize, bands: usize) -> Self {
+    pub fn new(borders: &[Vec<f64>], bins: usize, bands: usize, axes: Axes) -> Self {
+        let Columns { fine, coarse } = axes.columns();
         Self {
-            deposits: Deposits::new(borders.len(), bins, bands),
-            kernel: KernelDifference::new(borders, bands),
+            deposits: Deposits::new(borders.len() * fine, bins, bands),
+            kernel: KernelDifference::new(borders, coarse, bands),
+            axes,
             sums: PathClass::ALL.map(|_| vec![[0.0; 4]; borders.len() * lanes_of(bands)]),
             under_way: [(); 2].map(|()| vec![[0.0; 4]; lanes_of(bands)]),
         }
@@ -87,11 +93,15 @@ impl BatchEstimate {
         if tile.start == 0 {
             rendering.book_under_way(weight, &self.under_way);
         }
-        rendering.total.add_receivers(tile.start, &self.deposits, weight);
-        for (local, index) in tile.enumerate() {
-            rendering.kernel_differences[batch][index].add(&self.kernel.at[local]);
+        let columns = self.axes.columns();
+        rendering.total.add_receivers(tile.start * columns.fine, &self.deposits, weight);
+        for (local, column) in (0..tile.len()).flat_map(|local| (0..columns.coarse).map(move |c| (local, c)))
+        {
+            let index = (tile.start + local) * columns.coarse + column;
+            rendering.kernel_differences[batch][index].add(&self.kernel.at[local * columns.coarse + column]);
             let coarse: &mut CoarseEchogram = &mut rendering.batches[batch][index];
-            coarse.add_fine(&borders[local], &self.deposits, local, bins, first_arrivals[local]);
+            let fine = local * columns.fine + column;
+            coarse.add_fine(&borders[local], &self.deposits, fine, bins, first_arrivals[local]);
         }
     }
 
@@ -101,6 +111,7 @@ impl BatchEstimate {
             deposits: &mut self.deposits,
             sum: &mut self.sums[class as usize],
             kernel: &mut self.kernel,
+            axes: &self.axes,
         }
     }
 }
@@ -155,7 +166,14 @@ impl Renderer<'_> {
             audience.others.iter().map(|others| self.bins.time(others.direct_length)).collect();
         rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));
         let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
-            .map(|_| BatchEstimate::new(borders, self.bins.count, self.table.bands()))
+            .map(|_| {
+                BatchEstimate::new(
+                    borders,
+                    self.bins.count,
+                    self.table.bands(),
+                    axes(&receivers[tile.clone()]),
+                )
+            })
             .collect();
         for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
             let group = &mut estimates[..(count - first).min(BATCHES_IN_FLIGHT) as usize];
@@ -258,7 +276,7 @@ impl Renderer<'_> {
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         // Discs weigh with the diffuse mean; what this sonel's angle reflects more or less of it is its own.
-        let reflected = self.table.relative_reflection(arrival.surface, segment.course()).map(|more| {
+        let reflected = self.table.relative_reflection(arrival.surface, segment.direction()).map(|more| {
             let lanes = arriving.iter().zip(more);
             lanes
                 .map(|(energy, more)| std::array::from_fn(|lane| energy[lane] * more[lane]))
@@ -286,7 +304,8 @@ impl Renderer<'_> {
             }
             medium.receive(prepared, (ray + leg).max(0.0), scratch);
             let bins = (bin, audience.coarse_bin(receiver, bin));
-            estimate.class(class).add_from_kernel(receiver, bins, length, scratch, gain, &medium);
+            let arriving = (receiver, point.towards.as_dvec3());
+            estimate.class(class).add_from_kernel(arriving, bins, length, scratch, gain, &medium);
         });
     }
 
@@ -361,7 +380,7 @@ impl Renderer<'_> {
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
         let emitter = &self.map.header().scene.sources[source];
-        let start = self.batches[batch as usize].packet(self.map.layout().hero(path.emission));
+        let start = self.batches[batch as usize].packet(self.map.layout().lead(path.emission));
         weight.emit_from(emitter, directions.direction(path.emission), unit, start);
         let scene = &self.map.header().scene;
         let origin = (emitter.position - self.geometry.center(), scene.air_at_source(source));
@@ -395,7 +414,7 @@ impl Renderer<'_> {
             cross(&Piece::of(segment), receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
-        let row = self.table.row(arrival.surface, segment.course());
+        let row = self.table.row(arrival.surface, segment.direction());
         if row.is_mirror || !self.connects_diffuse() {
             return;
         }
@@ -424,7 +443,7 @@ impl Renderer<'_> {
                 let choice = scratch.choices[index].uniform_fine();
                 images.connect(
                     &sonel,
-                    index,
+                    (index, None),
                     &medium,
                     choice,
                     &mut scratch.energy,

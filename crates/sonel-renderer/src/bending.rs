@@ -7,8 +7,8 @@
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
 use glam::DVec3;
-use sonel_geometry::{EdgeIndex, EdgeLine, Geometry, Nearby, Passage, Side, Way};
-use sonel_map::{Course, EdgeTable, Lanes, SizesSeen, bending_edges};
+use sonel_geometry::{EdgeIndex, EdgeLine, EdgePass, Geometry, Nearby, Side, Way};
+use sonel_map::{BendHistory, EdgeTable, Lanes, SizesSeen, bending_edges};
 
 /// The edges of a room that bend, with what they do to the bands.
 pub struct Bends {
@@ -25,8 +25,8 @@ pub struct Bends {
 pub struct Turn {
     /// Number of the edge.
     pub edge: u32,
-    /// The foot of its shortest distance from the way before, about the scene's centre [m].
-    pub foot: DVec3,
+    /// The closest point of its shortest distance from the way before, about the scene's centre [m].
+    pub closest: DVec3,
     /// That distance [m].
     pub distance: f64,
     /// Unit direction of the packet before.
@@ -106,9 +106,9 @@ impl Bends {
     #[must_use]
     pub fn sizes_seen(&self, turn: &Turn, tangent: f64) -> SizesSeen {
         let line = self.table.line(turn.edge);
-        let is_front = line.along.cross(turn.foot - line.origin).dot(turn.before) >= 0.0;
+        let is_front = line.along.cross(turn.closest - line.origin).dot(turn.before) >= 0.0;
         let side = if is_front { Side::Front } else { Side::Back };
-        self.table.sizes_seen(turn.edge, turn.foot, turn.before, (side, tangent))
+        self.table.sizes_seen(turn.edge, turn.closest, turn.before, (side, tangent))
     }
 
     /// What a way in a unit `direction` sees of the faces of `edge` [m].
@@ -131,7 +131,13 @@ impl Bends {
 
     /// The first passage on `way`, of any edge that bends any band of those with `energy`, but those in `passed`.
     #[must_use]
-    pub fn next(&self, geometry: &Geometry, way: &Way, passed: &[Turn], energy: &[Lanes]) -> Option<Passage> {
+    pub fn next(
+        &self,
+        geometry: &Geometry,
+        way: &Way,
+        passed: &[Turn],
+        energy: &[Lanes],
+    ) -> Option<EdgePass> {
         let counts = |edge: u32, squared: f64| {
             passed.iter().all(|turn| turn.edge != edge)
                 && self.table.bends_any(energy, edge, squared, way.direction)
@@ -150,7 +156,7 @@ impl Bends {
         self.table.reach_of(band)
     }
 
-    /// The edges within `reach` [m] that may be passed at `place` by what has its foot there, and the points of them that are nearest.
+    /// The edges within `reach` [m] that may be passed at `place` by what has its closest point there, and the points of them that are nearest.
     #[must_use]
     pub fn nearest(&self, geometry: &Geometry, place: DVec3, reach: f64) -> Vec<(u32, DVec3)> {
         let point = |(edge, along): (u32, f64)| {
@@ -188,27 +194,27 @@ impl Bends {
         energy: &mut [Lanes],
     ) {
         let lift = self.index.least_distance();
-        let mut course = Course::new(from.lifted(lift));
+        let mut bend_history = BendHistory::new(from.lifted(lift));
         let mut place = from.place;
         for turn in turns {
             let way = Way {
                 origin: place,
                 direction: turn.before,
-                from: course.clear,
-                to: place.distance(turn.foot) + lift,
+                from: bend_history.clear,
+                to: place.distance(turn.closest) + lift,
                 reach: self.table.reach(energy),
             };
-            if !self.keep_unbent(geometry, way, &course, Some(turn.edge), energy) {
+            if !self.keep_unbent(geometry, way, &bend_history, Some(turn.edge), energy) {
                 energy.fill([0.0; 4]);
                 return;
             }
-            course.bend(turn.edge, turn.distance);
-            place = turn.foot;
+            bend_history.bend(turn.edge, turn.distance);
+            place = turn.closest;
         }
         let mut way = Way::between(place, to.place, self.table.reach(energy));
-        way.from = course.clear;
+        way.from = bend_history.clear;
         way.to -= to.lifted(lift);
-        self.keep_unbent(geometry, way, &course, None, energy);
+        self.keep_unbent(geometry, way, &bend_history, None, energy);
     }
 
     /// Takes from `energy` what the edges on `way` bend before `last` is passed; whether that is passed.
@@ -216,19 +222,19 @@ impl Bends {
         &self,
         geometry: &Geometry,
         mut way: Way,
-        course: &Course,
+        bend_history: &BendHistory,
         last: Option<u32>,
         energy: &mut [Lanes],
     ) -> bool {
-        while let Some(passage) = course.next((&self.index, &self.table), geometry, &way, energy) {
-            if Some(passage.edge) == last {
+        while let Some(edge_pass) = bend_history.next((&self.index, &self.table), geometry, &way, energy) {
+            if Some(edge_pass.edge) == last {
                 return true;
             }
             // What matters to the bands that are left is behind, and within their reach.
-            let size = self.size_seen(passage.edge, way.direction);
-            self.table.keep_straight(passage.distance, size, energy);
+            let size = self.size_seen(edge_pass.edge, way.direction);
+            self.table.keep_straight(edge_pass.distance, size, energy);
             way.reach = self.table.reach(energy);
-            way.from = passage.at;
+            way.from = edge_pass.at;
         }
         false
     }

@@ -4,16 +4,17 @@
 //! a unit receiver. δ = (1 − α) s is applied here and nowhere else. At a receiver near a surface cos θ / d² has no bound: there
 //! the part beyond [`PreparedReceiver::brightest`] is left to visibility rays, so that no single sonel weighs more.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, Side, SpeedProfile};
 use sonel_map::{Lanes, coefficients::EventRow};
 
 use crate::bending::WayEnd;
 use crate::deposit::{Deposits, add_lanes};
+use crate::directions::Axes;
 use crate::kernel::KernelDifference;
+use crate::medium::Medium;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
-use crate::render::Medium;
 
 /// One sonel, ready to be connected.
 #[derive(Debug)]
@@ -60,14 +61,17 @@ pub struct ClassDeposits<'a> {
     pub sum: &'a mut [Lanes],
     /// What kernels of half the area would have found.
     pub kernel: &'a mut KernelDifference,
+    /// Where directions are asked for.
+    pub axes: &'a Axes,
 }
 
 impl ClassDeposits<'_> {
-    /// Adds `energy`, spread but not yet attenuated by air, to the echogram of `receiver`.
+    /// Adds `energy`, spread but not yet attenuated by air, to the echogram of a receiver, by number, to which it comes from a direction, of any
+    /// length.
     #[inline]
     pub fn add(
         &mut self,
-        receiver: usize,
+        (receiver, towards): (usize, DVec3),
         bin: usize,
         length: f64,
         energy: &mut [Lanes],
@@ -76,7 +80,11 @@ impl ClassDeposits<'_> {
         if let Some(air) = medium.air {
             air.attenuate(length, energy);
         }
-        self.deposits.add(receiver, bin, energy);
+        let first = receiver * self.axes.columns().fine;
+        self.deposits.add(first, bin, energy);
+        for (column, weight) in (first + 1..).zip(self.axes.weights(receiver, towards).iter().flatten()) {
+            self.deposits.add_times(column, bin, energy, *weight);
+        }
         let lanes = energy.len();
         add_lanes(&mut self.sum[receiver * lanes..(receiver + 1) * lanes], energy);
     }
@@ -86,15 +94,19 @@ impl ClassDeposits<'_> {
     #[inline]
     pub fn add_from_kernel(
         &mut self,
-        receiver: usize,
+        (receiver, towards): (usize, DVec3),
         (bin, coarse): (usize, u32),
         length: f64,
         energy: &mut [Lanes],
         gain: f64,
         medium: &Medium<'_>,
     ) {
-        self.add(receiver, bin, length, energy, medium);
-        self.kernel.add(receiver, coarse as usize, energy, gain);
+        self.add((receiver, towards), bin, length, energy, medium);
+        let columns = self.axes.columns().coarse;
+        let weights = self.axes.weights(receiver, towards).into_iter().flatten();
+        for (column, weight) in std::iter::once(1.0).chain(weights).take(columns).enumerate() {
+            self.kernel.add(receiver * columns + column, coarse as usize, energy, (gain - 1.0) * weight);
+        }
     }
 }
 
@@ -152,7 +164,8 @@ pub fn connect(
         let Some(passed) = medium.partitions(sonel.departure, receiver.position) else { continue };
         // What is brighter than the receiver's limit is left to its rays.
         let solid_angle = (f64::from(projected) / (distance * squared)).min(receiver.brightest);
-        let solid_angle = solid_angle * receiver.sensitivity.to(-offset.as_dvec3());
+        let towards = -offset.as_dvec3();
+        let solid_angle = solid_angle * receiver.sensitivity.to(towards);
         for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
             for lane in 0..4 {
                 scratch[lane] = radiosity[lane] * solid_angle;
@@ -164,7 +177,7 @@ pub fn connect(
             let from = WayEnd::at_surface(sonel.position.as_dvec3(), f64::from(projected) / distance);
             bends.keep_straight(medium.geometry, [from, WayEnd::in_air(receiver.exact)], scratch);
         }
-        deposits.add(index, bin, length, scratch, medium);
+        deposits.add((index, towards), bin, length, scratch, medium);
     }
 }
 
@@ -186,10 +199,11 @@ fn connect_by_arc(
     let start = sonel.departure.origin;
     let passed = Partitions::along(medium.geometry, medium.table, start, (&arc, time), receiver.position);
     let Some(passed) = passed else { return };
-    let solid_angle = cosine * profile.spread(from, to) * receiver.sensitivity.to(-arc.direction(time));
+    let towards = -arc.direction(time);
+    let solid_angle = cosine * profile.spread(from, to) * receiver.sensitivity.to(towards);
     for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
         *scratch = radiosity.map(|radiosity| radiosity * solid_angle);
     }
     passed.weaken(medium.geometry, medium.table, scratch);
-    deposits.add(index, bin, length, scratch, medium);
+    deposits.add((index, towards), bin, length, scratch, medium);
 }

@@ -9,8 +9,8 @@ use sonel_map::{Lanes, Segment, SegmentHistory};
 
 use crate::bending::WayEnd;
 use crate::connection::ClassDeposits;
+use crate::medium::Medium;
 use crate::receiver::PreparedReceiver;
-use crate::render::Medium;
 
 /// What other estimators own of the reflected sound at one receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +98,8 @@ pub fn cross<'a>(
             let passed = start + (end - start).normalize() * chord.at.max(0.0);
             bends.keep_straight(medium.geometry, [from, WayEnd::in_air(passed)], scratch);
         }
-        deposits.add_from_kernel(index, (bin, coarse(index, bin)), length, scratch, chord.gain, medium);
+        let (arriving, bins) = ((index, -along), (bin, coarse(index, bin)));
+        deposits.add_from_kernel(arriving, bins, length, scratch, chord.gain, medium);
     }
 }
 

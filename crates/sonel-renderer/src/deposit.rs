@@ -3,7 +3,7 @@
 use std::alloc::{Layout, handle_alloc_error};
 
 use bytemuck::{Pod, Zeroable};
-use sonel_map::coefficients::to_lanes;
+use sonel_map::lanes::to_lanes;
 use sonel_map::{BandClasses, Lanes, lanes_of};
 
 /// Time bins of equal width from the emission on, in units of path length.
@@ -109,6 +109,17 @@ impl Deposits {
         add_lanes(&mut self.energy_mut()[at..at + lanes], energy);
     }
 
+    /// Adds `weight` times `energy`, per band, at `bin` of `receiver`: any sign.
+    #[inline]
+    pub fn add_times(&mut self, receiver: usize, bin: usize, energy: &[Lanes], weight: f64) {
+        let at = (bin * self.receivers + receiver) * self.lanes;
+        for (sum, energy) in self.energy_mut()[at..].iter_mut().zip(energy) {
+            for lane in 0..4 {
+                sum[lane] += weight * energy[lane];
+            }
+        }
+    }
+
     /// Energy of `receiver` in `bin`, per band.
     #[inline]
     #[must_use]
@@ -135,7 +146,7 @@ impl Deposits {
         let mut spread = Self::new(self.receivers, self.bins, classes.bands());
         for bin in 0..self.bins {
             for receiver in 0..self.receivers {
-                spread.add(receiver, bin, &spread_lanes(classes, self.at(receiver, bin)));
+                spread.add_times(receiver, bin, &spread_lanes(classes, self.at(receiver, bin)), 1.0);
             }
         }
         spread

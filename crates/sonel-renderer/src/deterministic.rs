@@ -3,15 +3,16 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use sonel_acoustics::Pattern;
-use sonel_map::coefficients::to_lanes;
+use sonel_map::lanes::to_lanes;
 use sonel_map::{Lanes, lanes_of};
 
 use crate::deposit::{Deposits, add_lanes};
 use crate::direct::{DirectWay, direct_way, spread};
 use crate::edge::{Edges, Images, Listening, Place, RECEIVER_OUT, VisibleWave};
 use crate::mirror::{MirrorArrival, MirrorChains, Radiator};
-use crate::receiver::PreparedReceiver;
-use crate::render::{PathClass, Renderer};
+use crate::path_class::PathClass;
+use crate::receiver::{PreparedReceiver, axes};
+use crate::render::Renderer;
 use crate::rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 
 /// Mirror arrivals up to this order are listed one by one unless an order was asked for.
@@ -23,7 +24,7 @@ const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::MirrorChain, Path
 /// What one receiver hears.
 struct Part {
     fine: Deposits,
-    coarse: CoarseEchogram,
+    coarse: Vec<CoarseEchogram>,
     classes: [Vec<Lanes>; CLASSES.len()],
     arrivals: Vec<DiscreteArrival>,
     edge_work: Option<EdgeWork>,
@@ -49,17 +50,17 @@ impl Renderer<'_> {
             .zip(borders)
             .enumerate()
             .map(|(index, (receiver, borders))| {
-                self.hear(index, (air, radiator), chains, over_edges, receiver, borders)
+                self.arrivals_at(index, (air, radiator), chains, over_edges, receiver, borders)
             })
             .collect();
         for (index, part) in parts.into_iter().enumerate() {
-            rendering.total.add_receivers(index, &part.fine, 1.0);
+            rendering.total.add_receivers(index * rendering.columns.fine, &part.fine, 1.0);
             for batch in &mut rendering.batches {
-                batch.push(part.coarse.clone());
+                batch.extend(part.coarse.iter().cloned());
             }
             let nothing = CoarseEchogram::new(borders[index].len(), self.table.bands());
             for differences in &mut rendering.kernel_differences {
-                differences.push(nothing.clone());
+                differences.extend(part.coarse.iter().map(|_| nothing.clone()));
             }
             for (class, energy) in CLASSES.into_iter().zip(&part.classes) {
                 rendering.book(class, index, 1.0, energy);
@@ -69,7 +70,7 @@ impl Renderer<'_> {
         }
     }
 
-    fn hear(
+    fn arrivals_at(
         &self,
         index: usize,
         (air, radiator): (u32, Radiator<'_>),
@@ -79,9 +80,11 @@ impl Renderer<'_> {
         borders: &[f64],
     ) -> Part {
         let bands = self.table.bands();
+        let axes = axes(std::slice::from_ref(receiver));
+        let columns = axes.columns();
         let mut part = Part {
-            fine: Deposits::new(1, self.bins.count, bands),
-            coarse: CoarseEchogram::new(borders.len(), bands),
+            fine: Deposits::new(columns.fine, self.bins.count, bands),
+            coarse: vec![CoarseEchogram::new(borders.len(), bands); columns.coarse],
             classes: CLASSES.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
             arrivals: Vec::new(),
             edge_work: None,
@@ -99,8 +102,13 @@ impl Renderer<'_> {
                 energy
             };
             let Some(bin) = self.bins.bin(arrival.length) else { return };
-            part.fine.add(0, bin, energy);
-            part.coarse.add_arrival(borders, self.bins.time(arrival.length), energy);
+            let weights = axes.weights(0, arrival.towards.into()).into_iter().flatten();
+            for (column, weight) in std::iter::once(1.0).chain(weights).enumerate() {
+                part.fine.add_times(column, bin, energy, weight);
+                if let Some(coarse) = part.coarse.get_mut(column) {
+                    coarse.add_arrival(borders, self.bins.time(arrival.length), energy, weight);
+                }
+            }
             add_lanes(&mut part.classes[class], energy);
             if listed {
                 let energy = (0..bands).map(|band| energy[band / 4][band % 4]).collect();
@@ -137,13 +145,9 @@ impl Renderer<'_> {
             part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
             return part;
         };
-        // What passes partitions is not in phase with what goes around them.
-        let mut visible = self.visible(&at, chains, air, |wave, energy| {
-            let found = bare(wave.length, wave.towards, wave.order, false);
-            deposit(class(wave.order), found, energy, wave.order <= listed);
-        });
-        let is_clear = visible.iter().any(|wave| wave.order == 0);
-        let sound = edges.hear(&at, images, &mut visible);
+        let mut visible = self.visible(&at, chains, air);
+        let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
+        let sound = edges.arrivals_at(&at, images, &mut visible);
         for arrival in sound.arrivals {
             let found = bare(arrival.length, arrival.towards, arrival.order, true);
             // Beside a clear direct path edges are many and weak: they are heard but not listed.
@@ -158,24 +162,19 @@ impl Renderer<'_> {
         part
     }
 
-    /// Direct sound and the image sources of `chains` that are visible from the receiver, without edges. What passes partitions goes to
-    /// `through`.
-    fn visible(
-        &self,
-        at: &Listening<'_>,
-        chains: &MirrorChains<'_>,
-        air: u32,
-        mut through: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
-    ) -> Vec<VisibleWave> {
+    /// Direct sound and the image sources of `chains` that are visible from the receiver, without edges.
+    fn visible(&self, at: &Listening<'_>, chains: &MirrorChains<'_>, air: u32) -> Vec<VisibleWave> {
         let bands = self.table.bands();
         let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
         let mut visible = Vec::new();
         self.visit_visible(at, chains, air, |found, energy| {
-            if found.is_through {
-                return through(found, energy);
-            }
+            // Of an arc, the place that it begins at.
+            let position = match at.table.profile() {
+                Some(_) => at.radiator.position,
+                None => at.receiver + found.towards * found.length,
+            };
             visible.push(VisibleWave {
-                place: Place::new(at.receiver + found.towards * found.length, found.planes.iter().copied()),
+                place: Place::new(position, found.planes.iter().copied(), found.through.clone()),
                 length: found.length,
                 towards: found.towards,
                 order: found.order,
@@ -209,29 +208,34 @@ impl Renderer<'_> {
             let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
             passed.weaken(self.geometry, &self.table, &mut factors);
             passed.weaken(self.geometry, &self.table, &mut energy);
+            if at.table.profile().is_some() {
+                let even = self::spread(length);
+                factors.iter_mut().flatten().for_each(|factor| *factor *= spread / even);
+            }
             let direct = MirrorArrival {
                 length,
                 towards,
                 order: 0,
                 planes: vec![],
                 factor: &factors,
-                is_through: !passed.is_empty(),
+                through: passed.materials(self.geometry),
             };
             visit(&direct, &energy);
         }
         let mut energy = vec![[0.0; 4]; lanes_of(bands)];
         chains.visit(self.geometry, &self.table, at.receiver, reach, |found| {
-            let (heard, directional);
+            let (rendered, directional);
             let found = if at.sensitivity.pattern == Pattern::Omni {
                 found
             } else {
                 let sensitivity = at.sensitivity.to(found.towards);
-                heard = found
+                rendered = found
                     .factor
                     .iter()
                     .map(|lanes| lanes.map(|factor| factor * sensitivity))
                     .collect::<Vec<_>>();
-                directional = MirrorArrival { factor: &heard, planes: found.planes.clone(), ..*found };
+                let (planes, through) = (found.planes.clone(), found.through.clone());
+                directional = MirrorArrival { factor: &rendered, planes, through, ..*found };
                 &directional
             };
             let spreading = spread(found.length);

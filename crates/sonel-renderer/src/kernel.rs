@@ -4,6 +4,8 @@
 //! how much (docs/physics.md §7). With E from the whole and E′ from half the area the bias of E is 2 (E − E′) up to
 //! O(h⁴). Here the difference E′ − E is added up per batch, in the coarse bins of the batches.
 
+use std::iter::repeat_n;
+
 use sonel_map::Lanes;
 
 use crate::deposit::TimeBins;
@@ -12,22 +14,23 @@ use crate::rendering::CoarseEchogram;
 /// E′ − E at the receivers of one sweep.
 #[derive(Debug, Clone)]
 pub struct KernelDifference {
-    /// By receiver.
+    /// By receiver and column.
     pub at: Vec<CoarseEchogram>,
 }
 
 impl KernelDifference {
-    /// Nothing yet, between the coarse `borders` of each receiver.
+    /// Nothing yet, between the coarse `borders` of each receiver, in so many columns each.
     #[must_use]
-    pub fn new(borders: &[Vec<f64>], bands: usize) -> Self {
-        Self { at: borders.iter().map(|borders| CoarseEchogram::new(borders.len(), bands)).collect() }
+    pub fn new(borders: &[Vec<f64>], columns: usize, bands: usize) -> Self {
+        let empty = |borders: &Vec<f64>| repeat_n(CoarseEchogram::new(borders.len(), bands), columns);
+        Self { at: borders.iter().flat_map(empty).collect() }
     }
 
-    /// Adds what half the area makes of `energy` that the whole kernel found at `receiver`: `gain` times as much if the sonel
-    /// lies in it too, zero times if not.
+    /// Adds how much `more` half the area makes of `energy` that the whole kernel found: once as much if the sonel lies in it too, less all of
+    /// it if not; weighed as the column has it.
     #[inline]
-    pub fn add(&mut self, receiver: usize, coarse: usize, energy: &[Lanes], gain: f64) {
-        self.at[receiver].add_share(coarse, energy, gain - 1.0);
+    pub fn add(&mut self, column: usize, coarse: usize, energy: &[Lanes], more: f64) {
+        self.at[column].add_share(coarse, energy, more);
     }
 }
 
@@ -60,9 +63,9 @@ mod tests {
 
     #[test]
     fn a_sonel_in_the_inner_half_gains_what_one_in_the_outer_loses() {
-        let mut difference = KernelDifference::new(&[vec![0.0, 1.0]], 1);
-        difference.add(0, 0, &[[3.0, 0.0, 0.0, 0.0]], 2.0);
-        difference.add(0, 0, &[[3.0, 0.0, 0.0, 0.0]], 0.0);
+        let mut difference = KernelDifference::new(&[vec![0.0, 1.0]], 1, 1);
+        difference.add(0, 0, &[[3.0, 0.0, 0.0, 0.0]], 1.0);
+        difference.add(0, 0, &[[3.0, 0.0, 0.0, 0.0]], -1.0);
         assert_eq!(difference.at[0].band(0).collect::<Vec<_>>(), [0.0]);
     }
 }

@@ -21,6 +21,8 @@
 //! Where edges bend packets, [`bending`] says which bands a way is left to. What was bent since its last diffuse reflection is gathered by
 //! visibility rays that turn; where an estimator without rays is asked for, by [`crossing`].
 //!
+//! Where [`directions`] are asked for, all of them also add energies weighed by the direction of arrival.
+//!
 //! [`picture`] estimates the energy that arrives on the surfaces that a camera sees.
 //!
 //! [`render`](mod@render) drives them batch by batch; [`deposit`] holds the echograms under construction.
@@ -39,13 +41,19 @@ pub mod crossing;
 pub mod deposit;
 mod deterministic;
 pub mod direct;
+pub mod directions;
+mod disc_size;
 mod edge;
+mod error;
 pub mod gather;
 pub mod kernel;
+pub mod medium;
 pub mod mirror;
 pub mod mirror_connection;
+mod ownership;
 mod paper;
 mod partition;
+mod path_class;
 pub mod picture;
 pub mod receiver;
 pub mod regions;
@@ -54,8 +62,11 @@ pub mod rendering;
 mod settings;
 mod specular;
 
+pub use directions::Columns;
+pub use error::RenderError;
+pub use path_class::PathClass;
 pub use receiver::{ReceiverPoint, Sensitivity};
 pub use regions::straight_length;
-pub use render::{PathClass, RenderError, Renderer, is_at_source};
+pub use render::{Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 pub use settings::{Air, Estimator, RenderSettings};

@@ -15,11 +15,11 @@ use sonel_sampling::{ScrambledSobol, warp};
 use crate::alias::AliasTable;
 use crate::bending::{Bends, WayEnd};
 use crate::connection::{ClassDeposits, DiffuseSonel};
+use crate::medium::Medium;
 use crate::mirror::lattice::ImageLattice;
 use crate::mirror::tree::ImageTree;
 use crate::mirror::{Image, Radiator};
 use crate::receiver::{PreparedReceiver, Sensitivity};
-use crate::render::Medium;
 
 /// Largest K′ in an empty box: about 44 000 images. What is beyond carries little but is noisy: in a flat room K′ = 16 left 0.2 % of
 /// the energy to spheres, and with it most of the variance of T30.
@@ -126,12 +126,13 @@ impl ReceiverImages {
         }
     }
 
-    /// Connects `sonel` to the image that the uniform number `choice` selects. `receiver` is its number in `deposits`.
+    /// Connects `sonel` to the image that the uniform number `choice` selects. `receiver` is its number in `deposits`; sound comes to it from
+    /// `first`, or from where the way over the image ends.
     #[inline]
     pub fn connect(
         &self,
         sonel: &DiffuseSonel<'_>,
-        receiver: usize,
+        (receiver, first): (usize, Option<DVec3>),
         medium: &Medium<'_>,
         choice: f64,
         scratch: &mut [Lanes],
@@ -168,10 +169,10 @@ impl ReceiverImages {
         }
         if let (Some(bends), Some(tree)) = (medium.bends, &self.tree) {
             let start = (from, sonel.normal.as_dvec3());
-            let feet = tree.feet(medium.geometry, index, from);
-            keep_straight(bends, medium.geometry, start, &feet, self.receiver, scratch);
+            let points_on_walls = tree.points_on_walls(medium.geometry, index, from);
+            keep_straight(bends, medium.geometry, start, &points_on_walls, self.receiver, scratch);
         }
-        deposits.add(receiver, bin, length, scratch, medium);
+        deposits.add((receiver, first.unwrap_or(towards)), bin, length, scratch, medium);
     }
 }
 
@@ -181,12 +182,15 @@ fn keep_straight(
     bends: &Bends,
     geometry: &Geometry,
     start: (DVec3, DVec3),
-    feet: &[(DVec3, DVec3)],
+    points_on_walls: &[(DVec3, DVec3)],
     receiver: DVec3,
     energy: &mut [Lanes],
 ) {
     let (mut place, mut normal) = start;
-    let ends = feet.iter().map(|&(foot, normal)| (foot, Some(normal))).chain([(receiver, None)]);
+    let ends = points_on_walls
+        .iter()
+        .map(|&(point_on_wall, normal)| (point_on_wall, Some(normal)))
+        .chain([(receiver, None)]);
     for (to, its_normal) in ends {
         let direction = (to - place).normalize_or_zero();
         let steepness = |normal: DVec3| direction.dot(normal).abs();

@@ -53,7 +53,7 @@ impl Partitions {
             }
         }
         let end = Self::between(geometry, table, Departure::free(from), to)?;
-        passed.0.extend(end.0);
+        passed.extend(end);
         Some(passed)
     }
 
@@ -71,6 +71,25 @@ impl Partitions {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
+    }
+
+    /// Their materials in ascending order: which of two faces of a wall is met does not matter.
+    #[must_use]
+    pub fn materials(&self, geometry: &Geometry) -> Vec<u32> {
+        let mut materials: Vec<u32> = self.0.iter().map(|&id| geometry.surface(id).material).collect();
+        materials.sort_unstable();
+        materials
+    }
+
+    /// Whether `surface` is one of them.
+    #[must_use]
+    pub fn contains(&self, surface: SurfaceId) -> bool {
+        self.0.contains(&surface)
+    }
+
+    /// Adds those of `other`.
+    pub fn extend(&mut self, other: Self) {
+        self.0.extend(other.0);
     }
 
     /// Takes from `energy` what they hold back.

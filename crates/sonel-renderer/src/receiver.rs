@@ -6,6 +6,7 @@ use sonel_geometry::Geometry;
 use sonel_scene::Receiver;
 
 use crate::ball::Balls;
+use crate::directions::Axes;
 
 /// A place where the echogram is wanted.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,13 +24,13 @@ pub struct ReceiverPoint {
 pub struct Sensitivity {
     /// Pattern about the aim.
     pub pattern: Pattern,
-    /// Unit vector; does not matter to an omnidirectional receiver.
+    /// Unit vector. The zero vector is that of an omnidirectional receiver without an aim: it looks at the first source.
     pub aim: DVec3,
 }
 
 impl Sensitivity {
     /// The same in every direction.
-    pub const OMNI: Self = Self { pattern: Pattern::Omni, aim: DVec3::X };
+    pub const OMNI: Self = Self { pattern: Pattern::Omni, aim: DVec3::ZERO };
 
     /// Sensitivity to what comes from `towards`, seen from the receiver [m].
     #[inline]
@@ -76,6 +77,14 @@ pub struct PreparedReceiver {
     pub stretch: f64,
     /// How sensitive it is.
     pub sensitivity: Sensitivity,
+    /// Its lateral axis, where directions are asked for.
+    pub lateral_axis: Option<DVec3>,
+}
+
+/// The lateral axes of `receivers`.
+#[must_use]
+pub fn axes(receivers: &[PreparedReceiver]) -> Axes {
+    Axes::of(receivers.iter().map(|receiver| receiver.lateral_axis))
 }
 
 /// Share of the mean free path that the radius takes at [`REFERENCE_EMISSIONS`].
@@ -108,6 +117,7 @@ impl PreparedReceiver {
             air: 0,
             stretch: 1.0,
             sensitivity: receiver.sensitivity,
+            lateral_axis: None,
         }
     }
 
@@ -122,6 +132,7 @@ impl PreparedReceiver {
             air: 0,
             stretch: 1.0,
             sensitivity: Sensitivity::OMNI,
+            lateral_axis: None,
         }
     }
 

@@ -15,9 +15,7 @@ use sonel_map::{BandClasses, Lanes, Segment, SonelMap};
 use sonel_scene::Scene;
 
 use crate::air::AirTable;
-use crate::edge::Edges;
-use crate::receiver::PreparedReceiver;
-use crate::render::{PathClass, RenderError, Renderer};
+use crate::error::RenderError;
 use crate::settings::{Air, Estimator, RenderSettings};
 
 /// The effect under which a map states whether air attenuates what packets carry (docs/interface.md).
@@ -210,54 +208,4 @@ pub(crate) fn refuse_regions(scene: &Scene, settings: &RenderSettings) -> Result
         _ => return Ok(()),
     };
     Err(RenderError::Settings(problem.to_owned()))
-}
-
-impl Renderer<'_> {
-    /// When direct sound of `source` arrives, or would arrive, at a world position [m]: [s].
-    #[must_use]
-    pub fn direct_time(&self, source: usize, receiver: DVec3) -> f64 {
-        let scene = &self.map.header().scene;
-        straight_length(scene, self.geometry, source, receiver) / scene.speed_of_sound
-    }
-
-    /// Why the estimator of a class is another one where the speed of sound has a gradient.
-    pub(crate) fn reason_of_arcs(&self, class: PathClass) -> Option<&'static str> {
-        self.table.profile()?;
-        match class {
-            PathClass::Direct | PathClass::Diffuse | PathClass::Refracted => None,
-            PathClass::Edge => Some("edges diffract straight paths only"),
-            _ => Some("arcs have no mirror images"),
-        }
-    }
-
-    /// The classes that paths of this map can be of.
-    pub fn path_classes(&self) -> impl Iterator<Item = PathClass> {
-        PathClass::ALL.into_iter().filter(|class| *class != PathClass::Refracted || self.regions.is_some())
-    }
-
-    /// c₀/c of an air.
-    pub(crate) fn stretch(&self, air: u32) -> f64 {
-        self.regions.as_ref().map_or(1.0, |regions| regions.air(air).stretch)
-    }
-
-    /// c₀/c of the air at a source.
-    pub(crate) fn stretch_at_source(&self, source: usize) -> f64 {
-        self.stretch(self.map.header().scene.air_at_source(source))
-    }
-
-    /// The edges where all paths are in one air.
-    pub(crate) fn edges_in(&self, air: u32) -> Option<&Edges> {
-        self.edges.get(air as usize)
-    }
-
-    /// [`straight_length`] from a source to a receiver.
-    pub(crate) fn straight_length(&self, source: usize, receiver: &PreparedReceiver) -> f64 {
-        let (scene, center) = (&self.map.header().scene, self.geometry.center());
-        match scene.media {
-            None if scene.sound_speed_gradient == 0.0 => {
-                (scene.sources[source].position - center).distance(receiver.exact)
-            }
-            _ => straight_length(scene, self.geometry, source, receiver.exact + center),
-        }
-    }
 }

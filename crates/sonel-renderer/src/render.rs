@@ -6,98 +6,29 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use sonel_acoustics::mean_free_path;
-use sonel_geometry::{Departure, Geometry};
-use sonel_map::{BandClasses, BatchStart, CoefficientTable, Lanes, MapError, SonelMap};
+use sonel_geometry::Geometry;
+use sonel_map::{BandClasses, BatchStart, CoefficientTable, SonelMap};
 use sonel_scene::{Scene, Source};
-use thiserror::Error;
 
 use crate::air::AirTable;
 use crate::bending::Bends;
 use crate::deposit::TimeBins;
+use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
 use crate::edge::{Edges, SOURCE_OUT};
+use crate::error::RenderError;
 use crate::gather::GatherSettings;
 use crate::gather::disc::Sheet;
 use crate::mirror::{MirrorChains, Radiator, lattice_room};
 use crate::mirror_connection::{has_few_surfaces, image_order};
 use crate::paper::Paper;
-use crate::partition::Partitions;
-use crate::receiver::{PreparedReceiver, REFERENCE_EMISSIONS, ReceiverPoint};
-use crate::regions::{Regions, carries, fit_settings, refuse_regions};
+use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
+use crate::regions::{Regions, carries, fit_settings, refuse_regions, straight_length};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
 const RECEIVERS_IN_FLIGHT: usize = 8;
-
-/// Who brought the energy (docs/physics.md §4).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PathClass {
-    /// L R.
-    Direct,
-    /// L S^k R, k ≤ K.
-    MirrorChain,
-    /// L E R, L S E R and longer chains: over edges where the path without them is shaded.
-    Edge,
-    /// L S^k R, k > K.
-    LongMirrorChain,
-    /// … D R.
-    Diffuse,
-    /// … D S^k R, k ≤ K′.
-    DiffuseMirror,
-    /// … D S^k R, k > K′.
-    LongDiffuseMirror,
-    /// What has met an interface between airs since its last diffuse reflection.
-    Refracted,
-}
-
-impl PathClass {
-    /// All classes.
-    pub const ALL: [Self; 8] = [
-        Self::Direct,
-        Self::MirrorChain,
-        Self::Edge,
-        Self::LongMirrorChain,
-        Self::Diffuse,
-        Self::DiffuseMirror,
-        Self::LongDiffuseMirror,
-        Self::Refracted,
-    ];
-
-    /// The class as a string over L, S, D, R.
-    #[must_use]
-    pub fn notation(self) -> &'static str {
-        match self {
-            Self::Direct => "L R",
-            Self::MirrorChain => "L S^k R, k <= K",
-            Self::Edge => "L E R, L S E R",
-            Self::LongMirrorChain => "L S^k R, k > K",
-            Self::Diffuse => "... D R",
-            Self::DiffuseMirror => "... D S^k R, k <= K'",
-            Self::LongDiffuseMirror => "... D S^k R, k > K'",
-            Self::Refracted => "... I S^k R",
-        }
-    }
-}
-
-/// Why a map could not be rendered.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum RenderError {
-    /// The map cannot be believed.
-    #[error(transparent)]
-    Map(#[from] MapError),
-    /// The scene's walls cannot be rebuilt.
-    #[error("the map's scene cannot be rebuilt: {0}")]
-    Scene(String),
-    /// A receiver no echogram exists for.
-    #[error("{}", .0.join("\n"))]
-    Receivers(Vec<String>),
-    /// A setting out of range.
-    #[error("{0}")]
-    Settings(String),
-}
 
 /// Among many surfaces one of so many sonels is connected with a receiver.
 const SONELS_PER_CONNECTION: u32 = 4;
@@ -109,40 +40,6 @@ const MOST_BINS: f64 = (1_u32 << 20) as f64;
 /// Most nodes of the table of attenuation: a thousand kilometres of ordinary air. Length and attenuation are those that a
 /// map states.
 const MOST_AIR_NODES: usize = 1 << 22;
-
-/// What lies between a sonel and a receiver.
-#[derive(Clone, Copy)]
-pub struct Medium<'a> {
-    /// Walls.
-    pub geometry: &'a Geometry,
-    /// What they do.
-    pub table: &'a CoefficientTable,
-    /// Time bins.
-    pub bins: &'a TimeBins,
-    /// Air, where it attenuates.
-    pub air: Option<&'a AirTable>,
-    /// Edges, where they bend.
-    pub bends: Option<&'a Bends>,
-    /// The airs, where the scene has several.
-    pub regions: Option<&'a Regions>,
-}
-
-impl Medium<'_> {
-    /// Makes `energy` that comes to `receiver`, straight over the last `length` times c₀/c [m], the receiver's, but for what every air takes.
-    #[inline]
-    pub fn receive(&self, receiver: &PreparedReceiver, length: f64, energy: &mut [Lanes]) {
-        if let Some(regions) = self.regions {
-            regions.receive(receiver.air, length, energy);
-        }
-    }
-
-    /// What a straight way passes; [`None`] where something is in the way that nothing passes.
-    #[inline]
-    #[must_use]
-    pub fn partitions(&self, from: Departure, to: Vec3) -> Option<Partitions> {
-        Partitions::between(self.geometry, self.table, from, to)
-    }
-}
 
 /// A map made ready for rendering.
 pub struct Renderer<'a> {
@@ -201,7 +98,7 @@ impl<'a> Renderer<'a> {
         }
         if settings.estimator == Estimator::Paper && settings.mirror_order.is_some() {
             return Err(RenderError::Settings(
-                "the paper enumerates no mirror chains: leave --order out, or choose another --estimator"
+                "the paper enumerates no image-source paths: leave --order out, or choose another --estimator"
                     .to_owned(),
             ));
         }
@@ -229,10 +126,8 @@ impl<'a> Renderer<'a> {
         let ray_reach = bins.reach / scene.stretches().into_iter().fold(1.0, f64::min);
         let traced = &map.header().settings;
         let layout = map.layout();
-        let has_arcs = scene.sound_speed_gradient != 0.0;
-        let diffracts = !has_arcs
-            && map.header().diffracted_wavelengths().is_some()
-            && geometry.diffracting_edges().next().is_some();
+        let diffracts =
+            map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
         // Edges tell all bands apart.
         let classes = if diffracts || map.edge_table().is_some() {
             BandClasses::separate(scene.bands.count())
@@ -318,6 +213,39 @@ impl<'a> Renderer<'a> {
         self.classes.spread(&self.attenuation)
     }
 
+    /// When direct sound of `source` arrives, or would arrive, at a world position [m]: [s].
+    #[must_use]
+    pub fn direct_time(&self, source: usize, receiver: DVec3) -> f64 {
+        let scene = &self.map.header().scene;
+        straight_length(scene, self.geometry, source, receiver) / scene.speed_of_sound
+    }
+
+    /// c₀/c of an air.
+    pub(crate) fn stretch(&self, air: u32) -> f64 {
+        self.regions.as_ref().map_or(1.0, |regions| regions.air(air).stretch)
+    }
+
+    /// c₀/c of the air at a source.
+    pub(crate) fn stretch_at_source(&self, source: usize) -> f64 {
+        self.stretch(self.map.header().scene.air_at_source(source))
+    }
+
+    /// The edges where all paths are in one air.
+    pub(crate) fn edges_in(&self, air: u32) -> Option<&Edges> {
+        self.edges.get(air as usize)
+    }
+
+    /// [`straight_length`] from a source to a receiver.
+    pub(crate) fn straight_length(&self, source: usize, receiver: &PreparedReceiver) -> f64 {
+        let (scene, center) = (&self.map.header().scene, self.geometry.center());
+        match scene.media {
+            None if scene.sound_speed_gradient == 0.0 => {
+                (scene.sources[source].position - center).distance(receiver.exact)
+            }
+            _ => straight_length(scene, self.geometry, source, receiver.exact + center),
+        }
+    }
+
     /// Seed of the renderer's own choices.
     pub(crate) fn seed(&self) -> u64 {
         self.settings.seed.unwrap_or(self.map.header().settings.seed)
@@ -346,6 +274,7 @@ impl<'a> Renderer<'a> {
             if let Err(misplaced) = self.geometry.check_place(position, &sources) {
                 problems.push(format!("receiver \"{name}\" at {position} m {misplaced}"));
             }
+            problems.extend(self.lateral_problem(receiver));
         }
         problems
     }
@@ -377,8 +306,9 @@ impl<'a> Renderer<'a> {
             self.bins.reach,
             if !self.enumerates_mirrors() { Some(0) } else { self.settings.mirror_order },
         );
+        let (bands, batches) = (self.table.bands(), self.batches.len());
         let mut rendering =
-            Rendering::new(prepared.len(), &self.bins, self.table.bands(), self.batches.len());
+            Rendering::new(prepared.len(), axes(&prepared).columns(), &self.bins, bands, batches);
         rendering.mirror_order = chains.order();
         rendering.sphere_radius = prepared.iter().map(|receiver| receiver.balls.early_radius()).collect();
         self.add_deterministic(&mut rendering, (source, radiator), &chains, &prepared, borders);
@@ -433,82 +363,6 @@ impl<'a> Renderer<'a> {
         self.gathers_by_mirrors() || self.paper.is_some() || self.gather.is_some() && beside_surfaces()
     }
 
-    /// The estimator that owns `class`.
-    #[must_use]
-    pub fn owner(&self, class: PathClass) -> &'static str {
-        if let Some(paper) = &self.paper {
-            return paper.owner(class);
-        }
-        match class {
-            PathClass::Direct if self.table.profile().is_some() => "shadow ray along an arc",
-            PathClass::Direct => "shadow ray",
-            PathClass::MirrorChain => "image sources",
-            PathClass::Edge => "edges",
-            PathClass::Refracted => "receiver sphere",
-            PathClass::LongMirrorChain if self.mirrors_long_chains() => "specular rays into receiver spheres",
-            PathClass::Diffuse if self.bends.is_some() && self.gathers_by_mirrors() => {
-                "connection where it is straight, gather where it is bent"
-            }
-            PathClass::Diffuse if self.bends.is_some() && self.connects_diffuse() => {
-                "connection where it is straight, receiver sphere where it is bent"
-            }
-            PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
-            PathClass::Diffuse if self.connects_diffuse() && self.table.profile().is_some() => {
-                "connection along an arc"
-            }
-            PathClass::Diffuse if self.connects_diffuse() => "connection",
-            PathClass::DiffuseMirror if self.gathers_by_mirrors() => "gather",
-            PathClass::DiffuseMirror => "connection to images of the receiver",
-            _ => "receiver sphere",
-        }
-    }
-
-    /// Why [`Self::owner`] owns `class`, where the mirror chains were enumerated up to `mirror_order`.
-    #[must_use]
-    pub fn reason(&self, class: PathClass, mirror_order: u32) -> String {
-        if let Some(paper) = &self.paper {
-            return paper.reason(class);
-        }
-        if let Some(reason) = self.reason_of_arcs(class) {
-            return reason.to_owned();
-        }
-        let forced = self.settings.estimator != Estimator::Auto;
-        match class {
-            PathClass::Direct => "exact".to_owned(),
-            PathClass::MirrorChain => format!("exact: enumerated completely up to order K = {mirror_order}"),
-            PathClass::Refracted => "no straight way leads through an interface".to_owned(),
-            PathClass::Edge if !self.edges.is_empty() => {
-                "rigid faces, first order, and second over thick barriers".to_owned()
-            }
-            PathClass::Edge => "diffraction is off or no edge diffracts".to_owned(),
-            PathClass::LongMirrorChain => {
-                format!(
-                    "beyond order K = {mirror_order} chains are too many to enumerate or were not asked for"
-                )
-            }
-            _ if forced => "asked for".to_owned(),
-            PathClass::LongDiffuseMirror if self.bends.is_some() && !self.gathers_by_mirrors() => {
-                "images do not follow what edges bend".to_owned()
-            }
-            PathClass::Diffuse => "unbiased and calm but beside a surface".to_owned(),
-            PathClass::DiffuseMirror if self.gathers_by_mirrors() => {
-                "calm in any room; in an empty box images of the receiver would be calmer".to_owned()
-            }
-            PathClass::DiffuseMirror => {
-                format!(
-                    "unbiased: the images of an empty box are all visible, up to order {}",
-                    self.image_order
-                )
-            }
-            PathClass::LongDiffuseMirror if self.gathers_by_mirrors() => {
-                "nothing is left: visibility rays follow mirrors to any order".to_owned()
-            }
-            PathClass::LongDiffuseMirror => {
-                format!("beyond order {} images are too many", self.image_order)
-            }
-        }
-    }
-
     fn prepare(&self, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
         let free_path = free_path(self.geometry);
         let emissions = self.map.header().settings.emissions;
@@ -516,7 +370,10 @@ impl<'a> Renderer<'a> {
         receivers
             .par_iter()
             .map(|r| {
-                let receiver = PreparedReceiver::new(r, self.geometry, free_path, emissions, disc);
+                let receiver = PreparedReceiver {
+                    lateral_axis: self.settings.directions.then(|| self.lateral_axis(r)).flatten(),
+                    ..PreparedReceiver::new(r, self.geometry, free_path, emissions, disc)
+                };
                 if let Some((profile, speed)) = self.table.profile() {
                     return PreparedReceiver {
                         stretch: speed / profile.speed_at(receiver.exact),
@@ -541,14 +398,6 @@ fn coincide(source: &Source, position: DVec3, geometry: &Geometry) -> bool {
     source.position.distance(position) <= f64::from(geometry.resolution())
 }
 
-/// Mean free path [m]; in an open scene its extent.
-pub(crate) fn free_path(geometry: &Geometry) -> f64 {
-    match geometry.volume() {
-        Some(volume) => mean_free_path(volume, geometry.area()),
-        None => f64::from(geometry.extent()),
-    }
-}
-
 /// Whether rays gather by mirrors: where asked for, and where the images of a receiver are no lattice. Where planes are few, rays are as
 /// fast as connections to images and twice as calm.
 fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &CoefficientTable) -> bool {
@@ -561,20 +410,6 @@ fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &Co
 
 /// Rays that only share with connections next to surfaces are so many times fewer.
 const FEWER_RAYS_NEAR_SURFACES: u32 = 8;
-
-/// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`].
-pub(crate) const DISC_PER_FREE_PATH: f64 = 0.03;
-
-/// The radius of discs [m] that take `share` of the mean free path at [`REFERENCE_EMISSIONS`]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
-pub(crate) fn disc_radius(
-    share: f64,
-    settings: &RenderSettings,
-    geometry: &Geometry,
-    traced: &sonel_map::Settings,
-) -> f64 {
-    let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
-    settings.gather_radius.unwrap_or_else(|| share * free_path(geometry) * shrink)
-}
 
 fn gather_settings(
     settings: &RenderSettings,

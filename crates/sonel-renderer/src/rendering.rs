@@ -1,7 +1,8 @@
 //! What rendering one source yields, and how energy is added to it.
 
 use crate::deposit::{Deposits, TimeBins, add_lanes, spread_lanes};
-use crate::render::PathClass;
+use crate::directions::Columns;
+use crate::path_class::PathClass;
 use sonel_map::{BandClasses, Lanes, lanes_of};
 
 /// A relative variance below this is rounding.
@@ -30,11 +31,13 @@ pub struct DiscreteArrival {
 /// Echograms of one source at all receivers.
 #[derive(Debug, Clone)]
 pub struct Rendering {
+    /// Of each receiver in `total` and `batches`.
+    pub columns: Columns,
     /// Everything: deterministic arrivals plus the weighted mean of the batches [1/m²].
     pub total: Deposits,
-    /// Each batch's own estimate at the coarse borders, deterministic arrivals included: [batch][receiver].
+    /// Each batch's own estimate at the coarse borders, deterministic arrivals included: [batch][receiver and column].
     pub batches: Vec<Vec<CoarseEchogram>>,
-    /// What kernels of half the area would have added to each of them: [batch][receiver], see [`crate::kernel`].
+    /// What kernels of half the area would have added to each of them: [batch][receiver and column], see [`crate::kernel`].
     pub kernel_differences: Vec<Vec<CoarseEchogram>>,
     /// Discrete arrivals that are listed, by receiver and length.
     pub arrivals: Vec<DiscreteArrival>,
@@ -68,11 +71,13 @@ pub struct EdgeWork {
 impl Rendering {
     /// Nothing yet.
     #[must_use]
-    pub fn new(receivers: usize, bins: &TimeBins, bands: usize, batches: usize) -> Self {
+    pub fn new(receivers: usize, columns: Columns, bins: &TimeBins, bands: usize, batches: usize) -> Self {
+        let nothing = || (0..batches).map(|_| Vec::with_capacity(receivers * columns.coarse)).collect();
         Self {
-            total: Deposits::new(receivers, bins.count, bands),
-            batches: (0..batches).map(|_| Vec::with_capacity(receivers)).collect(),
-            kernel_differences: (0..batches).map(|_| Vec::with_capacity(receivers)).collect(),
+            columns,
+            total: Deposits::new(receivers * columns.fine, bins.count, bands),
+            batches: nothing(),
+            kernel_differences: nothing(),
             arrivals: Vec::new(),
             classes: PathClass::ALL.map(|class| (class, vec![0.0; bands])),
             class_energies: PathClass::ALL.map(|_| vec![0.0; receivers * bands]),
@@ -88,7 +93,7 @@ impl Rendering {
     /// All energy of a receiver in a band [1/m²].
     #[must_use]
     pub fn energy(&self, receiver: usize, band: usize) -> f64 {
-        self.total.sum(receiver, band)
+        self.total.sum(receiver * self.columns.fine, band)
     }
 
     /// The same with every band for itself, from classes of bands.
@@ -208,10 +213,10 @@ impl CoarseEchogram {
         add_lanes(&mut self.energy, &other.energy);
     }
 
-    /// Adds a discrete arrival at `time` [s].
-    pub fn add_arrival(&mut self, borders: &[f64], time: f64, energy: &[Lanes]) {
+    /// Adds `weight` times a discrete arrival at `time` [s].
+    pub fn add_arrival(&mut self, borders: &[f64], time: f64, energy: &[Lanes], weight: f64) {
         let bin = borders.partition_point(|&border| border <= time).clamp(1, borders.len() - 1) - 1;
-        self.add_share(bin, energy, 1.0);
+        self.add_share(bin, energy, weight);
     }
 
     /// Adds the echogram of `receiver` in `fine`, which holds nothing before `first_arrival` [s]. A fine bin across a border
@@ -280,7 +285,7 @@ mod tests {
     fn an_arrival_on_a_border_belongs_to_the_later_bin() {
         let borders = [0.0, 0.5, 1.0];
         let mut coarse = CoarseEchogram::new(3, 2);
-        coarse.add_arrival(&borders, 0.5, &[[1.0, 2.0, 0.0, 0.0]]);
+        coarse.add_arrival(&borders, 0.5, &[[1.0, 2.0, 0.0, 0.0]], 1.0);
         assert_eq!(coarse.band(0).collect::<Vec<_>>(), [0.0, 1.0]);
         assert_eq!(coarse.band(1).collect::<Vec<_>>(), [0.0, 2.0]);
     }

@@ -18,6 +18,8 @@ pub struct RenderSettings {
     pub seed: Option<u64>,
     /// Attenuation by air.
     pub air: Air,
+    /// Whether energies by direction are added up beside the energy ([`crate::directions`]).
+    pub directions: bool,
 }
 
 /// Who owns which path class: the same energy by different means, so that any two can be compared.
@@ -70,6 +72,7 @@ impl RenderSettings {
             gather_radius: None,
             seed: None,
             air: Air::OfScene,
+            directions: false,
         }
     }
 }

@@ -17,8 +17,9 @@ use crate::crossing::{Piece, cross};
 use crate::gather::rays::strongest;
 use crate::kernel::coarse_bins;
 use crate::mirror::{Radiator, lattice_room};
-use crate::receiver::PreparedReceiver;
-use crate::render::{PathClass, Renderer};
+use crate::path_class::PathClass;
+use crate::receiver::{PreparedReceiver, axes};
+use crate::render::Renderer;
 use crate::rendering::Rendering;
 use crate::settings::Estimator;
 
@@ -67,7 +68,7 @@ impl Renderer<'_> {
             let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
             let listeners = Listeners { receivers, direct_lengths, coarse_bins };
             let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
-                .map(|_| BatchEstimate::new(borders, self.bins.count, self.table.bands()))
+                .map(|_| BatchEstimate::new(borders, self.bins.count, self.table.bands(), axes(receivers)))
                 .collect();
             for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
                 let group = &mut estimates[..(count - first).min(BATCHES_IN_FLIGHT) as usize];

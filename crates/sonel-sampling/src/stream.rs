@@ -29,6 +29,8 @@ pub enum Purpose {
     ConnectionChoice = 8,
     /// Signs and times of the pulses of an impulse response.
     Pulse = 9,
+    /// Directions of these pulses.
+    PulseDirection = 10,
 }
 
 /// All streams of one purpose and owner (a source index, the bits of a receiver position): a key without a number.

@@ -10,7 +10,7 @@ use crate::document::{quoted, quoted_key};
 use crate::formats;
 use crate::library::{LibraryEntry, shipped};
 use crate::load::attempt;
-use crate::room::number;
+use crate::notation::number;
 use crate::{Place, Problem, SceneErrors};
 
 /// Where a source and a receiver are tried, as shares of the room's extents.

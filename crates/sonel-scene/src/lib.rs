@@ -6,6 +6,7 @@
 //! References: docs/interface.md, docs/formats/scene.md.
 
 mod balloon_file;
+mod bands;
 pub mod checkup;
 mod document;
 mod draft;
@@ -16,6 +17,7 @@ mod load;
 mod materials_file;
 pub mod media;
 mod mesh_file;
+mod notation;
 mod obj;
 mod problem;
 mod report;

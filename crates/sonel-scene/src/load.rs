@@ -6,16 +6,16 @@ use sonel_acoustics::{Bands, Directivity, Material};
 use sonel_geometry::{Geometry, Mesh};
 use toml::de::DeTable;
 
+use crate::bands::{self, BandChoice};
 use crate::document::{Entry, Table};
 use crate::inspection::inspect;
 use crate::library;
 use crate::report::{Remarks, Report};
 use crate::room;
-use crate::sections::bands::BandChoice;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls};
-use crate::sections::{air, bands, materials, regions};
+use crate::sections::{air, materials, regions};
 use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
 /// Keys of the document itself.
@@ -289,7 +289,7 @@ fn build(
     if let Some(mended) = walls.mesh.mended(walls.weld) {
         report.note(format!(
             "{path}: cracks up to {} mm closed: {} corners joined to others, {} put on edges; mesh_weld sets the width",
-            room::number(1e3 * walls.weld),
+            crate::notation::number(1e3 * walls.weld),
             mended.joined,
             mended.attached
         ));

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use sonel_acoustics::Air;
 use sonel_geometry::{Departure, Geometry, Hit, Side, SurfaceId};
 
-use crate::room;
+use crate::notation;
 
 /// The sides of a surface that is no interface.
 pub const NO_AIR: u32 = u32::MAX;
@@ -166,17 +166,17 @@ impl fmt::Display for MediaFault {
             Self::BoundsNothing { place, air: 0, .. } => write!(
                 f,
                 "the interface at ({}) m has the scene's air on both sides: give [[regions]] with a point inside, or remove the face",
-                room::place(*place)
+                notation::place(*place)
             ),
             Self::BoundsNothing { place, .. } => write!(
                 f,
                 "the interface at ({}) m has the same region on both sides: close the gap around it, or remove the face",
-                room::place(*place)
+                notation::place(*place)
             ),
             Self::TwoAirs { place, .. } => write!(
                 f,
                 "the interface at ({}) m has two airs on one side: divide the face where they meet and give its parts different materials",
-                room::place(*place)
+                notation::place(*place)
             ),
         }
     }

@@ -10,8 +10,10 @@ use crate::document::quoted_key;
 use crate::formats::{self, Open};
 use crate::obj::{self, Face, FileTerms, LineProblem, Polygons, Triangulation};
 use crate::report::Report;
-use crate::sections::walls::FARTHEST;
 use crate::suggest::suggest;
+
+/// No coordinate lies further from the origin [m]; generous for national grids, far below where squares overflow.
+pub(crate) const FARTHEST: f64 = 1e8;
 
 /// Problems of a mesh file reported one by one; the others are counted.
 const MOST_PROBLEMS: usize = 50;

@@ -10,7 +10,7 @@ use sonel_acoustics::{
 use sonel_geometry::{Geometry, GeometryError, LARGEST_TURN, Mesh, SpeedProfile};
 
 use crate::media::{Media, MediaFault, Region, find_sides};
-use crate::room;
+use crate::notation;
 
 /// Power level of a source that states none [dB re 1 pW].
 pub const DEFAULT_POWER_LEVEL_DB: f64 = 90.0;
@@ -82,7 +82,7 @@ pub struct Receiver {
     pub name: String,
     /// Position [m].
     pub position: DVec3,
-    /// Unit vector; towards the first source unless stated.
+    /// Unit vector; towards the first source unless stated. The zero vector where no source is known.
     pub aim: DVec3,
     /// Its sensitivity about the aim, 1 on it.
     pub pattern: Pattern,
@@ -223,14 +223,14 @@ impl Scene {
             return Some(format!(
                 "{gradient} 1/s makes the speed of sound {} m/s at the height {} m, where the scene has walls, sources or receivers: \
                  give a gradient with which it stays above 0",
-                room::number(speed(slowest)),
-                room::number(slowest)
+                notation::number(speed(slowest)),
+                notation::number(slowest)
             ));
         }
         (gradient.abs() * self.duration > LARGEST_TURN).then(|| {
             format!(
                 "{gradient} 1/s over {} s is beyond what is simulated: gradient times duration is at most {LARGEST_TURN}; lower one of them",
-                room::number(self.duration)
+                notation::number(self.duration)
             )
         })
     }

@@ -16,6 +16,9 @@ pub enum SoundError {
         /// Travel time [s].
         time_s: f64,
     },
+    /// Ambisonics without directions.
+    #[error("the response holds no directions, which ambisonics need: render with --directions")]
+    NoDirections,
     /// The file is no WAV file, a damaged one, or of a coding that is not read.
     #[error("this is not a WAV file of integer or float samples, or it is damaged: {0}")]
     Wav(#[from] hound::Error),

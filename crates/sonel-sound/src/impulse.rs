@@ -5,9 +5,11 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use sonel_echogram::Response;
 
+use crate::ambisonics::{Frame, channels};
 use crate::crossover::Crossover;
 use crate::pulses::{self, Pulses};
 use crate::{SAMPLE_RATE_HZ, SoundError};
@@ -46,13 +48,39 @@ impl<'a> Synthesizer<'a> {
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
         let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
+        Ok(self.filtered(&pulses, |_| 1.0))
+    }
+
+    /// The same in ambisonics up to `order`, at most 3, with `up` a unit vector: the left side is the lateral axis of the receiver. Channel 0 is
+    /// the impulse response itself.
+    ///
+    /// # Errors
+    /// As [`Self::impulse_response`], and where the response has no directions.
+    pub fn ambisonics(
+        &self,
+        (s, r): (usize, usize),
+        order: u32,
+        up: DVec3,
+    ) -> Result<Vec<Vec<f32>>, SoundError> {
+        let directions = self.response.directions.as_ref().ok_or(SoundError::NoDirections)?;
+        let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
+        let frame = Frame::new(directions.lateral_axes[r].into(), up);
+        let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
+        Ok((0..channels(order))
+            .map(|channel| self.filtered(&pulses, |pulse| gains[pulse][channel]))
+            .collect())
+    }
+
+    /// The sum of all pulses, each times a gain, in their bands.
+    fn filtered(&self, pulses: &Pulses, gain_of: impl Fn(usize) -> f64) -> Vec<f32> {
         let bands = self.response.bands();
         let mut spectrum = self.forward.make_output_vec();
         let mut sum = self.forward.make_output_vec();
         for band in 0..bands {
             let mut train = self.forward.make_input_vec();
-            for (sample, amplitude) in pulses.sample.iter().zip(pulses.amplitude.chunks_exact(bands)) {
-                train[PADDING + sample] += amplitude[band];
+            let all = pulses.sample.iter().zip(pulses.amplitude.chunks_exact(bands));
+            for (pulse, (sample, amplitude)) in all.enumerate() {
+                train[PADDING + sample] += amplitude[band] * gain_of(pulse);
             }
             self.forward.process(&mut train, &mut spectrum).expect("buffers are the plan's own");
             for ((sum, value), gain) in sum.iter_mut().zip(&spectrum).zip(self.crossover.gains(band)) {
@@ -64,14 +92,14 @@ impl<'a> Synthesizer<'a> {
             .process(&mut sum, &mut pressure)
             .expect("the ends of a real signal's spectrum are real");
         let scale = 1.0 / pressure.len() as f64;
-        Ok(pressure[PADDING..PADDING + self.samples].iter().map(|value| (value * scale) as f32).collect())
+        pressure[PADDING..PADDING + self.samples].iter().map(|value| (value * scale) as f32).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sonel_echogram::Arrivals;
+    use sonel_echogram::{Arrivals, Directions, Lateral};
     use std::f64::consts::PI;
 
     const CENTERS: [f64; 3] = [500.0, 1000.0, 2000.0];
@@ -109,6 +137,7 @@ mod tests {
                 order: vec![0],
                 kind: vec![0],
             },
+            directions: None,
             metadata: serde_json::Value::Null,
         }
     }
@@ -162,6 +191,65 @@ mod tests {
         let realise = |seed| Synthesizer::new(&response, None, seed).impulse_response(0, 0).unwrap();
         assert_eq!(realise(1), realise(1));
         assert_ne!(realise(1), realise(2));
+    }
+
+    /// With directions: the source ahead, along −x, and a bin behind whose sound comes from the left above, along (0, −0.6, 0.8), for 0.7 of it.
+    fn directed(direct: [f64; 3], behind: [f64; 3]) -> Response {
+        let response = response(direct, behind);
+        let mut moment = vec![0.0; 3 * response.energy.len()];
+        for band in 0..3 {
+            moment[3 * (band * 200 + 12)] = -direct[band];
+            moment[3 * (band * 200 + 13) + 1] = -0.42 * behind[band];
+            moment[3 * (band * 200 + 13) + 2] = 0.56 * behind[band];
+        }
+        let lateral = [0, 1].map(|_| Lateral { energy: response.energy.clone(), ..Lateral::default() });
+        let directions = Directions { lateral_axes: vec![[0.0, -1.0, 0.0]], lateral, moment };
+        Response { directions: Some(directions), ..response }
+    }
+
+    const UP: DVec3 = DVec3::Z;
+
+    #[test]
+    fn the_first_channel_is_the_impulse_response_and_direct_sound_is_ahead() {
+        let response = directed([0.001; 3], [0.0; 3]);
+        let synthesizer = Synthesizer::new(&response, Some(100.0), 1);
+        let channels = synthesizer.ambisonics((0, 0), 3, UP).unwrap();
+        assert!(channels.len() == 16 && channels[0] == synthesizer.impulse_response(0, 0).unwrap());
+        // Straight ahead: W, X, −R/2, U √¾, −L √⅜, P √⅝.
+        let ahead = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0, -0.5, 0.0, 0.75_f64.sqrt(), 0.0, 0.0, 0.0, 0.0];
+        let ahead = ahead.into_iter().chain([-0.375_f64.sqrt(), 0.0, 0.625_f64.sqrt()]);
+        for (channel, expected) in channels.iter().zip(ahead) {
+            let found = f64::from(channel[590]) / f64::from(channels[0][590]);
+            assert!((found - expected).abs() < 1e-6, "{found} instead of {expected}");
+        }
+    }
+
+    /// The active intensity, mean products of W with X, Y and Z, is the moment of the bin: over 100 realisations of 48 pulses whose directions
+    /// scatter by less than 1, within four standard errors, 4/√4800; from the other side it is not.
+    #[test]
+    fn the_intensity_of_late_sound_is_its_moment() {
+        let response = directed([0.001; 3], [0.002; 3]);
+        let mut sums = [0.0; 4];
+        for seed in 0..100 {
+            let channels = Synthesizer::new(&response, None, seed).ambisonics((0, 0), 1, UP).unwrap();
+            for (sum, channel) in sums.iter_mut().zip(&channels) {
+                let window = 624..672;
+                let products = window.map(|at| f64::from(channels[0][at]) * f64::from(channel[at]));
+                *sum += products.sum::<f64>();
+            }
+        }
+        for (channel, expected) in [(1, 0.42), (2, 0.56), (3, 0.0)] {
+            let found = sums[channel] / sums[0];
+            assert!((found - expected).abs() < 0.058, "{channel}: {found} instead of {expected}");
+            assert!(expected < 0.1 || (found + expected).abs() > 0.058);
+        }
+    }
+
+    #[test]
+    fn ambisonics_need_directions() {
+        let response = response([0.001; 3], [0.0; 3]);
+        let error = Synthesizer::new(&response, None, 1).ambisonics((0, 0), 1, UP).unwrap_err();
+        assert!(error.to_string().contains("--directions"), "{error}");
     }
 
     #[test]

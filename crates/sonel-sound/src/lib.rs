@@ -2,7 +2,7 @@
 //!
 //! A response knows energies per band and time, no phases. [`impulse`] draws one of the pressures that have these energies: listed
 //! arrivals as single pulses at their time ([`pulses`]), everything else as pulses of random sign, shaped by linear-phase
-//! band filters ([`crossover`]). [`convolution`] applies it to a recording, [`wav`] reads and writes.
+//! band filters ([`crossover`]). Where the response has directions, so have the pulses ([`ambisonics`]). [`convolution`] applies it to a recording, [`wav`] reads and writes.
 //!
 //! Pressure is relative to that of an omnidirectional source of the same power at 1 m in a free field: direct sound is 1/r,
 //! and the mean of |P|² over a band is 4π F, F being its fluence per unit emitted energy [1/m²] (docs/physics.md §1).
@@ -10,6 +10,7 @@
 //! The Fourier transforms are `realfft`'s, whose last bits depend on the processor. The same command gives the same bytes on one
 //! machine, with any number of threads; between machines samples agree to the rounding of 32-bit numbers.
 
+pub mod ambisonics;
 pub mod convolution;
 pub mod crossover;
 mod error;

@@ -5,11 +5,15 @@
 //! [Kuttruff2009, section 4.1], but at least one a bin and at most one a sample; each has an equal part of the bin's energy and lies
 //! anywhere in its equal part of the bin. Sound without reflection keeps its sign; the sign of every other pulse is random, so that the
 //! expected energy of a sum is the sum of the energies, as the echogram has it.
+//!
+//! Where the response has directions, an arrival has its own, and the pulses of a bin have random ones whose mean is that of the bin, over all
+//! bands ([`crate::ambisonics`]); these take random numbers of their own.
 
+use glam::DVec3;
 use sonel_echogram::Response;
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
-use crate::{SAMPLE_RATE_HZ, SoundError};
+use crate::{SAMPLE_RATE_HZ, SoundError, ambisonics};
 
 const RATE: f64 = SAMPLE_RATE_HZ as f64;
 /// Squared amplitude of a pulse for a fluence of 1/m²: 4π, so that direct sound is 1/r.
@@ -24,6 +28,8 @@ pub struct Pulses {
     pub sample: Vec<usize>,
     /// Amplitude in every band, relative to a free field at 1 m. [P, B]
     pub amplitude: Vec<f64>,
+    /// Unit vector towards where each comes from, in the axes of the scene; empty where the response has no directions. [P]
+    pub direction: Vec<DVec3>,
 }
 
 /// Samples of an impulse response as long as the echogram.
@@ -49,11 +55,13 @@ impl Pulses {
         volume: Option<f64>,
         seed: u64,
     ) -> Result<Self, SoundError> {
-        let mut stream = stream(response, (s, r), seed);
+        let mut signs = stream(response, (s, r), seed, Purpose::Pulse);
         let mut pulses = Self::default();
         let mut rest: Vec<Vec<f64>> =
             (0..response.bands()).map(|band| response.echogram(s, r, band).to_vec()).collect();
-        pulses.add_arrivals(response, (s, r), &mut rest, &mut stream)?;
+        let mut moment = moments(response, (s, r));
+        let mut directions = stream(response, (s, r), seed, Purpose::PulseDirection);
+        pulses.add_arrivals(response, (s, r), (&mut rest, &mut moment), &mut signs)?;
         let direct = response.direct_time(s, r);
         for (bin, edges) in response.time_edges_s.windows(2).enumerate() {
             let energy: Vec<f64> = rest.iter().map(|band| band[bin]).collect();
@@ -65,20 +73,24 @@ impl Pulses {
             let count = reflections([begin, edges[1]], volume, response.speed_of_sound);
             let step = (edges[1] - begin) / count as f64;
             for index in 0..count {
-                let time = begin + (index as f64 + stream.uniform_fine()) * step;
-                let sign = random_sign(&mut stream);
+                let time = begin + (index as f64 + signs.uniform_fine()) * step;
+                let sign = random_sign(&mut signs);
                 pulses.push(time, energy.iter().map(|energy| energy / count as f64), sign);
+                if let Some(moment) = moment.get(bin) {
+                    let all: f64 = energy.iter().sum();
+                    pulses.direction.push(ambisonics::direction(*moment / all, &mut directions));
+                }
             }
         }
         Ok(pulses)
     }
 
-    /// Adds the listed arrivals and takes their energy out of `rest`, the echogram of every band.
+    /// Adds the listed arrivals and takes their energy out of `rest`, the echogram of every band, and out of the moments.
     fn add_arrivals(
         &mut self,
         response: &Response,
         (s, r): (usize, usize),
-        rest: &mut [Vec<f64>],
+        (rest, moment): (&mut [Vec<f64>], &mut [DVec3]),
         stream: &mut Stream,
     ) -> Result<(), SoundError> {
         let (arrivals, bands) = (&response.arrivals, response.bands());
@@ -98,6 +110,11 @@ impl Pulses {
             }
             let sign = if arrivals.order[a] == 0 { 1.0 } else { random_sign(stream) };
             self.push(time, energy.iter().copied(), sign);
+            if let Some(moment) = moment.get_mut(bin) {
+                let direction = DVec3::from_slice(&arrivals.direction[3 * a..]);
+                *moment -= direction * energy.iter().sum::<f64>();
+                self.direction.push(direction);
+            }
         }
         Ok(())
     }
@@ -109,9 +126,24 @@ impl Pulses {
     }
 }
 
-fn stream(response: &Response, (s, r): (usize, usize), seed: u64) -> Stream {
+/// Moments of all bins, summed over the bands; none where the response has no directions.
+fn moments(response: &Response, (s, r): (usize, usize)) -> Vec<DVec3> {
+    let Some(directions) = &response.directions else { return Vec::new() };
+    let (bands, bins) = (response.bands(), response.bins());
+    let mut sums = vec![DVec3::ZERO; bins];
+    let first = (s * response.receivers() + r) * bands;
+    for band in first..first + bands {
+        let of_band = directions.moment[3 * band * bins..3 * (band + 1) * bins].chunks_exact(3);
+        for (sum, moment) in sums.iter_mut().zip(of_band) {
+            *sum += DVec3::from_slice(moment);
+        }
+    }
+    sums
+}
+
+fn stream(response: &Response, (s, r): (usize, usize), seed: u64, purpose: Purpose) -> Stream {
     let [x, y, z] = response.receiver_positions[r].map(|coordinate| (coordinate as f32).to_bits());
-    StreamFamily::new(seed, Purpose::Pulse, [s as u32, x, y, z]).stream(0)
+    StreamFamily::new(seed, purpose, [s as u32, x, y, z]).stream(0)
 }
 
 fn random_sign(stream: &mut Stream) -> f64 {

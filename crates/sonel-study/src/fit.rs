@@ -11,7 +11,7 @@ mod certainty;
 
 use sonel_acoustics::{Coefficient, Material};
 use sonel_analysis::what_if::fitness;
-use sonel_analysis::{Estimate, Parameter, ReceiverFigures};
+use sonel_analysis::{Estimate, Parameter, ReceiverParameters};
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{ReceiverPoint, RenderSettings};
@@ -20,8 +20,8 @@ use thiserror::Error;
 pub use certainty::Knowledge;
 
 use crate::local::{Datum, Local, Unknown};
+use crate::pipeline::{self, MapStore, NoClock, PipelineError};
 use crate::sensitivity::{Varied, vary};
-use crate::trial::{self, MapStore, NoClock, TrialError};
 
 /// Renderings at the most.
 const MOST_ROUNDS: u32 = 10;
@@ -123,7 +123,7 @@ pub struct Fit {
 pub enum FitError {
     /// A map could not be rendered or traced.
     #[error(transparent)]
-    Trial(#[from] TrialError),
+    PipelineRun(#[from] PipelineError),
     /// No measured value has a computed one.
     #[error("the map has no value for any measured one; the first: {0}")]
     NothingComputed(String),
@@ -152,7 +152,7 @@ impl<S: MapStore> Workbench<'_, S> {
         &mut self,
         materials: Vec<Material>,
         tell: &mut dyn FnMut(Stage),
-    ) -> Result<bool, TrialError> {
+    ) -> Result<bool, PipelineError> {
         let geometry = self.geometry;
         let map = self.map();
         let sources = map.header().scene.sources.clone();
@@ -163,7 +163,7 @@ impl<S: MapStore> Workbench<'_, S> {
         }
         tell(Stage::Retracing(refusals));
         let header = map.header().clone();
-        let traced = trial::trace(
+        let traced = pipeline::trace(
             &header.scene,
             geometry,
             header.effects,
@@ -179,7 +179,7 @@ impl<S: MapStore> Workbench<'_, S> {
         &mut self,
         coefficients: &[Coefficient],
         tell: &mut dyn FnMut(f64),
-    ) -> Result<Varied, TrialError> {
+    ) -> Result<Varied, PipelineError> {
         let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
         let sources = self.map().header().scene.sources.len() as f64;
         let mut progress = |source: usize, share: f64| tell((source as f64 + share) / sources);
@@ -187,13 +187,13 @@ impl<S: MapStore> Workbench<'_, S> {
     }
 
     /// Figures with everything that the map has, edges included; none where edges do not diffract.
-    pub fn with_edges(&mut self) -> Result<Option<Vec<ReceiverFigures>>, TrialError> {
+    pub fn with_edges(&mut self) -> Result<Option<Vec<ReceiverParameters>>, PipelineError> {
         let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
         let map = self.map();
         if map.header().diffracted_wavelengths().is_none() || geometry.diffracting_edges().next().is_none() {
             return Ok(None);
         }
-        Ok(Some(trial::hear(map, geometry, receivers, &render, &NoClock)?.figures))
+        Ok(Some(pipeline::render_and_read(map, geometry, receivers, &render, &NoClock)?.parameters))
     }
 }
 
@@ -310,14 +310,14 @@ impl Search<'_> {
     }
 
     /// What edges add to the computed value of each measurement.
-    fn shifts(&self, varied: &Varied, with_edges: Option<&[ReceiverFigures]>) -> Vec<Shift> {
+    fn shifts(&self, varied: &Varied, with_edges: Option<&[ReceiverParameters]>) -> Vec<Shift> {
         let shift = |measurement: &Measurement| {
             let place = self.place(measurement);
-            let of = |figures: &'_ [ReceiverFigures]| {
-                let figure = figures[place].bands[measurement.band].figure(measurement.parameter);
-                figure.as_ref().ok().map(|estimate| (estimate.value, estimate.without.clone()))
+            let of = |parameters: &'_ [ReceiverParameters]| {
+                let estimate = parameters[place].bands[measurement.band].parameter(measurement.parameter);
+                estimate.as_ref().ok().map(|estimate| (estimate.value, estimate.without.clone()))
             };
-            let ((with, with_out), (alone, alone_out)) = (of(with_edges?)?, of(&varied.figures)?);
+            let ((with, with_out), (alone, alone_out)) = (of(with_edges?)?, of(&varied.parameters)?);
             let without = with_out.iter().zip(&alone_out).map(|(with, alone)| with - alone).collect();
             Some(Shift { value: with - alone, without })
         };
@@ -371,8 +371,8 @@ impl Search<'_> {
     ) -> Result<(Datum, Estimate), String> {
         let Measurement { band, parameter, .. } = *measurement;
         let place = self.place(measurement);
-        let figure = varied.figures[place].bands[band].figure(parameter);
-        let estimate = figure.as_ref().map_err(ToString::to_string)?;
+        let estimate = varied.parameters[place].bands[band].parameter(parameter);
+        let estimate = estimate.as_ref().map_err(ToString::to_string)?;
         let mut slopes = Vec::new();
         for (index, variant) in varied.variants.iter().enumerate() {
             if variant.steps[band].abs() > 0.0 {
@@ -516,8 +516,8 @@ impl Band {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pipeline::{InMemory, Room};
     use crate::response::receivers_of;
-    use crate::trial::{InMemory, Room};
     use sonel_acoustics::Bands;
     use sonel_map::Settings;
     use sonel_scene::Scene;

@@ -5,8 +5,12 @@
 //! of their directions first of all: it falls as their number.
 
 use crate::kurtosis;
-use crate::pilot::{Costs, Linear, Pilot, Spread, Variance};
+use crate::pilot::{Costs, Linear, Pilot, Spread};
+use crate::split::Variance;
 use crate::spread::{HalfWidth, student_factor};
+
+/// Most visibility rays of a plan: beyond that they cost more than sonels save.
+pub const MOST_RAYS: u32 = 1 << 20;
 
 /// A run as it is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +21,15 @@ pub struct Effort {
     pub rays: u32,
     /// Batches.
     pub batches: u32,
+}
+
+/// The next number with two digits and zeros.
+pub(crate) fn two_digits_up(number: u64) -> u64 {
+    let mut unit = 1;
+    while number / unit >= 100 {
+        unit *= 10;
+    }
+    number.div_ceil(unit) * unit
 }
 
 /// What an interval takes for bias where there is none, in standard errors of the shift that would show it: the mean of
@@ -38,7 +51,7 @@ pub struct Price {
 }
 
 impl Pilot {
-    /// Half of the 95 % interval that the figure of `spread` will have, in just-noticeable differences.
+    /// Half of the 95 % interval that the parameter of `spread` will have, in just-noticeable differences.
     ///
     /// # Errors
     /// Why nobody can say.

@@ -1,14 +1,10 @@
 //! How far a standard error from batches may be off.
 //!
-//! That of G normal batches scatters by 1/√(2(G − 1)) of itself. Where few strong paths carry a figure, the fourth moment counts too:
+//! That of G normal batches scatters by 1/√(2(G − 1)) of itself. Where few strong paths carry a parameter, the fourth moment counts too:
 //! var(ln σ) = ¼ (2/(G − 1) + κ/G), κ the excess kurtosis of a batch: the variance of a sample's variance. κ falls as one over the emissions
-//! of a batch, so κ/G = τ/N for a run of N emissions, where the tail τ is a property of scene and figure, however many batches there are.
+//! of a batch, so κ/G = τ/N for a run of N emissions, where the tail τ is a property of scene and parameter, however many batches there are.
 //! It is estimated from the same batches and never exceeds their number: it is too small where the strong paths are so rare that none was
 //! found.
-
-use sonel_analysis::Parameter;
-
-use crate::spread::Reading;
 
 /// Batches with a larger excess kurtosis have heavy tails: that of the Laplace distribution.
 pub(crate) const HEAVY: f64 = 3.0;
@@ -24,15 +20,6 @@ pub(crate) fn excess_kurtosis(values: &[f64]) -> f64 {
     }
     let plain = moment(|x| x * x * x * x) / square - 3.0;
     (count - 1.0) / ((count - 2.0) * (count - 3.0)) * ((count + 1.0) * plain + 6.0)
-}
-
-/// Mean excess kurtosis of the batches of `parameter`, as far as it is above zero: over all bands and receivers together, as that of a single
-/// figure scatters too much.
-pub(crate) fn pooled(readings: &[Reading], parameter: Parameter) -> f64 {
-    let of_parameter = readings.iter().filter(|r| r.place.parameter == parameter && r.value.is_some());
-    let (sum, count) =
-        of_parameter.fold((0.0, 0.0), |(sum, count), r| (sum + r.excess_kurtosis.max(0.0), count + 1.0));
-    if count > 0.0 { sum / count } else { 0.0 }
 }
 
 /// Variance of the logarithm of a standard error from `batches` batches of `emissions` emissions in all, one of which has an

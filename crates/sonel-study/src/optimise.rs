@@ -7,7 +7,7 @@
 
 use sonel_acoustics::{Coefficient, Material};
 use sonel_analysis::average::average;
-use sonel_analysis::{Figure, Parameter, ReceiverFigures};
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_geometry::Geometry;
 use sonel_map::{Settings, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
@@ -15,8 +15,8 @@ use thiserror::Error;
 
 use crate::fit::{Stage, Workbench, values};
 use crate::local::{Datum, Local, Unknown};
+use crate::pipeline::{self, MapStore, NoClock, PipelineError};
 use crate::sensitivity::Varied;
-use crate::trial::{self, MapStore, NoClock, TrialError};
 use crate::wish::Wish;
 
 /// Combinations at the most.
@@ -62,9 +62,9 @@ pub struct Outcome {
     /// Of the map.
     pub before: f64,
     /// Of the map with the changed materials.
-    pub predicted: Figure,
+    pub predicted: ParameterValue,
     /// Of a trace of its own.
-    pub verified: Figure,
+    pub verified: ParameterValue,
 }
 
 /// What is proposed.
@@ -91,7 +91,7 @@ pub struct Proposal {
 pub enum OptimiseError {
     /// A map could not be rendered or traced.
     #[error(transparent)]
-    Trial(#[from] TrialError),
+    PipelineRun(#[from] PipelineError),
     /// The map has no such value.
     #[error("the map has no {} in band {}: {}", .0.key(), .1, .2)]
     NoValue(Parameter, usize, String),
@@ -164,11 +164,11 @@ pub fn optimise(
             rendered += 1;
             bench.adopt(materials.clone(), tell)?;
             tell(Stage::Rendering(rendered + 1, 0.0));
-            let figures = bench.hear()?;
-            let found = means(&figures, &wishes);
+            let parameters = bench.render_and_read()?;
+            let found = means(&parameters, &wishes);
             let exact: Vec<f64> = found
                 .iter()
-                .map(|figure| figure.as_ref().map_or(f64::INFINITY, |estimate| estimate.value))
+                .map(|estimate| estimate.as_ref().map_or(f64::INFINITY, |estimate| estimate.value))
                 .collect();
             let misfit = model.misfit(&exact);
             let proposal =
@@ -200,20 +200,20 @@ pub fn optimise(
 }
 
 impl<S: MapStore> Workbench<'_, S> {
-    fn hear(&mut self) -> Result<Vec<ReceiverFigures>, TrialError> {
+    fn render_and_read(&mut self) -> Result<Vec<ReceiverParameters>, PipelineError> {
         let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
-        Ok(trial::hear(self.map(), geometry, receivers, &render, &NoClock)?.figures)
+        Ok(pipeline::render_and_read(self.map(), geometry, receivers, &render, &NoClock)?.parameters)
     }
 
     /// Figures of a trace of its own with `materials`, from other random numbers.
-    fn verify(&mut self, materials: &[Material]) -> Result<Vec<ReceiverFigures>, TrialError> {
+    fn verify(&mut self, materials: &[Material]) -> Result<Vec<ReceiverParameters>, PipelineError> {
         let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
         let mut header = self.map().header().clone();
         header.scene.materials = materials.to_vec();
         let settings = Settings { seed: header.settings.seed.wrapping_add(1), ..header.settings };
         let traced =
-            trial::trace(&header.scene, geometry, header.effects, settings, &mut *self.store, &NoClock)?;
-        Ok(trial::hear(&traced.map, geometry, receivers, &render, &NoClock)?.figures)
+            pipeline::trace(&header.scene, geometry, header.effects, settings, &mut *self.store, &NoClock)?;
+        Ok(pipeline::render_and_read(&traced.map, geometry, receivers, &render, &NoClock)?.parameters)
     }
 }
 
@@ -258,9 +258,9 @@ fn combinations(candidates: &[Candidate], geometry: &Geometry) -> Result<Vec<Com
 }
 
 /// The mean over sources and receivers of each wish.
-fn means(figures: &[ReceiverFigures], wishes: &[(usize, usize, &Wish)]) -> Vec<Figure> {
+fn means(parameters: &[ReceiverParameters], wishes: &[(usize, usize, &Wish)]) -> Vec<ParameterValue> {
     let mean = |(_, band, wish): &(usize, usize, &Wish)| {
-        average(figures.iter().map(|figures| figures.bands[*band].figure(wish.parameter)))
+        average(parameters.iter().map(|parameters| parameters.bands[*band].parameter(wish.parameter)))
     };
     wishes.iter().map(mean).collect()
 }
@@ -271,15 +271,15 @@ impl<'a> Model<'a> {
         wishes: &'a [(usize, usize, &'a Wish)],
         start: &'a [Material],
         varied: &Varied,
-        with_edges: Option<&[ReceiverFigures]>,
+        with_edges: Option<&[ReceiverParameters]>,
     ) -> Result<Self, OptimiseError> {
         let is_candidate =
             |material: usize| candidates.iter().any(|candidate| candidate.material == material);
         let wanted: Vec<usize> =
             (0..varied.variants.len()).filter(|&v| is_candidate(varied.variants[v].material)).collect();
-        let figures = with_edges.unwrap_or(&varied.figures);
+        let parameters = with_edges.unwrap_or(&varied.parameters);
         let mut data = Vec::new();
-        for ((_, band, wish), mean) in wishes.iter().zip(means(figures, wishes)) {
+        for ((_, band, wish), mean) in wishes.iter().zip(means(parameters, wishes)) {
             let parameter = wish.parameter;
             let lacking = |reason: String| OptimiseError::NoValue(parameter, *band, reason);
             let value = mean.map_err(|reason| lacking(reason.to_string()))?.value;
@@ -287,8 +287,8 @@ impl<'a> Model<'a> {
                 if varied.variants[*variant].steps[*band].abs() <= 0.0 {
                     return Ok(0.0);
                 }
-                let slopes =
-                    (0..varied.figures.len()).map(|place| varied.slopes(place, *variant, parameter)[*band]);
+                let slopes = (0..varied.parameters.len())
+                    .map(|place| varied.slopes(place, *variant, parameter)[*band]);
                 let slopes: Option<Vec<f64>> = slopes.map(|slope| slope.map(|slope| slope.slope)).collect();
                 let slopes = slopes.ok_or_else(|| lacking("some variant has none".to_owned()))?;
                 Ok(slopes.iter().sum::<f64>() / slopes.len() as f64)
@@ -418,12 +418,19 @@ impl<'a> Model<'a> {
         &self,
         combination: &Combination,
         materials: &[Material],
-        predicted: Vec<Figure>,
+        predicted: Vec<ParameterValue>,
         tried: (usize, u32),
     ) -> Proposal {
-        let outcome = |(((wish, band, _), datum), predicted): ((&(usize, usize, &Wish), &Datum), Figure)| {
-            Outcome { wish: *wish, band: *band, before: datum.value, verified: predicted.clone(), predicted }
-        };
+        let outcome =
+            |(((wish, band, _), datum), predicted): ((&(usize, usize, &Wish), &Datum), ParameterValue)| {
+                Outcome {
+                    wish: *wish,
+                    band: *band,
+                    before: datum.value,
+                    verified: predicted.clone(),
+                    predicted,
+                }
+            };
         let chosen = combination.choices.iter().enumerate();
         Proposal {
             changes: chosen.filter_map(|(candidate, choice)| Some((candidate, (*choice)?))).collect(),

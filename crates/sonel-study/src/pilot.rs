@@ -1,9 +1,9 @@
-//! A short run that says how uncertain the figures of a longer one will be, and what it will cost.
+//! A short run that says how uncertain the parameters of a longer one will be, and what it will cost.
 //!
 //! - Its random numbers are not those of the run that it plans, so that the number of emissions it asks for and the run's
 //!   own estimates are independent: intervals of a run planned by a pilot cover as ever.
-//! - It has 96 batches, so that the variance of a figure is good to 15 %, and is longer where that costs little, or where the kurtosis of the
-//!   batches says that few strong paths carry a figure, whose variance itself scatters (`kurtosis`).
+//! - It has 96 batches, so that the variance of a parameter is good to 15 %, and is longer where that costs little, or where the kurtosis of the
+//!   batches says that few strong paths carry a parameter, whose variance itself scatters (`kurtosis`).
 //! - What visibility rays add to the variance is told from what sonels add by hearing the same map with other and fewer rays; what
 //!   the sonels on discs and in spheres add, whose area shrinks as there are more, by the inner and outer halves of the areas.
 //! - A shorter run before it tells fixed times from times per emission, and is enough where its answer is already sure.
@@ -14,13 +14,15 @@
 
 use sonel_analysis::Parameter;
 use sonel_map::Settings;
-use sonel_renderer::{ReceiverPoint, RenderSettings};
+use sonel_renderer::{Columns, ReceiverPoint, RenderSettings};
 
 use crate::effects::edges;
 use crate::kurtosis;
-use crate::split::{self, HeardTwice};
-use crate::spread::{Place, Reading, readings};
-use crate::trial::{Clock, Heard, InMemory, NoClock, Room, TracedMap, TrialError, hear, trace};
+use crate::pipeline::{
+    Clock, InMemory, NoClock, PipelineError, Rendered, Room, TracedMap, render_and_read, trace,
+};
+use crate::split::{self, RenderedTwice, Variance};
+use crate::spread::{Place, Reading, pooled_kurtosis, readings};
 
 /// Batches of the pilot.
 const BATCHES: u32 = 96;
@@ -28,7 +30,7 @@ const BATCHES: u32 = 96;
 const EMISSIONS: [u64; 3] = [49_152, 24_576, 12_288];
 /// A pilot longer than the shortest has at most so many segments times rays to evaluation receivers and along the path.
 const WORK: f64 = 1.2e6;
-/// The same where few strong paths carry a figure.
+/// The same where few strong paths carry a parameter.
 const WORK_FOR_TAILS: f64 = 1e7;
 /// The shorter run has this part of the shortest pilot's emissions and of its batches.
 const SHORTER: u32 = 4;
@@ -59,37 +61,26 @@ pub struct Pilot {
     pub asked_rays: u32,
     /// Whether visibility rays are cast: then more of them help.
     pub casts_rays: bool,
-    /// How uncertain each figure was.
+    /// Columns of a receiver's echograms: more where directions are asked for.
+    pub columns: Columns,
+    /// How uncertain each parameter was.
     pub spreads: Vec<Spread>,
     /// What it cost.
     pub costs: Costs,
 }
 
-/// How uncertain one figure was in a pilot, in just-noticeable differences.
+/// How uncertain one parameter was in a pilot, in just-noticeable differences.
 #[derive(Debug, Clone)]
 pub struct Spread {
-    /// Which figure.
+    /// Which parameter.
     pub place: Place,
     /// Its mean value; none where every run refused it as too noisy.
     pub value: Option<f64>,
     /// Its variance, or why nobody can say.
     pub variance: Result<Variance, String>,
-    /// Excess kurtosis that a batch of a single emission would have: large where few strong paths carry the figure, so that its
+    /// Excess kurtosis that a batch of a single emission would have: large where few strong paths carry the parameter, so that its
     /// variance is itself uncertain.
     pub tail: f64,
-}
-
-/// Squares of standard errors in just-noticeable differences.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Variance {
-    /// What shrinks with the number of emissions.
-    pub sonels: f64,
-    /// What shrinks with the number of sonels on a disc or in a sphere.
-    pub areas: f64,
-    /// What shrinks with the number of visibility rays.
-    pub rays: f64,
-    /// The square of the bias of discs and spheres.
-    pub bias: f64,
 }
 
 /// What a run costs in this scene, on this machine where it is time.
@@ -103,8 +94,8 @@ pub struct Costs {
     pub render: Linear,
     /// CPU seconds of the pilot's rays once more. Those of as many rays for each emission are part of `render`.
     pub rays: f64,
-    /// CPU seconds of reading the figures, for each batch.
-    pub figures: f64,
+    /// CPU seconds of reading the parameters, for each batch.
+    pub parameters: f64,
     /// Bytes of the map.
     pub bytes: Linear,
     /// Segments per emission.
@@ -151,7 +142,7 @@ pub struct PilotConfig<'a> {
     pub render: RenderSettings,
     /// Where.
     pub receivers: &'a [ReceiverPoint],
-    /// Which figures matter.
+    /// Which parameters matter.
     pub parameters: &'a [Parameter],
     /// CPU seconds that a pilot may take, where the clock matters; its shortest form, a quarter of the shortest otherwise, takes what it
     /// takes.
@@ -174,7 +165,7 @@ struct Run {
     emissions: f64,
     rays: u32,
     traced: TracedMap,
-    heard: Heard,
+    rendered: Rendered,
 }
 
 impl Run {
@@ -183,7 +174,7 @@ impl Run {
         (emissions, batches): (u64, u32),
         with_edges: bool,
         clock: &dyn Clock,
-    ) -> Result<Self, TrialError> {
+    ) -> Result<Self, PipelineError> {
         let PilotConfig { room, receivers, .. } = *config;
         let seed = config.trace.seed.wrapping_add(1).wrapping_mul(SEED);
         let settings = Settings { emissions, seed, batches, ..config.trace };
@@ -191,26 +182,27 @@ impl Run {
         let traced = trace(room.scene(), room.geometry(), effects, settings, &mut InMemory, clock)?;
         let rays = config.rays(emissions, batches);
         let render = RenderSettings { seed: None, rays, ..config.render.clone() };
-        let heard = hear(&traced.map, room.geometry(), receivers, &render, clock)?;
-        Ok(Self { emissions: settings.emissions as f64, rays, traced, heard })
+        let rendered = render_and_read(&traced.map, room.geometry(), receivers, &render, clock)?;
+        Ok(Self { emissions: settings.emissions as f64, rays, traced, rendered })
     }
 
     /// CPU seconds of a run of so many emissions in [`BATCHES`] batches that is heard twice where rays are cast; at the most, as every
     /// phase but that of the deterministic parts is taken to grow in proportion.
     fn seconds_of(&self, emissions: u64) -> f64 {
-        let (traced, heard) = (self.traced.seconds, self.heard.seconds);
+        let (traced, rendered) = (self.traced.seconds, self.rendered.seconds);
         let more = emissions as f64 / self.emissions;
-        let hearings = if self.heard.casts_rays { 2.0 } else { 1.0 };
-        let hearing = heard.deterministic + f64::from(SHORTER) * heard.figures + more * heard.sweep;
-        more * (traced.total() + heard.prepare) + hearings * hearing
+        let renderings = if self.rendered.casts_rays { 2.0 } else { 1.0 };
+        let render_need =
+            rendered.deterministic + f64::from(SHORTER) * rendered.parameters + more * rendered.sweep;
+        more * (traced.total() + rendered.prepare) + renderings * render_need
     }
 }
 
 /// Runs a pilot.
 ///
 /// # Errors
-/// As [`Room::trace`] and [`hear`].
-pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, TrialError> {
+/// As [`Room::trace`] and [`render_and_read`].
+pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, PipelineError> {
     run_until(config, clock, |_| false)
 }
 
@@ -222,7 +214,7 @@ pub fn run_until(
     config: &PilotConfig<'_>,
     clock: &dyn Clock,
     is_sure: impl Fn(&Pilot) -> bool,
-) -> Result<Pilot, TrialError> {
+) -> Result<Pilot, PipelineError> {
     let begin = clock.process();
     let least = EMISSIONS[EMISSIONS.len() - 1];
     let length = (least / u64::from(SHORTER), BATCHES / SHORTER);
@@ -249,16 +241,16 @@ pub fn run_until(
         }
     }
     let Some(run) = run else { return Ok(known) };
-    let fewer = run.heard.casts_rays.then(|| hear_fewer(config, &run, clock)).transpose()?;
+    let fewer = run.rendered.casts_rays.then(|| render_with_fewer_rays(config, &run, clock)).transpose()?;
     Ok(found(config, &shorter, &run, fewer.as_ref()))
 }
 
 /// What the runs say.
-fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Heard>) -> Pilot {
-    let found = readings(&run.heard.figures, config.parameters);
-    let others = fewer.map(|fewer| HeardTwice {
-        figures: &run.heard.figures,
-        others: &fewer.figures,
+fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rendered>) -> Pilot {
+    let found = readings(&run.rendered.parameters, config.parameters);
+    let others = fewer.map(|fewer| RenderedTwice {
+        parameters: &run.rendered.parameters,
+        others: &fewer.parameters,
         // Rays of their own: the difference holds the noise of both.
         excess: 1.0 + f64::from(FEWER_RAYS),
         batches: run.traced.map.header().settings.batches,
@@ -270,7 +262,8 @@ fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Hear
         batches,
         rays: run.rays,
         asked_rays: config.render.rays,
-        casts_rays: run.heard.casts_rays,
+        casts_rays: run.rendered.casts_rays,
+        columns: if config.render.directions { Columns::DIRECTED } else { Columns::PLAIN },
         spreads: spreads(&found, (emissions, batches), share),
         costs: costs(shorter, run, fewer),
     }
@@ -280,16 +273,16 @@ fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Hear
 ///
 /// # Errors
 /// As [`Room::trace`].
-pub fn segments(config: &PilotConfig<'_>) -> Result<f64, TrialError> {
+pub fn segments(config: &PilotConfig<'_>) -> Result<f64, PipelineError> {
     let settings = Settings { emissions: FEW, seed: config.trace.seed.wrapping_mul(SEED), ..config.trace };
     let traced = config.room.trace(settings, &mut InMemory, &NoClock)?;
     Ok(traced.books.segments as f64 / (FEW * config.room.scene().sources.len() as u64) as f64)
 }
 
-/// Whether few strong paths carry a figure of `run`: only more emissions find them.
+/// Whether few strong paths carry a parameter of `run`: only more emissions find them.
 fn is_heavy(config: &PilotConfig<'_>, run: &Run) -> bool {
-    let found = readings(&run.heard.figures, config.parameters);
-    config.parameters.iter().any(|&parameter| kurtosis::pooled(&found, parameter) > kurtosis::HEAVY)
+    let found = readings(&run.rendered.parameters, config.parameters);
+    config.parameters.iter().any(|&parameter| pooled_kurtosis(&found, parameter) > kurtosis::HEAVY)
 }
 
 /// Emissions of pilots that have at most `limit` work, and of the shortest; the most first.
@@ -301,15 +294,19 @@ fn lengths(config: &PilotConfig<'_>, shorter: &Run, limit: f64) -> impl Iterator
 }
 
 /// The same map, heard with fewer rays and other choices.
-fn hear_fewer(config: &PilotConfig<'_>, run: &Run, clock: &dyn Clock) -> Result<Heard, TrialError> {
+fn render_with_fewer_rays(
+    config: &PilotConfig<'_>,
+    run: &Run,
+    clock: &dyn Clock,
+) -> Result<Rendered, PipelineError> {
     let map = &run.traced.map;
     let seed = map.header().settings.seed.wrapping_mul(SEED);
     let rays = run.rays.div_ceil(FEWER_RAYS);
     let render = RenderSettings { seed: Some(seed), rays, ..config.render.clone() };
-    Ok(hear(map, config.room.geometry(), config.receivers, &render, clock)?)
+    Ok(render_and_read(map, config.room.geometry(), config.receivers, &render, clock)?)
 }
 
-/// How uncertain the figures are that were `found` in a run of so many emissions and batches, where visibility rays have a `share` of
+/// How uncertain the parameters are that were `found` in a run of so many emissions and batches, where visibility rays have a `share` of
 /// the variance.
 pub(crate) fn spreads(
     found: &[Reading],
@@ -320,27 +317,27 @@ pub(crate) fn spreads(
         place: reading.place,
         value: reading.value,
         variance: split::parts(reading, batches, share(reading.place.parameter)),
-        tail: kurtosis::pooled(found, reading.place.parameter) * emissions as f64 / f64::from(batches),
+        tail: pooled_kurtosis(found, reading.place.parameter) * emissions as f64 / f64::from(batches),
     };
     found.iter().map(spread).collect()
 }
 
-fn costs(few: &Run, many: &Run, fewer: Option<&Heard>) -> Costs {
+fn costs(few: &Run, many: &Run, fewer: Option<&Rendered>) -> Costs {
     let line =
         |of: &dyn Fn(&Run) -> f64| Linear::through((few.emissions, of(few)), (many.emissions, of(many)));
     // What is deterministic costs the same each time, but for edges.
-    let deterministic = few.heard.seconds.deterministic;
-    let render = line(&|run| run.heard.seconds.sweep);
+    let deterministic = few.rendered.seconds.deterministic;
+    let render = line(&|run| run.rendered.seconds.sweep);
     let rays = fewer.map_or(0.0, |fewer| {
-        let saved = many.heard.seconds.sweep - fewer.seconds.sweep;
+        let saved = many.rendered.seconds.sweep - fewer.seconds.sweep;
         (saved / (1.0 - 1.0 / f64::from(FEWER_RAYS))).max(0.0)
     });
     Costs {
         trace: line(&|run| run.traced.seconds.trace + run.traced.seconds.write),
-        open: line(&|run| run.traced.seconds.open + run.heard.seconds.prepare),
+        open: line(&|run| run.traced.seconds.open + run.rendered.seconds.prepare),
         render: Linear { fixed: render.fixed + deterministic, ..render },
         rays,
-        figures: many.heard.seconds.figures / f64::from(many.traced.map.header().settings.batches),
+        parameters: many.rendered.seconds.parameters / f64::from(many.traced.map.header().settings.batches),
         bytes: line(&|run| run.traced.map.byte_length() as f64),
         segments: many.traced.books.segments as f64 / many.emissions,
     }

@@ -6,9 +6,9 @@ use sonel_analysis::Parameter;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 
-use crate::forecast::{Effort, Price};
-use crate::hearing::Hearing;
+use crate::forecast::{Effort, MOST_RAYS, Price, two_digits_up};
 use crate::pilot::{Pilot, Spread};
+use crate::render_need::RenderNeed;
 use crate::spread::{PLANNED, Place};
 use crate::target::Targets;
 
@@ -20,11 +20,9 @@ pub const DEFAULT_ACCURACY: f64 = 0.05;
 const SURELY: f64 = 4.0;
 /// Segments of a run that nobody sized: seconds to trace, and a map of about 130 MB.
 pub const DEFAULT_SEGMENTS: f64 = 8e6;
-/// More rays are taken where they have more than this part of the variance of the figure that decides: sonels and rays cost alike, and
+/// More rays are taken where they have more than this part of the variance of the parameter that decides: sonels and rays cost alike, and
 /// halves are never far from the optimum.
 const SHARE_OF_RAYS: f64 = 0.5;
-/// Most visibility rays of a plan: beyond that they cost more than sonels save.
-pub const MOST_RAYS: u32 = 1 << 20;
 /// Emissions of a batch at least: fewer make no estimate of their own.
 pub const LEAST_PER_BATCH: u64 = 32;
 /// Emissions beyond which nobody plans.
@@ -35,7 +33,7 @@ const MOST_EMISSIONS: u64 = 1_000_000_000_000;
 pub struct Plan {
     /// What it rests on.
     pub pilot: Pilot,
-    /// Names of source and receiver of every row of figures.
+    /// Names of source and receiver of every row of parameters.
     pub pairs: Vec<(String, String)>,
     /// Band centres [Hz].
     pub center_frequencies_hz: Vec<f64>,
@@ -50,7 +48,7 @@ pub struct Row {
     pub just_noticeable: f64,
     /// Sonels and rays.
     pub effort: Effort,
-    /// Which figure needs them; none where the fewest will do.
+    /// Which parameter needs them; none where the fewest will do.
     pub limited_by: Option<Place>,
     /// Sonels of a map that has this accuracy, where that at hand has it with no number of rays.
     pub lacking: Option<u64>,
@@ -58,7 +56,7 @@ pub struct Row {
     pub price: Price,
     /// Own memory of trace and render, without the pages of the map [bytes].
     pub memory: [f64; 2],
-    /// Widest 95 % half-width over the evaluation receivers, in the figure's own unit, by band and [`PLANNED`]; none where it cannot be read.
+    /// Widest 95 % half-width over the evaluation receivers, in the parameter's own unit, by band and [`PLANNED`]; none where it cannot be read.
     pub widths: Vec<[Option<Width>; PLANNED.len()]>,
 }
 
@@ -76,7 +74,7 @@ pub struct Width {
 pub struct Need {
     /// Sonels and rays.
     pub effort: Effort,
-    /// Which figure needs them; none where the fewest will do.
+    /// Which parameter needs them; none where the fewest will do.
     pub limited_by: Option<Place>,
 }
 
@@ -108,7 +106,7 @@ impl Pilot {
         need
     }
 
-    /// The share of visibility rays in the variance of the figure at `place`.
+    /// The share of visibility rays in the variance of the parameter at `place`.
     fn ray_share(&self, place: Place, effort: Effort) -> f64 {
         let spread = self.spreads.iter().find(|spread| spread.place == place);
         let variance = spread.and_then(|spread| spread.variance.as_ref().ok());
@@ -123,7 +121,7 @@ impl Pilot {
         self.half_width(spread, effort).is_ok_and(|width| width.total() > limit)
     }
 
-    /// The fewest emissions, in two digits, with which the figure of `spread` keeps `limit`.
+    /// The fewest emissions, in two digits, with which the parameter of `spread` keeps `limit`.
     fn fewest(&self, spread: &Spread, effort: Effort, limit: f64) -> u64 {
         let (mut low, mut high) = (effort.emissions, effort.emissions);
         while self.exceeds(spread, Effort { emissions: high, ..effort }, limit) && high < MOST_EMISSIONS {
@@ -167,15 +165,6 @@ pub fn most_by_default(segments: f64) -> u64 {
     two_digits_up((DEFAULT_SEGMENTS / segments.max(1.0)) as u64)
 }
 
-/// The next number with two digits and zeros.
-pub(crate) fn two_digits_up(number: u64) -> u64 {
-    let mut unit = 1;
-    while number / unit >= 100 {
-        unit *= 10;
-    }
-    number.div_ceil(unit) * unit
-}
-
 impl Plan {
     /// The plan for a trace of `scene`, judged at `evaluation_receivers`, in `batches` batches, with bins of `bin` [s].
     #[must_use]
@@ -188,8 +177,8 @@ impl Plan {
     ) -> Self {
         let rows = STEPS.map(|step| {
             let need = pilot.need(&Targets::just_noticeable(step), batches, pilot.asked_rays);
-            let hearing = Hearing { effort: need.effort, limited_by: need.limited_by, lacking: None };
-            Row::new(step, hearing, &pilot, scene, evaluation_receivers.len(), bin)
+            let render_need = RenderNeed { effort: need.effort, limited_by: need.limited_by, lacking: None };
+            Row::new(step, render_need, &pilot, scene, evaluation_receivers.len(), bin)
         });
         Self::with_rows(rows.to_vec(), pilot, scene, evaluation_receivers)
     }
@@ -207,8 +196,8 @@ impl Plan {
     ) -> Self {
         let pilot = pilot.heard_at(receivers, evaluation_receivers.len());
         let rows = STEPS.map(|step| {
-            let hearing = pilot.hearing(&Targets::just_noticeable(step), map);
-            Row::new(step, hearing, &pilot, scene, receivers, bin)
+            let render_need = pilot.render_need(&Targets::just_noticeable(step), map);
+            Row::new(step, render_need, &pilot, scene, receivers, bin)
         });
         Self::with_rows(rows.to_vec(), pilot, scene, evaluation_receivers)
     }
@@ -224,7 +213,7 @@ impl Plan {
     }
 }
 
-/// Names of source and receiver of every row of figures.
+/// Names of source and receiver of every row of parameters.
 #[must_use]
 pub fn pairs(scene: &Scene, receivers: &[ReceiverPoint]) -> Vec<(String, String)> {
     let sources = scene.sources.iter();
@@ -236,13 +225,13 @@ pub fn pairs(scene: &Scene, receivers: &[ReceiverPoint]) -> Vec<(String, String)
 impl Row {
     fn new(
         just_noticeable: f64,
-        hearing: Hearing,
+        render_need: RenderNeed,
         pilot: &Pilot,
         scene: &Scene,
         receivers: usize,
         bin: f64,
     ) -> Self {
-        let Hearing { effort, limited_by, lacking } = hearing;
+        let RenderNeed { effort, limited_by, lacking } = render_need;
         Self {
             just_noticeable,
             effort,
@@ -255,7 +244,7 @@ impl Row {
     }
 }
 
-/// Widest half-widths in the figures' own units, by band.
+/// Widest half-widths in the parameters' own units, by band.
 fn widths(pilot: &Pilot, effort: Effort, bands: usize) -> Vec<[Option<Width>; PLANNED.len()]> {
     (0..bands).map(|band| PLANNED.map(|parameter| pilot.widest_in_band(effort, band, parameter))).collect()
 }
@@ -314,8 +303,10 @@ fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f6
     let lane_bytes = 32.0 * bands.count().div_ceil(4) as f64;
     let trace = pilot.costs.bytes.each * CHUNKS.min(effort.emissions as f64);
     let [together, batches] = SWEEP;
-    let fine = bins * lane_bytes * (receivers + batches * receivers.min(together));
-    let coarse = 2.0 * COARSE * lane_bytes * receivers * f64::from(effort.batches);
+    let fine =
+        bins * lane_bytes * (receivers + batches * receivers.min(together)) * pilot.columns.fine as f64;
+    let coarse =
+        2.0 * COARSE * lane_bytes * receivers * f64::from(effort.batches) * pilot.columns.coarse as f64;
     let rays = if pilot.casts_rays {
         200.0 * f64::from(effort.rays) * batches / f64::from(effort.batches)
     } else {
@@ -327,10 +318,11 @@ fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pilot::{Costs, Variance};
+    use crate::pilot::Costs;
+    use crate::split::Variance;
     use crate::spread::student_factor;
 
-    /// A pilot of 10 000 emissions whose only figure has a σ of 0.1 JND, from sonels and rays as given.
+    /// A pilot of 10 000 emissions whose only parameter has a σ of 0.1 JND, from sonels and rays as given.
     fn pilot(sonels: f64, rays: f64) -> Pilot {
         let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
         let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
@@ -342,6 +334,7 @@ mod tests {
             rays: 1000,
             asked_rays: 1000,
             casts_rays: rays > 0.0,
+            columns: sonel_renderer::Columns::PLAIN,
             spreads,
             costs,
         }

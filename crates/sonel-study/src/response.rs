@@ -4,10 +4,11 @@
 
 use sonel_acoustics::Pattern;
 use sonel_echogram::{
-    ArrivalKind, Arrivals, Batches, Missing, ReceiverDirectivity, Response, batch_time_edges,
+    ArrivalKind, Arrivals, Batches, Directions, Lateral, Missing, ReceiverDirectivity, Response,
+    batch_time_edges,
 };
 use sonel_map::SonelMap;
-use sonel_renderer::{CoarseEchogram, ReceiverPoint, RenderError, Renderer, Rendering};
+use sonel_renderer::{CoarseEchogram, Columns, ReceiverPoint, RenderError, Renderer, Rendering};
 use sonel_scene::Scene;
 
 /// The receivers that a scene names.
@@ -81,8 +82,9 @@ pub fn assemble(
         } else {
             Vec::new()
         },
-        energy: energy(renderer, scene.bands.count(), receivers.len(), renderings),
+        energy: echograms(renderer, renderings, 0),
         batches: Some(batches(map, renderer, receivers, renderings)),
+        directions: directions(map, renderer, receivers, renderings),
         missing: Some(missing(renderer, renderings)),
         arrivals: arrivals(renderer, renderings),
         metadata: Default::default(),
@@ -105,17 +107,52 @@ fn directivities(receivers: &[ReceiverPoint]) -> Vec<ReceiverDirectivity> {
     receivers.iter().map(of).collect()
 }
 
-fn energy(renderer: &Renderer<'_>, bands: usize, receivers: usize, renderings: &[Rendering]) -> Vec<f64> {
+/// A column of every receiver, in fine bins.
+fn echograms(renderer: &Renderer<'_>, renderings: &[Rendering], column: usize) -> Vec<f64> {
     let bins = renderer.bins().count;
-    let mut energy = Vec::with_capacity(renderings.len() * receivers * bands * bins);
-    for rendering in renderings {
-        for receiver in 0..receivers {
-            for band in 0..bands {
-                energy.extend((0..bins).map(|bin| rendering.total.get(receiver, bin, band)));
-            }
-        }
+    let mut energy = Vec::new();
+    for (rendering, receiver, band) in rows(renderings) {
+        let at = receiver * rendering.columns.fine + column;
+        energy.extend((0..bins).map(|bin| rendering.total.get(at, bin, band)));
     }
     energy
+}
+
+/// Renderings with their receivers and bands, as responses list them.
+fn rows(renderings: &[Rendering]) -> impl Iterator<Item = (&Rendering, usize, usize)> {
+    renderings.iter().flat_map(|rendering| {
+        let bands = rendering.classes[0].1.len();
+        let receivers = rendering.sphere_radius.len();
+        (0..receivers).flat_map(move |receiver| (0..bands).map(move |band| (rendering, receiver, band)))
+    })
+}
+
+/// Batches with emissions; one without (fewer emissions than batches) estimates nothing and is left out.
+fn filled(map: &SonelMap) -> Vec<u32> {
+    (0..map.layout().batches).filter(|&batch| map.layout().batch_count(batch) > 0).collect()
+}
+
+/// A column of every receiver in every batch, in coarse bins.
+fn coarse(
+    map: &SonelMap,
+    renderings: &[Rendering],
+    column: usize,
+    of: impl Fn(&Rendering) -> &Vec<Vec<CoarseEchogram>>,
+) -> Vec<f32> {
+    let mut values = Vec::new();
+    for batch in filled(map) {
+        for (rendering, receiver, band) in rows(renderings) {
+            let at = receiver * rendering.columns.coarse + column;
+            values.extend(of(rendering)[batch as usize][at].band(band).map(|value| value as f32));
+        }
+    }
+    values
+}
+
+/// The same of what kernels of half the area change; empty where they change nothing.
+fn kernel_difference(map: &SonelMap, renderings: &[Rendering], column: usize) -> Vec<f32> {
+    let found = coarse(map, renderings, column, |rendering| &rendering.kernel_differences);
+    if found.iter().all(|&difference| difference == 0.0) { Vec::new() } else { found }
 }
 
 fn batches(
@@ -125,31 +162,38 @@ fn batches(
     renderings: &[Rendering],
 ) -> Batches {
     let (scene, layout) = (&map.header().scene, map.layout());
-    let bands = scene.bands.count();
-    // A batch without emissions (fewer emissions than batches) estimates nothing and is left out.
-    let filled: Vec<u32> = (0..layout.batches).filter(|&batch| layout.batch_count(batch) > 0).collect();
-    let column = |of: &dyn Fn(&Rendering) -> &Vec<Vec<CoarseEchogram>>| -> Vec<f32> {
-        let mut values = Vec::new();
-        for &batch in &filled {
-            for receiver in renderings.iter().flat_map(|rendering| &of(rendering)[batch as usize]) {
-                values.extend((0..bands).flat_map(|band| receiver.band(band)).map(|value| value as f32));
-            }
-        }
-        values
-    };
-    let mut kernel_difference = column(&|rendering| &rendering.kernel_differences);
-    if kernel_difference.iter().all(|&difference| difference == 0.0) {
-        kernel_difference.clear();
-    }
     let edges: Vec<Vec<f64>> =
         (0..scene.sources.len()).flat_map(|source| borders(scene, renderer, source, receivers)).collect();
     Batches {
-        weight: filled.iter().map(|&batch| layout.batch_weight(batch)).collect(),
+        weight: filled(map).into_iter().map(|batch| layout.batch_weight(batch)).collect(),
         bins: edges.first().map_or(0, |edges| edges.len() - 1),
         time_edges_s: edges.concat(),
-        energy: column(&|rendering| &rendering.batches),
-        kernel_difference,
+        energy: coarse(map, renderings, 0, |rendering| &rendering.batches),
+        kernel_difference: kernel_difference(map, renderings, 0),
     }
+}
+
+/// Energies by direction, where the renderings have them.
+fn directions(
+    map: &SonelMap,
+    renderer: &Renderer<'_>,
+    receivers: &[ReceiverPoint],
+    renderings: &[Rendering],
+) -> Option<Directions> {
+    if renderings.first()?.columns != Columns::DIRECTED {
+        return None;
+    }
+    let axes: Option<Vec<[f64; 3]>> =
+        receivers.iter().map(|receiver| Some(renderer.lateral_axis(receiver)?.to_array())).collect();
+    let lateral = |column: usize| Lateral {
+        energy: echograms(renderer, renderings, column),
+        energy_batches: coarse(map, renderings, column, |rendering| &rendering.batches),
+        kernel_difference: kernel_difference(map, renderings, column),
+    };
+    let axis = |index: usize| echograms(renderer, renderings, Columns::MOMENT + index);
+    let [x, y, z] = [axis(0), axis(1), axis(2)];
+    let moment = x.into_iter().zip(y).zip(z).flat_map(|((x, y), z)| [x, y, z]).collect();
+    Some(Directions { lateral_axes: axes?, lateral: [lateral(1), lateral(2)], moment })
 }
 
 fn missing(renderer: &Renderer<'_>, renderings: &[Rendering]) -> Missing {

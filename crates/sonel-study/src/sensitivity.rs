@@ -6,7 +6,7 @@
 
 use sonel_acoustics::{Coefficient, Material};
 use sonel_analysis::sensitivity::{Sensitivity, Slope, slopes};
-use sonel_analysis::{Parameter, ReceiverFigures, parameters};
+use sonel_analysis::{Parameter, ReceiverParameters, parameters};
 use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer};
@@ -29,14 +29,14 @@ pub(crate) struct Variant {
 pub(crate) struct Varied {
     pub variants: Vec<Variant>,
     pub bands: usize,
-    pub figures: Vec<ReceiverFigures>,
+    pub parameters: Vec<ReceiverParameters>,
 }
 
 impl Varied {
     /// The slopes of a parameter at one source and receiver by the coefficient of variant number `variant`.
     pub fn slopes(&self, place: usize, variant: usize, parameter: Parameter) -> Vec<Option<Slope>> {
         let first = (variant + 1) * self.bands;
-        slopes(&self.figures[place], first, &self.variants[variant].steps, parameter)
+        slopes(&self.parameters[place], first, &self.variants[variant].steps, parameter)
     }
 }
 
@@ -57,11 +57,11 @@ pub fn sensitivities(
     let both = [Coefficient::Absorption, Coefficient::Scattering];
     let varied = vary(map, geometry, settings, receivers, &both, progress)?;
     let mut found = Vec::new();
-    for (place, figures) in varied.figures.iter().enumerate() {
+    for (place, parameters) in varied.parameters.iter().enumerate() {
         for (index, variant) in varied.variants.iter().enumerate() {
             found.extend(wanted.iter().map(|&parameter| Sensitivity {
-                source: figures.source.clone(),
-                receiver: figures.name.clone(),
+                source: parameters.source.clone(),
+                receiver: parameters.name.clone(),
                 material: names[variant.material].clone(),
                 coefficient: variant.coefficient,
                 parameter,
@@ -89,8 +89,8 @@ pub(crate) fn vary(
     let mut variants = variants(&materials, geometry);
     variants.retain(|variant| coefficients.contains(&variant.coefficient));
     let changed: Vec<Vec<Material>> = variants.iter().map(|variant| variant.applied(&materials)).collect();
-    let figures = figures_of(map, geometry, settings, receivers, &changed, progress)?;
-    Ok(Varied { variants, bands, figures })
+    let parameters = figures_of(map, geometry, settings, receivers, &changed, progress)?;
+    Ok(Varied { variants, bands, parameters })
 }
 
 /// Figures of `map` and, behind its bands, of variants of its materials.
@@ -104,22 +104,22 @@ pub(crate) fn figures_of(
     receivers: &[ReceiverPoint],
     variants: &[Vec<Material>],
     progress: &mut dyn FnMut(usize, f64),
-) -> Result<Vec<ReceiverFigures>, RenderError> {
+) -> Result<Vec<ReceiverParameters>, RenderError> {
     if map.header().bending_reach().is_some() {
         return Err(RenderError::Settings(
             "its packets were bent: trace the scene with --effects auto,-bending".to_owned(),
         ));
     }
     let before = map.widen(variants);
-    let figures = Renderer::new(map, geometry, settings).and_then(|renderer| {
+    let parameters = Renderer::new(map, geometry, settings).and_then(|renderer| {
         let renderings = response::render(map, &renderer, receivers, progress)?;
         let mut response = response::assemble(map, &renderer, receivers, &renderings);
-        // The bias of discs is the same in all variants, and reading figures freed of it takes as long as reading them.
+        // The bias of discs is the same in all variants, and reading parameters freed of it takes as long as reading them.
         response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
         Ok(parameters(&response))
     });
     map.narrow(before);
-    figures
+    parameters
 }
 
 /// Absorption and scattering of every material in use that packets can tell in any band.

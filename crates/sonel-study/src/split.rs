@@ -3,33 +3,47 @@
 //! What rays bring is told by hearing the same sonels with other or more rays; what the sonels on areas bring by the inner and outer halves of
 //! the areas.
 
-use sonel_analysis::{Parameter, ReceiverFigures, jackknife};
+use sonel_analysis::{Parameter, ReceiverParameters, jackknife};
 
-use crate::pilot::Variance;
 use crate::spread::{Place, Reading, student_factor};
+
+/// Squares of standard errors in just-noticeable differences.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Variance {
+    /// What shrinks with the number of emissions.
+    pub sonels: f64,
+    /// What shrinks with the number of sonels on a disc or in a sphere.
+    pub areas: f64,
+    /// What shrinks with the number of visibility rays.
+    pub rays: f64,
+    /// The square of the bias of discs and spheres.
+    pub bias: f64,
+}
 
 /// A shift is a bias where it is beyond so many of its standard errors; less is found once in three times where there is none.
 const BEYOND_NOISE: f64 = 3.0;
 
-/// The figures of the same sonels, heard twice.
-pub(crate) struct HeardTwice<'a> {
+/// The parameters of the same sonels, heard twice.
+pub(crate) struct RenderedTwice<'a> {
     /// Those whose variance is asked for.
-    pub figures: &'a [ReceiverFigures],
+    pub parameters: &'a [ReceiverParameters],
     /// Those heard otherwise.
-    pub others: &'a [ReceiverFigures],
-    /// The variance of the difference between the two, over that which rays bring to `figures`.
+    pub others: &'a [ReceiverParameters],
+    /// The variance of the difference between the two, over that which rays bring to `parameters`.
     pub excess: f64,
     /// Batches.
     pub batches: u32,
 }
 
-impl HeardTwice<'_> {
-    /// The variance that rays bring to the figure at `place`, in just-noticeable differences.
+impl RenderedTwice<'_> {
+    /// The variance that rays bring to the parameter at `place`, in just-noticeable differences.
     fn of_rays(&self, place: Place) -> f64 {
-        let figure = |figures: &'_ [ReceiverFigures]| {
-            figures[place.row].bands[place.band].figure(place.parameter).as_ref().ok().cloned()
+        let estimate = |parameters: &'_ [ReceiverParameters]| {
+            parameters[place.row].bands[place.band].parameter(place.parameter).as_ref().ok().cloned()
         };
-        let (Some(first), Some(second)) = (figure(self.figures), figure(self.others)) else { return 0.0 };
+        let (Some(first), Some(second)) = (estimate(self.parameters), estimate(self.others)) else {
+            return 0.0;
+        };
         let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| b - a).collect::<Vec<_>>();
         let without = difference(&first.without, &second.without);
         if without.len() < 2 || without.len() != first.weight.len() {
@@ -40,14 +54,14 @@ impl HeardTwice<'_> {
         (sigma / unit) * (sigma / unit) / self.excess
     }
 
-    /// The share of visibility rays in the variance of `parameter`: over all bands and receivers together, as that of a single figure
+    /// The share of visibility rays in the variance of `parameter`: over all bands and receivers together, as that of a single parameter
     /// scatters too much.
     pub fn share(&self, readings: &[Reading], parameter: Parameter) -> f64 {
         let (mut rays, mut all) = (0.0, 0.0);
         for reading in readings.iter().filter(|reading| reading.place.parameter == parameter) {
             let (Some(_), Ok(width)) = (reading.value, &reading.half_width) else { continue };
             let sigma = width.noise / student_factor(self.batches);
-            // What a wild figure says counts as much as what a calm one does.
+            // What a wild parameter says counts as much as what a calm one does.
             if sigma > 0.0 {
                 rays += (self.of_rays(reading.place) / (sigma * sigma)).min(1.0);
                 all += 1.0;
@@ -57,7 +71,7 @@ impl HeardTwice<'_> {
     }
 }
 
-/// The parts of the variance of a figure that was read from `batches` batches and of which visibility rays have `share`.
+/// The parts of the variance of a parameter that was read from `batches` batches and of which visibility rays have `share`.
 pub(crate) fn parts(reading: &Reading, batches: u32, share: f64) -> Result<Variance, String> {
     let sigma = reading.half_width.clone()?.noise / student_factor(batches);
     let all = sigma * sigma;

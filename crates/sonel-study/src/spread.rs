@@ -1,10 +1,10 @@
-//! How uncertain the figures of a rendering are, in just-noticeable differences.
+//! How uncertain the parameters of a rendering are, in just-noticeable differences.
 //!
-//! In that unit figures of all kinds compare, and a reverberation time that is refused as too noisy still says how
+//! In that unit parameters of all kinds compare, and a reverberation time that is refused as too noisy still says how
 //! noisy it is.
 
-use sonel_analysis::figure::KernelShift;
-use sonel_analysis::{Figure, Parameter, ReceiverFigures, Unsupported, student};
+use sonel_analysis::estimate::KernelShift;
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, Unsupported, student};
 
 use crate::kurtosis::excess_kurtosis;
 
@@ -21,7 +21,7 @@ pub fn student_factor(batches: u32) -> f64 {
     student::quantile(MISSED, batches.max(2) - 1)
 }
 
-/// Which figure: row of [`sonel_analysis::parameters`], band, parameter.
+/// Which parameter: row of [`sonel_analysis::parameters`], band, parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     /// Source and receiver, in the order of [`sonel_analysis::parameters`].
@@ -32,7 +32,7 @@ pub struct Place {
     pub parameter: Parameter,
 }
 
-/// How uncertain one figure is.
+/// How uncertain one parameter is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// Which one.
@@ -64,21 +64,31 @@ impl HalfWidth {
     }
 }
 
-/// The readings of `parameters` in all `figures`.
+/// Mean excess kurtosis of the batches of `parameter`, as far as it is above zero: over all bands and receivers together, as that of a single
+/// parameter scatters too much.
+pub(crate) fn pooled_kurtosis(readings: &[Reading], parameter: Parameter) -> f64 {
+    let of_parameter = readings.iter().filter(|r| r.place.parameter == parameter && r.value.is_some());
+    let (sum, count) =
+        of_parameter.fold((0.0, 0.0), |(sum, count), r| (sum + r.excess_kurtosis.max(0.0), count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+/// The readings of `parameters` in all `parameters`.
 #[must_use]
-pub fn readings(figures: &[ReceiverFigures], parameters: &[Parameter]) -> Vec<Reading> {
+pub fn readings(parameters: &[ReceiverParameters], wanted: &[Parameter]) -> Vec<Reading> {
     let mut readings = Vec::new();
-    for (row, receiver) in figures.iter().enumerate() {
-        for (band, figures) in receiver.bands.iter().enumerate() {
-            for &parameter in parameters {
-                let figure = figures.figure(parameter);
-                let (value, half_width) = reading(figure, parameter);
-                let kernel = figure.as_ref().ok().and_then(|figure| {
-                    let unit = parameter.just_noticeable(figure.value);
-                    figure.kernel.map(|k| KernelShift { shift: k.shift / unit, sigma: k.sigma / unit })
+    for (row, receiver) in parameters.iter().enumerate() {
+        for (band, parameters) in receiver.bands.iter().enumerate() {
+            for &parameter in wanted {
+                let estimate = parameters.parameter(parameter);
+                let (value, half_width) = reading(estimate, parameter);
+                let kernel = estimate.as_ref().ok().and_then(|estimate| {
+                    let unit = parameter.just_noticeable(estimate.value);
+                    estimate.kernel.map(|k| KernelShift { shift: k.shift / unit, sigma: k.sigma / unit })
                 });
                 let place = Place { row, band, parameter };
-                let excess_kurtosis = figure.as_ref().map_or(0.0, |figure| excess_kurtosis(&figure.without));
+                let excess_kurtosis =
+                    estimate.as_ref().map_or(0.0, |estimate| excess_kurtosis(&estimate.without));
                 readings.push(Reading { place, value, half_width, kernel, excess_kurtosis });
             }
         }
@@ -86,8 +96,8 @@ pub fn readings(figures: &[ReceiverFigures], parameters: &[Parameter]) -> Vec<Re
     readings
 }
 
-fn reading(figure: &Figure, parameter: Parameter) -> (Option<f64>, Result<HalfWidth, String>) {
-    let estimate = match figure {
+fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Result<HalfWidth, String>) {
+    let estimate = match estimate {
         Ok(estimate) => estimate,
         Err(Unsupported::Noisy { just_noticeable }) => {
             return (None, Ok(HalfWidth { noise: *just_noticeable, bias: 0.0 }));

@@ -1,6 +1,6 @@
-//! How certain figures shall be: `t30<1%,level<0.1dB,c80<0.2dB`.
+//! How certain parameters shall be: `t30<1%,level<0.1dB,c80<0.2dB`.
 //!
-//! A limit is for half of the 95 % interval of a figure in every band at every judge. Reverberation times are limited in per cent of
+//! A limit is for half of the 95 % interval of a parameter in every band at every judge. Reverberation times are limited in per cent of
 //! themselves or in seconds, levels and clarity in dB, everything in just-noticeable differences (`jnd`).
 
 use std::fmt;
@@ -34,16 +34,18 @@ pub enum TargetError {
     /// Not a limit at all.
     #[error("\"{0}\" is no target: write FIGURE<LIMIT such as t30<1%, level<0.1dB or c80<0.2jnd")]
     Form(String),
-    /// No such figure.
+    /// No such parameter.
     #[error(
-        "there is no figure \"{0}\": choose among level, g, edt, t20, t30, c50, c80, d50, ts (example: t30<1%)"
+        "there is no parameter \"{0}\": choose among level, g, edt, t20, t30, c50, c80, d50, ts (example: t30<1%)"
     )]
-    Figure(String),
-    /// A unit that this figure does not have.
-    #[error("the limit of {figure} has the unit \"{unit}\": write {figure}<{example} or {figure}<0.2jnd")]
+    ParameterValue(String),
+    /// A unit that this parameter does not have.
+    #[error(
+        "the limit of {estimate} has the unit \"{unit}\": write {estimate}<{example} or {estimate}<0.2jnd"
+    )]
     Unit {
-        /// The figure.
-        figure: &'static str,
+        /// The parameter.
+        estimate: &'static str,
         /// What stood there.
         unit: String,
         /// What might.
@@ -52,7 +54,7 @@ pub enum TargetError {
     /// Not a number above zero.
     #[error("\"{0}\" limits nothing: give a number above 0 (example: t30<1%)")]
     Number(String),
-    /// The same figure again.
+    /// The same parameter again.
     #[error("{0} is limited twice: give one limit a figure")]
     Twice(&'static str),
 }
@@ -73,34 +75,34 @@ const NAMES: [(Parameter, &str, &str); 9] = [
 /// The parameter that is written `name`.
 ///
 /// # Errors
-/// [`TargetError::Figure`].
+/// [`TargetError::ParameterValue`].
 pub fn parameter(name: &str) -> Result<Parameter, TargetError> {
     let name = name.trim().to_lowercase();
     let found = NAMES.into_iter().find(|(_, known, _)| *known == name);
-    found.map(|(parameter, ..)| parameter).ok_or(TargetError::Figure(name))
+    found.map(|(parameter, ..)| parameter).ok_or(TargetError::ParameterValue(name))
 }
 
 impl Targets {
-    /// Every planned figure within `limit` just-noticeable differences.
+    /// Every planned parameter within `limit` just-noticeable differences.
     #[must_use]
     pub fn just_noticeable(limit: f64) -> Self {
         Self { limits: PLANNED.map(|parameter| (parameter, Limit::JustNoticeable(limit))).to_vec() }
     }
 
-    /// The figures that are limited.
+    /// The parameters that are limited.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         self.limits.iter().map(|(parameter, _)| *parameter).collect()
     }
 
-    /// Largest half-width of the figure at `place` in just-noticeable differences, where its value is `value`; none where it is not
+    /// Largest half-width of the parameter at `place` in just-noticeable differences, where its value is `value`; none where it is not
     /// limited, or limited in its own unit and without a value.
     #[must_use]
     pub fn limit(&self, place: Place, value: Option<f64>) -> Option<f64> {
         let (parameter, limit) = self.limits.iter().find(|(parameter, _)| *parameter == place.parameter)?;
         match limit {
             Limit::JustNoticeable(limit) => Some(*limit),
-            // The unit of a relative figure is a part of its value, whatever that is.
+            // The unit of a relative parameter is a part of its value, whatever that is.
             Limit::Relative(limit) if parameter.is_noticed_relatively() => {
                 Some(limit / parameter.just_noticeable(1.0))
             }
@@ -120,10 +122,10 @@ impl FromStr for Targets {
         for word in text.split(',').map(str::trim) {
             let (name, limit) = word.split_once('<').ok_or_else(|| TargetError::Form(word.to_owned()))?;
             let name = name.trim().to_lowercase();
-            let figure = NAMES.into_iter().find(|(_, known, _)| *known == name);
-            let (parameter, figure, example) = figure.ok_or(TargetError::Figure(name))?;
+            let estimate = NAMES.into_iter().find(|(_, known, _)| *known == name);
+            let (parameter, estimate, example) = estimate.ok_or(TargetError::ParameterValue(name))?;
             if limits.iter().any(|(known, _)| *known == parameter) {
-                return Err(TargetError::Twice(figure));
+                return Err(TargetError::Twice(estimate));
             }
             let limit = limit.trim().trim_start_matches('=').trim();
             let digits = limit.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
@@ -131,7 +133,7 @@ impl FromStr for Targets {
             let number = digits.trim().parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
             let number = number.ok_or_else(|| TargetError::Number(word.to_owned()))?;
             let limit = in_unit(parameter, number, &unit.to_lowercase());
-            limits.push((parameter, limit.ok_or(TargetError::Unit { figure, unit, example })?));
+            limits.push((parameter, limit.ok_or(TargetError::Unit { estimate, unit, example })?));
         }
         Ok(Self { limits })
     }

@@ -3,11 +3,11 @@
 //! A [`Sweep`] says which settings are compared, with how many sonels, and how often each is repeated with another seed.
 //! [`conduct`] runs it. Errors are told against the exact answer where one is known, which is where nothing in the reference
 //! is sampled (image sources in a mirroring room), else against a longer run of the best method. Times are CPU seconds of
-//! the process for tracing and rendering, as [`crate::trial`] measures them; reading the figures costs the same with every
+//! the process for tracing and rendering, as [`crate::pipeline`] measures them; reading the parameters costs the same with every
 //! setting and is left out.
 //!
 //! - [`sweep`]: what is varied; [`runs`]: running it;
-//! - [`errors`]: bias and standard deviation of the figures judged; [`fit`]: lines through them;
+//! - [`errors`]: bias and standard deviation of the parameters judged; [`fit`]: lines through them;
 //! - [`verdict`]: what follows; [`report`]: CSV, JSON, plots and a page.
 
 pub mod errors;

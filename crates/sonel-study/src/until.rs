@@ -1,6 +1,6 @@
-//! Runs that go on until their figures are certain enough.
+//! Runs that go on until their parameters are certain enough.
 //!
-//! After each look at the figures the number of emissions grows as the worst of them asks, at least by a fifth and at most eightfold, so
+//! After each look at the parameters the number of emissions grows as the worst of them asks, at least by a fifth and at most eightfold, so
 //! that all looks together cost a small multiple of the last. The run is that of the number it ends with: nothing else depends on
 //! when it was looked at. Looking does touch the intervals: a run stops more readily where its variance happens to be estimated low.
 //! The estimate rests on 31 degrees of freedom and there are few looks, so coverage falls from 95 by some per cent at the most
@@ -24,16 +24,16 @@ pub fn grown(count: u64, needed: f64) -> u64 {
     (MARGIN * needed).clamp(least * count, most * count).ceil() as u64
 }
 
-/// What a look at the figures says.
+/// What a look at the parameters says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// The figure farthest from its limit; none where nothing is limited.
+    /// The parameter farthest from its limit; none where nothing is limited.
     pub worst: Option<Worst>,
     /// Figures that are limited and cannot be read, with the reason.
     pub unreadable: Vec<(Place, String)>,
 }
 
-/// The figure farthest from its limit.
+/// The parameter farthest from its limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Worst {
     /// Which one.
@@ -76,13 +76,13 @@ impl Verdict {
         verdict
     }
 
-    /// Whether every figure that can be read keeps its limit.
+    /// Whether every parameter that can be read keeps its limit.
     #[must_use]
     pub fn is_inside(&self) -> bool {
         self.worst.is_none_or(|worst| worst.excess() <= 1.0)
     }
 
-    /// Whether every figure keeps its limit.
+    /// Whether every parameter keeps its limit.
     #[must_use]
     pub fn is_reached(&self) -> bool {
         self.is_inside() && self.unreadable.is_empty()

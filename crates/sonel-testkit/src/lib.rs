@@ -8,6 +8,7 @@
 //! - [`uniform`] drives them: a tiny generator, constant for ever;
 //! - [`analytic`] holds the rooms with exact answers, [`bruteforce`] the one with a slow but obvious answer;
 //! - [`exponential`] and [`decay`] serve the parameter code: ideal decays with closed forms, and a plain regression;
+//! - [`waves`] solves the wave equation between walls, slowly;
 //! - [`meshes`] writes one room in every mesh format;
 //! - [`test_folder`] is a folder in which the tests of programs run them.
 //!
@@ -24,4 +25,5 @@ pub mod significance;
 pub mod test_folder;
 pub mod uniform;
 mod vector;
+pub mod waves;
 pub mod z_test;

@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, EdgeIndex, Geometry, Hit, SpeedProfile};
 use sonel_map::coefficients::{LEAST_THROUGH, MaterialRow};
 use sonel_map::{
-    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Course, EdgePlace, EdgeTable, Event, Lanes,
-    PacketStart, Passing, PathWeight, Vertex,
+    BendHistory, CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, EdgePlace, EdgeTable, Event,
+    Lanes, PacketStart, Passing, PathWeight, Vertex,
 };
 use sonel_sampling::{Frame, Stream};
 use sonel_scene::Source;
@@ -48,7 +48,7 @@ struct Flight {
     length: f64,
     /// c₀/c of the air that it is in.
     stretch: f64,
-    course: Course,
+    bend_history: BendHistory,
     passed: Passed,
 }
 
@@ -111,7 +111,7 @@ impl Records {
 
 impl Surroundings<'_> {
     /// Lives one packet to its end, leaving its path and its books in `records`.
-    pub fn live(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
+    pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);
         let Records { paths, books, weight, nothing } = records;
         let mut flight = Flight {
@@ -121,10 +121,10 @@ impl Surroundings<'_> {
             length: 0.0,
             stretch: self.airs.as_ref().map_or(1.0, |airs| airs.stretch(emission.air)),
             passed: Passed::None,
-            course: self
+            bend_history: self
                 .edges
                 .as_ref()
-                .map_or_else(Course::default, |edges| Course::new(edges.least_distance())),
+                .map_or_else(BendHistory::default, |edges| BendHistory::new(edges.least_distance())),
         };
         let mut threshold = self.extinction_threshold;
         let last = loop {
@@ -188,7 +188,8 @@ impl Surroundings<'_> {
                 _ => self.geometry.leave(hit.position, hit.surface, hit.side),
             };
             if let Some(edges) = &self.edges {
-                flight.course = Course::new(edges.least_distance() / steepness(flight.direction, frame));
+                flight.bend_history =
+                    BendHistory::new(edges.least_distance() / steepness(flight.direction, frame));
             }
             paths.vertices.push(vertex(&hit, event));
         };
@@ -239,35 +240,35 @@ impl Surroundings<'_> {
             let way = sonel_geometry::Way {
                 origin: flight.position,
                 direction,
-                from: flight.course.clear,
+                from: flight.bend_history.clear,
                 to: self.passable(edges, flight, hit),
                 reach: table.reach(weight.energy()),
             };
-            let next = flight.course.next((edges, table), self.geometry, &way, weight.energy());
-            let Some(passage) = next else { return false };
+            let next = flight.bend_history.next((edges, table), self.geometry, &way, weight.energy());
+            let Some(edge_pass) = next else { return false };
             let place = EdgePlace {
-                along: passage.along as f32,
-                distance: passage.distance as f32,
+                along: edge_pass.along as f32,
+                distance: edge_pass.distance as f32,
                 tangent: 0.0,
-                side: passage.side,
+                side: edge_pass.side,
             };
-            let at = (flight.position, passage.edge, place);
+            let at = (flight.position, edge_pass.edge, place);
             let (event, passing) = bending::decide(table, at, deciding, stream);
-            let Passing { foot, place, .. } = passing;
+            let Passing { closest, place, .. } = passing;
             pass_edge(table, event, &passing, books, weight);
-            paths.vertices.push(Vertex::at_edge(passage.edge, &place, event));
-            flight.length += flight.position.distance(foot) * flight.stretch;
-            flight.position = foot;
+            paths.vertices.push(Vertex::at_edge(edge_pass.edge, &place, event));
+            flight.length += flight.position.distance(closest) * flight.stretch;
+            flight.position = closest;
             if event == Event::Bent {
-                let line = table.line(passage.edge);
-                let turned = line.turned(foot, direction, place.side, f64::from(place.tangent));
+                let line = table.line(edge_pass.edge);
+                let turned = line.turned(closest, direction, place.side, f64::from(place.tangent));
                 flight.direction = turned.as_vec3().normalize();
-                flight.departure = Departure::free(foot.as_vec3());
-                flight.course.bend(passage.edge, f64::from(place.distance));
+                flight.departure = Departure::free(closest.as_vec3());
+                flight.bend_history.bend(edge_pass.edge, f64::from(place.distance));
                 return true;
             }
             books.segments += 1;
-            flight.course.clear = edges.least_distance().max(flight.course.clear - passage.at);
+            flight.bend_history.clear = edges.least_distance().max(flight.bend_history.clear - edge_pass.at);
         }
     }
 
@@ -301,7 +302,8 @@ impl Surroundings<'_> {
         flight.departure = self.geometry.leave(hit.position, hit.surface, side);
         if let Some(edges) = &self.edges {
             let frame = &self.surfaces[hit.surface.0 as usize];
-            flight.course = Course::new(edges.least_distance() / steepness(flight.direction, frame));
+            flight.bend_history =
+                BendHistory::new(edges.least_distance() / steepness(flight.direction, frame));
         }
         Some(vertex(hit, event))
     }
@@ -317,8 +319,8 @@ impl Surroundings<'_> {
         })
     }
 
-    /// Books a packet whose path was traced before, as [`Self::live`] does for the same emission and the same random numbers,
-    /// and leaves its path in `records`: nothing is cast. False where the path is not what `live` would find.
+    /// Books a packet whose path was traced before, as [`Self::trace_packet`] does for the same emission and the same random numbers,
+    /// and leaves its path in `records`: nothing is cast. False where the path is not what `trace_packet` would find.
     ///
     /// Energies depend on how many packets a run has, so books of a shorter run are of no use for a longer one.
     #[must_use]
@@ -368,7 +370,7 @@ impl Surroundings<'_> {
                     return false;
                 }
                 pass_edge(table, event, &passing, books, weight);
-                position = passing.foot;
+                position = passing.closest;
             }
             if !event.is_at_edge() {
                 position = vertex.position.as_dvec3();

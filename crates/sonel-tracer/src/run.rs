@@ -300,19 +300,19 @@ impl<'a> Tracer<'a> {
         let mut records = Records::new(self.classes.count());
         for index in self.emissions(chunk) {
             let direction = emitter.directions.direction(index);
-            let (hero, batch) = (self.layout.hero(index), &self.batches[self.layout.batch(index) as usize]);
+            let (lead, batch) = (self.layout.lead(index), &self.batches[self.layout.batch(index) as usize]);
             let emission = Emission {
                 position: emitter.position,
                 direction,
                 air: self.scene.air_at_source(emitter.index as usize),
                 source: emitter.source,
-                deciding: self.classes.of(hero as usize),
-                start: batch.packet(hero),
+                deciding: self.classes.of(lead as usize),
+                start: batch.packet(lead),
                 share: batch.weight,
             };
             let mut stream = emitter.streams.stream(index);
             match known.and_then(|map| map.path(emitter.index, index)) {
-                None => self.surroundings.live(&emission, &mut stream, &mut records),
+                None => self.surroundings.trace_packet(&emission, &mut stream, &mut records),
                 Some(path) => {
                     if !self.surroundings.relive(&emission, path.vertices, &mut stream, &mut records) {
                         return Err(ForeignPath { source_index: emitter.index, emission: index });

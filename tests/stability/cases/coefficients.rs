@@ -50,9 +50,9 @@ fn settings(emissions: u64) -> Settings {
 fn unevenness(absorption: f64) -> f64 {
     let borders = [0.0, 0.2, 0.3, 0.4, 0.5];
     let traced = Traced::new(even_box([absorption; 2], [0.5, 1.0], 0.5), settings(form(2_000, 100_000)));
-    let heard = windows(&traced, RenderSettings::default(), &borders).swap_remove(0);
+    let received = windows(&traced, RenderSettings::default(), &borders).swap_remove(0);
     let expected = SPEED * 0.1 / VOLUME;
-    let late = heard.iter().flat_map(|windows| &windows[1..]);
+    let late = received.iter().flat_map(|windows| &windows[1..]);
     late.map(|window| {
         assert!(window.sigma < 0.02 * expected, "too noisy to mean anything: {window:?}");
         (window.value - expected).abs() / window.sigma
@@ -113,13 +113,13 @@ fn absorption_far_below_rounding_does_nothing_else() {
 fn mirrors_and_lambert_walls_share_a_material() {
     let emissions = form(20_000, 60_000);
     let borders = [0.0, 0.03, 0.08, 0.16, 0.3];
-    let heard = |scattering: [f64; 2], seed: u64| {
+    let received = |scattering: [f64; 2], seed: u64| {
         let scene = even_box([0.2; 2], scattering, 0.3);
         let traced = Traced::new(scene, Settings { seed, ..settings(emissions) });
         let rendering = traced.render(RenderSettings::default());
         (windows(&traced, RenderSettings::default(), &borders).swap_remove(0), rendering.classes)
     };
-    let (both, classes) = heard([0.0, 1.0], 1);
+    let (both, classes) = received([0.0, 1.0], 1);
     for (class, energy) in &classes {
         let forbidden = match class {
             PathClass::Direct => continue,
@@ -128,11 +128,11 @@ fn mirrors_and_lambert_walls_share_a_material() {
         };
         assert!(energy[forbidden].abs() < 1e-300, "{class:?} in band {forbidden}: {energy:?}");
     }
-    let alone = [heard([0.0; 2], 2).0.swap_remove(0), heard([1.0; 2], 3).0.swap_remove(1)];
+    let alone = [received([0.0; 2], 2).0.swap_remove(0), received([1.0; 2], 3).0.swap_remove(1)];
     for band in 0..2 {
         agree_or_die(&both[band], &alone[band], &format!("band {band}"));
     }
-    let other = heard([0.1; 2], 4).0.swap_remove(0);
+    let other = received([0.1; 2], 4).0.swap_remove(0);
     assert!(agree_in_windows(&both[0], &other, 0.1).is_err(), "a tenth of scattering is noticed");
 }
 
@@ -169,7 +169,7 @@ fn largest_weights(survival: f64) -> (f64, f64) {
                 sonel_map::Event::Diffuse => &row.diffuse,
                 _ => return,
             };
-            let led_by = layout.hero(emission) as usize;
+            let led_by = layout.lead(emission) as usize;
             for band in 0..2 {
                 leader[emission as usize][band] *= event.energy[0][band] / event.probability[0][led_by];
             }
@@ -206,9 +206,9 @@ fn decay_by_a_strip(width: f64) -> (Estimate, f64) {
     let traced = Traced::new(scene(mesh, materials, 4.0), settings(form(1_000, 20_000)));
     assert!(traced.books.worst_residual() < 1e-9);
     let settings = RenderSettings { estimator: Estimator::Connection, ..RenderSettings::default() };
-    let heard = windows(&traced, settings, &[0.0, 1.0, 2.0, 3.0, 4.0]).swap_remove(0).swap_remove(0);
-    let value = heard[3].value / heard[1].value;
-    let sigma = value * heard[3].relative_sigma().hypot(heard[1].relative_sigma());
+    let received = windows(&traced, settings, &[0.0, 1.0, 2.0, 3.0, 4.0]).swap_remove(0).swap_remove(0);
+    let value = received[3].value / received[1].value;
+    let sigma = value * received[3].relative_sigma().hypot(received[1].relative_sigma());
     let rate = SPEED * width * SIZE[1] / (4.0 * VOLUME);
     (Estimate { value, sigma }, (-2.0 * rate).exp())
 }
@@ -240,11 +240,11 @@ fn an_absorbing_floor_among_mirrors_decays_as_its_images() {
         room.echogram(SOURCE, RECEIVER, 0.001, 1000)
     };
     let borders = [0.0, 0.05, 0.1, 0.2, 0.4, 0.7, duration];
-    let heard = windows(&traced, RenderSettings::default(), &borders).swap_remove(0).swap_remove(0);
+    let received = windows(&traced, RenderSettings::default(), &borders).swap_remove(0).swap_remove(0);
     let long = traced.render(RenderSettings::default()).classes[PathClass::LongMirrorChain as usize].1[0];
     let judge = |echogram: &[f64]| -> Vec<String> {
         let mut wrong = Vec::new();
-        for (window, ends) in heard.iter().zip(borders.windows(2)) {
+        for (window, ends) in received.iter().zip(borders.windows(2)) {
             let [from, to] = [ends[0], ends[1]].map(|time| (time * 1000.0).round() as usize);
             let expected: f64 = echogram[from..to].iter().sum();
             let uneven = if ends[1] < duration { 1e-6 * window.value } else { 0.5 * long };

@@ -34,8 +34,8 @@ fn long_reverberation(absorption: f64) -> ([f64; 2], f64) {
     let traced = Traced::new(scene, Settings { emissions: form(256, 8_000), ..Settings::default() });
     assert!(traced.books.worst_residual() < 1e-9);
     let settings = RenderSettings { bin: 0.01, ..RenderSettings::default() };
-    let figures = parameters(&traced.respond(settings));
-    let t30 = figures[0].bands[0].figure(Parameter::T30).clone().expect("a decay by 35 dB");
+    let parameters = parameters(&traced.respond(settings));
+    let t30 = parameters[0].bands[0].parameter(Parameter::T30).clone().expect("a decay by 35 dB");
     let surface = 2.0 * (12.0 * 10.0 + 10.0 * 8.0 + 8.0 * 12.0);
     let rate = SPEED * surface * -(-absorption).ln_1p() / (4.0 * 960.0);
     ([t30.value, t30.error.expect("batches").sigma], 6.0 * std::f64::consts::LN_10 / rate)
@@ -178,14 +178,14 @@ fn bins_of_any_width_hold_the_same_energy() {
     assert!(rendering.total.get(0, 8, 0) >= direct * (1.0 - 1e-12));
 }
 
-/// The run ends before the direct sound: nothing arrives, and every figure says why.
+/// The run ends before the direct sound: nothing arrives, and every parameter says why.
 #[test]
 fn a_run_shorter_than_the_direct_sound() {
     let scene = even_box([60.0, 5.0, 4.0], 0.3, 0.5, 0.05).with_receiver("receiver", [55.0, 3.7, 2.1]);
     let traced = Traced::new(scene, Settings { emissions: 500, ..Settings::default() });
-    let figures = parameters(&traced.respond(RenderSettings::default()));
+    let parameters = parameters(&traced.respond(RenderSettings::default()));
     for parameter in Parameter::ALL {
-        let reason = figures[0].bands[0].figure(parameter).as_ref().expect_err("no number");
+        let reason = parameters[0].bands[0].parameter(parameter).as_ref().expect_err("no number");
         assert!(matches!(reason, Unsupported::NoEnergy | Unsupported::DirectOutside { .. }), "{reason:?}");
     }
 }

@@ -127,7 +127,7 @@ fn places() -> Vec<DVec3> {
     places
 }
 
-/// Every figure is finite; and bounded: a wave that is seen and its image bring at most twice the pressure of the free
+/// Every parameter is finite; and bounded: a wave that is seen and its image bring at most twice the pressure of the free
 /// field at the place, each of the edges at most as much again, but where the edge is nearer than the source.
 #[test]
 fn every_obstacle_is_heard_at_every_place() {

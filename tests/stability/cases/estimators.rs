@@ -57,7 +57,7 @@ fn a_handful_of_packets_is_enough_to_be_finite() {
 /// larger than all they hold, and the estimators stay finite and agree within their noise that nothing is there twice.
 #[test]
 fn all_sonels_may_be_at_one_point() {
-    let heard = |estimator: Estimator| {
+    let received = |estimator: Estimator| {
         let mut mesh = Mesh::shoebox(SIZE, [0; 6]);
         let (middle, half) = (dvec3(3.0, 2.5, 2.0), 5e-5);
         let corner = |x: f64, y: f64| middle + half * dvec3(x, y, 0.0);
@@ -86,13 +86,13 @@ fn all_sonels_may_be_at_one_point() {
     let share = solid_angle_of_square(5e-5, 2e-4) / (4.0 * std::f64::consts::PI);
     let cosine = to.z / to.length();
     let expected = share * 0.8 * cosine / (std::f64::consts::PI * to.length_squared());
-    let found = heard(Estimator::Connection);
+    let found = received(Estimator::Connection);
     println!("all sonels within 0.1 mm: {:.3} of what a Lambert point sends", found / expected);
     // A share of N packets, four standard errors.
     let hits = share * form(20_000.0, 200_000.0);
     assert!((found / expected - 1.0).abs() < 4.0 / f64::sqrt(hits), "{found:e} instead of {expected:e}");
     for estimator in ALL {
-        heard(estimator);
+        received(estimator);
     }
 }
 
@@ -146,7 +146,7 @@ fn thin_walls_do_not_leak() {
 /// A sphere of 512 facets: every disc is larger than its surface. What it gathers is what connections and spheres bring.
 #[test]
 fn discs_may_be_larger_than_their_surface() {
-    let heard = |absorption: f64, estimator: Estimator, seed: u64| {
+    let received = |absorption: f64, estimator: Estimator, seed: u64| {
         let mut scene = scene(meshes::sphere(2.0, 3), 0.5, [0.7, -0.4, 0.5]);
         scene.sources[0].position = dvec3(-0.6, 0.5, 0.3);
         scene.materials[0].absorption[0] = absorption;
@@ -154,14 +154,17 @@ fn discs_may_be_larger_than_their_surface() {
         let (value, sigma) = batch_fluence(&rendering(scene, settings, estimator), 0, 0);
         Estimate { value, sigma }
     };
-    let (gather, connection) = (heard(0.2, Estimator::Gather, 1), heard(0.2, Estimator::Connection, 2));
+    let (gather, connection) = (received(0.2, Estimator::Gather, 1), received(0.2, Estimator::Connection, 2));
     println!(
         "facets: gather {:.5} ± {:.5}, spheres {:.5} ± {:.5}",
         gather.value, gather.sigma, connection.value, connection.sigma
     );
     let within = Within { sigmas: 4.0, maximal_sigma: 0.02 * connection.value };
     agree(gather, connection, within).expect("the same room");
-    assert!(agree(heard(0.25, Estimator::Gather, 3), connection, within).is_err(), "other walls are noticed");
+    assert!(
+        agree(received(0.25, Estimator::Gather, 3), connection, within).is_err(),
+        "other walls are noticed"
+    );
 }
 
 /// Fluence of a room of Lambert walls at `distance` [m] from one of them, and the loudest of 32 batches over their mean.

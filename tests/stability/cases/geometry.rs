@@ -19,21 +19,21 @@ use super::form;
 const LARGEST_ERROR: f64 = 0.03;
 
 /// What is heard in the box of uneven walls drawn as `mesh`, and its mirror chains.
-fn heard(mesh: Mesh, seed: u64) -> (Vec<Windows>, Vec<DiscreteArrival>) {
+fn received(mesh: Mesh, seed: u64) -> (Vec<Windows>, Vec<DiscreteArrival>) {
     let emissions = form(26_000, 200_000);
     let traced =
         Traced::new(Scene { mesh, ..WILD.scene() }, Settings { emissions, seed, ..Settings::default() });
     assert_eq!(traced.books.fates.count(Fate::Lost), 0);
     assert_eq!(traced.books.fates.count(Fate::Escaped), 0);
     let chains = RenderSettings { mirror_order: Some(3), ..RenderSettings::default() };
-    let heard = windows(&traced, RenderSettings::default(), &BORDERS).swap_remove(0);
-    (heard, traced.render(chains).arrivals)
+    let received = windows(&traced, RenderSettings::default(), &BORDERS).swap_remove(0);
+    (received, traced.render(chains).arrivals)
 }
 
 /// What differs between the box drawn well and drawn as `mesh`.
 fn differences(mesh: Mesh) -> Vec<String> {
-    let (well, chains) = heard(Mesh::shoebox(SIZE, [0, 1, 2, 3, 4, 5]), 1);
-    let (badly, found) = heard(mesh, 2);
+    let (well, chains) = received(Mesh::shoebox(SIZE, [0, 1, 2, 3, 4, 5]), 1);
+    let (badly, found) = received(mesh, 2);
     let mut wrong = other_chains(&chains, &found);
     for (band, (well, badly)) in well.iter().zip(&badly).enumerate() {
         wrong.extend(agree_in_windows(badly, well, LARGEST_ERROR).err().map(|e| format!("band {band}: {e}")));
@@ -115,8 +115,8 @@ fn with_a_box_beside(mesh: Mesh) -> Mesh {
 /// The first box sounds as it does alone, in all its chains and in the energy of every band; in the second there is silence.
 #[test]
 fn edges_of_three_faces_keep_two_rooms_apart() {
-    let (well, chains) = heard(box_of_walls(), 1);
-    let (beside, found) = heard(with_a_box_beside(box_of_walls()), 2);
+    let (well, chains) = received(box_of_walls(), 1);
+    let (beside, found) = received(with_a_box_beside(box_of_walls()), 2);
     let wrong = other_chains(&chains, &found);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     // The errors of windows at the most add up.
@@ -316,12 +316,12 @@ fn heard_in_scaled(scene: Scene, factor: f64, seed: u64, estimator: Estimator) -
     assert_eq!(traced.books.fates.count(Fate::Lost), 0);
     let borders = BORDERS.map(|border| border * factor);
     let settings = RenderSettings { bin: 0.001 * factor, estimator, ..RenderSettings::default() };
-    let mut heard = windows(&traced, settings, &borders).swap_remove(0);
-    for window in heard.iter_mut().flatten() {
+    let mut received = windows(&traced, settings, &borders).swap_remove(0);
+    for window in received.iter_mut().flatten() {
         window.value *= factor * factor;
         window.sigma *= factor * factor;
     }
-    heard
+    received
 }
 
 /// Largest relative deviation of any window.
@@ -414,7 +414,7 @@ fn slab(thickness: Option<f64>) -> Mesh {
 #[test]
 fn panels_thinner_than_the_resolution_are_panels() {
     let emissions = form(20_000, 400_000);
-    let heard = |mesh: Mesh, seed: u64| {
+    let received = |mesh: Mesh, seed: u64| {
         let traced =
             Traced::new(Scene { mesh, ..WILD.scene() }, Settings { emissions, seed, ..Settings::default() });
         assert_eq!(traced.books.fates.count(Fate::Lost), 0);
@@ -427,10 +427,10 @@ fn panels_thinner_than_the_resolution_are_panels() {
         assert!(rendering.arrivals.iter().all(|arrival| arrival.order > 0), "the direct sound is blocked");
         windows(&traced, RenderSettings::default(), &BORDERS).swap_remove(0)
     };
-    let sheet = heard(slab(None), 1);
+    let sheet = received(slab(None), 1);
     let slabs = [(0.01 * resolution(), 2), (resolution(), 3), (3.0 * resolution(), 4), (1e-4, 5)];
     for (thickness, seed) in slabs.into_iter().step_by(form(2, 1)) {
-        for (band, (thin, sheet)) in heard(slab(Some(thickness)), seed).iter().zip(&sheet).enumerate() {
+        for (band, (thin, sheet)) in received(slab(Some(thickness)), seed).iter().zip(&sheet).enumerate() {
             let outcome = agree_in_windows(thin, sheet, form(0.08, LARGEST_ERROR));
             assert!(outcome.is_ok(), "{thickness:e} m, band {band}: {outcome:?}");
         }

@@ -1,4 +1,4 @@
-//! Outputs: whatever the scene, no program prints or writes a number that is none. A figure is a number with an interval,
+//! Outputs: whatever the scene, no program prints or writes a number that is none. A parameter is a number with an interval,
 //! or null with a reason.
 
 use clap::Parser;

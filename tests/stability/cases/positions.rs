@@ -38,10 +38,10 @@ fn traced(scene: Scene) -> Traced {
 
 /// Renders `traced` at one position, or says why not.
 fn at(traced: &Traced, position: DVec3, settings: RenderSettings) -> Result<Rendering, String> {
-    heard(&Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map"), position)
+    received(&Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map"), position)
 }
 
-fn heard(renderer: &Renderer<'_>, position: DVec3) -> Result<Rendering, String> {
+fn received(renderer: &Renderer<'_>, position: DVec3) -> Result<Rendering, String> {
     let receiver = ReceiverPoint::omni("here", position);
     let borders = [vec![0.0, 0.05, 0.2]];
     renderer.render(0, &[receiver], &borders, &mut |_| {}).map_err(|error| error.to_string())
@@ -92,7 +92,7 @@ fn every_place_is_heard_or_refused() {
             RenderSettings { estimator, rays: form(256, 1_024), mirror_order, ..RenderSettings::default() };
         let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
         for (place, position) in places() {
-            match heard(&renderer, position) {
+            match received(&renderer, position) {
                 Ok(rendering) => {
                     let energies: Vec<f64> = (0..200).map(|bin| rendering.total.get(0, bin, 0)).collect();
                     let sound = energies.iter().all(|energy| energy.is_finite() && *energy >= 0.0);
@@ -215,11 +215,11 @@ fn packets_start_anywhere() {
 fn a_shadow_boundary_has_two_sides_and_no_third() {
     let traced = traced(room(0.5, true));
     let along = (on_shadow_boundary() - DVec3::from(SOURCE)).cross(DVec3::Y).normalize();
-    let heard = |step: f64| {
+    let received = |step: f64| {
         let rendering = at(&traced, on_shadow_boundary() + step * along, RenderSettings::default());
         rendering.expect("in the room").classes.map(|(_, energy)| energy[0])
     };
-    let [lit, dark, between] = [1e-3, -1e-3, 0.0].map(heard);
+    let [lit, dark, between] = [1e-3, -1e-3, 0.0].map(received);
     let (lit, dark) = if lit[0] > dark[0] { (lit, dark) } else { (dark, lit) };
     assert!(lit[0] > 0.0 && dark[0].abs() < 1e-300, "{lit:?} {dark:?}");
     let direct = between[PathClass::Direct as usize];
@@ -335,8 +335,8 @@ fn inside_a_wall_there_is_air_only_in_cavities() {
     let cavity = traced(scene);
     assert_eq!(cavity.books.fates.count(Fate::Lost), 0);
     let settings = RenderSettings { mirror_order: Some(1), ..RenderSettings::default() };
-    let heard = |position: DVec3| at(&cavity, position, settings.clone()).expect("air");
-    assert!(heard(dvec3(3.005, 2.5, 2.0)).arrivals[0].length < 0.6);
-    let outside: f64 = heard(dvec3(4.0, 2.5, 2.0)).classes.iter().map(|(_, energy)| energy[0]).sum();
+    let received = |position: DVec3| at(&cavity, position, settings.clone()).expect("air");
+    assert!(received(dvec3(3.005, 2.5, 2.0)).arrivals[0].length < 0.6);
+    let outside: f64 = received(dvec3(4.0, 2.5, 2.0)).classes.iter().map(|(_, energy)| energy[0]).sum();
     assert!(outside.abs() < 1e-300, "{outside:e}");
 }

@@ -87,7 +87,7 @@ fn borders(duration: f64) -> [f64; 4] {
 }
 
 /// Energies of both bands between [`borders`].
-fn heard(scene: Scene, settings: Settings, estimator: Estimator) -> Vec<Windows> {
+fn received(scene: Scene, settings: Settings, estimator: Estimator) -> Vec<Windows> {
     heard_with(&[], scene, settings, estimator)
 }
 
@@ -144,26 +144,26 @@ fn must_agree(first: &[Windows], second: &[Windows]) -> Result<(), String> {
 #[test]
 fn source_and_receiver_may_be_exchanged_in_any_room() {
     in_rooms(1, |room| {
-        let there = heard(room.scene(), settings(1), Estimator::Auto);
-        must_agree(&there, &heard(exchanged(room.scene(), 0), settings(2), Estimator::Auto))
+        let there = received(room.scene(), settings(1), Estimator::Auto);
+        must_agree(&there, &received(exchanged(room.scene(), 0), settings(2), Estimator::Auto))
     });
 }
 
 #[test]
 fn any_room_may_stand_anywhere() {
     in_rooms(2, |room| {
-        let here = heard(room.scene(), settings(1), Estimator::Auto);
-        must_agree(&here, &heard(moved(room.scene()), settings(2), Estimator::Auto))
+        let here = received(room.scene(), settings(1), Estimator::Auto);
+        must_agree(&here, &received(moved(room.scene()), settings(2), Estimator::Auto))
     });
 }
 
 #[test]
 fn faces_of_any_room_may_be_divided() {
     in_rooms(3, |room| {
-        let whole = heard(room.scene(), settings(1), Estimator::Auto);
+        let whole = received(room.scene(), settings(1), Estimator::Auto);
         let mut scene = room.scene();
         scene.mesh = meshes::tessellated(&scene.mesh, 2);
-        must_agree(&whole, &heard(scene, settings(2), Estimator::Auto))
+        must_agree(&whole, &received(scene, settings(2), Estimator::Auto))
     });
 }
 
@@ -173,11 +173,11 @@ fn heard_by_spheres(scene: Scene, settings: Settings) -> Vec<Windows> {
     let borders = borders(scene.duration);
     let traced = Traced::new(scene, settings);
     let rendered = RenderSettings { estimator: Estimator::Connection, ..RenderSettings::default() };
-    let mut heard = windows(&traced, rendered.clone(), &borders).swap_remove(0);
+    let mut received = windows(&traced, rendered.clone(), &borders).swap_remove(0);
     let (rendering, _) = traced.render_with(rendered, &[borders.to_vec()]);
     let disc = std::f64::consts::PI * rendering.sphere_radius[0].powi(2);
     let crossing = 1.0 / (settings.emissions as f64 * disc);
-    for (band, windows) in heard.iter_mut().enumerate() {
+    for (band, windows) in received.iter_mut().enumerate() {
         for (window, estimate) in windows.iter_mut().enumerate() {
             let met =
                 |batch: &&Vec<CoarseEchogram>| batch[0].band(band).nth(window).is_some_and(|d| d.abs() > 0.0);
@@ -187,14 +187,14 @@ fn heard_by_spheres(scene: Scene, settings: Settings) -> Vec<Windows> {
             }
         }
     }
-    heard
+    received
 }
 
 /// By two different ways: images of the receiver or visibility rays where they are best, and spheres alone.
 #[test]
 fn estimators_agree_in_any_room() {
     in_rooms(4, |room| {
-        let auto = heard(room.scene(), settings(1), Estimator::Auto);
+        let auto = received(room.scene(), settings(1), Estimator::Auto);
         // Spheres are cheap, and noisy.
         let many = Settings { emissions: 10 * settings(2).emissions, ..settings(2) };
         must_agree(&auto, &heard_by_spheres(room.scene(), many))
@@ -205,10 +205,10 @@ fn estimators_agree_in_any_room() {
 #[test]
 fn a_room_that_absorbs_more_is_told_apart() {
     in_rooms(5, |room| {
-        let here = heard(room.scene(), settings(1), Estimator::Auto);
+        let here = received(room.scene(), settings(1), Estimator::Auto);
         let mut more = room;
         more.absorption.iter_mut().flatten().for_each(|absorption| *absorption += 0.5 * (1.0 - *absorption));
-        match agreement(&here, &heard(more.scene(), settings(2), Estimator::Auto)) {
+        match agreement(&here, &received(more.scene(), settings(2), Estimator::Auto)) {
             Ok(compared) => {
                 Err(format!("half of all reflections are missing and none of {compared} windows shows it"))
             }
@@ -221,7 +221,7 @@ fn a_room_that_absorbs_more_is_told_apart() {
 #[test]
 fn lengths_scale_in_any_room() {
     in_rooms(6, |room| {
-        let small = heard(room.scene(), settings(1), Estimator::Connection);
+        let small = received(room.scene(), settings(1), Estimator::Connection);
         let mut double = room.scene();
         double.mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 2.0);
         double.sources[0].position *= 2.0;
@@ -264,7 +264,7 @@ fn energy_falls_with_absorption_in_any_room() {
     });
 }
 
-/// Books closed, nobody lost, every number a number: energies, and figures or their reasons. Edges diffract where there are any.
+/// Books closed, nobody lost, every number a number: energies, and parameters or their reasons. Edges diffract where there are any.
 #[test]
 fn books_close_and_outputs_are_finite_in_any_room() {
     in_rooms(8, |room| {
@@ -287,11 +287,11 @@ fn books_close_and_outputs_are_finite_in_any_room() {
         }
         for band in &parameters(&response)[0].bands {
             for parameter in Parameter::ALL {
-                let Ok(figure) = band.figure(parameter) else { continue };
+                let Ok(estimate) = band.parameter(parameter) else { continue };
                 let interval =
-                    figure.interval.as_ref().is_ok_and(|ends| !ends.iter().all(|end| end.is_finite()));
-                if !figure.value.is_finite() || interval {
-                    return Err(format!("{parameter:?}: {figure:?}"));
+                    estimate.interval.as_ref().is_ok_and(|ends| !ends.iter().all(|end| end.is_finite()));
+                if !estimate.value.is_finite() || interval {
+                    return Err(format!("{parameter:?}: {estimate:?}"));
                 }
             }
         }

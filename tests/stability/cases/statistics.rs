@@ -37,8 +37,8 @@ fn warned(response: &Response, factor: impl Fn(&mut Uniform) -> f64) -> f64 {
             let factor = factor(&mut random) as f32;
             batch.iter_mut().for_each(|energy| *energy *= factor);
         }
-        let figures = parameters(&response);
-        let level = figures[0].bands[0].figure(Parameter::Level).as_ref();
+        let parameters = parameters(&response);
+        let level = parameters[0].bands[0].parameter(Parameter::Level).as_ref();
         warned += u32::from(level.map_or(true, |level| level.warning.is_some()));
     }
     f64::from(warned) / f64::from(runs)

@@ -12,8 +12,10 @@ use sonel_renderer::ReceiverPoint;
 use sonel_study::effects::EffectSpec;
 
 mod coefficients;
+mod speech;
 
 pub use coefficients::{Change, FitArguments, OptimiseArguments, To};
+pub use speech::{OpenPlan, TalkArguments};
 
 /// Inspects maps and responses, reads room-acoustic parameters.
 #[derive(Debug, Clone, Parser)]
@@ -40,6 +42,8 @@ pub struct Arguments {
 pub enum Command {
     /// Room-acoustic parameters of ISO 3382-1 with intervals, and the speech transmission index.
     Parameters(Parameters),
+    /// Open-plan offices: D2,S, Lp,A,S,4m and rD of ISO 3382-3 along a line of receivers.
+    OpenPlan(OpenPlan),
     /// What a map or a response is: provenance, counts, ledger, hits and deposits.
     Inspect(Inspect),
     /// Whether a map is whole and sound: checksums, structure, ledger recomputed from the paths.
@@ -88,7 +92,7 @@ pub struct Report {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
   sonel-render hall.sonelmap -o hall.npz --wav impulses
-  sonel-analyze listen 'impulses/1-soloist_4-row 18.wav' speech.wav -o heard.wav
+  sonel-analyze listen 'impulses/1-soloist_4-row 18.wav' speech.wav -o rendered.wav
 
 Nothing is normalised: 1 m from the source in a free field the recording keeps its level, in a hall it is softer.")]
 pub struct Listen {
@@ -429,6 +433,9 @@ pub struct Parameters {
     /// How to print them.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
+    /// What is said in which noise.
+    #[command(flatten)]
+    pub talk: TalkArguments,
 }
 
 /// `--format`.
@@ -436,7 +443,7 @@ pub struct Parameters {
 pub enum Format {
     /// Aligned columns for people.
     Table,
-    /// A row per figure.
+    /// A row per parameter.
     Csv,
     /// An object per receiver.
     Json,

@@ -30,7 +30,7 @@ pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
     let drawn = drawn_name(arguments)?;
     let inputs = [arguments.map.clone()];
     let (map, geometry) = open::map(&arguments.map)?;
-    let wish = Wish::new(arguments, &map, &geometry)?;
+    let request = PictureRequest::new(arguments, &map, &geometry)?;
     let settings =
         RenderSettings { gather_radius: arguments.radius, ..RenderSettings::of(Estimator::Connection) };
     let named = || arguments.map.display().to_string();
@@ -38,13 +38,13 @@ pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
     let mut values = Output::create(&arguments.output, Kind::PICTURE, &inputs)?;
     let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &inputs)?;
     let progress = Progress::begin("counting", STEPS as u64, Audience::unless(quiet));
-    let seen = renderer.picture(wish.source, &wish.camera, &wish.windows, &mut |share| {
+    let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut |share| {
         progress.reach((STEPS * share) as u64);
     })?;
     progress.end();
-    wish.log_what_is_seen(&seen, &map.header().scene, log)?;
-    let picture = wish.picture(seen, &map, arguments);
-    wish.draw(&picture, arguments, drawing.writer(), log)?;
+    request.log_what_is_seen(&seen, &map.header().scene, log)?;
+    let picture = request.picture(seen, &map, arguments);
+    request.draw(&picture, arguments, drawing.writer(), log)?;
     let failed = |output: &Output| {
         format!("cannot write {}; an older file there is untouched", output.target().display())
     };
@@ -66,7 +66,7 @@ fn drawn_name(arguments: &Image) -> anyhow::Result<PathBuf> {
 }
 
 /// What is asked for, in terms of the map.
-struct Wish {
+struct PictureRequest {
     camera: Camera,
     named: Vec<NamedWindow>,
     windows: Windows,
@@ -77,7 +77,7 @@ struct Wish {
     band: String,
 }
 
-impl Wish {
+impl PictureRequest {
     /// Everything that is wrong is said at once.
     fn new(arguments: &Image, map: &SonelMap, geometry: &Geometry) -> anyhow::Result<Self> {
         let scene = &map.header().scene;

@@ -9,6 +9,7 @@ mod inspect;
 mod listen;
 mod merge;
 mod open;
+mod open_plan;
 mod optimise;
 mod parameters;
 mod plot;
@@ -34,6 +35,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     use_threads(arguments.threads)?;
     match &arguments.command {
         Command::Parameters(parameters) => parameters::run(parameters, out, log),
+        Command::OpenPlan(line) => open_plan::run(line, out, log),
         Command::Inspect(inspect) => inspect::run(inspect, out),
         Command::Verify(verify) => verify::run(verify, out),
         Command::Export(export) => export::run(export, arguments.quiet, log),

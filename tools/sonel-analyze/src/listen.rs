@@ -43,13 +43,13 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let signal =
         resample(signal, dry.sample_rate_hz, rate).with_context(|| recording.display().to_string())?;
     let channels = response.channels.par_iter().map(|channel| convolve(&signal, channel)).collect();
-    let heard = Recording { sample_rate_hz: rate, channels };
-    heard
+    let rendered = Recording { sample_rate_hz: rate, channels };
+    rendered
         .write(target.writer())
         .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
     target.publish()?;
-    let peak = heard.channels.iter().flatten().fold(0.0_f32, |peak, sample| peak.max(sample.abs()));
-    let seconds = heard.channels[0].len() as f64 / f64::from(rate);
+    let peak = rendered.channels.iter().flatten().fold(0.0_f32, |peak, sample| peak.max(sample.abs()));
+    let seconds = rendered.channels[0].len() as f64 / f64::from(rate);
     writeln!(log, "{seconds:.2} s, peak {peak:.3e} of full scale; written to {}", output.display())?;
     if peak > 1.0 {
         writeln!(

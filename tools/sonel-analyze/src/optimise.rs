@@ -4,7 +4,7 @@ use std::io::Write;
 
 use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets};
-use sonel_analysis::Figure;
+use sonel_analysis::ParameterValue;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
 use sonel_console::store::TemporaryMaps;
@@ -159,8 +159,8 @@ fn print(
     for outcome in &found.outcomes {
         let wish = &arguments.wishes[outcome.wish];
         let (symbol, unit, factor) = wish.parameter.heading();
-        let is_met = |figure: &Figure| {
-            figure.as_ref().is_ok_and(|estimate| (estimate.value - wish.value).abs() <= wish.tolerance)
+        let is_met = |estimate: &ParameterValue| {
+            estimate.as_ref().is_ok_and(|estimate| (estimate.value - wish.value).abs() <= wish.tolerance)
         };
         let met = is_met(&outcome.predicted) && is_met(&outcome.verified);
         table.add_row([
@@ -185,8 +185,8 @@ fn print(
     Ok(())
 }
 
-fn cell(figure: &Figure, factor: f64) -> String {
-    match figure {
+fn cell(estimate: &ParameterValue, factor: f64) -> String {
+    match estimate {
         Err(reason) => reason.to_string(),
         Ok(estimate) => {
             let half = estimate.interval.as_ref().map_or(f64::NAN, |[low, high]| 0.5 * (high - low));

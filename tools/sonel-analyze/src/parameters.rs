@@ -1,8 +1,9 @@
-//! `sonel-analyze parameters`: figures of every source at every receiver.
+//! `sonel-analyze parameters`: parameters of every source at every receiver.
 
 use std::io::Write;
 
-use sonel_analysis::{ReceiverFigures, parameters, report};
+use sonel_analysis::receiver::parameters_of;
+use sonel_analysis::{ReceiverParameters, report};
 use sonel_console::Outcome;
 use sonel_echogram::Response;
 
@@ -15,19 +16,21 @@ use crate::open;
 /// When the response is unusable or `out` cannot be written.
 pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let response = open::response(&arguments.response)?;
-    let figures = parameters(&response);
+    let parameters = parameters_of(&response, arguments.talk.talk().as_ref());
     match arguments.format {
-        Format::Table => write!(out, "{}", report::table(&figures, &title(&response)))?,
-        Format::Csv => report::csv(&figures, &mut *out)?,
-        Format::Json => writeln!(out, "{:#}", report::json(&figures))?,
+        Format::Table => {
+            write!(out, "{}", report::table(&parameters, &title(&response), arguments.talk.noise.is_some()))?;
+        }
+        Format::Csv => report::csv(&parameters, &mut *out)?,
+        Format::Json => writeln!(out, "{:#}", report::json(&parameters))?,
     }
-    if figures.len() > response.sources() {
+    if parameters.len() > response.sources() {
         writeln!(
             log,
-            "note: receivers share sonels: their errors are correlated, each interval holds for its figure alone"
+            "note: receivers share sonels: their errors are correlated, each interval holds for its parameter alone"
         )?;
     }
-    let warned = figures.iter().map(warnings).sum::<usize>();
+    let warned = parameters.iter().map(warnings).sum::<usize>();
     if warned > 0 {
         writeln!(log, "warning: {warned} intervals may be unreliable (outlier batches): trace more sonels")?;
     }
@@ -39,9 +42,9 @@ fn title(response: &Response) -> String {
     response.metadata["scene"].as_str().map(|scene| format!("{scene}: ")).unwrap_or_default()
 }
 
-fn warnings(receiver: &ReceiverFigures) -> usize {
+fn warnings(receiver: &ReceiverParameters) -> usize {
     receiver
-        .figures()
-        .filter(|figure| figure.as_ref().is_ok_and(|estimate| estimate.warning.is_some()))
+        .parameters()
+        .filter(|estimate| estimate.as_ref().is_ok_and(|estimate| estimate.warning.is_some()))
         .count()
 }

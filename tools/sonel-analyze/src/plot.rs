@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use sonel_analysis::plot::{self, Panel, Sheet};
-use sonel_analysis::{ReceiverFigures, parameters};
+use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_echogram::Response;
@@ -39,10 +39,13 @@ pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if wanted(What::Decay) {
         rows.extend(in_rows(subjects.iter().map(|subject| subject.panel(plot::decay)).collect()));
     }
-    let figures: Vec<(String, ReceiverFigures)> =
-        if wanted(What::Parameters) { subjects.iter().map(Subject::figures).collect() } else { Vec::new() };
-    if !figures.is_empty() {
-        let named: Vec<_> = figures.iter().map(|(name, figures)| (name.clone(), figures)).collect();
+    let parameters: Vec<(String, ReceiverParameters)> = if wanted(What::Parameters) {
+        subjects.iter().map(Subject::parameters).collect()
+    } else {
+        Vec::new()
+    };
+    if !parameters.is_empty() {
+        let named: Vec<_> = parameters.iter().map(|(name, parameters)| (name.clone(), parameters)).collect();
         rows.extend(in_rows(plot::parameters(&named)));
     }
     let scene = subjects[0].response.metadata["scene"].as_str().unwrap_or_default().to_owned();
@@ -83,7 +86,7 @@ impl Subject {
         Panel { title: format!("{}, {}", panel.title, self.name), ..panel }
     }
 
-    fn figures(&self) -> (String, ReceiverFigures) {
+    fn parameters(&self) -> (String, ReceiverParameters) {
         let at = self.source * self.response.receivers() + self.receiver;
         (self.name.clone(), parameters(&self.response).swap_remove(at))
     }

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use serde_json::Value;
-use sonel_analysis::{ReceiverFigures, parameters};
+use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_echogram::Response;
@@ -26,11 +26,11 @@ use page::Page;
 /// Pairs of source and receiver with curves of their own: more would make a file of more than 15 MB.
 const MOST_PAIRS: usize = 24;
 
-/// A response with its figures.
+/// A response with its parameters.
 struct Subject {
     name: String,
     response: Response,
-    figures: Vec<ReceiverFigures>,
+    parameters: Vec<ReceiverParameters>,
 }
 
 /// A map, and what `inspect --json` says of it.
@@ -50,7 +50,7 @@ pub fn run(arguments: &Report, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     }
     let mut target = Output::create(output, Kind::REPORT_PAGE, &arguments.files)?;
     let (subjects, map) = open_all(&arguments.files)?;
-    let pairs: usize = subjects.iter().map(|subject| subject.figures.len()).sum();
+    let pairs: usize = subjects.iter().map(|subject| subject.parameters.len()).sum();
     if pairs > MOST_PAIRS {
         writeln!(
             log,
@@ -73,8 +73,8 @@ fn open_all(files: &[PathBuf]) -> anyhow::Result<(Vec<Subject>, Option<Traced>)>
         match open::artifact(path)? {
             Artifact::Response(response) => {
                 let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                let figures = parameters(&response);
-                subjects.push(Subject { name, response: *response, figures });
+                let parameters = parameters(&response);
+                subjects.push(Subject { name, response: *response, parameters });
             }
             Artifact::Map(_) if map.is_some() => {
                 bail!("{} is a second map: give the map of the first response alone", path.display())

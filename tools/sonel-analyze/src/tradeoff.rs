@@ -16,10 +16,10 @@ use sonel_geometry::Geometry;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::{Estimator, RenderSettings};
 use sonel_study::effects::{self, Decision};
+use sonel_study::pipeline::Room;
 use sonel_study::response::receivers_of;
 use sonel_study::tradeoff::report::{self, Findings};
 use sonel_study::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
-use sonel_study::trial::Room;
 
 use crate::arguments::{Property, Tradeoff};
 
@@ -32,8 +32,8 @@ const FIXED_SONELS: u64 = 16_000;
 const REFERENCE: u64 = 4;
 /// Usual values of the other properties, the default first. Radii are in mean free paths.
 const SURVIVALS: [f64; 5] = [0.15, 0.0, 0.05, 0.4, 1.0];
-const RAYS: [u32; 4] = [16_384, 1_024, 4_096, 65_536];
-const RADII: [f64; 4] = [0.06, 0.03, 0.12, 0.24];
+const RAYS: [u32; 4] = [131_072, 8_192, 32_768, 524_288];
+const RADII: [f64; 4] = [0.03, 0.015, 0.06, 0.12];
 
 /// Runs the sweep and writes everything about it.
 ///
@@ -121,7 +121,7 @@ fn write_all(folder: &Path, inputs: &[PathBuf], findings: &Findings<'_>) -> anyh
     drawing("efficiency.svg", report::efficiency(findings))?;
     drawing("cost.svg", report::cost(findings))?;
     file("tradeoff.csv", &|out| Ok(report::curves_csv(findings, out)?))?;
-    file("figures.csv", &|out| Ok(report::figures_csv(findings, out)?))?;
+    file("figures.csv", &|out| Ok(report::parameters_csv(findings, out)?))?;
     file("tradeoff.json", &|out| Ok(writeln!(out, "{:#}", report::json(findings))?))?;
     // The page last: whoever finds it finds what it shows.
     file("README.md", &|out| Ok(out.write_all(report::markdown(findings, &command()).as_bytes())?))

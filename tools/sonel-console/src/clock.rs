@@ -1,7 +1,7 @@
 //! CPU seconds for the studies, which read no clock themselves.
 
 use cpu_time::{ProcessTime, ThreadTime};
-use sonel_study::trial::Clock;
+use sonel_study::pipeline::Clock;
 
 /// The CPU time of this process and of its threads.
 #[derive(Debug, Clone, Copy)]

@@ -88,15 +88,15 @@ fn not_feasible(row: &Row) -> Option<String> {
     Demand { cpu_seconds, map_bytes: row.price.bytes, memory_bytes }.excess()
 }
 
-/// The figure that decides a row, or why nobody should run it.
+/// The parameter that decides a row, or why nobody should run it.
 fn needed_by(plan: &Plan, row: &Row) -> String {
     if let Some(excess) = not_feasible(row) {
         return format!("not feasible: {excess}");
     }
-    row.limited_by.map_or_else(|| "the fewest will do".to_owned(), |place| figure(plan, place))
+    row.limited_by.map_or_else(|| "the fewest will do".to_owned(), |place| estimate(plan, place))
 }
 
-/// The half-widths of a plan, and which figures have none.
+/// The half-widths of a plan, and which parameters have none.
 fn widths(plan: &Plan) -> String {
     let mut text = String::from(
         "\nhalf of the 95 % interval, the widest of all evaluation receivers, and where it is in 19 of 20 runs:\naccuracy      band",
@@ -126,7 +126,7 @@ fn widths(plan: &Plan) -> String {
     text.push('\n');
     for spread in &plan.pilot.spreads {
         if let Err(reason) = &spread.variance {
-            let _ = writeln!(text, "{} cannot be read: {reason}", figure(plan, spread.place));
+            let _ = writeln!(text, "{} cannot be read: {reason}", estimate(plan, spread.place));
         }
     }
     text
@@ -190,36 +190,36 @@ pub fn json(plan: &Plan) -> Value {
     })
 }
 
-/// What names the figures: pairs of source and receiver, and bands [Hz].
+/// What names the parameters: pairs of source and receiver, and bands [Hz].
 pub struct Names<'a> {
-    /// Source and receiver of every row of figures.
+    /// Source and receiver of every row of parameters.
     pub pairs: &'a [(String, String)],
     /// Band centres [Hz].
     pub center_frequencies_hz: &'a [f64],
 }
 
 impl Names<'_> {
-    /// A figure in words: "T30 at seat 12, 125 Hz".
+    /// A parameter in words: "T30 at seat 12, 125 Hz".
     #[must_use]
-    pub fn figure(&self, place: Place) -> String {
+    pub fn parameter(&self, place: Place) -> String {
         let (symbol, ..) = place.parameter.heading();
         format!("{symbol} at {}, {} Hz", self.pairs[place.row].1, self.center_frequencies_hz[place.band])
     }
 
-    /// What a look at the figures found, in a line.
+    /// What a look at the parameters found, in a line.
     #[must_use]
     pub fn verdict(&self, verdict: &Verdict) -> String {
         let mut text = match verdict.worst {
-            None => "no figure is limited".to_owned(),
+            None => "no parameter is limited".to_owned(),
             Some(worst) => format!(
                 "{} is {:.4} JND wide to either side, {:.2} times its limit",
-                self.figure(worst.place),
+                self.parameter(worst.place),
                 worst.half_width,
                 worst.excess()
             ),
         };
         if let Some((place, reason)) = verdict.unreadable.first() {
-            let _ = write!(text, "; {} cannot be read: {reason}", self.figure(*place));
+            let _ = write!(text, "; {} cannot be read: {reason}", self.parameter(*place));
             if verdict.unreadable.len() > 1 {
                 let _ = write!(text, ", nor can {} others", verdict.unreadable.len() - 1);
             }
@@ -248,8 +248,8 @@ impl Names<'_> {
     }
 }
 
-fn figure(plan: &Plan, place: Place) -> String {
-    Names { pairs: &plan.pairs, center_frequencies_hz: &plan.center_frequencies_hz }.figure(place)
+fn estimate(plan: &Plan, place: Place) -> String {
+    Names { pairs: &plan.pairs, center_frequencies_hz: &plan.center_frequencies_hz }.parameter(place)
 }
 
 fn named(pairs: &[(String, String)], frequencies: &[f64], place: Place) -> Value {
@@ -264,7 +264,7 @@ fn named(pairs: &[(String, String)], frequencies: &[f64], place: Place) -> Value
 /// What was predicted of a run and what it was; whatever was not looked at is none.
 #[derive(Debug, Clone, Default)]
 pub struct Comparison {
-    /// Widest half-widths [JND] of figures: predicted and achieved.
+    /// Widest half-widths [JND] of parameters: predicted and achieved.
     pub widths: Vec<(Parameter, Width, f64)>,
     /// Predicted cost.
     pub predicted: Option<Price>,
@@ -277,7 +277,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// The widest half-widths of the figures that were `found`, against those that `pilot` says of `effort`.
+    /// The widest half-widths of the parameters that were `found`, against those that `pilot` says of `effort`.
     #[must_use]
     pub fn of_widths(pilot: &Pilot, effort: Effort, found: &[Reading]) -> Self {
         let mut widths: Vec<(Parameter, Width, f64)> = Vec::new();

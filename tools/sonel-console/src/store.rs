@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
 use sonel_map::{MapError, SonelMap};
-use sonel_study::trial::MapStore;
+use sonel_study::pipeline::MapStore;
 
 /// Keeps each map in a file without name in a folder, so that it may be larger than memory; the file is gone with the map.
 #[derive(Debug, Clone)]

@@ -12,6 +12,7 @@ use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
 use sonel_map::ShardRange;
 use sonel_renderer::ReceiverPoint;
+use sonel_sound::ambisonics::MOST_ORDER;
 use sonel_study::target::Targets;
 
 use crate::change::Assignment;
@@ -36,6 +37,9 @@ pub struct Arguments {
     /// at the emission. Made where there is none.
     #[arg(long, value_name = "DIR", requires = "output")]
     pub wav: Option<PathBuf>,
+    /// Beside each WAV file one in ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX), NAME_ambix3.wav; stores directions, too.
+    #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
+    pub ambix: Option<u32>,
     /// A receiver in the scene's axes [m]; may be repeated. Without any, those of the scene.
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
@@ -51,6 +55,10 @@ pub struct Arguments {
     /// Width of a time bin [s].
     #[arg(long, value_name = "SECONDS", default_value_t = 0.001, allow_negative_numbers = true)]
     pub bin: f64,
+    /// Also store energies by direction of arrival: lateral fractions and the late lateral level are read from them. The lateral axis of a
+    /// receiver is horizontal and at right angles to its aim, by default the first source.
+    #[arg(long)]
+    pub directions: bool,
     /// Estimator used for each path class.
     #[arg(long, value_enum, default_value_t = EstimatorArgument::Auto)]
     pub estimator: EstimatorArgument,

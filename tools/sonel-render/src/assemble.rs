@@ -97,6 +97,9 @@ impl Run<'_> {
             },
             "sources": self.renderings.iter().map(|rendering| self.shares(rendering)).collect::<Vec<_>>(),
         });
+        if self.settings.directions {
+            metadata["options"]["directions"] = true.into();
+        }
         if self.map.drawn_with().is_some() {
             metadata["options"]["changed"] = self.changes();
         }

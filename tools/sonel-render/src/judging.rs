@@ -1,13 +1,14 @@
-//! `--until`: rays are added until the figures are certain enough; else it is said how far they came, and what it would take.
+//! `--until`: rays are added until the parameters are certain enough; else it is said how far they came, and what it would take.
 
 use std::io::Write;
 
 use serde_json::{Value, json};
 use sonel_console::plan::{Names, extension, overrun};
 use sonel_renderer::RenderSettings;
-use sonel_study::hearing::{Hearing, Look};
+use sonel_study::forecast::MOST_RAYS;
 use sonel_study::pilot::Pilot;
-use sonel_study::plan::{MOST_RAYS, pairs};
+use sonel_study::plan::pairs;
+use sonel_study::render_need::{Look, RenderNeed};
 use sonel_study::spread::readings;
 use sonel_study::target::Targets;
 use sonel_study::until::{Verdict, WORTH_WHILE, grown};
@@ -20,7 +21,7 @@ const SECOND_LOOK: u32 = 2;
 
 /// What a rendering goes on for, and how far.
 pub struct Goal<'a> {
-    /// How certain the figures shall be.
+    /// How certain the parameters shall be.
     pub targets: &'a Targets,
     /// Rays at the most, where somebody says so.
     pub rays: Option<u32>,
@@ -55,9 +56,9 @@ pub fn until<'a>(
     loop {
         let begin = job.watch.seconds().0;
         let run = job.render(RenderSettings { rays, ..settings.clone() })?;
-        let look = Look { rays, figures: sonel_analysis::parameters(&run.response) };
+        let look = Look { rays, parameters: sonel_analysis::parameters(&run.response) };
         looks += 1;
-        let verdict = Verdict::new(&readings(&look.figures, &parameters), goal.targets);
+        let verdict = Verdict::new(&readings(&look.parameters, &parameters), goal.targets);
         writeln!(log, "{rays} rays: {}", names.verdict(&verdict))?;
         let outlook = if verdict.is_inside() {
             Outlook::Inside
@@ -66,7 +67,7 @@ pub fn until<'a>(
         } else {
             let map = effort(job, rays);
             let pilot = Pilot::of_looks(before.as_ref(), &look, &parameters, map);
-            Outlook::Known(pilot.hearing(goal.targets, map))
+            Outlook::Known(pilot.render_need(goal.targets, map))
         };
         let now = job.watch.seconds().0;
         // A look costs no more than in proportion to its rays.
@@ -96,12 +97,12 @@ pub fn until<'a>(
 /// What the looks so far say of the next.
 #[derive(Debug, Clone, Copy)]
 enum Outlook {
-    /// Nothing is wanting, as far as figures can be read.
+    /// Nothing is wanting, as far as parameters can be read.
     Inside,
     /// One look does not tell whether rays would help.
     Unknown,
     /// What it takes.
-    Known(Hearing),
+    Known(RenderNeed),
 }
 
 impl Outlook {
@@ -109,7 +110,9 @@ impl Outlook {
     fn next(self, rays: u32, most: u32) -> Option<u32> {
         let wanted = match self {
             Self::Unknown => u64::from(SECOND_LOOK * rays),
-            Self::Known(Hearing { lacking: None, effort, .. }) => grown(rays.into(), f64::from(effort.rays)),
+            Self::Known(RenderNeed { lacking: None, effort, .. }) => {
+                grown(rays.into(), f64::from(effort.rays))
+            }
             Self::Inside | Self::Known(_) => return None,
         };
         let next = wanted.min(most.into()) as u32;
@@ -119,7 +122,7 @@ impl Outlook {
     /// Rays that would do.
     fn rays_wanted(self) -> Option<u32> {
         match self {
-            Self::Known(Hearing { lacking: None, effort, .. }) => Some(effort.rays),
+            Self::Known(RenderNeed { lacking: None, effort, .. }) => Some(effort.rays),
             _ => None,
         }
     }
@@ -127,7 +130,7 @@ impl Outlook {
     /// Sonels of a map that would do, where no number of rays does.
     fn sonels_wanted(self) -> Option<u64> {
         match self {
-            Self::Known(hearing) => hearing.lacking,
+            Self::Known(render_need) => render_need.lacking,
             _ => None,
         }
     }
@@ -139,12 +142,12 @@ impl Outlook {
             Self::Unknown => Some(
                 "one look does not tell whether rays or sonels are wanting: allow more of either".to_owned(),
             ),
-            Self::Known(Hearing { lacking: Some(sonels), effort, .. }) => Some(format!(
+            Self::Known(RenderNeed { lacking: Some(sonels), effort, .. }) => Some(format!(
                 "rays alone cannot, the map has too few sonels: about {sonels} and {} rays would do: {}",
                 effort.rays,
                 extension(label, sonels)
             )),
-            Self::Known(hearing) => Some(format!("about {} rays would do", hearing.effort.rays)),
+            Self::Known(render_need) => Some(format!("about {} rays would do", render_need.effort.rays)),
         }
     }
 }
@@ -156,7 +159,7 @@ mod tests {
 
     fn known(rays: u32, lacking: Option<u64>) -> Outlook {
         let effort = Effort { emissions: 1000, rays, batches: 32 };
-        Outlook::Known(Hearing { effort, limited_by: None, lacking })
+        Outlook::Known(RenderNeed { effort, limited_by: None, lacking })
     }
 
     #[test]

@@ -25,6 +25,7 @@ use sonel_echogram::Response;
 use sonel_map::{Mode, SonelMap};
 use sonel_renderer::{Air, Estimator, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
+use sonel_sound::Synthesizer;
 use sonel_study::effects;
 
 use assemble::{Job, Run};
@@ -68,7 +69,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let output = arguments.output.as_deref().map(create).transpose()?;
     let names = sound::Names::of(scene, &receivers);
     if let Some(folder) = &arguments.wav {
-        sound::check_folder(folder, &names, &inputs)?;
+        sound::check_folder(folder, &names, &inputs, arguments.ambix)?;
     }
     let plan = arguments.plan.then(|| planning::plan(&job, &settings, arguments.at_most)).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
@@ -93,7 +94,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     output.publish()?;
     if let Some(folder) = &arguments.wav {
         let seed = run.settings.seed.unwrap_or(map.header().settings.seed);
-        sound::write(folder, &names, &inputs, &run.response, geometry.volume(), seed)?;
+        let synthesizer = Synthesizer::new(&run.response, geometry.volume(), seed);
+        let ambix = arguments.ambix.map(|order| (order, scene.up));
+        sound::write(folder, &names, &inputs, &synthesizer, ambix)?;
         writeln!(log, "{} impulse responses written to {}", names.count(), folder.display())?;
     }
 
@@ -215,6 +218,7 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<Rende
         gather_radius: arguments.radius,
         seed: arguments.seed,
         air: air(arguments, scene)?,
+        directions: arguments.directions || arguments.ambix.is_some(),
         ..default
     })
 }

@@ -6,9 +6,9 @@ use sonel_renderer::RenderSettings;
 use sonel_study::evaluation_receivers::some_of;
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::{self, PilotConfig, SHARE_OF_TIME};
+use sonel_study::pipeline::Room;
 use sonel_study::plan::Plan;
 use sonel_study::spread::{PLANNED, readings};
-use sonel_study::trial::Room;
 
 use crate::assemble::{Job, Run};
 

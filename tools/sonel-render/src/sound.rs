@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use glam::DVec3;
 use rayon::prelude::*;
 use sonel_console::output::{self, Kind, Output};
-use sonel_echogram::Response;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 use sonel_sound::{Recording, SAMPLE_RATE_HZ, Synthesizer};
@@ -30,8 +30,10 @@ impl Names {
         self.sources.len() * self.receivers.len()
     }
 
-    fn path(&self, folder: &Path, (s, r): (usize, usize)) -> PathBuf {
-        folder.join(format!("{}_{}.wav", self.sources[s], self.receivers[r]))
+    /// The file of a pair, in ambisonics of an order where there is one.
+    fn path(&self, folder: &Path, (s, r): (usize, usize), order: Option<u32>) -> PathBuf {
+        let end = order.map(|order| format!("_ambix{order}")).unwrap_or_default();
+        folder.join(format!("{}_{}{end}.wav", self.sources[s], self.receivers[r]))
     }
 
     fn pairs(&self) -> Vec<(usize, usize)> {
@@ -53,38 +55,46 @@ fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
 }
 
 /// Checks that `folder` may be made or used, and that no file in it is lost.
-pub fn check_folder(folder: &Path, names: &Names, inputs: &[PathBuf]) -> anyhow::Result<()> {
+pub fn check_folder(
+    folder: &Path,
+    names: &Names,
+    inputs: &[PathBuf],
+    ambix: Option<u32>,
+) -> anyhow::Result<()> {
     if folder.exists() && !folder.is_dir() {
         bail!("{} is not a folder: choose another one for --wav", folder.display());
     }
-    names
-        .pairs()
-        .into_iter()
-        .try_for_each(|pair| output::check_target(&names.path(folder, pair), Kind::SOUND, inputs))
+    let orders = || std::iter::once(None).chain(ambix.map(Some));
+    let paths = names.pairs().into_iter().flat_map(|pair| orders().map(move |order| (pair, order)));
+    paths
+        .map(|(pair, order)| names.path(folder, pair, order))
+        .try_for_each(|path| output::check_target(&path, Kind::SOUND, inputs))
 }
 
-/// Writes all impulse responses, in a room of so many m³ where it is closed.
+/// Writes all impulse responses, with an order of ambisonics and what is up there also in these.
 pub fn write(
     folder: &Path,
     names: &Names,
     inputs: &[PathBuf],
-    response: &Response,
-    volume: Option<f64>,
-    seed: u64,
+    synthesizer: &Synthesizer<'_>,
+    ambix: Option<(u32, DVec3)>,
 ) -> anyhow::Result<()> {
     if !folder.exists() {
         std::fs::create_dir(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    let synthesizer = Synthesizer::new(response, volume, seed);
-    names.pairs().into_par_iter().try_for_each(|(s, r)| {
-        let pressure = synthesizer.impulse_response(s, r)?;
-        let mut file = Output::create(&names.path(folder, (s, r)), Kind::SOUND, inputs)?;
-        let recording = Recording { sample_rate_hz: SAMPLE_RATE_HZ, channels: vec![pressure] };
+    let save = |pair, order, channels| {
+        let mut file = Output::create(&names.path(folder, pair, order), Kind::SOUND, inputs)?;
+        let recording = Recording { sample_rate_hz: SAMPLE_RATE_HZ, channels };
         recording.write(file.writer()).with_context(|| {
             format!("cannot write {}; an older file there is untouched", file.target().display())
         })?;
         file.publish()
+    };
+    names.pairs().into_par_iter().try_for_each(|pair| {
+        save(pair, None, vec![synthesizer.impulse_response(pair.0, pair.1)?])?;
+        let Some((order, up)) = ambix else { return Ok(()) };
+        save(pair, Some(order), synthesizer.ambisonics(pair, order, up)?)
     })
 }
 

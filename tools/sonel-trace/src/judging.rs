@@ -1,4 +1,4 @@
-//! `--until`: the run goes on until its figures are certain enough, and says how far it came.
+//! `--until`: the run goes on until its parameters are certain enough, and says how far it came.
 
 use std::io::Write;
 
@@ -11,10 +11,10 @@ use sonel_map::{MapHeader, SonelMap};
 use sonel_renderer::RenderSettings;
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
+use sonel_study::pipeline::{Rendered, render_and_read};
 use sonel_study::plan::{LEAST_PER_BATCH, pairs};
 use sonel_study::spread::{Reading, readings};
 use sonel_study::target::Targets;
-use sonel_study::trial::{Heard, hear};
 use sonel_study::until::{MARGIN, Verdict, WORTH_WHILE};
 
 use crate::planning::Planner;
@@ -36,13 +36,13 @@ pub struct Judged {
     pub comparison: Comparison,
     /// Visibility rays with which the targets are kept.
     pub rays: u32,
-    /// How often the figures were looked at.
+    /// How often the parameters were looked at.
     pub looks: u32,
 }
 
 /// What a run goes on for, and how far.
 pub struct Goal<'a> {
-    /// How certain the figures shall be.
+    /// How certain the parameters shall be.
     pub targets: &'a Targets,
     /// Emissions at the most, where somebody says so.
     pub sonels: Option<u64>,
@@ -92,7 +92,7 @@ pub fn until(
         let processor_seconds = RESERVE * (seconds - watch.seconds().0) * processors;
         let cpu = |emissions, rays| {
             let price = pilot.price(Effort { emissions, rays, batches });
-            price.trace + price.render + pilot.costs.figures * f64::from(batches)
+            price.trace + price.render + pilot.costs.parameters * f64::from(batches)
         };
         // Rays are paid for before the first sonel: no more than half of the time may go to them.
         while rays > RenderSettings::default().rays && cpu(0, rays) > 0.5 * processor_seconds {
@@ -116,7 +116,7 @@ pub fn until(
         beginning = None;
         drop(previous);
         let map = SonelMap::open(traced.output.file()?)?;
-        let (verdict, found, heard) = look(planner, &map, targets, rays)?;
+        let (verdict, found, rendered) = look(planner, &map, targets, rays)?;
         looks += 1;
         writeln!(log, "{emissions} sonels: {}", names.verdict(&verdict))?;
         let next = next_number(
@@ -129,7 +129,7 @@ pub fn until(
         );
         let Some(next) = next else {
             let effort = Effort { emissions, rays, batches };
-            let comparison = compared(&pilot, effort, &found, (trace_seconds, &heard), map.byte_length());
+            let comparison = compared(&pilot, effort, &found, (trace_seconds, &rendered), map.byte_length());
             return Ok(Judged { traced, verdict, comparison, rays, looks });
         };
         previous = Some((traced.output, map));
@@ -146,17 +146,18 @@ fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: Option<
     (next as f64 >= WORTH_WHILE * emissions as f64).then_some(next)
 }
 
-/// Looks at the figures of `map`.
+/// Looks at the parameters of `map`.
 fn look(
     planner: &Planner<'_>,
     map: &SonelMap,
     targets: &Targets,
     rays: u32,
-) -> anyhow::Result<(Verdict, Vec<Reading>, Heard)> {
+) -> anyhow::Result<(Verdict, Vec<Reading>, Rendered)> {
     let settings = RenderSettings { rays, ..RenderSettings::default() };
-    let heard = hear(map, planner.room.geometry(), &planner.evaluation_receivers, &settings, &CpuClock)?;
-    let found = readings(&heard.figures, &targets.parameters());
-    Ok((Verdict::new(&found, targets), found, heard))
+    let rendered =
+        render_and_read(map, planner.room.geometry(), &planner.evaluation_receivers, &settings, &CpuClock)?;
+    let found = readings(&rendered.parameters, &targets.parameters());
+    Ok((Verdict::new(&found, targets), found, rendered))
 }
 
 /// Looks at a finished run that was planned.
@@ -167,22 +168,22 @@ pub fn compare_planned(
     seconds: f64,
 ) -> anyhow::Result<Comparison> {
     let map = SonelMap::open(traced.output.file()?)?;
-    let (_, found, heard) = look(planner, &map, &Targets::just_noticeable(1.0), pilot.asked_rays)?;
+    let (_, found, rendered) = look(planner, &map, &Targets::just_noticeable(1.0), pilot.asked_rays)?;
     let settings = traced.header.settings;
     let effort = Effort { emissions: settings.emissions, rays: pilot.asked_rays, batches: settings.batches };
-    Ok(compared(pilot, effort, &found, (seconds, &heard), map.byte_length()))
+    Ok(compared(pilot, effort, &found, (seconds, &rendered), map.byte_length()))
 }
 
 fn compared(
     pilot: &Pilot,
     effort: Effort,
     found: &[Reading],
-    (trace, heard): (f64, &Heard),
+    (trace, rendered): (f64, &Rendered),
     bytes: u64,
 ) -> Comparison {
     Comparison {
         trace: Some(trace),
-        render: Some(heard.seconds.total() - heard.seconds.figures),
+        render: Some(rendered.seconds.total() - rendered.seconds.parameters),
         bytes: Some(bytes as f64),
         ..Comparison::of_widths(pilot, effort, found)
     }

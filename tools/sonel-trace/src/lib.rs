@@ -29,9 +29,9 @@ use sonel_scene::Scene;
 use sonel_study::effects::{self, Decision};
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
+use sonel_study::pipeline::Room;
 use sonel_study::plan::{Plan, pairs};
 use sonel_study::spread::PLANNED;
-use sonel_study::trial::Room;
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
 
 use judging::{Goal, Judged};

@@ -10,9 +10,9 @@ use sonel_map::{Mode, Settings, ShardRange};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_study::evaluation_receivers::evaluation_receivers;
 use sonel_study::pilot::{self, Pilot, PilotConfig};
+use sonel_study::pipeline::{Clock, PipelineError, Room};
 use sonel_study::plan::{DEFAULT_ACCURACY, most_by_default};
 use sonel_study::spread::PLANNED;
-use sonel_study::trial::{Clock, Room, TrialError};
 
 /// Fewer emissions than this are feasible in any scene.
 const SURELY_FEASIBLE: f64 = 1e7;
@@ -38,7 +38,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Runs a pilot that looks at `parameters`, in so many CPU `seconds` where they are limited.
-    pub fn pilot(&self, parameters: &[Parameter], seconds: Option<f64>) -> Result<Pilot, TrialError> {
+    pub fn pilot(&self, parameters: &[Parameter], seconds: Option<f64>) -> Result<Pilot, PipelineError> {
         pilot::run(&PilotConfig { prices_edges: true, ..self.config(parameters, seconds) }, &CpuClock)
     }
 
@@ -98,7 +98,7 @@ impl<'a> Planner<'a> {
         let is_sure = |pilot: &Pilot| pilot.is_far_beyond_default(batches, least);
         let pilot = match pilot::run_until(&self.config(&PLANNED, None), &CpuClock, is_sure) {
             Ok(pilot) => pilot,
-            Err(TrialError::Render(error)) => {
+            Err(PipelineError::Render(error)) => {
                 writeln!(log, "{least} sonels: no accuracy can be predicted ({error})")?;
                 return Ok((least, None));
             }

@@ -7,6 +7,7 @@ mod figures;
 mod hall;
 mod loudspeaker;
 mod shell;
+mod waves;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -41,6 +42,12 @@ enum Page {
         #[arg(short, long, default_value = "target/shell")]
         output: PathBuf,
     },
+    /// Compare packets with the wave equation and write the table of docs/validation.md; about half an hour
+    Waves {
+        /// Only this room, printed: empty, screens, boxes, rows, door-1, door-4, hall
+        #[arg(long)]
+        room: Option<String>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -51,6 +58,7 @@ fn main() -> ExitCode {
         Page::Hall => hall::run(),
         Page::Loudspeaker => loudspeaker::run(),
         Page::Shell { output } => shell::run(&output),
+        Page::Waves { room } => waves::run(room.as_deref()),
     };
     xtask::exit_code(outcome)
 }

@@ -41,24 +41,24 @@ impl Observer<'_> {
 
     /// Part of the energy of `batch` that the emissions held by the map carry, per column: 1 for a whole map.
     pub fn held_part(&self, batch: u32) -> Vec<f64> {
-        self.over_heroes(batch, |start, lane, slot| start.expected[lane][slot])
+        self.over_leads(batch, |start, lane, slot| start.expected[lane][slot])
     }
 
     /// Packets held by the map that carry each column.
     pub fn packets(&self, batch: u32) -> Vec<f64> {
-        self.over_heroes(batch, |start, lane, slot| start.carried[lane][slot])
+        self.over_leads(batch, |start, lane, slot| start.carried[lane][slot])
     }
 
-    fn over_heroes(&self, batch: u32, of: impl Fn(&sonel_map::PacketStart, usize, usize) -> f64) -> Vec<f64> {
+    fn over_leads(&self, batch: u32, of: impl Fn(&sonel_map::PacketStart, usize, usize) -> f64) -> Vec<f64> {
         let (layout, held) = (self.reading.layout, self.held());
-        let led = |total, hero| EmissionLayout { total, ..layout }.hero_count(batch, hero) as f64;
+        let led = |total, lead| EmissionLayout { total, ..layout }.lead_count(batch, lead) as f64;
         let sum = |column: usize| {
             (0..layout.bands)
-                .map(|hero| {
-                    let start = self.reading.batches[batch as usize].packet(hero);
+                .map(|lead| {
+                    let start = self.reading.batches[batch as usize].packet(lead);
                     let each = of(start, column / 4, column % 4);
                     // A batch without packets has infinite energies and nobody to carry them.
-                    let packets = led(held.end, hero) - led(held.start, hero);
+                    let packets = led(held.end, lead) - led(held.start, lead);
                     if packets > 0.0 { packets * each } else { 0.0 }
                 })
                 .sum()

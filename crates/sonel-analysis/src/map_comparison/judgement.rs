@@ -7,7 +7,7 @@ use super::estimation::Frame;
 use super::moments::Moments;
 use super::{CellDifference, FEWEST_ARRIVALS, Kind, Tier};
 use crate::comparison::{FAMILY_LEVEL, INTERVAL_LEVEL, ROUNDING, welch};
-use crate::figure::StandardError;
+use crate::estimate::StandardError;
 use crate::student;
 
 /// Kinds of places, which share the level of the comparison.

@@ -6,7 +6,7 @@
 //!
 //! References: [Busing1999] (docs/references.md).
 
-use crate::figure::StandardError;
+use crate::estimate::StandardError;
 
 /// Running sums over the batches of weight above zero.
 #[derive(Debug, Clone, Copy, Default)]

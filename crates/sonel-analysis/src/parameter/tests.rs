@@ -59,7 +59,7 @@ fn worst_error(values: &Values, decay: ExponentialDecay) -> f64 {
         let transfer = modulation::modulation_transfer(curve, frequency);
         worst = worst.max((transfer - decay.modulation_transfer(frequency)).abs());
     }
-    let index = modulation::transfer_index(curve);
+    let index = modulation::transfer_index(curve, 1.0);
     let speech = modulation::speech_transmission_index(&[index; 7]);
     worst.max((index - transfer_index(decay)).abs()).max((speech - transfer_index(decay)).abs())
 }

@@ -2,11 +2,19 @@
 
 use super::{Axis, Mark, Panel, Point, Series};
 use crate::parameter::Parameter;
-use crate::receiver::{BandFigures, ReceiverFigures};
+use crate::receiver::{BandParameters, ReceiverParameters};
 
-/// Every parameter over the bands, a series for each of the named `receivers`; what was refused leaves a gap.
+/// What any of `receivers` has figures of.
 #[must_use]
-pub fn parameters(receivers: &[(String, &ReceiverFigures)]) -> Vec<Panel> {
+pub fn shown(receivers: &[(String, &ReceiverParameters)]) -> Vec<Parameter> {
+    let bands = receivers.iter().flat_map(|(_, figures)| &figures.bands);
+    let most = bands.max_by_key(|band| band.parameters().count());
+    most.into_iter().flat_map(BandParameters::parameters).collect()
+}
+
+/// A panel of each of them over the bands, a series for each of the named `receivers`; what was refused leaves a gap.
+#[must_use]
+pub fn parameters(receivers: &[(String, &ReceiverParameters)]) -> Vec<Panel> {
     let mut centers: Vec<f64> = receivers
         .iter()
         .flat_map(|(_, figures)| &figures.bands)
@@ -30,11 +38,11 @@ pub fn parameters(receivers: &[(String, &ReceiverFigures)]) -> Vec<Panel> {
             series: series.collect(),
         }
     };
-    Parameter::ALL.map(panel).into()
+    shown(receivers).into_iter().map(panel).collect()
 }
 
-fn point(band: &BandFigures, parameter: Parameter, factor: f64) -> Point {
-    let (y, interval) = match band.figure(parameter) {
+fn point(band: &BandParameters, parameter: Parameter, factor: f64) -> Point {
+    let (y, interval) = match band.parameter(parameter) {
         Ok(estimate) => {
             (factor * estimate.value, estimate.interval.as_ref().ok().map(|i| i.map(|end| factor * end)))
         }

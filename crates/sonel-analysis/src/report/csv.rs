@@ -1,12 +1,11 @@
-//! One row per figure: what a spreadsheet or a data frame reads without further words.
+//! One row per parameter: what a spreadsheet or a data frame reads without further words.
 
 use std::io::Write;
 
 use sonel_acoustics::just_noticeable as noticeable;
 
-use crate::figure::Figure;
-use crate::parameter::Parameter;
-use crate::receiver::ReceiverFigures;
+use crate::estimate::ParameterValue;
+use crate::receiver::ReceiverParameters;
 
 /// Columns of [`csv`].
 const HEADER: [&str; 19] = [
@@ -31,40 +30,40 @@ const HEADER: [&str; 19] = [
     "receiver_z_m",
 ];
 
-/// Writes all figures, one a row; what a figure has not is an empty field. The speech transmission index has no band.
+/// Writes all parameters, one a row; what a parameter has not is an empty field. The speech transmission index has no band.
 ///
 /// # Errors
 /// When `out` cannot be written.
-pub fn csv(receivers: &[ReceiverFigures], out: impl Write) -> std::io::Result<()> {
+pub fn csv(receivers: &[ReceiverParameters], out: impl Write) -> std::io::Result<()> {
     let mut writer = ::csv::Writer::from_writer(out);
     writer.write_record(HEADER)?;
     for receiver in receivers {
         let places = [receiver.source_position, receiver.position];
         let places: Vec<String> = places.as_flattened().iter().map(ToString::to_string).collect();
         let mut write =
-            |frequency: &str, key: &str, figure: &Figure, just_noticeable: &dyn Fn(f64) -> f64| {
+            |frequency: &str, key: &str, estimate: &ParameterValue, just_noticeable: &dyn Fn(f64) -> f64| {
                 let names = [&receiver.source, &receiver.name, frequency, key];
-                writer.write_record(row(names, figure, just_noticeable).iter().chain(&places))
+                writer.write_record(row(names, estimate, just_noticeable).iter().chain(&places))
             };
         write("", "speech_transmission_index", &receiver.speech_transmission_index, &|_| {
             noticeable::SPEECH_TRANSMISSION_INDEX
         })?;
         for band in &receiver.bands {
             let frequency = band.center_frequency_hz.to_string();
-            for parameter in Parameter::ALL {
+            for parameter in band.parameters() {
                 let just_noticeable = |value| parameter.just_noticeable(value);
-                write(&frequency, parameter.key(), band.figure(parameter), &just_noticeable)?;
+                write(&frequency, parameter.key(), band.parameter(parameter), &just_noticeable)?;
             }
         }
     }
     writer.flush()
 }
 
-fn row(names: [&str; 4], figure: &Figure, just_noticeable: &dyn Fn(f64) -> f64) -> [String; 13] {
+fn row(names: [&str; 4], estimate: &ParameterValue, just_noticeable: &dyn Fn(f64) -> f64) -> [String; 13] {
     let [source, receiver, frequency, key] = names.map(str::to_owned);
     let mut fields = [const { String::new() }; 9];
     let [value, low, high, warning, reason, noticeable, quality @ ..] = &mut fields;
-    match figure {
+    match estimate {
         Err(why) => *reason = why.to_string(),
         Ok(estimate) => {
             *value = estimate.value.to_string();

@@ -1,42 +1,101 @@
-//! JSON as docs/interface.md has it, with the quality of every figure as further keys.
+//! JSON as docs/interface.md has it, with the quality of every parameter as further keys.
 
 use serde_json::{Map, Value, json};
 use sonel_acoustics::just_noticeable as noticeable;
 
-use crate::figure::Figure;
-use crate::parameter::Parameter;
-use crate::receiver::{BandFigures, ReceiverFigures};
+use crate::average::{average, single_number};
+use crate::estimate::ParameterValue;
+use crate::receiver::{BandParameters, ReceiverParameters};
+
+/// `{"receivers": […], "means": […]}` of one response.
+#[must_use]
+pub fn json(parameters: &[ReceiverParameters]) -> Value {
+    let mut whole = receivers(parameters);
+    whole["means"] = means(parameters);
+    whole
+}
 
 /// `{"receivers": […]}`.
 #[must_use]
-pub fn json(receivers: &[ReceiverFigures]) -> Value {
-    json!({ "receivers": receivers.iter().map(receiver).collect::<Vec<_>>() })
+pub fn receivers(parameters: &[ReceiverParameters]) -> Value {
+    json!({ "receivers": parameters.iter().map(receiver).collect::<Vec<_>>() })
 }
 
-fn receiver(receiver: &ReceiverFigures) -> Value {
+fn receiver(receiver: &ReceiverParameters) -> Value {
     json!({
         "source": receiver.source,
         "name": receiver.name,
         "position_m": receiver.position,
-        "speech_transmission_index": figure(&receiver.speech_transmission_index, |_| noticeable::SPEECH_TRANSMISSION_INDEX),
+        "speech_transmission_index": speech(&receiver.speech_transmission_index),
+        "single_numbers": single_numbers(&[receiver]),
         "bands": receiver.bands.iter().map(band).collect::<Vec<_>>(),
     })
 }
 
-fn band(band: &BandFigures) -> Value {
+/// The means of single numbers and of the speech transmission index over the receivers of every source, where there are several.
+fn means(receivers: &[ReceiverParameters]) -> Value {
+    let of_source = |group: &[ReceiverParameters]| {
+        let group: Vec<&ReceiverParameters> = group.iter().collect();
+        json!({
+            "source": group[0].source,
+            "receivers": group.len(),
+            "speech_transmission_index": speech(&average(group.iter().map(|receiver| &receiver.speech_transmission_index))),
+            "single_numbers": single_numbers(&group),
+        })
+    };
+    let groups = receivers.chunk_by(|a, b| a.source == b.source);
+    groups.filter(|group| group.len() > 1).map(of_source).collect()
+}
+
+/// Means over `receivers` of the single numbers that all of them have.
+fn single_numbers(receivers: &[&ReceiverParameters]) -> Value {
+    let has = |receiver: &&ReceiverParameters, parameter| {
+        receiver.bands.iter().all(|band| band.parameters().any(|found| found == parameter))
+    };
+    let first = receivers.first().and_then(|receiver| receiver.bands.first());
+    let parameters = first.into_iter().flat_map(BandParameters::parameters);
+    let shared = parameters.filter(|parameter| receivers.iter().all(|receiver| has(receiver, *parameter)));
+    let fields = shared.map(|parameter| {
+        let parameters: Vec<ParameterValue> =
+            receivers.iter().map(|receiver| single_number(receiver, parameter)).collect();
+        let found = match &parameters[..] {
+            [one] => one.clone(),
+            several => average(several),
+        };
+        (parameter.key().to_owned(), noticed(&found, |value| parameter.just_noticeable(value)))
+    });
+    Value::Object(fields.collect())
+}
+
+fn speech(index: &ParameterValue) -> Value {
+    noticed(index, |_| noticeable::SPEECH_TRANSMISSION_INDEX)
+}
+
+fn band(band: &BandParameters) -> Value {
     let mut fields = Map::new();
     fields.insert("center_frequency_hz".to_owned(), json!(band.center_frequency_hz));
-    for parameter in Parameter::ALL {
+    for parameter in band.parameters() {
         fields.insert(
             parameter.key().to_owned(),
-            figure(band.figure(parameter), |value| parameter.just_noticeable(value)),
+            noticed(band.parameter(parameter), |value| parameter.just_noticeable(value)),
         );
     }
     Value::Object(fields)
 }
 
-fn figure(figure: &Figure, just_noticeable: impl Fn(f64) -> f64) -> Value {
-    let estimate = match figure {
+/// A parameter with its just-noticeable difference.
+fn noticed(of: &ParameterValue, just_noticeable: impl Fn(f64) -> f64) -> Value {
+    let mut fields = estimate(of);
+    if let Ok(estimate) = of {
+        fields["just_noticeable_difference"] = json!(just_noticeable(estimate.value));
+    }
+    fields
+}
+
+/// A parameter with its interval, or the reason why there is none.
+#[must_use]
+pub fn estimate(estimate: &ParameterValue) -> Value {
+    let estimate = match estimate {
         Ok(estimate) => estimate,
         Err(reason) => return json!({ "value": null, "reason": reason.to_string() }),
     };
@@ -49,7 +108,6 @@ fn figure(figure: &Figure, just_noticeable: impl Fn(f64) -> f64) -> Value {
             fields.insert("reason".to_owned(), json!(reason.to_string()))
         }
     };
-    fields.insert("just_noticeable_difference".to_owned(), json!(just_noticeable(estimate.value)));
     if let Some(warning) = &estimate.warning {
         fields.insert("warning".to_owned(), json!(warning));
     }

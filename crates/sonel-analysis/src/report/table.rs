@@ -2,26 +2,32 @@
 
 use comfy_table::{CellAlignment, Table, presets};
 
-use crate::figure::Figure;
+use crate::average::single_number;
+use crate::estimate::{ParameterValue, Unsupported};
 use crate::parameter::Parameter;
-use crate::receiver::{BandFigures, ReceiverFigures};
+use crate::receiver::{BandParameters, ReceiverParameters};
 
-/// Aligned text; `title` begins the line above every block. Remarks are printed once, below all blocks.
+/// Aligned text; `title` begins the line above every block; the speech transmission index
+/// may have noise. Remarks are printed once, below all blocks.
 #[must_use]
-pub fn table(receivers: &[ReceiverFigures], title: &str) -> String {
+pub fn table(receivers: &[ReceiverParameters], title: &str, has_noise: bool) -> String {
     let mut notes = Notes::default();
-    let blocks: Vec<String> = receivers.iter().map(|receiver| block(receiver, title, &mut notes)).collect();
+    let noise = if has_noise { "with noise" } else { "no noise" };
+    let blocks: Vec<String> =
+        receivers.iter().map(|receiver| block(receiver, (title, noise), &mut notes)).collect();
     format!(
-        "{}\n±: half-width of the 95 % interval; JND: just-noticeable difference\n{}",
+        "{}\n±: half-width of the 95 % interval; JND: just-noticeable difference; single: mean over the octaves of the single number\n{}",
         blocks.join("\n"),
         notes.text()
     )
 }
 
-fn block(receiver: &ReceiverFigures, title: &str, notes: &mut Notes) -> String {
+fn block(receiver: &ReceiverParameters, (title, noise): (&str, &str), notes: &mut Notes) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
-    let headings = Parameter::ALL.iter().map(|parameter| {
+    let parameters: Vec<Parameter> =
+        receiver.bands.first().into_iter().flat_map(BandParameters::parameters).collect();
+    let headings = parameters.iter().map(|parameter| {
         let (symbol, unit, _) = parameter.heading();
         format!("{symbol} [{unit}]")
     });
@@ -30,7 +36,8 @@ fn block(receiver: &ReceiverFigures, title: &str, notes: &mut Notes) -> String {
     for band in &receiver.bands {
         table.add_row(row(band, notes));
     }
-    table.add_row(just_noticeable());
+    table.add_row(single_numbers(receiver, &parameters, notes));
+    table.add_row(just_noticeable(&parameters));
     for column in table.column_iter_mut() {
         column.set_cell_alignment(CellAlignment::Right);
     }
@@ -38,21 +45,22 @@ fn block(receiver: &ReceiverFigures, title: &str, notes: &mut Notes) -> String {
     let speech = cell(&receiver.speech_transmission_index, 1.0, notes);
     let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     format!(
-        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m\n{}\nspeech transmission index, no noise: {speech}\n",
+        "{title}source \"{}\" at receiver \"{}\" ({x}, {y}, {z}) m\n{}\nspeech transmission index, {noise}: {speech}\n",
         receiver.source,
         receiver.name,
         lines.join("\n")
     )
 }
 
-fn row(band: &BandFigures, notes: &mut Notes) -> Vec<String> {
-    let figures = Parameter::ALL.map(|parameter| cell(band.figure(parameter), parameter.heading().2, notes));
-    std::iter::once(band.center_frequency_hz.to_string()).chain(figures).chain(quality(band)).collect()
+fn row(band: &BandParameters, notes: &mut Notes) -> Vec<String> {
+    let parameters =
+        band.parameters().map(|parameter| cell(band.parameter(parameter), parameter.heading().2, notes));
+    std::iter::once(band.center_frequency_hz.to_string()).chain(parameters).chain(quality(band)).collect()
 }
 
 /// How straight the decay is that T30 was read from: non-linearity and curvature of ISO 3382-2.
-fn quality(band: &BandFigures) -> [String; 2] {
-    let decay = band.figure(Parameter::T30).as_ref().ok().and_then(|estimate| estimate.decay);
+fn quality(band: &BandParameters) -> [String; 2] {
+    let decay = band.parameter(Parameter::T30).as_ref().ok().and_then(|estimate| estimate.decay);
     [
         decay.map(|decay| format!("{:.1}", decay.non_linearity_permille)),
         decay.and_then(|decay| decay.curvature_percent).map(|curvature| format!("{curvature:.1}")),
@@ -60,9 +68,21 @@ fn quality(band: &BandFigures) -> [String; 2] {
     .map(|text| text.unwrap_or_else(|| "–".to_owned()))
 }
 
-/// The last row: what a listener notices of each figure.
-fn just_noticeable() -> Vec<String> {
-    let differences = Parameter::ALL.map(|parameter| {
+/// Single numbers: means over the octaves of each parameter.
+fn single_numbers(receiver: &ReceiverParameters, parameters: &[Parameter], notes: &mut Notes) -> Vec<String> {
+    let numbers = parameters.iter().map(|&parameter| {
+        let found = single_number(receiver, parameter);
+        if matches!(found, Err(Unsupported::OctavesMissing { .. })) {
+            return "–".to_owned();
+        }
+        cell(&found, parameter.heading().2, notes)
+    });
+    std::iter::once("single".to_owned()).chain(numbers).collect()
+}
+
+/// The last row: what a listener notices of each parameter.
+fn just_noticeable(parameters: &[Parameter]) -> Vec<String> {
+    let differences = parameters.iter().map(|parameter| {
         if parameter.is_noticed_relatively() {
             format!("{} %", 100.0 * parameter.just_noticeable(1.0))
         } else {
@@ -72,8 +92,8 @@ fn just_noticeable() -> Vec<String> {
     std::iter::once("JND".to_owned()).chain(differences).collect()
 }
 
-fn cell(figure: &Figure, factor: f64, notes: &mut Notes) -> String {
-    let estimate = match figure {
+fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) -> String {
+    let estimate = match estimate {
         Ok(estimate) => estimate,
         Err(reason) => return format!("–{}", notes.mark(&reason.to_string())),
     };
@@ -90,7 +110,7 @@ fn cell(figure: &Figure, factor: f64, notes: &mut Notes) -> String {
     }
 }
 
-/// Decimals that show two figures of the half-width, and no more than anybody can use.
+/// Decimals that show two parameters of the half-width, and no more than anybody can use.
 fn digits(value: f64, half: f64) -> usize {
     let most = if value.abs() < 10.0 { 3 } else { 2 };
     let wanted = if half > 0.0 { 1.0 - libm::floor(libm::log10(half)) } else { f64::from(most) };

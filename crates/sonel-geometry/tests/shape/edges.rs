@@ -87,6 +87,89 @@ fn a_pillar_has_free_sides_and_an_abutting_foot_and_head() {
     }
 }
 
+/// Ends and angles of the edges that diffract, in one order.
+fn diffracting(mesh: sonel_geometry::Mesh) -> Vec<([i64; 6], i64)> {
+    let geometry = Geometry::build(mesh).unwrap();
+    let micro = |x: f64| (x * 1e6).round() as i64;
+    let of = |edge: &Edge| {
+        let mut ends = edge.ends.map(|end| end.to_array().map(micro));
+        ends.sort_unstable();
+        let [[a, b, c], [d, e, f]] = ends;
+        edge.sectors.iter().map(|sector| ([a, b, c, d, e, f], micro(sector.angle))).collect::<Vec<_>>()
+    };
+    let mut found: Vec<_> = geometry.diffracting_edges().flat_map(of).collect();
+    found.sort_unstable();
+    found
+}
+
+/// A room of 6 m × 5 m × 3 m less a box, whose walls are the faces between cells of air and of none.
+fn room_without(low: DVec3, high: DVec3) -> sonel_geometry::Mesh {
+    let cuts: [Vec<f64>; 3] = std::array::from_fn(|axis| {
+        let mut cuts = vec![0.0, low[axis], high[axis], SIZE[axis]];
+        cuts.dedup();
+        cuts
+    });
+    let is_air = |place: DVec3| {
+        let within = |low: DVec3, high: DVec3| place.cmpgt(low).all() && place.cmplt(high).all();
+        within(DVec3::ZERO, SIZE) && !within(low, high)
+    };
+    let mut mesh = sonel_geometry::Mesh::default();
+    let cells = |axis: usize| cuts[axis].windows(2).map(|cell| [cell[0], cell[1]]);
+    for cell in cells(0).flat_map(|x| cells(1).flat_map(move |y| cells(2).map(move |z| [x, y, z]))) {
+        let at = |shares: [f64; 3]| {
+            DVec3::from_array(std::array::from_fn(|axis| {
+                cell[axis][0] + shares[axis] * (cell[axis][1] - cell[axis][0])
+            }))
+        };
+        let sides = (0..3).flat_map(|axis| [(axis, 0.0), (axis, 1.0)]);
+        for (axis, side) in sides.filter(|_| is_air(at([0.5; 3]))) {
+            let on = |u: f64, v: f64, depth: f64| {
+                let mut shares = [depth; 3];
+                (shares[(axis + 1) % 3], shares[(axis + 2) % 3]) = (u, v);
+                at(shares)
+            };
+            if !is_air(on(0.5, 0.5, 3.0 * side - 1.0) * 1e-2 + on(0.5, 0.5, side) * 0.99) {
+                rooms::add_quad(
+                    &mut mesh,
+                    0,
+                    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[u, v]| on(u, v, side)),
+                );
+            }
+        }
+    }
+    mesh
+}
+
+const SIZE: DVec3 = dvec3(6.0, 5.0, 3.0);
+
+/// In a corner, at a wall, between two walls, at a wall above the floor.
+#[test]
+fn a_solid_drawn_flush_into_a_hull_has_the_edges_of_one_mesh() {
+    let cases = [
+        ([0.0, 0.0, 0.0], [1.0, 0.8, 1.2], 3),
+        ([2.0, 0.0, 0.0], [3.5, 0.7, 0.9], 5),
+        ([0.0, 2.0, 0.0], [6.0, 2.6, 0.9], 2),
+        ([2.0, 0.0, 0.5], [3.5, 0.7, 0.9], 8),
+    ];
+    for (low, high, count) in cases {
+        let (low, high) = (DVec3::from_array(low), DVec3::from_array(high));
+        let mut flush = sonel_geometry::Mesh::shoebox(SIZE.to_array(), [0; 6]);
+        let solid = sonel_geometry::Mesh::shoebox((high - low).to_array(), [0; 6]);
+        for triangle in &solid.triangles {
+            rooms::add(
+                &mut flush,
+                1,
+                &[triangle.corners.map(|corner| solid.vertices[corner as usize] + low)],
+            );
+        }
+        let turned = diffracting(rooms::turned(flush.clone(), dvec3(0.0, 1e3, 0.0)));
+        assert_eq!(turned.len(), count, "{low} {high}, turned");
+        let found = diffracting(flush);
+        assert_eq!(found, diffracting(room_without(low, high)), "{low} {high}");
+        assert_eq!(found.len(), count, "{low} {high}");
+    }
+}
+
 fn sectors(geometry: &Geometry) -> Vec<(f64, f64)> {
     let of = |edge: &Edge| edge.sectors.iter().map(|s| (edge.length(), s.angle)).collect::<Vec<_>>();
     geometry.diffracting_edges().flat_map(of).collect()

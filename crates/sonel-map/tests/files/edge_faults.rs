@@ -91,7 +91,7 @@ fn touch(map: &SonelMap) -> usize {
     for emission in 0..2 {
         let start = sonel_map::BatchStart::new(&layout, layout.batch(emission), settings.spectral);
         let mut weight = PathWeight::new(bands);
-        weight.emit(1.0, 1.0, start.packet(layout.hero(emission)));
+        weight.emit(1.0, 1.0, start.packet(layout.lead(emission)));
         let path = map.path(0, emission).unwrap();
         let position = scene.sources[0].position;
         sweep((position, 0), path.vertices, &table, &mut weight, |segment| {

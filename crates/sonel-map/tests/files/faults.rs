@@ -33,7 +33,7 @@ fn touch(map: &SonelMap) {
             let Some(path) = map.path(source as u32, emission) else { continue };
             let start = sonel_map::BatchStart::new(&layout, layout.batch(emission), settings.spectral);
             let mut weight = PathWeight::new(bands);
-            weight.emit(1.0, 1.0, start.packet(layout.hero(emission)));
+            weight.emit(1.0, 1.0, start.packet(layout.lead(emission)));
             let mut sonels = 0;
             sweep((position, 0), path.vertices, &table, &mut weight, |segment| {
                 sonels += usize::from(segment.arrival.is_some());

@@ -182,18 +182,30 @@ impl Search<'_> {
 
     /// Visits all contributions, with their ends and edges.
     fn visit(&self, mut visit: impl FnMut(Contribution, &Ends<'_>, [&RoomEdge; 2])) {
+        let arcs = self.from.along_arcs();
         let order = self.from.order().min(self.to.order()).min(self.at.complete_order);
+        // Packets carry the sound of images that arcs lead to.
+        let carried: Vec<Place> = (1..self.from.all.len())
+            .filter(|&image| {
+                self.from.is_clear_along_arcs((self.at.geometry, self.at.table), image, self.at.receiver)
+            })
+            .map(|image| place(&self.from.all[image], &self.to.all[0]))
+            .collect();
         for (from, source) in self.from.all.iter().enumerate() {
             for (to, receiver) in self.to.all.iter().enumerate() {
                 // Images are sorted by order.
-                if source.order() + receiver.order() > order {
+                if source.order() + receiver.order() > order && !arcs {
                     break;
                 }
                 let Some(ends) = self.ends(source, receiver) else { continue };
+                let is_carried = || carried.iter().any(|place| place.shares_planes(&ends.place));
+                if arcs && (is_carried() || !ends.place.is_of_one_plane()) {
+                    continue;
+                }
                 let contribution = |over| Contribution { from, to, over };
                 for edge in common(&source.edges, &receiver.edges) {
                     let of = &self.edges.all[edge];
-                    if lies_off(of, &ends) {
+                    if arcs || lies_off(of, &ends) {
                         visit(contribution(Over::Edge(edge)), &ends, [of; 2]);
                     }
                 }
@@ -303,7 +315,7 @@ impl Ranked {
 /// Where the image source is that is seen past the edges between two images.
 pub(super) fn place(source: &Image, receiver: &Image) -> Place {
     let planes = source.mirrors.iter().chain(&receiver.mirrors).map(|mirror| mirror.plane);
-    Place::new(receiver.unfold(source.position), planes)
+    Place::new(receiver.unfold(source.position), planes, Vec::new())
 }
 
 /// Whether both ends see an edge from outside its solid.
@@ -314,7 +326,7 @@ fn lies_off(edge: &RoomEdge, ends: &Ends<'_>) -> bool {
 }
 
 /// Where on an edge the way between two places is shortest [m].
-fn nearest(wedge: &Wedge, from: DVec3, to: DVec3) -> DVec3 {
+pub(super) fn nearest(wedge: &Wedge, from: DVec3, to: DVec3) -> DVec3 {
     super::images::over_edge(wedge, from, to).1
 }
 

@@ -6,6 +6,8 @@
 //! nor its boundary near, its waves are those of a rigid face and are added coherently to the image source seen past the edge: with N the Fresnel
 //! number of the clearance from the boundary they pass from the one to the other with the amplitude N²/(1 + N²).
 //!
+//! What passes partitions is not in phase with what goes around them: it belongs to an image source of its own for every set of their materials.
+//!
 //! Reference: docs/diffraction.md.
 
 use std::collections::HashMap;
@@ -33,16 +35,30 @@ pub(crate) struct Place {
     pub position: DVec3,
     /// The planes of its mirrors in ascending order, each that is met an odd number of times once.
     planes: Vec<PlaneId>,
+    /// Materials of the partitions between them, in ascending order.
+    pub through: Vec<u32>,
 }
 
 impl Place {
-    /// At `position` in `planes`.
+    /// At `position` in `planes`, seen through partitions.
     #[must_use]
-    pub fn new(position: DVec3, planes: impl IntoIterator<Item = PlaneId>) -> Self {
+    pub fn new(position: DVec3, planes: impl IntoIterator<Item = PlaneId>, through: Vec<u32>) -> Self {
         let mut planes: Vec<PlaneId> = planes.into_iter().collect();
         planes.sort_unstable();
         let odd = planes.chunk_by(|one, other| one == other).filter(|run| run.len() % 2 == 1);
-        Self { position, planes: odd.map(|run| run[0]).collect() }
+        Self { position, planes: odd.map(|run| run[0]).collect(), through }
+    }
+
+    /// Whether one plane makes it an image, or none.
+    #[must_use]
+    pub(super) fn is_of_one_plane(&self) -> bool {
+        self.planes.len() < 2
+    }
+
+    /// Whether the mirrors of `other` are in the same planes.
+    #[must_use]
+    pub(super) fn shares_planes(&self, other: &Self) -> bool {
+        self.planes == other.planes
     }
 
     /// About the place.
@@ -142,8 +158,10 @@ impl<'a> Field<'a> {
     /// The group of the image source at `place`, if it has one.
     #[must_use]
     pub fn find(&self, place: &Place) -> Option<usize> {
-        let is_there =
-            |&&group: &&usize| self.groups[group].place.position.distance(place.position) <= self.same_place;
+        let is_there = |&&group: &&usize| {
+            let known = &self.groups[group].place;
+            known.position.distance(place.position) <= self.same_place && known.through == place.through
+        };
         self.by_planes.get(&place.planes)?.iter().find(is_there).copied()
     }
 
@@ -194,7 +212,7 @@ impl<'a> Field<'a> {
         }
         let mut arrivals = Vec::new();
         for group in self.groups.iter().filter(|group| !group.sent.is_empty()) {
-            arrivals.extend(self.hear(group, visible));
+            arrivals.extend(self.arrivals_at(group, visible));
         }
         arrivals
     }
@@ -230,7 +248,7 @@ impl<'a> Field<'a> {
     }
 
     /// The energy of a group, shared out to the visible wave and to arrivals in proportion to what each brings alone.
-    fn hear(&self, group: &Group, visible: &mut [VisibleWave]) -> Vec<EdgeArrival> {
+    fn arrivals_at(&self, group: &Group, visible: &mut [VisibleWave]) -> Vec<EdgeArrival> {
         let together = SAME_ARRIVAL[usize::from(group.visible.is_some())];
         let mut sent: Vec<(&Wave, f64, DVec3)> =
             group.sent.iter().map(|sent| (&sent.wave, sent.way, sent.towards)).collect();

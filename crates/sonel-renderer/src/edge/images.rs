@@ -11,12 +11,14 @@ use glam::DVec3;
 use sonel_diffraction::{Wedge, WedgePoint};
 use sonel_geometry::{Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
-use sonel_map::coefficients::lanes_of;
+use sonel_map::lanes::lanes_of;
 
-use super::mirror::{Mirror, is_clear};
-use super::visibility::{stretches, unobstructed};
+use super::arcs::{self, Air, Appearance};
+use super::mirror::{Mirror, passed};
+use super::visibility::{samples, stretches, unobstructed};
 use super::{Edges, RoomEdge};
 use crate::mirror::tree::ImageTree;
+use crate::partition::Partitions;
 
 /// Most images of a source or a receiver, and most images times edges.
 const IMAGES: usize = 2048;
@@ -48,10 +50,12 @@ pub(super) struct View {
     pub parts: Vec<[f64; 2]>,
     /// 1, but where another edge is about to hide all of it at once, down to 0.
     pub share: f64,
+    /// Materials of the partitions that it is seen through, in ascending order.
+    pub through: Vec<u32>,
 }
 
 /// What has been looked at, by image and edge.
-type Views = HashMap<(usize, usize), Option<Arc<View>>>;
+type Views = HashMap<(usize, usize), Arc<Vec<View>>>;
 
 /// All images of one end.
 pub(crate) struct Images {
@@ -61,6 +65,8 @@ pub(crate) struct Images {
     pub(super) all: Vec<Image>,
     /// Up to which order they are complete.
     order: u32,
+    /// Where paths are arcs.
+    air: Option<Air>,
     views: Mutex<Views>,
 }
 
@@ -138,16 +144,17 @@ impl Images {
             }));
         }
         let least = OFF_THE_MIRROR * f64::from(geometry.lift());
+        let air = table.profile();
         for image in &mut all {
             let mut bits = vec![0_u64; edges.all.len().div_ceil(64)];
             for (index, edge) in edges.all.iter().enumerate() {
-                if image.within_beam(edge, least).is_some() {
+                if air.is_some() || image.within_beam(edge, least).is_some() {
                     bits[index / 64] |= 1 << (index % 64);
                 }
             }
             image.edges = bits;
         }
-        Self { origin, all, order, views: Mutex::default() }
+        Self { origin, all, order, air, views: Mutex::default() }
     }
 
     /// Up to which order they are complete.
@@ -156,42 +163,124 @@ impl Images {
         self.order
     }
 
-    /// What of an edge is visible from an image.
+    /// What of an edge is visible from an image: the same parts through the same partitions together.
     #[must_use]
-    pub(super) fn view(
+    pub(super) fn views(
         &self,
         edges: &Edges,
-        geometry: &Geometry,
+        (geometry, table): (&Geometry, &CoefficientTable),
         image: usize,
         edge: usize,
-    ) -> Option<Arc<View>> {
+    ) -> Arc<Vec<View>> {
         let views = || self.views.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = views().get(&(image, edge)) {
             return known.clone();
         }
-        let view = self.look(edges, geometry, &self.all[image], &edges.all[edge]).map(Arc::new);
-        views().insert((image, edge), view.clone());
-        view
+        let seen = Arc::new(self.look(edges, (geometry, table), image, edge).unwrap_or_default());
+        views().insert((image, edge), seen.clone());
+        seen
     }
 
-    fn look(&self, edges: &Edges, geometry: &Geometry, image: &Image, edge: &RoomEdge) -> Option<View> {
-        let within = image.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.lift()))?;
-        let point = edge.wedge.locate(image.position)?;
+    fn look(
+        &self,
+        edges: &Edges,
+        (geometry, table): (&Geometry, &CoefficientTable),
+        image: usize,
+        index: usize,
+    ) -> Option<Vec<View>> {
+        let (of, edge) = (&self.all[image], &edges.all[index]);
+        let within = match self.air {
+            Some(_) => [0.0, edge.wedge.length()],
+            None => of.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.lift()))?,
+        };
         let part = edge.wedge.between(within);
-        let parts = stretches(&part, |place| is_clear(geometry, &image.mirrors, self.origin, place));
-        let parts: Vec<[f64; 2]> =
-            parts.into_iter().map(|part| part.map(|along| along + within[0])).collect();
+        // Its own faces are opaque to an edge.
+        let through = |place: DVec3| {
+            let passed = self.passed((geometry, table), image, place)?;
+            let is_own = edge.faces.iter().any(|face| passed.contains(face.surface));
+            (!is_own).then(|| passed.materials(geometry))
+        };
+        let mut all = vec![Vec::new()];
+        if table.transmits() {
+            all.extend(samples(&part).filter_map(through));
+            all.sort_unstable();
+            all.dedup();
+        }
+        let seen = all.into_iter().filter_map(|materials| {
+            let parts = stretches(&part, |place| through(place).as_ref() == Some(&materials));
+            let parts = parts.into_iter().map(|part| part.map(|along| along + within[0])).collect();
+            self.view(edges, (image, index), parts, materials)
+        });
+        Some(seen.collect())
+    }
+
+    /// The view of `parts` of an edge. Where paths are arcs its point is that of the middle of a part; a wave has that of its own place.
+    fn view(
+        &self,
+        edges: &Edges,
+        (image, index): (usize, usize),
+        parts: Vec<[f64; 2]>,
+        through: Vec<u32>,
+    ) -> Option<View> {
+        let edge = &edges.all[index];
+        let middle = parts.first().map(|part| edge.wedge.at(0.5 * (part[0] + part[1])))?;
+        let position = self.appearance(image, middle)?.position;
+        let point = edge.wedge.locate(position)?;
         let nearest = parts.iter().min_by(|a, b| aside(point, a).total_cmp(&aside(point, b)))?;
         let place = edge.wedge.at(point.along.clamp(nearest[0], nearest[1]));
         let hiding = edge.hiders.iter().map(|&other| &edges.all[other].wedge);
-        let share = unobstructed(place, image.position, hiding);
-        (share > 0.0).then_some(View { point, parts, share })
+        let share = unobstructed(place, position, hiding);
+        (share > 0.0).then_some(View { point, parts, share, through })
     }
 
-    /// The direction in which sound leaves the end for `place`, through the mirrors of an image [m].
+    /// What is passed on the way from the end over the mirrors of an image to `place`; [`None`] where something is on it that nothing passes.
+    fn passed(
+        &self,
+        scene: (&Geometry, &CoefficientTable),
+        image: usize,
+        place: DVec3,
+    ) -> Option<Partitions> {
+        let mirrors = &self.all[image].mirrors;
+        match &self.air {
+            Some(air) => arcs::passed(scene, air, self.origin, mirrors.last(), place),
+            None => passed(scene, mirrors, self.origin, place),
+        }
+    }
+
+    /// How the end appears from `place`, in the mirrors of an image; [`None`] where no arc leads over them.
     #[must_use]
-    pub(super) fn leaving(&self, image: usize, place: DVec3) -> DVec3 {
-        self.all[image].unfold(place) - self.origin
+    pub(super) fn appearance(&self, image: usize, place: DVec3) -> Option<Appearance> {
+        let of = &self.all[image];
+        match &self.air {
+            Some(air) => arcs::appearance(air, self.origin, of.mirrors.last(), place),
+            None => {
+                let leaving = of.unfold(place) - self.origin;
+                Some(Appearance { position: of.position, leaving, gain: 1.0 })
+            }
+        }
+    }
+
+    /// Amplitude of a wave over an edge after `way` [m] to this end, relative to even air.
+    #[must_use]
+    pub(super) fn weakening(&self, way: f64) -> f64 {
+        self.air.as_ref().map_or(1.0, |air| arcs::weakening(air, self.origin, way))
+    }
+
+    /// Whether a clear arc leads over an image straight to `place`; false in even air.
+    #[must_use]
+    pub(super) fn is_clear_along_arcs(
+        &self,
+        scene: (&Geometry, &CoefficientTable),
+        image: usize,
+        place: DVec3,
+    ) -> bool {
+        self.along_arcs() && self.passed(scene, image, place).is_some_and(|passed| passed.is_empty())
+    }
+
+    /// Whether paths are arcs.
+    #[must_use]
+    pub(super) fn along_arcs(&self) -> bool {
+        self.air.is_some()
     }
 }
 

@@ -1,9 +1,11 @@
 //! Planar surfaces as mirrors: images of points, and whether a mirrored path is clear.
 
 use glam::DVec3;
-use sonel_geometry::{Departure, Geometry, PlaneId, Side, SurfaceId};
+use sonel_geometry::{Departure, Geometry, Hit, PlaneId, Side, SurfaceId};
+use sonel_map::CoefficientTable;
 
 use crate::mirror::tree::IN_CORNER;
+use crate::partition::Partitions;
 
 /// A surface seen from one of its sides.
 #[derive(Debug, Clone, Copy)]
@@ -52,10 +54,16 @@ impl Mirror {
     }
 }
 
-/// Whether the path from `from` over `mirrors`, in this order, to `to` is clear.
+/// What the path from `from` over `mirrors`, in this order, to `to` passes; [`None`] where something is on it that nothing passes.
 #[must_use]
-pub(super) fn is_clear(geometry: &Geometry, mirrors: &[Mirror], from: DVec3, to: DVec3) -> bool {
-    let Some(points) = reflection_points(mirrors, from, to) else { return false };
+pub(super) fn passed(
+    (geometry, table): (&Geometry, &CoefficientTable),
+    mirrors: &[Mirror],
+    from: DVec3,
+    to: DVec3,
+) -> Option<Partitions> {
+    let points = reflection_points(mirrors, from, to)?;
+    let mut passed = Partitions::default();
     let corner = IN_CORNER * f64::from(geometry.lift());
     let (mut at, mut departure) = (from, Departure::free(from.as_vec3()));
     let mut is_in_corner = false;
@@ -65,17 +73,24 @@ pub(super) fn is_clear(geometry: &Geometry, mirrors: &[Mirror], from: DVec3, to:
             departure = Departure::free((point + mirror.normal * f64::from(geometry.lift())).as_vec3());
         } else {
             let direction = (point - at).normalize().as_vec3();
-            let Some(hit) = geometry.closest_hit(departure, direction) else { return false };
-            let is = |mirror: &Mirror| hit.surface == mirror.surface && hit.side == mirror.side;
-            if !is(mirror) && (next.is_none() || !is(&mirrors[met + 1])) {
-                return false;
+            let met = |hit: &Hit| {
+                let is = |mirror: &Mirror| hit.surface == mirror.surface && hit.side == mirror.side;
+                is(mirror) || next.is_some() && is(&mirrors[met + 1])
+            };
+            let mut hit = geometry.closest_hit(departure, direction)?;
+            while !met(&hit) {
+                if !passed.pass(geometry, table, hit.surface) {
+                    return None;
+                }
+                hit = geometry.closest_hit(geometry.pass(&hit, direction), direction)?;
             }
             departure = geometry.leave(hit.position, hit.surface, hit.side);
         }
         is_in_corner = next.is_some();
         at = point;
     }
-    !geometry.is_blocked(departure, to.as_vec3())
+    passed.extend(Partitions::between(geometry, table, departure, to.as_vec3())?);
+    Some(passed)
 }
 
 /// Where the straight path from `from` over `mirrors` to `to` is reflected [m]; [`None`] where it misses one of the planes.

@@ -7,8 +7,12 @@
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
 //! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
 //!
+//! Where paths are arcs, both ends are put where they appear from the edge ([`arcs`]). There are images of one reflection, on either end or on both in
+//! one plane, and none where the image is visible past the edges: packets carry its sound.
+//!
 //! References: [Svensson1999] (docs/references.md), docs/physics.md §5.1.
 
+mod arcs;
 mod contributions;
 mod faces;
 mod field;
@@ -180,7 +184,13 @@ impl Edges {
         source: DVec3,
         chains: &MirrorChains<'_>,
     ) -> Images {
+        let of_arcs;
         let tree = match chains {
+            _ if table.profile().is_some() => {
+                let budget = images::most_images(self.all.len());
+                of_arcs = ImageTree::new(geometry, table, Radiator::omni(source), budget, Some(1));
+                Some(&of_arcs)
+            }
             MirrorChains::Tree(tree) => Some(tree),
             MirrorChains::Lattice(_) => None,
         };
@@ -189,7 +199,7 @@ impl Edges {
     }
 
     /// What edges bring to one receiver; sets the energies of the `visible` waves that they change.
-    pub fn hear(&self, at: &Listening<'_>, from: &Images, visible: &mut [VisibleWave]) -> EdgeSound {
+    pub fn arrivals_at(&self, at: &Listening<'_>, from: &Images, visible: &mut [VisibleWave]) -> EdgeSound {
         let listener = Radiator::omni(at.receiver);
         let budget = images::most_images(self.all.len());
         let tree = ImageTree::new(at.geometry, at.table, listener, budget, Some(from.order()));
@@ -198,7 +208,7 @@ impl Edges {
         let field = Field::new(&self.spectrum, at.attenuation, visible, same_place);
         let search = Search { edges: self, at, from, to: &to, field: &field };
         let mut ranked = search.rank(visible);
-        let mut waves = Waves { edges: self, at, from, to: &to, field };
+        let mut waves = Waves { edges: self, at, from, to: &to, field, through: Vec::new() };
         while let Some(contribution) = ranked.next() {
             if let Some(energy) = waves.add(contribution) {
                 ranked.found(&energy);

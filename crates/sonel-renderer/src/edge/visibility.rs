@@ -20,16 +20,25 @@ const CLEAR: f64 = 4e-4;
 /// What is nearer than this to a line is on it [m].
 const TOUCH: f64 = 1e-6;
 
+/// The places at which it is looked at.
+pub(super) fn samples(wedge: &Wedge) -> impl Iterator<Item = DVec3> {
+    (0..=POINTS + 1).map(|point| wedge.at(share(point) * wedge.length()))
+}
+
+/// Where point number `point` is, as a share of the edge's length.
+fn share(point: usize) -> f64 {
+    match point {
+        0 => OFF_THE_ENDS,
+        _ if point == POINTS + 1 => 1.0 - OFF_THE_ENDS,
+        _ => (point as f64 - 0.5) / POINTS as f64,
+    }
+}
+
 /// The stretches of an edge, from its start [m], at which `is_visible` holds.
 #[must_use]
 pub(super) fn stretches(wedge: &Wedge, is_visible: impl Fn(DVec3) -> bool) -> Vec<[f64; 2]> {
     let visible = |share: f64| is_visible(wedge.at(share * wedge.length()));
     let last = POINTS + 1;
-    let share = |point: usize| match point {
-        0 => OFF_THE_ENDS,
-        _ if point == last => 1.0 - OFF_THE_ENDS,
-        _ => (point as f64 - 0.5) / POINTS as f64,
-    };
     let points: Vec<bool> = (0..=last).map(|point| visible(share(point))).collect();
     let mut stretches = Vec::new();
     let mut next = 0;

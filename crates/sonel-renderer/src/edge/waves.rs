@@ -5,11 +5,13 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use sonel_diffraction::face::{End, FaceEdge};
 use sonel_diffraction::{Complex, EdgePath, FacePath, Lit, WAVES, Wave, WedgePoint, apex};
+use sonel_geometry::SAGITTA;
 
-use super::contributions::{Contribution, Over, place};
+use super::arcs::Appearance;
+use super::contributions::{Contribution, Over, nearest, place};
 use super::faces::Pair;
 use super::field::{FacePart, Field, Part, Place};
-use super::images::{Image, Images, OFF_THE_MIRROR, specular};
+use super::images::{Image, Images, OFF_THE_MIRROR, View, specular};
 use super::mirror::Mirror;
 use super::rows::in_row;
 use super::visibility::smooth;
@@ -22,6 +24,11 @@ const IN_FRONT: f64 = 0.1;
 /// Nearest that an end counts to be to an edge where its place is in doubt [m].
 const NEAREST: f64 = 1e-3;
 
+/// Steps towards the place where arcs over an edge take least time; each leaves about g t of its error.
+const STEPS: usize = 8;
+/// Steps towards the places where they cross two edges of a face, which are near one another.
+const STEPS_OF_PAIR: usize = 3;
+
 /// Computes contributions at a receiver.
 pub(super) struct Waves<'a> {
     pub edges: &'a Edges,
@@ -29,6 +36,8 @@ pub(super) struct Waves<'a> {
     pub from: &'a Images,
     pub to: &'a Images,
     pub field: Field<'a>,
+    /// Materials of the partitions on the path that is being added, in ascending order.
+    pub through: Vec<u32>,
 }
 
 /// The image in a face of the image source that is seen past the edges.
@@ -45,7 +54,7 @@ struct FaceImage {
 }
 
 /// What mirrors, air and directivity leave of a contribution, and where it is heard.
-struct Course {
+struct EdgeRoute {
     group: usize,
     /// Amplitude by wave and cell.
     through: [Vec<f64>; WAVES],
@@ -58,72 +67,154 @@ impl Waves<'_> {
     /// end does not see its edge.
     pub fn add(&mut self, contribution: Contribution) -> Option<Vec<f64>> {
         let mut energy = vec![0.0; self.at.attenuation.len()];
-        match contribution.over {
-            Over::Edge(edge) => self.add_edge(contribution, edge, &mut energy)?,
-            Over::Pair(pair) => self.add_pair(contribution, pair, &mut energy)?,
+        let [first, last] = match contribution.over {
+            Over::Edge(edge) => [edge; 2],
+            Over::Pair(pair) => pair.edges,
+        };
+        let scene = (self.at.geometry, self.at.table);
+        let sources = self.from.views(self.edges, scene, contribution.from, first);
+        let receivers = self.to.views(self.edges, scene, contribution.to, last);
+        let mut is_seen = false;
+        for source in sources.iter() {
+            for receiver in receivers.iter() {
+                self.through = [&source.through[..], &receiver.through].concat();
+                self.through.sort_unstable();
+                let views = [source, receiver];
+                let added = match contribution.over {
+                    Over::Edge(edge) => self.add_edge(contribution, edge, views, &mut energy),
+                    Over::Pair(pair) => self.add_pair(contribution, pair, views, &mut energy),
+                };
+                is_seen |= added.is_some();
+            }
         }
-        Some(energy)
+        is_seen.then_some(energy)
     }
 
     fn images(&self, contribution: Contribution) -> [&Image; 2] {
         [&self.from.all[contribution.from], &self.to.all[contribution.to]]
     }
 
-    fn add_edge(&mut self, contribution: Contribution, index: usize, energy: &mut [f64]) -> Option<()> {
-        let (all, geometry) = (self.edges, self.at.geometry);
+    /// How both ends appear from the places at which a path leaves the first edge for them.
+    fn appearances(&self, contribution: Contribution, [first, last]: [DVec3; 2]) -> Option<[Appearance; 2]> {
+        Some([self.from.appearance(contribution.from, first)?, self.to.appearance(contribution.to, last)?])
+    }
+
+    /// Both ends as they appear from where the path over an edge crosses it. `points` are those in even air.
+    fn over_edge(
+        &self,
+        contribution: Contribution,
+        edge: &RoomEdge,
+        mut points: [WedgePoint; 2],
+    ) -> Option<([Appearance; 2], [WedgePoint; 2])> {
+        let wedge = &edge.wedge;
+        let appear = |[from, to]: [WedgePoint; 2]| {
+            let place = wedge.at(apex(from, to).clamp(0.0, wedge.length()));
+            self.appearances(contribution, [place; 2])
+        };
+        if self.from.along_arcs() {
+            for _ in 0..STEPS {
+                let [from, to] = appear(points)?;
+                points = [wedge.locate(from.position)?, wedge.locate(to.position)?];
+            }
+        }
+        Some((appear(points)?, points))
+    }
+
+    /// The path over two edges of a face, and both ends as they appear from where it crosses the edges.
+    fn over_face(
+        &self,
+        contribution: Contribution,
+        edges: [FaceEdge<'_>; 2],
+        points: [WedgePoint; 2],
+    ) -> Option<([Appearance; 2], FacePath)> {
+        let images = self.images(contribution).map(|image| image.position);
+        let [first, last] = edges.map(|edge| edge.wedge);
+        let face = |ends: [Appearance; 2], points: [WedgePoint; 2]| {
+            let end = |here: usize, next: usize| {
+                let edge = &edges[next];
+                let face = if edge.at_second { edge.wedge.angle() } else { 0.0 };
+                let at = edge.wedge.locate(ends[here].position);
+                End { point: points[here], before: at.is_some_and(|at| (at.angle - face).abs() < PI) }
+            };
+            let nearest = points[0].radius.min(points[1].radius).max(NEAREST);
+            let within = self.rounding() / nearest;
+            FacePath::new(edges, [end(0, 1), end(1, 0)], within, self.edges.spectrum.smallest_k())
+        };
+        let places = [first, last].map(|wedge| nearest(wedge, images[0], images[1]));
+        let mut ends = self.appearances(contribution, places)?;
+        if !self.from.along_arcs() {
+            return Some((ends, face(ends, points)?));
+        }
+        let locate =
+            |ends: [Appearance; 2]| Some([first.locate(ends[0].position)?, last.locate(ends[1].position)?]);
+        for _ in 0..STEPS_OF_PAIR {
+            let [start, end] = face(ends, locate(ends)?)?.crossings();
+            ends = self.appearances(contribution, [first.at(start), last.at(end)])?;
+        }
+        Some((ends, face(ends, locate(ends)?)?))
+    }
+
+    /// How far off its path sound may be [m].
+    fn rounding(&self) -> f64 {
+        let chords = if self.from.along_arcs() { SAGITTA } else { 0.0 };
+        f64::from(self.at.geometry.resolution()) + chords
+    }
+
+    fn add_edge(
+        &mut self,
+        contribution: Contribution,
+        index: usize,
+        [source, receiver]: [&View; 2],
+        energy: &mut [f64],
+    ) -> Option<()> {
+        let all = self.edges;
         let edge = &all.all[index];
-        let source = self.from.view(all, geometry, contribution.from, index)?;
-        let receiver = self.to.view(all, geometry, contribution.to, index)?;
-        let (from, to) = (source.point, receiver.point);
+        let (ends, [from, to]) = self.over_edge(contribution, edge, [source.point, receiver.point])?;
         let group = self.group(contribution);
         let over = edge.wedge.at(apex(from, to).clamp(0.0, edge.wedge.length()));
-        let faces = [0, 1].map(|face| self.image(contribution, &edge.faces[face], over));
+        let faces = [0, 1].map(|face| self.image(contribution, &edge.faces[face], over, ends));
         let lit = Lit {
             direct: Some(self.field.is_visible(group)),
             faces: faces.map(|image| image.group.map(|group| self.field.is_visible(group))),
             within: self.doubt(contribution, from, to),
         };
-        let rows = self.row_shares(contribution, index, [from, to]);
-        for part in source.common(&receiver) {
+        let rows = self.row_shares(contribution, index, [from, to], ends.map(|end| end.position));
+        for part in source.common(receiver) {
             let path = EdgePath::new(&edge.wedge, from, to, part, lit, all.spectrum.smallest_k());
             let along = apex(from, to).clamp(part[0], part[1]);
             let share = source.share * receiver.share;
-            let course =
-                self.course(contribution, group, [edge.wedge.at(along); 2], path.detour(), (share, &rows));
+            let place = edge.wedge.at(along);
+            let route = self.route(contribution, group, [place; 2], path.detour(), (share, &rows))?;
             let straight = self.field.position(group).distance(self.at.receiver);
             self.field.keep_clear(group, (path.detour() - straight) / share);
             for (piece, length) in path.lengths().enumerate() {
                 let terms = path.amplitudes(piece, all.spectrum.wave_numbers());
                 if piece == 0 {
-                    self.add_energy(&course, &terms, energy);
+                    self.add_energy(&route, &terms, energy);
                 }
-                self.add_terms(&course, length, &terms, edge, faces, [from, to]);
+                self.add_terms(&route, length, &terms, edge, faces, [from, to]);
             }
             self.keep_clear(&faces, path.detour(), share);
         }
         Some(())
     }
 
-    fn add_pair(&mut self, contribution: Contribution, pair: Pair, energy: &mut [f64]) -> Option<()> {
-        let (all, geometry) = (self.edges, self.at.geometry);
+    fn add_pair(
+        &mut self,
+        contribution: Contribution,
+        pair: Pair,
+        [source, receiver]: [&View; 2],
+        energy: &mut [f64],
+    ) -> Option<()> {
+        let all = self.edges;
         let [first, last] = pair.edges.map(|edge| &all.all[edge]);
-        let source = self.from.view(all, geometry, contribution.from, pair.edges[0])?;
-        let receiver = self.to.view(all, geometry, contribution.to, pair.edges[1])?;
         let of = |edge: usize, part| {
             let wedge = [&first.wedge, &last.wedge][edge];
             FaceEdge { wedge, at_second: pair.at_second[edge], part }
         };
         let edges = [of(0, source.longest()), of(1, receiver.longest())];
-        let end = |point: WedgePoint, next: usize, place: DVec3| {
-            let face = if pair.at_second[next] { edges[next].wedge.angle() } else { 0.0 };
-            let before = edges[next].wedge.locate(place).is_some_and(|at| (at.angle - face).abs() < PI);
-            End { point, before }
-        };
-        let [from, to] = self.images(contribution).map(|image| image.position);
-        let ends = [end(source.point, 1, from), end(receiver.point, 0, to)];
-        let nearest = source.point.radius.min(receiver.point.radius).max(NEAREST);
-        let within = f64::from(geometry.resolution()) / nearest;
-        let path = FacePath::new(edges, ends, within, all.spectrum.smallest_k())?;
+        let (ends, path) = self.over_face(contribution, edges, [source.point, receiver.point])?;
+        let [from, to] = ends.map(|end| end.position);
         let [start, end] = path.crossings();
         let places = [first.wedge.at(start), last.wedge.at(end)];
         let group = self.group(contribution);
@@ -131,23 +222,24 @@ impl Waves<'_> {
         let both: Vec<f64> = one.into_iter().zip(other).map(|(one, other)| one.min(other)).collect();
         let rows = [(); WAVES].map(|()| both.clone());
         let share = source.share * receiver.share;
-        let course = self.course(contribution, group, places, path.length(), (share, &rows));
+        let route = self.route(contribution, group, places, path.length(), (share, &rows))?;
         let amplitudes = path.amplitudes(all.spectrum.wave_numbers());
         for (lead, terms) in path.leads().zip(&amplitudes) {
             let edge = [first, last][lead.edge];
-            let faces = [0, 1].map(|face| self.image(contribution, &edge.faces[face], places[lead.edge]));
+            let faces =
+                [0, 1].map(|face| self.image(contribution, &edge.faces[face], places[lead.edge], ends));
             self.keep_clear(&faces, path.length(), share);
-            self.add_energy(&course, terms, energy);
-            self.add_terms(&course, path.length(), terms, edge, faces, lead.ends);
+            self.add_energy(&route, terms, energy);
+            self.add_terms(&route, path.length(), terms, edge, faces, lead.ends);
         }
         Some(())
     }
 
     /// Adds the mean square of all waves of one length together to the `energy` of every band.
-    fn add_energy(&self, course: &Course, terms: &[[Complex; WAVES]], energy: &mut [f64]) {
+    fn add_energy(&self, route: &EdgeRoute, terms: &[[Complex; WAVES]], energy: &mut [f64]) {
         let spectrum = &self.edges.spectrum;
         let sum = |(cell, terms): (usize, &[Complex; WAVES])| {
-            let terms = terms.iter().zip(&course.through);
+            let terms = terms.iter().zip(&route.through);
             terms.fold(Complex::ZERO, |sum, (term, through)| sum + *term * through[cell])
         };
         let wave = Wave { length: 0.0, amplitude: terms.iter().enumerate().map(sum).collect() };
@@ -178,8 +270,8 @@ impl Waves<'_> {
         contribution: Contribution,
         index: usize,
         points: [WedgePoint; 2],
+        [from, to]: [DVec3; 2],
     ) -> [Vec<f64>; WAVES] {
-        let [from, to] = self.images(contribution).map(|image| image.position);
         let edge = &self.edges.all[index];
         let direct = self.in_row(contribution, index, [from, to], None);
         let [first, second] = [0, 1].map(|face| {
@@ -208,7 +300,7 @@ impl Waves<'_> {
     /// Adds the waves of one length over `edge`.
     fn add_terms(
         &mut self,
-        course: &Course,
+        route: &EdgeRoute,
         length: f64,
         terms: &[[Complex; WAVES]],
         edge: &RoomEdge,
@@ -216,7 +308,7 @@ impl Waves<'_> {
         [from, to]: [WedgePoint; 2],
     ) {
         let of = |wave: usize| -> Vec<Complex> {
-            terms.iter().zip(&course.through[wave]).map(|(terms, &through)| terms[wave] * through).collect()
+            terms.iter().zip(&route.through[wave]).map(|(terms, &through)| terms[wave] * through).collect()
         };
         let faces = [0, 1].map(|face| {
             let FaceImage { group, straight, in_front, incident } = faces[face];
@@ -228,15 +320,15 @@ impl Waves<'_> {
                 mirrored: mirrored.collect(),
                 is_dark: turn > PI,
                 in_front,
-                excess: (course.way - straight).max(0.0),
+                excess: (route.way - straight).max(0.0),
                 terms: of(1 + face),
             })
         });
         self.field.add(Part {
-            group: course.group,
+            group: route.group,
             length,
-            way: course.way,
-            towards: course.towards,
+            way: route.way,
+            towards: route.towards,
             direct: of(0),
             faces,
         });
@@ -245,49 +337,61 @@ impl Waves<'_> {
     /// The group of the image source that is seen past the edges.
     fn group(&mut self, contribution: Contribution) -> usize {
         let [from, to] = self.images(contribution);
-        let (place, order) = (place(from, to), from.order() + to.order());
+        let (mut place, order) = (place(from, to), from.order() + to.order());
+        place.through.clone_from(&self.through);
         self.field.group(place, order)
     }
 
     /// Its image in a `face` of the edges, which are passed at `over` [m].
-    fn image(&mut self, contribution: Contribution, face: &Mirror, over: DVec3) -> FaceImage {
+    fn image(
+        &mut self,
+        contribution: Contribution,
+        face: &Mirror,
+        over: DVec3,
+        ends: [Appearance; 2],
+    ) -> FaceImage {
         let [from, to] = self.images(contribution);
         let order = from.order() + to.order() + 1;
         let planes = from.mirrors.iter().chain(&to.mirrors).map(|mirror| mirror.plane);
         let position = to.unfold(face.image(from.position));
-        let place = Place::new(position, planes.chain([face.plane]));
+        let place = Place::new(position, planes.chain([face.plane]), self.through.clone());
         let is_known = order <= self.at.complete_order;
-        let height = |image: &Image| face.height(image.position) / image.position.distance(over);
-        let in_front = [from, to].into_iter().map(|image| smooth(height(image) / IN_FRONT)).product();
-        let incident = over - from.position;
+        let [before, behind] = ends.map(|end| end.position);
+        let height = |end: DVec3| face.height(end) / end.distance(over);
+        let in_front = [before, behind].into_iter().map(|end| smooth(height(end) / IN_FRONT)).product();
+        let incident = over - before;
         FaceImage {
             group: is_known.then(|| self.field.group(place, order)),
-            straight: position.distance(self.at.receiver),
+            straight: face.image(before).distance(behind),
             in_front,
             incident,
         }
     }
 
-    fn course(
+    fn route(
         &self,
         contribution: Contribution,
         group: usize,
         [first, last]: [DVec3; 2],
         way: f64,
         (share, rows): (f64, &[Vec<f64>; WAVES]),
-    ) -> Course {
+    ) -> Option<EdgeRoute> {
         let [from, to] = self.images(contribution);
-        let leaving = self.from.leaving(contribution.from, first);
-        let towards = (to.unfold(last) - self.at.receiver).normalize_or_zero();
-        let radiation = self.at.radiator.towards(leaving);
-        let share = self.at.sensitivity.to(towards).sqrt() * share;
+        let ends = self.appearances(contribution, [first, last])?;
+        let towards = ends[1].leaving.normalize_or_zero();
+        let radiation = self.at.radiator.towards(ends[0].leaving);
+        let gain = ends[0].gain * ends[1].gain * self.to.weakening(way);
+        let share = self.at.sensitivity.to(towards).sqrt() * share * gain;
         let [ours, theirs] =
             [(from, first), (to, last)].map(|(image, at)| image.factor_towards(self.at.table, at));
         let through = ours.iter().zip(theirs.iter()).zip(self.at.attenuation);
         let through: Vec<f64> = through
             .enumerate()
             .map(|(band, ((one, other), m))| {
-                let strength = radiation.factor(band).sqrt() * share;
+                let passes =
+                    |&material: &u32| self.at.table.material(material).transmitted.energy[band / 4][band % 4];
+                let passed: f64 = self.through.iter().map(passes).product();
+                let strength = (radiation.factor(band) * passed).sqrt() * share;
                 (one * other).sqrt() * libm::exp(-0.5 * m * way) * strength
             })
             .collect();
@@ -295,7 +399,7 @@ impl Waves<'_> {
         let through = std::array::from_fn(|wave| {
             cells.iter().zip(&rows[wave]).map(|(cell, in_row)| through[cell.band] * in_row).collect()
         });
-        Course { group, through, way, towards }
+        Some(EdgeRoute { group, through, way, towards })
     }
 
     /// Angle [rad] about a boundary within which positions do not tell on which side of it a path is.
@@ -303,7 +407,7 @@ impl Waves<'_> {
         let [source, receiver] = self.images(contribution);
         let geometry = self.at.geometry;
         let of_mirrors = LEFT * f64::from(source.order() + receiver.order()) * f64::from(geometry.lift());
-        (f64::from(geometry.resolution()) + of_mirrors) / from.radius.min(to.radius).max(NEAREST)
+        (self.rounding() + of_mirrors) / from.radius.min(to.radius).max(NEAREST)
     }
 }
 

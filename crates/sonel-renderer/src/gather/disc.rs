@@ -101,7 +101,7 @@ impl Sheet {
         let resolution = f64::from(geometry.resolution());
         sheet.feet = geometry.footprints(id).map(|feet| {
             let flat = feet.into_iter().map(|[a, b]| (sheet.flat(a), sheet.flat(b)));
-            flat.filter(|&foot| sheet.is_divided_by(foot, resolution)).collect()
+            flat.filter(|&corner| sheet.is_divided_by(corner, resolution)).collect()
         });
         sheet
     }

@@ -10,10 +10,10 @@ use sonel_map::{CoefficientTable, Lanes, SegmentHistory};
 use super::rays::NearPlace;
 use crate::connection::{ClassDeposits, DiffuseSonel};
 use crate::direct::spread;
+use crate::medium::Medium;
 use crate::mirror::Radiator;
 use crate::mirror_connection::{ReceiverImages, image_order};
 use crate::receiver::PreparedReceiver;
-use crate::render::Medium;
 
 /// A source as places next to receivers see it.
 pub struct NearSource<'a> {
@@ -63,7 +63,7 @@ impl<'a> NearSource<'a> {
             length: place.length,
             radiosity: &radiosity,
         };
-        images.connect(&sonel, receiver, medium, place.choice, scratch, deposits);
+        images.connect(&sonel, (receiver, Some(place.towards)), medium, place.choice, scratch, deposits);
     }
 
     fn connect_directly(
@@ -96,6 +96,6 @@ impl<'a> NearSource<'a> {
         }
         passed.weaken(medium.geometry, medium.table, scratch);
         medium.receive(prepared, length, scratch);
-        deposits.add(receiver, bin, length, scratch, medium);
+        deposits.add((receiver, place.towards), bin, length, scratch, medium);
     }
 }

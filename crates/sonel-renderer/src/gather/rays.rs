@@ -10,8 +10,8 @@ use super::disc::{Disc, Sheet};
 use super::turning::{Look, Turning};
 use crate::bending::{Bends, Turn, WayEnd};
 use crate::connection::normal_on;
+use crate::medium::Medium;
 use crate::receiver::PreparedReceiver;
-use crate::render::Medium;
 
 /// How rays gather.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +48,8 @@ pub struct GatherPoint {
     pub seen_directly: bool,
     /// Which sonels it gathers.
     pub sonels: Sonels,
+    /// Where the ray left the receiver to.
+    pub towards: Vec3,
 }
 
 impl AsRef<Disc> for GatherPoint {
@@ -84,6 +86,8 @@ pub struct NearPlace {
     pub seen_directly: bool,
     /// A random number, 0 … 1, that selects an image of the source.
     pub choice: f64,
+    /// Where the ray left the receiver to.
+    pub towards: DVec3,
 }
 
 /// What a visibility ray finds.
@@ -159,6 +163,7 @@ pub fn cast(
                         disc,
                         seen_directly: ray.is_seen_directly(),
                         sonels,
+                        towards: ray.towards,
                     }));
                 }
             };
@@ -206,6 +211,8 @@ struct Shares {
 struct Ray {
     departure: Departure,
     direction: Vec3,
+    /// Where it left the receiver to.
+    towards: Vec3,
     /// Where it goes on from, about the scene's centre [m].
     at: DVec3,
     /// Per band.
@@ -233,6 +240,7 @@ impl Ray {
         Self {
             departure: Departure::free(receiver.position),
             direction,
+            towards: direction,
             at: receiver.exact,
             throughput: vec![[weight; 4]; sonel_map::lanes_of(table.bands())],
             length: 0.0,
@@ -287,9 +295,9 @@ impl Ray {
             turned.throughput.iter_mut().flatten().for_each(|energy| *energy /= parts);
             let turn = turning.turn(geometry, bends, &self.turns, &mut turned.throughput, stream);
             if let Some(turn) = turn {
-                turned.length += self.at.distance(turn.foot);
-                turned.at = turn.foot;
-                turned.departure = Departure::free(turn.foot.as_vec3());
+                turned.length += self.at.distance(turn.closest);
+                turned.at = turn.closest;
+                turned.departure = Departure::free(turn.closest.as_vec3());
                 turned.direction = -turn.before.as_vec3();
                 turned.turns.push(turn);
                 rays.push(turned);
@@ -379,6 +387,7 @@ impl Ray {
             throughput: self.throughput.clone(),
             seen_directly: self.is_seen_directly(),
             choice: f64::from(choice),
+            towards: self.towards.as_dvec3(),
         }
     }
 

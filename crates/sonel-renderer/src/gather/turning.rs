@@ -3,17 +3,17 @@
 //! A ray that passes edges goes on straight with the bands that none of them bends, and turned with what they bend: at places about their
 //! feet, by the law of [`super::backwards`]. Bands have deviations of their own and share a place, drawn from the mean of their densities, each
 //! band with the weight of what it carries. The edges that turn a ray are most often those that it passes, from the first on as long as what is turned
-//! behind that reaches the ray unbent, and those that are nearest at the ends of the way, whose foot may be beyond. All others nearby are
-//! asked now and then, since an edge that is not the nearest from the ray's foot may be so beside it.
+//! behind that reaches the ray unbent, and those that are nearest at the ends of the way, whose closest point may be beyond. All others nearby are
+//! asked now and then, since an edge that is not the nearest from the ray's closest point may be so beside it.
 //!
 //! Which bands come this way and no other is for the packet to say, when the ray has met a surface: [`Bends::keep_turned`].
 //!
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
 use glam::DVec3;
-use sonel_geometry::{Geometry, Nearby, Passage, Way};
+use sonel_geometry::{EdgePass, Geometry, Nearby, Way};
 use sonel_map::Lanes;
-use sonel_map::course::MOST_BENDS;
+use sonel_map::bend_history::MOST_BENDS;
 use sonel_sampling::{Stream, warp};
 
 use super::backwards::{TurnedBack, density, likelihood, place};
@@ -84,13 +84,13 @@ impl Turning {
         if nearby.is_empty() {
             return None;
         }
-        let passages = passages(geometry, bends, way, turns, throughput);
+        let edge_passes = edge_passes(geometry, bends, way, turns, throughput);
         let beside = OFF_SURFACES * bends.least_distance();
         let at_ends = [from + beside, to - beside]
             .map(|at| bends.nearest(geometry, look.origin + at * look.direction, reach))
             .concat();
         let turns_here = |near: &Nearby| {
-            passages.iter().any(|passage| passage.edge == near.edge)
+            edge_passes.iter().any(|edge_pass| edge_pass.edge == near.edge)
                 || at_ends.iter().any(|(edge, _)| *edge == near.edge)
         };
         let known: Vec<bool> = nearby.iter().map(turns_here).collect();
@@ -98,8 +98,8 @@ impl Turning {
         for &(band, concentration) in bends.bent() {
             let energy = throughput[band / 4][band % 4];
             if energy > 0.0 {
-                let first = passages.iter().find(|passage| {
-                    bends.bends(band, passage.distance, bends.size_seen(passage.edge, look.direction))
+                let first = edge_passes.iter().find(|edge_pass| {
+                    bends.bends(band, edge_pass.distance, bends.size_seen(edge_pass.edge, look.direction))
                 });
                 this.passed.extend(first.map(|_| band));
                 let first = first.map_or(f64::INFINITY, |first| first.at);
@@ -174,7 +174,7 @@ impl Turning {
             return None;
         }
         let back = TurnedBack::new(&bends.lines()[edge as usize], point, place, self.look.direction)?;
-        let turn = Turn { edge, foot: place, distance: back.distance, before: back.before };
+        let turn = Turn { edge, closest: place, distance: back.distance, before: back.before };
         let seen = bends.sizes_seen(&turn, back.tangent);
         let inverse = passed.len() as f64 / self.density(at);
         let mut weights = vec![[0.0; 4]; throughput.len()];
@@ -230,22 +230,22 @@ fn clear(near: &Nearby) -> f64 {
 }
 
 /// What the ray passes: the first edge, and those from whose feet packets may reach it unbent.
-fn passages(
+fn edge_passes(
     geometry: &Geometry,
     bends: &Bends,
     mut way: Way,
     turns: &[Turn],
     throughput: &[Lanes],
-) -> Vec<Passage> {
-    let mut passages: Vec<Passage> = Vec::new();
-    while passages.len() < MOST_PASSAGES
-        && let Some(passage) = bends.next(geometry, &way, turns, throughput)
+) -> Vec<EdgePass> {
+    let mut edge_passes: Vec<EdgePass> = Vec::new();
+    while edge_passes.len() < MOST_PASSAGES
+        && let Some(edge_pass) = bends.next(geometry, &way, turns, throughput)
     {
-        way.from = passage.at;
-        if passages.first().is_some_and(|first| passage.at > first.at + way.reach) {
+        way.from = edge_pass.at;
+        if edge_passes.first().is_some_and(|first| edge_pass.at > first.at + way.reach) {
             break;
         }
-        passages.push(passage);
+        edge_passes.push(edge_pass);
     }
-    passages
+    edge_passes
 }

@@ -121,7 +121,7 @@ impl<'a> ImageLattice<'a> {
                         order,
                         planes: Vec::new(),
                         factor: &factor,
-                        is_through: false,
+                        through: Vec::new(),
                     });
                 }
             }

@@ -38,8 +38,8 @@ pub struct MirrorArrival<'a> {
     pub planes: Vec<PlaneId>,
     /// ∏ (1−α)(1−s), and τ of the partitions passed, times the source's directivity factor, per band; without spreading and air.
     pub factor: &'a [Lanes],
-    /// Whether it passes partitions.
-    pub is_through: bool,
+    /// Materials of the partitions that it passes, in ascending order.
+    pub through: Vec<u32>,
 }
 
 /// One image of the origin of a set of chains.

@@ -168,8 +168,8 @@ impl<'t> ImageTree<'t> {
             let length = offset.length();
             let planes = self.chain(node).map(|node| geometry.surface(node.mirror.surface).plane).collect();
             let towards = offset / length;
-            let is_through = !passed.is_empty();
-            found(&MirrorArrival { length, towards, order: node.order, planes, factor: &factor, is_through });
+            let through = passed.materials(geometry);
+            found(&MirrorArrival { length, towards, order: node.order, planes, factor: &factor, through });
         }
     }
 
@@ -268,18 +268,23 @@ impl<'t> ImageTree<'t> {
 
     /// Where the chain of image number `image` from `point` is mirrored, in order [m], and the normals of the surfaces there.
     #[must_use]
-    pub fn feet(&self, geometry: &Geometry, image: usize, mut point: DVec3) -> Vec<(DVec3, DVec3)> {
-        let mut feet = Vec::new();
+    pub fn points_on_walls(
+        &self,
+        geometry: &Geometry,
+        image: usize,
+        mut point: DVec3,
+    ) -> Vec<(DVec3, DVec3)> {
+        let mut points_on_walls = Vec::new();
         let mut link = Some(&self.nodes[image]);
         let mut last = None;
         while let Some(node) = link {
-            let Some(foot) = crossing(geometry, node.mirror, last, point, node.image) else { break };
+            let Some(point_on_wall) = crossing(geometry, node.mirror, last, point, node.image) else { break };
             last = Some(node.mirror);
-            feet.push((foot, geometry.surface(node.mirror.surface).normal));
-            point = foot;
+            points_on_walls.push((point_on_wall, geometry.surface(node.mirror.surface).normal));
+            point = point_on_wall;
             link = node.parent.map(|parent| &self.nodes[parent as usize]);
         }
-        feet
+        points_on_walls
     }
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image

@@ -8,8 +8,9 @@ use crate::direct::{direct_path, spread};
 use crate::gather::GatherIndex;
 use crate::gather::rays::{GatherPoint, place};
 use crate::mirror::Radiator;
+use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
-use crate::render::{PathClass, Renderer};
+use crate::render::Renderer;
 use sonel_geometry::{Departure, Geometry};
 
 use super::Paper;
@@ -71,7 +72,7 @@ impl Renderer<'_> {
                         let bins = (bin, audience.coarse_bin(number, bin));
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
                         estimate.class(PathClass::LongMirrorChain).add_from_kernel(
-                            number,
+                            (number, sight.towards.as_dvec3()),
                             bins,
                             sight.length,
                             &mut energy,
@@ -110,13 +111,15 @@ impl Renderer<'_> {
                 let sequence = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
                 let mut energy =
                     visibilities(self.geometry, edge, radiator, receiver, &paper.wavelengths, &sequence);
-                let heard = edge
-                    .place(self.geometry, radiator.position, receiver.exact)
-                    .map_or(1.0, |place| spread(length) * receiver.sensitivity.to(place - receiver.exact));
+                let place = edge.place(self.geometry, radiator.position, receiver.exact);
+                let towards = place.map(|place| place - receiver.exact);
+                let rendered =
+                    towards.map_or(1.0, |towards| spread(length) * receiver.sensitivity.to(towards));
                 for (energy, unobstructed) in energy.iter_mut().flatten().zip(unobstructed.iter().flatten()) {
-                    *energy *= unobstructed * heard;
+                    *energy *= unobstructed * rendered;
                 }
-                estimate.class(PathClass::Edge).add(number, bin, length, &mut energy, &self.medium());
+                let arriving = (number, towards.unwrap_or_default());
+                estimate.class(PathClass::Edge).add(arriving, bin, length, &mut energy, &self.medium());
             }
         }
     }
@@ -146,7 +149,8 @@ impl Renderer<'_> {
                     }
                 }
                 let bins = (bin, audience.coarse_bin(receiver, bin));
-                estimate.class(class).add_from_kernel(receiver, bins, length, scratch, gain, &medium);
+                let arriving = (receiver, point.towards.as_dvec3());
+                estimate.class(class).add_from_kernel(arriving, bins, length, scratch, gain, &medium);
             });
         }
     }

@@ -15,8 +15,9 @@ mod zone;
 
 use sonel_geometry::Geometry;
 
+use crate::disc_size::{disc_radius, free_path};
 use crate::gather::disc::Sheet;
-use crate::render::{PathClass, disc_radius, free_path};
+use crate::path_class::PathClass;
 use crate::settings::RenderSettings;
 use zone::ZoneEdge;
 

@@ -27,6 +27,8 @@ pub struct SourceSight {
     pub length: f64,
     /// Fluence per unit emitted energy, without air [1/m²].
     pub fluence: f64,
+    /// Where the ray left the receiver to.
+    pub towards: glam::Vec3,
     /// Whether the ray also meets the sphere of half the area.
     pub in_half: bool,
 }
@@ -75,6 +77,7 @@ impl Paper {
         let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
         for ray in 0..self.rays {
             let mut direction = warp::uniform_sphere(directions.point(ray));
+            let towards = direction;
             let sensitivity = receiver.1.sensitivity.to(direction.as_dvec3());
             let mut departure = Departure::free(receiver.1.position);
             let (mut at, mut length) = (receiver.1.exact, 0.0);
@@ -87,7 +90,7 @@ impl Paper {
                         looking.source_on((at, direction.as_dvec3()), end.map(|end| at.distance(end)), length)
                 {
                     let fluence = sight.fluence * sensitivity / f64::from(self.rays);
-                    found(Sight::Source(SourceSight { fluence, ..sight }));
+                    found(Sight::Source(SourceSight { fluence, towards, ..sight }));
                 }
                 let (Some(hit), Some(end)) = (hit, end) else { break };
                 length += at.distance(end);
@@ -102,7 +105,7 @@ impl Paper {
                             looking,
                             (receiver.0, leg == 0),
                             &hit,
-                            (length, sensitivity),
+                            (length, sensitivity, towards),
                         )));
                         break;
                     }
@@ -125,7 +128,7 @@ impl Paper {
         looking: &Looking<'_>,
         (receiver, seen_directly): (u32, bool),
         hit: &sonel_geometry::Hit,
-        (length, sensitivity): (f64, f64),
+        (length, sensitivity, towards): (f64, f64, glam::Vec3),
     ) -> GatherPoint {
         let mut disc = self.sheets[hit.surface.0 as usize].disc(hit, self.disc_radius);
         let columns = looking.table.bands();
@@ -142,6 +145,7 @@ impl Paper {
             disc,
             seen_directly,
             sonels: Sonels::All,
+            towards,
         }
     }
 }
@@ -178,6 +182,7 @@ impl Looking<'_> {
         meets.then(|| SourceSight {
             length: ((length + along) * (length + along) + miss_squared.max(0.0)).sqrt(),
             fluence: self.radiator.towards(-direction).factor(self.column) / (PI * radius_squared),
+            towards: direction.as_vec3(),
             in_half: miss_squared <= 0.5 * radius_squared,
         })
     }

@@ -26,9 +26,11 @@ use sonel_map::{CHUNK_EMISSIONS, EmissionDirections, Lanes, PathWeight};
 pub use camera::{Camera, CameraError};
 pub use windows::{WindowError, Windows};
 
+use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius};
+use crate::error::RenderError;
 use crate::gather::disc::Sheet;
 use crate::gather::rays::place;
-use crate::render::{DISC_PER_FREE_PATH, RenderError, Renderer, disc_radius};
+use crate::render::Renderer;
 use tile::Tile;
 
 /// Chunks read before tiles take their sonels: bounds the memory, whatever the number of threads.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use sonel_geometry::{Geometry, Surface};
 
-use crate::room::{number, place};
+use crate::notation::{number, place};
 
 /// How many of a kind are named.
 const NAMED: usize = 5;

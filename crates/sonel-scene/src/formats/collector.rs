@@ -4,8 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::NAMELESS;
-use crate::obj::{Face, FileTerms, LineProblem, MaterialName, Polygons, Vertices, and_more};
+use crate::obj::{Face, FileTerms, LineProblem, MaterialName, NAMELESS, Polygons, Vertices, and_more};
 
 /// Faces read so far and what is wrong with them.
 pub(super) struct Collector {

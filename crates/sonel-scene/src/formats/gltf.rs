@@ -12,9 +12,9 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Node, Primitive};
 
+use super::Open;
 use super::collector::Collector;
-use super::{NAMELESS, Open};
-use crate::obj::{FileTerms, LineProblem, Polygons, and_more};
+use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons, and_more};
 
 /// Nodes in nodes at most.
 const DEEPEST: usize = 200;

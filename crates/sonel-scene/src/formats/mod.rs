@@ -16,9 +16,6 @@ use crate::obj::{self, LineProblem, Polygons};
 /// Opens a file by its path relative to the scene file.
 pub(crate) type Open<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 
-/// The name of surfaces in a file that names nothing.
-pub(crate) const NAMELESS: &str = "walls";
-
 /// Formats of programs that can export one of ours.
 const FOREIGN: [&str; 11] = ["skp", "3dm", "rvt", "ifc", "blend", "fbx", "dae", "3ds", "dwg", "step", "stp"];
 

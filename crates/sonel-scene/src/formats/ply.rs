@@ -8,8 +8,8 @@ use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
 use super::collector::Collector;
-use super::{NAMELESS, color_name};
-use crate::obj::{FileTerms, LineProblem, Polygons};
+use super::color_name;
+use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons};
 
 /// What is read of a vertex or a face.
 #[derive(Default)]

@@ -7,8 +7,8 @@
 use glam::{DVec3, dvec3};
 
 use super::collector::Collector;
-use super::{NAMELESS, color_name};
-use crate::obj::{FileTerms, LineProblem, Polygons};
+use super::color_name;
+use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons};
 
 /// Header and count of a binary file.
 const BEGIN: usize = 84;

@@ -3,9 +3,9 @@
 use std::io;
 
 use super::{LibraryEntry, Octaves, read, shipped};
+use crate::bands::BandChoice;
 use crate::document::{Entry, Table};
 use crate::report::Report;
-use crate::sections::bands::BandChoice;
 use crate::suggest::suggest;
 
 /// Names listed where none is near the one asked for.

@@ -10,5 +10,5 @@ mod scan;
 mod triangulate;
 
 pub(crate) use polygons::{Face, FileTerms, Polygons, Vertices, read};
-pub(crate) use scan::{LineProblem, MaterialName, and_more};
+pub(crate) use scan::{LineProblem, MaterialName, NAMELESS, and_more};
 pub(crate) use triangulate::{Triangulation, triangulate};

@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use crate::formats::NAMELESS;
+/// The name of surfaces in a file that names nothing.
+pub(crate) const NAMELESS: &str = "walls";
 
 /// Something wrong in a line of an OBJ file, counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]

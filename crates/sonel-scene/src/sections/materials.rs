@@ -3,11 +3,11 @@
 use sonel_acoustics::{AbsorptionLaw, Material, absorption_law};
 
 use crate::DEFAULT_SCATTERING;
+use crate::bands::BandChoice;
 use crate::document::{Entry, Number, Table};
 use crate::library::Shelves;
 use crate::report::Report;
 use crate::scene::opaque;
-use crate::sections::bands::BandChoice;
 
 const KEYS: [&str; 9] = [
     "absorption",

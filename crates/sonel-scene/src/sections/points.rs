@@ -6,9 +6,9 @@ use glam::DVec3;
 use sonel_acoustics::{Balloon, Directivity, Pattern};
 
 use crate::balloon_file;
+use crate::bands::BandChoice;
 use crate::document::{Entry, Table};
 use crate::report::Report;
-use crate::sections::bands::BandChoice;
 use crate::sections::walls::OpenMesh;
 use crate::suggest::suggest;
 use crate::{DEFAULT_POWER_LEVEL_DB, Receiver, Source};
@@ -62,7 +62,8 @@ pub(crate) fn read_receivers(
         }
         place_at(table, report, |position, report| {
             let towards_source = Receiver::towards(&name, position, first_source.unwrap_or(position));
-            let aim = read_direction(table, "aim", report).unwrap_or(towards_source.aim);
+            let unstated = if first_source.is_some() { towards_source.aim } else { DVec3::ZERO };
+            let aim = read_direction(table, "aim", report).unwrap_or(unstated);
             Receiver { aim, pattern, ..towards_source }
         })
     };

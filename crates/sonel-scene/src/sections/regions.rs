@@ -4,12 +4,12 @@ use glam::DVec3;
 use sonel_acoustics::Air;
 use sonel_geometry::Geometry;
 
+use crate::bands::BandChoice;
 use crate::document::Table;
 use crate::media::{MediaFault, find_sides};
 use crate::report::Report;
 use crate::scene::{Source, attenuation_per_band};
 use crate::sections::air::AirChoice;
-use crate::sections::bands::BandChoice;
 use crate::sections::points::{Placed, read_names};
 use crate::{Media, Region};
 

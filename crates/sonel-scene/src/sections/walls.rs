@@ -5,15 +5,12 @@ use sonel_acoustics::Material;
 use sonel_geometry::Mesh;
 
 use crate::document::{Entry, Table};
-use crate::mesh_file::{self, Stated};
+use crate::mesh_file::{self, FARTHEST, Stated};
 use crate::report::Report;
 use crate::suggest::suggest;
 
 /// Opens a mesh by the path in the scene file, relative to it.
 pub(crate) use crate::formats::Open as OpenMesh;
-
-/// No coordinate lies further from the origin [m]; generous for national grids, far below where squares overflow.
-pub(crate) const FARTHEST: f64 = 1e8;
 
 /// Distance up to which cracks of a mesh are closed unless the scene file states one [m].
 const DEFAULT_WELD: f64 = 1e-3;

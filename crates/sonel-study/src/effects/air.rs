@@ -17,7 +17,7 @@ use sonel_acoustics::mean_absorption;
 use sonel_geometry::Geometry;
 use sonel_scene::{Region, Scene};
 
-use super::spec::Wish;
+use super::spec::Request;
 use super::{ASKED, Bound, Decision, Effect, Question};
 
 /// How many times more slowly than Eyring's a room may decay: seven times does a box of mirrors (10 × 8 × 3 m, α = 0.05) whose floor alone absorbs
@@ -28,13 +28,13 @@ const LONGEST_WAY: f64 = 4.0;
 
 /// Decides on air, and changes the scene's as was asked.
 pub(super) fn decide(asked: Question, scene: &mut Scene, geometry: &Geometry) -> Decision {
-    let wish = asked.wish;
-    match wish {
-        Wish::Off => {
+    let request = asked.request;
+    match request {
+        Request::Off => {
             scene.air_attenuation.fill(0.0);
             regions(scene).for_each(|region| region.air_attenuation.fill(0.0));
         }
-        Wish::On => {
+        Request::On => {
             for (band, attenuation) in scene.air_attenuation.iter_mut().enumerate() {
                 *attenuation = scene.air.energy_attenuation(scene.bands.exact_midband(band));
             }
@@ -45,11 +45,11 @@ pub(super) fn decide(asked: Question, scene: &mut Scene, geometry: &Geometry) ->
                 }
             }
         }
-        Wish::Auto | Wish::Scene => {}
+        Request::Auto | Request::Scene => {}
     }
     let attenuates: Vec<bool> = strongest(scene).iter().map(|&m| m > 0.0).collect();
     if !attenuates.contains(&true) {
-        let why = if wish == Wish::Off { ASKED } else { "the scene has none" };
+        let why = if request == Request::Off { ASKED } else { "the scene has none" };
         return Decision::new(Effect::Air, attenuates, why.to_owned());
     }
     let losses = losses(scene, geometry);
@@ -57,8 +57,8 @@ pub(super) fn decide(asked: Question, scene: &mut Scene, geometry: &Geometry) ->
         level_db: losses.iter().map(|loss| 10.0 * LOG10_E * libm::log1p(loss.most)).collect(),
         decay: losses.iter().map(|loss| loss.most).collect(),
     };
-    let on = if wish == Wish::Auto { asked.exceeding(&bound) } else { attenuates };
-    let reason = if wish == Wish::Auto { reason(scene, &losses) } else { ASKED.to_owned() };
+    let on = if request == Request::Auto { asked.exceeding(&bound) } else { attenuates };
+    let reason = if request == Request::Auto { reason(scene, &losses) } else { ASKED.to_owned() };
     Decision {
         bound: Some(bound),
         cost: "one factor a deposit".to_owned(),

@@ -11,11 +11,11 @@ use sonel_map::edges::{bending_edges, whole_reach};
 use sonel_map::{EffectState, Mode};
 use sonel_scene::Scene;
 
-use super::spec::Wish;
+use super::spec::Request;
 use super::{ASKED, Bound, Decision, Effect, ON_ARCS};
 
 /// Decides on bending.
-pub(super) fn decide(wish: Wish, mode: Mode, scene: &Scene, geometry: &Geometry) -> Decision {
+pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geometry) -> Decision {
     let wavelengths = scene.wavelengths();
     let bands = wavelengths.len();
     let count = bending_edges(geometry, &wavelengths).lines().len();
@@ -26,7 +26,7 @@ pub(super) fn decide(wish: Wish, mode: Mode, scene: &Scene, geometry: &Geometry)
             ..off("no edge is sharp and large enough".to_owned())
         };
     }
-    match wish.decided() {
+    match request.decided() {
         _ if mode == Mode::Paper => off(PAPER.to_owned()),
         _ if scene.sound_speed_gradient != 0.0 => off(ON_ARCS.to_owned()),
         Some(true) => {

@@ -9,16 +9,16 @@
 use std::f64::consts::LOG10_E;
 
 use glam::DVec3;
-use sonel_analysis::{Figure, Parameter};
+use sonel_analysis::{Parameter, ParameterValue};
 use sonel_geometry::Geometry;
 use sonel_map::{EffectState, Settings};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_scene::Scene;
 
-use super::spec::Wish;
-use super::{ASKED, Bound, Decision, Effect, ON_ARCS, Question};
+use super::spec::Request;
+use super::{ASKED, Bound, Decision, Effect, Question};
+use crate::pipeline::{Clock, InMemory, PipelineError, Rendered, TracedMap, render_and_read, trace};
 use crate::response::receivers_of;
-use crate::trial::{Clock, Heard, InMemory, TracedMap, TrialError, hear, trace};
 
 /// Most receivers that are listened at: of more, as many evenly among them.
 pub const LISTENERS: usize = 8;
@@ -48,8 +48,8 @@ pub(super) fn decide(
     scene: &Scene,
     geometry: &Geometry,
     clock: &dyn Clock,
-) -> Result<Decision, TrialError> {
-    let wish = asked.wish;
+) -> Result<Decision, PipelineError> {
+    let request = asked.request;
     let bands = scene.bands.count();
     let count = geometry.diffracting_edges().count();
     let decision = |on: bool, reason: String| Decision::new(Effect::Diffraction, vec![on; bands], reason);
@@ -57,25 +57,22 @@ pub(super) fn decide(
         let bound = Some(Bound::nothing(bands));
         return Ok(Decision { bound, ..decision(false, NO_EDGE.to_owned()) });
     }
-    if scene.sound_speed_gradient != 0.0 {
-        return Ok(decision(false, ON_ARCS.to_owned()));
-    }
-    if let Some(on) = wish.decided().filter(|_| !asked.weigh) {
+    if let Some(on) = request.decided().filter(|_| !asked.weigh) {
         return Ok(decision(on, format!("{ASKED}, {count} edges")));
     }
-    let worth = weigh_edges(asked, scene, geometry, clock)?;
-    let on = wish.decided().unwrap_or_else(|| asked.exceeding(&worth.bound).contains(&true));
-    let why = if wish == Wish::Auto { String::new() } else { format!("{ASKED}, ") };
-    let reason = format!("{why}{} {}", describe(count, scene, geometry), worth.describe(scene));
-    let cost = format!("{:.2} CPU-s a receiver", worth.seconds);
-    Ok(Decision { bound: Some(worth.bound), cost, ..decision(on, reason) })
+    let found = weigh_edges(asked, scene, geometry, clock)?;
+    let on = request.decided().unwrap_or_else(|| asked.exceeding(&found.bound).contains(&true));
+    let why = if request == Request::Auto { String::new() } else { format!("{ASKED}, ") };
+    let reason = format!("{why}{} {}", describe(count, scene, geometry), found.describe(scene));
+    let cost = format!("{:.2} CPU-s a receiver", found.seconds);
+    Ok(Decision { bound: Some(found.bound), cost, ..decision(on, reason) })
 }
 
 /// The same in the founding paper's mode, whose diffraction is part of the method and weighed by nobody.
-pub(super) fn decide_for_paper(wish: Wish, scene: &Scene, geometry: &Geometry) -> Decision {
+pub(super) fn decide_for_paper(request: Request, scene: &Scene, geometry: &Geometry) -> Decision {
     let bands = scene.bands.count();
-    let (on, reason) = match (geometry.diffracting_edges().count(), wish) {
-        (_, Wish::Off) => (false, ASKED.to_owned()),
+    let (on, reason) = match (geometry.diffracting_edges().count(), request) {
+        (_, Request::Off) => (false, ASKED.to_owned()),
         (0, _) => (false, NO_EDGE.to_owned()),
         (count, _) => {
             (true, format!("as in the paper, in zones of half a wavelength on either side of {count} edges"))
@@ -100,14 +97,14 @@ fn describe(count: usize, scene: &Scene, geometry: &Geometry) -> String {
 }
 
 /// What edges are worth.
-struct Worth {
+struct EdgeBound {
     bound: Bound,
     listeners: String,
     /// CPU seconds a receiver.
     seconds: f64,
 }
 
-impl Worth {
+impl EdgeBound {
     fn describe(&self, scene: &Scene) -> String {
         let (level_db, band) = self
             .bound
@@ -131,41 +128,44 @@ fn weigh_edges(
     scene: &Scene,
     geometry: &Geometry,
     clock: &dyn Clock,
-) -> Result<Worth, TrialError> {
+) -> Result<EdgeBound, PipelineError> {
     let (listeners, all) = listeners(scene, geometry);
-    let traced = |on: bool| -> Result<TracedMap, TrialError> {
+    let traced = |on: bool| -> Result<TracedMap, PipelineError> {
         let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
         let state =
             EffectState::new(Effect::Diffraction.name(), vec![on; scene.bands.count()], String::new());
         trace(scene, geometry, vec![state], settings, &mut InMemory, clock)
     };
     let maps = [traced(false)?, traced(true)?];
-    let render = RenderSettings { rays: RAYS, mirror_order: Some(MIRROR_ORDER), ..RenderSettings::default() };
-    let mut worth = Worth { bound: Bound::nothing(scene.bands.count()), listeners: all, seconds: 0.0 };
+    // Arcs have no mirror chains.
+    let mirror_order = (scene.sound_speed_gradient == 0.0).then_some(MIRROR_ORDER);
+    let render = RenderSettings { rays: RAYS, mirror_order, ..RenderSettings::default() };
+    let mut found = EdgeBound { bound: Bound::nothing(scene.bands.count()), listeners: all, seconds: 0.0 };
     let mut seconds = 0.0;
-    for (heard, listener) in (1..).zip(&listeners) {
-        let hear =
-            |traced: &TracedMap| hear(&traced.map, geometry, std::slice::from_ref(listener), &render, clock);
-        let (without, with) = (hear(&maps[0])?, hear(&maps[1])?);
+    for (number, listener) in (1..).zip(&listeners) {
+        let render_and_read = |traced: &TracedMap| {
+            render_and_read(&traced.map, geometry, std::slice::from_ref(listener), &render, clock)
+        };
+        let (without, with) = (render_and_read(&maps[0])?, render_and_read(&maps[1])?);
         seconds += (with.seconds.deterministic - without.seconds.deterministic).max(0.0);
-        worth.bound.extend(&change(scene.bands.count(), &without, &with));
-        worth.seconds = seconds / f64::from(heard) / scene.sources.len().max(1) as f64;
+        found.bound.extend(&change(scene.bands.count(), &without, &with));
+        found.seconds = seconds / f64::from(number) / scene.sources.len().max(1) as f64;
         let is_sure =
-            asked.wish == Wish::Auto && !asked.weigh && asked.exceeding(&worth.bound).contains(&true);
-        if is_sure && (heard as usize) < listeners.len() {
-            worth.listeners = format!("already at {}", listener.name);
+            asked.request == Request::Auto && !asked.weigh && asked.exceeding(&found.bound).contains(&true);
+        if is_sure && (number as usize) < listeners.len() {
+            found.listeners = format!("already at {}", listener.name);
             break;
         }
     }
-    Ok(worth)
+    Ok(found)
 }
 
 /// The largest change between two ways of hearing the same packets.
-fn change(bands: usize, without: &Heard, with: &Heard) -> Bound {
+fn change(bands: usize, without: &Rendered, with: &Rendered) -> Bound {
     let mut bound = Bound::nothing(bands);
-    for (without, with) in without.figures.iter().zip(&with.figures) {
+    for (without, with) in without.parameters.iter().zip(&with.parameters) {
         for (band, (without, with)) in without.bands.iter().zip(&with.bands).enumerate() {
-            let level = level_change(without.figure(Parameter::Level), with.figure(Parameter::Level));
+            let level = level_change(without.parameter(Parameter::Level), with.parameter(Parameter::Level));
             bound.level_db[band] = bound.level_db[band].max(level);
         }
     }
@@ -174,7 +174,7 @@ fn change(bands: usize, without: &Heard, with: &Heard) -> Bound {
 }
 
 /// 10 lg(1 + |ΔF|/F), F three standard errors low [dB]; infinite where there is sound with the effect only.
-fn level_change(without: &Figure, with: &Figure) -> f64 {
+fn level_change(without: &ParameterValue, with: &ParameterValue) -> f64 {
     let (without, with) = match (without, with) {
         (Ok(without), Ok(with)) => (without, with),
         (Err(_), Err(_)) => return 0.0,

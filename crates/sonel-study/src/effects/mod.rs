@@ -22,8 +22,8 @@ pub use shadow::missing;
 pub use skips::{Skip, skips};
 pub use spec::{EffectSpec, EffectSpecError};
 
-use crate::trial::{Clock, TrialError};
-use spec::Wish;
+use crate::pipeline::{Clock, PipelineError};
+use spec::Request;
 
 /// Just-noticeable differences below which an effect may be left out, unless the specification names other ones.
 pub const THRESHOLD: f64 = 0.1;
@@ -139,7 +139,7 @@ impl Decision {
 /// What is asked of an effect.
 #[derive(Debug, Clone, Copy)]
 struct Question {
-    wish: Wish,
+    request: Request,
     /// Just-noticeable differences below which it may be left out.
     threshold: f64,
     /// Whether the bound is asked for even if the effect was decided about.
@@ -169,39 +169,40 @@ pub fn decide(
     geometry: &Geometry,
     weigh: bool,
     clock: &dyn Clock,
-) -> Result<Vec<Decision>, TrialError> {
+) -> Result<Vec<Decision>, PipelineError> {
     // Air and directivity first: the short run is heard with them.
-    let asked = |effect| Question { wish: spec.wish(effect), threshold: spec.threshold(), weigh };
+    let asked = |effect| Question { request: spec.request(effect), threshold: spec.threshold(), weigh };
     let air = air::decide(asked(Effect::Air), scene, geometry);
-    let directivity = decide_directivity(spec.wish(Effect::Directivity), scene);
+    let directivity = decide_directivity(spec.request(Effect::Directivity), scene);
     Effect::ALL
         .into_iter()
         .map(|effect| match effect {
             Effect::Diffraction if mode == Mode::Paper => {
-                Ok(edges::decide_for_paper(spec.wish(effect), scene, geometry))
+                Ok(edges::decide_for_paper(spec.request(effect), scene, geometry))
             }
             Effect::Diffraction => edges::decide(asked(effect), scene, geometry, clock),
-            Effect::Bending => Ok(bending::decide(spec.wish(effect), mode, scene, geometry)),
+            Effect::Bending => Ok(bending::decide(spec.request(effect), mode, scene, geometry)),
             Effect::Air => Ok(air.clone()),
             Effect::Directivity => Ok(directivity.clone()),
-            Effect::Transmission => Ok(decide_transmission(spec.wish(effect), mode, scene, geometry)),
-            Effect::Refraction => Ok(decide_refraction(spec.wish(effect), mode, scene)),
+            Effect::Transmission => Ok(decide_transmission(spec.request(effect), mode, scene, geometry)),
+            Effect::Refraction => Ok(decide_refraction(spec.request(effect), mode, scene)),
         })
         .collect()
 }
 
 /// Why no edge acts where the speed of sound has a gradient.
-pub(crate) const ON_ARCS: &str = "the speed of sound has a gradient, and edges know straight paths only";
+pub(crate) const ON_ARCS: &str =
+    "the speed of sound has a gradient, and packets bend along straight paths only";
 
 /// Leaves regions of other air and the gradient of the speed of sound out of `scene` where `spec` or `mode` does without refraction: asked before its geometry is built.
 pub fn leave_regions_out(spec: &EffectSpec, mode: Mode, scene: &mut Scene) {
-    if spec.wish(Effect::Refraction) == Wish::Off || mode == Mode::Paper {
+    if spec.request(Effect::Refraction) == Request::Off || mode == Mode::Paper {
         scene.make_air_even();
     }
 }
 
 /// Refraction is simulated as soon as a scene has several airs.
-fn decide_refraction(wish: Wish, mode: Mode, scene: &Scene) -> Decision {
+fn decide_refraction(request: Request, mode: Mode, scene: &Scene) -> Decision {
     let bands = scene.bands.count();
     let off = |reason: String| Decision::new(Effect::Refraction, vec![false; bands], reason);
     if scene.sound_speed_gradient != 0.0 {
@@ -211,8 +212,8 @@ fn decide_refraction(wish: Wish, mode: Mode, scene: &Scene) -> Decision {
         let bound = Some(Bound::nothing(bands));
         return Decision { bound, ..off("the air is one".to_owned()) };
     };
-    if wish == Wish::Off || mode == Mode::Paper {
-        let why = if wish == Wish::Off { ASKED } else { "the paper knows one air" };
+    if request == Request::Off || mode == Mode::Paper {
+        let why = if request == Request::Off { ASKED } else { "the paper knows one air" };
         return off(format!("{why}, regions have the air of the scene"));
     }
     let airs =
@@ -232,12 +233,12 @@ fn decide_gradient(scene: &Scene) -> Decision {
         "{:.1} m/s at height 0, {} m/s more per metre; paths are arcs, specular reflections are left to receiver spheres",
         scene.speed_of_sound, scene.sound_speed_gradient
     );
-    let cost = "several rays a segment, noise of receiver spheres, no diffraction".to_owned();
+    let cost = "several rays a segment, noise of receiver spheres".to_owned();
     Decision { cost, ..Decision::new(Effect::Refraction, vec![true; scene.bands.count()], reason) }
 }
 
 /// Transmission is simulated as soon as a material in use lets anything through; without it that is turned to heat.
-fn decide_transmission(wish: Wish, mode: Mode, scene: &mut Scene, geometry: &Geometry) -> Decision {
+fn decide_transmission(request: Request, mode: Mode, scene: &mut Scene, geometry: &Geometry) -> Decision {
     let bands = scene.bands.count();
     let partitions: Vec<&Surface> =
         geometry.surfaces().iter().filter(|s| is_partition(&scene.materials[s.material as usize])).collect();
@@ -246,11 +247,12 @@ fn decide_transmission(wish: Wish, mode: Mode, scene: &mut Scene, geometry: &Geo
         let bound = Some(Bound::nothing(bands));
         return Decision { bound, ..off("nothing passes any material".to_owned()) };
     }
-    if wish == Wish::Off || mode == Mode::Paper {
+    if request == Request::Off || mode == Mode::Paper {
         for material in &mut scene.materials {
             material.transmission.fill(0.0);
         }
-        let why = if wish == Wish::Off { ASKED } else { "the paper's receivers hear nothing through walls" };
+        let why =
+            if request == Request::Off { ASKED } else { "the paper's receivers hear nothing through walls" };
         return off(format!("{why}, what would pass is absorbed"));
     }
     let passes = |band: usize| {
@@ -289,17 +291,17 @@ fn describe_partitions(scene: &Scene, geometry: &Geometry) -> String {
 }
 
 /// Directivity changes no more than the weight of emissions, and is heard as soon as a source has one.
-fn decide_directivity(wish: Wish, scene: &mut Scene) -> Decision {
+fn decide_directivity(request: Request, scene: &mut Scene) -> Decision {
     let bands = scene.bands.count();
     let directional = scene.sources.iter().filter(|source| !source.directivity.is_omni()).count();
-    if wish == Wish::Off {
+    if request == Request::Off {
         for source in &mut scene.sources {
             source.directivity = Directivity::OMNI;
         }
     }
-    let (on, reason) = match (directional, wish) {
+    let (on, reason) = match (directional, request) {
         (0, _) => (false, "every source is omnidirectional".to_owned()),
-        (_, Wish::Off) => (false, format!("{ASKED}, sources treated as omnidirectional")),
+        (_, Request::Off) => (false, format!("{ASKED}, sources treated as omnidirectional")),
         (count, _) => (true, format!("{count} of {} sources are directional", scene.sources.len())),
     };
     let bound = (directional == 0).then(|| Bound::nothing(bands));
@@ -310,7 +312,7 @@ fn decide_directivity(wish: Wish, scene: &mut Scene) -> Decision {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trial::NoClock;
+    use crate::pipeline::NoClock;
     use sonel_acoustics::{Bands, Material};
     use sonel_geometry::Mesh;
 

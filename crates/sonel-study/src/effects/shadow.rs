@@ -32,11 +32,6 @@ pub fn missing(
         return Vec::new();
     }
     let scene = &header.scene;
-    let remedy = if scene.sound_speed_gradient == 0.0 {
-        "trace with --effects auto,+diffraction to hear it"
-    } else {
-        "edges know straight paths only: --effects auto,-refraction hears them in even air"
-    };
     let mut missing = Vec::new();
     for (number, (source, rendering)) in scene.sources.iter().zip(renderings).enumerate() {
         let own_air = scene.air_at_source(number);
@@ -50,14 +45,14 @@ pub fn missing(
             let (gain_db, band) = (0..scene.bands.count())
                 .map(|band| {
                     let wavelength = scene.speed_of_sound / scene.bands.nominal()[band];
-                    let heard = rendering.energy(index, band);
-                    (10.0 * LOG10_E * libm::log1p(over_edges(ways, wavelength) / heard), band)
+                    let rendered = rendering.energy(index, band);
+                    (10.0 * LOG10_E * libm::log1p(over_edges(ways, wavelength) / rendered), band)
                 })
                 .fold((0.0, 0), |most, gain| if gain.0 > most.0 { gain } else { most });
             if gain_db > LEVEL_DB {
                 missing.push(format!(
                     "receiver \"{}\" stands in the shadow of source \"{}\": sound over edges, which the map leaves out, \
-                     may raise its level by up to {gain_db:.1} dB at {} Hz; {remedy}",
+                     may raise its level by up to {gain_db:.1} dB at {} Hz; trace with --effects auto,+diffraction to render_and_read it",
                     receiver.name,
                     source.name,
                     scene.bands.nominal()[band]
@@ -131,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_screen_of_known_loss_is_not_underestimated() {
-        // 10 m from a screen on either side, 1 m below its edge: 8.13 dB at 125 Hz, 19.01 dB at 4 kHz (docs/physics.md §8).
+        // 10 m from a screen on either side, 1 m below its edge: 8.13 dB at 125 Hz, 19.01 dB at 4 kHz (docs/diffraction.md).
         let straight = 20.0;
         let length = 2.0 * 101.0_f64.sqrt();
         for (frequency, loss_db) in [(125.0, 8.13), (4000.0, 19.01)] {

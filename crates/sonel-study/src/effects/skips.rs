@@ -17,7 +17,7 @@ pub struct Skip {
 /// What `scene` lets the stages skip. Every line states a fact that the stages find in the coefficients themselves.
 #[must_use]
 pub fn skips(scene: &Scene, spectral: Spectral) -> Vec<Skip> {
-    vec![mirrors(scene), diffuse(scene), heroes(scene, spectral)]
+    vec![mirrors(scene), diffuse(scene), leads(scene, spectral)]
 }
 
 /// The reflected energy of any band of any material in use that `part` of it goes to.
@@ -32,7 +32,7 @@ fn any(scene: &Scene, part: impl Fn(f64) -> f64) -> bool {
 fn mirrors(scene: &Scene) -> Skip {
     let skipped = !any(scene, |scattering| 1.0 - scattering);
     let reason = if skipped { "no surface reflects specularly" } else { "surfaces reflect specularly" };
-    Skip { what: "mirror chains, spheres, gather", skipped, reason: reason.to_owned() }
+    Skip { what: "image-source paths, spheres, gather", skipped, reason: reason.to_owned() }
 }
 
 fn diffuse(scene: &Scene) -> Skip {
@@ -41,7 +41,7 @@ fn diffuse(scene: &Scene) -> Skip {
     Skip { what: "connections", skipped, reason: reason.to_owned() }
 }
 
-fn heroes(scene: &Scene, spectral: Spectral) -> Skip {
+fn leads(scene: &Scene, spectral: Spectral) -> Skip {
     let still = vec![0.0; scene.bands.count()];
     let classes = BandClasses::alike(&scene.materials, &scene.sources, &still, spectral);
     let (bands, kinds) = (scene.bands.count(), classes.representatives().count());

@@ -31,7 +31,7 @@ pub enum EffectSpecError {
 
 /// What was asked for an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wish {
+pub(super) enum Request {
     /// To be decided.
     Auto,
     /// On as far as the scene has it.
@@ -42,7 +42,7 @@ pub(super) enum Wish {
     Off,
 }
 
-impl Wish {
+impl Request {
     /// Whether the effect is on, where that was asked.
     pub fn decided(self) -> Option<bool> {
         match self {
@@ -56,19 +56,19 @@ impl Wish {
 /// What the user asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectSpec {
-    wishes: [Wish; 6],
+    wishes: [Request; 6],
     threshold: f64,
 }
 
 impl Default for EffectSpec {
     fn default() -> Self {
-        Self { wishes: [Wish::Auto; 6], threshold: THRESHOLD }
+        Self { wishes: [Request::Auto; 6], threshold: THRESHOLD }
     }
 }
 
 impl EffectSpec {
     /// What was asked for `effect`.
-    pub(super) fn wish(&self, effect: Effect) -> Wish {
+    pub(super) fn request(&self, effect: Effect) -> Request {
         self.wishes[effect as usize]
     }
 
@@ -84,24 +84,24 @@ impl FromStr for EffectSpec {
     fn from_str(text: &str) -> Result<Self, EffectSpecError> {
         let mut words = text.split(',').map(str::trim);
         let (base, threshold) = match words.next().unwrap_or_default() {
-            "auto" => (Wish::Auto, THRESHOLD),
-            "all" => (Wish::Scene, THRESHOLD),
-            "none" => (Wish::Off, THRESHOLD),
+            "auto" => (Request::Auto, THRESHOLD),
+            "all" => (Request::Scene, THRESHOLD),
+            "none" => (Request::Off, THRESHOLD),
             other => match other.strip_prefix("auto:") {
-                Some(threshold) => (Wish::Auto, read_threshold(threshold)?),
+                Some(threshold) => (Request::Auto, read_threshold(threshold)?),
                 None => return Err(EffectSpecError::Base(other.to_owned())),
             },
         };
         let mut wishes = [base; 6];
         for word in words {
-            let (wish, name) = match (word.strip_prefix('+'), word.strip_prefix('-')) {
-                (Some(name), _) => (Wish::On, name),
-                (_, Some(name)) => (Wish::Off, name),
+            let (request, name) = match (word.strip_prefix('+'), word.strip_prefix('-')) {
+                (Some(name), _) => (Request::On, name),
+                (_, Some(name)) => (Request::Off, name),
                 _ => return Err(EffectSpecError::Sign(word.to_owned())),
             };
             let effect = Effect::ALL.into_iter().find(|effect| effect.name() == name);
             let effect = effect.ok_or_else(|| EffectSpecError::Unknown(name.to_owned()))?;
-            wishes[effect as usize] = wish;
+            wishes[effect as usize] = request;
         }
         Ok(Self { wishes, threshold })
     }
@@ -119,9 +119,9 @@ mod tests {
     #[test]
     fn specifications_are_read_in_order() {
         let spec: EffectSpec = "auto,-air,+diffraction".parse().unwrap();
-        assert_eq!(spec.wishes[Effect::Air as usize], Wish::Off);
-        assert_eq!(spec.wishes[Effect::Diffraction as usize], Wish::On);
-        assert_eq!(spec.wishes[Effect::Bending as usize], Wish::Auto);
+        assert_eq!(spec.wishes[Effect::Air as usize], Request::Off);
+        assert_eq!(spec.wishes[Effect::Diffraction as usize], Request::On);
+        assert_eq!(spec.wishes[Effect::Bending as usize], Request::Auto);
         assert!((spec.threshold() - 0.1).abs() < 1e-12);
         let coarse: EffectSpec = "auto:1,-air".parse().unwrap();
         assert_eq!(

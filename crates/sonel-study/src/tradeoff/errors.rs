@@ -1,7 +1,7 @@
-//! Bias and standard deviation of the figures judged, over repeats.
+//! Bias and standard deviation of the parameters judged, over repeats.
 //!
 //! The error of a level or a clarity is a difference [dB], that of a time is relative [%]. Errors of all receivers and bands
-//! are taken together: deviations as root mean squares, biases as means. A figure that a run with that setting and number of
+//! are taken together: deviations as root mean squares, biases as means. A parameter that a run with that setting and number of
 //! sonels or the reference refused is left out there and counted; where more than a tenth is missing, there is no point at all.
 
 use sonel_analysis::Parameter;
@@ -9,7 +9,7 @@ use sonel_analysis::Parameter;
 use super::fit::{self, Measured};
 use super::runs::{Run, Tradeoff};
 
-/// The figures judged: what a listener notices first.
+/// The parameters judged: what a listener notices first.
 pub const JUDGED: [Parameter; 4] =
     [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
 
@@ -39,11 +39,11 @@ pub struct Curve {
     pub setting: usize,
     /// One of [`JUDGED`].
     pub parameter: Parameter,
-    /// By number of sonels, ascending; those with too many figures refused are missing.
+    /// By number of sonels, ascending; those with too many parameters refused are missing.
     pub points: Vec<Point>,
 }
 
-/// Part of the figures that may be refused where the others stand for all.
+/// Part of the parameters that may be refused where the others stand for all.
 const MOST_REFUSED: f64 = 0.1;
 
 /// Errors at one number of sonels.
@@ -53,9 +53,9 @@ pub struct Point {
     pub sonels: u64,
     /// CPU seconds of every repeat [s].
     pub seconds: Vec<f64>,
-    /// Error of every repeat and figure, in [`unit()`]: [repeat][figure].
+    /// Error of every repeat and parameter, in [`unit()`]: [repeat][parameter].
     pub errors: Vec<Vec<f64>>,
-    /// 95 % half-width of the reference, root mean square over figures, in [`unit()`].
+    /// 95 % half-width of the reference, root mean square over parameters, in [`unit()`].
     pub reference_half_width: f64,
     /// Figures left out.
     pub refused: usize,
@@ -69,16 +69,17 @@ impl Point {
         kept.iter().sum::<f64>() / kept.len() as f64
     }
 
-    /// Standard deviation over repeats, root mean square over figures, in [`unit()`]; one repeat may be left out.
+    /// Standard deviation over repeats, root mean square over parameters, in [`unit()`]; one repeat may be left out.
     #[must_use]
     pub fn deviation(&self, left_out: Option<usize>) -> f64 {
         let runs: Vec<&Vec<f64>> = kept(&self.errors, left_out).collect();
-        let (repeats, figures) = (runs.len() as f64, self.errors[0].len());
-        let variance = |figure: usize| {
-            let mean = runs.iter().map(|run| run[figure]).sum::<f64>() / repeats;
-            runs.iter().map(|run| (run[figure] - mean) * (run[figure] - mean)).sum::<f64>() / (repeats - 1.0)
+        let (repeats, parameters) = (runs.len() as f64, self.errors[0].len());
+        let variance = |estimate: usize| {
+            let mean = runs.iter().map(|run| run[estimate]).sum::<f64>() / repeats;
+            runs.iter().map(|run| (run[estimate] - mean) * (run[estimate] - mean)).sum::<f64>()
+                / (repeats - 1.0)
         };
-        ((0..figures).map(variance).sum::<f64>() / figures as f64).sqrt()
+        ((0..parameters).map(variance).sum::<f64>() / parameters as f64).sqrt()
     }
 
     /// Standard deviation with its interval; none where nothing scatters.
@@ -88,7 +89,7 @@ impl Point {
         fit::ratio_over_repeats(self.errors.len(), deviation)
     }
 
-    /// Mean error over repeats and figures, in [`unit()`]. Its interval includes that of the reference, as if all of its figures
+    /// Mean error over repeats and parameters, in [`unit()`]. Its interval includes that of the reference, as if all of its parameters
     /// were off together.
     #[must_use]
     pub fn bias(&self) -> Option<Measured> {
@@ -121,7 +122,7 @@ impl Point {
 }
 
 /// A deviation below this is nothing, in [`unit()`]: a few hundredths of a percent of the targets, and what rounding leaves of
-/// figures that nothing is sampled for.
+/// parameters that nothing is sampled for.
 pub const NOTHING: f64 = 1e-4;
 
 fn kept<T>(of: &[T], left_out: Option<usize>) -> impl Iterator<Item = &T> {
@@ -174,22 +175,22 @@ fn point(tradeoff: &Tradeoff, runs: &[&Run], parameter: Parameter) -> Option<Poi
     let all = (0..tradeoff.cells.len()).filter(|&cell| tradeoff.cells[cell].parameter == parameter);
     let all: Vec<usize> = all.collect();
     let reference = &tradeoff.reference.values;
-    let figures: Vec<(usize, f64, f64)> = all
+    let parameters: Vec<(usize, f64, f64)> = all
         .iter()
         .filter(|&&cell| runs.iter().all(|run| run.values[cell].is_some()))
         .filter_map(|&cell| reference[cell].map(|(value, half)| (cell, value, half.unwrap_or(0.0))))
         .collect();
-    let refused = all.len() - figures.len();
-    if figures.is_empty() || refused as f64 > MOST_REFUSED * all.len() as f64 {
+    let refused = all.len() - parameters.len();
+    if parameters.is_empty() || refused as f64 > MOST_REFUSED * all.len() as f64 {
         return None;
     }
-    let squares = figures.iter().map(|&(_, value, half)| error(parameter, value + half, value));
-    let mean_square = squares.map(|error| error * error).sum::<f64>() / figures.len() as f64;
+    let squares = parameters.iter().map(|&(_, value, half)| error(parameter, value + half, value));
+    let mean_square = squares.map(|error| error * error).sum::<f64>() / parameters.len() as f64;
     let errors = |run: &&Run| -> Vec<f64> {
         let found = |&(cell, reference, _): &(usize, f64, f64)| {
             Some(error(parameter, run.values[cell]?.0, reference))
         };
-        figures.iter().filter_map(found).collect()
+        parameters.iter().filter_map(found).collect()
     };
     Some(Point {
         sonels: runs.first()?.sonels,
@@ -200,9 +201,9 @@ fn point(tradeoff: &Tradeoff, runs: &[&Run], parameter: Parameter) -> Option<Poi
     })
 }
 
-/// A figure of one setting with one number of sonels.
+/// A parameter of one setting with one number of sonels.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FigureErrors {
+pub struct ParameterErrors {
     /// Mean over repeats with its 95 % interval, in the parameter's unit.
     pub mean: Measured,
     /// Standard deviation over repeats, in the parameter's unit.
@@ -213,7 +214,7 @@ pub struct FigureErrors {
 
 /// What the `runs` of one setting and number of sonels say of `cell`; none where any of them refused it.
 #[must_use]
-pub fn figure(runs: &[&Run], cell: usize) -> Option<FigureErrors> {
+pub fn estimate(runs: &[&Run], cell: usize) -> Option<ParameterErrors> {
     let values: Vec<(f64, Option<f64>)> = runs.iter().map(|run| run.values[cell]).collect::<Option<_>>()?;
     let repeats = values.len() as f64;
     let mean = values.iter().map(|(value, _)| value).sum::<f64>() / repeats;
@@ -223,21 +224,26 @@ pub fn figure(runs: &[&Run], cell: usize) -> Option<FigureErrors> {
         sonel_analysis::student::quantile(0.05, values.len() as u32 - 1) * deviation / repeats.sqrt()
     });
     let stated: Option<Vec<f64>> = values.iter().map(|(_, half_width)| *half_width).collect();
-    Some(FigureErrors {
+    Some(ParameterErrors {
         mean: Measured::within(mean, half_width),
         deviation,
         stated_half_width: stated.map(|stated| stated.iter().sum::<f64>() / repeats),
     })
 }
 
-/// Why some of what is said of a figure is missing: of what its runs `found`, of the value of its reference.
+/// Why some of what is said of a parameter is missing: of what its runs `found`, of the value of its reference.
 #[must_use]
-pub fn missing(found: Option<&FigureErrors>, reference: Option<(f64, Option<f64>)>) -> Option<&'static str> {
+pub fn missing(
+    found: Option<&ParameterErrors>,
+    reference: Option<(f64, Option<f64>)>,
+) -> Option<&'static str> {
     match (found, reference) {
         (None, None) => Some("refused in one of the runs and in the reference"),
         (None, Some(_)) => Some("refused in one of the runs"),
         (Some(_), None) => Some("refused in the reference"),
-        (Some(figure), Some(_)) => figure.stated_half_width.is_none().then_some("a run states no interval"),
+        (Some(estimate), Some(_)) => {
+            estimate.stated_half_width.is_none().then_some("a run states no interval")
+        }
     }
 }
 

@@ -5,7 +5,7 @@ mod json;
 mod page;
 mod plots;
 
-pub use self::csv::{curves_csv, figures_csv};
+pub use self::csv::{curves_csv, parameters_csv};
 pub use self::json::json;
 pub use self::page::markdown;
 pub use self::plots::{bias, cost, deviation, efficiency};

@@ -1,14 +1,16 @@
 //! Running a sweep: every setting, every number of sonels, every repeat, and the reference.
 
-use sonel_analysis::{Figure, Parameter, ReceiverFigures};
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_map::{Mode, Settings};
 use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings, Rendering};
 
 use super::errors::JUDGED;
 use super::sweep::{Setting, Sweep};
-use crate::trial::{Clock, Heard, MapStore, RenderSeconds, Room, TraceSeconds, TrialError, hear};
+use crate::pipeline::{
+    Clock, MapStore, PipelineError, RenderSeconds, Rendered, Room, TraceSeconds, render_and_read,
+};
 
-/// Which figure a value is of.
+/// Which parameter a value is of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     /// Name of the source.
@@ -21,11 +23,11 @@ pub struct Cell {
     pub parameter: Parameter,
 }
 
-/// A figure of one run: value and, where the run knows one, half-width of its 95 % interval, in the parameter's unit. None where
+/// A parameter of one run: value and, where the run knows one, half-width of its 95 % interval, in the parameter's unit. None where
 /// the run refused it.
 pub type Value = Option<(f64, Option<f64>)>;
 
-/// What the figures are compared with.
+/// What the parameters are compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// Emissions of the longer run; none where nothing is sampled and the answer exact.
@@ -44,10 +46,10 @@ pub struct RunSeconds {
 }
 
 impl RunSeconds {
-    /// Tracing and rendering; figures are read alike whatever the setting.
+    /// Tracing and rendering; parameters are read alike whatever the setting.
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.trace.total() + self.render.total() - self.render.figures
+        self.trace.total() + self.render.total() - self.render.parameters
     }
 
     /// What it is made of, with the names of outputs.
@@ -86,7 +88,7 @@ pub struct Tradeoff {
     pub scene: String,
     /// What was run.
     pub sweep: Sweep,
-    /// The figures.
+    /// The parameters.
     pub cells: Vec<Cell>,
     /// What they are compared with.
     pub reference: Reference,
@@ -114,7 +116,7 @@ pub fn conduct(
     store: &mut impl MapStore,
     clock: &dyn Clock,
     progress: &mut dyn FnMut(f64),
-) -> Result<Tradeoff, TrialError> {
+) -> Result<Tradeoff, PipelineError> {
     let stage = Stage { room, receivers, clock };
     let (cells, reference) = stage.reference(sweep, store)?;
     let total: u64 = sweep.reference_sonels + u64::from(sweep.repeats) * sweep.sonels.iter().sum::<u64>();
@@ -160,7 +162,7 @@ impl Stage<'_> {
         &self,
         sweep: &Sweep,
         store: &mut impl MapStore,
-    ) -> Result<(Vec<Cell>, Reference), TrialError> {
+    ) -> Result<(Vec<Cell>, Reference), PipelineError> {
         let mut last = None;
         for sonels in [sweep.sonels[0], sweep.reference_sonels] {
             let settings = Settings {
@@ -172,11 +174,11 @@ impl Stage<'_> {
                 ..Settings::default()
             };
             let traced = self.room.trace(settings, store, self.clock)?;
-            let heard = self.hear(&traced.map, &RenderSettings::default())?;
-            let sonels = (!is_exact(&heard.renderings)).then_some(sonels);
-            let reference = Reference { sonels, values: values(&heard.figures) };
+            let rendered = self.render_and_read(&traced.map, &RenderSettings::default())?;
+            let sonels = (!is_exact(&rendered.renderings)).then_some(sonels);
+            let reference = Reference { sonels, values: values(&rendered.parameters) };
             let is_done = sonels.is_none();
-            last = Some((cells(&heard.figures), reference));
+            last = Some((cells(&rendered.parameters), reference));
             if is_done {
                 break;
             }
@@ -192,20 +194,24 @@ impl Stage<'_> {
         seeded: Settings,
         store: &mut impl MapStore,
         finished: &mut dyn FnMut(usize, RunSeconds, Vec<Value>),
-    ) -> Result<(), TrialError> {
+    ) -> Result<(), PipelineError> {
         let alike = settings[group[0]].trace;
         let trace = Settings { emissions: seeded.emissions, seed: seeded.seed, ..alike };
         let traced = self.room.trace(trace, store, self.clock)?;
         for &setting in group {
-            let heard = self.hear(&traced.map, &settings[setting].render)?;
-            let seconds = RunSeconds { trace: traced.seconds, render: heard.seconds };
-            finished(setting, seconds, values(&heard.figures));
+            let rendered = self.render_and_read(&traced.map, &settings[setting].render)?;
+            let seconds = RunSeconds { trace: traced.seconds, render: rendered.seconds };
+            finished(setting, seconds, values(&rendered.parameters));
         }
         Ok(())
     }
 
-    fn hear(&self, map: &sonel_map::SonelMap, settings: &RenderSettings) -> Result<Heard, TrialError> {
-        Ok(hear(map, self.room.geometry(), self.receivers, settings, self.clock)?)
+    fn render_and_read(
+        &self,
+        map: &sonel_map::SonelMap,
+        settings: &RenderSettings,
+    ) -> Result<Rendered, PipelineError> {
+        Ok(render_and_read(map, self.room.geometry(), self.receivers, settings, self.clock)?)
     }
 }
 
@@ -238,8 +244,8 @@ fn is_exact(renderings: &[Rendering]) -> bool {
     })
 }
 
-fn judged(figures: &[ReceiverFigures]) -> impl Iterator<Item = (Cell, &Figure)> {
-    figures.iter().flat_map(|receiver| {
+fn judged(parameters: &[ReceiverParameters]) -> impl Iterator<Item = (Cell, &ParameterValue)> {
+    parameters.iter().flat_map(|receiver| {
         receiver.bands.iter().flat_map(move |band| {
             JUDGED.map(|parameter| {
                 let cell = Cell {
@@ -248,21 +254,21 @@ fn judged(figures: &[ReceiverFigures]) -> impl Iterator<Item = (Cell, &Figure)> 
                     center_frequency_hz: band.center_frequency_hz,
                     parameter,
                 };
-                (cell, band.figure(parameter))
+                (cell, band.parameter(parameter))
             })
         })
     })
 }
 
-fn cells(figures: &[ReceiverFigures]) -> Vec<Cell> {
-    judged(figures).map(|(cell, _)| cell).collect()
+fn cells(parameters: &[ReceiverParameters]) -> Vec<Cell> {
+    judged(parameters).map(|(cell, _)| cell).collect()
 }
 
-fn values(figures: &[ReceiverFigures]) -> Vec<Value> {
-    let value = |figure: &Figure| {
-        let estimate = figure.as_ref().ok()?;
+fn values(parameters: &[ReceiverParameters]) -> Vec<Value> {
+    let value = |estimate: &ParameterValue| {
+        let estimate = estimate.as_ref().ok()?;
         let half_width = estimate.interval.as_ref().ok().map(|[low, high]| 0.5 * (high - low));
         Some((estimate.value, half_width))
     };
-    judged(figures).map(|(_, figure)| value(figure)).collect()
+    judged(parameters).map(|(_, estimate)| value(estimate)).collect()
 }

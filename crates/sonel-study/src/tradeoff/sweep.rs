@@ -100,7 +100,7 @@ impl Change {
     fn apply(&self, setting: &mut Setting) {
         match self {
             Self::Mode(Mode::Accurate) => setting.trace.mode = Mode::Accurate,
-            // docs/physics.md §4: one band a packet, roulette on absorption alone, the paper's own estimator.
+            // docs/paper-mode.md: one band a packet, roulette on absorption alone, the paper's own estimator.
             Self::Mode(Mode::Paper) => {
                 setting.trace = Settings {
                     mode: Mode::Paper,

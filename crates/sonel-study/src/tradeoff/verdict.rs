@@ -1,6 +1,6 @@
 //! What follows from a sweep: how long each setting takes to a stated accuracy, and which to choose.
 //!
-//! The accuracy is a twentieth of a just-noticeable difference in every figure judged: 0.05 dB of level and clarity, 0.25 % of
+//! The accuracy is a twentieth of a just-noticeable difference in every parameter judged: 0.05 dB of level and clarity, 0.25 % of
 //! the times, as standard deviations. Noise falls as 1/√N, so the run with the most sonels tells N and seconds; bias does not
 //! fall, and a setting whose bias is larger beyond doubt never arrives.
 
@@ -13,7 +13,7 @@ use super::runs::Tradeoff;
 pub struct Verdict {
     /// Index of the setting.
     pub setting: usize,
-    /// CPU seconds to the accuracy [s]; none where figures are missing. Zero where nothing scatters.
+    /// CPU seconds to the accuracy [s]; none where parameters are missing. Zero where nothing scatters.
     pub seconds: Option<Measured>,
     /// The same in parts of what the best setting takes; none where that is nothing.
     pub times_best: Option<Measured>,
@@ -70,7 +70,7 @@ fn best(verdicts: &[Verdict]) -> Option<&Verdict> {
     verdicts.iter().filter(|verdict| verdict.arrives()).min_by(|a, b| seconds(a).total_cmp(&seconds(b)))
 }
 
-/// How many times the most sonels tried are needed: the worst of the figures decides. None where a parameter has no figure.
+/// How many times the most sonels tried are needed: the worst of the parameters decides. None where a parameter has no parameter.
 fn times_more(curves: &[&Curve], left_out: Option<usize>) -> Option<f64> {
     let most = curves.iter().flat_map(|curve| curve.points.last()).map(|point| point.sonels).max()?;
     let needed = |curve: &&Curve| {
@@ -134,7 +134,7 @@ fn against(other: &Verdict, name: &str) -> String {
         return format!("{name} is off for good: {}.", other.biases.join(", "));
     }
     match other.times_best {
-        None => format!("{name} has no figure of some kind that all its runs support."),
+        None => format!("{name} has no parameter of some kind that all its runs support."),
         Some(times) if times.allows(1.0) => {
             format!("{name} takes {:.1} times as long, which may be chance.", times.value)
         }

@@ -1,4 +1,4 @@
-//! Two responses: same scene, code, options? Then which figures differ beyond noise.
+//! Two responses: same scene, code, options? Then which parameters differ beyond noise.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -9,7 +9,7 @@ use std::path::Path;
 use anyhow::bail;
 use serde_json::{Value, json};
 use sonel_analysis::comparison::{Comparison, Difference, Pairing, compare};
-use sonel_analysis::{ReceiverFigures, parameters};
+use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
 
 use crate::arguments::Diff;
@@ -34,7 +34,7 @@ const PROVENANCE: [&str; 9] = [
 /// Compares two responses; [`Outcome::Missed`] where they differ beyond noise.
 ///
 /// # Errors
-/// When a file is unusable, the two have no figure in common that can be judged, or `out` cannot be written.
+/// When a file is unusable, the two have no parameter in common that can be judged, or `out` cannot be written.
 pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (a, b) = (open::response(&arguments.a)?, open::response(arguments.other())?);
     let (mut figures_a, mut figures_b) = (parameters(&a), parameters(&b));
@@ -46,7 +46,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let comparison = compare(&figures_a, &figures_b, pairing);
     if comparison.differences.is_empty() {
         bail!(
-            "{} and {} have no figure in common that can be judged: both need the same names of sources and \
+            "{} and {} have no parameter in common that can be judged: both need the same names of sources and \
              receivers, a common band, and batches",
             arguments.a.display(),
             arguments.other().display()
@@ -61,21 +61,21 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     Ok(if comparison.beyond_noise().next().is_some() { Outcome::Missed } else { Outcome::Done })
 }
 
-/// The figures of receiver `name` alone, under the name of the comparison.
+/// The parameters of receiver `name` alone, under the name of the comparison.
 fn only(
-    figures: Vec<ReceiverFigures>,
+    parameters: Vec<ReceiverParameters>,
     name: &str,
     file: &Path,
     (from, to): (&str, &str),
-) -> anyhow::Result<Vec<ReceiverFigures>> {
-    let known: Vec<String> = figures.iter().map(|figures| format!("\"{}\"", figures.name)).collect();
-    let mut chosen: Vec<ReceiverFigures> =
-        figures.into_iter().filter(|figures| figures.name == name).collect();
+) -> anyhow::Result<Vec<ReceiverParameters>> {
+    let known: Vec<String> = parameters.iter().map(|parameters| format!("\"{}\"", parameters.name)).collect();
+    let mut chosen: Vec<ReceiverParameters> =
+        parameters.into_iter().filter(|parameters| parameters.name == name).collect();
     if chosen.is_empty() {
         bail!("{} has no receiver \"{name}\"; it has {}", file.display(), known.join(", "));
     }
-    for figures in &mut chosen {
-        figures.name = format!("{from} → {to}");
+    for parameters in &mut chosen {
+        parameters.name = format!("{from} → {to}");
     }
     Ok(chosen)
 }
@@ -106,7 +106,7 @@ fn entry(difference: &Difference) -> Value {
         "source": difference.source,
         "receiver": difference.receiver,
         "center_frequency_hz": difference.center_frequency_hz,
-        "figure": difference.figure,
+        "figure": difference.estimate,
         "difference": { "value": difference.value, "ci95": difference.interval },
         "just_noticeable_differences": difference.just_noticeable,
         "differs": difference.differs,
@@ -127,7 +127,7 @@ fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)], argum
     }
     let _ = writeln!(
         text,
-        "pairs of source and receiver: {}, bands: {}, figures compared: {}, figures that could not be compared: {}\n",
+        "pairs of source and receiver: {}, bands: {}, parameters compared: {}, parameters that could not be compared: {}\n",
         distinct(all.iter().map(|difference| (&difference.source, &difference.receiver))),
         distinct(all.iter().filter_map(|difference| difference.center_frequency_hz.map(f64::to_bits))),
         all.len(),
@@ -136,12 +136,12 @@ fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)], argum
     text.push_str("                                compared  differ  largest B − A, 95 % interval\n");
     let mut keys: Vec<&str> = Vec::new();
     for difference in all {
-        if !keys.contains(&difference.figure) {
-            keys.push(difference.figure);
+        if !keys.contains(&difference.estimate) {
+            keys.push(difference.estimate);
         }
     }
     for key in keys {
-        let of_key = || all.iter().filter(|difference| difference.figure == key);
+        let of_key = || all.iter().filter(|difference| difference.estimate == key);
         let Some(largest) = of_key().max_by(|a, b| a.just_noticeable.total_cmp(&b.just_noticeable)) else {
             continue;
         };
@@ -152,18 +152,18 @@ fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)], argum
     if arguments.list {
         text.push('\n');
         for difference in &beyond {
-            let _ = writeln!(text, "{}: {}", difference.figure, measured(difference));
+            let _ = writeln!(text, "{}: {}", difference.estimate, measured(difference));
         }
     }
     let verdict = if beyond.is_empty() { "same within noise" } else { "different" };
     let _ = writeln!(
         text,
-        "\n{verdict}: {} of {} figures differ beyond noise (equal responses: any at all in 1 % of comparisons)",
+        "\n{verdict}: {} of {} parameters differ beyond noise (equal responses: any at all in 1 % of comparisons)",
         beyond.len(),
         all.len()
     );
     if !beyond.is_empty() && !arguments.list {
-        text.push_str("--list prints every figure that differs, --json all figures\n");
+        text.push_str("--list prints every parameter that differs, --json all parameters\n");
     }
     text
 }

@@ -59,7 +59,7 @@ pub fn text(response: &Response) -> String {
     let batches = response.batches.as_ref();
     line(
         "batches",
-        batches.map_or("none: figures carry no interval".to_owned(), |batches| {
+        batches.map_or("none: parameters carry no interval".to_owned(), |batches| {
             format!("{} in {} coarse bins", batches.weight.len(), batches.bins)
         }),
     );

@@ -83,7 +83,7 @@ fn stations(what: &str, names: &[String], positions: &[[f64; 3]], marker: Value)
 /// Receivers, coloured by the strength of the first source where all have one.
 fn receivers(subject: &Subject) -> Value {
     let response = &subject.response;
-    let first = subject.figures.iter().take(response.receivers());
+    let first = subject.parameters.iter().take(response.receivers());
     let strengths: Option<Vec<f64>> =
         first.map(|receiver| Some(single_number(receiver, Parameter::Strength).ok()?.value)).collect();
     let marker = match strengths {

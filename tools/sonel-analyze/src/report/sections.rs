@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_analysis::average::{average, single_number};
-use sonel_analysis::plot::{self, Panel};
-use sonel_analysis::{Figure, Parameter, ReceiverFigures, report};
+use sonel_analysis::plot;
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, report};
 
 use super::charts::{self, layout, rounded};
 use super::page::{Page, escaped};
@@ -20,24 +20,30 @@ const SINGLE: [Parameter; 6] = [
     Parameter::CenterTime,
 ];
 
+/// The single numbers of these responses: lateral ones where any has directions.
+fn single(subjects: &[Subject]) -> Vec<Parameter> {
+    let lateral = subjects.iter().any(|subject| subject.response.directions.is_some());
+    SINGLE.into_iter().chain(Parameter::LATERAL.into_iter().filter(|_| lateral)).collect()
+}
+
 /// Pairs of source and receiver of all responses, by name, as many as are drawn.
 fn drawn(subjects: &[Subject]) -> Vec<(String, &Subject, usize)> {
     let all =
-        subjects.iter().flat_map(|subject| (0..subject.figures.len()).map(move |index| (subject, index)));
+        subjects.iter().flat_map(|subject| (0..subject.parameters.len()).map(move |index| (subject, index)));
     all.take(MOST_PAIRS)
-        .map(|(subject, index)| (label(subjects, subject, &subject.figures[index]), subject, index))
+        .map(|(subject, index)| (label(subjects, subject, &subject.parameters[index]), subject, index))
         .collect()
 }
 
 /// Source and receiver, and the response where there are several.
-fn label(subjects: &[Subject], subject: &Subject, figures: &ReceiverFigures) -> String {
-    let pair = format!("{} → {}", figures.source, figures.name);
+fn label(subjects: &[Subject], subject: &Subject, parameters: &ReceiverParameters) -> String {
+    let pair = format!("{} → {}", parameters.source, parameters.name);
     if subjects.len() > 1 { format!("{}: {pair}", subject.name) } else { pair }
 }
 
 /// Value with the half-width of its interval, as tables have it.
-fn cell(figure: &Figure, factor: f64) -> String {
-    let Ok(estimate) = figure else { return "–".to_owned() };
+fn cell(estimate: &ParameterValue, factor: f64) -> String {
+    let Ok(estimate) = estimate else { return "–".to_owned() };
     let value = estimate.value * factor;
     match &estimate.interval {
         Ok([low, high]) => {
@@ -52,7 +58,8 @@ fn cell(figure: &Figure, factor: f64) -> String {
 /// Single numbers of every pair and their means.
 pub fn summary(page: &mut Page, subjects: &[Subject]) {
     page.section("Summary");
-    let names = SINGLE.iter().map(|parameter| {
+    let single = single(subjects);
+    let names = single.iter().map(|parameter| {
         let (symbol, unit, _) = parameter.heading();
         format!("{symbol} [{unit}]")
     });
@@ -60,41 +67,43 @@ pub fn summary(page: &mut Page, subjects: &[Subject]) {
         std::iter::once("source → receiver".to_owned()).chain(names).chain(["STI".to_owned()]).collect();
     let mut rows = Vec::new();
     for subject in subjects {
-        for figures in &subject.figures {
-            let cells =
-                SINGLE.map(|parameter| cell(&single_number(figures, parameter), parameter.heading().2));
-            let speech = cell(&figures.speech_transmission_index, 1.0);
-            rows.push([label(subjects, subject, figures)].into_iter().chain(cells).chain([speech]).collect());
+        for parameters in &subject.parameters {
+            let cells = single
+                .iter()
+                .map(|parameter| cell(&single_number(parameters, *parameter), parameter.heading().2));
+            let speech = cell(&parameters.speech_transmission_index, 1.0);
+            let name = label(subjects, subject, parameters);
+            rows.push(std::iter::once(name).chain(cells).chain([speech]).collect());
         }
-        if subject.figures.len() > 1 {
-            rows.push(means(subjects, subject));
+        if subject.parameters.len() > 1 {
+            rows.push(means(subjects, subject, &single));
         }
     }
-    rows.push(just_noticeable());
+    rows.push(just_noticeable(&single));
     page.table("", &head, &rows);
     page.note(
-        "Means of the octaves 500 and 1000 Hz, ± half of the 95 % interval of the simulation. A difference of one JND (just-noticeable \
-         difference) can just be heard. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. \
+        "Means of the octaves 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz), ± half of the 95 % interval of the simulation. A difference of one JND (just-noticeable \
+         difference) can just be rendered. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. \
          STI: without background noise.",
     );
-    let all: Vec<ReceiverFigures> =
-        drawn(subjects).into_iter().map(|(_, subject, index)| subject.figures[index].clone()).collect();
-    page.data("figures", &report::json(&all));
+    let all: Vec<ReceiverParameters> =
+        drawn(subjects).into_iter().map(|(_, subject, index)| subject.parameters[index].clone()).collect();
+    page.data("figures", &report::receivers(&all));
 }
 
-fn means(subjects: &[Subject], subject: &Subject) -> Vec<String> {
-    let mean = |parameter: Parameter| {
-        let figures: Vec<Figure> =
-            subject.figures.iter().map(|receiver| single_number(receiver, parameter)).collect();
-        cell(&average(&figures), parameter.heading().2)
+fn means(subjects: &[Subject], subject: &Subject, single: &[Parameter]) -> Vec<String> {
+    let mean = |parameter: &Parameter| {
+        let parameters: Vec<ParameterValue> =
+            subject.parameters.iter().map(|receiver| single_number(receiver, *parameter)).collect();
+        cell(&average(&parameters), parameter.heading().2)
     };
-    let speech = average(subject.figures.iter().map(|receiver| &receiver.speech_transmission_index));
+    let speech = average(subject.parameters.iter().map(|receiver| &receiver.speech_transmission_index));
     let name = if subjects.len() > 1 { format!("{}: mean", subject.name) } else { "mean".to_owned() };
-    [name].into_iter().chain(SINGLE.map(mean)).chain([cell(&speech, 1.0)]).collect()
+    [name].into_iter().chain(single.iter().map(mean)).chain([cell(&speech, 1.0)]).collect()
 }
 
-fn just_noticeable() -> Vec<String> {
-    let differences = SINGLE.map(|parameter| {
+fn just_noticeable(single: &[Parameter]) -> Vec<String> {
+    let differences = single.iter().map(|parameter| {
         let difference = parameter.just_noticeable(1.0);
         if parameter.is_noticed_relatively() {
             format!("{} %", 100.0 * difference)
@@ -109,7 +118,7 @@ fn just_noticeable() -> Vec<String> {
 /// Warnings in plain words.
 pub fn remarks(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
     page.section("Remarks");
-    let mut remarks = words::remarks(subjects.iter().flat_map(|subject| &subject.figures));
+    let mut remarks = words::remarks(subjects.iter().flat_map(|subject| &subject.parameters));
     if let Some(map) = map {
         let digest = &map.json["digest"];
         for subject in subjects.iter().filter(|subject| subject.response.metadata["map_digest"] != *digest) {
@@ -119,7 +128,7 @@ pub fn remarks(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
             ));
         }
     }
-    if subjects.iter().any(|subject| subject.figures.len() > 1) {
+    if subjects.iter().any(|subject| subject.parameters.len() > 1) {
         remarks.push("All places share one calculation: their errors go together, and each interval holds for its value alone.".to_owned());
     }
     remarks.push("The calculation is of energies. It is not valid below the Schroeder frequency of a room, where single modes dominate.".to_owned());
@@ -145,12 +154,11 @@ pub fn curves(page: &mut Page, subjects: &[Subject]) {
 pub fn over_bands(page: &mut Page, subjects: &[Subject]) {
     page.section("Over frequency");
     let drawn = drawn(subjects);
-    let named: Vec<(String, &ReceiverFigures)> =
-        drawn.iter().map(|(name, subject, index)| (name.clone(), &subject.figures[*index])).collect();
-    let panels: Vec<Panel> = plot::parameters(&named);
-    let charts: Vec<Value> = panels
+    let named: Vec<(String, &ReceiverParameters)> =
+        drawn.iter().map(|(name, subject, index)| (name.clone(), &subject.parameters[*index])).collect();
+    let charts: Vec<Value> = plot::parameters(&named)
         .iter()
-        .zip(Parameter::ALL)
+        .zip(plot::shown(&named))
         .map(|(panel, parameter)| {
             let mut chart = charts::of(panel);
             chart["layout"]["showlegend"] = json!(false);
@@ -201,10 +209,11 @@ pub fn over_receivers(page: &mut Page, subjects: &[Subject]) {
     if names.len() > 1 {
         page.legend(names.iter().enumerate().map(|(index, name)| (name.as_str(), charts::color(index))));
     }
-    let charts: Vec<Value> = SINGLE.iter().map(|&parameter| receivers_chart(subjects, parameter)).collect();
+    let charts: Vec<Value> =
+        single(subjects).into_iter().map(|parameter| receivers_chart(subjects, parameter)).collect();
     page.charts(&charts);
     page.note(
-        "Means of 500 and 1000 Hz with 95 % intervals; the grey bar is one just-noticeable difference.",
+        "Means of 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz) with 95 % intervals; the grey bar is one just-noticeable difference.",
     );
 }
 
@@ -220,9 +229,9 @@ fn receivers_chart(subjects: &[Subject], parameter: Parameter) -> Value {
     for subject in subjects {
         for (source, name) in series_names(subjects, subject).iter().enumerate() {
             let receivers = subject.response.receivers();
-            let figures = &subject.figures[source * receivers..(source + 1) * receivers];
+            let parameters = &subject.parameters[source * receivers..(source + 1) * receivers];
             let (mut names, mut y, mut up, mut down) = (vec![], vec![], vec![], vec![]);
-            for receiver in figures {
+            for receiver in parameters {
                 let Ok(estimate) = single_number(receiver, parameter) else { continue };
                 let [low, high] = estimate.interval.unwrap_or([estimate.value; 2]);
                 values.push(factor * estimate.value);

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use sonel_analysis::{ReceiverFigures, Unsupported};
+use sonel_analysis::{ReceiverParameters, Unsupported};
 
-/// A sentence for each kind of missing or doubtful figure, with how many there are.
-pub fn remarks<'a>(figures: impl Iterator<Item = &'a ReceiverFigures>) -> Vec<String> {
+/// A sentence for each kind of missing or doubtful parameter, with how many there are.
+pub fn remarks<'a>(parameters: impl Iterator<Item = &'a ReceiverParameters>) -> Vec<String> {
     let mut found: BTreeMap<&str, usize> = BTreeMap::new();
-    for figure in figures.flat_map(ReceiverFigures::figures) {
-        let sentence = match figure {
+    for estimate in parameters.flat_map(ReceiverParameters::parameters) {
+        let sentence = match estimate {
             Err(reason) => Some(missing(reason)),
             Ok(estimate) => estimate.warning.as_ref().map(|warning| doubtful(warning)),
         };
@@ -16,7 +16,7 @@ pub fn remarks<'a>(figures: impl Iterator<Item = &'a ReceiverFigures>) -> Vec<St
             *found.entry(sentence).or_default() += 1;
         }
     }
-    found.into_iter().map(|(sentence, count)| format!("{count} of the figures: {sentence}")).collect()
+    found.into_iter().map(|(sentence, count)| format!("{count} of the parameters: {sentence}")).collect()
 }
 
 fn missing(reason: &Unsupported) -> &'static str {

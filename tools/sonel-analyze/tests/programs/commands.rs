@@ -61,6 +61,7 @@ fn render(folder: &TestFolder) {
         batches: None,
         missing: None,
         arrivals: Arrivals::default(),
+        directions: None,
         metadata: serde_json::json!({ "scene": "test room" }),
     };
     response
@@ -238,10 +239,28 @@ fn bad_options_are_errors_and_help_has_an_example() {
     for options in [["--format", "xml"], ["--threads", "0"]] {
         analyze(&folder, &["parameters", options[0], options[1], "nowhere.npz"]).refused();
     }
-    for command in ["parameters", "inspect", "verify", "plot"] {
+    for command in ["parameters", "inspect", "verify", "plot", "open-plan"] {
         assert!(analyze(&folder, &[command, "--help"]).done().out.contains("Example:"), "{command}");
     }
     assert!(analyze(&folder, &["--help"]).done().out.contains("Example:"));
+}
+
+#[test]
+fn a_line_of_workstations_says_what_it_lacks() {
+    let folder = TestFolder::with(SCENE);
+    render(&folder);
+    let noise = "42,38,35,32,28,24,20";
+    let line = |options: &[&str]| analyze(&folder, &[&["open-plan", RESPONSE], options].concat());
+    assert!(line(&["--noise", "42,38"]).refused().contains("seven levels"));
+    assert!(line(&["--noise", "42,38,35,32,28,24,2000"]).refused().contains("2000 dB is no level"));
+    assert!(line(&["--noise", noise, "--receiver", "desk"]).refused().contains("there are seat 12"));
+    let twice = line(&["--noise", noise, "--receiver", "seat 12", "--receiver", "seat 12"]).refused();
+    assert!(twice.contains("\"seat 12\" is named twice"), "{twice}");
+    let found: Value = serde_json::from_str(&line(&["--noise", noise, "--json"]).done().out).expect("JSON");
+    assert!((found["places"][0]["distance_m"].as_f64().expect("a distance") - 3.43).abs() < 1e-12);
+    let reason = found["places"][0]["speech_level_db"]["reason"].as_str().expect("a reason");
+    assert!(reason.contains("125 Hz, 250 Hz"), "{reason}");
+    assert!(line(&["--noise", noise]).done().out.contains("rD [m]: –"));
 }
 
 #[test]
@@ -249,7 +268,7 @@ fn a_comparison_needs_two_of_a_kind_with_batches() {
     let folder = traced(&["--sonels", "500"]);
     render(&folder);
     assert!(analyze(&folder, &["diff", RESPONSE, MAP]).refused().contains("room.sonelmap is a map and"));
-    assert!(analyze(&folder, &["diff", RESPONSE, RESPONSE]).refused().contains("no figure in common"));
+    assert!(analyze(&folder, &["diff", RESPONSE, RESPONSE]).refused().contains("no parameter in common"));
 }
 
 /// `… | head`: the reader of stdout is gone before the first byte. That is neither a failure nor worth a word.

@@ -47,8 +47,8 @@ fn a_mirroring_box_is_judged_by_its_exact_answer() {
     };
     let fluence: f64 = room.echogram([1.5, 1.2, 1.3], [4.2, 3.7, 2.1], 0.001, 800).iter().sum();
     let levels =
-        json["figures"].as_array().unwrap().iter().filter(|figure| figure["parameter"] == "level_db");
-    let references: Vec<f64> = levels.map(|figure| figure["reference"].as_f64().unwrap()).collect();
+        json["figures"].as_array().unwrap().iter().filter(|estimate| estimate["parameter"] == "level_db");
+    let references: Vec<f64> = levels.map(|estimate| estimate["reference"].as_f64().unwrap()).collect();
     // 90 dB of source power, and 10 lg(ρc / 400) of air at 20 °C and 50 % (docs/physics.md §1).
     let expected = 90.0 + 10.0 * fluence.log10() + 0.12;
     assert!(references.iter().all(|level| (level - expected).abs() < 0.005), "{references:?} not {expected}");

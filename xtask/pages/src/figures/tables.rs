@@ -148,7 +148,7 @@ pub fn markdown(conditions: &[Condition]) -> Result<String> {
         }
     }
     text.push_str(
-        "\n### Times\n\nCPU seconds, for one band in the paper's mode and for all six in ours.\n\n\
+        "\n### Times\n\nCPU seconds, for one band in paper mode and for all six in accurate mode.\n\n\
          | condition | mode | tracing and rendering, µs per sonel | tracing alone, µs per sonel | without a sonel [s] |\n|---|---|---|---|---|\n",
     );
     for condition in conditions {

@@ -3,11 +3,11 @@
 use sonel_testkit::uniform::Uniform;
 
 use super::*;
+use crate::pipeline::{RenderSeconds, TraceSeconds};
 use crate::tradeoff::report::Findings;
 use crate::tradeoff::runs::{Cell, Reference, RunSeconds};
 use crate::tradeoff::sweep::{Setting, Sweep};
 use crate::tradeoff::verdict::recommendation;
-use crate::trial::{RenderSeconds, TraceSeconds};
 
 /// CPU seconds a sonel.
 const SECONDS: f64 = 1e-4;
@@ -16,7 +16,7 @@ const SONELS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
 /// Bands of one receiver.
 const BANDS: usize = 10;
 
-/// A setting that does not exist: what its figures scatter by with one sonel, in parts of the target, how that falls with
+/// A setting that does not exist: what its parameters scatter by with one sonel, in parts of the target, how that falls with
 /// sonels, and its bias in targets.
 #[derive(Clone, Copy)]
 struct Made {
@@ -59,7 +59,7 @@ fn made(settings: &[Made], seed: u64) -> Tradeoff {
                 let values = cells.iter().map(value).collect();
                 let trace = TraceSeconds { trace: SECONDS * sonels as f64, write: 0.0, open: 0.0 };
                 let seconds =
-                    RunSeconds { trace, render: RenderSeconds { figures: 9.0, ..Default::default() } };
+                    RunSeconds { trace, render: RenderSeconds { parameters: 9.0, ..Default::default() } };
                 runs.push(Run { setting, sonels, repeat, seconds, values });
             }
         }
@@ -131,7 +131,7 @@ fn deviation_and_bias_are_those_put_in() {
         assert!((deviation / expected - 1.0).abs() < 0.34, "{deviation}, not {expected}");
         let bias = last.bias().unwrap();
         assert!((bias.value / target - 3.0).abs() < 4.0 * expected / 80_f64.sqrt(), "{bias:?}");
-        assert!((last.mean_seconds(None) - 6.4).abs() < 1e-9, "reading figures does not count");
+        assert!((last.mean_seconds(None) - 6.4).abs() < 1e-9, "reading parameters does not count");
     }
 }
 
@@ -147,7 +147,7 @@ fn the_fastest_setting_without_bias_is_recommended_and_the_others_are_told_what_
     let times = text.split("setting 0 takes ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
     assert!((times.parse::<f64>().unwrap() - 4.0).abs() < 1.7, "{text}");
     let seconds = findings.verdicts[1].seconds.unwrap();
-    // The worst of four figures, each off by 17 % at random: a little above GOOD.scatter² × SECONDS.
+    // The worst of four parameters, each off by 17 % at random: a little above GOOD.scatter² × SECONDS.
     assert!((0.9..1.6).contains(&seconds.value), "{seconds:?}");
 }
 
@@ -177,7 +177,7 @@ fn refused_figures_are_left_out_and_counted_and_many_leave_no_point() {
     let findings = Findings::of(&tradeoff);
     let text = recommendation(&tradeoff, &findings.verdicts);
     assert!(
-        text.contains("Take setting 0") && text.contains("setting 1 has no figure of some kind"),
+        text.contains("Take setting 0") && text.contains("setting 1 has no parameter of some kind"),
         "{text}"
     );
     assert!(crate::tradeoff::report::markdown(&findings, "x").contains("1 of 32 points are missing"));

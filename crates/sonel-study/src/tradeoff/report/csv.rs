@@ -6,7 +6,7 @@ use super::Findings;
 use crate::tradeoff::errors;
 use crate::tradeoff::fit::Measured;
 
-/// Errors over all figures of a parameter: a row for each setting, parameter and number of sonels.
+/// Errors over all parameters of a parameter: a row for each setting, parameter and number of sonels.
 ///
 /// # Errors
 /// When `out` cannot be written.
@@ -50,11 +50,11 @@ pub fn curves_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Resu
     table.flush()
 }
 
-/// Every figure for itself: a row for each setting, number of sonels, source, receiver, band and parameter.
+/// Every parameter for itself: a row for each setting, number of sonels, source, receiver, band and parameter.
 ///
 /// # Errors
 /// When `out` cannot be written.
-pub fn figures_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Result<()> {
+pub fn parameters_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Result<()> {
     let tradeoff = findings.tradeoff;
     let mut table = csv::Writer::from_writer(out);
     table.write_record([
@@ -74,8 +74,8 @@ pub fn figures_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Res
     for (setting, sonels) in pairs(findings) {
         let runs = tradeoff.runs_of(setting, sonels);
         for (index, cell) in tradeoff.cells.iter().enumerate() {
-            let found = errors::figure(&runs, index);
-            let mean: Option<Measured> = found.as_ref().map(|figure| figure.mean);
+            let found = errors::estimate(&runs, index);
+            let mean: Option<Measured> = found.as_ref().map(|estimate| estimate.mean);
             let missing = errors::missing(found.as_ref(), tradeoff.reference.values[index]);
             table.write_record([
                 findings.name(setting).to_owned(),
@@ -87,8 +87,8 @@ pub fn figures_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Res
                 number(tradeoff.reference.values[index].map(|(value, _)| value)),
                 number(mean.map(|mean| mean.value)),
                 number(mean.and_then(|mean| mean.half_width())),
-                number(found.as_ref().map(|figure| figure.deviation)),
-                number(found.as_ref().and_then(|figure| figure.stated_half_width)),
+                number(found.as_ref().map(|estimate| estimate.deviation)),
+                number(found.as_ref().and_then(|estimate| estimate.stated_half_width)),
                 missing.unwrap_or_default().to_owned(),
             ])?;
         }

@@ -28,7 +28,7 @@ pub fn json(findings: &Findings<'_>) -> Value {
         "settings": (0..sweep.settings.len()).map(|index| setting(findings, index)).collect::<Vec<_>>(),
         "curves": findings.curves.iter().map(|one| curve(findings, one)).collect::<Vec<_>>(),
         "seconds": pairs(findings).map(|(index, sonels)| seconds(findings, index, sonels)).collect::<Vec<_>>(),
-        "figures": pairs(findings).flat_map(|(index, sonels)| figures(findings, index, sonels)).collect::<Vec<_>>(),
+        "figures": pairs(findings).flat_map(|(index, sonels)| parameters(findings, index, sonels)).collect::<Vec<_>>(),
     })
 }
 
@@ -63,11 +63,11 @@ fn setting(findings: &Findings<'_>, index: usize) -> Value {
 /// Why a setting has no line through its seconds.
 const ONE_COUNT: &str = "a line needs two numbers of sonels";
 /// Why a setting has no cost to an accuracy.
-const MISSING: &str = "a figure judged is refused in one of the runs or in the reference";
+const MISSING: &str = "a parameter judged is refused in one of the runs or in the reference";
 /// Why a setting cannot be compared with the best.
-const NO_BEST: &str = "no setting arrives, the best takes no time, or figures are missing";
+const NO_BEST: &str = "no setting arrives, the best takes no time, or parameters are missing";
 /// Why errors have no deviation.
-const NO_SCATTER: &str = "nothing scatters, or too many figures are refused";
+const NO_SCATTER: &str = "nothing scatters, or too many parameters are refused";
 
 fn curve(findings: &Findings<'_>, curve: &Curve) -> Value {
     json!({
@@ -103,11 +103,11 @@ fn seconds(findings: &Findings<'_>, index: usize, sonels: u64) -> Value {
     })
 }
 
-fn figures(findings: &Findings<'_>, index: usize, sonels: u64) -> Vec<Value> {
+fn parameters(findings: &Findings<'_>, index: usize, sonels: u64) -> Vec<Value> {
     let tradeoff = findings.tradeoff;
     let runs = tradeoff.runs_of(index, sonels);
-    let figure = |(at, cell): (usize, &Cell)| {
-        let found = errors::figure(&runs, at);
+    let estimate = |(at, cell): (usize, &Cell)| {
+        let found = errors::estimate(&runs, at);
         let missing = errors::missing(found.as_ref(), tradeoff.reference.values[at]);
         let mut value = json!({
             "setting": findings.name(index),
@@ -117,16 +117,16 @@ fn figures(findings: &Findings<'_>, index: usize, sonels: u64) -> Vec<Value> {
             "center_frequency_hz": cell.center_frequency_hz,
             "parameter": cell.parameter.key(),
             "reference": tradeoff.reference.values[at].map(|(value, _)| value),
-            "mean": measured(found.as_ref().map(|figure| figure.mean), missing.unwrap_or_default()),
-            "standard_deviation": found.as_ref().map(|figure| figure.deviation),
-            "stated_half_width": found.as_ref().and_then(|figure| figure.stated_half_width),
+            "mean": measured(found.as_ref().map(|estimate| estimate.mean), missing.unwrap_or_default()),
+            "standard_deviation": found.as_ref().map(|estimate| estimate.deviation),
+            "stated_half_width": found.as_ref().and_then(|estimate| estimate.stated_half_width),
         });
         if let Some(missing) = missing {
             value["reason"] = json!(missing);
         }
         value
     };
-    tradeoff.cells.iter().enumerate().map(figure).collect()
+    tradeoff.cells.iter().enumerate().map(estimate).collect()
 }
 
 /// A value with its interval, or why there is none: `missing`.

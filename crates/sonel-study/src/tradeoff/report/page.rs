@@ -73,7 +73,7 @@ fn settings(findings: &Findings<'_>) -> String {
     if points < tried {
         let _ = writeln!(
             table,
-            "\n{} of {tried} points are missing: more than a tenth of their figures were refused by some run.",
+            "\n{} of {tried} points are missing: more than a tenth of their parameters were refused by some run.",
             tried - points
         );
     }

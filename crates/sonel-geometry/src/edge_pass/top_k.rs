@@ -3,7 +3,7 @@
 /// An edge that comes near.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Near {
-    /// What it is ordered by: how far its foot is [m], or the square of its distance [m²]. Edges at one place follow by number.
+    /// What it is ordered by: how far its closest point is [m], or the square of its distance [m²]. Edges at one place follow by number.
     pub order: f64,
     /// Its number.
     pub edge: u32,

@@ -1,9 +1,9 @@
-//! A figure with its quality, or the reason why there is none.
+//! A parameter with its quality, or the reason why there is none.
 
 use thiserror::Error;
 
 /// A parameter, or why the echogram cannot support it.
-pub type Figure = Result<Estimate, Unsupported>;
+pub type ParameterValue = Result<Estimate, Unsupported>;
 
 /// A number with what is known about it.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Estimate {
     pub interval: Interval,
     /// What the interval is made of; none where there is no interval.
     pub error: Option<StandardError>,
-    /// The same figure without each batch, for comparisons of figures that share their batches; empty without an interval.
+    /// The same parameter without each batch, for comparisons of parameters that share their batches; empty without an interval.
     pub without: Vec<f64>,
     /// Weights of the batches, adding up to 1.
     pub weight: Vec<f64>,
@@ -26,18 +26,18 @@ pub struct Estimate {
     pub kernel: Option<KernelShift>,
 }
 
-/// What becomes of a figure when it is freed of the bias of discs and spheres.
+/// What becomes of a parameter when it is freed of the bias of discs and spheres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KernelShift {
-    /// The figure freed of it less the figure, in the unit of the figure.
+    /// The parameter freed of it less the parameter, in the unit of the parameter.
     pub shift: f64,
     /// Standard error of that shift. As the inner and the outer half of an area hold different sonels, it is twice the standard error
-    /// that the areas' sonels bring to the figure itself.
+    /// that the areas' sonels bring to the parameter itself.
     pub sigma: f64,
 }
 
 impl KernelShift {
-    /// How far the figure is off by its bias, as far as noise lets see: the square of the shift less its variance.
+    /// How far the parameter is off by its bias, as far as noise lets see: the square of the shift less its variance.
     #[must_use]
     pub fn bias(self) -> f64 {
         (self.shift * self.shift - self.sigma * self.sigma).max(0.0).sqrt()
@@ -54,7 +54,7 @@ impl Estimate {
     ///
     /// # Errors
     /// [`Unsupported::Noisy`].
-    pub fn unless_noisy(self, just_noticeable: f64) -> Figure {
+    pub fn unless_noisy(self, just_noticeable: f64) -> ParameterValue {
         let half_width = self.interval.as_ref().map_or(0.0, |[low, high]| 0.5 * (high - low));
         if half_width > MOST_JUST_NOTICEABLE * just_noticeable {
             return Err(Unsupported::Noisy { just_noticeable: half_width / just_noticeable });
@@ -63,10 +63,10 @@ impl Estimate {
     }
 }
 
-/// Standard error of a figure.
+/// Standard error of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StandardError {
-    /// In the unit of the figure.
+    /// In the unit of the parameter.
     pub sigma: f64,
     /// Degrees of freedom that it was estimated with, batches less one.
     pub freedom: u32,
@@ -111,7 +111,7 @@ impl Estimate {
     ///
     /// # Errors
     /// [`Unsupported::NotStraight`] where it exceeds ten times the limits.
-    pub fn if_straight(self, quality: Option<DecayQuality>) -> Figure {
+    pub fn if_straight(self, quality: Option<DecayQuality>) -> ParameterValue {
         let Some(quality) = quality else { return Ok(self) };
         if let Some(found) = quality.excess(HOPELESS) {
             let [from_db, to_db] = quality.range_db;
@@ -133,7 +133,7 @@ impl Estimate {
     }
 }
 
-/// Why a figure has no value.
+/// Why a parameter has no value.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Unsupported {
@@ -231,7 +231,7 @@ pub enum Unsupported {
         /// [ms].
         limit_ms: f64,
     },
-    /// The figure rests on one batch.
+    /// The parameter rests on one batch.
     #[error("the noise is too high: without one of the batches {reason}; trace more sonels")]
     OneBatchDecides {
         /// What is wrong then.
@@ -248,6 +248,28 @@ pub enum Unsupported {
     /// Energies so large or so small that the arithmetic leaves the range of doubles.
     #[error("the energies are outside the range of 64-bit numbers")]
     BeyondNumbers,
+    /// No directions were asked for.
+    #[error("the response holds no directions: render with --directions")]
+    NoDirections,
+    /// A line needs places.
+    #[error(
+        "a regression needs two places at different distances, of levels between 2 m and 16 m; found {found}"
+    )]
+    TooFewPlaces {
+        /// How many there are.
+        found: usize,
+    },
+    /// Speech stays intelligible.
+    #[error(
+        "the regression line of the speech transmission index does not fall through {index:.2} at any distance"
+    )]
+    NotFalling {
+        /// The index looked for.
+        index: f64,
+    },
+    /// No musician stands there.
+    #[error("support is defined one metre from the source")]
+    NotOnStage,
     /// Speech needs all its octaves.
     #[error("speech needs the octaves 125 to 8000 Hz; missing: {missing}")]
     BandsMissing {
@@ -255,8 +277,10 @@ pub enum Unsupported {
         missing: String,
     },
     /// Single numbers need their octaves.
-    #[error("single numbers are means over the octaves 500 and 1000 Hz; missing: {missing}")]
+    #[error("its single number is the mean over the octaves {octaves} Hz; missing: {missing}")]
     OctavesMissing {
+        /// Their nominal centres.
+        octaves: &'static str,
         /// Names of the bands.
         missing: String,
     },
@@ -273,7 +297,7 @@ pub enum Unsupported {
     },
 }
 
-/// Why a figure has no interval.
+/// Why a parameter has no interval.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NoInterval {
@@ -296,7 +320,7 @@ mod tests {
     use super::*;
 
     /// A time read off a decay of non-linearity `xi` [‰] and curvature `c` [%].
-    fn time(xi: f64, c: f64) -> Figure {
+    fn time(xi: f64, c: f64) -> ParameterValue {
         let estimate = Estimate {
             value: 1.0,
             interval: Ok([0.9, 1.1]),

@@ -1,16 +1,16 @@
-//! A trial is the programs without files: the same map, the same echograms, and seconds that add up.
+//! A pipeline run is the programs without files: the same map, the same echograms, and seconds that add up.
 
 use std::sync::Mutex;
 
 use sonel_map::{Mode, Settings, SonelMap, Vertex};
 use sonel_study::effects::{Decision, EffectSpec, decide};
+use sonel_study::pipeline::{Clock, InMemory, NoClock, PipelineRun, PipelineSettings, Room};
 use sonel_study::response::receivers_of;
-use sonel_study::trial::{Clock, InMemory, NoClock, Room, Trial, TrialSettings};
 use sonel_testkit::test_folder::TestFolder;
 
 use crate::{render, response, test_folder, trace};
 
-fn trial(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> Trial {
+fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> PipelineRun {
     let text = String::from_utf8(folder.bytes("scene.toml")).expect("text");
     let loaded =
         sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a sound scene");
@@ -20,9 +20,9 @@ fn trial(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> Trial {
         .expect("a sound scene");
     let effects = decisions.iter().map(Decision::state).collect();
     let settings = Settings { emissions, ..Settings::default() };
-    let settings = TrialSettings { trace: settings, ..TrialSettings::default() };
+    let settings = PipelineSettings { trace: settings, ..PipelineSettings::default() };
     let room = Room::new(&scene, effects).expect("walls");
-    room.run(&settings, &receivers_of(&scene), &mut InMemory, clock).expect("a trial")
+    room.run(&settings, &receivers_of(&scene), &mut InMemory, clock).expect("a pipeline run")
 }
 
 #[test]
@@ -30,21 +30,21 @@ fn a_trial_traces_and_hears_what_the_programs_do() {
     let folder = test_folder();
     trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
     render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
-    let trial = trial(&folder, 1000, &NoClock);
+    let run = run(&folder, 1000, &NoClock);
     let map = SonelMap::from_bytes(&folder.bytes("a.sonelmap")).unwrap();
     let paths = |map: &SonelMap| -> Vec<Vec<Vertex>> {
         (0..1000).map(|emission| map.path(0, emission).expect("a whole map").vertices.to_vec()).collect()
     };
-    let tried = &trial.traced.map;
+    let tried = &run.traced.map;
     assert!(paths(tried) == paths(&map) && tried.ledger() == map.ledger());
     assert_eq!(
         (&tried.header().effects, &tried.header().scene),
         (&map.header().effects, &map.header().scene)
     );
     let written = response(&folder, "a.npz");
-    assert!(trial.heard.response.energy == written.energy);
-    assert!(trial.heard.response.batches == written.batches);
-    assert!(trial.heard.figures == sonel_analysis::parameters(&written));
+    assert!(run.rendered.response.energy == written.energy);
+    assert!(run.rendered.response.batches == written.batches);
+    assert!(run.rendered.parameters == sonel_analysis::parameters(&written));
 }
 
 /// A clock that goes on by a second whenever the process asks for the time, and by a tenth when a thread does.
@@ -68,15 +68,19 @@ impl Clock for Counting {
 #[test]
 fn every_second_of_a_trial_is_in_one_phase() {
     let clock = Counting::default();
-    let trial = trial(&test_folder(), 1000, &clock);
-    let (traced, heard) = (trial.traced.seconds, trial.heard.seconds);
+    let run = run(&test_folder(), 1000, &clock);
+    let (traced, received) = (run.traced.seconds, run.rendered.seconds);
     // Two chunks, each written within two readings of the thread's clock.
     assert!((traced.write - (1.0 + 2.0 * 0.1)).abs() < 1e-9, "{traced:?}");
     assert!(traced.open > 0.0 && traced.trace > 0.0);
-    assert!([heard.prepare, heard.deterministic, heard.sweep, heard.figures].iter().all(|&s| s > 0.0));
+    assert!(
+        [received.prepare, received.deterministic, received.sweep, received.parameters]
+            .iter()
+            .all(|&s| s > 0.0)
+    );
     // 32 batches in groups of 8, one receiver.
-    assert!((heard.sweep - 4.0).abs() < 1e-9, "{heard:?}");
+    assert!((received.sweep - 4.0).abs() < 1e-9, "{received:?}");
     let asked = clock.process();
-    let all = traced.total() + heard.total();
+    let all = traced.total() + received.total();
     assert!(all <= asked && all > 0.5 * asked, "{all} of {asked}");
 }

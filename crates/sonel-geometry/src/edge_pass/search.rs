@@ -1,15 +1,15 @@
-//! What is looked for among edges: feet on a way, rivals about a foot, and all that a way comes near.
+//! What is looked for among edges: feet on a way, rivals about a closest point, and all that a way comes near.
 
 use super::boxes::Boxes;
 use super::hierarchy::Search;
 use super::lanes::Block;
 use super::question::{Point, Ray};
 use super::top_k::{Near, TopK};
-use super::{EdgeIndex, Foot, Nearby, Way};
+use super::{ClosestPoint, EdgeIndex, Nearby, Way};
 use glam::DVec3;
 
-/// An edge whose foot is nearer to the start of a way than this part of its distance stands abreast of the start, and is not passed:
-/// a distance in f32, as vertices hold it, would no longer tell the foot from the start, or from what is behind it.
+/// An edge whose closest point is nearer to the start of a way than this part of its distance stands abreast of the start, and is not passed:
+/// a distance in f32, as vertices hold it, would no longer tell the closest point from the start, or from what is behind it.
 const ABREAST: f64 = 2e-3;
 
 /// Feet looked for at a time: of most ways one of the first is passed.
@@ -30,7 +30,7 @@ pub(super) struct Feet<'a, C> {
 }
 
 impl<'a, C: Fn(u32, f64) -> bool> Feet<'a, C> {
-    /// Those behind a foot and edge.
+    /// Those behind a closest point and edge.
     pub fn new(index: &'a EdgeIndex, way: &'a Way, counts: C, behind: (f64, u32)) -> Self {
         let ray = Ray::new(way.origin, way.direction, way.to, way.reach, index.extent);
         Self { index, way, ray, within: way.reach * way.reach, counts, few: TopK::behind(behind) }
@@ -71,7 +71,7 @@ impl<C: Fn(u32, f64) -> bool> Search for Feet<'_, C> {
     }
 }
 
-/// The edges nearest to a foot, of those nearer than the one that is passed there.
+/// The edges nearest to a closest point, of those nearer than the one that is passed there.
 pub(super) struct Rivals<'a> {
     index: &'a EdgeIndex,
     position: DVec3,
@@ -84,9 +84,9 @@ pub(super) struct Rivals<'a> {
 
 impl<'a> Rivals<'a> {
     /// Those behind a square of a distance and an edge.
-    pub fn new(index: &'a EdgeIndex, foot: &Foot, behind: (f64, u32)) -> Self {
-        let point = Point::new(foot.position, index.extent);
-        let (position, edge, limit) = (foot.position, foot.near.edge, foot.limit());
+    pub fn new(index: &'a EdgeIndex, closest: &ClosestPoint, behind: (f64, u32)) -> Self {
+        let point = Point::new(closest.position, index.extent);
+        let (position, edge, limit) = (closest.position, closest.near.edge, closest.limit());
         Self { index, position, point, edge, limit, few: TopK::behind(behind) }
     }
 

@@ -1,4 +1,4 @@
-//! Known rooms from scene file to figure, at the programs' default settings: levels, decay times and clarity with intervals
+//! Known rooms from scene file to parameter, at the programs' default settings: levels, decay times and clarity with intervals
 //! that are narrow enough to mean something (docs/physics.md §8). The founding paper's room is in `accept`, `known_rooms`.
 
 use sonel_analysis::{Parameter, parameters};
@@ -7,17 +7,18 @@ use sonel_testkit::test_folder::TestFolder;
 
 use crate::{render, response, trace};
 
-/// A figure that must be: value, largest deviation, largest half-width of its interval.
+/// A parameter that must be: value, largest deviation, largest half-width of its interval.
 type Expectation = (Parameter, f64, f64, f64);
 
 fn check(folder: &TestFolder, options: &[&str], band: usize, expectations: &[Expectation]) {
     trace(folder, "a.sonelmap", options).expect("a sound scene");
     render(folder, "a.sonelmap", "a.npz", &[]).expect("a sound map");
     let response = response(folder, "a.npz");
-    let figures = parameters(&response);
+    let parameters = parameters(&response);
     let mut wrong = Vec::new();
     for &(parameter, expected, tolerance, widest) in expectations {
-        let estimate = figures[0].bands[band].figure(parameter).as_ref().expect("a figure the data support");
+        let estimate =
+            parameters[0].bands[band].parameter(parameter).as_ref().expect("a parameter the data support");
         let Ok([low, high]) = estimate.interval else { panic!("{parameter:?} has no interval") };
         let deviation = (estimate.value - expected).abs();
         if !(deviation <= tolerance && (high - low) / 2.0 <= widest) {

@@ -36,7 +36,7 @@ fn limited(edge: &Edge, _: &EdgeFaces) -> Option<f64> {
 
 type Limit = fn(&Edge, &EdgeFaces) -> Option<f64>;
 
-fn first(geometry: &Geometry, from: DVec3, to: DVec3, reach: f64) -> Option<Passage> {
+fn first(geometry: &Geometry, from: DVec3, to: DVec3, reach: f64) -> Option<EdgePass> {
     let index = EdgeIndex::new(geometry, any);
     let local = |point: DVec3| point - geometry.center();
     index.first(geometry, &Way::between(local(from), local(to), reach), |_, _| true)
@@ -53,12 +53,13 @@ fn a_foot_is_found_again_from_a_distance_in_f32() {
         let origin = dvec3(10.0 - before, 5.0, 3.3 + 0.002 * f64::from(step)) - geometry.center();
         let direction = dvec3(1.0, 0.01, 0.0).normalize();
         let way = Way { origin, direction, from: 0.0, to: 5.0, reach: 3.0 };
-        let Some(passage) = index.first(&geometry, &way, |_, _| true) else { continue };
+        let Some(edge_pass) = index.first(&geometry, &way, |_, _| true) else { continue };
         passed += 1;
-        let line = index.lines()[passage.edge as usize];
-        let found = line.foot(origin, passage.along, f64::from(passage.distance as f32), passage.side);
-        let error = found.distance(origin + passage.at * direction);
-        assert!(error < 0.03 * passage.at, "{error:e} of {:e}", passage.at);
+        let line = index.lines()[edge_pass.edge as usize];
+        let found =
+            line.closest(origin, edge_pass.along, f64::from(edge_pass.distance as f32), edge_pass.side);
+        let error = found.distance(origin + edge_pass.at * direction);
+        assert!(error < 0.03 * edge_pass.at, "{error:e} of {:e}", edge_pass.at);
     }
     assert!((150..350).contains(&passed), "{passed} passages, and ways that start abreast");
 }
@@ -66,11 +67,11 @@ fn a_foot_is_found_again_from_a_distance_in_f32() {
 #[test]
 fn a_way_over_a_screen_passes_its_top() {
     let geometry = screened();
-    let passage = first(&geometry, dvec3(1.0, 4.0, 4.0), dvec3(19.0, 6.0, 4.0), 2.0).unwrap();
-    assert!((passage.distance - 1.0).abs() < 1e-9);
-    assert!((passage.at - 0.5 * dvec3(18.0, 2.0, 0.0).length()).abs() < 1e-9);
+    let edge_pass = first(&geometry, dvec3(1.0, 4.0, 4.0), dvec3(19.0, 6.0, 4.0), 2.0).unwrap();
+    assert!((edge_pass.distance - 1.0).abs() < 1e-9);
+    assert!((edge_pass.at - 0.5 * dvec3(18.0, 2.0, 0.0).length()).abs() < 1e-9);
     let back = first(&geometry, dvec3(19.0, 6.0, 4.0), dvec3(1.0, 4.0, 4.0), 2.0).unwrap();
-    assert_ne!(passage.side, back.side);
+    assert_ne!(edge_pass.side, back.side);
     assert!(first(&geometry, dvec3(1.0, 4.0, 4.0), dvec3(19.0, 6.0, 4.0), 0.99).is_none(), "out of reach");
     assert!(
         first(&geometry, dvec3(1.0, 4.0, 4.0), dvec3(9.0, 5.0, 4.0), 2.0).is_none(),
@@ -82,11 +83,11 @@ fn a_way_over_a_screen_passes_its_top() {
 fn only_the_nearest_edge_in_sight_is_passed() {
     let geometry = screened();
     // Beside the screen at half its height: its side is 0.5 m away, the end of its top edge farther.
-    let passage = first(&geometry, dvec3(1.0, 2.5, 1.5), dvec3(19.0, 2.5, 1.5), 5.0).unwrap();
-    assert!((passage.distance - 0.5).abs() < 1e-9);
+    let edge_pass = first(&geometry, dvec3(1.0, 2.5, 1.5), dvec3(19.0, 2.5, 1.5), 5.0).unwrap();
+    assert!((edge_pass.distance - 0.5).abs() < 1e-9);
     // Down along the face of the screen, 2 m before it: the top is passed at its height, whatever is behind the sheet.
-    let passage = first(&geometry, dvec3(8.0, 5.0, 5.0), dvec3(8.0, 5.0, 0.5), 5.0).unwrap();
-    assert!((passage.distance - 2.0).abs() < 1e-9);
+    let edge_pass = first(&geometry, dvec3(8.0, 5.0, 5.0), dvec3(8.0, 5.0, 0.5), 5.0).unwrap();
+    assert!((edge_pass.distance - 2.0).abs() < 1e-9);
 }
 
 #[test]
@@ -165,13 +166,13 @@ fn by_definition(geometry: &Geometry, index: &EdgeIndex, way: &Way) -> Option<(u
     }
     feet.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let stands = |&&(at, edge, along, distance): &&(f64, usize, f64, f64)| {
-        let foot = way.origin + at * way.direction;
+        let closest = way.origin + at * way.direction;
         let is_nearer = |other: usize| {
-            let (squared, along) = index.lines[other].distance_squared(foot);
+            let (squared, along) = index.lines[other].distance_squared(closest);
             let hides = index.limits[other] >= index.limits[edge];
-            other != edge && hides && squared < distance * distance && sees(foot, other, along)
+            other != edge && hides && squared < distance * distance && sees(closest, other, along)
         };
-        sees(foot, edge, along) && !(0..index.lines.len()).any(is_nearer)
+        sees(closest, edge, along) && !(0..index.lines.len()).any(is_nearer)
     };
     feet.iter().find(stands).map(|&(at, edge, ..)| (edge as u32, at))
 }
@@ -191,7 +192,8 @@ fn what_is_found_is_what_the_definition_says() {
                 [chance.point(ROOM, 0.1), chance.point(ROOM, 0.1)].map(|p| p - geometry.center());
             let way =
                 Way { from: chance.next(), ..Way::between(from, to, [0.2, 1.0, 4.0, 20.0][number % 4]) };
-            let found = index.first(&geometry, &way, |_, _| true).map(|passage| (passage.edge, passage.at));
+            let found =
+                index.first(&geometry, &way, |_, _| true).map(|edge_pass| (edge_pass.edge, edge_pass.at));
             assert_eq!(found, by_definition(&geometry, &index, &way), "{way:?}");
             ways += 1;
             passed += usize::from(found.is_some());

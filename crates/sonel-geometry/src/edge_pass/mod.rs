@@ -1,12 +1,12 @@
-//! Where straight ways pass edges: the search for edges near a ray, and what is asked at the foot of the shortest distance.
+//! Where straight ways pass edges: the search for edges near a ray, and what is asked at the closest point of the shortest distance.
 //!
-//! A way passes an edge where the shortest distance between both lies within both. At the foot of that distance the edge
-//! must be in sight, no other edge in sight may be nearer, and the foot must lie in the edge's sector of air: what is
+//! A way passes an edge where the shortest distance between both lies within both. At the closest point of that distance the edge
+//! must be in sight, no other edge in sight may be nearer, and the closest point must lie in the edge's sector of air: what is
 //! said of an edge is then said by one edge at a time, and not through walls. Edges have a limit, a distance beyond which they are not
 //! passed; an edge of a smaller limit hides none of a larger one, so that an edge that matters to long waves is not lost behind a small one that
 //! does not.
 //!
-//! Both searches, for feet on a way and for rivals about a foot, walk a hierarchy of boxes over blocks of edges and leave with the
+//! Both searches, for feet on a way and for rivals about a closest point, walk a hierarchy of boxes over blocks of edges and leave with the
 //! first few they find; rays are cast last, and towards the likeliest rival first. What is left out cannot be found, so the
 //! answer is that of the definition.
 
@@ -32,10 +32,10 @@ use top_k::Near;
 
 /// How a straight way passes an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passage {
+pub struct EdgePass {
     /// Which edge: a number of [`EdgeIndex::lines`].
     pub edge: u32,
-    /// How far on the way its foot is [m].
+    /// How far on the way its closest point is [m].
     pub at: f64,
     /// Where on the edge the nearest point is, from its first end [m].
     pub along: f64,
@@ -99,7 +99,7 @@ struct Group {
 
 /// A place on a way at the distance from an edge at which it passes it.
 #[derive(Debug, Clone, Copy)]
-struct Foot {
+struct ClosestPoint {
     position: DVec3,
     near: Near,
     distance: f64,
@@ -141,7 +141,7 @@ impl EdgeIndex {
         &self.lines
     }
 
-    /// Distance below which no edge is passed, nor a foot is apart from where a way starts [m]: that by which rays leave
+    /// Distance below which no edge is passed, nor a closest point is apart from where a way starts [m]: that by which rays leave
     /// surfaces.
     #[must_use]
     pub fn least_distance(&self) -> f64 {
@@ -155,7 +155,7 @@ impl EdgeIndex {
         geometry: &Geometry,
         way: &Way,
         counts: impl Fn(u32, f64) -> bool,
-    ) -> Option<Passage> {
+    ) -> Option<EdgePass> {
         let mut behind = (way.from, u32::MAX);
         let mut rival = None;
         loop {
@@ -166,10 +166,10 @@ impl EdgeIndex {
             }
             let stands = |near: &&Near| {
                 let least_limit = self.limits[near.edge as usize];
-                self.stands(geometry, &Foot::new(way, near, least_limit), &mut rival)
+                self.stands(geometry, &ClosestPoint::new(way, near, least_limit), &mut rival)
             };
             if let Some(near) = feet.few.found().iter().find(stands) {
-                return Some(self.passage(way, near));
+                return Some(self.edge_pass(way, near));
             }
             behind = feet.few.next()?;
         }
@@ -190,7 +190,7 @@ impl EdgeIndex {
         let near = Near { edge: u32::MAX, ..Near::default() };
         let (mut found, mut least_limit) = (Vec::new(), 0.0);
         while let Some(next) =
-            self.rival(geometry, &Foot { position: place, near, distance: reach, least_limit })
+            self.rival(geometry, &ClosestPoint { position: place, near, distance: reach, least_limit })
         {
             let limit = self.limits[next.edge as usize];
             if next.squared <= limit * limit {
@@ -204,11 +204,11 @@ impl EdgeIndex {
         found
     }
 
-    fn passage(&self, way: &Way, near: &Near) -> Passage {
+    fn edge_pass(&self, way: &Way, near: &Near) -> EdgePass {
         let line = &self.lines[near.edge as usize];
         let outward = way.origin + near.order * way.direction - line.point(near.along);
         let turns = line.along.cross(outward).dot(way.direction) >= 0.0;
-        Passage {
+        EdgePass {
             edge: near.edge,
             at: near.order,
             along: near.along,
@@ -217,46 +217,46 @@ impl EdgeIndex {
         }
     }
 
-    /// Whether a passage is one: its foot sees the edge, in a sector of its air, and sees no other edge nearer. A `rival` that was
-    /// seen from the foot before is asked for first, and left there.
+    /// Whether a passage is one: its closest point sees the edge, in a sector of its air, and sees no other edge nearer. A `rival` that was
+    /// seen from the closest point before is asked for first, and left there.
     ///
     /// The edge itself is looked for last: most are not the nearest.
-    fn stands(&self, geometry: &Geometry, foot: &Foot, rival: &mut Option<u32>) -> bool {
-        let (edge, along) = (foot.near.edge, foot.near.along);
-        if !self.air_holds(foot.position, edge, along)
-            || rival.is_some_and(|rival| self.is_before(geometry, foot, rival))
+    fn stands(&self, geometry: &Geometry, closest: &ClosestPoint, rival: &mut Option<u32>) -> bool {
+        let (edge, along) = (closest.near.edge, closest.near.along);
+        if !self.air_holds(closest.position, edge, along)
+            || rival.is_some_and(|rival| self.is_before(geometry, closest, rival))
         {
             return false;
         }
-        if let Some(found) = self.rival(geometry, foot) {
+        if let Some(found) = self.rival(geometry, closest) {
             *rival = Some(found.edge);
             return false;
         }
-        self.is_clear(geometry, foot.position, edge, along)
+        self.is_clear(geometry, closest.position, edge, along)
     }
 
-    /// Whether an edge is nearer to the foot than the one passed, and in sight.
+    /// Whether an edge is nearer to the closest point than the one passed, and in sight.
     #[inline]
-    fn is_before(&self, geometry: &Geometry, foot: &Foot, edge: u32) -> bool {
-        let (squared, along) = self.lines[edge as usize].distance_squared(foot.position);
-        edge != foot.near.edge
-            && self.limits[edge as usize] >= foot.least_limit
-            && squared < foot.limit()
-            && self.air_holds(foot.position, edge, along)
-            && self.is_clear(geometry, foot.position, edge, along)
+    fn is_before(&self, geometry: &Geometry, closest: &ClosestPoint, edge: u32) -> bool {
+        let (squared, along) = self.lines[edge as usize].distance_squared(closest.position);
+        edge != closest.near.edge
+            && self.limits[edge as usize] >= closest.least_limit
+            && squared < closest.limit()
+            && self.air_holds(closest.position, edge, along)
+            && self.is_clear(geometry, closest.position, edge, along)
     }
 
-    /// An edge that is nearer to the foot than the one passed and hides it, and in sight.
-    fn rival(&self, geometry: &Geometry, foot: &Foot) -> Option<Near> {
+    /// An edge that is nearer to the closest point than the one passed and hides it, and in sight.
+    fn rival(&self, geometry: &Geometry, closest: &ClosestPoint) -> Option<Near> {
         let mut behind = top_k::BEFORE_ALL;
         loop {
-            let mut rivals = Rivals::new(self, foot, behind);
-            for group in self.groups.iter().take_while(|group| group.limit >= foot.least_limit) {
+            let mut rivals = Rivals::new(self, closest, behind);
+            for group in self.groups.iter().take_while(|group| group.limit >= closest.least_limit) {
                 group.hierarchy.search(&mut rivals);
             }
             let is_seen = |near: &&Near| {
-                self.air_holds(foot.position, near.edge, near.along)
-                    && self.is_clear(geometry, foot.position, near.edge, near.along)
+                self.air_holds(closest.position, near.edge, near.along)
+                    && self.is_clear(geometry, closest.position, near.edge, near.along)
             };
             if let Some(near) = rivals.few.found().iter().find(is_seen) {
                 return Some(*near);
@@ -289,7 +289,7 @@ fn groups(lines: &[EdgeLine], limits: &[f64]) -> Vec<Group> {
         .collect()
 }
 
-impl Foot {
+impl ClosestPoint {
     fn new(way: &Way, near: &Near, least_limit: f64) -> Self {
         let position = way.origin + near.order * way.direction;
         Self { position, near: *near, distance: near.squared.sqrt(), least_limit }

@@ -3,12 +3,12 @@
 //! The sonels of a map are given, and so is their part of the variance; rays shrink theirs (see [`crate::forecast`]). Where no rays are cast,
 //! only sonels help.
 
-use sonel_analysis::{Parameter, ReceiverFigures};
+use sonel_analysis::{Parameter, ReceiverParameters};
+use sonel_renderer::Columns;
 
-use crate::forecast::Effort;
+use crate::forecast::{Effort, MOST_RAYS, two_digits_up};
 use crate::pilot::{Costs, Pilot, Spread, spreads};
-use crate::plan::{MOST_RAYS, two_digits_up};
-use crate::split::HeardTwice;
+use crate::split::RenderedTwice;
 use crate::spread::{Place, readings};
 use crate::target::Targets;
 
@@ -17,22 +17,22 @@ const LEAST_PER_BATCH: u32 = 16;
 
 /// What it takes to hear a map as certainly as targets ask.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hearing {
+pub struct RenderNeed {
     /// The map's sonels, and the rays.
     pub effort: Effort,
-    /// Which figure needs the rays, or lacks the sonels; none where the fewest rays will do.
+    /// Which parameter needs the rays, or lacks the sonels; none where the fewest rays will do.
     pub limited_by: Option<Place>,
     /// Sonels of a map that keeps the targets with those rays; none where this one does.
     pub lacking: Option<u64>,
 }
 
-/// A look at a map: its figures heard with so many rays.
+/// A look at a map: its parameters heard with so many rays.
 #[derive(Debug, Clone)]
 pub struct Look {
     /// Visibility rays of a receiver.
     pub rays: u32,
     /// What was found.
-    pub figures: Vec<ReceiverFigures>,
+    pub parameters: Vec<ReceiverParameters>,
 }
 
 impl Pilot {
@@ -40,12 +40,12 @@ impl Pilot {
     /// those of `before` among them. Where no rays are cast one look tells all. Nothing is known of costs.
     #[must_use]
     pub fn of_looks(before: Option<&Look>, last: &Look, parameters: &[Parameter], map: Effort) -> Self {
-        let found = readings(&last.figures, parameters);
+        let found = readings(&last.parameters, parameters);
         // The later look is a mean of the rays of the earlier and of new ones: its rays' variance is that of the difference over the factor of
         // their numbers less one.
-        let twice = before.map(|before| HeardTwice {
-            figures: &last.figures,
-            others: &before.figures,
+        let twice = before.map(|before| RenderedTwice {
+            parameters: &last.parameters,
+            others: &before.parameters,
             excess: f64::from(last.rays) / f64::from(before.rays) - 1.0,
             batches: map.batches,
         });
@@ -56,6 +56,7 @@ impl Pilot {
             rays: last.rays,
             asked_rays: last.rays,
             casts_rays: twice.is_some(),
+            columns: Columns::PLAIN,
             spreads: spreads(&found, (map.emissions, map.batches), share),
             costs: Costs::default(),
         }
@@ -63,33 +64,33 @@ impl Pilot {
 
     /// What it takes to keep `targets` in a map of the sonels and batches of `map`. Where rays do not matter they are those of `map`.
     #[must_use]
-    pub fn hearing(&self, targets: &Targets, map: Effort) -> Hearing {
+    pub fn render_need(&self, targets: &Targets, map: Effort) -> RenderNeed {
         let rays = if self.casts_rays { LEAST_PER_BATCH * map.batches } else { map.rays };
-        let mut hearing = Hearing { effort: Effort { rays, ..map }, limited_by: None, lacking: None };
+        let mut render_need = RenderNeed { effort: Effort { rays, ..map }, limited_by: None, lacking: None };
         for spread in &self.spreads {
             let Some(limit) = targets.limit(spread.place, spread.value) else { continue };
-            if !self.exceeds(spread, hearing.effort, limit) {
+            if !self.exceeds(spread, render_need.effort, limit) {
                 continue;
             }
-            match self.fewest_rays(spread, hearing.effort, limit) {
+            match self.fewest_rays(spread, render_need.effort, limit) {
                 Some(rays) => {
-                    hearing.effort.rays = rays;
-                    hearing.limited_by = Some(spread.place);
+                    render_need.effort.rays = rays;
+                    render_need.limited_by = Some(spread.place);
                 }
                 None => return self.lacking(targets, map),
             }
         }
-        hearing
+        render_need
     }
 
     /// The same where rays are not enough.
-    fn lacking(&self, targets: &Targets, map: Effort) -> Hearing {
+    fn lacking(&self, targets: &Targets, map: Effort) -> RenderNeed {
         let need = self.need(targets, map.batches, map.rays);
         let effort = Effort { rays: need.effort.rays, ..map };
-        Hearing { effort, limited_by: need.limited_by, lacking: Some(need.effort.emissions) }
+        RenderNeed { effort, limited_by: need.limited_by, lacking: Some(need.effort.emissions) }
     }
 
-    /// The fewest rays, in two digits, with which the figure of `spread` keeps `limit`; none where the most do not.
+    /// The fewest rays, in two digits, with which the parameter of `spread` keeps `limit`; none where the most do not.
     fn fewest_rays(&self, spread: &Spread, effort: Effort, limit: f64) -> Option<u32> {
         let exceeds = |rays| self.exceeds(spread, Effort { rays, ..effort }, limit);
         if !self.casts_rays || exceeds(MOST_RAYS) {
@@ -111,12 +112,12 @@ impl Pilot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pilot::Variance;
+    use crate::split::Variance;
     use crate::spread::student_factor;
 
     const MAP: Effort = Effort { emissions: 10_000, rays: 1000, batches: 32 };
 
-    /// A pilot as large as the map, whose only figure has variances from sonels and rays as given [JND²].
+    /// A pilot as large as the map, whose only parameter has variances from sonels and rays as given [JND²].
     fn pilot(sonels: f64, rays: f64) -> Pilot {
         let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
         let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
@@ -127,13 +128,14 @@ mod tests {
             rays: 1000,
             asked_rays: 1000,
             casts_rays: rays > 0.0,
+            columns: Columns::PLAIN,
             spreads,
             costs: Costs::default(),
         }
     }
 
-    fn hearing(pilot: &Pilot, limit: f64) -> Hearing {
-        pilot.hearing(&Targets::just_noticeable(limit), MAP)
+    fn render_need(pilot: &Pilot, limit: f64) -> RenderNeed {
+        pilot.render_need(&Targets::just_noticeable(limit), MAP)
     }
 
     #[test]
@@ -141,14 +143,14 @@ mod tests {
         // In units of the squared limit, sonels have a half: the other half is met by twice the rays.
         let limit = 0.1_f64;
         let square = (limit / student_factor(32)).powi(2);
-        let found = hearing(&pilot(0.5 * square, square), limit);
+        let found = render_need(&pilot(0.5 * square, square), limit);
         assert_eq!((found.effort.rays, found.lacking), (2000, None));
         assert_eq!(found.limited_by.unwrap().parameter, Parameter::T30);
     }
 
     #[test]
     fn what_rays_cannot_reach_takes_sonels() {
-        let found = hearing(&pilot(0.01, 1e-6), 0.1);
+        let found = render_need(&pilot(0.01, 1e-6), 0.1);
         let sonels = 10_000.0 * (0.1 * student_factor(32) / 0.1).powi(2);
         assert!((found.lacking.unwrap() as f64 / sonels - 1.0).abs() < 0.1, "{found:?}");
         assert_eq!(found.effort.emissions, MAP.emissions);
@@ -156,13 +158,13 @@ mod tests {
 
     #[test]
     fn where_no_rays_are_cast_they_are_left_alone() {
-        let found = hearing(&pilot(1e-6, 0.0), 0.1);
+        let found = render_need(&pilot(1e-6, 0.0), 0.1);
         assert_eq!((found.effort, found.limited_by, found.lacking), (MAP, None, None));
-        assert_eq!(hearing(&pilot(1.0, 0.0), 0.1).effort.rays, MAP.rays);
+        assert_eq!(render_need(&pilot(1.0, 0.0), 0.1).effort.rays, MAP.rays);
     }
 
     #[test]
     fn easy_targets_take_the_fewest_rays() {
-        assert_eq!(hearing(&pilot(1e-9, 1e-9), 1.0).effort.rays, 512);
+        assert_eq!(render_need(&pilot(1e-9, 1e-9), 1.0).effort.rays, 512);
     }
 }

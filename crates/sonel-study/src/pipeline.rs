@@ -1,12 +1,12 @@
-//! A scene traced, its map rendered and its figures read in one go, with what each phase costs.
+//! A scene traced, its map rendered and its parameters read in one go, with what each phase costs.
 //!
-//! The same stages as those of the programs, in the same order, so that a trial costs what a run does. Where the map is
+//! The same stages as those of the programs, in the same order, so that a pipeline run costs what a run does. Where the map is
 //! kept is the caller's choice ([`MapStore`]; [`InMemory`] for short runs), and so is the clock ([`Clock`]). Tracing and
 //! rendering are apart, so that one map can be heard in several ways.
 
 use std::io::{Cursor, Seek, Write};
 
-use sonel_analysis::{ReceiverFigures, parameters};
+use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_echogram::Response;
 use sonel_geometry::{Geometry, GeometryError};
 use sonel_map::{EffectState, Ledger, MapError, MapHeader, MapWriter, Mode, Settings, ShardRange, SonelMap};
@@ -18,7 +18,7 @@ use thiserror::Error;
 use crate::effects::bending;
 use crate::response;
 
-/// CPU seconds since any moment, which must not change during a trial.
+/// CPU seconds since any moment, which must not change during a pipeline run.
 pub trait Clock: Sync {
     /// Of all threads of the process [s].
     fn process(&self) -> f64;
@@ -74,10 +74,10 @@ impl MapStore for InMemory {
     }
 }
 
-/// Everything that decides a trial besides the room: emissions, seed, β, spectral and mode in `trace`, estimator, rays, radius
+/// Everything that decides a pipeline run besides the room: emissions, seed, β, spectral and mode in `trace`, estimator, rays, radius
 /// and order in `render`.
 #[derive(Debug, Clone, Default)]
-pub struct TrialSettings {
+pub struct PipelineSettings {
     /// Of the tracer.
     pub trace: Settings,
     /// Of the renderer.
@@ -113,13 +113,13 @@ pub struct TraceSeconds {
 }
 
 /// What was heard in a map, and what that cost.
-pub struct Heard {
+pub struct Rendered {
     /// By source.
     pub renderings: Vec<Rendering>,
     /// Echograms and batches.
     pub response: Response,
-    /// Value and interval of every figure, source by source and receiver by receiver.
-    pub figures: Vec<ReceiverFigures>,
+    /// Value and interval of every parameter, source by source and receiver by receiver.
+    pub parameters: Vec<ReceiverParameters>,
     /// Whether visibility rays were cast.
     pub casts_rays: bool,
     /// What it cost.
@@ -135,8 +135,8 @@ pub struct RenderSeconds {
     pub deterministic: f64,
     /// Sweeping the paths: connections, gather and crossings together [s].
     pub sweep: f64,
-    /// Reading the figures with their intervals [s].
-    pub figures: f64,
+    /// Reading the parameters with their intervals [s].
+    pub parameters: f64,
 }
 
 impl TraceSeconds {
@@ -151,21 +151,21 @@ impl RenderSeconds {
     /// All of it.
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.prepare + self.deterministic + self.sweep + self.figures
+        self.prepare + self.deterministic + self.sweep + self.parameters
     }
 }
 
 /// A map and what was heard in it.
-pub struct Trial {
+pub struct PipelineRun {
     /// The first pass.
     pub traced: TracedMap,
     /// The second.
-    pub heard: Heard,
+    pub rendered: Rendered,
 }
 
-/// Why a trial came to no end.
+/// Why a pipeline run came to no end.
 #[derive(Debug, Error)]
-pub enum TrialError {
+pub enum PipelineError {
     /// The mesh is no room.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
@@ -222,17 +222,17 @@ impl<'a> Room<'a> {
     /// Traces the room and hears it at `receivers`.
     ///
     /// # Errors
-    /// As [`Self::trace`] and [`hear`].
+    /// As [`Self::trace`] and [`render_and_read`].
     pub fn run(
         &self,
-        settings: &TrialSettings,
+        settings: &PipelineSettings,
         receivers: &[ReceiverPoint],
         store: &mut impl MapStore,
         clock: &dyn Clock,
-    ) -> Result<Trial, TrialError> {
+    ) -> Result<PipelineRun, PipelineError> {
         let traced = self.trace(settings.trace, store, clock)?;
-        let heard = hear(&traced.map, &self.geometry, receivers, &settings.render, clock)?;
-        Ok(Trial { traced, heard })
+        let rendered = render_and_read(&traced.map, &self.geometry, receivers, &settings.render, clock)?;
+        Ok(PipelineRun { traced, rendered })
     }
 
     /// Traces the whole run into a map.
@@ -244,7 +244,7 @@ impl<'a> Room<'a> {
         settings: Settings,
         store: &mut impl MapStore,
         clock: &dyn Clock,
-    ) -> Result<TracedMap, TrialError> {
+    ) -> Result<TracedMap, PipelineError> {
         trace(self.scene, &self.geometry, self.effects.clone(), settings, store, clock)
     }
 }
@@ -260,7 +260,7 @@ pub(crate) fn trace(
     settings: Settings,
     store: &mut impl MapStore,
     clock: &dyn Clock,
-) -> Result<TracedMap, TrialError> {
+) -> Result<TracedMap, PipelineError> {
     let begin = clock.process();
     let mut writer = MapWriter::begin(store.begin().map_err(MapError::from)?)?;
     let mut write = 0.0;
@@ -285,17 +285,17 @@ pub(crate) fn trace(
     Ok(TracedMap { map, books, seconds })
 }
 
-/// Renders every source of `map`, whose walls are `geometry`, at `receivers` and reads the figures.
+/// Renders every source of `map`, whose walls are `geometry`, at `receivers` and reads the parameters.
 ///
 /// # Errors
 /// When a receiver is impossible, a setting out of range, or the map damaged.
-pub fn hear(
+pub fn render_and_read(
     map: &SonelMap,
     geometry: &Geometry,
     receivers: &[ReceiverPoint],
     settings: &RenderSettings,
     clock: &dyn Clock,
-) -> Result<Heard, RenderError> {
+) -> Result<Rendered, RenderError> {
     let mut seconds = RenderSeconds::default();
     let begin = clock.process();
     let renderer = Renderer::new(map, geometry, settings.clone())?;
@@ -313,8 +313,8 @@ pub fn hear(
     })?;
     let begin = clock.process();
     let response = response::assemble(map, &renderer, receivers, &renderings);
-    let figures = parameters(&response);
-    seconds.figures = clock.process() - begin;
+    let parameters = parameters(&response);
+    seconds.parameters = clock.process() - begin;
     let casts_rays = renderer.casts_rays(receivers);
-    Ok(Heard { renderings, response, figures, casts_rays, seconds })
+    Ok(Rendered { renderings, response, parameters, casts_rays, seconds })
 }

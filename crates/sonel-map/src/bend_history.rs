@@ -6,30 +6,30 @@
 //!
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
-use sonel_geometry::{EdgeIndex, Geometry, Passage, Way};
+use sonel_geometry::{EdgeIndex, EdgePass, Geometry, Way};
 
-use crate::coefficients::Lanes;
 use crate::edges::EdgeTable;
+use crate::lanes::Lanes;
 
 /// Edges that may bend a packet between two surfaces; a way that is bent more often goes straight on.
 pub const MOST_BENDS: usize = 64;
 
 /// What a packet has done since it left a surface or the source.
 #[derive(Debug, Clone, Copy)]
-pub struct Course {
+pub struct BendHistory {
     bent_by: [u32; MOST_BENDS],
     bends: usize,
     /// How far it goes before an edge may bend it [m].
     pub clear: f64,
 }
 
-impl Default for Course {
+impl Default for BendHistory {
     fn default() -> Self {
         Self::new(0.0)
     }
 }
 
-impl Course {
+impl BendHistory {
     /// The course of a packet that no edge bends before it has gone on by `clear` [m].
     #[must_use]
     pub fn new(clear: f64) -> Self {
@@ -48,7 +48,7 @@ impl Course {
         geometry: &Geometry,
         way: &Way,
         energy: &[Lanes],
-    ) -> Option<Passage> {
+    ) -> Option<EdgePass> {
         let matters = |edge: u32, squared: f64| {
             self.may_pass(edge) && table.bends_any(energy, edge, squared, way.direction)
         };

@@ -64,10 +64,10 @@ impl EdgeLine {
         (from < to).then_some(Nearby { edge, at, distance: squared.sqrt(), level, part: [from, to] })
     }
 
-    /// The foot of a way that starts at `from` and passes the edge at `distance` from its point at `along`, on `side`: where the
+    /// The closest point of a way that starts at `from` and passes the edge at `distance` from its point at `along`, on `side`: where the
     /// way touches the cylinder of that radius.
     #[must_use]
-    pub fn foot(&self, from: DVec3, along: f64, distance: f64, side: Side) -> DVec3 {
+    pub fn closest(&self, from: DVec3, along: f64, distance: f64, side: Side) -> DVec3 {
         let offset = from - self.origin;
         let radial = offset - offset.dot(self.along) * self.along;
         let radius = radial.length();
@@ -77,11 +77,11 @@ impl EdgeLine {
         self.point(along) + distance * (cosine * towards + sine * self.along.cross(towards))
     }
 
-    /// A unit `direction` that passes the edge on `side` with its foot at `foot`, turned about the edge by the angle with the
+    /// A unit `direction` that passes the edge on `side` with its closest point at `closest point`, turned about the edge by the angle with the
     /// given `tangent`, towards the edge where that is positive. What it has along the edge it keeps.
     #[must_use]
-    pub fn turned(&self, foot: DVec3, direction: DVec3, side: Side, tangent: f64) -> DVec3 {
-        let offset = foot - self.origin;
+    pub fn turned(&self, closest: DVec3, direction: DVec3, side: Side, tangent: f64) -> DVec3 {
+        let offset = closest - self.origin;
         let outward =
             (offset - offset.dot(self.along) * self.along).normalize_or(self.along.any_orthonormal_vector());
         let forward = side.sign() * self.along.cross(outward);
@@ -117,14 +117,14 @@ mod tests {
             if at < 0.0 {
                 continue;
             }
-            let foot = start + at * direction;
-            let outward = foot - line.point(along);
+            let closest = start + at * direction;
+            let outward = closest - line.point(along);
             let side = if line.along.cross(outward).dot(direction) >= 0.0 { Side::Front } else { Side::Back };
-            let found = line.foot(start, along, squared.sqrt(), side);
-            assert!(found.distance(foot) < 1e-6, "{found} {foot}");
-            let straight = line.turned(foot, direction, side, 0.0);
+            let found = line.closest(start, along, squared.sqrt(), side);
+            assert!(found.distance(closest) < 1e-6, "{found} {closest}");
+            let straight = line.turned(closest, direction, side, 0.0);
             assert!(straight.distance(direction) < 1e-9);
-            let turned = line.turned(foot, direction, side, 0.7);
+            let turned = line.turned(closest, direction, side, 0.7);
             assert!((turned.length() - 1.0).abs() < 1e-12 && turned.dot(outward) < 0.0, "towards the edge");
             assert!(
                 (turned.dot(line.along) - direction.dot(line.along)).abs() < 1e-12,

@@ -1,0 +1,236 @@
+//! Open-plan offices: how speech falls along a line of workstations.
+//!
+//! L_p,A,S is the A-weighted level of speech at a workstation. Over lg r, r the distance from the source, its regression line between 2 m and 16 m
+//! falls by D_2,S per doubling of r and has L_p,A,S,4m at 4 m. The speech transmission index, with background noise, is regressed over r: it
+//! falls to 0.50 at the distraction distance r_D and to 0.20 at the privacy distance r_P. Intervals are those of the simulation: lines of
+//! the same places without each batch in turn.
+//!
+//! References: [ISO3382-3], [IEC60268-16], A-weighting of [IEC61672-1] (docs/references.md).
+
+use sonel_echogram::Response;
+
+use crate::average::derived;
+use crate::estimate::{ParameterValue, Unsupported};
+use crate::modulation::{SPEECH_OCTAVES, Talk};
+use crate::parameter::Parameter;
+use crate::receiver::{ReceiverParameters, parameters_of};
+
+/// Power levels of speech at normal effort in [`SPEECH_OCTAVES`] [dB re 1 pW], 68.4 dB(A) in all.
+pub const SPEECH_POWER_LEVEL_DB: [f64; 7] = [60.9, 65.3, 69.0, 63.0, 55.8, 49.8, 44.5];
+/// A-weighting of the same octaves [dB].
+const A_WEIGHTING_DB: [f64; 7] = [-16.1, -8.6, -3.2, 0.0, 1.2, 1.0, -1.1];
+/// Distances of the regression of levels [m].
+const NEAREST: f64 = 2.0;
+const FARTHEST: f64 = 16.0;
+/// Places that a regression needs.
+const FEWEST: usize = 2;
+/// Indices at the distraction and privacy distance.
+const DISTRACTION: f64 = 0.50;
+const PRIVACY: f64 = 0.20;
+
+/// A line of workstations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// By distance.
+    pub places: Vec<Place>,
+    /// D_2,S [dB].
+    pub decay_rate_db: ParameterValue,
+    /// L_p,A,S,4m [dB].
+    pub level_at_4_m_db: ParameterValue,
+    /// r_D [m].
+    pub distraction_distance: ParameterValue,
+    /// r_P [m].
+    pub privacy_distance: ParameterValue,
+}
+
+/// A workstation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Place {
+    /// Name of the receiver.
+    pub name: String,
+    /// From the source [m].
+    pub distance: f64,
+    /// L_p,A,S [dB].
+    pub speech_level_db: ParameterValue,
+    /// With noise, 0 … 1.
+    pub speech_transmission_index: ParameterValue,
+}
+
+/// The line of `receivers` from source `s`, with `talk`.
+#[must_use]
+pub fn line(response: &Response, s: usize, receivers: &[usize], talk: &Talk) -> Line {
+    let bands = response.bands();
+    let power = &response.source_power_level_db[s * bands..(s + 1) * bands];
+    let more = talk.more_than(&response.center_frequency_hz, power);
+    let parameters = parameters_of(response, Some(talk));
+    let mut places: Vec<Place> =
+        receivers.iter().map(|r| place(&parameters[s * response.receivers() + r], more)).collect();
+    places.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    let (of_levels, levels): (Vec<f64>, Vec<&ParameterValue>) = places
+        .iter()
+        .filter(|place| (NEAREST..=FARTHEST).contains(&place.distance))
+        .map(|place| (libm::log10(place.distance), &place.speech_level_db))
+        .unzip();
+    let (of_indices, indices): (Vec<f64>, Vec<&ParameterValue>) =
+        places.iter().map(|place| (place.distance, &place.speech_transmission_index)).unzip();
+    let level = |read: fn([f64; 2]) -> f64| {
+        enough(&of_levels)?;
+        derived(|levels| read(regression(&of_levels, levels)), levels.iter().copied())
+    };
+    let distance = |index: f64| {
+        enough(&of_indices)?;
+        let reached = move |[at_source, slope]: [f64; 2]| (index - at_source) / slope;
+        let slope = derived(|indices| regression(&of_indices, indices)[1], indices.iter().copied())?;
+        let found = derived(|indices| reached(regression(&of_indices, indices)), indices.iter().copied())?;
+        if slope.value >= 0.0 || found.value <= 0.0 {
+            return Err(Unsupported::NotFalling { index });
+        }
+        let farthest = of_indices.last().copied().unwrap_or(0.0);
+        let beyond =
+            (found.value > farthest).then(|| format!("extrapolated: the line ends at {farthest:.1} m"));
+        Ok(found.warned(beyond))
+    };
+    Line {
+        decay_rate_db: level(|[_, slope]| -slope * libm::log10(2.0)),
+        level_at_4_m_db: level(|[at_one, slope]| at_one + slope * libm::log10(4.0)),
+        distraction_distance: distance(DISTRACTION),
+        privacy_distance: distance(PRIVACY),
+        places,
+    }
+}
+
+fn place(parameters: &ReceiverParameters, more: [f64; 7]) -> Place {
+    let squares = parameters.source_position.iter().zip(parameters.position).map(|(a, b)| (a - b) * (a - b));
+    Place {
+        name: parameters.name.clone(),
+        distance: squares.sum::<f64>().sqrt(),
+        speech_level_db: a_weighted(parameters, more),
+        speech_transmission_index: parameters.speech_transmission_index.clone(),
+    }
+}
+
+/// A-weighted level of what is louder than the source by `more` [dB].
+fn a_weighted(parameters: &ReceiverParameters, more: [f64; 7]) -> ParameterValue {
+    // Where octaves of speech are missing, so is the index, with the reason.
+    parameters.speech_transmission_index.as_ref().map_err(Clone::clone)?;
+    let octaves = SPEECH_OCTAVES.iter().filter_map(|octave| {
+        parameters.bands.iter().find(|band| band.center_frequency_hz.total_cmp(octave).is_eq())
+    });
+    let sum = |levels: &[f64]| {
+        let weighted = levels.iter().zip(more).zip(A_WEIGHTING_DB).map(|((level, more), a)| level + more + a);
+        10.0 * libm::log10(weighted.map(|level| libm::pow(10.0, 0.1 * level)).sum())
+    };
+    derived(sum, octaves.map(|band| band.parameter(Parameter::Level)))
+}
+
+fn enough(places: &[f64]) -> Result<(), Unsupported> {
+    let distinct = places.first().zip(places.last()).is_some_and(|(first, last)| last > first);
+    if places.len() < FEWEST || !distinct {
+        return Err(Unsupported::TooFewPlaces { found: places.len() });
+    }
+    Ok(())
+}
+
+/// Value at 0 and slope of the least squares line.
+fn regression(x: &[f64], y: &[f64]) -> [f64; 2] {
+    let count = x.len() as f64;
+    let [mean_x, mean_y] = [x, y].map(|values| values.iter().sum::<f64>() / count);
+    let products = x.iter().zip(y).map(|(x, y)| (x - mean_x) * (y - mean_y));
+    let squares = x.iter().map(|x| (x - mean_x) * (x - mean_x));
+    let slope = products.sum::<f64>() / squares.sum::<f64>();
+    [mean_y - slope * mean_x, slope]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_echogram::Arrivals;
+    use sonel_testkit::exponential::ExponentialDecay;
+
+    const NOISE: [f64; 7] = [42.0, 38.0, 35.0, 32.0, 28.0, 24.0, 20.0];
+
+    /// Exponential decays of 0.6 s with a fluence of 0.05 r^−1.6 in every octave, of a source of 90 dB each.
+    fn response(distances: &[f64]) -> Response {
+        let edges: Vec<f64> = (0..=1200).map(|edge| f64::from(edge) * 0.001).collect();
+        let echogram = |distance: &f64| {
+            let decay =
+                ExponentialDecay { reverberation_time: 0.6, energy: 0.05 * libm::pow(*distance, -1.6) };
+            let since = |edge: f64| (edge - distance / 343.0).max(0.0);
+            edges
+                .windows(2)
+                .map(|pair| decay.energy_between(since(pair[0]), since(pair[1])))
+                .collect::<Vec<_>>()
+        };
+        Response {
+            center_frequency_hz: SPEECH_OCTAVES.to_vec(),
+            energy: distances.iter().flat_map(|distance| echogram(distance).repeat(7)).collect(),
+            time_edges_s: edges.clone(),
+            receiver_names: distances.iter().map(ToString::to_string).collect(),
+            receiver_positions: distances.iter().map(|distance| [*distance, 0.0, 0.0]).collect(),
+            receiver_directivities: Vec::new(),
+            source_names: vec!["talker".into()],
+            source_positions: vec![[0.0; 3]],
+            source_power_level_db: vec![90.0; 7],
+            speed_of_sound: 343.0,
+            characteristic_impedance: 412.0,
+            direct_times_s: Vec::new(),
+            batches: None,
+            missing: None,
+            arrivals: Arrivals::default(),
+            directions: None,
+            metadata: serde_json::Value::Null,
+        }
+    }
+
+    fn talk() -> Talk {
+        Talk { power_level_db: Some(SPEECH_POWER_LEVEL_DB), noise_level_db: NOISE }
+    }
+
+    /// Values of a calculation apart from this code: closed forms of the decay, IEC 60268-16 and least squares written in Python.
+    #[test]
+    fn a_line_has_the_figures_of_an_independent_calculation() {
+        let response = response(&[20.0, 2.0, 4.0, 6.5, 8.0, 12.0]);
+        let line = line(&response, 0, &[0, 1, 2, 3, 4, 5], &talk());
+        let near = |estimate: &ParameterValue, expected: f64| {
+            let found = estimate.as_ref().expect("a figure").value;
+            assert!((found - expected).abs() < 1e-6 * expected, "{found} instead of {expected}");
+        };
+        assert_eq!(line.places[5].name, "20");
+        near(&line.places[0].speech_level_db, 50.714_174_570_8);
+        near(&line.places[0].speech_transmission_index, 0.606_581_443_7);
+        near(&line.places[5].speech_transmission_index, 0.256_365_721_7);
+        // lg 2 · 16 dB a decade, of places up to 16 m.
+        near(&line.decay_rate_db, 4.816_479_930_6);
+        near(&line.level_at_4_m_db, 45.897_694_640_2);
+        near(&line.distraction_distance, 5.536_728_299_6);
+        near(&line.privacy_distance, 21.682_528_259_9);
+        let warning = line.privacy_distance.expect("a distance").warning.expect("beyond the line");
+        assert!(warning.contains("20.0 m"), "{warning}");
+    }
+
+    #[test]
+    fn noise_matters() {
+        let quiet = Talk { noise_level_db: [0.0; 7], ..talk() };
+        let response = response(&[2.0, 4.0, 8.0]);
+        let [loud, quiet] = [talk(), quiet].map(|talk| {
+            line(&response, 0, &[0, 1, 2], &talk).places[2]
+                .speech_transmission_index
+                .clone()
+                .expect("octaves")
+                .value
+        });
+        assert!(quiet > loud + 0.05, "{quiet} {loud}");
+    }
+
+    #[test]
+    fn lines_that_are_none_have_reasons() {
+        let response = response(&[3.0, 3.0, 30.0]);
+        let of = |places: &[usize]| line(&response, 0, places, &talk());
+        assert_eq!(of(&[0, 1]).decay_rate_db, Err(Unsupported::TooFewPlaces { found: 2 }));
+        assert_eq!(of(&[0, 2]).decay_rate_db, Err(Unsupported::TooFewPlaces { found: 1 }));
+        assert!(of(&[0, 2]).distraction_distance.is_ok());
+        let deaf = Talk { noise_level_db: [120.0; 7], ..talk() };
+        let line = line(&response, 0, &[0, 2], &deaf);
+        assert_eq!(line.distraction_distance, Err(Unsupported::NotFalling { index: 0.5 }));
+    }
+}

@@ -1,0 +1,29 @@
+//! How large the gathering discs are.
+
+use sonel_acoustics::mean_free_path;
+use sonel_geometry::Geometry;
+
+use crate::receiver::REFERENCE_EMISSIONS;
+use crate::settings::RenderSettings;
+
+/// Mean free path [m]; in an open scene its extent.
+pub(crate) fn free_path(geometry: &Geometry) -> f64 {
+    match geometry.volume() {
+        Some(volume) => mean_free_path(volume, geometry.area()),
+        None => f64::from(geometry.extent()),
+    }
+}
+
+/// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`].
+pub(crate) const DISC_PER_FREE_PATH: f64 = 0.03;
+
+/// The radius of discs [m] that take `share` of the mean free path at [`REFERENCE_EMISSIONS`]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
+pub(crate) fn disc_radius(
+    share: f64,
+    settings: &RenderSettings,
+    geometry: &Geometry,
+    traced: &sonel_map::Settings,
+) -> f64 {
+    let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
+    settings.gather_radius.unwrap_or_else(|| share * free_path(geometry) * shrink)
+}

@@ -1,0 +1,101 @@
+//! Which estimator owns which class of paths, and why.
+
+use crate::path_class::PathClass;
+use crate::render::Renderer;
+use crate::settings::Estimator;
+
+impl Renderer<'_> {
+    /// The classes that paths of this map can be of.
+    pub fn path_classes(&self) -> impl Iterator<Item = PathClass> {
+        PathClass::ALL.into_iter().filter(|class| *class != PathClass::Refracted || self.regions.is_some())
+    }
+
+    /// The estimator that owns `class`.
+    #[must_use]
+    pub fn owner(&self, class: PathClass) -> &'static str {
+        if let Some(paper) = &self.paper {
+            return paper.owner(class);
+        }
+        match class {
+            PathClass::Direct if self.table.profile().is_some() => "shadow ray along an arc",
+            PathClass::Direct => "shadow ray",
+            PathClass::MirrorChain => "image sources",
+            PathClass::Edge => "edges",
+            PathClass::Refracted => "receiver sphere",
+            PathClass::LongMirrorChain if self.mirrors_long_chains() => "specular rays into receiver spheres",
+            PathClass::Diffuse if self.bends.is_some() && self.gathers_by_mirrors() => {
+                "connection where it is straight, gather where it is bent"
+            }
+            PathClass::Diffuse if self.bends.is_some() && self.connects_diffuse() => {
+                "connection where it is straight, receiver sphere where it is bent"
+            }
+            PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
+            PathClass::Diffuse if self.connects_diffuse() && self.table.profile().is_some() => {
+                "connection along an arc"
+            }
+            PathClass::Diffuse if self.connects_diffuse() => "connection",
+            PathClass::DiffuseMirror if self.gathers_by_mirrors() => "gather",
+            PathClass::DiffuseMirror => "connection to images of the receiver",
+            _ => "receiver sphere",
+        }
+    }
+
+    /// Why [`Self::owner`] owns `class`, where the mirror chains were enumerated up to `mirror_order`.
+    #[must_use]
+    pub fn reason(&self, class: PathClass, mirror_order: u32) -> String {
+        if let Some(paper) = &self.paper {
+            return paper.reason(class);
+        }
+        if let Some(reason) = self.reason_of_arcs(class) {
+            return reason.to_owned();
+        }
+        let forced = self.settings.estimator != Estimator::Auto;
+        match class {
+            PathClass::Direct => "exact".to_owned(),
+            PathClass::MirrorChain => format!("exact: enumerated completely up to order K = {mirror_order}"),
+            PathClass::Refracted => "no straight way leads through an interface".to_owned(),
+            PathClass::Edge if !self.edges.is_empty() => {
+                "rigid faces, first order, and second over thick barriers".to_owned()
+            }
+            PathClass::Edge => "diffraction is off or no edge diffracts".to_owned(),
+            PathClass::LongMirrorChain => {
+                format!(
+                    "beyond order K = {mirror_order} chains are too many to enumerate or were not asked for"
+                )
+            }
+            _ if forced => "asked for".to_owned(),
+            PathClass::LongDiffuseMirror if self.bends.is_some() && !self.gathers_by_mirrors() => {
+                "images do not follow what edges bend".to_owned()
+            }
+            PathClass::Diffuse => "unbiased and calm but beside a surface".to_owned(),
+            PathClass::DiffuseMirror if self.gathers_by_mirrors() => {
+                "calm in any room; in an empty box images of the receiver would be calmer".to_owned()
+            }
+            PathClass::DiffuseMirror => {
+                format!(
+                    "unbiased: the images of an empty box are all visible, up to order {}",
+                    self.image_order
+                )
+            }
+            PathClass::LongDiffuseMirror if self.gathers_by_mirrors() => {
+                "nothing is left: visibility rays follow mirrors to any order".to_owned()
+            }
+            PathClass::LongDiffuseMirror => {
+                format!("beyond order {} images are too many", self.image_order)
+            }
+        }
+    }
+
+    /// Why the estimator of a class is another one where the speed of sound has a gradient.
+    pub(crate) fn reason_of_arcs(&self, class: PathClass) -> Option<&'static str> {
+        self.table.profile()?;
+        match class {
+            PathClass::Direct | PathClass::Diffuse | PathClass::Refracted => None,
+            PathClass::Edge if self.edges.is_empty() => None,
+            PathClass::Edge => {
+                Some("rigid faces, along arcs, with one reflection at most before and after the edge")
+            }
+            _ => Some("arcs have no mirror images"),
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Classes of paths by which sound comes to a receiver (docs/physics.md §4).
+
+/// Who brought the energy (docs/physics.md §4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathClass {
+    /// L R.
+    Direct,
+    /// L S^k R, k ≤ K.
+    MirrorChain,
+    /// L E R, L S E R and longer chains: over edges where the path without them is shaded.
+    Edge,
+    /// L S^k R, k > K.
+    LongMirrorChain,
+    /// … D R.
+    Diffuse,
+    /// … D S^k R, k ≤ K′.
+    DiffuseMirror,
+    /// … D S^k R, k > K′.
+    LongDiffuseMirror,
+    /// What has met an interface between airs since its last diffuse reflection.
+    Refracted,
+}
+
+impl PathClass {
+    /// All classes.
+    pub const ALL: [Self; 8] = [
+        Self::Direct,
+        Self::MirrorChain,
+        Self::Edge,
+        Self::LongMirrorChain,
+        Self::Diffuse,
+        Self::DiffuseMirror,
+        Self::LongDiffuseMirror,
+        Self::Refracted,
+    ];
+
+    /// The class as a string over L, S, D, R.
+    #[must_use]
+    pub fn notation(self) -> &'static str {
+        match self {
+            Self::Direct => "L R",
+            Self::MirrorChain => "L S^k R, k <= K",
+            Self::Edge => "L E R, L S E R",
+            Self::LongMirrorChain => "L S^k R, k > K",
+            Self::Diffuse => "... D R",
+            Self::DiffuseMirror => "... D S^k R, k <= K'",
+            Self::LongDiffuseMirror => "... D S^k R, k > K'",
+            Self::Refracted => "... I S^k R",
+        }
+    }
+}

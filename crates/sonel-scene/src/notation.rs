@@ -1,0 +1,34 @@
+//! How numbers and places are written in messages.
+
+use glam::DVec3;
+
+/// Three coordinates.
+pub(crate) fn place(point: DVec3) -> String {
+    point.to_array().map(number).join(", ")
+}
+
+/// Four significant digits; as a power of ten where it has many zeros.
+pub(crate) fn number(value: f64) -> String {
+    let size = value.abs();
+    if size.is_infinite() {
+        return "∞".to_owned();
+    }
+    if size > 0.0 && !(1e-3..1e7).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let digits = 3 - libm::floor(libm::log10(size.max(1e-3))) as i32;
+    let scale = libm::pow(10.0, f64::from(digits.clamp(0, 6)));
+    // Adding zero makes one number of both zeros.
+    ((value * scale).round() / scale + 0.0).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let numbers = [0.0, -0.0, 1.2e-7, 0.51374, 2.5532, 147_000.4, 9e10, f64::INFINITY].map(number);
+        assert_eq!(numbers, ["0", "0", "1.200e-7", "0.5137", "2.553", "147000", "9.000e10", "∞"]);
+    }
+}

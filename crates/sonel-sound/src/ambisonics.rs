@@ -1,0 +1,226 @@
+//! Ambisonics: spherical harmonics of directions up to order 3, and directions drawn from a mean.
+//!
+//! Channels are in the order of ambisonic channel numbers (ACN) with semi-normalisation (SN3D), as in AmbiX [Nachbar2011]: channel 0 is the
+//! pressure, 1, 2 and 3 are y (left), z (up) and x (front). Over all channels of one order the squares add up to 1.
+//!
+//! A time bin knows its energy E and the moment M = E ⟨u⟩ of its directions u. The distribution of largest entropy with this mean is that
+//! of von Mises and Fisher [FisherLewisEmbleton1987], ∝ e^(κ u·d) with d = M/|M| and coth κ − 1/κ = |M|/E: from all directions
+//! alike where M is 0, from one where |M| = E. Second and higher moments of the field are not kept.
+//!
+//! References: [Nachbar2011], [FisherLewisEmbleton1987] (docs/references.md).
+
+use glam::DVec3;
+use sonel_sampling::Stream;
+
+/// Highest order.
+pub const MOST_ORDER: u32 = 3;
+
+/// Axes of the channels in those of the scene, unit vectors at right angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    front: DVec3,
+    left: DVec3,
+    up: DVec3,
+}
+
+impl Frame {
+    /// For a listener with this `left` side, where `up` is up.
+    #[must_use]
+    pub fn new(left: DVec3, up: DVec3) -> Self {
+        Self { front: left.cross(up), left, up }
+    }
+
+    /// Gains of the channels of all orders up to `order`, at most 3, for a unit vector `u` in the axes of the scene.
+    #[must_use]
+    pub fn gains(&self, order: u32, u: DVec3) -> Vec<f64> {
+        let [x, y, z] = [self.front, self.left, self.up].map(|axis| axis.dot(u));
+        let root = |value: f64| value.sqrt();
+        let all = [
+            1.0,
+            y,
+            z,
+            x,
+            root(3.0) * x * y,
+            root(3.0) * y * z,
+            0.5 * (3.0 * z * z - 1.0),
+            root(3.0) * x * z,
+            root(0.75) * (x * x - y * y),
+            root(0.625) * y * (3.0 * x * x - y * y),
+            root(15.0) * x * y * z,
+            root(0.375) * y * (5.0 * z * z - 1.0),
+            0.5 * z * (5.0 * z * z - 3.0),
+            root(0.375) * x * (5.0 * z * z - 1.0),
+            root(3.75) * z * (x * x - y * y),
+            root(0.625) * x * (x * x - 3.0 * y * y),
+        ];
+        all[..channels(order)].to_vec()
+    }
+}
+
+/// Channels of all orders up to `order`.
+#[must_use]
+pub fn channels(order: u32) -> usize {
+    ((order + 1) * (order + 1)) as usize
+}
+
+/// A random unit vector whose mean over many is `mean`, of a length of at most 1.
+pub fn direction(mean: DVec3, stream: &mut Stream) -> DVec3 {
+    let axis = mean.normalize_or(DVec3::Z);
+    let cosine = cosine(mean.length().min(1.0), stream.uniform_fine());
+    let (sin, cos) = libm::sincos(std::f64::consts::TAU * stream.uniform_fine());
+    let (across, aside) = axis.any_orthonormal_pair();
+    cosine * axis + (1.0 - cosine * cosine).max(0.0).sqrt() * (cos * across + sin * aside)
+}
+
+/// Below this mean a field is as good as diffuse: the density differs by 3 · 10⁻⁶ over all directions.
+const DIFFUSE: f64 = 1e-6;
+/// Above this mean all directions lie within 0.003° of one.
+const SINGLE: f64 = 1.0 - 1e-9;
+
+/// The cosine of the angle to the axis that is exceeded with the probability `u`, 0 … 1, in a distribution of this mean cosine.
+fn cosine(mean: f64, u: f64) -> f64 {
+    if mean < DIFFUSE {
+        return 1.0 - 2.0 * u;
+    }
+    if mean > SINGLE {
+        return 1.0;
+    }
+    let kappa = concentration(mean);
+    // 1 + ln(1 − u (1 − e^(−2κ)))/κ
+    (1.0 + libm::log1p(u * libm::expm1(-2.0 * kappa)) / kappa).clamp(-1.0, 1.0)
+}
+
+/// κ with coth κ − 1/κ = `mean`, between 0 and 1, by Newton's method.
+fn concentration(mean: f64) -> f64 {
+    let mut kappa = mean * (3.0 - mean * mean) / (1.0 - mean * mean);
+    for _ in 0..20 {
+        let (value, slope) = langevin(kappa);
+        kappa -= (value - mean) / slope;
+    }
+    kappa
+}
+
+/// coth κ − 1/κ and its derivative, for κ > 0.
+fn langevin(kappa: f64) -> (f64, f64) {
+    /// Here the series and the closed form are both exact to 10⁻¹¹.
+    const SERIES: f64 = 0.05;
+    if kappa < SERIES {
+        let square = kappa * kappa;
+        let value = kappa * (1.0 / 3.0 - square * (1.0 / 45.0 - square * 2.0 / 945.0));
+        return (value, 1.0 / 3.0 - square * (1.0 / 15.0 - square * 2.0 / 189.0));
+    }
+    let coth = 1.0 + 2.0 / libm::expm1(2.0 * kappa);
+    (coth - 1.0 / kappa, 1.0 / (kappa * kappa) - (coth * coth - 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+    use sonel_sampling::{Purpose, StreamFamily};
+
+    fn stream() -> Stream {
+        StreamFamily::new(1, Purpose::PulseDirection, [0; 4]).stream(0)
+    }
+
+    /// A listener who looks along −y in a scene with z up has x at the left.
+    const LEFT: DVec3 = DVec3::X;
+
+    #[test]
+    fn front_left_and_up_are_positive_in_their_channels() {
+        let frame = Frame::new(LEFT, DVec3::Z);
+        for (u, channel) in [(DVec3::NEG_Y, 3), (DVec3::X, 1), (DVec3::Z, 2)] {
+            let gains = frame.gains(1, u);
+            assert_eq!(gains.len(), 4);
+            for (other, gain) in gains.iter().enumerate().skip(1) {
+                assert!((gain - f64::from(u8::from(other == channel))).abs() < 1e-15, "{u:?}: {gains:?}");
+            }
+        }
+    }
+
+    /// Values of scipy's spherical harmonics of azimuth 40° and elevation −25°, without Condon-Shortley phase, semi-normalised.
+    #[test]
+    fn channels_are_real_spherical_harmonics() {
+        let frame = Frame::new(DVec3::Y, DVec3::Z);
+        let (azimuth, elevation) = (40_f64.to_radians(), (-25_f64).to_radians());
+        let flat = elevation.cos();
+        let gains = frame.gains(3, dvec3(flat * azimuth.cos(), flat * azimuth.sin(), elevation.sin()));
+        for (channel, (found, expected)) in gains.iter().zip(EXPECTED).enumerate() {
+            assert!((found - expected).abs() < 1e-9, "{channel}: {found} instead of {expected}");
+        }
+    }
+
+    const EXPECTED: [f64; 16] = [
+        1.0,
+        0.582_563_416_070,
+        -0.422_618_261_741,
+        0.694_272_044_015,
+        0.700_540_928_492,
+        -0.426_434_265_976,
+        -0.232_090_707_265,
+        -0.508_204_568_482,
+        0.123_524_266_784,
+        0.509_680_214_476,
+        -0.662_013_392_384,
+        -0.038_160_747_771,
+        0.445_221_793_278,
+        -0.045_478_208_252,
+        -0.116_730_822_668,
+        -0.294_264_009_028,
+    ];
+
+    /// Orthogonal over the sphere with mean squares of 1/(2n + 1): Gauss quadrature exact for products of order 3.
+    #[test]
+    fn orders_are_orthogonal_and_semi_normalised() {
+        let frame = Frame::new(LEFT, DVec3::Z);
+        let nodes = [
+            (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+            (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
+        ];
+        let mut products = [[0.0; 16]; 16];
+        for (node, weight) in nodes.into_iter().flat_map(|(z, w)| [(z, w), (-z, w)]) {
+            for step in 0..8 {
+                let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(step) / 8.0);
+                let sine = libm::sqrt(1.0 - node * node);
+                let gains = frame.gains(3, dvec3(sine * cos, sine * sin, node));
+                for (row, a) in products.iter_mut().zip(&gains) {
+                    row.iter_mut().zip(&gains).for_each(|(sum, b)| *sum += weight * a * b / 16.0);
+                }
+            }
+        }
+        for (a, row) in products.iter().enumerate() {
+            for (b, product) in row.iter().enumerate() {
+                let order = (0..4).find(|order| a < channels(*order)).unwrap();
+                let expected = if a == b { 1.0 / f64::from(2 * order + 1) } else { 0.0 };
+                assert!((product - expected).abs() < 1e-12, "{a} {b}: {product}");
+            }
+        }
+    }
+
+    #[test]
+    fn concentrations_have_their_mean_cosine() {
+        for mean in [1e-5, 0.01, 0.0167, 0.3, 0.9, 0.999, 1.0 - 1e-8] {
+            let (found, _) = langevin(concentration(mean));
+            assert!((found / mean - 1.0).abs() < 1e-9, "{found} instead of {mean}");
+        }
+        let [series, closed] = [0.049_999_999, 0.050_000_001].map(langevin);
+        assert!((series.0 - closed.0).abs() < 1e-8 && (series.1 - closed.1).abs() < 1e-8);
+    }
+
+    /// The mean of 200 000 directions is within four standard errors, 4/√(3 · 200 000), of the one asked for; another mean is not.
+    #[test]
+    fn drawn_directions_have_the_mean_asked_for() {
+        for mean in [DVec3::ZERO, dvec3(0.1, -0.2, 0.05), dvec3(-0.5, 0.3, -0.7)] {
+            let (mut stream, mut sum) = (stream(), DVec3::ZERO);
+            for _ in 0..200_000 {
+                let drawn = direction(mean, &mut stream);
+                assert!((drawn.length() - 1.0).abs() < 1e-12);
+                sum += drawn / 200_000.0;
+            }
+            let is_off = |mean: DVec3| (sum - mean).abs().max_element() > 0.005_16;
+            assert!(!is_off(mean) && is_off(mean + dvec3(0.012, 0.0, 0.0)), "{sum} {mean}");
+        }
+        let single = dvec3(0.6, 0.0, 0.8);
+        assert!(direction(single, &mut stream()).distance(single) < 1e-12);
+    }
+}

@@ -1,0 +1,177 @@
+//! docs/validation.md: packets against the wave equation in the same rooms.
+//!
+//! The solver is that of the test kit, in cubes of [`CELL`]. Each octave is a run of its own with the admittance of that octave's
+//! absorption; both models then know the same walls but for what packets leave out: phase, diffraction, and by default the angle.
+
+mod packets;
+mod rooms;
+
+use std::f64::consts::{PI, SQRT_2};
+use std::fmt::Write;
+use std::time::Instant;
+
+use anyhow::{Context, Result, anyhow};
+use glam::DVec3;
+use sonel_acoustics::absorption_law::impedance;
+use sonel_geometry::{Departure, Geometry};
+use sonel_scene::Scene;
+use sonel_testkit::decay::reverberation_time;
+use sonel_testkit::waves::{Listening, WaveRoom, step};
+use xtask::workspace;
+
+use rooms::Room;
+
+/// Side of a cell [m]: nine cells per wavelength at the upper end of 250 Hz.
+const CELL: f64 = 0.125;
+/// Pressure below this frequency is steady [Hz].
+const STEADY: f64 = 5.0;
+const PAGE: &str = "docs/validation.md";
+
+/// Quantities compared, with the unit and the figures after the point.
+const QUANTITIES: [(&str, usize); 3] = [("T30 [s]", 2), ("EDT [s]", 2), ("G [dB]", 1)];
+
+/// T30 [s], EDT [s] and strength G [dB] of a band, means over the receivers.
+type Row = [f64; QUANTITIES.len()];
+
+/// Solves all rooms, traces them in every way, and writes the tables; `only` names one room, which is then printed alone.
+pub fn run(only: Option<&str>) -> Result<()> {
+    let head = "| room | band [Hz] | waves | packets | locally reacting | bent | bent, locally reacting |\n|---|---|---|---|---|---|---|\n";
+    let mut tables = QUANTITIES.map(|(title, _)| format!("{title}:\n\n{head}"));
+    for room in rooms::all()?.iter().filter(|room| only.is_none_or(|only| only == room.name)) {
+        let begun = Instant::now();
+        let waves = of_waves(room)?;
+        eprintln!("{}: {:.0} s of waves", room.name, begun.elapsed().as_secs_f64());
+        let mut columns = vec![waves];
+        for variant in packets::VARIANTS {
+            columns.push(packets::rows(room, variant)?);
+        }
+        let bands = room.bands.iter().map(ToString::to_string).collect::<Vec<_>>().join(" / ");
+        for (quantity, (table, (_, decimals))) in tables.iter_mut().zip(QUANTITIES).enumerate() {
+            write!(table, "| {} | {bands}", room.title)?;
+            for column in &columns {
+                let values = column.iter().map(|row| format!("{:.decimals$}", row[quantity]));
+                write!(table, " | {}", values.collect::<Vec<_>>().join(" / "))?;
+            }
+            table.push_str(" |\n");
+        }
+    }
+    let tables = tables.join("\n");
+    if only.is_some() {
+        println!("{tables}");
+        return Ok(());
+    }
+    workspace::write(PAGE, workspace::with_figures(&workspace::read(PAGE)?, &tables)?)
+}
+
+/// What the wave equation says, per band of the room.
+fn of_waves(room: &Room) -> Result<Vec<Row>> {
+    let scene = room.scene()?;
+    let geometry = scene.geometry()?;
+    let step = step(CELL, scene.speed_of_sound);
+    let mut rows = Vec::new();
+    // Bands of the same walls are bands of the same signals.
+    let mut solved: Option<(Vec<f64>, Vec<Vec<f32>>)> = None;
+    for &centre in room.bands {
+        let admittances = admittances(&scene, centre)?;
+        if solved.as_ref().is_none_or(|(known, _)| *known != admittances) {
+            let signals = solve(&scene, &geometry, &admittances);
+            solved = Some((admittances, signals));
+        }
+        let signals = &solved.as_ref().expect("just solved").1;
+        let filter = octave(centre, step);
+        // 1 m from the source in the open: a unit pulse of the scheme becomes one of 3h/4π.
+        let at_one_meter =
+            (3.0 * CELL / (4.0 * PI)).powi(2) * filter.iter().map(|tap| tap * tap).sum::<f64>();
+        let mean = |value: &dyn Fn(&[f64]) -> f64| {
+            let energies = signals
+                .iter()
+                .map(|signal| filtered(signal, &filter, step).iter().map(|p| p * p).collect::<Vec<f64>>());
+            energies.map(|energies| value(&energies)).sum::<f64>() / signals.len() as f64
+        };
+        rows.push([
+            mean(&|energies| reverberation_time(energies, step, -5.0, -35.0)),
+            mean(&|energies| reverberation_time(energies, step, 0.0, -10.0)),
+            mean(&|energies| 10.0 * (100.0 * energies.iter().sum::<f64>() / at_one_meter).log10()),
+        ]);
+    }
+    Ok(rows)
+}
+
+/// Pressure at the receivers of the scene, for walls of the admittances of its materials.
+fn solve(scene: &Scene, geometry: &Geometry, admittances: &[f64]) -> Vec<Vec<f32>> {
+    let (low, high) = geometry.bounds();
+    // One cell more on every side: the first and the last are outside, behind the walls.
+    let (low, high) = (low - geometry.center() - CELL, high - geometry.center() + CELL);
+    let counts = ((high - low) / CELL).ceil().to_array().map(|count| count as usize);
+    let cell_of = |place: DVec3| {
+        ((place - geometry.center() - low) / CELL).floor().to_array().map(|index| index as usize)
+    };
+    let middle = |cell: [usize; 3]| low + CELL * (DVec3::from_array(cell.map(|index| index as f64)) + 0.5);
+    let source = cell_of(scene.sources[0].position);
+    let wall = |cell: [usize; 3], axis: usize| {
+        wall_between(geometry, middle(cell), DVec3::AXES[axis])
+            .map(|surface| admittances[geometry.surface(surface).material as usize])
+    };
+    let receivers: Vec<[usize; 3]> =
+        scene.receivers.iter().map(|receiver| cell_of(receiver.position)).collect();
+    let steps = (scene.duration / step(CELL, scene.speed_of_sound)) as usize;
+    WaveRoom::new(counts, source, wall).responses(&Listening { source, receivers: &receivers }, steps)
+}
+
+/// The first surface between a cell's middle and that of the next along an axis.
+fn wall_between(geometry: &Geometry, middle: DVec3, axis: DVec3) -> Option<sonel_geometry::SurfaceId> {
+    let hit = geometry.closest_hit(Departure::free(middle.as_vec3()), axis.as_vec3())?;
+    (f64::from(hit.distance) < CELL).then_some(hit.surface)
+}
+
+/// Specific admittance of every material in the band about `centre` [Hz].
+fn admittances(scene: &Scene, centre: f64) -> Result<Vec<f64>> {
+    let band = scene
+        .bands
+        .nominal()
+        .iter()
+        .position(|nominal| nominal.total_cmp(&centre).is_eq())
+        .context("a band of the scene")?;
+    let of = |material: &sonel_acoustics::Material| {
+        let impedance = impedance(material.absorption[band]);
+        impedance.map(f64::recip).ok_or_else(|| anyhow!("{} absorbs more than waves can tell", material.name))
+    };
+    scene.materials.iter().map(of).collect()
+}
+
+/// Taps of the octave about `centre` [Hz] at a sample every `step` [s]: a windowed sinc of 12 periods.
+fn octave(centre: f64, step: f64) -> Vec<f64> {
+    let [low, high] = [centre / SQRT_2, centre * SQRT_2].map(|frequency| frequency * step);
+    let half = (6.0 / low) as usize;
+    let tap = |tap: usize| {
+        let at = tap as f64 - half as f64;
+        let window = 0.5 + 0.5 * (PI * at / (half as f64 + 1.0)).cos();
+        let sinc = |cut: f64| {
+            let x = 2.0 * PI * cut * at;
+            if x == 0.0 { 2.0 * cut } else { 2.0 * cut * x.sin() / x }
+        };
+        window * (sinc(high) - sinc(low))
+    };
+    (0..=2 * half).map(tap).collect()
+}
+
+/// The signal in the band of the `filter`. A pulse of the scheme leaves a constant pressure in the room, which is taken out before.
+fn filtered(signal: &[f32], filter: &[f64], step: f64) -> Vec<f64> {
+    let leak = 2.0 * PI * STEADY * step;
+    let (mut steady, half) = (0.0, filter.len() / 2);
+    let signal: Vec<f64> = signal
+        .iter()
+        .map(|&sample| {
+            steady += leak * (f64::from(sample) - steady);
+            f64::from(sample) - steady
+        })
+        .collect();
+    let sample = |index: usize| {
+        let taps = filter.iter().enumerate().filter_map(|(tap, &weight)| {
+            let at = (index + half).checked_sub(tap)?;
+            signal.get(at).map(|sample| weight * sample)
+        });
+        taps.sum()
+    };
+    (0..signal.len()).map(sample).collect()
+}

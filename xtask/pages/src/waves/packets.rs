@@ -1,0 +1,55 @@
+//! The same rooms by packets, through the programs.
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+use xtask::workspace::{self, Profile};
+
+use super::Row;
+use super::rooms::Room;
+
+/// The quantities compared.
+const KEYS: [&str; 3] = ["t30_s", "early_decay_time_s", "strength_g_db"];
+
+/// How a room is traced.
+#[derive(Clone, Copy)]
+pub struct Variant {
+    name: &'static str,
+    is_locally_reacting: bool,
+    is_bent: bool,
+}
+
+/// Columns of the table.
+pub const VARIANTS: [Variant; 4] = [
+    Variant { name: "packets", is_locally_reacting: false, is_bent: false },
+    Variant { name: "angles", is_locally_reacting: true, is_bent: false },
+    Variant { name: "bent", is_locally_reacting: false, is_bent: true },
+    Variant { name: "bent-angles", is_locally_reacting: true, is_bent: true },
+];
+
+/// What packets say, per band of the room.
+pub fn rows(room: &Room, variant: Variant) -> Result<Vec<Row>> {
+    let scene = room.write(variant.name, variant.is_locally_reacting)?;
+    let [map, response] = ["sonelmap", "npz"].map(|ending| scene.replace("toml", ending));
+    for leftover in [&map, &response] {
+        let _ = std::fs::remove_file(workspace::root().join(leftover));
+    }
+    let effects = if variant.is_bent { "auto,+bending" } else { "auto" };
+    let sonels = if variant.is_bent { room.bent_sonels } else { room.sonels };
+    let run = |program, words: &[&str]| workspace::program(Profile::Release, program, words);
+    run("sonel-trace", &[&scene, "-o", &map, "--sonels", sonels, "--effects", effects, "--quiet"])?;
+    run("sonel-render", &[&map, "-o", &response, "--rays", "32768", "--quiet"])?;
+    let figures: Value =
+        serde_json::from_str(&run("sonel-analyze", &["parameters", &response, "--format", "json"])?)?;
+    let receivers = figures["receivers"].as_array().context("receivers")?;
+    let of_band = |&centre: &f64| {
+        KEYS.map(|key| {
+            let value = |receiver: &Value| {
+                let bands = receiver["bands"].as_array()?;
+                bands.iter().find(|band| band["center_frequency_hz"] == centre)?[key]["value"].as_f64()
+            };
+            let values: Vec<f64> = receivers.iter().filter_map(value).collect();
+            values.iter().sum::<f64>() / values.len() as f64
+        })
+    };
+    Ok(room.bands.iter().map(of_band).collect())
+}
