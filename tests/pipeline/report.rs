@@ -43,7 +43,8 @@ fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
     let expected: Value =
         serde_json::from_str(&analyze(&folder, &["parameters", "a.npz", "--format", "json"]).unwrap())
             .unwrap();
-    assert_eq!(parameters, expected);
+    assert_eq!(parameters["receivers"], expected["receivers"]);
+    assert!(expected["receivers"].as_array().is_some_and(|receivers| !receivers.is_empty()));
     for section in ["Summary", "Remarks", "Room", "Echogramanddecay", "Effects", "Energyledger", "Provenance"]
     {
         assert!(own.contains(&format!("<h2 id=\"{section}\">")), "{section}");

@@ -83,7 +83,7 @@ pub fn summary(page: &mut Page, subjects: &[Subject]) {
     page.table("", &head, &rows);
     page.note(
         "Means of the octaves 500 and 1000 Hz (LF, LFC and LJ: 125 to 1000 Hz), ± half of the 95 % interval of the simulation. A difference of one JND (just-noticeable \
-         difference) can just be rendered. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. \
+         difference) can just be heard. The mean is over all pairs above it; its interval is that of the mean, not the spread between seats. \
          STI: without background noise.",
     );
     let all: Vec<ReceiverParameters> =
