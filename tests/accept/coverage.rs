@@ -8,7 +8,7 @@ use sonel_scene::Scene;
 use sonel_tests::{Traced, shipped};
 
 const SEEDS: u64 = 200;
-const FIGURES: [Parameter; 9] = [
+const READ: [Parameter; 9] = [
     Parameter::Level,
     Parameter::EarlyDecayTime,
     Parameter::T20,
@@ -29,25 +29,24 @@ pub struct Run {
 }
 
 /// Value and interval of every parameter in one band.
-fn parameters(scene: &Scene, run: Run, seed: u64) -> Vec<(f64, [f64; 2])> {
+fn estimates(scene: &Scene, run: Run, seed: u64) -> Vec<(f64, [f64; 2])> {
     let Run { emissions, band, estimator } = run;
     let traced = Traced::new(scene.clone(), Settings { emissions, seed, ..Settings::default() });
     let response =
         traced.respond(RenderSettings { estimator, directions: true, ..RenderSettings::default() });
     let all = parameters(&response);
-    FIGURES
-        .iter()
+    READ.iter()
         .map(|&parameter| {
-            let estimate = all[0].bands[band].parameter(parameter).as_ref().expect("a supported figure");
+            let estimate = all[0].bands[band].parameter(parameter).as_ref().expect("a parameter");
             (estimate.value, *estimate.interval.as_ref().expect("an interval"))
         })
         .collect()
 }
 
 pub fn check(scene: &Scene, run: Run) {
-    let runs: Vec<_> = (1..=SEEDS).map(|seed| parameters(scene, run, seed)).collect();
+    let runs: Vec<_> = (1..=SEEDS).map(|seed| estimates(scene, run, seed)).collect();
     let mut wrong = Vec::new();
-    for (index, parameter) in FIGURES.iter().enumerate() {
+    for (index, parameter) in READ.iter().enumerate() {
         let values: Vec<f64> = runs.iter().map(|run| run[index].0).collect();
         // The mean of 200 runs is 14 times as sharp as one: its own error takes next to nothing from the coverage.
         let truth = values.iter().sum::<f64>() / SEEDS as f64;

@@ -22,7 +22,7 @@ fn even_box(size: [f64; 3], scattering: f64, [source, receiver]: [[f64; 3]; 2], 
     scene
 }
 
-fn parameters(scene: Scene, emissions: u64) -> Vec<ReceiverParameters> {
+fn rendered(scene: Scene, emissions: u64) -> Vec<ReceiverParameters> {
     let traced = Traced::new(scene, Settings { emissions, ..Settings::default() });
     parameters(&traced.respond(RenderSettings::default()))
 }
@@ -65,7 +65,7 @@ fn small_boxes() {
         ),
     ];
     for (scattering, expectations) in scattered {
-        let parameters = parameters(even_box([6.0, 5.0, 4.0], scattering, places, 1.5), 1_000_000);
+        let parameters = rendered(even_box([6.0, 5.0, 4.0], scattering, places, 1.5), 1_000_000);
         check(&parameters, 0, &expectations);
     }
 }
@@ -75,7 +75,7 @@ fn small_boxes() {
 fn diffuse_box_of_kuttruff() {
     let size = [10.0, 8.0, 5.0];
     let places = [[2.5, 2.0, 1.5], [7.0, 5.5, 3.0]];
-    let parameters = parameters(even_box(size, 1.0, places, 1.6), 1_000_000);
+    let parameters = rendered(even_box(size, 1.0, places, 1.6), 1_000_000);
     let room = DiffuseBox { size, absorption: [0.2; 6], speed_of_sound: SPEED };
     let [coarse, fine] = [4, 8].map(|cells| room.divide([cells; 3]));
     let steady =
@@ -92,7 +92,7 @@ fn diffuse_box_of_kuttruff() {
 /// The founding paper's room without diffraction.
 #[test]
 fn seed_room() {
-    let parameters = parameters(shipped("seed-room"), 400_000);
+    let parameters = rendered(shipped("seed-room"), 400_000);
     for band in 0..6 {
         check(
             &parameters,

@@ -1,5 +1,7 @@
 //! Long runs behind `cargo xtask accept`: what must hold before a release and takes too long for every change.
 
+#![allow(clippy::print_stdout, reason = "people read what long runs measured")]
+
 mod agreement;
 mod bending;
 mod bent_estimators;

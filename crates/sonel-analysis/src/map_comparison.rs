@@ -24,6 +24,7 @@
 //!
 //! References: docs/physics.md §2; [Busing1999], [Kish1965] (docs/references.md).
 
+mod cell;
 mod counterparts;
 mod estimation;
 mod incidence;

@@ -55,7 +55,7 @@ pub use coefficients::CoefficientTable;
 pub use edges::{EdgeTable, Passing, SizesSeen, bending_edges};
 pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart};
 pub use error::MapError;
-pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
+pub use header::{BENDING, EffectState, MapHeader, Mode, Settings, ShardRange};
 pub use lanes::{Lanes, lanes_of};
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
 pub use merge::{MergeError, Merger};

@@ -8,10 +8,6 @@
 //! References: [ISO3382-1] annex A (docs/references.md).
 
 use glam::DVec3;
-use sonel_acoustics::Pattern;
-
-use crate::receiver::ReceiverPoint;
-use crate::render::Renderer;
 
 /// Columns of echograms that belong to one receiver, its energy first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,39 +60,6 @@ pub fn lateral_axis(aim: DVec3, up: DVec3) -> Option<DVec3> {
     const VERTICAL: f64 = 1e-3;
     let across = up.cross(aim.normalize_or_zero());
     (across.length() > VERTICAL).then(|| across.normalize())
-}
-
-impl Renderer<'_> {
-    /// Why directions cannot be added up at `receiver`, where they are asked for.
-    pub(crate) fn lateral_problem(&self, receiver: &ReceiverPoint) -> Option<String> {
-        if !self.settings.directions {
-            return None;
-        }
-        let name = &receiver.name;
-        if receiver.sensitivity.pattern != Pattern::Omni {
-            let pattern = receiver.sensitivity.pattern;
-            return Some(format!(
-                "receiver \"{name}\": lateral energies are parts of what an omnidirectional receiver takes, this one is {pattern}: leave its directivity out"
-            ));
-        }
-        self.lateral_axis(receiver).is_none().then(|| {
-            format!(
-                "receiver \"{name}\" looks straight up or down, which leaves its lateral axis open: give it an aim with a horizontal part \
-                 (NAME=x,y,z,omni,x,y,z)"
-            )
-        })
-    }
-
-    /// The lateral axis of `receiver`: horizontal, at right angles to its aim or, without one, to the direction of the first source.
-    #[must_use]
-    pub fn lateral_axis(&self, receiver: &ReceiverPoint) -> Option<DVec3> {
-        let scene = &self.map.header().scene;
-        let to_source =
-            scene.sources.first().map_or(DVec3::ZERO, |source| source.position - receiver.position);
-        let stated = receiver.sensitivity.aim;
-        let aim = if stated.length_squared() > 0.0 { stated } else { to_source };
-        lateral_axis(aim, scene.up)
-    }
 }
 
 #[cfg(test)]

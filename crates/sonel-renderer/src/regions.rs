@@ -88,12 +88,6 @@ impl Regions {
         &self.airs[air as usize]
     }
 
-    /// The least c₀/c.
-    #[must_use]
-    pub fn least_stretch(&self) -> f64 {
-        self.airs.iter().map(|air| air.stretch).fold(f64::INFINITY, f64::min)
-    }
-
     /// Takes from `energy` what `air` takes over `length`, times c₀/c [m], beyond what every air takes.
     pub fn fade(&self, air: u32, length: f64, energy: &mut [Lanes]) {
         if let Some(rest) = &self.airs[air as usize].rest {

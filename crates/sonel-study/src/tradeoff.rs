@@ -17,7 +17,7 @@ pub mod runs;
 pub mod sweep;
 pub mod verdict;
 
-pub use errors::{Curve, JUDGED};
+pub use errors::Curve;
 pub use runs::{Reference, Run, RunSeconds, Tradeoff, conduct};
 pub use sweep::{Levels, Setting, Sweep};
 pub use verdict::Verdict;

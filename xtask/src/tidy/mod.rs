@@ -2,6 +2,7 @@
 //!
 //! A rule is a function from the tree of files to findings. Each has a test with a violating sample it must reject.
 
+mod circles;
 mod layering;
 mod links;
 mod modules;
@@ -17,11 +18,12 @@ use tree::{Finding, Tree};
 
 type Rule = fn(&Tree) -> Vec<Finding>;
 
-const RULES: [(&str, Rule); 9] = [
+const RULES: [(&str, Rule); 10] = [
     ("arrows between our crates point down", layering::arrows),
     ("a foreign package has one home", layering::homes),
     ("libraries touch no outside world", purity::outside_world),
     ("libraries take elementary functions from libm", purity::elementary_functions),
+    ("modules do not import each other in circles", circles::circles),
     ("a file holds one idea and says which", modules::shape),
     ("names say something", modules::names),
     ("citations are resolved", references::citations),

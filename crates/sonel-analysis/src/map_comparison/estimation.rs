@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::cell::Cell;
 use super::counterparts::{BandGroup, Places};
 use super::incidence::{BatchIncidence, Observer};
-use super::judgement::Cell;
 use super::{Incomparable, Pairing};
 use crate::reading::Reading;
 

@@ -2,23 +2,22 @@
 //!
 //! | class | means | module |
 //! |---|---|---|
-//! | L R | shadow ray | [`crate::direct`] |
+//! | L R | shadow ray | [`crate::exact::direct`] |
 //! | L S⁺ R | a visibility ray, mirrored at least once, meets a sphere that stands for the source | [`rays`] |
-//! | … D S* R | a visibility ray ends by its roulette on a diffuse reflection; the sonels in a disc there are counted | [`rays`], [`listen`] |
+//! | … D S* R | a visibility ray ends by its roulette on a diffuse reflection; the sonels in a disc there are counted | [`rays`] |
 //! | L E R | share of the first Fresnel zone that source and receiver both see | [`zone`] |
 //!
 //! Where the paper is silent or contradicts itself, docs/paper-mode.md says how it is read, and how far off each reading is.
 
-mod listen;
-mod rays;
-mod zone;
+pub mod rays;
+pub mod zone;
 
 use sonel_geometry::Geometry;
 
 use crate::disc_size::{disc_radius, free_path};
-use crate::gather::disc::Sheet;
 use crate::path_class::PathClass;
 use crate::settings::RenderSettings;
+use crate::stochastic::gather::disc::Sheet;
 use zone::ZoneEdge;
 
 /// Share of the mean free path that the radius of the source's sphere takes at [`REFERENCE_RAYS`].
@@ -33,17 +32,17 @@ const CLEARANCE: f64 = 0.95;
 /// The paper's pass, prepared for one map.
 pub(crate) struct Paper {
     /// Surfaces laid out.
-    sheets: Vec<Sheet>,
+    pub sheets: Vec<Sheet>,
     /// Radius of the discs [m].
-    disc_radius: f64,
+    pub disc_radius: f64,
     /// Radius of the sphere about each source [m].
     source_radius: Vec<f64>,
     /// Visibility rays of one receiver and band in one batch.
     rays: u32,
     /// Edges that diffract; none where diffraction is off.
-    edges: Vec<ZoneEdge>,
+    pub edges: Vec<ZoneEdge>,
     /// Wavelength at the centre of every band [m]; zero in bands that are not diffracted.
-    wavelengths: Vec<f64>,
+    pub wavelengths: Vec<f64>,
 }
 
 impl Paper {

@@ -13,10 +13,10 @@ use sonel_geometry::{Departure, Geometry, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
-use crate::connection::normal_on;
-use crate::gather::rays::{GatherPoint, Sonels};
-use crate::mirror::Radiator;
+use crate::exact::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
+use crate::stochastic::connection::normal_on;
+use crate::stochastic::gather::rays::{GatherPoint, Sonels};
 
 use super::Paper;
 
@@ -67,7 +67,7 @@ enum Turn {
 
 impl Paper {
     /// Casts the rays of receiver number `receiver` in one batch.
-    pub(super) fn cast(
+    pub fn cast(
         &self,
         looking: &Looking<'_>,
         receiver: (u32, &PreparedReceiver),

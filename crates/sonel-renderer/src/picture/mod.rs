@@ -5,7 +5,7 @@
 //!   E = Σ e_i e^(−m l_i) / A
 //!
 //! over the sonels on the same surface and side within h of the point, where A is the area of the disc clipped to the surface, as for
-//! visibility rays ([`crate::gather`]). E is the time integral of the irradiance over a window, per unit emitted energy [1/m²]. Its bias is
+//! visibility rays ([`crate::stochastic::gather`]). E is the time integral of the irradiance over a window, per unit emitted energy [1/m²]. Its bias is
 //! O(h²). First arrivals are sonels, so direct sound is included; what only edges bring is where packets were bent.
 //!
 //! The map streams past once: chunks are read side by side, and every tile of the picture takes their sonels in the order of the file.
@@ -28,9 +28,9 @@ pub use windows::{WindowError, Windows};
 
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius};
 use crate::error::RenderError;
-use crate::gather::disc::Sheet;
-use crate::gather::rays::place;
 use crate::render::Renderer;
+use crate::stochastic::gather::disc::Sheet;
+use crate::stochastic::gather::disc::place;
 use tile::Tile;
 
 /// Chunks read before tiles take their sonels: bounds the memory, whatever the number of threads.

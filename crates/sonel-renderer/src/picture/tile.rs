@@ -6,9 +6,9 @@ use sonel_geometry::Hit;
 use sonel_map::{Lanes, lanes_of};
 
 use super::{Arrivals, Camera};
-use crate::gather::GatherIndex;
-use crate::gather::disc::{Disc, Sheet};
 use crate::render::Renderer;
+use crate::stochastic::gather::GatherIndex;
+use crate::stochastic::gather::disc::{Disc, Sheet};
 
 /// The disc about what a pixel shows.
 struct PixelDisc {

@@ -7,12 +7,13 @@
 //! The paper's mode has edges of its own. References: docs/diffraction.md, docs/effects.md.
 
 use sonel_geometry::Geometry;
+use sonel_map::Mode;
 use sonel_map::edges::{bending_edges, whole_reach};
-use sonel_map::{EffectState, Mode};
 use sonel_scene::Scene;
 
 use super::spec::Request;
 use super::{ASKED, Bound, Decision, Effect, ON_ARCS};
+use crate::pipeline::PAPER_BENDS_NOTHING;
 
 /// Decides on bending.
 pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geometry) -> Decision {
@@ -27,7 +28,7 @@ pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geo
         };
     }
     match request.decided() {
-        _ if mode == Mode::Paper => off(PAPER.to_owned()),
+        _ if mode == Mode::Paper => off(PAPER_BENDS_NOTHING.to_owned()),
         _ if scene.sound_speed_gradient != 0.0 => off(ON_ARCS.to_owned()),
         Some(true) => {
             let reach = whole_reach(&wavelengths);
@@ -48,17 +49,4 @@ pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geo
         Some(false) => off(ASKED.to_owned()),
         None => off(format!("not asked for, scattering coefficients stand for it ({count} edges)")),
     }
-}
-
-/// Why the paper's mode is without.
-const PAPER: &str = "the paper bends nothing";
-
-/// `effects` for the paper's mode, decided for another.
-pub(crate) fn left_out(effects: Vec<EffectState>) -> Vec<EffectState> {
-    let name = Effect::Bending.name();
-    let without = |effect: EffectState| {
-        let off = vec![false; effect.on.len()];
-        if effect.name == name { EffectState::new(name, off, PAPER.to_owned()) } else { effect }
-    };
-    effects.into_iter().map(without).collect()
 }

@@ -68,7 +68,7 @@ impl Effect {
     pub fn name(self) -> &'static str {
         match self {
             Self::Diffraction => "diffraction",
-            Self::Bending => "bending",
+            Self::Bending => sonel_map::BENDING,
             Self::Transmission => "transmission",
             Self::Refraction => "refraction",
             Self::Air => "air",

@@ -8,10 +8,7 @@ use sonel_analysis::Parameter;
 
 use super::fit::{self, Measured};
 use super::runs::{Run, Tradeoff};
-
-/// The parameters judged: what a listener notices first.
-pub const JUDGED: [Parameter; 4] =
-    [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
+use super::sweep::JUDGED;
 
 /// The unit of errors of `parameter`.
 #[must_use]

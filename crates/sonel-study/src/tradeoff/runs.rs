@@ -4,8 +4,7 @@ use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_map::{Mode, Settings};
 use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings, Rendering};
 
-use super::errors::JUDGED;
-use super::sweep::{Setting, Sweep};
+use super::sweep::{JUDGED, Setting, Sweep};
 use crate::pipeline::{
     Clock, MapStore, PipelineError, RenderSeconds, Rendered, Room, TraceSeconds, render_and_read,
 };

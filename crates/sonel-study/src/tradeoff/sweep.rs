@@ -3,8 +3,13 @@
 //! All combinations of six properties would be thousands of runs and answer a question that nobody asks; a property that
 //! matters shows when it alone is changed.
 
+use sonel_analysis::Parameter;
 use sonel_map::{Mode, Settings, Spectral};
 use sonel_renderer::{Estimator, RenderSettings};
+
+/// The parameters judged: what a listener notices first.
+pub const JUDGED: [Parameter; 4] =
+    [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
 
 /// How a scene is simulated, apart from the number of sonels and the seed.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,9 +4,10 @@
 //! the times, as standard deviations. Noise falls as 1/√N, so the run with the most sonels tells N and seconds; bias does not
 //! fall, and a setting whose bias is larger beyond doubt never arrives.
 
-use super::errors::{self, Curve, JUDGED};
+use super::errors::{self, Curve};
 use super::fit::{self, Measured};
 use super::runs::Tradeoff;
+use super::sweep::JUDGED;
 
 /// A setting judged.
 #[derive(Debug, Clone, PartialEq)]

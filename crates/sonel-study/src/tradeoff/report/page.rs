@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::Findings;
-use crate::tradeoff::errors::{self, JUDGED};
+use crate::tradeoff::errors;
 use crate::tradeoff::fit::Measured;
+use crate::tradeoff::sweep::JUDGED;
 use crate::tradeoff::verdict;
 
 /// The page; `command` made it, and the plots lie beside it.

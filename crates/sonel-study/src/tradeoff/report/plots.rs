@@ -4,8 +4,9 @@ use sonel_analysis::Parameter;
 use sonel_analysis::plot::{Axis, Mark, Panel, Point as Dot, Series, Sheet};
 
 use super::Findings;
-use crate::tradeoff::errors::{self, Curve, JUDGED, Point};
+use crate::tradeoff::errors::{self, Curve, Point};
 use crate::tradeoff::fit::Measured;
+use crate::tradeoff::sweep::JUDGED;
 
 /// Panels side by side.
 const COLUMNS: usize = 2;

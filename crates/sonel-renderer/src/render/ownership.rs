@@ -1,7 +1,7 @@
 //! Which estimator owns which class of paths, and why.
 
+use super::Renderer;
 use crate::path_class::PathClass;
-use crate::render::Renderer;
 use crate::settings::Estimator;
 
 impl Renderer<'_> {

@@ -327,7 +327,7 @@ fn lies_off(edge: &RoomEdge, ends: &Ends<'_>) -> bool {
 
 /// Where on an edge the way between two places is shortest [m].
 pub(super) fn nearest(wedge: &Wedge, from: DVec3, to: DVec3) -> DVec3 {
-    super::images::over_edge(wedge, from, to).1
+    super::visibility::over_edge(wedge, from, to).1
 }
 
 fn has(bits: &[u64], edge: usize) -> bool {

@@ -101,7 +101,7 @@ impl<'t> ImageTree<'t> {
             radiator,
             lanes: lanes_of(table.bands()),
         };
-        let source = Beam::new(radiator.position, Vec::new());
+        let source = Beam::new(radiator.position, &[]);
         let mut last_order = vec![Grown { beam: source, last: None, parent: None, index: None }];
         while tree.order < most {
             let Some(mut next) = grow(geometry, &facets, &last_order, budget - tree.nodes.len()) else {
@@ -463,7 +463,7 @@ fn grow(geometry: &Geometry, facets: &[Facet], parents: &[Grown], room_left: usi
                 return None;
             }
             let image = reflected(geometry, facet.mirror, parent.beam.apex);
-            let beam = Beam::new(image, aperture);
+            let beam = Beam::new(image, &aperture);
             next.push(Grown {
                 beam,
                 last: Some((facet.mirror, facet.plane)),

@@ -8,22 +8,23 @@ use sonel_map::{
 };
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
-use crate::connection::{ClassDeposits, DiffuseSonel, Thinning, connect, normal_on, radiosity};
-use crate::crossing::{OthersOwn, Piece, cross, owns};
+use super::Renderer;
 use crate::deposit::{Deposits, TimeBins, add_lanes};
 use crate::directions::{Axes, Columns};
-use crate::gather::near::NearSource;
-use crate::gather::rays::{Found, GatherPoint, Observer, Sonels, place};
-use crate::gather::{GatherIndex, cast};
-use crate::kernel::{KernelDifference, coarse_bins};
-use crate::medium::Medium;
-use crate::mirror::Radiator;
-use crate::mirror_connection::ReceiverImages;
+use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::Fading;
-use crate::render::Renderer;
 use crate::rendering::{CoarseEchogram, Rendering};
+use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, Thinning, connect, normal_on, radiosity};
+use crate::stochastic::crossing::{OthersOwn, Piece, cross, owns};
+use crate::stochastic::gather::disc::place;
+use crate::stochastic::gather::near::NearSource;
+use crate::stochastic::gather::rays::{Found, GatherPoint, Observer, Sonels};
+use crate::stochastic::gather::{GatherIndex, cast};
+use crate::stochastic::kernel::{KernelDifference, coarse_bins};
+use crate::stochastic::medium::Medium;
+use crate::stochastic::mirror_connection::ReceiverImages;
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
 pub(crate) const BATCHES_IN_FLIGHT: u32 = 8;

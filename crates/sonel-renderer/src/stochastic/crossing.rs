@@ -7,10 +7,10 @@
 use glam::Vec3;
 use sonel_map::{Lanes, Segment, SegmentHistory};
 
-use crate::bending::WayEnd;
-use crate::connection::ClassDeposits;
-use crate::medium::Medium;
 use crate::receiver::PreparedReceiver;
+use crate::stochastic::bending::WayEnd;
+use crate::stochastic::connection::ClassDeposits;
+use crate::stochastic::medium::Medium;
 
 /// What other estimators own of the reflected sound at one receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,15 @@ use core::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
-use super::disc::{Segment, distance_to};
+/// Both ends of a straight line in the plane of a surface [m].
+pub type Segment = (DVec2, DVec2);
+
+/// Distance of the line from `a` to `b` from the origin [m].
+pub fn distance_to(a: DVec2, b: DVec2) -> f64 {
+    let along = b - a;
+    let share = (-a.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (a + share * along).length()
+}
 
 /// Directions closer together than this are one [rad].
 const LEAST_ANGLE: f64 = 1e-12;

@@ -5,11 +5,11 @@ use sonel_geometry::{Departure, Geometry};
 use sonel_map::{CoefficientTable, Lanes};
 
 use crate::air::AirTable;
-use crate::bending::Bends;
 use crate::deposit::TimeBins;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
 use crate::regions::Regions;
+use crate::stochastic::bending::Bends;
 
 /// What lies between a sonel and a receiver.
 #[derive(Clone, Copy)]

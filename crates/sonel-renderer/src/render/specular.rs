@@ -10,18 +10,18 @@ use sonel_geometry::Departure;
 use sonel_map::Lanes;
 use sonel_sampling::{Purpose, ScrambledSobol, Stream, StreamFamily, warp};
 
-use crate::batch::{BATCHES_IN_FLIGHT, BatchEstimate};
-use crate::bending::WayEnd;
-use crate::connection::normal_on;
-use crate::crossing::{Piece, cross};
-use crate::gather::rays::strongest;
-use crate::kernel::coarse_bins;
-use crate::mirror::{Radiator, lattice_room};
+use super::Renderer;
+use super::batch::{BATCHES_IN_FLIGHT, BatchEstimate};
+use crate::exact::mirror::{Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
-use crate::render::Renderer;
 use crate::rendering::Rendering;
 use crate::settings::Estimator;
+use crate::stochastic::bending::WayEnd;
+use crate::stochastic::connection::normal_on;
+use crate::stochastic::crossing::{Piece, cross};
+use crate::stochastic::gather::rays::strongest;
+use crate::stochastic::kernel::coarse_bins;
 
 /// Receivers that share rays: their echograms bound the memory.
 const RECEIVERS: usize = 64;

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
-use sonel_diffraction::{Wedge, WedgePoint};
+use sonel_diffraction::WedgePoint;
 use sonel_geometry::{Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
 use sonel_map::lanes::lanes_of;
@@ -17,7 +17,7 @@ use super::arcs::{self, Air, Appearance};
 use super::mirror::{Mirror, passed};
 use super::visibility::{samples, stretches, unobstructed};
 use super::{Edges, RoomEdge};
-use crate::mirror::tree::ImageTree;
+use crate::exact::mirror::tree::ImageTree;
 use crate::partition::Partitions;
 
 /// Most images of a source or a receiver, and most images times edges.
@@ -328,15 +328,4 @@ pub(super) fn specular(table: &CoefficientTable, surface: SurfaceId, direction: 
     let mut factor = vec![[1.0; 4]; lanes_of(table.bands())];
     table.mirror(surface, direction, &mut factor);
     factor.into_flattened()
-}
-
-/// How much longer the way from one place to another is over an edge than straight [m], and where it crosses the edge.
-#[must_use]
-pub(super) fn over_edge(wedge: &Wedge, from: DVec3, to: DVec3) -> (f64, DVec3) {
-    let along = [from, to].map(|end| (end - wedge.at(0.0)).dot(wedge.direction()));
-    let near = from.distance(wedge.at(along[0]));
-    let far = to.distance(wedge.at(along[1]));
-    let share = if near + far > 0.0 { near / (near + far) } else { 0.5 };
-    let place = wedge.at((along[0] + (along[1] - along[0]) * share).clamp(0.0, wedge.length()));
-    (from.distance(place) + place.distance(to) - from.distance(to), place)
 }

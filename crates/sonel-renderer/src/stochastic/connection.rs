@@ -8,13 +8,13 @@ use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, Side, SpeedProfile};
 use sonel_map::{Lanes, coefficients::EventRow};
 
-use crate::bending::WayEnd;
 use crate::deposit::{Deposits, add_lanes};
 use crate::directions::Axes;
-use crate::kernel::KernelDifference;
-use crate::medium::Medium;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
+use crate::stochastic::bending::WayEnd;
+use crate::stochastic::kernel::KernelDifference;
+use crate::stochastic::medium::Medium;
 
 /// One sonel, ready to be connected.
 #[derive(Debug)]

@@ -7,8 +7,6 @@
 use glam::DVec3;
 use sonel_diffraction::Wedge;
 
-use super::images::over_edge;
-
 /// Points at which an edge is looked at, besides its ends.
 const POINTS: usize = 17;
 /// How far from its ends it is looked at there, as a share of its length: not where other faces begin.
@@ -65,6 +63,17 @@ fn border(visible: &impl Fn(f64) -> bool, mut clear: f64, mut hidden: f64) -> f6
         }
     }
     0.5 * (clear + hidden)
+}
+
+/// How much longer the way from one place to another is over an edge than straight [m], and where it crosses the edge.
+#[must_use]
+pub(super) fn over_edge(wedge: &Wedge, from: DVec3, to: DVec3) -> (f64, DVec3) {
+    let along = [from, to].map(|end| (end - wedge.at(0.0)).dot(wedge.direction()));
+    let near = from.distance(wedge.at(along[0]));
+    let far = to.distance(wedge.at(along[1]));
+    let share = if near + far > 0.0 { near / (near + far) } else { 0.5 };
+    let place = wedge.at((along[0] + (along[1] - along[0]) * share).clamp(0.0, wedge.length()));
+    (from.distance(place) + place.distance(to) - from.distance(to), place)
 }
 
 /// What is left of the sound between `place` on an edge and `end`: 0 where one of the edges `hiding` it is about to, 1 where all are well off the

@@ -6,13 +6,13 @@ use sonel_acoustics::Pattern;
 use sonel_map::lanes::to_lanes;
 use sonel_map::{Lanes, lanes_of};
 
+use super::Renderer;
 use crate::deposit::{Deposits, add_lanes};
-use crate::direct::{DirectWay, direct_way, spread};
-use crate::edge::{Edges, Images, Listening, Place, RECEIVER_OUT, VisibleWave};
-use crate::mirror::{MirrorArrival, MirrorChains, Radiator};
+use crate::exact::direct::{DirectWay, direct_way, spread};
+use crate::exact::edge::{Edges, Images, Listening, Place, RECEIVER_OUT, VisibleWave};
+use crate::exact::mirror::{MirrorArrival, MirrorChains, Radiator};
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
-use crate::render::Renderer;
 use crate::rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 
 /// Mirror arrivals up to this order are listed one by one unless an order was asked for.

@@ -12,8 +12,7 @@ use glam::{DVec2, DVec3};
 use sonel_geometry::{Geometry, Hit, Side, SurfaceId};
 use std::collections::BTreeSet;
 
-use super::rays::place;
-use super::visible::visible_area;
+use super::visible::{Segment, distance_to, visible_area};
 
 /// A surface laid out in its plane.
 #[derive(Debug, Clone)]
@@ -26,9 +25,6 @@ pub struct Sheet {
     /// Feet of walls that stand on the front and on the back and could hide a part of the surface from another.
     feet: [Vec<Segment>; 2],
 }
-
-/// Both ends of a straight line in the plane of a surface [m].
-pub type Segment = (DVec2, DVec2);
 
 /// A disc in which sonels are gathered.
 #[derive(Debug, Clone, PartialEq)]
@@ -184,11 +180,11 @@ const BORDER_RESOLUTIONS: f64 = 64.0;
 /// Feet that hide a smaller share of a disc are forgotten: it is rounding.
 const NOTHING_HIDDEN: f64 = 1e-9;
 
-/// Distance of the line from `a` to `b` from the origin [m].
-pub fn distance_to(a: DVec2, b: DVec2) -> f64 {
-    let along = b - a;
-    let share = (-a.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    (a + share * along).length()
+/// Number of a surface's side.
+#[inline]
+#[must_use]
+pub fn place(surface: SurfaceId, side: sonel_geometry::Side) -> u32 {
+    2 * surface.0 + u32::from(side == sonel_geometry::Side::Back)
 }
 
 /// By how much the edge from `a` to `b`, seen from the disc's centre, changes the area of the disc.

@@ -17,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use sonel_diffraction::apex;
 
-use super::images::over_edge;
+use super::visibility::over_edge;
 use super::visibility::smooth;
 use super::{Edges, RoomEdge};
 

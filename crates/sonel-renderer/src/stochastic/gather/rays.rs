@@ -8,10 +8,10 @@ use sonel_sampling::{Frame, ScrambledSobol, Stream, warp};
 
 use super::disc::{Disc, Sheet};
 use super::turning::{Look, Turning};
-use crate::bending::{Bends, Turn, WayEnd};
-use crate::connection::normal_on;
-use crate::medium::Medium;
 use crate::receiver::PreparedReceiver;
+use crate::stochastic::bending::{Bends, Turn, WayEnd};
+use crate::stochastic::connection::normal_on;
+use crate::stochastic::medium::Medium;
 
 /// How rays gather.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,13 +108,6 @@ pub struct Observer<'a> {
     pub receiver: &'a PreparedReceiver,
     /// K′, beyond which rays do not follow mirrors before the first diffuse reflection.
     pub image_order: u32,
-}
-
-/// Number of a surface's side.
-#[inline]
-#[must_use]
-pub fn place(surface: SurfaceId, side: sonel_geometry::Side) -> u32 {
-    2 * surface.0 + u32::from(side == sonel_geometry::Side::Back)
 }
 
 /// Casts the rays of one receiver in one batch and hands over what they find. Where edges bend, rays that go on by mirrors turn at them,

@@ -28,8 +28,8 @@ use sonel_diffraction::{Spectrum, Wedge};
 use sonel_geometry::Geometry;
 use sonel_map::CoefficientTable;
 
-use crate::mirror::tree::ImageTree;
-use crate::mirror::{MirrorChains, Radiator};
+use crate::exact::mirror::tree::ImageTree;
+use crate::exact::mirror::{MirrorChains, Radiator};
 use crate::receiver::Sensitivity;
 use crate::rendering::EdgeWork;
 use contributions::Search;

@@ -3,19 +3,20 @@
 use sonel_map::{Arrival, EmissionDirections, Lanes, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
-use crate::batch::{Audience, BatchEstimate, receiver_stream};
-use crate::direct::{direct_path, spread};
-use crate::gather::GatherIndex;
-use crate::gather::rays::{GatherPoint, place};
-use crate::mirror::Radiator;
+use super::Renderer;
+use super::batch::{Audience, BatchEstimate, receiver_stream};
+use crate::exact::direct::{direct_path, spread};
+use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
-use crate::render::Renderer;
+use crate::stochastic::gather::GatherIndex;
+use crate::stochastic::gather::disc::place;
+use crate::stochastic::gather::rays::GatherPoint;
 use sonel_geometry::{Departure, Geometry};
 
-use super::Paper;
-use super::rays::{Looking, Sight, only};
-use super::zone::{FirstZone, ZoneEdge};
+use crate::paper::Paper;
+use crate::paper::rays::{Looking, Sight, only};
+use crate::paper::zone::{FirstZone, ZoneEdge};
 
 /// Points of a zone in one batch: with 32 batches v₁ is known to half a hundredth.
 const ZONE_POINTS: u32 = 64;

@@ -4,6 +4,13 @@
 //! deterministic arrivals, and the spread between batches is the interval (docs/physics.md §7). Batches are rendered on
 //! all cores and added in order, so neither the number of threads nor the receivers that share a call change a bit.
 
+mod batch;
+mod deterministic;
+mod lateral;
+mod ownership;
+mod paper_batch;
+mod specular;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
@@ -11,20 +18,20 @@ use sonel_map::{BandClasses, BatchStart, CoefficientTable, SonelMap};
 use sonel_scene::{Scene, Source};
 
 use crate::air::AirTable;
-use crate::bending::Bends;
 use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
-use crate::edge::{Edges, SOURCE_OUT};
 use crate::error::RenderError;
-use crate::gather::GatherSettings;
-use crate::gather::disc::Sheet;
-use crate::mirror::{MirrorChains, Radiator, lattice_room};
-use crate::mirror_connection::{has_few_surfaces, image_order};
+use crate::exact::edge::{Edges, SOURCE_OUT};
+use crate::exact::mirror::{MirrorChains, Radiator, lattice_room};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
 use crate::regions::{Regions, carries, fit_settings, refuse_regions, straight_length};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
+use crate::stochastic::bending::Bends;
+use crate::stochastic::gather::GatherSettings;
+use crate::stochastic::gather::disc::Sheet;
+use crate::stochastic::mirror_connection::{has_few_surfaces, image_order};
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.

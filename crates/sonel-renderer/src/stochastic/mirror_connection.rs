@@ -12,14 +12,14 @@ use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, warp};
 
-use crate::alias::AliasTable;
-use crate::bending::{Bends, WayEnd};
-use crate::connection::{ClassDeposits, DiffuseSonel};
-use crate::medium::Medium;
-use crate::mirror::lattice::ImageLattice;
-use crate::mirror::tree::ImageTree;
-use crate::mirror::{Image, Radiator};
+use crate::exact::mirror::lattice::ImageLattice;
+use crate::exact::mirror::tree::ImageTree;
+use crate::exact::mirror::{Image, Radiator};
 use crate::receiver::{PreparedReceiver, Sensitivity};
+use crate::stochastic::alias::AliasTable;
+use crate::stochastic::bending::{Bends, WayEnd};
+use crate::stochastic::connection::{ClassDeposits, DiffuseSonel};
+use crate::stochastic::medium::Medium;
 
 /// Largest K′ in an empty box: about 44 000 images. What is beyond carries little but is noisy: in a flat room K′ = 16 left 0.2 % of
 /// the energy to spheres, and with it most of the variance of T30.

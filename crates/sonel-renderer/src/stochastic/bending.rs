@@ -2,7 +2,7 @@
 //!
 //! A packet that goes there passes the same edges as a traced one, by the same rules: a band within whose reach it passes any is
 //! bent there, and arrives elsewhere unless the way turns there, too. So a straight connection carries the bands alone that go straight on;
-//! ways that turn are those of rays ([`crate::gather`]), and what is left is heard by the spheres of [`crate::crossing`]. No energy is counted straight and bent.
+//! ways that turn are those of rays ([`crate::stochastic::gather`]), and what is left is heard by the spheres of [`crate::stochastic::crossing`]. No energy is counted straight and bent.
 //!
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 
@@ -14,8 +14,6 @@ use sonel_map::{BendHistory, EdgeTable, Lanes, SizesSeen, bending_edges};
 pub struct Bends {
     index: EdgeIndex,
     table: EdgeTable,
-    /// The largest of all bands.
-    reach: f64,
     /// Number and concentration of the bands that are bent, as of the law of bending.
     bent: Vec<(usize, f64)>,
 }
@@ -66,11 +64,9 @@ impl Bends {
     /// Those of `geometry`, which must be the edges of `table`.
     #[must_use]
     pub fn new(geometry: &Geometry, table: &EdgeTable, columns: usize) -> Self {
-        let reach = table.reach(&vec![[1.0; 4]; columns.div_ceil(4)]);
         let bent = (0..columns).filter(|&band| table.reach_of(band) > 0.0);
         Self {
             index: bending_edges(geometry, table.wavelengths()),
-            reach,
             bent: bent.map(|band| (band, table.concentration(band))).collect(),
             table: table.clone(),
         }
@@ -80,12 +76,6 @@ impl Bends {
     #[must_use]
     pub fn lines(&self) -> &[EdgeLine] {
         self.index.lines()
-    }
-
-    /// The largest distance at which any band is bent [m].
-    #[must_use]
-    pub fn reach(&self) -> f64 {
-        self.reach
     }
 
     /// Whether `band` is bent at `distance` from an edge whose faces a packet sees in this `size` [m].

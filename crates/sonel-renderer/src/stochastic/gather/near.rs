@@ -8,12 +8,12 @@ use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes, SegmentHistory};
 
 use super::rays::NearPlace;
-use crate::connection::{ClassDeposits, DiffuseSonel};
-use crate::direct::spread;
-use crate::medium::Medium;
-use crate::mirror::Radiator;
-use crate::mirror_connection::{ReceiverImages, image_order};
+use crate::exact::direct::spread;
+use crate::exact::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
+use crate::stochastic::connection::{ClassDeposits, DiffuseSonel};
+use crate::stochastic::medium::Medium;
+use crate::stochastic::mirror_connection::{ReceiverImages, image_order};
 
 /// A source as places next to receivers see it.
 pub struct NearSource<'a> {

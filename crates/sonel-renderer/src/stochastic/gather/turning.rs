@@ -17,7 +17,7 @@ use sonel_map::bend_history::MOST_BENDS;
 use sonel_sampling::{Stream, warp};
 
 use super::backwards::{TurnedBack, density, likelihood, place};
-use crate::bending::{Bends, Turn};
+use crate::stochastic::bending::{Bends, Turn};
 
 /// Share of the turns that ask all edges nearby, and not only those that turn most often.
 const BLIND_SHARE: f64 = 0.1;

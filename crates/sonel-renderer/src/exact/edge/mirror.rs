@@ -4,7 +4,7 @@ use glam::DVec3;
 use sonel_geometry::{Departure, Geometry, Hit, PlaneId, Side, SurfaceId};
 use sonel_map::CoefficientTable;
 
-use crate::mirror::tree::IN_CORNER;
+use crate::exact::mirror::tree::IN_CORNER;
 use crate::partition::Partitions;
 
 /// A surface seen from one of its sides.

@@ -1,0 +1,41 @@
+//! Which way is sideways for a receiver, and where it cannot be said.
+
+use glam::DVec3;
+use sonel_acoustics::Pattern;
+
+use super::Renderer;
+use crate::directions::lateral_axis;
+use crate::receiver::ReceiverPoint;
+
+impl Renderer<'_> {
+    /// Why directions cannot be added up at `receiver`, where they are asked for.
+    pub(crate) fn lateral_problem(&self, receiver: &ReceiverPoint) -> Option<String> {
+        if !self.settings.directions {
+            return None;
+        }
+        let name = &receiver.name;
+        if receiver.sensitivity.pattern != Pattern::Omni {
+            let pattern = receiver.sensitivity.pattern;
+            return Some(format!(
+                "receiver \"{name}\": lateral energies are parts of what an omnidirectional receiver takes, this one is {pattern}: leave its directivity out"
+            ));
+        }
+        self.lateral_axis(receiver).is_none().then(|| {
+            format!(
+                "receiver \"{name}\" looks straight up or down, which leaves its lateral axis open: give it an aim with a horizontal part \
+                 (NAME=x,y,z,omni,x,y,z)"
+            )
+        })
+    }
+
+    /// The lateral axis of `receiver`: horizontal, at right angles to its aim or, without one, to the direction of the first source.
+    #[must_use]
+    pub fn lateral_axis(&self, receiver: &ReceiverPoint) -> Option<DVec3> {
+        let scene = &self.map.header().scene;
+        let to_source =
+            scene.sources.first().map_or(DVec3::ZERO, |source| source.position - receiver.position);
+        let stated = receiver.sensitivity.aim;
+        let aim = if stated.length_squared() > 0.0 { stated } else { to_source };
+        lateral_axis(aim, scene.up)
+    }
+}
