@@ -116,7 +116,7 @@ fn absorption_is_within_its_intervals() {
     assert!(mean.abs() < 3.5 / (1.96 * count.sqrt()), "biased: {mean}");
 }
 
-/// What `room` reads, with errors of its own for every value.
+/// What `room` reads, with errors of its own for every value, beside those of its trace.
 fn measured_well(room: Scene, seed: u64, numbers: &mut Uniform) -> Vec<Measurement> {
     let errors = [
         (Parameter::EarlyDecayTime, 0.0, 0.02),
@@ -135,6 +135,7 @@ fn measured_well(room: Scene, seed: u64, numbers: &mut Uniform) -> Vec<Measureme
         let Ok(estimate) = parameters[receiver].bands[band].parameter(parameter) else { continue };
         let sigma = error + part * estimate.value;
         let value = estimate.value + sigma * normal(numbers);
+        let sigma = f64::hypot(sigma, estimate.error.expect("batches").sigma);
         found.push(Measurement { source: 0, receiver, band, parameter, value, sigma });
     }
     found

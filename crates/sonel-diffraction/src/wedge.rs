@@ -107,13 +107,6 @@ impl Wedge {
         self.inward * cosine + self.normal * sine
     }
 
-    /// Unit vector from the edge into the air, midway between the faces.
-    #[must_use]
-    pub fn into_air(&self) -> DVec3 {
-        let (sine, cosine) = libm::sincos(0.5 * self.angle);
-        self.inward * cosine + self.normal * sine
-    }
-
     /// Sine of the angle between the lines of this edge and of `other` [1].
     #[must_use]
     pub fn sine_to(&self, other: &Self) -> f64 {

@@ -79,6 +79,12 @@ impl Grid {
         [(x as usize).min(self.cells[0] - 1), (y as usize).min(self.cells[1] - 1)]
     }
 
+    /// Number of the cell of a covered place.
+    fn number(&self, at: DVec2) -> usize {
+        let [x, y] = self.cell(at);
+        self.first + y * self.cells[0] + x
+    }
+
     /// Numbers of the cells that a disc about `centre` touches.
     fn touched(&self, centre: DVec2, radius: f64) -> impl Iterator<Item = usize> + use<> {
         let (low, high) = (self.cell(centre - radius), self.cell(centre + radius));
@@ -90,17 +96,22 @@ impl Grid {
 impl<P: AsRef<Disc>> GatherIndex<P> {
     /// Indexes discs of `radius` [m].
     #[must_use]
-    pub fn new(points: Vec<P>, radius: f64) -> Self {
-        let discs = || points.iter().map(AsRef::as_ref);
-        let places = discs().map(|disc| disc.place as usize + 1).max().unwrap_or(0);
+    pub fn new(mut points: Vec<P>, radius: f64) -> Self {
+        let places = points.iter().map(|point| point.as_ref().place as usize + 1).max().unwrap_or(0);
         let mut grids = vec![Grid::EMPTY; places];
-        for disc in discs() {
+        for disc in points.iter().map(AsRef::as_ref) {
             grids[disc.place as usize].cover(disc.centre, radius);
         }
         let mut cells = 0;
         for grid in &mut grids {
             cells += grid.divide(radius, cells);
         }
+        // Neighbours in the room are neighbours in memory: sonels come from everywhere, and what is not in the cache costs most of a visit.
+        points.sort_by_cached_key(|point| {
+            let disc = point.as_ref();
+            grids[disc.place as usize].number(disc.centre)
+        });
+        let discs = || points.iter().map(AsRef::as_ref);
         // Each list is filled from its end, so that its start is found on the way.
         let mut starts = vec![0_u32; cells + 1];
         let touched = |disc: &Disc| grids[disc.place as usize].touched(disc.centre, radius);
@@ -128,8 +139,7 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
         if !(at.cmpge(grid.low).all() && at.cmple(grid.high).all()) {
             return;
         }
-        let [x, y] = grid.cell(at);
-        let cell = grid.first + y * grid.cells[0] + x;
+        let cell = grid.number(at);
         let limit = self.radius * self.radius;
         for disc in &self.listed[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
             let offset = at - disc.centre;
