@@ -77,10 +77,13 @@ impl Tile {
     /// Adds sonels to the discs that they lie in.
     pub fn gather(&mut self, arrivals: &Arrivals) {
         let (windows, lanes) = (self.windows, self.lanes);
+        let mut discs = Vec::new();
         for (sonel, energy) in arrivals.sonels.iter().zip(arrivals.energy.chunks_exact(lanes)) {
             let of_all: f64 = energy.iter().zip(&self.bands).map(|(energy, bands)| dot(energy, bands)).sum();
             let (sums, squared) = (&mut self.energy, &mut self.squared);
-            self.index.around(sonel.place, sonel.at, |found, _| {
+            self.index.around(sonel.place, sonel.at, &mut discs);
+            for (number, _) in &discs {
+                let found = self.index.point(*number);
                 let per_area = found.disc.view.area.recip();
                 let cell = found.pixel * windows + sonel.window as usize;
                 for (sum, energy) in sums[cell * lanes..][..lanes].iter_mut().zip(energy) {
@@ -89,7 +92,7 @@ impl Tile {
                     }
                 }
                 squared[cell] += (of_all * per_area) * (of_all * per_area);
-            });
+            }
         }
     }
 

@@ -143,6 +143,9 @@ struct Scratch {
     turns: Vec<Thinning>,
     radiosity: Vec<Lanes>,
     energy: Vec<Lanes>,
+    /// Discs that a sonel lies in, and what each would bring.
+    discs: Vec<(u32, f64)>,
+    brought: Vec<Lanes>,
 }
 
 impl Renderer<'_> {
@@ -270,7 +273,7 @@ impl Renderer<'_> {
         arrival: Arrival,
         index: &GatherIndex<GatherPoint>,
         audience: &Audience<'_>,
-        scratch: &mut [Lanes],
+        scratch: &mut Scratch,
         estimate: &mut BatchEstimate,
     ) {
         let Some((sheets, _)) = &self.gather else { return };
@@ -284,10 +287,20 @@ impl Renderer<'_> {
                 .collect::<Vec<Lanes>>()
         });
         let arriving = reflected.as_deref().unwrap_or(arriving);
-        index.around(place(arrival.surface, arrival.side), at, |point, gain| {
+        let Scratch { discs, brought, .. } = scratch;
+        index.around(place(arrival.surface, arrival.side), at, discs);
+        brought.clear();
+        for (number, _) in discs.iter() {
+            let weighed = arriving.iter().zip(&index.point(*number).weight);
+            brought.extend(weighed.map(|(energy, weight)| -> Lanes {
+                std::array::from_fn(|lane| energy[lane] * weight[lane])
+            }));
+        }
+        for (&(number, gain), brought) in discs.iter().zip(brought.chunks_exact_mut(arriving.len())) {
+            let point = index.point(number);
             let receiver = point.receiver as usize;
             if point.sonels == Sonels::NotFollowed && self.is_followed(segment.history, audience) {
-                return;
+                continue;
             }
             let class = last_class(point.seen_directly);
             // By way of the sonel, not of the disc's middle: never shorter than the straight way.
@@ -297,17 +310,12 @@ impl Renderer<'_> {
             let prepared = &audience.receivers[receiver];
             let [ray, leg] = [point.length, leg].map(|length| length * prepared.stretch);
             let length = segment.end_length + ray + leg;
-            let Some(bin) = self.bins.bin(length) else { return };
-            for ((scratch, energy), weight) in scratch.iter_mut().zip(arriving).zip(&point.weight) {
-                for lane in 0..4 {
-                    scratch[lane] = energy[lane] * weight[lane];
-                }
-            }
-            medium.receive(prepared, (ray + leg).max(0.0), scratch);
+            let Some(bin) = self.bins.bin(length) else { continue };
+            medium.receive(prepared, (ray + leg).max(0.0), brought);
             let bins = (bin, audience.coarse_bin(receiver, bin));
             let arriving = (receiver, point.towards.as_dvec3());
-            estimate.class(class).add_from_kernel(arriving, bins, length, scratch, gain, &medium);
-        });
+            estimate.class(class).add_from_kernel(arriving, bins, length, brought, gain, &medium);
+        }
     }
 
     /// What lies between sonels and receivers.
@@ -348,6 +356,8 @@ impl Renderer<'_> {
             turns: turns.into_iter().map(|mut stream| Thinning::new(every, stream.bits())).collect(),
             radiosity: zeros.clone(),
             energy: zeros,
+            discs: Vec::new(),
+            brought: Vec::new(),
         };
         let index = self.gather_index(audience, source, batch, &mut scratch.energy, estimate);
         self.each_segment(batch, source, directions, |segment, arriving| {
@@ -420,7 +430,7 @@ impl Renderer<'_> {
             return;
         }
         if let Some(index) = index {
-            self.gather((segment, arriving), arrival, index, audience, &mut scratch.energy, estimate);
+            self.gather((segment, arriving), arrival, index, audience, scratch, estimate);
         }
         let times = f64::from(self.sonels_per_connection());
         radiosity(arriving, &row.diffuse, times, &mut scratch.radiosity);

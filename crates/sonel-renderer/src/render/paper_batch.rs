@@ -138,12 +138,15 @@ impl Renderer<'_> {
         let (columns, medium) = (self.table.bands(), self.medium());
         let at = paper.sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         let first = place(arrival.surface, arrival.side) * columns as u32;
+        let mut discs = Vec::new();
         for column in (0..columns).filter(|&column| segment.energy[column / 4][column % 4] > 0.0) {
-            index.around(first + column as u32, at, |point, gain| {
+            index.around(first + column as u32, at, &mut discs);
+            for &(number, gain) in &discs {
+                let point = index.point(number);
                 let receiver = point.receiver as usize;
                 let class = if point.seen_directly { PathClass::Diffuse } else { PathClass::DiffuseMirror };
                 let length = segment.end_length + point.length;
-                let Some(bin) = self.bins.bin(length) else { return };
+                let Some(bin) = self.bins.bin(length) else { continue };
                 for ((scratch, energy), weight) in scratch.iter_mut().zip(segment.energy).zip(&point.weight) {
                     for lane in 0..4 {
                         scratch[lane] = energy[lane] * weight[lane];
@@ -152,7 +155,7 @@ impl Renderer<'_> {
                 let bins = (bin, audience.coarse_bin(receiver, bin));
                 let arriving = (receiver, point.towards.as_dvec3());
                 estimate.class(class).add_from_kernel(arriving, bins, length, scratch, gain, &medium);
-            });
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A cell lists every disc that touches it, so a sonel looks into a single cell. Surfaces have grids of their own, so nothing leaks
 //! through thin walls or around corners, and each grid covers the discs on its surface alone.
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
 
 use super::disc::Disc;
 
@@ -39,7 +39,8 @@ struct Grid {
 /// A disc in the list of a cell.
 #[derive(Debug, Clone, Copy, Default)]
 struct Listed {
-    centre: DVec2,
+    /// From the low corner of its grid [m].
+    centre: Vec2,
     number: u32,
 }
 
@@ -125,35 +126,45 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
         for (number, disc) in (0..).zip(discs()) {
             for cell in touched(disc) {
                 starts[cell] -= 1;
-                listed[starts[cell] as usize] = Listed { centre: disc.centre, number };
+                let centre = (disc.centre - grids[disc.place as usize].low).as_vec2();
+                listed[starts[cell] as usize] = Listed { centre, number };
             }
         }
         Self { points, grids, starts, listed, radius }
     }
 
-    /// Visits every disc on `place` that `at`, in the plane of its surface, lies in and is seen from, and says how much more
+    /// Lists in `found` every disc on `place` that `at`, in the plane of its surface, lies in and is seen from, and how much more
     /// dense the disc of half the size finds it: nothing where it lies beside that.
+    ///
+    /// A list, and no visitor: what is read of many discs in a short loop is waited for at once.
     #[inline]
-    pub fn around(&self, place: u32, at: DVec2, mut found: impl FnMut(&P, f64)) {
+    pub fn around(&self, place: u32, at: DVec2, found: &mut Vec<(u32, f64)>) {
+        found.clear();
         let Some(grid) = self.grids.get(place as usize) else { return };
         if !(at.cmpge(grid.low).all() && at.cmple(grid.high).all()) {
             return;
         }
         let cell = grid.number(at);
-        let limit = self.radius * self.radius;
+        let limit = (self.radius * self.radius) as f32;
+        let from_low = (at - grid.low).as_vec2();
         for disc in &self.listed[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
-            let offset = at - disc.centre;
-            let squared = offset.length_squared();
-            if squared > limit {
-                continue;
-            }
-            let point = &self.points[disc.number as usize];
-            let view = &point.as_ref().view;
-            if view.sees(offset) {
-                let inner = squared <= 0.5 * limit;
-                found(point, if inner { view.area / view.inner_area } else { 0.0 });
+            let squared = (from_low - disc.centre).length_squared();
+            if squared <= limit {
+                found.push((disc.number, f64::from(squared)));
             }
         }
+        found.retain_mut(|(number, squared)| {
+            let Disc { view, centre, .. } = self.points[*number as usize].as_ref();
+            *squared =
+                if *squared <= 0.5 * self.radius * self.radius { view.area / view.inner_area } else { 0.0 };
+            view.sees(at - *centre)
+        });
+    }
+
+    /// The disc of this number.
+    #[inline]
+    pub fn point(&self, number: u32) -> &P {
+        &self.points[number as usize]
     }
 }
 
@@ -187,8 +198,9 @@ mod tests {
     fn compared(index: &GatherIndex<Numbered>, places: &[DVec2]) -> (usize, usize) {
         let (mut wrong, mut found_any) = (0, 0);
         for &at in places {
-            let mut found = Vec::new();
-            index.around(1, at, |point, _| found.push(point.0));
+            let mut listed = Vec::new();
+            index.around(1, at, &mut listed);
+            let mut found: Vec<u32> = listed.iter().map(|(number, _)| index.point(*number).0).collect();
             found.sort_unstable();
             let expected: Vec<u32> = index
                 .points
