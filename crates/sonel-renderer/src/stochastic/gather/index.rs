@@ -202,12 +202,13 @@ mod tests {
             index.around(1, at, &mut listed);
             let mut found: Vec<u32> = listed.iter().map(|(number, _)| index.point(*number).0).collect();
             found.sort_unstable();
-            let expected: Vec<u32> = index
+            let mut expected: Vec<u32> = index
                 .points
                 .iter()
                 .filter(|Numbered(_, disc)| disc.place == 1 && disc.centre.distance(at) <= index.radius)
                 .map(|point| point.0)
                 .collect();
+            expected.sort_unstable();
             found_any += found.len();
             wrong += usize::from(found != expected);
         }
