@@ -1,5 +1,9 @@
 //! How a map is rendered: what can be asked for, and what is done where nothing is.
 
+/// Most bins of an echogram: 17 minutes in milliseconds, 20 seconds in samples of 50 kHz. Neither the option nor the duration
+/// that a map states is limited otherwise, and 64 MB a receiver are enough for either.
+const MOST_BINS: f64 = (1_u32 << 20) as f64;
+
 /// How a map is rendered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenderSettings {
@@ -61,6 +65,30 @@ pub enum Air {
 }
 
 impl RenderSettings {
+    /// What is wrong with them for a run of `duration` [s].
+    pub(crate) fn check(&self, duration: f64) -> Result<(), String> {
+        let is_length = |length: f64| length.is_finite() && length > 0.0;
+        if !is_length(self.bin) {
+            return Err(format!("a bin of {} s is no bin: give a width above 0", self.bin));
+        }
+        if self.gather_radius.is_some_and(|radius| !is_length(radius)) {
+            return Err("a disc that gathers needs a radius above 0".to_owned());
+        }
+        if self.estimator == Estimator::Paper && self.mirror_order.is_some() {
+            return Err(
+                "the paper enumerates no image-source paths: leave --order out, or choose another --estimator".to_owned()
+            );
+        }
+        if duration / self.bin > MOST_BINS {
+            return Err(format!(
+                "{duration} s in bins of {} s are more than {MOST_BINS} bins: give wider ones (--bin), or trace again with a \
+                 shorter --duration",
+                self.bin
+            ));
+        }
+        Ok(())
+    }
+
     /// What `estimator` renders with where nothing else is asked for.
     #[must_use]
     pub fn of(estimator: Estimator) -> Self {

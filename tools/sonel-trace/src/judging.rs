@@ -85,24 +85,9 @@ pub fn until(
         pilot.emissions,
         after_pilot.0 - before_pilot.0
     )?;
-    let affordable = |seconds: f64, each: f64| (seconds / each).max(1.0) as u64;
-    let mut emissions = (need.emissions as f64 * MARGIN) as u64;
-    let mut rays = need.rays;
-    if let Some(seconds) = goal.seconds {
-        let processor_seconds = RESERVE * (seconds - watch.seconds().0) * processors;
-        let cpu = |emissions, rays| {
-            let price = pilot.price(Effort { emissions, rays, batches });
-            price.trace + price.render + pilot.costs.parameters * f64::from(batches)
-        };
-        // Rays are paid for before the first sonel: no more than half of the time may go to them.
-        while rays > RenderSettings::default().rays && cpu(0, rays) > 0.5 * processor_seconds {
-            rays /= 2;
-        }
-        let each = (cpu(1_000_000, rays) - cpu(0, rays)) / 1e6;
-        emissions = emissions.min(affordable(processor_seconds - cpu(0, rays), each));
-    }
-    let rays = rays;
-    emissions = emissions.max(LEAST_PER_BATCH * u64::from(batches)).min(most).max(known);
+    let wanted = Effort { emissions: (need.emissions as f64 * MARGIN) as u64, ..need };
+    let Effort { emissions, rays, .. } = first_look(&pilot, wanted, goal, processors);
+    let mut emissions = emissions.max(LEAST_PER_BATCH * u64::from(batches)).min(most).max(known);
     let (mut looks, mut trace_seconds) = (0, 0.0);
     let mut previous: Option<(Output, SonelMap)> = None;
     let mut beginning = beginning;
@@ -135,6 +120,28 @@ pub fn until(
         previous = Some((traced.output, map));
         emissions = next;
     }
+}
+
+/// What is affordable of `wanted` by `processors`, where the seconds are limited.
+fn first_look(pilot: &Pilot, wanted: Effort, goal: &Goal<'_>, processors: f64) -> Effort {
+    let Some(seconds) = goal.seconds else { return wanted };
+    let Effort { emissions, mut rays, batches } = wanted;
+    let processor_seconds = RESERVE * (seconds - goal.watch.seconds().0) * processors;
+    let cpu = |emissions, rays| {
+        let price = pilot.price(Effort { emissions, rays, batches });
+        price.trace + price.render + pilot.costs.parameters * f64::from(batches)
+    };
+    // Rays are paid for before the first sonel: no more than half of the time may go to them.
+    while rays > RenderSettings::default().rays && cpu(0, rays) > 0.5 * processor_seconds {
+        rays /= 2;
+    }
+    let each = (cpu(1_000_000, rays) - cpu(0, rays)) / 1e6;
+    Effort { emissions: emissions.min(affordable(processor_seconds - cpu(0, rays), each)), rays, batches }
+}
+
+/// How many sonels of so many seconds `each` there are in `seconds`.
+fn affordable(seconds: f64, each: f64) -> u64 {
+    (seconds / each).max(1.0) as u64
 }
 
 /// How many sonels the next look has, if there is one.

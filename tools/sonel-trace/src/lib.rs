@@ -74,32 +74,19 @@ pub fn run_on(
         effects::leave_regions_out(&spec, settings.mode, &mut scene);
     }
     let geometry = scene.geometry().context("the scene's walls cannot be used")?;
-    let Beginning { mut header, decisions, extended: beginning } =
-        begin(arguments, settings, scene, &geometry)?;
+    let Beginning { header, decisions, extended: beginning } = begin(arguments, settings, scene, &geometry)?;
     let scene = header.scene.clone();
     // Another map may have decided to leave regions out.
     let has_decided = arguments.extend.is_some() || arguments.decision.is_some();
     let geometry = if has_decided { scene.geometry()? } else { geometry };
     let room = Room::within(&scene, geometry, header.effects.clone());
     let planner = Planner::new(&room, header.settings);
-    let mut pilot = None;
-    let mut planned = Value::Null;
-    if arguments.plan {
-        let plan = plan(&planner, &header, arguments.at_most)?;
-        if arguments.json {
-            planned = console::json(&plan);
-        } else {
-            let effects = if decisions.is_empty() {
-                report::effects(&header)
-            } else {
-                let skips = effects::skips(&header.scene, header.settings.spectral);
-                report::weighed(&header, &decisions, &skips)
-            };
-            writeln!(out, "effects:\n{effects}\n")?;
-            write!(out, "{}", console::trace_table(&plan))?;
-        }
-        pilot = Some(plan.pilot);
-    }
+    let (pilot, planned) = if arguments.plan {
+        let (pilot, planned) = show_plan(arguments, &planner, &header, &decisions, out)?;
+        (Some(pilot), planned)
+    } else {
+        (None, Value::Null)
+    };
     let Some(path) = &arguments.output else {
         if arguments.json {
             writeln!(
@@ -124,30 +111,8 @@ pub fn run_on(
             run_until(&planner, &header, beginning, &goal, &create, log)?
         }
         None => {
-            if arguments.sonels.is_none() && arguments.extend.is_none() {
-                let (emissions, found) = match &pilot {
-                    Some(pilot) => (pilot.default_emissions(settings.batches, settings.emissions).0, None),
-                    None => planner.default_emissions(log)?,
-                };
-                header.settings.emissions = emissions;
-                pilot = pilot.or(found);
-            }
-            let before = watch.seconds().1;
-            let mut traced = trace(header, room.geometry(), beginning.as_ref(), create()?, audience)?;
-            let seconds = watch.seconds().1 - before;
-            // A map that is replaced by its extension must not be open meanwhile.
-            drop(beginning);
-            let mut told = json!({});
-            if let Some(pilot) = pilot.filter(|_| arguments.shard.is_none()) {
-                let comparison = if arguments.plan {
-                    judging::compare_planned(&planner, &pilot, &mut traced, seconds)?
-                } else {
-                    costs(&pilot, &mut traced, seconds)?
-                };
-                writeln!(log, "{}", comparison.line())?;
-                told = comparison.json();
-            }
-            (traced, told, Outcome::Done)
+            let once = Once { arguments, header, beginning, pilot, watch: &watch, audience };
+            once.run(&planner, create()?, log)?
         }
     };
     let Traced { header, books, stored, output } = traced;
@@ -160,13 +125,7 @@ pub fn run_on(
         seconds: watch.seconds(),
     };
     writeln!(log, "{}", report::summary(&run, path))?;
-    let Settings { emissions, batches, .. } = header.settings;
-    if emissions < u64::from(batches) {
-        writeln!(
-            log,
-            "warning: {batches} batches share {emissions} sonels, some have none: intervals mean little"
-        )?;
-    }
+    warn_of_empty_batches(&header.settings, log)?;
     if arguments.json {
         if arguments.plan {
             told["plan"] = planned;
@@ -175,6 +134,87 @@ pub fn run_on(
     }
     check(&books)?;
     Ok(outcome)
+}
+
+/// Says in words what the run of `header` takes, or returns it as JSON, with the pilot that found it.
+fn show_plan(
+    arguments: &Arguments,
+    planner: &Planner<'_>,
+    header: &MapHeader,
+    decisions: &[Decision],
+    out: &mut dyn Write,
+) -> anyhow::Result<(Pilot, Value)> {
+    let plan = plan(planner, header, arguments.at_most)?;
+    if arguments.json {
+        let planned = console::json(&plan);
+        return Ok((plan.pilot, planned));
+    }
+    let effects = if decisions.is_empty() {
+        report::effects(header)
+    } else {
+        report::weighed(header, decisions, &effects::skips(&header.scene, header.settings.spectral))
+    };
+    write!(out, "effects:\n{effects}\n\n{}", console::trace_table(&plan))?;
+    Ok((plan.pilot, Value::Null))
+}
+
+/// A run of a number of sonels that is known before it begins.
+struct Once<'a> {
+    arguments: &'a Arguments,
+    header: MapHeader,
+    /// The map that is extended.
+    beginning: Option<SonelMap>,
+    /// The pilot of a plan.
+    pilot: Option<Pilot>,
+    watch: &'a Stopwatch,
+    audience: Audience<'a>,
+}
+
+impl Once<'_> {
+    /// Traces into `output`; says to `log` and in JSON what was predicted and what came of it.
+    fn run(
+        self,
+        planner: &Planner<'_>,
+        output: Output,
+        log: &mut dyn Write,
+    ) -> anyhow::Result<(Traced, Value, Outcome)> {
+        let Self { arguments, mut header, beginning, mut pilot, watch, audience } = self;
+        if arguments.sonels.is_none() && arguments.extend.is_none() {
+            let Settings { batches, emissions, .. } = header.settings;
+            let (emissions, found) = match &pilot {
+                Some(pilot) => (pilot.default_emissions(batches, emissions).0, None),
+                None => planner.default_emissions(log)?,
+            };
+            header.settings.emissions = emissions;
+            pilot = pilot.or(found);
+        }
+        let before = watch.seconds().1;
+        let mut traced = trace(header, planner.room.geometry(), beginning.as_ref(), output, audience)?;
+        let seconds = watch.seconds().1 - before;
+        // A map that is replaced by its extension must not be open meanwhile.
+        drop(beginning);
+        let Some(pilot) = pilot.filter(|_| arguments.shard.is_none()) else {
+            return Ok((traced, json!({}), Outcome::Done));
+        };
+        let comparison = if arguments.plan {
+            judging::compare_planned(planner, &pilot, &mut traced, seconds)?
+        } else {
+            costs(&pilot, &mut traced, seconds)?
+        };
+        writeln!(log, "{}", comparison.line())?;
+        Ok((traced, comparison.json(), Outcome::Done))
+    }
+}
+
+fn warn_of_empty_batches(settings: &Settings, log: &mut dyn Write) -> anyhow::Result<()> {
+    let Settings { emissions, batches, .. } = *settings;
+    if emissions < u64::from(batches) {
+        writeln!(
+            log,
+            "warning: {batches} batches share {emissions} sonels, some have none: intervals mean little"
+        )?;
+    }
+    Ok(())
 }
 
 /// Traces until the goal is met, and says how far it came.

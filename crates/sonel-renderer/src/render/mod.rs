@@ -40,10 +40,6 @@ const RECEIVERS_IN_FLIGHT: usize = 8;
 /// Among many surfaces one of so many sonels is connected with a receiver.
 const SONELS_PER_CONNECTION: u32 = 4;
 
-/// Most bins of an echogram: 17 minutes in milliseconds, 20 seconds in samples of 50 kHz. Neither the option nor the duration
-/// that a map states is limited otherwise, and 64 MB a receiver are enough for either.
-const MOST_BINS: f64 = (1_u32 << 20) as f64;
-
 /// Most nodes of the table of attenuation: a thousand kilometres of ordinary air. Length and attenuation are those that a
 /// map states.
 const MOST_AIR_NODES: usize = 1 << 22;
@@ -79,6 +75,38 @@ pub struct Renderer<'a> {
     pub(crate) paper: Option<Paper>,
 }
 
+/// Attenuation by the air that is asked for, per band [1/m].
+fn attenuation(scene: &Scene, settings: &RenderSettings, bins: &TimeBins) -> Result<Vec<f64>, RenderError> {
+    let attenuation = match &settings.air {
+        Air::OfScene => &scene.air_attenuation,
+        Air::Attenuation(attenuation) => attenuation,
+    };
+    if AirTable::node_count(attenuation, bins.reach) > MOST_AIR_NODES {
+        return Err(RenderError::Settings(format!(
+            "air that attenuates by up to {} per metre over {} m is beyond what is tabulated: trace again with a \
+             shorter --duration, or render with --no-air",
+            attenuation.iter().copied().fold(0.0, f64::max),
+            bins.reach
+        )));
+    }
+    Ok(attenuation.clone())
+}
+
+/// Bands that nothing tells apart; edges tell all of them apart.
+fn band_classes(map: &SonelMap, diffracts: bool, attenuation: &[f64]) -> BandClasses {
+    if diffracts || map.edge_table().is_some() {
+        BandClasses::separate(map.header().scene.bands.count())
+    } else {
+        map.classes(attenuation)
+    }
+}
+
+/// The edges in each air of `scene`.
+fn edges(scene: &Scene, geometry: &Geometry) -> Vec<Edges> {
+    let speeds = scene.stretches().into_iter().map(|stretch| scene.speed_of_sound / stretch);
+    speeds.filter_map(|speed| Edges::new(geometry, &scene.bands, speed)).collect()
+}
+
 impl<'a> Renderer<'a> {
     /// Prepares `map`, whose walls are `geometry`, and checks every path of it.
     ///
@@ -94,53 +122,16 @@ impl<'a> Renderer<'a> {
         map.check_surfaces(geometry)?;
         map.check_paths(geometry.surfaces().len() as u32)?;
         let scene = &map.header().scene;
-        if !(settings.bin.is_finite() && settings.bin > 0.0) {
-            return Err(RenderError::Settings(format!(
-                "a bin of {} s is no bin: give a width above 0",
-                settings.bin
-            )));
-        }
-        if settings.gather_radius.is_some_and(|radius| !(radius.is_finite() && radius > 0.0)) {
-            return Err(RenderError::Settings("a disc that gathers needs a radius above 0".to_owned()));
-        }
-        if settings.estimator == Estimator::Paper && settings.mirror_order.is_some() {
-            return Err(RenderError::Settings(
-                "the paper enumerates no image-source paths: leave --order out, or choose another --estimator"
-                    .to_owned(),
-            ));
-        }
+        settings.check(scene.duration).map_err(RenderError::Settings)?;
         refuse_regions(scene, &settings)?;
-        if scene.duration / settings.bin > MOST_BINS {
-            return Err(RenderError::Settings(format!(
-                "{} s in bins of {} s are more than {MOST_BINS} bins: give wider ones (--bin), or trace again with a \
-                 shorter --duration",
-                scene.duration, settings.bin
-            )));
-        }
         let bins = TimeBins::new(settings.bin, scene.duration, scene.speed_of_sound);
-        let attenuation = match &settings.air {
-            Air::OfScene => scene.air_attenuation.clone(),
-            Air::Attenuation(attenuation) => attenuation.clone(),
-        };
-        if AirTable::node_count(&attenuation, bins.reach) > MOST_AIR_NODES {
-            return Err(RenderError::Settings(format!(
-                "air that attenuates by up to {} per metre over {} m is beyond what is tabulated: trace again with a \
-                 shorter --duration, or render with --no-air",
-                attenuation.iter().copied().fold(0.0, f64::max),
-                bins.reach
-            )));
-        }
+        let attenuation = attenuation(scene, &settings, &bins)?;
         let ray_reach = bins.reach / scene.stretches().into_iter().fold(1.0, f64::min);
         let traced = &map.header().settings;
         let layout = map.layout();
         let diffracts =
             map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
-        // Edges tell all bands apart.
-        let classes = if diffracts || map.edge_table().is_some() {
-            BandClasses::separate(scene.bands.count())
-        } else {
-            map.classes(&attenuation)
-        };
+        let classes = band_classes(map, diffracts, &attenuation);
         let matters = carries(&settings.air, map);
         let carried: Vec<f64> =
             attenuation.iter().zip(&matters).map(|(&m, &matters)| if matters { m } else { 0.0 }).collect();
@@ -157,30 +148,18 @@ impl<'a> Renderer<'a> {
         };
         let bands = classes.count();
         let table = map.coefficients(&classes);
+        let by_paper = settings.estimator == Estimator::Paper;
+        let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
         Ok(Self {
-            image_order: if settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some()
-            {
-                image_order(geometry, &table)
-            } else {
-                0
-            },
+            image_order: if has_lattice { image_order(geometry, &table) } else { 0 },
             gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
                 (Sheet::all(geometry), gather_settings(&settings, (geometry, &table), traced, ray_reach))
             }),
-            paper: (settings.estimator == Estimator::Paper)
-                .then(|| Paper::new(geometry, map.header(), &settings)),
-            edges: scene
-                .stretches()
-                .iter()
-                .filter(|_| diffracts && settings.estimator != Estimator::Paper)
-                .filter_map(|stretch| Edges::new(geometry, &scene.bands, scene.speed_of_sound / stretch))
-                .collect(),
+            paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),
+            edges: if diffracts && !by_paper { edges(scene, geometry) } else { Vec::new() },
             regions,
             // The paper's rays know of no bends: they gather what arrives, however it came.
-            bends: table
-                .edges()
-                .filter(|_| settings.estimator != Estimator::Paper)
-                .map(|edges| Bends::new(geometry, edges, bands)),
+            bends: table.edges().filter(|_| !by_paper).map(|edges| Bends::new(geometry, edges, bands)),
             air: AirTable::new(&attenuation, bins.reach),
             carried_air: AirTable::new(&carried, bins.reach),
             attenuation,
