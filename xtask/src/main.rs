@@ -62,7 +62,9 @@ fn main() -> ExitCode {
         Chore::PythonPackage => python_package::check(),
         Chore::PythonReader => python_reader::check(),
         Chore::Tidy => tidy::run(),
-        Chore::Validate { arguments } => pages::run("validate", &arguments),
+        Chore::Validate { arguments } => {
+            return pages::run("validate", &arguments).unwrap_or_else(|error| xtask::exit_code(Err(error)));
+        }
     };
     xtask::exit_code(outcome)
 }

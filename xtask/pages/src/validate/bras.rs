@@ -180,8 +180,45 @@ mod tests {
         let values = at_bands(&rows[0], &rows[1]).unwrap();
         assert_eq!(values.len(), 18);
         assert!((values[2] - 0.16).abs() < 1e-12 && (values[0] - 0.1).abs() < 1e-12);
-        assert!(at_bands(&rows[0][..10], &rows[1]).unwrap_err().to_string().contains("1250 Hz"));
+        assert!(at_bands(&rows[0][..10], &rows[1]).unwrap_err().to_string().contains("800 Hz"));
         assert!(super::rows("100, many").is_err());
+    }
+
+    #[test]
+    fn a_room_has_its_materials_and_measured_means() {
+        let root = std::env::temp_dir().join(format!("sonel-bras-{}", std::process::id()));
+        let write = |file: &str, text: String| {
+            let path = root.join(file);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        let triangle = "AC3Db\nMATERIAL \"mat_scene09_floor\" rgb 1 1 1\nOBJECT poly\nnumvert 3\n0 0 0\n1 0 0\n0 0 1\n\
+                        numsurf 1\nSURF 0x10\nmat 0\nrefs 3\n0 0 0\n1 0 0\n2 0 0\nkids 0\n";
+        write("models/scene9.ac", triangle.into());
+        let constant = |value: f64| join(&[value; 18]);
+        for (estimate, alpha) in [("fitted", 0.1), ("initial", 0.2)] {
+            let text = format!("{}\n{}\n{}\n", join(&BANDS), constant(alpha), constant(0.05));
+            write(&format!("csv/{estimate}_estimates/mat_CR2_floor.csv"), text);
+        }
+        for (name, value) in [("T20", 2.0), ("EDT", 1.5), ("C80", -1.0)] {
+            write(
+                &format!("data/Evaluation_CR2_{name}.txt"),
+                format!("{}\n{}\n", join(&BANDS), constant(value)),
+            );
+        }
+        let read = || seminar_room(&Folder::open(&root).unwrap());
+        let message = read().err().unwrap().to_string();
+        assert!(
+            message.contains("Evaluation_CR2_D50.txt") && message.contains("4 Additional data"),
+            "{message}"
+        );
+        write("data/Evaluation_CR2_D50.txt", format!("{}\n{}\n", join(&BANDS), constant(30.0)));
+        let room = read().unwrap();
+        assert_eq!(format!("{:?}", room.measured[0][17]), "[2.0, 1.5, -1.0, 0.3]");
+        assert_eq!((room.faces[0].material.as_str(), room.estimates[1][0].name.as_str()), ("floor", "floor"));
+        let absorption = [0, 1].map(|estimate| room.estimates[estimate][0].absorption[0]);
+        assert!((absorption[0] - 0.1).abs() < 1e-12 && (absorption[1] - 0.2).abs() < 1e-12);
+        std::fs::remove_dir_all(root).unwrap();
     }
 
     fn join(values: &[f64]) -> String {
