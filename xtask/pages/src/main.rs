@@ -47,7 +47,7 @@ enum Page {
     Validate {
         /// The folder with the data sets
         folder: PathBuf,
-        /// Only this room, printed: cr2, cr4, elmia
+        /// Only this room, printed: cr2, cr4, elmia, studio-open, studio-closed
         #[arg(long)]
         room: Option<String>,
     },

@@ -10,6 +10,8 @@ mod elmia;
 mod folder;
 mod packets;
 mod room;
+mod sheets;
+mod studio;
 
 use std::path::Path;
 use std::time::Instant;
@@ -29,7 +31,13 @@ const DRAWN: usize = 3;
 /// A room's name and how it is read.
 type Site = (&'static str, fn(&Folder) -> Result<Room>);
 
-const SITES: [Site; 3] = [("cr2", bras::seminar_room), ("cr4", bras::auditorium), ("elmia", elmia::hall)];
+const SITES: [Site; 5] = [
+    ("cr2", bras::seminar_room),
+    ("cr4", bras::auditorium),
+    ("elmia", elmia::hall),
+    ("studio-open", studio::with_open_curtains),
+    ("studio-closed", studio::with_closed_curtains),
+];
 
 /// Traces all rooms of `folder` in every way and writes tables and drawings; `only` names one room, whose table is then printed.
 pub fn run(folder: &Path, only: Option<&str>) -> Result<()> {

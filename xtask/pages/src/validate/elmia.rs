@@ -3,17 +3,14 @@
 //! Three teams measured two sources and six receivers in octaves; thirteen simulations were handed in. Geometry and results are
 //! spreadsheets, read as one CSV file per sheet, FILE-SHEET.csv. Coefficients are those that the participants were given.
 
-use std::collections::BTreeMap;
-
 use anyhow::{Context, Result, ensure};
-use glam::DVec3;
 
 use super::folder::Folder;
-use super::room::{Face, Material, Pairs, Room, Variant};
+use super::room::{Material, Pairs, Room, Variant};
+use super::sheets::{self, BANDS, Columns};
 
 const ORIGIN: &str =
     "the second round robin, sheets saved as CSV; docs/validation.md says where it is and how to save them";
-const BANDS: [f64; 6] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 /// Sheets of the participants.
 const OTHERS: [&str; 13] =
     ["1", "2", "3", "5", "5DXF", "6", "6DXF", "8", "9DXF", "13DXF", "14DXF", "15DXF", "16DXF"];
@@ -31,7 +28,10 @@ const VARIANTS: [Variant; 4] = [
 pub fn hall(folder: &Folder) -> Result<Room> {
     let [corners, planes] = ["cornersCatt", "planesCatt"]
         .map(|sheet| folder.text(&format!("elmia_coordinates-{sheet}.csv"), ORIGIN));
-    let faces = faces(&corners?, &planes?)?;
+    let corners = sheets::corners(&[corners?]);
+    let planes = sheets::planes(&planes?, &Columns { material: 1, corners: 2.. }, &corners)
+        .context("elmia_coordinates-planesCatt.csv")?;
+    let faces: Vec<_> = planes.into_iter().map(|(_, face)| face).collect();
     let materials = materials(&folder.text("material_catt.txt", ORIGIN)?).context("material_catt.txt")?;
     for face in &faces {
         let is_known = materials.iter().any(|material| material.name == face.material);
@@ -41,11 +41,6 @@ pub fn hall(folder: &Folder) -> Result<Room> {
         let file = format!("Auswertung_Phase_II-{sheet}.csv");
         pairs(&folder.text(&file, ORIGIN)?).context(file)
     };
-    let measured = results("measured")?;
-    ensure!(
-        measured.iter().flatten().flatten().all(|value| value.is_finite()),
-        "Auswertung_Phase_II-measured.csv: a value is missing"
-    );
     Ok(Room {
         name: "elmia",
         title: "Elmia, concert hall, 11 000 m³",
@@ -68,37 +63,11 @@ pub fn hall(folder: &Folder) -> Result<Room> {
         reverberation_time: ("T30", "t30_s"),
         estimates: vec![materials],
         variants: &VARIANTS,
-        measured,
+        measured: results("measured")
+            .and_then(sheets::complete)
+            .context("Auswertung_Phase_II-measured.csv")?,
         others: OTHERS.into_iter().map(results).collect::<Result<_>>()?,
     })
-}
-
-/// Planes "number, material, corner, corner …" over corners "number, x, y, z"; other rows are headings.
-fn faces(corners: &str, planes: &str) -> Result<Vec<Face>> {
-    let row = |line: &str| line.split(',').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
-    let mut places = BTreeMap::new();
-    for line in corners.lines() {
-        let numbers: Vec<f64> = row(line).iter().map_while(|cell| cell.parse().ok()).collect();
-        if numbers.len() >= 4 {
-            places.insert(numbers[0] as u32, DVec3::from_slice(&numbers[1..4]));
-        }
-    }
-    let mut faces = Vec::new();
-    for line in planes.lines() {
-        let cells = row(line);
-        if cells[0].parse::<f64>().is_err() || cells.len() < 5 {
-            continue;
-        }
-        let corner = |cell: &String| {
-            let number = cell.parse::<f64>().ok().map(|number| number as u32);
-            let place = number.and_then(|number| places.get(&number)).copied();
-            place.with_context(|| format!("plane {}: there is no corner {cell}", cells[0]))
-        };
-        let corners = cells[2..].iter().filter(|cell| !cell.is_empty()).map(corner).collect::<Result<_>>()?;
-        faces.push(Face { material: cells[1].clone(), corners });
-    }
-    ensure!(!faces.is_empty(), "the sheet planesCatt has no planes");
-    Ok(faces)
 }
 
 /// Lines "NAME = < α per octave > L < s per octave >" in percent.
@@ -129,20 +98,18 @@ fn materials(text: &str) -> Result<Vec<Material>> {
     Ok(materials)
 }
 
-/// Blocks that begin with "T30/s", "EDT/s", "C/dB" or "D/%", a row per octave, a column per pair; cells without a number are none.
+/// Blocks that begin with the name of a quantity, a row per octave, a column per pair.
 fn pairs(text: &str) -> Result<Pairs> {
     let mut pairs = vec![vec![[f64::NAN; 4]; BANDS.len()]; 12];
-    let blocks = [("T30/s", 1.0), ("EDT/s", 1.0), ("C/dB", 1.0), ("D/%", 0.01)];
-    for (quantity, (title, unit)) in blocks.into_iter().enumerate() {
-        // One participant writes C80.
-        let is_title =
-            |line: &str| line.split(',').next().is_some_and(|cell| cell.replace("C80", "C") == title);
-        let block = text.lines().skip_while(|line| !is_title(line));
-        let rows: Vec<&str> = block.skip(1).take(BANDS.len()).collect();
-        ensure!(rows.len() == BANDS.len(), "there is no block {title} with six octaves");
-        for (band, row) in rows.into_iter().enumerate() {
-            for (pair, cell) in pairs.iter_mut().zip(row.split(',').skip(1)) {
-                pair[band][quantity] = cell.trim().parse().map_or(f64::NAN, |value: f64| unit * value);
+    let rows: Vec<Vec<String>> = text.lines().map(sheets::cells).collect();
+    for (at, row) in rows.iter().enumerate() {
+        let Some((quantity, unit)) = sheets::quantity(&row[0]) else { continue };
+        let block = rows.get(at + 1..=at + BANDS.len());
+        for (band, row) in
+            block.with_context(|| format!("{}: six octaves are needed", row[0]))?.iter().enumerate()
+        {
+            for (index, pair) in pairs.iter_mut().enumerate() {
+                pair[band][quantity] = unit * sheets::number(row.get(1 + index));
             }
         }
     }
@@ -151,19 +118,6 @@ fn pairs(text: &str) -> Result<Pairs> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
-    #[test]
-    fn planes_take_their_corners_by_number() {
-        let corners = "Corners of a hall,,,\nNumber,x,y,z\n\n1,0.35,-1,5.2\n2.0,1,0,0\n7,0,1,0\n";
-        let planes = "Planes,,,,\nNumber,,Corner 1,Corner 2,Corner 3,Corner 4\n1,stage,7,1,2,\n";
-        let faces = super::faces(corners, planes).unwrap();
-        assert_eq!(faces[0].material, "stage");
-        assert_eq!(faces[0].corners, [DVec3::Y, DVec3::new(0.35, -1.0, 5.2), DVec3::X]);
-        let message = super::faces(corners, &planes.replace(",7,", ",8,")).unwrap_err().to_string();
-        assert!(message.contains("no corner 8"), "{message}");
-    }
-
     #[test]
     fn coefficients_are_percent_and_scattering_may_be_missing() {
         let text = "stage = < 15 8 6 6 6 6 > L < 15 13 11 9 7 5 >\nreflectors = < 12 10 4 3 3 2 >\nstage = < 1 1 1 1 1 1 >\n";
@@ -189,6 +143,7 @@ mod tests {
         assert_eq!(pairs.len(), 12);
         assert_eq!(format!("{:.2?}", pairs[11][1]), "[3.00, 2.00, 0.00, 0.31]");
         assert!(super::pairs(&text.replace("35", "-")).unwrap()[0][5][3].is_nan());
-        assert!(super::pairs(&text.replace("C/dB", "C")).is_err());
+        assert!(super::pairs(&text.replace("C/dB", "C80/dB")).unwrap()[0][5][2] > 3.9);
+        assert!(super::pairs(text.trim_end().rsplit_once('\n').unwrap().0).is_err());
     }
 }
