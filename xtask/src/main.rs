@@ -7,6 +7,7 @@ mod ci;
 mod cluster;
 mod demo;
 mod documentation;
+mod pages;
 mod python;
 mod python_package;
 mod python_reader;
@@ -43,6 +44,12 @@ enum Chore {
     PythonReader,
     /// Check the house rules that a program can check
     Tidy,
+    /// Compare packets with measured rooms in data sets of others: `cargo pages validate`
+    Validate {
+        /// The folder with the data sets, and options of `cargo pages validate`
+        #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -55,6 +62,9 @@ fn main() -> ExitCode {
         Chore::PythonPackage => python_package::check(),
         Chore::PythonReader => python_reader::check(),
         Chore::Tidy => tidy::run(),
+        Chore::Validate { arguments } => {
+            return pages::run("validate", &arguments).unwrap_or_else(|error| xtask::exit_code(Err(error)));
+        }
     };
     xtask::exit_code(outcome)
 }

@@ -6,9 +6,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result, ensure};
 
-const BEGIN: &str = "<!-- figures: begin -->\n";
-const END: &str = "<!-- figures: end -->";
-
 /// The folder of the root manifest.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask is a member one level below the root")
@@ -108,7 +105,17 @@ pub fn program(profile: Profile, name: &str, arguments: &[&str]) -> Result<Strin
 /// # Errors
 /// When it lost one of them.
 pub fn with_figures(page: &str, figures: &str) -> Result<String> {
-    let (head, rest) = page.split_once(BEGIN).context("the page lost its first figures marker")?;
-    let (_, tail) = rest.split_once(END).context("the page lost its last figures marker")?;
-    Ok(format!("{head}{BEGIN}{figures}{END}{tail}"))
+    with_block(page, "figures", figures)
+}
+
+/// `page` with what stands between its markers `<!-- NAME: begin -->` and `<!-- NAME: end -->` replaced by `text`.
+///
+/// # Errors
+/// When it lost one of them.
+pub fn with_block(page: &str, name: &str, text: &str) -> Result<String> {
+    let (begin, end) = (format!("<!-- {name}: begin -->\n"), format!("<!-- {name}: end -->"));
+    let (head, rest) =
+        page.split_once(&begin).with_context(|| format!("the page lost its marker {begin:?}"))?;
+    let (_, tail) = rest.split_once(&end).with_context(|| format!("the page lost its marker {end:?}"))?;
+    Ok(format!("{head}{begin}{text}{end}{tail}"))
 }

@@ -7,6 +7,7 @@ mod figures;
 mod hall;
 mod loudspeaker;
 mod shell;
+mod validate;
 mod waves;
 
 use std::path::PathBuf;
@@ -42,6 +43,14 @@ enum Page {
         #[arg(short, long, default_value = "target/shell")]
         output: PathBuf,
     },
+    /// Compare packets with measured rooms and write the tables of docs/validation.md; the page says which data sets it reads
+    Validate {
+        /// The folder with the data sets
+        folder: PathBuf,
+        /// Only this room, printed: cr2, cr4, elmia, studio-open, studio-closed
+        #[arg(long)]
+        room: Option<String>,
+    },
     /// Compare packets with the wave equation and write the table of docs/validation.md; about half an hour
     Waves {
         /// Only this room, printed: empty, screens, boxes, rows, door-1, door-4, hall
@@ -58,6 +67,7 @@ fn main() -> ExitCode {
         Page::Hall => hall::run(),
         Page::Loudspeaker => loudspeaker::run(),
         Page::Shell { output } => shell::run(&output),
+        Page::Validate { folder, room } => validate::run(&folder, room.as_deref()),
         Page::Waves { room } => waves::run(room.as_deref()),
     };
     xtask::exit_code(outcome)

@@ -1,0 +1,216 @@
+//! Deviations of simulated from measured parameters in just-noticeable differences, as table and plot.
+//!
+//! 5 % of a reverberation time or EDT, 1 dB of C80, 0.05 of D50 [ISO3382-1]. Values are means over the pairs, and over the thirds
+//! of an octave where the data have thirds.
+
+use std::fmt::Write;
+
+use anyhow::{Context, Result};
+use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
+
+use super::room::{Pairs, Room, Values};
+
+/// What packets say in one variant.
+pub struct Run {
+    pub title: &'static str,
+    pub pairs: Pairs,
+}
+
+/// Names, and figures after the point, of the values of [`Values`].
+fn quantities(room: &Room) -> [(String, usize); 4] {
+    let time = room.reverberation_time.0;
+    [(format!("{time} [s]"), 2), ("EDT [s]".into(), 2), ("C80 [dB]".into(), 1), ("D50".into(), 2)]
+}
+
+/// Deviations of one quantity in one simulation.
+struct Row {
+    /// Of the means over the pairs, per octave.
+    octaves: Vec<f64>,
+    /// Mean size over the octaves.
+    mean: f64,
+    /// Mean size over pairs and bands, where every pair was measured.
+    per_pair: Option<f64>,
+}
+
+/// A table of the room: measured values, under them the deviations of every run and those of simulations by others.
+pub fn table(room: &Room, runs: &[Run]) -> Result<String> {
+    let octaves = octaves(room);
+    let has_pairs = room.measured.len() > 1;
+    let names: Vec<String> = octaves.iter().map(ToString::to_string).collect();
+    let (head, rule) = if has_pairs { (" per pair |", "---|") } else { ("", "") };
+    let mut text = format!(
+        "| {} | | {} Hz | mean |{head}\n|---|---|{}---|{rule}\n",
+        room.title,
+        names.join(" | "),
+        "---|".repeat(names.len())
+    );
+    let measured = per_octave(room, &means(&room.measured));
+    for (quantity, (name, decimals)) in quantities(room).into_iter().enumerate() {
+        write!(text, "| {name} | measured |")?;
+        for values in &measured {
+            write!(text, " {:.decimals$} |", values[quantity])?;
+        }
+        text.push_str(if has_pairs { " | |\n" } else { " |\n" });
+        for run in runs {
+            write_row(&mut text, run.title, &row(room, quantity, &run.pairs))?;
+        }
+        if !room.others.is_empty() {
+            let rows: Vec<Row> = room.others.iter().map(|pairs| row(room, quantity, pairs)).collect();
+            write_row(&mut text, &format!("median of {} others", rows.len()), &median_row(&rows))?;
+        }
+    }
+    Ok(text)
+}
+
+fn write_row(text: &mut String, title: &str, row: &Row) -> Result<()> {
+    write!(text, "| | {title} |")?;
+    for deviation in &row.octaves {
+        write!(text, " {deviation:+.1} |")?;
+    }
+    write!(text, " {:.1} |", row.mean)?;
+    if let Some(per_pair) = row.per_pair {
+        write!(text, " {per_pair:.1} |")?;
+    }
+    text.push('\n');
+    Ok(())
+}
+
+fn row(room: &Room, quantity: usize, pairs: &Pairs) -> Row {
+    let [ours, theirs] = [pairs, &room.measured].map(|pairs| per_octave(room, &means(pairs)));
+    let octaves = deviations(quantity, &ours, &theirs);
+    let of_pairs = || {
+        let pairs = pairs.iter().zip(&room.measured);
+        let all: Vec<f64> = pairs.flat_map(|(ours, theirs)| deviations(quantity, ours, theirs)).collect();
+        mean_of_sizes(&all)
+    };
+    Row { mean: mean_of_sizes(&octaves), octaves, per_pair: (room.measured.len() > 1).then(of_pairs) }
+}
+
+/// The median of every figure over simulations that state it.
+fn median_row(rows: &[Row]) -> Row {
+    let median = |figure: &dyn Fn(&Row) -> f64| {
+        let mut figures: Vec<f64> = rows.iter().map(figure).filter(|figure| figure.is_finite()).collect();
+        figures.sort_by(f64::total_cmp);
+        figures.get(figures.len() / 2).copied().unwrap_or(f64::NAN)
+    };
+    Row {
+        octaves: (0..rows[0].octaves.len()).map(|octave| median(&|row| row.octaves[octave])).collect(),
+        mean: median(&|row| row.mean),
+        per_pair: rows[0].per_pair.map(|_| median(&|row| row.per_pair.unwrap_or(f64::NAN))),
+    }
+}
+
+/// Measured values and those of `runs` over frequency, a panel per quantity.
+pub fn drawing(room: &Room, runs: &[&Run]) -> Result<Vec<u8>> {
+    let measured = means(&room.measured);
+    let ticks = octaves(room);
+    let panel = |quantity: usize, name: String| {
+        let points = |values: &[Values]| {
+            room.bands.iter().zip(values).map(|(&band, values)| Point::new(band, values[quantity])).collect()
+        };
+        let series = runs.iter().map(|run| Series::new(run.title, Mark::Line, points(&means(&run.pairs))));
+        let measured = Series::new("measured", Mark::PointsAndLine, points(&measured));
+        Panel {
+            title: name.clone(),
+            x: Axis::logarithmic("band [Hz]").with_ticks(ticks.clone()),
+            y: Axis::linear(name),
+            series: std::iter::once(measured).chain(series).collect(),
+        }
+    };
+    let mut panels: Vec<Panel> =
+        quantities(room).into_iter().enumerate().map(|(quantity, (name, _))| panel(quantity, name)).collect();
+    let lower = panels.split_off(2);
+    let mut svg = Vec::new();
+    plot::svg(&Sheet { title: room.title.to_owned(), rows: vec![panels, lower] }, &mut svg)
+        .with_context(|| format!("cannot draw {}", room.name))?;
+    Ok(svg)
+}
+
+/// Nominal centres of the octaves [Hz].
+fn octaves(room: &Room) -> Vec<f64> {
+    room.bands.chunks(room.bands_per_octave).map(|bands| bands[bands.len() / 2]).collect()
+}
+
+/// Means over the pairs, per band.
+fn means(pairs: &Pairs) -> Vec<Values> {
+    let mean = |band: usize| {
+        std::array::from_fn(|quantity| {
+            pairs.iter().map(|bands| bands[band][quantity]).sum::<f64>() / pairs.len() as f64
+        })
+    };
+    (0..pairs[0].len()).map(mean).collect()
+}
+
+/// Means over the bands of every octave.
+fn per_octave(room: &Room, bands: &[Values]) -> Vec<Values> {
+    bands
+        .chunks(room.bands_per_octave)
+        .map(|octave| means(&octave.iter().map(|&band| vec![band]).collect())[0])
+        .collect()
+}
+
+/// Of a quantity per band, in just-noticeable differences.
+fn deviations(quantity: usize, simulated: &[Values], measured: &[Values]) -> Vec<f64> {
+    let deviation = |(ours, theirs): (&Values, &Values)| {
+        let (ours, theirs) = (ours[quantity], theirs[quantity]);
+        match quantity {
+            0 | 1 => (ours / theirs - 1.0) / 0.05,
+            2 => ours - theirs,
+            _ => (ours - theirs) / 0.05,
+        }
+    };
+    simulated.iter().zip(measured).map(deviation).collect()
+}
+
+fn mean_of_sizes(deviations: &[f64]) -> f64 {
+    deviations.iter().map(|deviation| deviation.abs()).sum::<f64>() / deviations.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validate::room::tests::cube;
+
+    #[test]
+    fn deviations_are_just_noticeable_differences() {
+        let (ours, theirs) = ([[2.2, 0.9, 3.0, 0.6]], [[2.0, 1.0, 1.0, 0.5]]);
+        let found: Vec<f64> = (0..4).map(|quantity| deviations(quantity, &ours, &theirs)[0]).collect();
+        for (found, expected) in found.iter().zip([2.0, -2.0, 2.0, 2.0]) {
+            assert!((found - expected).abs() < 1e-9, "{found} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn the_table_has_means_over_pairs_and_thirds() {
+        let mut room = cube();
+        let pair =
+            |time: f64| vec![[time, 1.0, 0.0, 0.5], [time, 1.0, 0.0, 0.5], [time + 0.3, 1.0, 0.0, 0.5]];
+        let runs = [Run { title: "ours", pairs: vec![pair(0.9), pair(1.1)] }];
+        let text = table(&room, &runs).unwrap();
+        assert!(text.contains("| cube | | 1000 Hz | mean |"), "{text}");
+        assert!(text.contains("| T20 [s] | measured | 1.00 | |\n| | ours | +2.0 | 2.0 |"), "{text}");
+        room.measured = vec![pair(1.0), pair(1.0)];
+        let text = table(&room, &runs).unwrap();
+        // Means agree, and each pair is off by 0.1 s of 1 s, 1 s and 1.3 s.
+        assert!(text.contains("| | ours | +0.0 | 0.0 | 1.8 |"), "{text}");
+    }
+
+    #[test]
+    fn others_are_their_median_without_what_they_left_out() {
+        let row = |deviation: f64| Row { octaves: vec![deviation], mean: deviation.abs(), per_pair: None };
+        let median = median_row(&[row(-3.0), row(f64::NAN), row(-1.0), row(7.0)]);
+        assert_eq!((median.octaves, median.mean, median.per_pair), (vec![-1.0], 3.0, None));
+        let mut room = cube();
+        room.others = vec![vec![vec![[1.1, 1.0, 0.0, 0.5]; 3]]];
+        let text = table(&room, &[]).unwrap();
+        assert!(text.contains("| | median of 1 others | +2.0 | 2.0 |"), "{text}");
+    }
+
+    #[test]
+    fn the_drawing_names_what_it_shows() {
+        let room = cube();
+        let run = Run { title: "ours", pairs: room.measured.clone() };
+        let svg = String::from_utf8(drawing(&room, &[&run]).unwrap()).unwrap();
+        assert!(["measured", "ours", "D50", "EDT [s]"].iter().all(|name| svg.contains(name)));
+    }
+}
