@@ -14,8 +14,8 @@ pub use repaired::{FIRST_LINE, Repaired};
 
 use glam::DVec3;
 use sonel_acoustics::{
-    equivalent_absorption_area, eyring_time, mean_absorption, mean_free_path, sabine_time,
-    schroeder_frequency,
+    AbsorptionLaw, Material, equivalent_absorption_area, eyring_time, mean_absorption, mean_free_path,
+    sabine_time, schroeder_frequency,
 };
 use sonel_geometry::Geometry;
 
@@ -86,6 +86,11 @@ pub struct Times {
     pub eyring: f64,
 }
 
+/// Walls that absorb less reflect sound many times within a reverberation time.
+const HARD: f64 = 0.2;
+/// Walls that scatter less are mirrors over several reflections.
+const FLAT: f64 = 0.1;
+
 impl Checkup {
     /// Whether something needs a look.
     #[must_use]
@@ -114,7 +119,9 @@ pub fn check(
     let leak = attempt.geometry.as_ref().map_or(String::new(), leak);
     let told = |note: &String| !leak.is_empty() && note.ends_with(&leak);
     faults.extend(of_mesh.into_iter().map(|(_, note)| note).filter(|note| !told(note)));
-    let notes = notes.into_iter().map(|(_, note)| note).collect();
+    let mut notes: Vec<String> = notes.into_iter().map(|(_, note)| note).collect();
+    let sound = attempt.geometry.as_ref().filter(|_| attempt.problems.is_empty());
+    notes.extend(sound.and_then(|geometry| flat_walls(&attempt.scene, geometry)));
     Ok(Checkup { problems: attempt.problems, warnings, faults, notes, room, repaired })
 }
 
@@ -154,6 +161,28 @@ fn room(attempt: &Attempt, geometry: &Geometry) -> Room {
         coverings,
         times,
     }
+}
+
+/// Says so where most of a closed room is hard, flat and uniformly absorbing in some band.
+fn flat_walls(scene: &Scene, geometry: &Geometry) -> Option<String> {
+    geometry.volume()?;
+    let share = |band: usize| {
+        let is_flat = |material: &Material| {
+            material.law == AbsorptionLaw::Uniform
+                && material.absorption[band] < HARD
+                && material.scattering[band] < FLAT
+        };
+        let area = |(index, material)| if is_flat(material) { geometry.exposed_area(index) } else { 0.0 };
+        (0_u32..).zip(&scene.materials).map(area).sum::<f64>() / geometry.area()
+    };
+    let shares = scene.bands.nominal().iter().enumerate().map(|(band, center)| (share(band), center));
+    let (share, center) = shares.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(share, _)| *share > 0.5)?;
+    Some(format!(
+        "{:.0} % of the surface is hard and flat (absorption below {HARD}, scattering below {FLAT}) at {center} Hz: sound between \
+         bare parallel walls decays more slowly here than in measured rooms; scattering of 0.3, or absorption_law = \
+         \"locally-reacting\" for hard walls, came nearer (docs/validation.md)",
+        100.0 * share
+    ))
 }
 
 fn times(scene: &Scene, coverings: &[Covering], volume: f64) -> Vec<Times> {

@@ -42,6 +42,21 @@ fn box_between(low: [f64; 3], high: [f64; 3]) -> Vec<Triangle> {
 }
 
 #[test]
+fn hard_flat_walls_are_noted_unless_they_scatter_or_react_locally() {
+    let noted = |law: &str, scattering: &str| {
+        let walls = format!("walls.scattering = {scattering}\nwalls.absorption_law = \"{law}\"");
+        let scene = SCENE.replace("walls.scattering = 0.1", &walls);
+        let Checkup { notes, problems, .. } = checked(&scene, &empty());
+        assert!(problems.is_empty(), "{problems:?}");
+        notes.into_iter().find(|note| note.contains("hard and flat"))
+    };
+    let note = noted("uniform", "[0.05, 0.3]").expect("walls are 71 % of the surface");
+    assert!(note.starts_with("71 % of the surface") && note.contains("at 125 Hz"), "{note}");
+    assert_eq!(noted("uniform", "0.1"), None);
+    assert_eq!(noted("locally-reacting", "0.05"), None);
+}
+
+#[test]
 fn sizes_and_times_are_those_of_the_textbook() {
     let checkup = checked(SCENE, &empty());
     assert!(checkup.is_clean(), "{checkup:?}");
