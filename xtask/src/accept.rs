@@ -1,4 +1,4 @@
-//! What takes too long for every change: documentation, foreign packages, a real Slurm, the Python wheel and its notebook, statistical runs in
+//! What takes too long for every change: documentation, foreign packages, a real Slurm, a container, the Python wheel and its notebook, statistical runs in
 //! release.
 
 use std::process::Command;
@@ -8,7 +8,7 @@ use clap::ValueEnum;
 
 use xtask::workspace;
 
-use crate::{cluster, documentation, python_package};
+use crate::{cluster, container, documentation, python_package};
 
 /// A part of what is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -19,6 +19,8 @@ pub enum Part {
     Packages,
     /// The workflow on a real Slurm
     Cluster,
+    /// Static programs in a container
+    Container,
     /// The Python wheel, its types and its notebook
     Python,
     /// Statistical runs
@@ -36,6 +38,9 @@ pub fn run(part: Option<Part>) -> Result<()> {
     }
     if is_wanted(Part::Cluster) {
         cluster::accept()?;
+    }
+    if is_wanted(Part::Container) {
+        container::accept()?;
     }
     if is_wanted(Part::Python) {
         python_package::accept()?;

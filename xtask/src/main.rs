@@ -5,6 +5,7 @@ mod accept;
 mod bench;
 mod ci;
 mod cluster;
+mod container;
 mod demo;
 mod documentation;
 mod pages;
