@@ -70,6 +70,8 @@ pub enum Command {
     Report(Report),
     /// A recording as it sounds in the room: convolved with an impulse response of sonel-render --wav.
     Listen(Listen),
+    /// Interaural cross-correlation of binaural impulse responses: early, late and all, per octave.
+    Iacc(IaccArguments),
     /// What accuracy costs in time: a scene run again and again with several settings.
     Tradeoff(Tradeoff),
 }
@@ -107,6 +109,23 @@ pub struct Listen {
     /// Where the result goes, as 32-bit float; replaced only when the new one is complete.
     #[arg(short, long, value_name = "HEARD.wav")]
     pub output: PathBuf,
+}
+
+/// `iacc`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-render hall.sonelmap -o hall.npz --wav impulses --hrtf head.sofa
+  sonel-analyze iacc impulses/*_binaural.wav --json
+
+1 for a sound that is the same at both ears, small for a diffuse field. Another --seed of sonel-render is another realisation of late sound,
+whose IACC differs.")]
+pub struct IaccArguments {
+    /// Binaural impulse responses: WAV files of two channels, left and right.
+    #[arg(value_name = "IR_binaural.wav", required = true)]
+    pub recordings: Vec<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `tradeoff`.

@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 37] = [
+const HOMES: [(&str, &[&str]); 38] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
@@ -61,6 +61,7 @@ const HOMES: [(&str, &[&str]); 37] = [
         ],
     ),
     ("signal-hook", &["tools/sonel-console"]),
+    ("sofar", &["crates/sonel-sound"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["tools/", "python", "crates/sonel-testkit"]),
     ("tobj", &["crates/sonel-scene"]),
