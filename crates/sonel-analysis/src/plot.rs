@@ -19,7 +19,7 @@ mod tests;
 
 pub use axis::{Axis, Scale};
 pub use drawing::{PlotError, png, svg};
-pub use early::{class_name, early};
+pub use early::{Arrival, arrivals, class_name, early, shown_ms};
 pub use parameters::{parameters, shown};
 pub use plan::{Place, Plan, Plans, Section, Spot};
 pub use response::{decay, echogram};

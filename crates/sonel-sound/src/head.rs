@@ -39,7 +39,7 @@ impl Head {
     /// When it is none, is damaged, of another convention, or has no finite responses.
     pub fn read(file: &[u8]) -> Result<Self, SoundError> {
         let failed = |problem: String| SoundError::Head { problem };
-        let mut options = OpenOptions::new();
+        let mut options = OpenOptions::default();
         // No rate is asked for: the library would convert responses without keeping the gain of their spectra.
         let options = options.sample_rate(f32::NAN).normalized(false);
         // The library indexes what a damaged file says.
