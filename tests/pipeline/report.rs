@@ -57,8 +57,8 @@ fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
 /// Sets of lines in the room, and of each class its name and number of ways.
 fn lines(page: &str) -> Vec<Vec<(String, usize)>> {
     let sets: Vec<Vec<Value>> = serde_json::from_str(between(page, "const sets=", ",select=")).expect("JSON");
-    let ways = |trace: &Value| trace["x"].as_array().unwrap().iter().filter(|x| x.is_null()).count();
-    let class = |trace: &Value| (trace["name"].as_str().unwrap().to_owned(), ways(trace));
+    let ways = |trace: &Value| trace["x"].as_array().expect("lines").iter().filter(|x| x.is_null()).count();
+    let class = |trace: &Value| (trace["name"].as_str().expect("a name").to_owned(), ways(trace));
     sets.iter().map(|set| set.iter().map(class).collect()).collect()
 }
 

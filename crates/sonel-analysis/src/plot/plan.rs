@@ -2,6 +2,8 @@
 //!
 //! Receivers that share their coordinates are a grid, each with a cell that reaches halfway to its neighbours. Others are dots.
 
+use std::collections::BTreeSet;
+
 use super::Axis;
 
 /// Plans with one scale of colours.
@@ -99,14 +101,11 @@ impl Section {
     /// The plan of `places` without walls and sources.
     #[must_use]
     pub fn plan(&self, title: String, places: &[Place]) -> Plan {
-        let mut spots: Vec<Spot> = Vec::new();
-        for place in places {
-            let at = self.flat(place.position);
-            let is_taken = |spot: &Spot| (0..2).all(|axis| (spot.at[axis] - at[axis]).abs() < SAME);
-            if !spots.iter().any(is_taken) {
-                spots.push(Spot { at, cell: None, value: place.value });
-            }
-        }
+        let mut taken = BTreeSet::new();
+        let spot = |place: &Place| Spot { at: self.flat(place.position), cell: None, value: place.value };
+        let is_free =
+            |spot: &Spot| taken.insert(spot.at.map(|coordinate| (coordinate / SAME).round() as i64));
+        let mut spots: Vec<Spot> = places.iter().map(spot).filter(is_free).collect();
         let hidden = places.len() - spots.len();
         let lines = [0, 1].map(|axis| coordinates(&spots, axis));
         if is_grid(&lines, spots.len()) {
