@@ -11,14 +11,13 @@ use std::panic::catch_unwind;
 use glam::DVec3;
 use sofar::reader::{OpenOptions, Sofar};
 
-use crate::impulse::PADDING;
 use crate::resampling::resample;
 use crate::{SAMPLE_RATE_HZ, SoundError};
 
 /// Distances closer than this part are one.
 const SAME_DISTANCE: f64 = 1e-3;
-/// Longest responses at 48 kHz, with their delays: half of the silence behind an impulse response.
-const LONGEST: usize = PADDING / 2;
+/// Longest responses at 48 kHz, with their delays [samples].
+pub const LONGEST: usize = 1 << 12;
 /// Sample rates that are read [Hz].
 const LOWEST_RATE_HZ: f32 = 8000.0;
 const HIGHEST_RATE_HZ: f32 = 192_000.0;

@@ -11,12 +11,12 @@ use sonel_echogram::Response;
 
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::Crossover;
-use crate::head::Head;
+use crate::head::{self, Head};
 use crate::pulses::{self, Pulses};
 use crate::{SAMPLE_RATE_HZ, SoundError};
 
-/// Silence about the response in which the filters ring: 0.17 s.
-pub(crate) const PADDING: usize = 1 << 13;
+/// Silence about the response in which the filters of bands ring behind those of a head: 0.17 s.
+const PADDING: usize = 2 * head::LONGEST;
 
 /// Makes impulse responses of one response.
 pub struct Synthesizer<'a> {
