@@ -418,6 +418,37 @@ class Response:
         """What `sonel-render --json` prints. None for a response that was loaded."""
         return None if self._inner.report is None else _object(self._inner.report)
 
+    def impulse_responses(
+        self, *, ambix: int | None = None, hrtf: _Path | None = None, seed: int | None = None
+    ) -> NDArray[np.float32]:
+        """Pressure impulse responses at 48 kHz, shape [S, R, C, N]: the samples of `sonel-render --wav` (docs/formats/sound.md).
+
+        ambix: order 1, 2 or 3: C = (order + 1)² channels in ACN order with SN3D (AmbiX), for a response with directions.
+        hrtf: a SOFA file of the convention SimpleFreeFieldHRIR: C = 2, left and right ear, for a response with directions.
+        seed: of the times and signs of late sound (default that of the rendering).
+        Without `ambix` and `hrtf` C is 1. Responses of `Map.render` only: one that was loaded does not know its room.
+        """
+        if ambix is not None and hrtf is not None:
+            raise Error("ambix and hrtf exclude each other: ask for one after the other")
+        if ambix is not None and ambix not in (1, 2, 3):
+            raise Error(f"ambix is {ambix}: give the order 1, 2 or 3")
+        try:
+            head = None if hrtf is None else Path(hrtf).read_bytes()
+        except OSError as problem:
+            raise Error(f"cannot read {os.fspath(hrtf or '')}: {problem.strerror}") from None
+        return np.asarray(self._inner.impulse_responses(ambix, head, seed))
+
+    def to_sofa(
+        self, path: _Path, *, ambix: int | None = None, hrtf: _Path | None = None, seed: int | None = None
+    ) -> None:
+        """Writes `impulse_responses` as SOFA of the convention SingleRoomSRIR (AES69), a measurement for every source and receiver.
+
+        Options as for `impulse_responses`. Needs the package sofar. Files that are there are not replaced.
+        """
+        from . import _sofa
+
+        _sofa.write(self, Path(path), ambix=ambix, hrtf=hrtf, seed=seed)
+
     def figures(self) -> dict[str, Any]:
         """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""
         return _object(self._inner.parameters())

@@ -14,7 +14,7 @@ use sonel_map::SonelMap;
 use tempfile::TempDir;
 
 use crate::error;
-use crate::response::Response;
+use crate::response::{Response, Room};
 use crate::scene::Scene;
 use crate::work::{Followers, work};
 
@@ -123,7 +123,10 @@ impl Map {
             let options = [label.clone(), "--output=response.npz".to_owned()];
             let arguments = arguments("sonel-render", words.into_iter().chain(options).collect())?;
             let (response, report) = sonel_render::respond(&mut map, &label, &arguments, audience, log)?;
-            Ok(Response::of(response, Some(report.to_string())))
+            let (scene, settings) = (&map.header().scene, &map.header().settings);
+            let volume = scene.geometry().with_context(|| label.clone())?.volume();
+            let room = Room { volume, up: scene.up, seed: arguments.seed.unwrap_or(settings.seed) };
+            Ok(Response::of(response, Some(report.to_string()), Some(room)))
         })
     }
 

@@ -8,12 +8,15 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::Context;
+use glam::DVec3;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use rayon::prelude::*;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
 use sonel_echogram::{LATERAL_KEYS, Response as Echograms};
+use sonel_sound::{Head, Synthesizer};
 
 use crate::error;
 
@@ -23,16 +26,37 @@ pub struct Response {
     echograms: Arc<Echograms>,
     /// Of `sonel-render --json`, where it was rendered now.
     report: Option<String>,
+    /// Likewise.
+    room: Option<Room>,
+}
+
+/// What sound needs beside the echograms.
+#[derive(Clone, Copy)]
+pub(crate) struct Room {
+    /// Of a closed room [m³].
+    pub volume: Option<f64>,
+    /// Unit vector that points up.
+    pub up: DVec3,
+    /// Of the rendering.
+    pub seed: u64,
 }
 
 /// Numbers of a response, for `numpy.asarray`.
 #[pyclass(frozen, module = "sonel._sonel")]
 pub struct Array {
     /// Holds the numbers.
-    _owner: Arc<Echograms>,
+    _owner: Arc<dyn Send + Sync>,
     address: usize,
     typestr: &'static str,
     shape: Vec<usize>,
+}
+
+impl Array {
+    /// `values`, which `owner` holds.
+    fn of<T: Number>(owner: Arc<dyn Send + Sync>, values: &[T], shape: &[usize]) -> Self {
+        assert_eq!(values.len(), shape.iter().product::<usize>(), "a response has the shapes of its page");
+        Self { _owner: owner, address: values.as_ptr() as usize, typestr: T::TYPESTR, shape: shape.to_vec() }
+    }
 }
 
 #[pymethods]
@@ -65,14 +89,36 @@ impl Number for u32 {
 }
 
 impl Response {
-    pub(crate) fn of(response: Echograms, report: Option<String>) -> Self {
-        Self { echograms: Arc::new(response), report }
+    pub(crate) fn of(response: Echograms, report: Option<String>, room: Option<Room>) -> Self {
+        Self { echograms: Arc::new(response), report, room }
     }
 
     fn view<T: Number>(&self, values: &[T], shape: &[usize]) -> Option<Array> {
-        assert_eq!(values.len(), shape.iter().product::<usize>(), "a response has the shapes of its page");
-        let (address, typestr) = (values.as_ptr() as usize, T::TYPESTR);
-        Some(Array { _owner: Arc::clone(&self.echograms), address, typestr, shape: shape.to_vec() })
+        let owner: Arc<dyn Send + Sync> = Arc::<Echograms>::clone(&self.echograms);
+        Some(Array::of(owner, values, shape))
+    }
+
+    /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, or those of a head in a SOFA file.
+    fn sound(&self, order: Option<u32>, head: Option<&[u8]>, seed: Option<u64>) -> anyhow::Result<Array> {
+        let room = self.room.context(
+            "a response that was loaded does not know its room: render it from its map for impulse responses",
+        )?;
+        let e = &*self.echograms;
+        let synthesizer = Synthesizer::new(e, room.volume, seed.unwrap_or(room.seed));
+        let head = head.map(Head::read).transpose()?;
+        let pairs: Vec<(usize, usize)> =
+            (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
+        let of_pair = |pair: (usize, usize)| match (order, &head) {
+            (Some(order), _) => synthesizer.ambisonics(pair, order, room.up),
+            (None, Some(head)) => synthesizer.binaural(pair, head, room.up),
+            (None, None) => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
+        };
+        let all: Vec<Vec<Vec<f32>>> = pairs.into_par_iter().map(of_pair).collect::<Result<_, _>>()?;
+        let (channels, samples) =
+            all.first().map_or((0, 0), |pair| (pair.len(), pair.first().map_or(0, Vec::len)));
+        let values: Arc<Vec<f32>> = Arc::new(all.into_iter().flatten().flatten().collect());
+        let shape = [e.sources(), e.receivers(), channels, samples];
+        Ok(Array::of(Arc::<Vec<f32>>::clone(&values), &values, &shape))
     }
 
     /// The array that docs/formats/response.md calls `key`.
@@ -140,7 +186,7 @@ impl Response {
             let label = path.display().to_string();
             let file = input::open(&path).with_context(|| format!("cannot read the response {label}"))?;
             let echograms = Echograms::read(BufReader::new(file)).with_context(|| label)?;
-            Ok(Self::of(echograms, None))
+            Ok(Self::of(echograms, None, None))
         };
         py.detach(read).map_err(error)
     }
@@ -166,6 +212,24 @@ impl Response {
     /// The JSON of `sonel-analyze parameters`.
     fn parameters(&self, py: Python<'_>) -> String {
         py.detach(|| sonel_analysis::report::json(&sonel_analysis::parameters(&self.echograms)).to_string())
+    }
+
+    /// Impulse responses, [S, R, channels, samples].
+    #[pyo3(signature = (order=None, head=None, seed=None))]
+    fn impulse_responses(
+        &self,
+        py: Python<'_>,
+        order: Option<u32>,
+        head: Option<Vec<u8>>,
+        seed: Option<u64>,
+    ) -> PyResult<Array> {
+        py.detach(|| self.sound(order, head.as_deref(), seed)).map_err(error)
+    }
+
+    /// Volume of a closed room, the direction up, and the seed; nothing where the response was loaded.
+    #[getter]
+    fn room(&self) -> Option<(Option<f64>, [f64; 3], u64)> {
+        self.room.map(|room| (room.volume, room.up.to_array(), room.seed))
     }
 
     #[getter]

@@ -54,6 +54,35 @@ fn a_report_needs_no_network_and_has_the_figures_of_parameters() {
     assert_eq!(own.matches("<script").count(), own.matches("</script>").count());
 }
 
+/// Sets of lines in the room, and of each class its name and number of ways.
+fn lines(page: &str) -> Vec<Vec<(String, usize)>> {
+    let sets: Vec<Vec<Value>> = serde_json::from_str(between(page, "const sets=", ",select=")).expect("JSON");
+    let ways = |trace: &Value| trace["x"].as_array().expect("lines").iter().filter(|x| x.is_null()).count();
+    let class = |trace: &Value| (trace["name"].as_str().expect("a name").to_owned(), ways(trace));
+    sets.iter().map(|set| set.iter().map(class).collect()).collect()
+}
+
+/// In a box every wall reflects once, and every pair of different walls twice but for one of both orders of walls that meet; pairs of opposite walls
+/// do it in both orders: 6 and 12 + 6.
+#[test]
+fn early_reflections_are_lines_in_the_room_by_order_and_by_delay() {
+    let folder = rendered();
+    analyze(&folder, &["report", "a.npz", "a.sonelmap", "-o", "a.html"]).unwrap();
+    let sets = lines(&folder.text("a.html"));
+    assert_eq!(sets.len(), 3);
+    let counts: Vec<(&str, usize)> =
+        sets[0].iter().take(3).map(|(name, ways)| (name.as_str(), *ways)).collect();
+    assert_eq!(counts, [("direct sound", 1), ("1 reflection", 6), ("2 reflections", 18)]);
+    let total = |set: &[(String, usize)]| set.iter().map(|(_, ways)| ways).sum::<usize>();
+    assert!(sets[1][0].0 == "0 to 5 ms" && total(&sets[1]) == total(&sets[0]) && sets[2].is_empty());
+    // Without a map there is no room to draw them in; a response of another map is not followed through this one.
+    analyze(&folder, &["report", "a.npz", "-o", "bare.html"]).unwrap();
+    assert!(!folder.text("bare.html").contains("by number of reflections"));
+    trace(&folder, "b.sonelmap", &["--sonels", "1k", "--seed", "7"]).unwrap();
+    analyze(&folder, &["report", "a.npz", "b.sonelmap", "-o", "foreign.html"]).unwrap();
+    assert_eq!(lines(&folder.text("foreign.html")), [vec![]]);
+}
+
 #[test]
 fn responses_stand_side_by_side_and_a_foreign_map_is_remarked() {
     let folder = rendered();

@@ -110,6 +110,37 @@ fn what_cannot_be_heard_is_refused_and_nothing_is_lost() {
 }
 
 #[test]
+fn two_ears_are_those_of_the_head_and_a_file_that_is_no_head_is_refused_before_the_work() {
+    let folder = rendered();
+    let head = include_bytes!("../../crates/sonel-sound/tests/cardioid-head.sofa");
+    folder.write("head.sofa", head);
+    let [sounds, path] = ["ears", "head.sofa"].map(|name| folder.path(name).display().to_string());
+    render(&folder, "a.sonelmap", "b.npz", &["--wav", &sounds, "--hrtf", &path]).unwrap();
+    let single = read(&folder, "ears/1-speaker_1-listener.wav");
+    let ears = read(&folder, "ears/1-speaker_1-listener_binaural.wav");
+    assert_eq!((single.channels.len(), ears.channels.len()), (1, 2));
+    let distance = (2.9_f64.powi(2) + 1.8_f64.powi(2) + 0.3_f64.powi(2)).sqrt();
+    let at = (distance / 343.0 * 48_000.0).round() as usize;
+    for ear in &ears.channels {
+        // The listener looks at the source, whose direct sound the head delays by 32 samples.
+        assert!((ear[at + 32] / single.channels[0][at] - 1.0).abs() < 1e-2);
+    }
+    assert!(response(&folder, "b.npz").directions.is_some());
+    let found: serde_json::Value = serde_json::from_str(
+        &analyze(&folder, &["iacc", "ears/1-speaker_1-listener_binaural.wav", "--json"]).unwrap(),
+    )
+    .unwrap();
+    let [early, late] =
+        ["early", "late"].map(|key| found["recordings"][0]["means"][key]["value"].as_f64().unwrap());
+    assert!(0.0 < late && late < early && early < 1.0, "{early} {late}");
+    folder.write("head.sofa", "no head");
+    let refused = render(&folder, "a.sonelmap", "c.npz", &["--wav", &sounds, "--hrtf", &path]);
+    let message = format!("{:#}", refused.unwrap_err());
+    assert!(message.contains("head.sofa: no head-related impulse responses"), "{message}");
+    assert!(!folder.path("c.npz").exists());
+}
+
+#[test]
 fn the_table_holds_every_bin_of_the_response() {
     let folder = rendered();
     analyze(&folder, &["export", "a.npz", "-o", "table.csv"]).unwrap();

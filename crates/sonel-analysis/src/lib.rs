@@ -11,7 +11,7 @@
 //! - [`open_plan`]: how speech falls along a line of workstations;
 //! - [`average`]: single numbers and means over receivers;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when not to believe those;
-//! - [`report`]: tables, CSV and JSON (docs/interface.md); [`plot`]: line plots with intervals as SVG.
+//! - [`report`]: tables, CSV and JSON (docs/interface.md); [`plot`]: line plots with intervals and plans, as SVG or PNG.
 //!
 //! [`comparison`] tells which parameters of two responses differ beyond noise, [`map_comparison`] where, when and in which
 //! bands two maps do.
@@ -39,6 +39,7 @@ pub mod open_plan;
 pub mod outlier;
 pub mod parameter;
 pub mod picture;
+mod pixels;
 pub mod plot;
 pub mod reading;
 pub mod receiver;

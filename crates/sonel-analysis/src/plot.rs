@@ -1,22 +1,27 @@
-//! Line plots with intervals, as SVG, and what they show of a response.
+//! Line plots with intervals and plans, as SVG or PNG, and what they show of a response.
 //!
-//! A [`Sheet`] has rows of [`Panel`]s, a panel has two axes and any number of [`Series`]; [`svg`] draws it. Series of one name
+//! A [`Sheet`] has rows of [`Panel`]s, a panel has two axes and any number of [`Series`]; [`svg`] and [`png`] draw it. Series of one name
 //! have one colour and one entry in the legend of their row. Values that an axis cannot show (missing ones, those outside of its
 //! range, zero and less on a logarithmic axis) leave a gap. Intervals are bars where a series has points, and bands where it is a line.
 //!
-//! [`echogram`], [`decay`] and [`parameters`] are panels of a response. Drawings are for eyes: they are no artifact that is
+//! [`echogram`], [`decay`], [`early`] and [`parameters`] are panels of a response. Below them stand [`Plans`]: a value at each of many places, in
+//! colours, and walls as lines. Drawings are for eyes: they are no artifact that is
 //! compared bit by bit, and the library that draws them rounds to hundredths of the page.
 
 pub(crate) mod axis;
 mod drawing;
+mod early;
 mod parameters;
+mod plan;
 mod response;
 #[cfg(test)]
 mod tests;
 
 pub use axis::{Axis, Scale};
-pub use drawing::{PlotError, svg};
+pub use drawing::{PlotError, png, svg};
+pub use early::{Arrival, arrivals, class_name, early, shown_ms};
 pub use parameters::{parameters, shown};
+pub use plan::{Place, Plan, Plans, Section, Spot};
 pub use response::{decay, echogram};
 
 /// A value and where the true one lies.
@@ -55,6 +60,16 @@ pub enum Mark {
     Points,
     /// Points joined by a line; intervals are bars.
     PointsAndLine,
+    /// Points, each on a line from the bottom of the panel.
+    Stems,
+}
+
+impl Mark {
+    /// Whether it shows points; intervals are then bars.
+    #[must_use]
+    pub fn has_points(self) -> bool {
+        matches!(self, Self::Points | Self::PointsAndLine | Self::Stems)
+    }
 }
 
 /// Values that belong together.
@@ -90,18 +105,26 @@ pub struct Panel {
 }
 
 /// A page.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sheet {
     /// Above everything.
     pub title: String,
     /// From top to bottom; panels of a row share its width.
     pub rows: Vec<Vec<Panel>>,
+    /// Below the rows.
+    pub plans: Option<Plans>,
 }
 
 impl Sheet {
+    /// A page of rows of panels.
+    #[must_use]
+    pub fn new(title: impl Into<String>, rows: Vec<Vec<Panel>>) -> Self {
+        Self { title: title.into(), rows, plans: None }
+    }
+
     /// A page of one panel, which bears the title itself.
     #[must_use]
     pub fn single(panel: Panel) -> Self {
-        Self { title: String::new(), rows: vec![vec![panel]] }
+        Self::new("", vec![vec![panel]])
     }
 }

@@ -30,10 +30,16 @@ impl Frame {
         Self { front: left.cross(up), left, up }
     }
 
+    /// A direction in these axes: front, left, up.
+    #[must_use]
+    pub fn local(&self, u: DVec3) -> DVec3 {
+        DVec3::from_array([self.front, self.left, self.up].map(|axis| axis.dot(u)))
+    }
+
     /// Gains of the channels of all orders up to `order`, at most 3, for a unit vector `u` in the axes of the scene.
     #[must_use]
     pub fn gains(&self, order: u32, u: DVec3) -> Vec<f64> {
-        let [x, y, z] = [self.front, self.left, self.up].map(|axis| axis.dot(u));
+        let [x, y, z] = self.local(u).to_array();
         let root = |value: f64| value.sqrt();
         let all = [
             1.0,

@@ -16,8 +16,10 @@ pub enum SoundError {
         /// Travel time [s].
         time_s: f64,
     },
-    /// Ambisonics without directions.
-    #[error("the response holds no directions, which ambisonics need: render with --directions")]
+    /// Ambisonics or a head without directions.
+    #[error(
+        "the response holds no directions, which ambisonics and binaural responses need: render with --directions"
+    )]
     NoDirections,
     /// The file is no WAV file, a damaged one, or of a coding that is not read.
     #[error("this is not a WAV file of integer or float samples, or it is damaged: {0}")]
@@ -45,4 +47,23 @@ pub enum SoundError {
         /// What is wrong.
         problem: String,
     },
+    /// No file of head-related impulse responses, or one that cannot be used.
+    #[error(
+        "no head-related impulse responses: {problem}; give a SOFA file of the convention SimpleFreeFieldHRIR"
+    )]
+    Head {
+        /// What is wrong.
+        problem: String,
+    },
+    /// A recording without two ears.
+    #[error(
+        "the recording has {channels} channels, and IACC is of two, left and right: render it with --wav and --hrtf"
+    )]
+    NotBinaural {
+        /// Found.
+        channels: usize,
+    },
+    /// Silence.
+    #[error("the recording is silent: nothing arrives at either ear")]
+    Silent,
 }

@@ -11,11 +11,12 @@ use sonel_echogram::Response;
 
 use crate::ambisonics::{Frame, channels};
 use crate::crossover::Crossover;
+use crate::head::{self, Head};
 use crate::pulses::{self, Pulses};
 use crate::{SAMPLE_RATE_HZ, SoundError};
 
-/// Silence about the response in which the filters ring: 0.17 s.
-const PADDING: usize = 1 << 13;
+/// Silence about the response in which the filters of bands ring behind those of a head: 0.17 s.
+const PADDING: usize = 2 * head::LONGEST;
 
 /// Makes impulse responses of one response.
 pub struct Synthesizer<'a> {
@@ -48,7 +49,7 @@ impl<'a> Synthesizer<'a> {
     /// When listed arrivals are not part of the echogram.
     pub fn impulse_response(&self, s: usize, r: usize) -> Result<Vec<f32>, SoundError> {
         let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
-        Ok(self.filtered(&pulses, |_| 1.0))
+        Ok(self.filtered(&pulses, |_| &[1.0]))
     }
 
     /// The same in ambisonics up to `order`, at most 3, with `up` a unit vector: the left side is the lateral axis of the receiver. Channel 0 is
@@ -62,17 +63,37 @@ impl<'a> Synthesizer<'a> {
         order: u32,
         up: DVec3,
     ) -> Result<Vec<Vec<f32>>, SoundError> {
-        let directions = self.response.directions.as_ref().ok_or(SoundError::NoDirections)?;
-        let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
-        let frame = Frame::new(directions.lateral_axes[r].into(), up);
+        let (pulses, frame) = self.directed_pulses((s, r), up)?;
         let gains: Vec<Vec<f64>> = pulses.direction.iter().map(|u| frame.gains(order, *u)).collect();
         Ok((0..channels(order))
-            .map(|channel| self.filtered(&pulses, |pulse| gains[pulse][channel]))
+            .map(|channel| self.filtered(&pulses, |pulse| std::slice::from_ref(&gains[pulse][channel])))
             .collect())
     }
 
-    /// The sum of all pulses, each times a gain, in their bands.
-    fn filtered(&self, pulses: &Pulses, gain_of: impl Fn(usize) -> f64) -> Vec<f32> {
+    /// The same at the left and the right ear of a `head` that looks to the front, with `up` a unit vector: every pulse through the responses of
+    /// the direction next to its own.
+    ///
+    /// # Errors
+    /// As [`Self::ambisonics`].
+    pub fn binaural(
+        &self,
+        (s, r): (usize, usize),
+        head: &Head,
+        up: DVec3,
+    ) -> Result<Vec<Vec<f32>>, SoundError> {
+        let (pulses, frame) = self.directed_pulses((s, r), up)?;
+        let nearest: Vec<usize> = pulses.direction.iter().map(|u| head.nearest(frame.local(*u))).collect();
+        Ok((0..2).map(|ear| self.filtered(&pulses, |pulse| head.taps(nearest[pulse], ear))).collect())
+    }
+
+    fn directed_pulses(&self, (s, r): (usize, usize), up: DVec3) -> Result<(Pulses, Frame), SoundError> {
+        let directions = self.response.directions.as_ref().ok_or(SoundError::NoDirections)?;
+        let pulses = Pulses::new(self.response, (s, r), self.volume, self.seed)?;
+        Ok((pulses, Frame::new(directions.lateral_axes[r].into(), up)))
+    }
+
+    /// The sum of all pulses, each with the taps of a filter, in their bands.
+    fn filtered<'t>(&self, pulses: &Pulses, taps_of: impl Fn(usize) -> &'t [f64]) -> Vec<f32> {
         let bands = self.response.bands();
         let mut spectrum = self.forward.make_output_vec();
         let mut sum = self.forward.make_output_vec();
@@ -80,7 +101,8 @@ impl<'a> Synthesizer<'a> {
             let mut train = self.forward.make_input_vec();
             let all = pulses.sample.iter().zip(pulses.amplitude.chunks_exact(bands));
             for (pulse, (sample, amplitude)) in all.enumerate() {
-                train[PADDING + sample] += amplitude[band] * gain_of(pulse);
+                let places = &mut train[PADDING + sample..];
+                places.iter_mut().zip(taps_of(pulse)).for_each(|(sum, tap)| *sum += amplitude[band] * tap);
             }
             self.forward.process(&mut train, &mut spectrum).expect("buffers are the plan's own");
             for ((sum, value), gain) in sum.iter_mut().zip(&spectrum).zip(self.crossover.gains(band)) {
@@ -243,6 +265,35 @@ mod tests {
             assert!((found - expected).abs() < 0.058, "{channel}: {found} instead of {expected}");
             assert!(expected < 0.1 || (found + expected).abs() > 0.058);
         }
+    }
+
+    /// The source is on the left of a listener who looks along +y, so that the left ear is 16 samples early and thrice as loud as the right one,
+    /// which the head delays by as much.
+    #[test]
+    fn direct_sound_from_the_left_reaches_the_left_ear_first() {
+        let mut response = directed([0.001; 3], [0.0; 3]);
+        let head = Head::read(include_bytes!("../tests/cardioid-head.sofa")).unwrap();
+        let peaks = |response: &Response| {
+            let ears = Synthesizer::new(response, Some(100.0), 1).binaural((0, 0), &head, UP).unwrap();
+            let mono = Synthesizer::new(response, Some(100.0), 1).impulse_response(0, 0).unwrap()[590];
+            let peak = |ear: &Vec<f32>| (0..ear.len()).max_by(|a, b| ear[*a].abs().total_cmp(&ear[*b].abs()));
+            assert_eq!((ears.len(), ears[0].len()), (2, 9601));
+            [0, 1].map(|ear| {
+                let at = peak(&ears[ear]).unwrap();
+                (at, f64::from(ears[ear][at] / mono))
+            })
+        };
+        let expect = |found: [(usize, f64); 2], expected: [(usize, f64); 2]| {
+            for (found, expected) in found.into_iter().zip(expected) {
+                assert!(
+                    found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-5,
+                    "{found:?}, not {expected:?}"
+                );
+            }
+        };
+        expect(peaks(&response), [(590 + 32, 1.0), (590 + 32, 1.0)]);
+        response.directions.as_mut().unwrap().lateral_axes = vec![[-1.0, 0.0, 0.0]];
+        expect(peaks(&response), [(590 + 16, 1.5), (590 + 48, 0.5)]);
     }
 
     #[test]

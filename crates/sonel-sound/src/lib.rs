@@ -2,7 +2,8 @@
 //!
 //! A response knows energies per band and time, no phases. [`impulse`] draws one of the pressures that have these energies: listed
 //! arrivals as single pulses at their time ([`pulses`]), everything else as pulses of random sign, shaped by linear-phase
-//! band filters ([`crossover`]). Where the response has directions, so have the pulses ([`ambisonics`]). [`convolution`] applies it to a recording, [`wav`] reads and writes.
+//! band filters ([`crossover`]). Where the response has directions, so have the pulses: in [`ambisonics`], or at the
+//! ears of a [`head`]. [`iacc`](iacc()) reads the correlation of two ears. [`convolution`] applies it to a recording, [`wav`] reads and writes.
 //!
 //! Pressure is relative to that of an omnidirectional source of the same power at 1 m in a free field: direct sound is 1/r,
 //! and the mean of |P|² over a band is 4π F, F being its fluence per unit emitted energy [1/m²] (docs/physics.md §1).
@@ -14,6 +15,8 @@ pub mod ambisonics;
 pub mod convolution;
 pub mod crossover;
 mod error;
+pub mod head;
+mod iacc;
 pub mod impulse;
 pub mod pulses;
 pub mod resampling;
@@ -21,6 +24,8 @@ pub mod wav;
 
 pub use convolution::convolve;
 pub use error::SoundError;
+pub use head::Head;
+pub use iacc::{BandIacc, Iacc, iacc};
 pub use impulse::Synthesizer;
 pub use resampling::resample;
 pub use wav::Recording;

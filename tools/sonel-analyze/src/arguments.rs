@@ -12,9 +12,11 @@ use sonel_renderer::ReceiverPoint;
 use sonel_study::effects::EffectSpec;
 
 mod coefficients;
+mod plot;
 mod speech;
 
 pub use coefficients::{Change, FitArguments, OptimiseArguments, To};
+pub use plot::{Drawn, Plot, What};
 pub use speech::{OpenPlan, TalkArguments};
 
 /// Inspects maps and responses, reads room-acoustic parameters.
@@ -62,12 +64,14 @@ pub enum Command {
     Fit(FitArguments),
     /// The cheapest change of materials that brings parameters to wanted values.
     Optimise(OptimiseArguments),
-    /// Echogram, decay and parameters of responses, drawn as SVG.
+    /// Echogram, decay, early reflections and parameters of responses, and plans of their receivers, drawn as SVG or PNG.
     Plot(Plot),
     /// Room, echograms, parameters, effects and provenance as one HTML file that opens offline.
     Report(Report),
     /// A recording as it sounds in the room: convolved with an impulse response of sonel-render --wav.
     Listen(Listen),
+    /// Interaural cross-correlation of binaural impulse responses: early, late and all, per octave.
+    Iacc(IaccArguments),
     /// What accuracy costs in time: a scene run again and again with several settings.
     Tradeoff(Tradeoff),
 }
@@ -105,6 +109,23 @@ pub struct Listen {
     /// Where the result goes, as 32-bit float; replaced only when the new one is complete.
     #[arg(short, long, value_name = "HEARD.wav")]
     pub output: PathBuf,
+}
+
+/// `iacc`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-render hall.sonelmap -o hall.npz --wav impulses --hrtf head.sofa
+  sonel-analyze iacc impulses/*_binaural.wav --json
+
+1 for a sound that is the same at both ears, small for a diffuse field. Another --seed of sonel-render is another realisation of late sound,
+whose IACC differs.")]
+pub struct IaccArguments {
+    /// Binaural impulse responses: WAV files of two channels, left and right.
+    #[arg(value_name = "IR_binaural.wav", required = true)]
+    pub recordings: Vec<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `tradeoff`.
@@ -196,40 +217,6 @@ pub struct SensitivityArguments {
     /// How to print them.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
-}
-
-/// `plot`.
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
-  sonel-analyze plot hall.npz -o hall.svg
-  sonel-analyze plot before.npz after.npz --what parameters --receiver 'row 18' -o renovation.svg")]
-pub struct Plot {
-    /// Responses written by sonel-render, side by side; parameters of all in the same panels.
-    #[arg(value_name = "RESPONSE.npz", required = true)]
-    pub responses: Vec<PathBuf>,
-    /// Where the drawing goes; replaced only when the new one is complete.
-    #[arg(short, long, value_name = "X.svg")]
-    pub output: PathBuf,
-    /// What is drawn: everything, or some of it.
-    #[arg(long, value_enum, value_delimiter = ',')]
-    pub what: Vec<What>,
-    /// The source; the first where none is given.
-    #[arg(long, value_name = "NAME")]
-    pub source: Option<String>,
-    /// The receiver; the first where none is given.
-    #[arg(long, value_name = "NAME")]
-    pub receiver: Option<String>,
-}
-
-/// `--what`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum What {
-    /// Fluence rate over time, per band.
-    Echogram,
-    /// Schroeder decay curve, per band.
-    Decay,
-    /// Room-acoustic parameters over bands.
-    Parameters,
 }
 
 /// `diff`.

@@ -4,6 +4,7 @@ mod arguments;
 mod diff;
 mod export;
 mod fit;
+mod iacc;
 mod image;
 mod inspect;
 mod listen;
@@ -23,8 +24,8 @@ use std::io::Write;
 use sonel_console::{Outcome, use_threads};
 
 pub use arguments::{
-    Arguments, Command, Diff, Export, FitArguments, Format, Image, Inspect, Listen, Merge, OptimiseArguments,
-    Parameters, Plot, Report, Verify, What,
+    Arguments, Command, Diff, Export, FitArguments, Format, IaccArguments, Image, Inspect, Listen, Merge,
+    OptimiseArguments, Parameters, Plot, Report, Verify, What,
 };
 
 /// Runs the program: data to `out`, everything else to `log`.
@@ -48,6 +49,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         Command::Plot(plot) => plot::run(plot, log),
         Command::Report(report) => report::run(report, log),
         Command::Listen(listen) => listen::run(listen, log),
+        Command::Iacc(recordings) => iacc::run(recordings, out),
         Command::Tradeoff(tradeoff) => tradeoff::run(tradeoff, arguments.quiet, out, log),
     }
 }

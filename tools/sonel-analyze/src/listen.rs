@@ -1,15 +1,15 @@
 //! `sonel-analyze listen`: a recording as it sounds in the room.
 
-use std::io::{BufReader, Write};
-use std::path::Path;
+use std::io::Write;
 
 use anyhow::{Context, bail};
 use rayon::prelude::*;
+use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::{Outcome, input};
 use sonel_sound::{Recording, convolve, resample};
 
 use crate::arguments::Listen;
+use crate::open;
 
 /// Convolves a recording with an impulse response.
 ///
@@ -22,8 +22,8 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     }
     let inputs = [impulse_response.clone(), recording.clone()];
     let mut target = Output::create(output, Kind::SOUND, &inputs)?;
-    let response = read(impulse_response)?;
-    let dry = read(recording)?;
+    let response = open::recording(impulse_response)?;
+    let dry = open::recording(recording)?;
     let [signal] = &dry.channels[..] else {
         bail!(
             "{} has {} channels: mix them to one, a source is a point",
@@ -58,9 +58,4 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         )?;
     }
     Ok(Outcome::Done)
-}
-
-fn read(path: &Path) -> anyhow::Result<Recording> {
-    let file = input::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-    Recording::read(BufReader::new(file)).with_context(|| path.display().to_string())
 }

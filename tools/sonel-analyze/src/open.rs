@@ -10,6 +10,7 @@ use sonel_console::input;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, SonelMap};
+use sonel_sound::Recording;
 
 /// How a map begins.
 const MAP_MAGIC: &[u8] = b"SONELMAP";
@@ -129,6 +130,14 @@ pub fn map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let map = SonelMap::open(&file(path)?).with_context(named)?;
     let geometry = map.header().scene.geometry().with_context(named)?;
     Ok((map, geometry))
+}
+
+/// The sound in `path`.
+///
+/// # Errors
+/// When the file cannot be read or is no WAV file.
+pub fn recording(path: &Path) -> anyhow::Result<Recording> {
+    Recording::read(BufReader::new(file(path)?)).with_context(|| path.display().to_string())
 }
 
 fn file(path: &Path) -> anyhow::Result<File> {

@@ -1,10 +1,12 @@
-//! `sonel-analyze plot`: echogram, decay and parameters of responses as SVG.
+//! `sonel-analyze plot`: curves and parameters of responses, early reflections, and plans of their receivers, as SVG or PNG.
+
+mod plans;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use sonel_analysis::plot::{self, Panel, Sheet};
+use sonel_analysis::plot::{self, Panel, PlotError, Sheet};
 use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
@@ -15,50 +17,91 @@ use crate::open;
 
 /// Panels side by side.
 const COLUMNS: usize = 3;
+/// What is drawn where nothing is asked for.
+const USUAL: [What; 3] = [What::Echogram, What::Decay, What::Parameters];
 
 /// Draws what is asked for.
 ///
 /// # Errors
-/// When a response is unusable or lacks the source or receiver asked for, or the output has another ending or cannot be
+/// When a file is unusable, a response lacks the source, receiver or band asked for, or the output has another ending or cannot be
 /// written.
 pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let output = &arguments.output;
-    if !has_ending(output, "svg") {
-        bail!("{} does not end in .svg: plots are drawn as SVG only", output.display());
+    let (kind, draw) = format(output)?;
+    let wanted =
+        |what| if arguments.what.is_empty() { &USUAL[..] } else { &arguments.what[..] }.contains(&what);
+    let (responses, map) = sorted(&arguments.files)?;
+    if map.is_some() && !wanted(What::Map) {
+        bail!("a map is used by --what map alone: add it, or leave the map out");
     }
     let subjects: Vec<Subject> =
-        arguments.responses.iter().map(|path| Subject::open(path, arguments)).collect::<Result<_, _>>()?;
+        responses.iter().map(|path| Subject::open(path, arguments)).collect::<Result<_, _>>()?;
     for subject in &subjects {
-        subject.log_what_is_left_out(log)?;
+        subject.log_what_is_left_out(arguments, log)?;
     }
-    let wanted = |what| arguments.what.is_empty() || arguments.what.contains(&what);
-    let mut rows = Vec::new();
+    let mut sheet =
+        Sheet::new(subjects[0].response.metadata["scene"].as_str().unwrap_or_default(), Vec::new());
     if wanted(What::Echogram) {
-        rows.extend(in_rows(subjects.iter().map(|subject| subject.panel(plot::echogram)).collect()));
+        sheet.rows.extend(in_rows(subjects.iter().map(|subject| subject.panel(plot::echogram)).collect()));
     }
     if wanted(What::Decay) {
-        rows.extend(in_rows(subjects.iter().map(|subject| subject.panel(plot::decay)).collect()));
+        sheet.rows.extend(in_rows(subjects.iter().map(|subject| subject.panel(plot::decay)).collect()));
     }
-    let parameters: Vec<(String, ReceiverParameters)> = if wanted(What::Parameters) {
-        subjects.iter().map(Subject::parameters).collect()
-    } else {
-        Vec::new()
-    };
-    if !parameters.is_empty() {
-        let named: Vec<_> = parameters.iter().map(|(name, parameters)| (name.clone(), parameters)).collect();
-        rows.extend(in_rows(plot::parameters(&named)));
+    if wanted(What::Early) {
+        let panels: Vec<Panel> =
+            subjects.iter().map(|subject| subject.early(arguments.band)).collect::<Result<_, _>>()?;
+        sheet.rows.extend(panels.into_iter().map(|panel| vec![panel]));
     }
-    let scene = subjects[0].response.metadata["scene"].as_str().unwrap_or_default().to_owned();
-    let mut target = Output::create(output, Kind::DRAWING, &arguments.responses)?;
-    plot::svg(&Sheet { title: scene, rows }, target.writer())
+    if wanted(What::Parameters) {
+        let read: Vec<(String, ReceiverParameters)> = subjects.iter().map(Subject::parameters).collect();
+        let named: Vec<_> = read.iter().map(|(name, parameters)| (name.clone(), parameters)).collect();
+        sheet.rows.extend(in_rows(plot::parameters(&named)));
+    }
+    if wanted(What::Map) {
+        sheet.plans = Some(plans::of(&subjects, map.as_deref(), arguments, log)?);
+    }
+    let mut target = Output::create(output, kind, &arguments.files)?;
+    draw(&sheet, target.writer())
         .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
     target.publish()?;
-    writeln!(log, "written to {}; lines and points with 95 % intervals", output.display())?;
+    writeln!(log, "written to {}", output.display())?;
     Ok(Outcome::Done)
+}
+
+type Draw = fn(&Sheet, &mut dyn Write) -> Result<(), PlotError>;
+
+/// What the ending of the output asks for.
+fn format(output: &Path) -> anyhow::Result<(Kind, Draw)> {
+    if has_ending(output, "svg") {
+        return Ok((Kind::DRAWING, plot::svg));
+    }
+    if has_ending(output, "png") {
+        return Ok((Kind::DRAWN_PICTURE, plot::png));
+    }
+    bail!("{} ends neither in .svg nor in .png: plots are drawn as SVG or PNG", output.display())
+}
+
+/// Responses, and the map where there is one.
+fn sorted(files: &[PathBuf]) -> anyhow::Result<(Vec<&Path>, Option<PathBuf>)> {
+    let (mut responses, mut map) = (Vec::new(), None);
+    for path in files {
+        match open::kind(path)? {
+            open::Kind::Response => responses.push(path.as_path()),
+            open::Kind::Map if map.is_some() => {
+                bail!("{} is a second map: give the map of the first response alone", path.display())
+            }
+            open::Kind::Map => map = Some(path.clone()),
+        }
+    }
+    if responses.is_empty() {
+        bail!("there is no response among the files: make one of the map with sonel-render");
+    }
+    Ok((responses, map))
 }
 
 /// A source at a receiver of a response.
 struct Subject {
+    path: PathBuf,
     name: String,
     response: Response,
     source: usize,
@@ -78,12 +121,38 @@ impl Subject {
         let source = find("source", &response.source_names, arguments.source.as_ref())?;
         let receiver = find("receiver", &response.receiver_names, arguments.receiver.as_ref())?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, response, source, receiver })
+        Ok(Self { path: path.to_owned(), name, response, source, receiver })
     }
 
     fn panel(&self, of: impl Fn(&Response, usize, usize) -> Panel) -> Panel {
-        let panel = of(&self.response, self.source, self.receiver);
+        self.named(of(&self.response, self.source, self.receiver))
+    }
+
+    fn named(&self, panel: Panel) -> Panel {
         Panel { title: format!("{}, {}", panel.title, self.name), ..panel }
+    }
+
+    fn early(&self, band_hz: Option<f64>) -> anyhow::Result<Panel> {
+        let band = band_hz.map(|wanted| self.band(wanted)).transpose()?;
+        let panel = plot::early(&self.response, (self.source, self.receiver), band);
+        panel.map(|panel| self.named(panel)).with_context(|| {
+            format!(
+                "{} lists no arrival with energy of \"{}\" at \"{}\": only scattered or refracted sound gets there; choose another \
+                 --receiver, or draw --what echogram",
+                self.path.display(),
+                self.response.source_names[self.source],
+                self.response.receiver_names[self.receiver]
+            )
+        })
+    }
+
+    /// The band with this nominal centre [Hz].
+    fn band(&self, wanted: f64) -> anyhow::Result<usize> {
+        let centers = &self.response.center_frequency_hz;
+        centers.iter().position(|center| center.total_cmp(&wanted).is_eq()).with_context(|| {
+            let known: Vec<String> = centers.iter().map(ToString::to_string).collect();
+            format!("{} has no band of {wanted} Hz; it has {}", self.path.display(), known.join(", "))
+        })
     }
 
     fn parameters(&self) -> (String, ReceiverParameters) {
@@ -91,16 +160,22 @@ impl Subject {
         (self.name.clone(), parameters(&self.response).swap_remove(at))
     }
 
-    fn log_what_is_left_out(&self, log: &mut dyn Write) -> std::io::Result<()> {
+    fn log_what_is_left_out(&self, arguments: &Plot, log: &mut dyn Write) -> std::io::Result<()> {
         let (sources, receivers) = (self.response.sources(), self.response.receivers());
-        if sources * receivers == 1 {
-            return Ok(());
+        let only_map = arguments.what.iter().all(|what| *what == What::Map) && !arguments.what.is_empty();
+        let (source, receiver) =
+            (&self.response.source_names[self.source], &self.response.receiver_names[self.receiver]);
+        if only_map && sources > 1 {
+            writeln!(log, "note: {}: source \"{source}\"; choose another with --source", self.name)?;
+        } else if !only_map && sources * receivers > 1 {
+            writeln!(
+                log,
+                "note: {}: {sources} sources and {receivers} receivers; drawn are \"{source}\" and \"{receiver}\": choose others with --source \
+                 and --receiver",
+                self.name
+            )?;
         }
-        writeln!(
-            log,
-            "note: {}: {sources} sources and {receivers} receivers; drawn are \"{}\" and \"{}\": choose others with --source and --receiver",
-            self.name, self.response.source_names[self.source], self.response.receiver_names[self.receiver]
-        )
+        Ok(())
     }
 }
 

@@ -4,6 +4,7 @@
 
 mod charts;
 mod page;
+mod reflections;
 mod room;
 mod sections;
 mod words;
@@ -93,7 +94,7 @@ fn page(subjects: &[Subject], map: Option<&Traced>) -> String {
     let mut page = Page::new(scene);
     sections::summary(&mut page, subjects);
     sections::remarks(&mut page, subjects, map);
-    room::section(&mut page, &subjects[0], map);
+    room::section(&mut page, subjects, map);
     sections::curves(&mut page, subjects);
     sections::over_bands(&mut page, subjects);
     sections::over_receivers(&mut page, subjects);

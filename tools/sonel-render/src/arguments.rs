@@ -24,7 +24,7 @@ use crate::change::Assignment;
     after_help = "Examples:\n  sonel-render room.sonelmap -o room.npz --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
                   sonel-render hall.sonelmap --plan\n  \
                   sonel-render hall.sonelmap -o hall.npz --until \"t30<1%,level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
-                  sonel-render hall.sonelmap -o hall.npz --wav hall-impulses"
+                  sonel-render hall.sonelmap -o hall.npz --wav hall-impulses --hrtf head.sofa"
 )]
 pub struct Arguments {
     /// The map; it carries its scene.
@@ -40,6 +40,10 @@ pub struct Arguments {
     /// Beside each WAV file one in ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX), NAME_ambix3.wav; stores directions, too.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,
+    /// Beside each WAV file one of the two ears, NAME_binaural.wav, of a head that looks along the receiver's aim: by default towards the first
+    /// source. FILE.sofa has its HRTF (SimpleFreeFieldHRIR); stores directions, too.
+    #[arg(long, value_name = "FILE.sofa", requires = "wav")]
+    pub hrtf: Option<PathBuf>,
     /// A receiver in the scene's axes [m]; may be repeated. Without any, those of the scene.
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,

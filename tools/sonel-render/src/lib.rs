@@ -62,14 +62,16 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let inputs: Vec<PathBuf> = std::iter::once(&arguments.map)
         .chain(&arguments.receivers_file)
         .chain(&arguments.materials)
+        .chain(&arguments.hrtf)
         .cloned()
         .chain(arguments.set.iter().filter_map(change::Assignment::file))
         .collect();
     let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
     let output = arguments.output.as_deref().map(create).transpose()?;
     let names = sound::Names::of(scene, &receivers);
+    let beside = sound::Beside::of(arguments)?;
     if let Some(folder) = &arguments.wav {
-        sound::check_folder(folder, &names, &inputs, arguments.ambix)?;
+        sound::check_folder(folder, &names, &inputs, &beside)?;
     }
     let plan = arguments.plan.then(|| planning::plan(&job, &settings, arguments.at_most)).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
@@ -95,8 +97,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     if let Some(folder) = &arguments.wav {
         let seed = run.settings.seed.unwrap_or(map.header().settings.seed);
         let synthesizer = Synthesizer::new(&run.response, geometry.volume(), seed);
-        let ambix = arguments.ambix.map(|order| (order, scene.up));
-        sound::write(folder, &names, &inputs, &synthesizer, ambix)?;
+        sound::write(folder, &names, &inputs, &synthesizer, (&beside, scene.up))?;
         writeln!(log, "{} impulse responses written to {}", names.count(), folder.display())?;
     }
 
@@ -218,7 +219,7 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<Rende
         gather_radius: arguments.radius,
         seed: arguments.seed,
         air: air(arguments, scene)?,
-        directions: arguments.directions || arguments.ambix.is_some(),
+        directions: arguments.directions || arguments.ambix.is_some() || arguments.hrtf.is_some(),
         ..default
     })
 }

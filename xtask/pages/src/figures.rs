@@ -94,10 +94,10 @@ fn levels(conditions: &[Condition]) -> Result<Sheet> {
         })
     };
     let row = |condition| MODES.iter().map(|(mode, _)| panel(condition, mode)).collect::<Result<Vec<_>>>();
-    Ok(Sheet {
-        title: "Level at the receiver against the number of sonels".to_owned(),
-        rows: conditions.iter().map(row).collect::<Result<_>>()?,
-    })
+    Ok(Sheet::new(
+        "Level at the receiver against the number of sonels",
+        conditions.iter().map(row).collect::<Result<_>>()?,
+    ))
 }
 
 /// Figure 4: CPU seconds with error bars, and the lines through them.

@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 36] = [
+const HOMES: [(&str, &[&str]); 38] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
@@ -29,6 +29,7 @@ const HOMES: [(&str, &[&str]); 36] = [
     ("comfy-table", &["crates/sonel-analysis", "tools/"]),
     ("cpu-time", &["tools/"]),
     ("csv", &["crates/sonel-analysis", "crates/sonel-scene", "crates/sonel-study", "tools/"]),
+    ("dejavu", &["crates/sonel-analysis"]),
     ("earcutr", &["crates/sonel-scene"]),
     ("embedded-graphics", &["crates/sonel-analysis"]),
     ("exr", &["crates/sonel-analysis"]),
@@ -60,6 +61,7 @@ const HOMES: [(&str, &[&str]); 36] = [
         ],
     ),
     ("signal-hook", &["tools/sonel-console"]),
+    ("sofar", &["crates/sonel-sound"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["tools/", "python", "crates/sonel-testkit"]),
     ("tobj", &["crates/sonel-scene"]),

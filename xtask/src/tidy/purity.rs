@@ -20,7 +20,7 @@ const OUTSIDE_WORLD: [&str; 16] = [
     "SystemTime",
     "File::open",
     "File::create",
-    "OpenOptions",
+    "OpenOptions::new",
     "fs::read",
     "fs::write",
     "current_num_threads",

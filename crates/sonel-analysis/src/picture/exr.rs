@@ -9,7 +9,8 @@ use exr::prelude::{
     LayerAttributes, Text, Vec2, WritableImage,
 };
 
-use super::{Picture, PictureError, SOFTWARE, WindowPicture};
+use super::{Picture, PictureError, WindowPicture};
+use crate::pixels::SOFTWARE;
 
 /// Writes `picture` to `out`.
 ///

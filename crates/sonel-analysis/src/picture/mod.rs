@@ -13,9 +13,6 @@ use thiserror::Error;
 pub use exr::exr;
 pub use png::{DecibelScale, Drawing, png};
 
-/// The program that both formats name, which tells our files from others.
-const SOFTWARE: &str = "sonel-analyze";
-
 /// Energy on surfaces as a camera sees it. Pixels are in rows from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {

@@ -10,8 +10,9 @@ use std::io::Write;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use sonel_acoustics::energy_to_level_db;
 
+use super::PictureError;
 use super::canvas::{Canvas, LETTER, LINE};
-use super::{PictureError, SOFTWARE};
+use crate::pixels;
 use crate::plot::Axis;
 use crate::plot::axis::Ruler;
 
@@ -89,16 +90,8 @@ fn viridis(share: f64) -> [u8; 3] {
 /// # Errors
 /// When `out` cannot be written.
 pub fn png(drawing: &Drawing<'_>, out: &mut dyn Write) -> Result<(), PictureError> {
-    let failed = |error: png::EncodingError| PictureError::Png(error.to_string());
     let canvas = draw(drawing);
-    let [width, height] = canvas.size();
-    let mut encoder = png::Encoder::new(out, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned()).map_err(failed)?;
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(canvas.bytes()).map_err(failed)?;
-    writer.finish().map_err(failed)
+    pixels::write(canvas.size(), canvas.bytes(), out).map_err(|error| PictureError::Png(error.to_string()))
 }
 
 /// Height of a caption [pixels].

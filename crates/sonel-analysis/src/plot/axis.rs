@@ -117,6 +117,11 @@ impl Ruler {
         (self.low - slack..=self.high + slack).contains(&coordinate)
     }
 
+    /// A value between the ticks of a linear axis, with one decimal more than they have.
+    pub fn fine_label(&self, value: f64) -> String {
+        label(value, 0.1 * self.step)
+    }
+
     /// The label of the tick at `coordinate`.
     pub fn label(&self, coordinate: f64) -> String {
         let value = match self.scale {

@@ -73,7 +73,7 @@ fn bands(response: &Response, points: impl Fn(usize) -> Vec<Point>) -> Vec<Serie
     (0..response.bands()).map(|b| Series::new(name(b), Mark::Line, points(b))).collect()
 }
 
-fn title(what: &str, response: &Response, s: usize, r: usize) -> String {
+pub(super) fn title(what: &str, response: &Response, s: usize, r: usize) -> String {
     format!("{what}: \"{}\" at \"{}\"", response.source_names[s], response.receiver_names[r])
 }
 

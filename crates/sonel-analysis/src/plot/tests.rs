@@ -56,8 +56,7 @@ const THIRD: &str = "#0072B2";
 #[test]
 fn every_series_is_drawn_once_and_named_once() {
     let series = vec![line("first", Mark::Line), line("bars", Mark::PointsAndLine), line("band", Mark::Line)];
-    let text =
-        drawn(&Sheet { title: "All".to_owned(), rows: vec![vec![panel(series.clone()), panel(series)]] });
+    let text = drawn(&Sheet::new("All", vec![vec![panel(series.clone()), panel(series)]]));
     // A line in each of two panels and one in the legend.
     assert_eq!(count(&text, "polyline", SECOND) + count(&text, "line", SECOND), 3 + 2 * 5 * 3, "{text}");
     // A circle a point, another of the bar, one in the legend.
@@ -91,7 +90,7 @@ fn what_has_no_value_leaves_a_gap() {
 #[test]
 fn nothing_is_an_empty_page_and_many_series_have_colours_of_their_own() {
     drawn(&Sheet::single(panel(Vec::new())));
-    drawn(&Sheet { title: String::new(), rows: Vec::new() });
+    drawn(&Sheet::new("", Vec::new()));
     let many: Vec<Series> = (0..30).map(|i| line(&format!("{i} Hz"), Mark::Line)).collect();
     let text = drawn(&Sheet::single(panel(many)));
     let polygons = elements(&text).into_iter().filter(|((tag, _), _)| tag == "polygon").count();
@@ -187,5 +186,127 @@ fn a_panel_of_each_parameter_shows_its_value_and_leaves_out_what_was_refused() {
     assert_eq!(panel.y.label, "Ts [ms]");
     assert!((panel.series[0].points[0].y - 1000.0 / RATE).abs() < 1e-3);
     assert!(panels[Parameter::T30 as usize].series[1].points[0].y.is_nan());
-    drawn(&Sheet { title: String::new(), rows: panels.chunks(3).map(<[Panel]>::to_vec).collect() });
+    drawn(&Sheet::new("", panels.chunks(3).map(<[Panel]>::to_vec).collect()));
+}
+
+/// Two plans: a grid of three by two whose last cell has no value, and a single dot.
+fn plans() -> Plans {
+    let place = |i: u32| Place {
+        position: [f64::from(i % 3), f64::from(i / 3), 1.2],
+        value: (i < 5).then_some(f64::from(i)),
+    };
+    let grid: Vec<Place> = (0..6).map(place).collect();
+    let plane = Section::of(&grid.iter().map(|place| place.position).collect::<Vec<_>>(), 2);
+    let walls = vec![[[-0.5, -0.5], [2.5, -0.5]], [[2.5, -0.5], [2.5, 1.5]]];
+    let full = Plan { walls, sources: vec![[0.2, 0.3]], ..plane.plan("grid".to_owned(), &grid) };
+    let seat = [Place { position: [1.0, 1.0, 1.2], value: Some(2.5) }];
+    Plans { scale: Axis::linear("C80 [dB]"), each: vec![full, plane.plan("seat".to_owned(), &seat)] }
+}
+
+#[test]
+fn a_plan_has_a_cell_of_its_colour_for_each_receiver_its_walls_and_one_bar() {
+    let text = drawn(&Sheet { plans: Some(plans()), ..Sheet::default() });
+    let document = Document::parse(&text).unwrap();
+    let rectangles: Vec<_> = document.descendants().filter(|node| node.tag_name().name() == "rect").collect();
+    let of_color =
+        |color: &str| rectangles.iter().filter(|node| node.attribute("fill") == Some(color)).count();
+    assert_eq!(of_color("#C8C8C8"), 1, "the cell without a value");
+    let sides: Vec<f64> = rectangles
+        .iter()
+        .filter(|node| node.attribute("fill") == Some("#C8C8C8"))
+        .flat_map(|node| ["width", "height"].map(|key| node.attribute(key).unwrap().parse::<f64>().unwrap()))
+        .collect();
+    assert!((sides[0] - sides[1]).abs() <= 1.0, "a metre is as long across as up: {sides:?}");
+    assert!(count(&text, "polyline", "#000000") + count(&text, "line", "#000000") > 2);
+    assert!(text.contains("C80 [dB]") && text.matches("C80 [dB]").count() == 1);
+    assert!(text.contains("2.5"), "a dot has its value as text");
+    let seats = document.descendants().filter(|node| node.tag_name().name() == "circle").count();
+    assert_eq!(seats, 2, "the dot and its border");
+}
+
+#[test]
+fn plans_of_nothing_and_of_one_place_are_drawn() {
+    let none = Plan {
+        title: String::new(),
+        axes: Default::default(),
+        spots: Vec::new(),
+        walls: Vec::new(),
+        sources: Vec::new(),
+        hidden: 0,
+    };
+    for each in [vec![none.clone()], vec![none.clone(), none], vec![plans().each.swap_remove(1)], Vec::new()]
+    {
+        drawn(&Sheet { plans: Some(Plans { scale: Axis::linear("G [dB]"), each }), ..Sheet::default() });
+    }
+}
+
+/// Pixels of a PNG by colour.
+fn colors(sheet: &Sheet) -> (u32, BTreeMap<[u8; 3], usize>) {
+    let mut file = Vec::new();
+    png(sheet, &mut file).unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let width = reader.next_frame(&mut bytes).unwrap().width;
+    let mut counts = BTreeMap::new();
+    for pixel in bytes.chunks_exact(3) {
+        *counts.entry([pixel[0], pixel[1], pixel[2]]).or_insert(0) += 1;
+    }
+    (width, counts)
+}
+
+#[test]
+fn a_png_has_the_lines_cells_and_letters_of_the_svg() {
+    let (width, counts) = colors(&Sheet { plans: Some(plans()), ..Sheet::default() });
+    assert_eq!(width, 2000);
+    let cell = counts[&[200, 200, 200]];
+    assert!(cell > 10_000, "the cell without a value: {cell}");
+    let (_, empty) = colors(&Sheet::single(panel(Vec::new())));
+    let (_, lines) = colors(&Sheet::single(panel(vec![line("a", Mark::Line), line("b", Mark::Line)])));
+    let orange = [213, 94, 0];
+    assert!(lines.get(&orange).is_some_and(|count| *count > 1000) && !empty.contains_key(&orange));
+    let (_, untitled) = colors(&Sheet::single(Panel { title: String::new(), ..panel(Vec::new()) }));
+    assert!(empty[&[0; 3]] > untitled[&[0; 3]] + 500, "letters are drawn");
+}
+
+/// Direct sound at 10 ms and a reflection of a tenth of its energy 20 ms later, over an edge another 5 ms later.
+fn listed() -> Response {
+    let arrivals = Arrivals {
+        source: vec![0; 3],
+        receiver: vec![0; 3],
+        time_s: vec![0.010, 0.030, 0.035],
+        energy: vec![1e-3, 1e-4, 1e-6],
+        direction: vec![1.0; 9],
+        order: vec![0, 1, 0],
+        kind: vec![0, 1, 2],
+    };
+    Response { arrivals, receiver_positions: vec![[3.43, 0.0, 0.0]], ..response(&[1.0]) }
+}
+
+#[test]
+fn early_reflections_are_stems_by_order_with_their_part_of_the_strength() {
+    let panel = early(&listed(), (0, 0), Some(0)).unwrap();
+    let names: Vec<&str> = panel.series.iter().map(|series| series.name.as_str()).collect();
+    assert_eq!(names, ["direct sound", "direct sound over an edge", "1 reflection"]);
+    let reflection = panel.series[2].points[0];
+    assert!((reflection.x - 20.0).abs() < 1e-9);
+    assert!((reflection.y - 10.0 * (400.0 * std::f64::consts::PI * 1e-4).log10()).abs() < 1e-9);
+    assert_eq!(early(&listed(), (0, 0), None).unwrap().series, panel.series, "one band is all bands");
+    let text = drawn(&Sheet::single(panel));
+    // A stem, a point and the sample in the legend.
+    assert_eq!(count(&text, "line", THIRD) + count(&text, "polyline", THIRD), 1, "{text}");
+    assert_eq!(count(&text, "circle", THIRD), 2);
+}
+
+#[test]
+fn without_direct_sound_delays_count_from_where_it_would_be_and_without_arrivals_there_is_no_panel() {
+    let mut blocked = listed();
+    blocked.arrivals.time_s[1] = 0.4;
+    blocked.arrivals.energy[0] = 0.0;
+    blocked.arrivals.energy[2] = 0.0;
+    let panel = early(&blocked, (0, 0), None).unwrap();
+    assert!(panel.x.range.is_some_and(|[_, last]| last > 390.0));
+    assert!((panel.series.last().unwrap().points[0].x - 390.0).abs() < 1e-9);
+    blocked.arrivals.energy[1] = 0.0;
+    assert_eq!(early(&blocked, (0, 0), None), None);
+    assert_eq!(early(&response(&[1.0]), (0, 0), None), None);
 }

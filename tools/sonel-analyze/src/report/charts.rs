@@ -66,16 +66,21 @@ fn traces(series: &Series, color: &str, floor: f64) -> Vec<Value> {
     let mut line = json!({ "type": "scatter", "name": name, "legendgroup": name, "x": x, "y": y, "line": { "color": color } });
     line["mode"] = json!(match series.mark {
         Mark::Line | Mark::Dashed => "lines",
-        Mark::Points => "markers",
+        Mark::Points | Mark::Stems => "markers",
         Mark::PointsAndLine => "lines+markers",
     });
     if series.mark == Mark::Dashed {
         line["line"]["dash"] = json!("dash");
     }
+    if series.mark == Mark::Stems {
+        let stems = column(series, |point| point.y - floor);
+        line["error_y"] = json!({ "type": "data", "symmetric": false, "array": vec![0; stems.len()], "arrayminus": stems, "color": color, "width": 0 });
+        return vec![line];
+    }
     if series.points.iter().all(|point| point.interval.is_none()) {
         return vec![line];
     }
-    if matches!(series.mark, Mark::Points | Mark::PointsAndLine) {
+    if series.mark.has_points() {
         let beside = |sign: f64, index: usize| {
             column(series, |point| {
                 point.interval.map_or(f64::NAN, |interval| sign * (interval[index] - point.y))

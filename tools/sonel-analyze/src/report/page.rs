@@ -108,19 +108,44 @@ impl Page {
 
     /// Sets of charts of which one is shown, chosen by name.
     pub fn choice(&mut self, sets: &[(String, Vec<Value>)]) {
-        let ids: Vec<String> = {
-            let options: String =
-                sets.iter().map(|(name, _)| format!("<option>{}</option>", escaped(name))).collect();
-            self.body.push_str(&format!("<p><select id=\"pair\">{options}</select></p>\n"));
-            (0..sets.first().map_or(0, |(_, charts)| charts.len())).map(|_| self.place("")).collect()
-        };
+        let select = self.select(sets.iter().map(|(name, _)| name.as_str()));
+        let count = sets.first().map_or(0, |(_, charts)| charts.len());
+        let ids: Vec<String> = (0..count).map(|_| self.place("")).collect();
         let charts: Vec<Value> = sets.iter().map(|(_, charts)| Value::from(charts.clone())).collect();
+        let show = format!(
+            "{}.forEach((id,i)=>draw(id,sets[select.selectedIndex][i]))",
+            scripted(&Value::from(ids))
+        );
+        self.on_choice(&select, &charts, &show);
+    }
+
+    /// A tall chart, to whose data those of a set are added, chosen by name. What the reader turned stays turned.
+    pub fn chart_with_choice(&mut self, chart: &Value, sets: &[(String, Vec<Value>)]) {
+        let select = self.select(sets.iter().map(|(name, _)| name.as_str()));
+        let id = self.place("tall");
+        let traces: Vec<Value> = sets.iter().map(|(_, traces)| Value::from(traces.clone())).collect();
+        let show = format!(
+            "{{const chart={};draw(\"{id}\",{{data:chart.data.concat(sets[select.selectedIndex]),layout:chart.layout}})}}",
+            scripted(chart)
+        );
+        self.on_choice(&select, &traces, &show);
+    }
+
+    /// A list of names to choose from; its id.
+    fn select<'a>(&mut self, names: impl Iterator<Item = &'a str>) -> String {
+        self.charts += 1;
+        let id = format!("select{}", self.charts);
+        let options: String = names.map(|name| format!("<option>{}</option>", escaped(name))).collect();
+        self.body.push_str(&format!("<p><select id=\"{id}\">{options}</select></p>\n"));
+        id
+    }
+
+    /// Runs `show`, which knows `sets` and `select`, now and at every choice.
+    fn on_choice(&mut self, select: &str, sets: &[Value], show: &str) {
         self.body.push_str(&format!(
-            "<script>{{const sets={},ids={},pair=document.getElementById(\"pair\");\
-             const show=()=>ids.forEach((id,i)=>draw(id,sets[pair.selectedIndex][i]));\
-             pair.onchange=show;show();}}</script>\n",
-            scripted(&Value::from(charts)),
-            scripted(&Value::from(ids)),
+            "<script>{{const sets={},select=document.getElementById(\"{select}\"),show=()=>{show};\
+             select.onchange=show;show();}}</script>\n",
+            scripted(&Value::from(sets)),
         ));
     }
 

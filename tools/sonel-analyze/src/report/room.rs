@@ -8,11 +8,12 @@ use sonel_analysis::average::single_number;
 
 use super::charts::{color, rounded};
 use super::page::{Page, escaped};
-use super::{Subject, Traced};
+use super::{Subject, Traced, reflections};
 
 /// Draws the room of `map`, or sources and receivers alone.
-pub fn section(page: &mut Page, subject: &Subject, map: Option<&Traced>) {
+pub fn section(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
     page.section("Room");
+    let subject = &subjects[0];
     let mut data = map.map(surfaces).unwrap_or_default();
     let up = map.map_or([0.0, 0.0, 1.0], |map| map.walked.map.header().scene.up.to_array());
     data.push(stations(
@@ -26,19 +27,21 @@ pub fn section(page: &mut Page, subject: &Subject, map: Option<&Traced>) {
     data.push(receivers(subject));
     let [x, y, z] = up;
     let axis = |name: &str| json!({ "title": { "text": format!("{name} [m]") } });
-    page.chart(
-        "tall",
-        &json!({ "data": data, "layout": {
+    let chart = json!({ "data": data, "layout": {
         "margin": { "l": 0, "r": 0, "t": 10, "b": 0 },
         "legend": { "x": 0, "y": 1 },
         "scene": {
             "aspectmode": "data", "xaxis": axis("x"), "yaxis": axis("y"), "zaxis": axis("z"),
-            "camera": { "up": { "x": x, "y": y, "z": z } },
+            "camera": { "up": { "x": x, "y": y, "z": z } }, "uirevision": "turned",
         },
-    } }),
-    );
+    } });
     match map {
-        Some(_) => page.note("Turn with the mouse; a click in the legend hides a material. Receivers are coloured by strength G at 500 and 1000 Hz."),
+        Some(map) => page.chart_with_choice(&chart, &reflections::sets(subjects, map)),
+        None => page.chart("tall", &chart),
+    }
+    match map {
+        Some(_) => page.note("Turn with the mouse; a click in the legend hides a material. Receivers are coloured by strength G at 500 and 1000 Hz. \
+             Lines are the direct sound and early reflections of the chosen pair, by number of reflections or by delay; point at one for both."),
         None => page.note("Surfaces are drawn where the map is given to the report as well."),
     }
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_analysis::average::{average, single_number};
-use sonel_analysis::plot;
+use sonel_analysis::plot::{self, Axis, Panel};
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, report};
 
 use super::charts::{self, layout, rounded};
@@ -27,7 +27,7 @@ fn single(subjects: &[Subject]) -> Vec<Parameter> {
 }
 
 /// Pairs of source and receiver of all responses, by name, as many as are drawn.
-fn drawn(subjects: &[Subject]) -> Vec<(String, &Subject, usize)> {
+pub fn drawn(subjects: &[Subject]) -> Vec<(String, &Subject, usize)> {
     let all =
         subjects.iter().flat_map(|subject| (0..subject.parameters.len()).map(move |index| (subject, index)));
     all.take(MOST_PAIRS)
@@ -142,12 +142,20 @@ pub fn curves(page: &mut Page, subjects: &[Subject]) {
         .into_iter()
         .map(|(name, subject, index)| {
             let (s, r) = (index / subject.response.receivers(), index % subject.response.receivers());
-            let panels = [plot::echogram(&subject.response, s, r), plot::decay(&subject.response, s, r)];
+            let response = &subject.response;
+            let early = plot::early(response, (s, r), None).unwrap_or_else(|| Panel {
+                title: "Early reflections: none are listed".to_owned(),
+                x: Axis::linear("delay to the direct sound [ms]"),
+                y: Axis::linear("strength of the arrival [dB]"),
+                series: Vec::new(),
+            });
+            let panels = [plot::echogram(response, s, r), plot::decay(response, s, r), early];
             (name, panels.iter().map(charts::of).collect())
         })
         .collect();
     page.choice(&sets);
-    page.note("Bands about the lines are 95 % intervals. A click in the legend hides a frequency band, a double click shows it alone.");
+    page.note("Bands about the lines are 95 % intervals. A click in the legend hides a frequency band, a double click shows it alone. \
+         Early reflections are mirror reflections and sound over edges, all bands together; scattered sound is in the echogram.");
 }
 
 /// Every parameter over the bands.

@@ -1,4 +1,4 @@
-//! `verify`, `inspect`, `parameters` and `plot` from outside: books, listings, formats, and files that are none.
+//! `verify`, `inspect` and `parameters` from outside: books, listings, formats, and files that are none.
 
 use serde_json::Value;
 use sonel_echogram::{Arrivals, Response};
@@ -7,10 +7,10 @@ use sonel_testkit::test_folder::TestFolder;
 use crate::{analyze, trace};
 
 const MAP: &str = "room.sonelmap";
-const RESPONSE: &str = "room.npz";
+pub const RESPONSE: &str = "room.npz";
 
 /// Colourful walls, two sources, one of them directional: every term of the books of a closed room is at work.
-const SCENE: &str = r#"
+pub const SCENE: &str = r#"
 name = "test room"
 shoebox = [6.0, 5.0, 4.0]
 duration_s = 0.6
@@ -42,7 +42,7 @@ fn traced(options: &[&str]) -> TestFolder {
 }
 
 /// An exponential decay at one receiver in one band.
-fn render(folder: &TestFolder) {
+pub fn render(folder: &TestFolder) {
     let edges: Vec<f64> = (0..=1000).map(|edge| f64::from(edge) * 0.001).collect();
     let energy = edges.windows(2).map(|pair| (-10.0 * pair[0]).exp() - (-10.0 * pair[1]).exp()).collect();
     let response = Response {
@@ -214,32 +214,12 @@ fn a_response_is_read_in_every_format() {
 }
 
 #[test]
-fn a_response_is_drawn_and_what_it_lacks_is_named() {
-    let folder = TestFolder::with(SCENE);
-    render(&folder);
-    let plot = |options: &[&str]| analyze(&folder, &[&["plot", RESPONSE], options].concat());
-    plot(&["-o", "room.svg"]).done();
-    let text = folder.text("room.svg");
-    for word in ["test room", "Echogram", "Decay", "T30 [s]", "1000 Hz", "</svg>"] {
-        assert!(text.contains(word), "{word}");
-    }
-    plot(&["--what", "decay", "-o", "room.svg"]).done();
-    let text = folder.text("room.svg");
-    assert!(text.contains("Decay") && !text.contains("Echogram"));
-
-    let refused = plot(&["--receiver", "seat 13", "-o", "room.svg"]).refused();
-    assert!(refused.contains("no receiver \"seat 13\"; it has seat 12"), "{refused}");
-    assert!(plot(&["-o", "room.png"]).refused().contains(".svg"));
-    assert_eq!(folder.text("room.svg"), text, "the older drawing is untouched");
-}
-
-#[test]
 fn bad_options_are_errors_and_help_has_an_example() {
     let folder = TestFolder::with(SCENE);
     for options in [["--format", "xml"], ["--threads", "0"]] {
         analyze(&folder, &["parameters", options[0], options[1], "nowhere.npz"]).refused();
     }
-    for command in ["parameters", "inspect", "verify", "plot", "open-plan"] {
+    for command in ["parameters", "inspect", "verify", "plot", "open-plan", "iacc"] {
         assert!(analyze(&folder, &[command, "--help"]).done().out.contains("Example:"), "{command}");
     }
     assert!(analyze(&folder, &["--help"]).done().out.contains("Example:"));

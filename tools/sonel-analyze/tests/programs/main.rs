@@ -5,6 +5,7 @@ mod diff;
 mod export;
 mod image;
 mod merge;
+mod plot;
 mod tradeoff;
 
 use clap::Parser;

@@ -90,10 +90,10 @@ fn fresnel_sheet() -> Sheet {
         y: y().from_to(0.0, 40.0),
         series: by_law(&swept(&deep)),
     };
-    Sheet {
-        title: "A rigid screen, octave of 4 kHz, 10 m + 10 m, the source level with the edge".to_owned(),
-        rows: vec![vec![about, deep]],
-    }
+    Sheet::new(
+        "A rigid screen, octave of 4 kHz, 10 m + 10 m, the source level with the edge",
+        vec![vec![about, deep]],
+    )
 }
 
 fn bands_sheet() -> Sheet {
@@ -106,10 +106,7 @@ fn bands_sheet() -> Sheet {
             series: by_law(&losses),
         }
     };
-    Sheet {
-        title: "A rigid screen, source and receiver 10 m from it".to_owned(),
-        rows: vec![vec![panel(1.0), panel(3.0)]],
-    }
+    Sheet::new("A rigid screen, source and receiver 10 m from it", vec![vec![panel(1.0), panel(3.0)]])
 }
 
 fn cell(loss: &Option<f64>) -> String {

@@ -121,7 +121,7 @@ pub fn drawing(room: &Room, runs: &[&Run]) -> Result<Vec<u8>> {
         quantities(room).into_iter().enumerate().map(|(quantity, (name, _))| panel(quantity, name)).collect();
     let lower = panels.split_off(2);
     let mut svg = Vec::new();
-    plot::svg(&Sheet { title: room.title.to_owned(), rows: vec![panels, lower] }, &mut svg)
+    plot::svg(&Sheet::new(room.title, vec![panels, lower]), &mut svg)
         .with_context(|| format!("cannot draw {}", room.name))?;
     Ok(svg)
 }

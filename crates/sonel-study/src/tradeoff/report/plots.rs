@@ -58,10 +58,10 @@ pub fn cost(findings: &Findings<'_>) -> Sheet {
 
 fn sheet(findings: &Findings<'_>, title: &str, panel: impl Fn(Parameter) -> Panel) -> Sheet {
     let panels: Vec<Panel> = JUDGED.map(panel).into();
-    Sheet {
-        title: format!("{}: {title}", findings.tradeoff.scene),
-        rows: panels.chunks(COLUMNS).map(<[Panel]>::to_vec).collect(),
-    }
+    Sheet::new(
+        format!("{}: {title}", findings.tradeoff.scene),
+        panels.chunks(COLUMNS).map(<[Panel]>::to_vec).collect(),
+    )
 }
 
 fn panel(

@@ -1,0 +1,213 @@
+//! Head-related impulse responses from SOFA files of the convention SimpleFreeFieldHRIR [AES69].
+//!
+//! They are the pressure at the ears over that at the centre of the head without the head, and are taken as the file has them: nothing is
+//! normalised, propagation delays that the file holds stay. Other sample rates are converted to 48 kHz. A direction takes the responses of the
+//! measured direction next to it, at the largest measured distance; nothing is interpolated.
+//!
+//! References: [AES69] (docs/references.md).
+
+use std::panic::catch_unwind;
+
+use glam::DVec3;
+use sofar::reader::{OpenOptions, Sofar};
+
+use crate::resampling::resample;
+use crate::{SAMPLE_RATE_HZ, SoundError};
+
+/// Distances closer than this part are one.
+const SAME_DISTANCE: f64 = 1e-3;
+/// Longest responses at 48 kHz, with their delays [samples].
+pub const LONGEST: usize = 1 << 12;
+/// Sample rates that are read [Hz].
+const LOWEST_RATE_HZ: f32 = 8000.0;
+const HIGHEST_RATE_HZ: f32 = 192_000.0;
+
+/// Impulse responses of both ears for many directions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Head {
+    /// Unit vectors towards the sources: x front, y left, z up.
+    directions: Vec<DVec3>,
+    /// Left and right ear for each.
+    taps: Vec<[Vec<f64>; 2]>,
+}
+
+impl Head {
+    /// Reads a SOFA file.
+    ///
+    /// # Errors
+    /// When it is none, is damaged, of another convention, or has no finite responses.
+    pub fn read(file: &[u8]) -> Result<Self, SoundError> {
+        let failed = |problem: String| SoundError::Head { problem };
+        let mut options = OpenOptions::default();
+        // No rate is asked for: the library would convert responses without keeping the gain of their spectra.
+        let options = options.sample_rate(f32::NAN).normalized(false);
+        // The library indexes what a damaged file says.
+        let opened = catch_unwind(|| options.open_data(file));
+        let sofar = opened
+            .map_err(|_| failed("the file is damaged".to_owned()))?
+            .map_err(|error| failed(error.to_string()))?;
+        check(&sofar).map_err(failed)?;
+        let head = Self::of(&sofar)?;
+        let longest = head.taps.iter().flatten().map(Vec::len).max().unwrap_or(0);
+        if longest > LONGEST {
+            let found = format!(
+                "its responses have {longest} samples at 48 kHz with their delays, {LONGEST} are allowed"
+            );
+            return Err(failed(found));
+        }
+        let is_finite = head.taps.iter().flatten().flatten().all(|tap| tap.is_finite());
+        if head.directions.is_empty() || !is_finite {
+            return Err(failed("a response or position is not finite".to_owned()));
+        }
+        Ok(head)
+    }
+
+    /// Index of the measured direction next to the unit vector `u`: x front, y left, z up.
+    #[must_use]
+    pub fn nearest(&self, u: DVec3) -> usize {
+        let all = self.directions.iter().enumerate();
+        all.fold((0, f64::NEG_INFINITY), |(nearest, largest), (index, direction)| {
+            let cosine = direction.dot(u);
+            if cosine > largest { (index, cosine) } else { (nearest, largest) }
+        })
+        .0
+    }
+
+    /// Impulse response of a measured direction at the left (0) or right (1) ear, 48 kHz.
+    #[must_use]
+    pub fn taps(&self, direction: usize, ear: usize) -> &[f64] {
+        &self.taps[direction][ear]
+    }
+
+    /// Everything at the largest distance.
+    fn of(sofar: &Sofar) -> Result<Self, SoundError> {
+        let hrtf = sofar.hrtf();
+        let places: Vec<DVec3> = hrtf
+            .source_position
+            .values
+            .chunks_exact(3)
+            .map(|place| DVec3::new(f64::from(place[0]), f64::from(place[1]), f64::from(place[2])))
+            .collect();
+        let farthest = places.iter().map(|place| place.length()).fold(0.0, f64::max);
+        // Receiver 0 is the left ear, unless the file has it on the right.
+        let is_swapped =
+            matches!(hrtf.receiver_position.values[..], [_, first, _, _, second, _] if first < second);
+        let rows = converted(&hrtf.data_ir.values, sofar.filter_len(), hrtf.sample_rate() as u32)?;
+        let (mut directions, mut taps) = (Vec::new(), Vec::new());
+        for (index, place) in places.iter().enumerate() {
+            if place.length() < farthest * (1.0 - SAME_DISTANCE) || farthest <= 0.0 {
+                continue;
+            }
+            let ear = |ear: usize| {
+                let row = 2 * index + usize::from((ear == 1) != is_swapped);
+                let delays = &hrtf.data_delay.values;
+                let delay = delays.get(row).or(delays.get(row % 2)).map_or(0.0, |delay| f64::from(*delay));
+                let delay = delay.max(0.0) * f64::from(SAMPLE_RATE_HZ) / f64::from(hrtf.sample_rate());
+                let silence = std::iter::repeat_n(0.0, (delay.round() as usize).min(LONGEST + 1));
+                silence.chain(rows[row].iter().copied()).collect::<Vec<f64>>()
+            };
+            directions.push(place.normalize());
+            taps.push([ear(0), ear(1)]);
+        }
+        Ok(Self { directions, taps })
+    }
+}
+
+/// Silence between responses that are converted together [samples].
+const GAP: usize = 64;
+/// Longest response with its gap that is converted: a rate that has little in common with 48 kHz needs longer ones.
+const LONGEST_BLOCK: usize = 1 << 14;
+
+/// Responses of `length` samples one after the other, as filters of the same spectrum at 48 kHz.
+fn converted(values: &[f32], length: usize, rate: u32) -> Result<Vec<Vec<f64>>, SoundError> {
+    if rate == SAMPLE_RATE_HZ {
+        return Ok(values
+            .chunks_exact(length)
+            .map(|row| row.iter().map(|tap| f64::from(*tap)).collect())
+            .collect());
+    }
+    // All at once, each from a sample on that both rates have.
+    let step = (rate / common_divisor(rate, SAMPLE_RATE_HZ)) as usize;
+    let block = (length + GAP).div_ceil(step) * step;
+    if block > LONGEST_BLOCK {
+        let problem = format!("its sample rate of {rate} Hz is not converted: convert it to 48 kHz first");
+        return Err(SoundError::Head { problem });
+    }
+    let silent = std::iter::repeat_n(0.0, block - length);
+    let padded: Vec<f32> =
+        values.chunks_exact(length).flat_map(|row| row.iter().copied().chain(silent.clone())).collect();
+    let all = resample(&padded, rate, SAMPLE_RATE_HZ)?;
+    // A pulse of one sample is shorter at a higher rate.
+    let gain = f64::from(rate) / f64::from(SAMPLE_RATE_HZ);
+    let block = block / step * (SAMPLE_RATE_HZ as usize / (rate as usize / step));
+    Ok(all.chunks_exact(block).map(|row| row.iter().map(|tap| gain * f64::from(*tap)).collect()).collect())
+}
+
+fn common_divisor(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { common_divisor(b, a % b) }
+}
+
+/// What the library does not refuse and this module needs.
+fn check(sofar: &Sofar) -> Result<(), String> {
+    let hrtf = sofar.hrtf();
+    let convention = hrtf.get_attribute("SOFAConventions").unwrap_or("none");
+    if convention != "SimpleFreeFieldHRIR" {
+        return Err(format!("the file holds the convention {convention}"));
+    }
+    let (measured, length) = (sofar.num_measurements() as usize, sofar.filter_len());
+    let found = (hrtf.r(), hrtf.data_ir.len(), hrtf.source_position.len());
+    if measured == 0 || found != (2, 2 * measured * length, 3 * measured) {
+        return Err("its arrays do not have the shapes of two ears, directions and samples".to_owned());
+    }
+    if length == 0 {
+        return Err("its responses have no samples".to_owned());
+    }
+    let rate = hrtf.sample_rate();
+    if !(LOWEST_RATE_HZ..=HIGHEST_RATE_HZ).contains(&rate) || rate.fract() > 0.0 {
+        return Err(format!(
+            "its sample rate is {rate} Hz, whole numbers of {LOWEST_RATE_HZ} … {HIGHEST_RATE_HZ} Hz are allowed"
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two cardioids in 26 directions, 64 samples: an ear towards a source has a pulse of 1 + ½ cos at sample 32 − 16 cos of the angle to its axis.
+    const FILE: &[u8] = include_bytes!("../tests/cardioid-head.sofa");
+
+    fn peak(taps: &[f64]) -> (usize, f64) {
+        let at = (0..taps.len()).max_by(|a, b| taps[*a].abs().total_cmp(&taps[*b].abs())).unwrap();
+        (at, taps[at])
+    }
+
+    #[test]
+    fn ears_have_the_responses_of_the_nearest_direction() {
+        let head = Head::read(FILE).unwrap();
+        let half = 0.5_f64.sqrt();
+        for (u, left, right) in [
+            (DVec3::X, (32, 1.0), (32, 1.0)),
+            (DVec3::Y, (16, 1.5), (48, 0.5)),
+            (DVec3::NEG_Y, (48, 0.5), (16, 1.5)),
+            (DVec3::new(0.1, 0.05, 0.99).normalize(), (32, 1.0), (32, 1.0)),
+            (DVec3::new(half, half, 0.0), (21, 1.0 + 0.5 * half), (43, 1.0 - 0.5 * half)),
+        ] {
+            let index = head.nearest(u);
+            for (ear, expected) in [left, right].into_iter().enumerate() {
+                let found = peak(head.taps(index, ear));
+                assert!(found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-6, "{u} {ear}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn files_that_are_none_or_damaged_are_errors() {
+        assert!(Head::read(b"RIFF").unwrap_err().to_string().contains("SimpleFreeFieldHRIR"));
+        assert!(Head::read(b"").is_err());
+        for length in (0..FILE.len()).step_by(1013) {
+            assert!(Head::read(&FILE[..length]).is_err(), "cut at {length}");
+        }
+    }
+}

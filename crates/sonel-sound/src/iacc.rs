@@ -1,0 +1,254 @@
+//! Interaural cross-correlation of a binaural impulse response, per octave.
+//!
+//! IACF(τ) = ∫ p_l(t) p_r(t + τ) dt / √(∫ p_l² dt ∫ p_r² dt), and IACC is the largest |IACF| for |τ| ≤ 1 ms [ISO3382-1, annex B]. Early is the
+//! first 80 ms, late what follows, counted from the first sample at either ear within 20 dB of the largest one.
+//!
+//! The response is cut into its windows before it is filtered, so that no filter carries energy over a border. IACC depends on the squared gain
+//! of the filter alone: that of a Butterworth band pass of the third order, 1/(1 + (√2 (f/f_m − f_m/f))⁶), −3 dB at the borders of the octave.
+//!
+//! References: [ISO3382-1] annex B (docs/references.md).
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use realfft::num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+use crate::{Recording, SoundError};
+
+/// Octaves, nominal centres [Hz].
+const OCTAVES: [f64; 6] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
+/// Octaves of the means [Hz].
+const MEAN_OCTAVES: [f64; 3] = [500.0, 1000.0, 2000.0];
+/// Longest delay between the ears [s].
+const LONGEST_DELAY: f64 = 1e-3;
+/// Border between early and late, from the onset [s].
+const EARLY: f64 = 0.080;
+/// Amplitude of the onset over the largest one: −20 dB.
+const ONSET: f64 = 0.1;
+/// Silence behind the response in which the filters ring [s].
+const SILENCE: f64 = 0.5;
+/// What rounding leaves of a window's energy in a band without any.
+const ROUNDING: f64 = 1e-12;
+
+/// IACC of one octave, 0 … 1; none where an ear gets nothing in the window.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BandIacc {
+    /// Nominal centre [Hz].
+    pub center_frequency_hz: f64,
+    /// Of the first 80 ms.
+    pub early: Option<f64>,
+    /// Of what follows.
+    pub late: Option<f64>,
+    /// Of both.
+    pub all: Option<f64>,
+}
+
+/// IACC of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Iacc {
+    /// From the first sample [s].
+    pub onset: f64,
+    /// Octaves from 125 to 4000 Hz, those that the sample rate holds.
+    pub bands: Vec<BandIacc>,
+}
+
+impl Iacc {
+    /// Means of early, late and all over 500, 1000 and 2000 Hz; none where one of them is missing.
+    #[must_use]
+    pub fn means(&self) -> [Option<f64>; 3] {
+        let reads: [fn(&BandIacc) -> Option<f64>; 3] = [|band| band.early, |band| band.late, |band| band.all];
+        reads.map(|read| {
+            let own = |octave: &f64| {
+                self.bands.iter().find(|band| band.center_frequency_hz.total_cmp(octave).is_eq())
+            };
+            let values: Option<Vec<f64>> =
+                MEAN_OCTAVES.iter().map(|octave| own(octave).and_then(read)).collect();
+            Some(values?.iter().sum::<f64>() / MEAN_OCTAVES.len() as f64)
+        })
+    }
+}
+
+/// IACC of a binaural impulse response: left and right channel.
+///
+/// # Errors
+/// When there are not two channels, or both are silent.
+pub fn iacc(recording: &Recording) -> Result<Iacc, SoundError> {
+    let [left, right] = &recording.channels[..] else {
+        return Err(SoundError::NotBinaural { channels: recording.channels.len() });
+    };
+    let rate = f64::from(recording.sample_rate_hz);
+    let onset = onset(left, right).ok_or(SoundError::Silent)?;
+    let border = (onset + (EARLY * rate).round() as usize).min(left.len());
+    let transform = Transform::new(left.len(), rate);
+    let windows = [onset..border, border..left.len(), onset..left.len()];
+    let spectra = windows.map(|window| transform.spectra(left, right, window));
+    let octaves = OCTAVES.into_iter().filter(|octave| octave * std::f64::consts::SQRT_2 <= 0.5 * rate);
+    let bands = octaves
+        .map(|octave| {
+            let [early, late, all] = spectra.each_ref().map(|spectra| transform.largest(spectra, octave));
+            BandIacc { center_frequency_hz: octave, early, late, all }
+        })
+        .collect();
+    Ok(Iacc { onset: onset as f64 / rate, bands })
+}
+
+fn onset(left: &[f32], right: &[f32]) -> Option<usize> {
+    let loudness = || left.iter().zip(right).map(|(left, right)| f64::from(left.abs().max(right.abs())));
+    let largest = loudness().fold(0.0, f64::max);
+    (largest > 0.0).then(|| loudness().position(|sample| sample >= ONSET * largest)).flatten()
+}
+
+type Spectrum = Vec<Complex<f64>>;
+
+struct Transform {
+    length: usize,
+    rate: f64,
+    forward: Arc<dyn RealToComplex<f64>>,
+    backward: Arc<dyn ComplexToReal<f64>>,
+}
+
+impl Transform {
+    fn new(samples: usize, rate: f64) -> Self {
+        let length = (samples + (SILENCE * rate) as usize).next_power_of_two();
+        let mut planner = RealFftPlanner::new();
+        Self {
+            length,
+            rate,
+            forward: planner.plan_fft_forward(length),
+            backward: planner.plan_fft_inverse(length),
+        }
+    }
+
+    fn spectra(&self, left: &[f32], right: &[f32], window: Range<usize>) -> [Spectrum; 2] {
+        [left, right].map(|ear| {
+            let (mut samples, mut spectrum) = (self.forward.make_input_vec(), self.forward.make_output_vec());
+            samples
+                .iter_mut()
+                .zip(&ear[window.clone()])
+                .for_each(|(place, sample)| *place = f64::from(*sample));
+            self.forward.process(&mut samples, &mut spectrum).expect("buffers are the plan's own");
+            spectrum
+        })
+    }
+
+    /// The largest |IACF| of an octave; none where the energy of an ear is rounding.
+    fn largest(&self, [left, right]: &[Spectrum; 2], octave: f64) -> Option<f64> {
+        let gains: Vec<f64> = (0..left.len()).map(|index| self.squared_gain(index, octave)).collect();
+        let energy = |ear: &Spectrum, gains: &mut dyn Iterator<Item = f64>| -> f64 {
+            ear.iter().zip(gains).map(|(value, gain)| value.norm_sqr() * gain).sum()
+        };
+        let in_octave = [left, right].map(|ear| energy(ear, &mut gains.iter().copied()));
+        let in_all = [left, right].map(|ear| energy(ear, &mut std::iter::repeat(1.0)));
+        if in_octave.iter().zip(in_all).any(|(octave, all)| *octave <= ROUNDING * all) {
+            return None;
+        }
+        let mut product: Spectrum = left
+            .iter()
+            .zip(right)
+            .zip(&gains)
+            .map(|((left, right), gain)| left.conj() * right * gain)
+            .collect();
+        // Rounding may leave these with an imaginary part, which the ends of a real signal's spectrum do not have.
+        for end in [0, product.len() - 1] {
+            product[end].im = 0.0;
+        }
+        let mut correlation = self.backward.make_output_vec();
+        self.backward
+            .process(&mut product, &mut correlation)
+            .expect("the ends of a real signal's spectrum are real");
+        let lags = (LONGEST_DELAY * self.rate).round() as usize;
+        let near = correlation[..=lags].iter().chain(&correlation[self.length - lags..]);
+        let largest = near.fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        // One side of the spectrum has half of the energy, of which the ends have no double.
+        Some((largest / (2.0 * (in_octave[0] * in_octave[1]).sqrt())).min(1.0))
+    }
+
+    fn squared_gain(&self, index: usize, octave: f64) -> f64 {
+        let ratio = index as f64 * self.rate / self.length as f64 / octave;
+        if ratio <= 0.0 { 0.0 } else { 1.0 / (1.0 + libm::pow(2.0_f64.sqrt() * (ratio - 1.0 / ratio), 6.0)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_sampling::{Purpose, Stream, StreamFamily};
+
+    const RATE: u32 = 48_000;
+
+    fn noise(stream: &mut Stream, count: usize) -> Vec<f32> {
+        (0..count).map(|_| (stream.uniform_fine() - stream.uniform_fine()) as f32).collect()
+    }
+
+    fn stream() -> Stream {
+        StreamFamily::new(3, Purpose::Pulse, [0; 4]).stream(0)
+    }
+
+    fn of(left: Vec<f32>, right: Vec<f32>) -> Iacc {
+        iacc(&Recording { sample_rate_hz: RATE, channels: vec![left, right] }).unwrap()
+    }
+
+    #[test]
+    fn equal_ears_have_one_with_any_delay_up_to_a_millisecond_and_less_with_a_longer_one() {
+        let left = noise(&mut stream(), 24_000);
+        for delay in [0, 20, 48] {
+            let mut right = vec![0.0; delay];
+            right.extend(&left[..left.len() - delay]);
+            for band in of(left.clone(), right.iter().map(|sample| -0.3 * sample).collect()).bands {
+                assert!(band.all.is_some_and(|all| all > 0.995), "{delay}: {band:?}");
+            }
+        }
+        let mut right = vec![0.0; 96];
+        right.extend(&left[..left.len() - 96]);
+        assert!(of(left, right).bands[3].all.is_some_and(|all| all < 0.6));
+    }
+
+    /// p_r = a p_l + √(1 − a²) n: the correlation is a within its spread 1/√(2BT), B = 707 Hz and T = 1 s at 1 kHz: four times 0.027.
+    #[test]
+    fn a_mixture_has_its_share_early_and_late() {
+        let (mut stream, border) = (stream(), (EARLY * f64::from(RATE)) as usize);
+        let left = noise(&mut stream, 48_000 + border);
+        let other = noise(&mut stream, left.len());
+        let mixed = |(at, (left, other)): (usize, (&f32, &f32))| {
+            if at < border { *left } else { 0.6 * left + 0.8 * other }
+        };
+        let right = left.iter().zip(&other).enumerate().map(mixed).collect();
+        let found = of(left, right);
+        assert!(found.onset < 0.001);
+        let band = found.bands[3];
+        assert!(band.early.is_some_and(|early| early > 0.995), "{band:?}");
+        assert!(band.late.is_some_and(|late| (late - 0.6).abs() < 0.11), "{band:?}");
+        let [early, late, all] = found.means();
+        assert!(early > all && all > late, "{early:?} {late:?} {all:?}");
+    }
+
+    #[test]
+    fn without_late_sound_or_at_a_deaf_ear_there_is_no_value() {
+        let mut pulse = vec![0.0; 9600];
+        pulse[480] = 1.0;
+        let found = of(pulse.clone(), pulse.clone());
+        assert!((found.onset - 0.01).abs() < 1e-12);
+        assert!(
+            found
+                .bands
+                .iter()
+                .all(|band| band.late.is_none() && band.early.is_some_and(|early| early > 1.0 - 1e-9))
+        );
+        assert_eq!(found.means()[1], None);
+        assert!(of(pulse.clone(), vec![0.0; 9600]).bands.iter().all(|band| band.all.is_none()));
+        let short = of(pulse[..600].to_vec(), pulse[..600].to_vec());
+        assert!(short.bands.iter().all(|band| band.late.is_none()));
+        let of_channels =
+            |channels| iacc(&Recording { sample_rate_hz: RATE, channels }).unwrap_err().to_string();
+        assert!(of_channels(vec![pulse]).contains("--hrtf"));
+        assert!(of_channels(vec![vec![0.0; 9]; 2]).contains("silent"));
+    }
+
+    #[test]
+    fn a_low_sample_rate_holds_fewer_octaves() {
+        let left = noise(&mut stream(), 8000);
+        let low = iacc(&Recording { sample_rate_hz: 8000, channels: vec![left.clone(), left] }).unwrap();
+        assert_eq!(low.bands.len(), 5);
+    }
+}

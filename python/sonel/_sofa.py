@@ -1,0 +1,99 @@
+"""Responses as SOFA files of the convention SingleRoomSRIR (AES69), by the package sofar.
+
+A measurement is a source at a receiver of the response. The receivers of SOFA are its channels: a single point, the two ears, or spherical
+harmonics. Impulse responses are relative to the pressure of the source at 1 m in a free field.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._sonel import Error
+
+if TYPE_CHECKING:
+    from . import Response
+
+SAMPLE_RATE_HZ = 48_000
+EARS_M = [[0.0, 0.09, 0.0], [0.0, -0.09, 0.0]]
+
+
+def write(response: Response, path: Path, *, ambix: int | None, hrtf: Any, seed: int | None) -> None:
+    """Writes `path`, which must not exist."""
+    try:
+        import sofar  # type: ignore[import-untyped]
+    except ImportError:
+        raise Error("SOFA files need the package sofar: pip install sofar") from None
+    if path.suffix != ".sofa":
+        raise Error(f"{path} does not end in .sofa")
+    if os.path.lexists(path):
+        raise Error(f"{path} exists: delete it first, or choose another name")
+    samples = response.impulse_responses(ambix=ambix, hrtf=hrtf, seed=seed)
+    sofa = sofar.Sofa("SingleRoomSRIR")
+    _places(sofa, response)
+    _channels(sofa, samples.shape[2], ambix)
+    _room(sofa, response)
+    sofa.Data_IR = samples.reshape(-1, *samples.shape[2:]).astype(float)
+    sofa.Data_SamplingRate = float(SAMPLE_RATE_HZ)
+    sofa.Data_Delay = np.zeros((1, samples.shape[2]))
+    sofar.write_sofa(str(path), sofa)
+
+
+def _places(sofa: Any, response: Response) -> None:
+    """Where sources and listeners are and where listeners look, in the axes of the scene [m]."""
+    pairs = [(s, r) for s in range(len(response.sources)) for r in range(len(response.receivers))]
+    sources, receivers = (list(index) for index in zip(*pairs))
+    _, up, _ = response._inner.room or (None, [0.0, 0.0, 1.0], 0)
+    sofa.SourcePosition = response.source_positions[sources]
+    sofa.ListenerPosition = response.receiver_positions[receivers]
+    sofa.ListenerUp = np.array([up])
+    try:
+        sofa.ListenerView = np.cross(response["lateral_axis"], up)[receivers]
+    except KeyError:
+        # Without directions a listener is a point.
+        sofa.ListenerView = np.array([np.roll(up, 1)])
+    sofa.MeasurementDate = np.zeros(len(pairs))
+
+
+def _channels(sofa: Any, channels: int, ambix: int | None) -> None:
+    """The receivers of SOFA."""
+    if ambix is not None:
+        sofa.ReceiverPosition_Type = "spherical harmonics"
+        sofa.ReceiverPosition_Units = "degree, degree, metre"
+        sofa.ReceiverPosition = np.zeros((channels, 3))
+        sofa.GLOBAL_ReceiverDescription = "ambisonics, ACN order, SN3D; front is ListenerView"
+    else:
+        sofa.ReceiverPosition_Type, sofa.ReceiverPosition_Units = "cartesian", "metre"
+        sofa.ReceiverPosition = np.array(EARS_M if channels == 2 else [[0.0, 0.0, 0.0]])
+        sofa.GLOBAL_ReceiverDescription = "left ear, right ear" if channels == 2 else "omnidirectional"
+    _remove(sofa, "ReceiverDescriptions", "ReceiverView", "ReceiverUp", "EmitterDescriptions", "EmitterView", "EmitterUp")
+
+
+def _room(sofa: Any, response: Response) -> None:
+    """Room and provenance."""
+    metadata = response.metadata
+    volume, _, seed = response._inner.room or (None, None, None)
+    sofa.GLOBAL_Title = f"{metadata['scene']}: simulated impulse responses"
+    sofa.GLOBAL_RoomDescription = str(metadata["scene"])
+    sofa.GLOBAL_RoomType = "reverberant" if volume is not None else "outdoor"
+    sofa.GLOBAL_ApplicationName = "sonel"
+    sofa.GLOBAL_ApplicationVersion = str(metadata["tool_version"])
+    sofa.GLOBAL_SourceDescription = ", ".join(response.sources)
+    sofa.GLOBAL_ListenerDescription = ", ".join(response.receivers)
+    sofa.GLOBAL_Comment = f"Simulated by energies, relative to a free field at 1 m; map {metadata['map_digest']}, seed {seed}"
+    _remove(sofa, "RoomCornerA", "RoomCornerB", "RoomCorners", "RoomTemperature")
+    if volume is None:
+        _remove(sofa, "RoomVolume")
+    else:
+        sofa.RoomVolume = float(volume)
+
+
+def _remove(sofa: Any, *names: str) -> None:
+    """Removes optional entries with their types and units."""
+    for name in names:
+        for entry in (name, f"{name}_Type", f"{name}_Units"):
+            if hasattr(sofa, entry):
+                sofa.delete(entry)

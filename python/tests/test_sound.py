@@ -1,0 +1,272 @@
+"""Impulse responses judged by strangers: pyrato reads their parameters, SciPy's spherical harmonics their directions, sofar verifies SOFA.
+
+`cargo xtask python-package` runs this with the folder of the programs in SONEL_PROGRAMS.
+"""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pyfar
+import pyrato
+import pytest
+import scipy.io.wavfile
+import scipy.special
+import sofar
+import sonel
+
+ROOT = Path(__file__).resolve().parents[2]
+SHOEBOX = ROOT / "scenes/shoebox/scene.toml"
+PROGRAMS = Path(os.environ["SONEL_PROGRAMS"])
+RATE = 48_000
+SEATS = {"near": [6.0, 4.0, 1.2], "far": [8.5, 5.5, 2.25]}
+
+
+def run(name, *words, code=0):
+    """Runs a program; returns what it wrote to stdout and stderr."""
+    done = subprocess.run([PROGRAMS / name, *map(str, words)], capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stderr
+    return done.stdout, done.stderr
+
+
+@pytest.fixture(scope="module")
+def room():
+    return sonel.trace(sonel.Scene.load(SHOEBOX), sonels=4000)
+
+
+@pytest.fixture(scope="module")
+def response(room):
+    return room.render(SEATS, directions=True)
+
+
+def write_head(path, rate, width=0.0):
+    """Two cardioids in 26 directions whose delays differ by up to 2/3 ms, written by sofar: pulses, or Gaussian ones of a `width` [s]."""
+    azimuths = np.arange(0.0, 360.0, 45.0)
+    directions = [(azimuth, elevation) for elevation in (-45.0, 0.0, 45.0) for azimuth in azimuths]
+    directions += [(0.0, 90.0), (0.0, -90.0)]
+    sofa = sofar.Sofa("SimpleFreeFieldHRIR")
+    sofa.SourcePosition = np.array([[azimuth, elevation, 1.5] for azimuth, elevation in directions])
+    times = np.arange(round(rate * 64 / RATE)) / rate
+    responses = np.zeros((len(directions), 2, len(times)))
+    for index, (azimuth, elevation) in enumerate(np.radians(directions)):
+        left = np.cos(elevation) * np.sin(azimuth)
+        for ear, side in enumerate((left, -left)):
+            delay = (32 - round(16 * side)) / RATE
+            pulse = np.exp(-0.5 * ((times - delay) / width) ** 2) if width else np.isclose(times, delay)
+            responses[index, ear] = (1 + 0.5 * side) * pulse / np.sum(pulse)
+    sofa.Data_IR, sofa.Data_SamplingRate, sofa.Data_Delay = responses, float(rate), np.zeros((1, 2))
+    sofa.ReceiverPosition = [[0, 0.09, 0], [0, -0.09, 0]]
+    sofar.write_sofa(str(path), sofa)
+    return path
+
+
+@pytest.fixture(scope="module")
+def head(tmp_path_factory):
+    return write_head(tmp_path_factory.mktemp("head") / "head.sofa", RATE)
+
+
+@pytest.fixture(scope="module")
+def aside():
+    """Two sources at a receiver that looks at the first one: the second is on its left and above."""
+    sources = {"ahead": [2.0, 2.0, 1.2], "aside": [4.0, 6.0, 2.5]}
+    scene = sonel.Scene.shoebox([10, 7, 3], 0.3, sources=sources, duration_s=0.2)
+    return sonel.trace(scene, sonels=100).render([7.0, 2.5, 1.0], directions=True)
+
+
+def direct_sample(response, seat, source=0):
+    """Sample of the direct sound."""
+    distance = np.linalg.norm(response.receiver_positions[seat] - response.source_positions[source])
+    return round(distance / response.speed_of_sound * RATE)
+
+
+OCTAVES = [1000.0, 2000.0, 4000.0]
+
+
+def octaves(samples):
+    """Squared octaves of a signal, [octave, sample]."""
+    limits = (0.9 * OCTAVES[0], 1.1 * OCTAVES[-1])
+    filtered = pyfar.dsp.filter.fractional_octave_bands(pyfar.Signal(samples, RATE), 1, frequency_range=limits, order=4)
+    assert filtered.cshape == (3, 1)
+    return filtered.time[:, 0] ** 2
+
+
+def decays(energies):
+    """Schroeder's integral of each octave, by pyrato."""
+    times = np.arange(energies.shape[-1]) / RATE
+    return [pyrato.edc.schroeder_integration(pyfar.TimeData(octave, times), is_energy=True) for octave in energies]
+
+
+# What the filters delay a pulse by [s].
+DELAYS = [pyrato.parameters.center_time(decay)[0] for decay in decays(octaves(np.r_[1.0, np.zeros(RATE // 2)]))]
+
+
+def by_pyrato(energies):
+    """T30 [s], C80 [dB], D50 and Ts [s] of squared octaves that begin with the direct sound, [4, octave]; limits are as late as the
+    filters make them."""
+    found = [
+        [
+            pyrato.parameters.reverberation_time_linear_regression(decay, "T30"),
+            pyrato.parameters.clarity(decay, 80 + 1000 * delay),
+            pyrato.parameters.definition(decay, 50 + 1000 * delay),
+            pyrato.parameters.center_time(decay) - delay,
+        ]
+        for decay, delay in zip(decays(energies), DELAYS)
+    ]
+    return np.reshape(found, (3, 4)).T
+
+
+def jackknifed(of, energies):
+    """What `of` finds in the mean of realisations, and its standard error."""
+    count = len(energies)
+    without = np.array([of((energies.sum(0) - one) / (count - 1)) for one in energies])
+    return of(energies.mean(0)), np.sqrt((count - 1) * without.var(axis=0))
+
+
+def test_pyrato_reads_the_parameters_of_the_response(response):
+    """Realisations scatter: their mean lies within four standard errors, and a tenth of a just-noticeable difference (5 % of T, 1 dB of
+    C80, 0.05 of D50, 10 ms of Ts) for time bins of 1 ms."""
+    start = direct_sample(response, 0)
+    realisations = [response.impulse_responses(seed=seed)[0, 0, 0, start:].astype(float) for seed in range(48)]
+    energies = np.array([octaves(samples) for samples in realisations])
+    found, error = jackknifed(by_pyrato, energies)
+    rows = response.parameters()[0, 0]
+    rows = rows[np.isin(rows["center_frequency_hz"], OCTAVES)]
+    expected = np.array([rows[key] for key in ("t30_s", "clarity_c80_db", "definition_d50", "center_time_s")])
+    noticeable = np.array([0.05 * expected[0], np.full(3, 1.0), np.full(3, 0.05), np.full(3, 0.010)])
+    print("off by", (found - expected) / noticeable, "just-noticeable differences, standard errors", error / noticeable)
+    assert np.all(error < 0.2 * noticeable), "the realisations tell nothing"
+    allowed = 4 * error + 0.1 * noticeable
+    assert np.all(np.abs(found - expected) < allowed)
+    # A decay that is 9 % faster is told from it.
+    faster = energies.mean(0) * np.exp(-2.0 * np.arange(energies.shape[-1]) / RATE)
+    assert not np.all(np.abs(by_pyrato(faster)[0] - expected[0]) < allowed[0])
+
+
+def harmonics(order, direction):
+    """Real spherical harmonics in ACN order with SN3D, from SciPy's complex ones with their Condon-Shortley phase."""
+    x, y, z = direction
+    polar, azimuth = np.arccos(z), np.arctan2(y, x)
+    channels = []
+    for n in range(order + 1):
+        for m in range(-n, n + 1):
+            value = scipy.special.sph_harm_y(n, abs(m), polar, azimuth) * (-1) ** m * np.sqrt(4 * np.pi / (2 * n + 1))
+            part = value.imag if m < 0 else value.real
+            channels.append(part * (1 if m == 0 else np.sqrt(2)))
+    return np.array(channels)
+
+
+def in_axes_of_the_head(response, source):
+    """Direction of a source in the axes front, left, up of receiver 0 in a scene whose z is up; the receiver looks at source 0."""
+    up, (ahead, direction) = np.array([0.0, 0.0, 1.0]), response.source_positions[[0, source]] - response.receiver_positions[0]
+    front = ahead * [1, 1, 0] / np.linalg.norm(ahead[:2])
+    return np.array([front, np.cross(up, front), up]) @ direction / np.linalg.norm(direction)
+
+
+@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize("source", [0, 1])
+def test_ambisonics_of_the_direct_sound_point_to_the_source(aside, order, source):
+    at = direct_sample(aside, 0, source)
+    pulse = aside.impulse_responses(ambix=order)[source, 0, :, at].astype(float)
+    expected = in_axes_of_the_head(aside, source)
+    w, y, z, x = pulse[:4]
+    intensity = w * np.array([x, y, z])
+    angle = np.degrees(np.arccos(np.clip(intensity @ expected / np.linalg.norm(intensity), -1, 1)))
+    print(f"intensity off by {angle:.4f} degrees")
+    assert angle < 0.05
+    np.testing.assert_allclose(pulse / pulse[0], harmonics(order, expected), atol=5e-4)
+    # The source that is aside is on the left: a decoder that mixed up the sides would look elsewhere.
+    mirrored = harmonics(order, expected * [1, -1, 1])
+    assert (source == 0) == np.allclose(pulse / pulse[0], mirrored, atol=5e-4)
+
+
+def iacc(left, right, octave):
+    """IACC of annex B by definition: octave by a Butterworth band pass of pyfar, sums over the samples."""
+    edges = (octave / np.sqrt(2), octave * np.sqrt(2))
+    silence = np.zeros(RATE // 2)
+    ears = [
+        pyfar.dsp.filter.butterworth(pyfar.Signal(np.r_[ear, silence], RATE), 3, edges, "bandpass").time[0]
+        for ear in (left, right)
+    ]
+    energy = np.sqrt(np.prod([np.sum(ear**2) for ear in ears]))
+    lags = range(-RATE // 1000, RATE // 1000 + 1)
+    return max(abs(np.sum(ears[0] * np.roll(ears[1], lag))) for lag in lags) / energy
+
+
+def test_binaural_responses_and_iacc_are_those_of_the_programs_and_of_the_definition(room, response, head, tmp_path):
+    room.save(tmp_path / "room.sonelmap")
+    seats = [f"--receiver={name}={x},{y},{z}" for name, (x, y, z) in SEATS.items()]
+    files = ["--wav", tmp_path / "wav", "--hrtf", head]
+    run("sonel-render", tmp_path / "room.sonelmap", "-o", tmp_path / "room.npz", "--quiet", *seats, *files)
+    path = tmp_path / "wav/1-source_1-near_binaural.wav"
+    rate, samples = scipy.io.wavfile.read(path)
+    ears = response.impulse_responses(hrtf=head)[0, 0]
+    assert rate == RATE and samples.dtype == np.float32
+    np.testing.assert_array_equal(samples.T, ears)
+    single, at = response.impulse_responses()[0, 0, 0], direct_sample(response, 0)
+    # The receiver looks at the source as far as that is to the front: both ears alike, 32 samples late.
+    np.testing.assert_allclose(ears[:, at + 32], single[at], rtol=1e-3)
+    printed, _ = run("sonel-analyze", "iacc", path, "--json")
+    found = json.loads(printed)["recordings"][0]
+    onset = round(found["onset_s"] * RATE)
+    assert onset == at + 32
+    windows = {"early": slice(onset, onset + 3840), "late": slice(onset + 3840, None), "all": slice(onset, None)}
+    for band in found["bands"][1:5]:
+        for name, window in windows.items():
+            expected = iacc(*ears[:, window].astype(float), band["center_frequency_hz"])
+            assert band[name]["value"] == pytest.approx(expected, abs=0.01), (band, name)
+    _, said = run("sonel-analyze", "iacc", tmp_path / "wav/1-source_1-near.wav", code=2)
+    assert "1 channels" in said and "--hrtf" in said
+
+
+@pytest.mark.parametrize(("rate", "off"), [(32_000, 1e-4), (44_100, 0.12), (96_000, 1e-4)])
+def test_a_head_of_another_sample_rate_is_converted(response, tmp_path, rate, off):
+    """Gaussian pulses of 60 µs are the same at all rates. 44.1 kHz come in time to half a sample, which changes one by
+    e^(−½)/(2 · 48 kHz · 60 µs) = 0.105 of its peak."""
+    heads = [write_head(tmp_path / f"{each}.sofa", each, width=60e-6) for each in (RATE, rate)]
+    same, found = (response.impulse_responses(hrtf=head).astype(float) for head in heads)
+    assert np.abs(found - same).max() < off * np.abs(same).max()
+    assert np.sum(found**2) == pytest.approx(np.sum(same**2), rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["single", "binaural", "ambix"])
+def test_sofar_verifies_what_is_written_and_reads_the_same_samples(response, head, tmp_path, kind):
+    options = {"single": {}, "binaural": {"hrtf": head}, "ambix": {"ambix": 1}}[kind]
+    path = tmp_path / "room.sofa"
+    response.to_sofa(path, **options)
+    sofa = sofar.read_sofa(str(path), verify=False, verbose=False)
+    assert sofa.verify(issue_handling="return") is None
+    assert sofa.GLOBAL_SOFAConventions == "SingleRoomSRIR"
+    samples = response.impulse_responses(**options)
+    np.testing.assert_array_equal(sofa.Data_IR, samples[0].reshape(2, *samples.shape[2:]))
+    np.testing.assert_array_equal(sofa.ListenerPosition, response.receiver_positions)
+    np.testing.assert_array_equal(np.atleast_2d(sofa.SourcePosition)[0], response.source_positions[0])
+    # Listeners look towards the first source, horizontally.
+    view = response.source_positions[0] - response.receiver_positions
+    view[:, 2] = 0
+    np.testing.assert_allclose(sofa.ListenerView, view / np.linalg.norm(view, axis=1, keepdims=True), atol=1e-9)
+    assert sofa.RoomVolume == pytest.approx(210.0)
+    with pytest.raises(sonel.Error, match="exists"):
+        response.to_sofa(path)
+
+
+def test_what_makes_no_sound_is_named(room, response, head, tmp_path):
+    response.save(tmp_path / "room.npz")
+    loaded = sonel.Response.load(tmp_path / "room.npz")
+    bare = room.render(SEATS["near"])
+    (tmp_path / "text.sofa").write_text("no head")
+    for work, message in [
+        (lambda: loaded.impulse_responses(), "render it from its map"),
+        (lambda: bare.impulse_responses(ambix=1), "--directions"),
+        (lambda: bare.impulse_responses(hrtf=head), "--directions"),
+        (lambda: response.impulse_responses(ambix=4), "order 1, 2 or 3"),
+        (lambda: response.impulse_responses(ambix=1, hrtf=head), "exclude each other"),
+        (lambda: response.impulse_responses(hrtf=tmp_path / "none.sofa"), "cannot read"),
+        (lambda: response.impulse_responses(hrtf=tmp_path / "text.sofa"), "SimpleFreeFieldHRIR"),
+        (lambda: bare.to_sofa(tmp_path / "room.hdf5"), "does not end in .sofa"),
+    ]:
+        with pytest.raises(sonel.Error, match=message):
+            work()
+    assert bare.impulse_responses(seed=1).shape == bare.impulse_responses(seed=2).shape
+    assert not np.array_equal(bare.impulse_responses(seed=1), bare.impulse_responses(seed=2))

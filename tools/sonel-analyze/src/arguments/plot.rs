@@ -1,0 +1,115 @@
+//! The command line of `plot`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use sonel_analysis::Parameter;
+
+/// `plot`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  sonel-analyze plot hall.npz -o hall.svg
+  sonel-analyze plot before.npz after.npz --what parameters --receiver 'row 18' -o renovation.png
+  sonel-render hall.sonelmap -o grid.npz --grid -10:10:21,2:30:29,1.2
+  sonel-analyze plot grid.npz hall.sonelmap --what map --parameter c80 --band 1000 -o clarity.png
+  sonel-analyze plot hall.npz --what early --receiver 'row 18' -o reflections.svg")]
+pub struct Plot {
+    /// Responses written by sonel-render, side by side; parameters of all in the same panels. With --what map also the map, whose walls are
+    /// drawn.
+    #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Where the drawing goes, as SVG or PNG by its ending; replaced only when the new one is complete.
+    #[arg(short, long, value_name = "X.svg|X.png")]
+    pub output: PathBuf,
+    /// What is drawn; echogram, decay and parameters where nothing is given.
+    #[arg(long, value_enum, value_delimiter = ',')]
+    pub what: Vec<What>,
+    /// The source; the first where none is given.
+    #[arg(long, value_name = "NAME")]
+    pub source: Option<String>,
+    /// The receiver; the first where none is given. Maps show all.
+    #[arg(long, value_name = "NAME")]
+    pub receiver: Option<String>,
+    /// The parameter of a map, named as by `parameters`, or level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti.
+    #[arg(long, value_name = "NAME", default_value = "g", value_parser = Drawn::parse)]
+    pub parameter: Drawn,
+    /// The band of a map or of early reflections by its nominal centre [Hz]. Without it a map shows single numbers, as `parameters` does, and
+    /// early reflections those of all bands, weighted by the power of the source.
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    pub band: Option<f64>,
+}
+
+/// `--what`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum What {
+    /// Fluence rate over time, per band.
+    Echogram,
+    /// Schroeder decay curve, per band.
+    Decay,
+    /// Room-acoustic parameters over bands.
+    Parameters,
+    /// Strength of the listed arrivals over their delay, by number of reflections.
+    Early,
+    /// A parameter at all receivers, as a plan in colours.
+    Map,
+}
+
+/// What a map shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drawn {
+    /// A parameter per band, or its single number.
+    Parameter(Parameter),
+    /// Speech transmission index.
+    Speech,
+}
+
+/// Short names of parameters that targets of --until do not have.
+const LATERAL_NAMES: [&str; 3] = ["lf", "lfc", "lj"];
+
+impl Drawn {
+    fn parse(text: &str) -> Result<Self, String> {
+        let name = text.trim().to_lowercase();
+        if name == "sti" || name == "speech_transmission_index" {
+            return Ok(Self::Speech);
+        }
+        let supports = Parameter::SUPPORT.map(|(parameter, _)| parameter);
+        let by_key = [&Parameter::ALL[..], &Parameter::LATERAL, &supports]
+            .concat()
+            .into_iter()
+            .find(|known| known.key() == name);
+        let by_letters = LATERAL_NAMES
+            .into_iter()
+            .zip(Parameter::LATERAL)
+            .find(|(known, _)| *known == name)
+            .map(|(_, found)| found);
+        let found = by_key.or(by_letters).or_else(|| sonel_study::target::parameter(&name).ok());
+        found.map(Self::Parameter).ok_or_else(|| {
+            format!("\"{text}\" is no parameter: write one of level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti")
+        })
+    }
+
+    /// Its symbol and unit, and the factor from its own unit to that one.
+    #[must_use]
+    pub fn heading(self) -> (&'static str, &'static str, f64) {
+        match self {
+            Self::Parameter(parameter) => parameter.heading(),
+            Self::Speech => ("STI", "", 1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_of_maps_have_long_and_short_names() {
+        for name in ["c80", "C80", "clarity_c80_db"] {
+            assert_eq!(Drawn::parse(name), Ok(Drawn::Parameter(Parameter::ClarityC80)));
+        }
+        assert_eq!(Drawn::parse("lj"), Ok(Drawn::Parameter(Parameter::LateLateralLevel)));
+        assert_eq!(Drawn::parse("support_late_db"), Ok(Drawn::Parameter(Parameter::SupportLate)));
+        assert_eq!(Drawn::parse("sti"), Ok(Drawn::Speech));
+        assert!(Drawn::parse("rt60").unwrap_err().contains("t30"));
+    }
+}

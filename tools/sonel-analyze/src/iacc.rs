@@ -1,0 +1,71 @@
+//! `sonel-analyze iacc`: interaural cross-correlation of binaural impulse responses.
+
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::Context;
+use comfy_table::{CellAlignment, Table, presets};
+use serde_json::{Value, json};
+use sonel_console::Outcome;
+use sonel_sound::Iacc;
+
+use crate::arguments::IaccArguments;
+use crate::open;
+
+/// Why a window has no value.
+const NOTHING: &str = "no sound in this octave at one of the ears";
+/// What stands in the last row of a table.
+const MEAN: &str = "500 … 2000";
+
+/// Prints IACC of every recording.
+///
+/// # Errors
+/// When a file is no WAV file of two channels.
+pub fn run(arguments: &IaccArguments, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let mut read = Vec::new();
+    for path in &arguments.recordings {
+        let found = sonel_sound::iacc(&open::recording(path)?).with_context(|| path.display().to_string())?;
+        read.push((path.as_path(), found));
+    }
+    if arguments.json {
+        let all: Vec<Value> = read.iter().map(|(path, found)| of_file(path, found)).collect();
+        writeln!(out, "{}", json!({ "recordings": all }))?;
+    } else {
+        for (path, found) in &read {
+            writeln!(out, "{}: direct sound at {:.4} s\n{}", path.display(), found.onset, table(found))?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+fn of_file(path: &Path, found: &Iacc) -> Value {
+    let row = |[early, late, all]: [Option<f64>; 3]| json!({ "early": value(early), "late": value(late), "all": value(all) });
+    let bands: Vec<Value> = found
+        .bands
+        .iter()
+        .map(|band| {
+            let mut row = row([band.early, band.late, band.all]);
+            row["center_frequency_hz"] = json!(band.center_frequency_hz);
+            row
+        })
+        .collect();
+    json!({ "file": path.display().to_string(), "onset_s": found.onset, "bands": bands, "means": row(found.means()) })
+}
+
+fn value(found: Option<f64>) -> Value {
+    found.map_or_else(|| json!({ "value": null, "reason": NOTHING }), |value| json!({ "value": value }))
+}
+
+fn table(found: &Iacc) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING).set_header(["f [Hz]", "IACC early", "IACC late", "IACC all"]);
+    let cell = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"));
+    for band in &found.bands {
+        let center = band.center_frequency_hz.to_string();
+        table.add_row([center, cell(band.early), cell(band.late), cell(band.all)]);
+    }
+    let [early, late, all] = found.means().map(cell);
+    table.add_row([MEAN.to_owned(), early, late, all]);
+    table.column_iter_mut().for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    table
+}

@@ -1,0 +1,121 @@
+//! `plot --what map`: a parameter at every receiver of a response, as a plan.
+
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::bail;
+use sonel_analysis::average::single_number;
+use sonel_analysis::plot::{Axis, Place, Plan, Plans, Section};
+use sonel_analysis::{ParameterValue, ReceiverParameters, parameters};
+use sonel_geometry::section;
+use sonel_scene::Scene;
+
+use super::Subject;
+use crate::arguments::{Drawn, Plot};
+use crate::open;
+
+/// Where no map says otherwise, z is up.
+const USUAL_UP: usize = 2;
+
+/// A plan of every response, with the walls of the map where there is one.
+pub fn of(
+    subjects: &[Subject],
+    map: Option<&Path>,
+    arguments: &Plot,
+    log: &mut dyn Write,
+) -> anyhow::Result<Plans> {
+    let map = map.map(open::map).transpose()?;
+    let scene = map.as_ref().map(|(map, _)| &map.header().scene);
+    let each =
+        subjects.iter().map(|subject| plan(subject, scene, arguments, log)).collect::<Result<_, _>>()?;
+    let (symbol, unit, _) = arguments.parameter.heading();
+    Ok(Plans { scale: Axis::linear(label(symbol, unit)), each })
+}
+
+fn label(symbol: &str, unit: &str) -> String {
+    if unit.is_empty() { symbol.to_owned() } else { format!("{symbol} [{unit}]") }
+}
+
+fn plan(
+    subject: &Subject,
+    scene: Option<&Scene>,
+    arguments: &Plot,
+    log: &mut dyn Write,
+) -> anyhow::Result<Plan> {
+    let response = &subject.response;
+    let receivers = response.receivers();
+    let figures = parameters(response).split_off(subject.source * receivers);
+    let values: Vec<ParameterValue> = figures
+        .iter()
+        .take(receivers)
+        .map(|receiver| value(subject, receiver, arguments))
+        .collect::<Result<_, _>>()?;
+    log_what_is_missing(subject, &values, log)?;
+    let factor = arguments.parameter.heading().2;
+    let place = |(position, value): (&[f64; 3], &ParameterValue)| Place {
+        position: *position,
+        value: value.as_ref().ok().map(|estimate| factor * estimate.value),
+    };
+    let places: Vec<Place> = response.receiver_positions.iter().zip(&values).map(place).collect();
+    let up = scene.map_or(USUAL_UP, |scene| scene.up.abs().max_position());
+    let section_plane = Section::of(&response.receiver_positions, up);
+    let mut plan = section_plane.plan(title(subject, arguments), &places);
+    if plan.hidden > 0 {
+        writeln!(
+            log,
+            "note: {}: {} receivers are not shown, another stands at the same place of the plan: render one height to see them",
+            subject.name, plan.hidden
+        )?;
+    }
+    plan.sources = vec![section_plane.flat(response.source_positions[subject.source])];
+    if let Some(scene) = scene {
+        let lines = section(&scene.mesh, section_plane.normal, section_plane.offset);
+        plan.walls = lines.iter().map(|ends| ends.map(|end| section_plane.flat(end.to_array()))).collect();
+    }
+    Ok(plan)
+}
+
+fn title(subject: &Subject, arguments: &Plot) -> String {
+    let source = &subject.response.source_names[subject.source];
+    let band = match (arguments.parameter, arguments.band) {
+        (Drawn::Speech, _) => String::new(),
+        (_, Some(band)) => format!(", {band} Hz"),
+        (_, None) => ", single number".to_owned(),
+    };
+    format!("{}{band}: \"{source}\", {}", arguments.parameter.heading().0, subject.name)
+}
+
+fn value(
+    subject: &Subject,
+    receiver: &ReceiverParameters,
+    arguments: &Plot,
+) -> anyhow::Result<ParameterValue> {
+    Ok(match (arguments.parameter, arguments.band) {
+        (Drawn::Speech, None) => receiver.speech_transmission_index.clone(),
+        (Drawn::Speech, Some(_)) => bail!("the speech transmission index is one number: leave --band out"),
+        (Drawn::Parameter(parameter), None) => single_number(receiver, parameter),
+        (Drawn::Parameter(parameter), Some(band)) => {
+            receiver.bands[subject.band(band)?].parameter(parameter).clone()
+        }
+    })
+}
+
+/// Notes receivers without a value; an error where no receiver has one.
+fn log_what_is_missing(
+    subject: &Subject,
+    values: &[ParameterValue],
+    log: &mut dyn Write,
+) -> anyhow::Result<()> {
+    let reasons: Vec<String> =
+        values.iter().filter_map(|value| value.as_ref().err()).map(ToString::to_string).collect();
+    let Some(first) = reasons.first() else { return Ok(()) };
+    if reasons.len() == values.len() {
+        bail!("{}: no receiver has a value: {first}", subject.path.display());
+    }
+    let (count, all) = (reasons.len(), values.len());
+    Ok(writeln!(
+        log,
+        "note: {}: {count} of {all} receivers are grey, they have no value: {first}",
+        subject.name
+    )?)
+}
