@@ -8,7 +8,7 @@ use clap::ValueEnum;
 
 use xtask::workspace;
 
-use crate::{cluster, container, documentation, python_package};
+use crate::{cluster, container, documentation, python_package, report};
 
 /// A part of what is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -23,6 +23,8 @@ pub enum Part {
     Container,
     /// The Python wheel, its types and its notebook
     Python,
+    /// The report in a browser
+    Report,
     /// Statistical runs
     Tests,
 }
@@ -44,6 +46,9 @@ pub fn run(part: Option<Part>) -> Result<()> {
     }
     if is_wanted(Part::Python) {
         python_package::accept()?;
+    }
+    if is_wanted(Part::Report) {
+        report::accept()?;
     }
     if is_wanted(Part::Tests) { tests() } else { Ok(()) }
 }

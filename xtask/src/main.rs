@@ -12,6 +12,7 @@ mod pages;
 mod python;
 mod python_package;
 mod python_reader;
+mod report;
 mod slurm;
 mod tidy;
 

@@ -70,7 +70,7 @@ fn of_waves(room: &Room) -> Result<Vec<Row>> {
     let step = step(CELL, scene.speed_of_sound);
     let mut rows = Vec::new();
     // Bands of the same walls are bands of the same signals.
-    let mut solved: Option<(Vec<f64>, Vec<Vec<f32>>)> = None;
+    let mut solved: Option<(Vec<f64>, Vec<Vec<f64>>)> = None;
     for &centre in room.bands {
         let admittances = admittances(&scene, centre)?;
         if solved.as_ref().is_none_or(|(known, _)| *known != admittances) {
@@ -98,7 +98,7 @@ fn of_waves(room: &Room) -> Result<Vec<Row>> {
 }
 
 /// Pressure at the receivers of the scene, for walls of the admittances of its materials.
-fn solve(scene: &Scene, geometry: &Geometry, admittances: &[f64]) -> Vec<Vec<f32>> {
+fn solve(scene: &Scene, geometry: &Geometry, admittances: &[f64]) -> Vec<Vec<f64>> {
     let (low, high) = geometry.bounds();
     // One cell more on every side: the first and the last are outside, behind the walls.
     let (low, high) = (low - geometry.center() - CELL, high - geometry.center() + CELL);
@@ -156,14 +156,14 @@ fn octave(centre: f64, step: f64) -> Vec<f64> {
 }
 
 /// The signal in the band of the `filter`. A pulse of the scheme leaves a constant pressure in the room, which is taken out before.
-fn filtered(signal: &[f32], filter: &[f64], step: f64) -> Vec<f64> {
+fn filtered(signal: &[f64], filter: &[f64], step: f64) -> Vec<f64> {
     let leak = 2.0 * PI * STEADY * step;
     let (mut steady, half) = (0.0, filter.len() / 2);
     let signal: Vec<f64> = signal
         .iter()
         .map(|&sample| {
-            steady += leak * (f64::from(sample) - steady);
-            f64::from(sample) - steady
+            steady += leak * (sample - steady);
+            sample - steady
         })
         .collect();
     let sample = |index: usize| {

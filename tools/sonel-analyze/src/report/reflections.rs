@@ -21,6 +21,9 @@ const MISS: f64 = 1e-3;
 /// Borders of the classes of delay [ms].
 const DELAYS_MS: [f64; 5] = [5.0, 20.0, 50.0, 80.0, f64::INFINITY];
 
+/// Classes of lines shown from the start: all of them hide the room.
+const SHOWN: usize = 3;
+
 /// An arrival and the corners of its way, the receiver first.
 struct Way {
     arrival: Arrival,
@@ -140,6 +143,7 @@ fn trace(index: usize, name: &str, ways: &[&Way]) -> Value {
     json!({
         "type": "scatter3d", "mode": "lines", "name": escaped(name), "x": x, "y": y, "z": z, "text": texts,
         "hovertemplate": "%{text}<extra></extra>", "line": { "color": color(index), "width": 4 },
+        "visible": if index < SHOWN { json!(true) } else { json!("legendonly") },
     })
 }
 

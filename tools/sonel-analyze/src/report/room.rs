@@ -40,7 +40,7 @@ pub fn section(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
         None => page.chart("tall", &chart),
     }
     match map {
-        Some(_) => page.note("Turn with the mouse; a click in the legend hides a material. Receivers are coloured by strength G at 500 and 1000 Hz. \
+        Some(_) => page.note("Turn with the mouse; a click in the legend shows or hides a material or a class of reflections. Receivers are coloured by strength G at 500 and 1000 Hz. \
              Lines are the direct sound and early reflections of the chosen pair, by number of reflections or by delay; point at one for both."),
         None => page.note("Surfaces are drawn where the map is given to the report as well."),
     }
