@@ -33,8 +33,64 @@ pub enum AbsorptionLaw {
 }
 
 impl AbsorptionLaw {
-    /// All laws.
+    /// All laws; the index of a law is its code in maps.
     pub const ALL: [Self; 2] = [Self::Uniform, Self::LocallyReacting];
+
+    /// Its code in maps.
+    #[must_use]
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The law of a code in maps.
+    #[must_use]
+    pub fn of_code(code: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(code)).copied()
+    }
+
+    /// Whether α depends on the angle.
+    #[must_use]
+    pub fn is_angular(self) -> bool {
+        self != Self::Uniform
+    }
+
+    /// Largest α in a diffuse field, 0 … 1.
+    #[must_use]
+    pub fn largest(self) -> f64 {
+        match self {
+            Self::Uniform => 1.0,
+            Self::LocallyReacting => random_incidence(SOFTEST),
+        }
+    }
+
+    /// The number that stands for a wall which absorbs `absorption` of a diffuse field, at most [`Self::largest`]: α where it is uniform,
+    /// the specific impedance where the wall reacts locally.
+    #[must_use]
+    pub fn parameter(self, absorption: f64) -> f64 {
+        match self {
+            Self::Uniform => absorption,
+            Self::LocallyReacting => impedance(absorption).unwrap_or(SOFTEST),
+        }
+    }
+
+    /// α at the cosine `cosine` of the angle of incidence of a wall with `parameter`.
+    #[inline]
+    #[must_use]
+    pub fn absorption_at(self, parameter: f64, cosine: f64) -> f64 {
+        match self {
+            Self::Uniform => parameter,
+            Self::LocallyReacting => absorption_at(parameter, cosine),
+        }
+    }
+
+    /// Mean of α over diffuse incidence with cosines in `range`, of a wall with `parameter`.
+    #[must_use]
+    pub fn mean_between(self, parameter: f64, range: [f64; 2]) -> f64 {
+        match self {
+            Self::Uniform => parameter,
+            Self::LocallyReacting => mean_absorption_between(parameter, range),
+        }
+    }
 }
 
 impl fmt::Display for AbsorptionLaw {
@@ -54,12 +110,6 @@ impl FromStr for AbsorptionLaw {
     }
 }
 
-/// Largest absorption coefficient of a locally reacting wall in a diffuse field.
-#[must_use]
-pub fn largest_locally_reacting() -> f64 {
-    random_incidence(SOFTEST)
-}
-
 /// Absorption coefficient in a diffuse field of a wall of the specific impedance `impedance`.
 #[must_use]
 pub fn random_incidence(impedance: f64) -> f64 {
@@ -67,7 +117,7 @@ pub fn random_incidence(impedance: f64) -> f64 {
 }
 
 /// Specific impedance ζ ≥ 1.567 of the wall that absorbs `absorption` of a diffuse field; infinite for 0, [`None`] above
-/// [`largest_locally_reacting`].
+/// [`AbsorptionLaw::largest`].
 #[must_use]
 pub fn impedance(absorption: f64) -> Option<f64> {
     if absorption <= 0.0 {
@@ -141,6 +191,18 @@ mod tests {
     }
 
     #[test]
+    fn every_law_has_its_diffuse_mean_and_its_code() {
+        for (code, law) in (0..).zip(AbsorptionLaw::ALL) {
+            assert!(law.code() == code && AbsorptionLaw::of_code(code) == Some(law));
+            for absorption in [0.0, 0.02, 0.3, 0.95] {
+                let mean = law.mean_between(law.parameter(absorption), [0.0, 1.0]);
+                assert!((mean - absorption).abs() < 1e-9, "{law}, {absorption}: {mean}");
+            }
+        }
+        assert_eq!(AbsorptionLaw::of_code(AbsorptionLaw::ALL.len() as u8), None);
+    }
+
+    #[test]
     fn parts_of_the_hemisphere_add_up() {
         for impedance in [1.6, 20.0, 4e4] {
             let edges = [0.0, 1e-4, 3e-3, 0.02, 0.1, 0.5, 1.0];
@@ -157,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_wall_absorbs_no_more_than_its_law_allows() {
-        assert!((largest_locally_reacting() - 0.951).abs() < 5e-4);
+        assert!((AbsorptionLaw::LocallyReacting.largest() - 0.951).abs() < 5e-4);
         assert!(impedance(0.96).is_none() && impedance(0.0).is_some_and(f64::is_infinite));
         assert!(absorption_at(f64::INFINITY, 0.5).abs() <= 0.0);
     }

@@ -5,7 +5,7 @@
 //!
 //! References: ISO 354:2003 (α), [ISO17497-1] (s) (docs/references.md).
 
-use crate::absorption_law::{self, AbsorptionLaw};
+use crate::absorption_law::AbsorptionLaw;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -80,20 +80,21 @@ pub enum MaterialProblem {
         /// α.
         absorption: f64,
     },
-    /// More than a locally reacting wall can absorb of a diffuse field.
-    #[error(
-        "absorption {absorption} in band {band} is more than a locally reacting wall can have, {:.3}",
-        absorption_law::largest_locally_reacting()
-    )]
+    /// More than a wall of this law can absorb of a diffuse field.
+    #[error("absorption {absorption} in band {band} is more than a {law} wall can have, {:.3}", law.largest())]
     TooSoft {
+        /// The law.
+        law: AbsorptionLaw,
         /// Index of the band.
         band: usize,
         /// α.
         absorption: f64,
     },
-    /// τ > 0 of a locally reacting wall.
-    #[error("transmission {transmission} in band {band}: nothing passes a locally reacting wall")]
-    LocallyReactingPartition {
+    /// τ > 0 of a wall whose absorption depends on the angle.
+    #[error("transmission {transmission} in band {band}: nothing passes a {law} wall")]
+    AngularPartition {
+        /// The law.
+        law: AbsorptionLaw,
         /// Index of the band.
         band: usize,
         /// τ.
@@ -166,25 +167,23 @@ impl Material {
                 });
             }
         }
-        if self.law == AbsorptionLaw::LocallyReacting {
+        if self.law.is_angular() {
             problems.extend(self.problems_of_the_law());
         }
         problems
     }
 
     fn problems_of_the_law(&self) -> impl Iterator<Item = MaterialProblem> {
+        let (law, largest) = (self.law, self.law.largest());
         let absorption = self.absorption.iter().enumerate();
-        let soft = absorption.filter(|&(_, &absorption)| {
-            (0.0..=1.0).contains(&absorption) && absorption_law::impedance(absorption).is_none()
-        });
+        let soft = absorption.filter(move |&(_, &absorption)| absorption > largest && absorption <= 1.0);
         let passing = self.transmission.iter().enumerate().filter(|&(_, &transmission)| transmission > 0.0);
-        let soft = soft.map(|(band, &absorption)| MaterialProblem::TooSoft { band, absorption });
-        soft.chain(
-            passing.map(|(band, &transmission)| MaterialProblem::LocallyReactingPartition {
-                band,
-                transmission,
-            }),
-        )
+        let soft = soft.map(move |(band, &absorption)| MaterialProblem::TooSoft { law, band, absorption });
+        soft.chain(passing.map(move |(band, &transmission)| MaterialProblem::AngularPartition {
+            law,
+            band,
+            transmission,
+        }))
     }
 }
 

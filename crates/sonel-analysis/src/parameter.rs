@@ -49,7 +49,7 @@ pub enum Parameter {
 pub const PARAMETER_COUNT: usize = 9;
 
 impl Parameter {
-    /// Those of every response, in the order of every output.
+    /// Those of every response, in the order of every output: the first of [`Parameter`], in its order.
     pub const ALL: [Self; PARAMETER_COUNT] = [
         Self::Level,
         Self::Strength,
@@ -183,18 +183,25 @@ impl Values {
             let line = [&early, &t20, &t30][i].as_ref().ok()?;
             Some((ranges[i], *line))
         });
-        let time = |line: Result<DecayLine, Unsupported>| line.map(|line| line.time);
-        let values = [
-            level(level_db(total, scale.source_power_level_db, scale.characteristic_impedance)),
-            level(strength_db(total)),
-            time(early),
-            time(t20),
-            time(t30),
-            on_curve(&|curve| clarity(curve, 0.050)),
-            on_curve(&|curve| clarity(curve, 0.080)),
-            on_curve(&|curve| Ok(1.0 - late(curve, 0.050)? / curve.total())),
-            on_curve(&|curve| Ok(curve.center_time())),
-        ];
+        let time = |line: &Result<DecayLine, Unsupported>| line.clone().map(|line| line.time);
+        let values = Parameter::ALL.map(|parameter| match parameter {
+            Parameter::Level => {
+                level(level_db(total, scale.source_power_level_db, scale.characteristic_impedance))
+            }
+            Parameter::Strength => level(strength_db(total)),
+            Parameter::EarlyDecayTime => time(&early),
+            Parameter::T20 => time(&t20),
+            Parameter::T30 => time(&t30),
+            Parameter::ClarityC50 => on_curve(&|curve| clarity(curve, 0.050)),
+            Parameter::ClarityC80 => on_curve(&|curve| clarity(curve, 0.080)),
+            Parameter::DefinitionD50 => on_curve(&|curve| Ok(1.0 - late(curve, 0.050)? / curve.total())),
+            Parameter::CenterTime => on_curve(&|curve| Ok(curve.center_time())),
+            // Read from several echograms, or at some receivers only.
+            Parameter::LateralFraction | Parameter::LateralFractionCosine | Parameter::LateLateralLevel => {
+                Err(Unsupported::NoDirections)
+            }
+            Parameter::SupportEarly | Parameter::SupportLate => Err(Unsupported::NotOnStage),
+        });
         Self { values, lines, curve }
     }
 

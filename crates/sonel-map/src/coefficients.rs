@@ -7,7 +7,6 @@
 //! vectorises over them; lanes beyond the last band are zero.
 
 use glam::DVec3;
-use sonel_acoustics::absorption_law::{SOFTEST, absorption_at, impedance, mean_absorption_between};
 use sonel_acoustics::{AbsorptionLaw, Material};
 use sonel_geometry::{Geometry, Side, SpeedProfile, SurfaceId};
 use sonel_scene::{Media, Scene};
@@ -74,8 +73,8 @@ pub struct CoefficientTable {
     rows: Vec<MaterialRow>,
     /// Where the blocks of the materials begin.
     first_rows: Vec<usize>,
-    /// Specific impedances of locally reacting materials.
-    impedances: Vec<Option<Vec<Lanes>>>,
+    /// Law and [parameters](AbsorptionLaw::parameter) of materials whose absorption depends on the angle.
+    laws: Vec<Option<(AbsorptionLaw, Vec<Lanes>)>>,
     /// Material and unit normal of every surface.
     surfaces: Vec<(u32, DVec3)>,
     transmits: bool,
@@ -99,25 +98,15 @@ impl CoefficientTable {
         for material in materials {
             first_rows.push(rows.len());
             rows.push(material_row(material, classes, survival));
-            if material.law == AbsorptionLaw::LocallyReacting {
+            if material.law.is_angular() {
                 let at = |range| material_row(&seen_within(material, range), classes, survival);
                 rows.extend((0..incidence::RANGES).map(at));
             }
         }
-        let impedances = materials.iter().map(|material| impedances(material, classes)).collect();
+        let laws = materials.iter().map(|material| law(material, classes)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
         let (bands, surfaces) = (classes.count(), Vec::new());
-        Self {
-            bands,
-            rows,
-            first_rows,
-            impedances,
-            surfaces,
-            transmits,
-            edges: None,
-            media: None,
-            profile: None,
-        }
+        Self { bands, rows, first_rows, laws, surfaces, transmits, edges: None, media: None, profile: None }
     }
 
     /// The same for these surfaces of a map.
@@ -158,7 +147,7 @@ impl CoefficientTable {
     fn row_at(&self, surface: SurfaceId, direction: DVec3) -> &MaterialRow {
         let (material, normal) = self.surfaces[surface.0 as usize];
         let first = self.first_rows[material as usize];
-        if self.impedances[material as usize].is_some() {
+        if self.laws[material as usize].is_some() {
             let cosine = direction.dot(normal).abs() / direction.length();
             return &self.rows[first + 1 + incidence::range_of(cosine)];
         }
@@ -176,7 +165,7 @@ impl CoefficientTable {
     #[must_use]
     pub fn relative_reflection(&self, surface: SurfaceId, direction: DVec3) -> Option<Vec<Lanes>> {
         let (material, _) = self.surfaces[surface.0 as usize];
-        self.impedances[material as usize].as_ref()?;
+        self.laws[material as usize].as_ref()?;
         let lanes = self.row(surface, direction).passed_on.iter().zip(&self.material(material).passed_on);
         // No wall of this kind absorbs all of diffuse incidence: nothing is divided by zero but the lanes behind the bands.
         let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
@@ -194,15 +183,15 @@ impl CoefficientTable {
         let (material, normal) = self.surfaces[surface.0 as usize];
         let row = self.material(material);
         let factors = energy.iter_mut().zip(&row.specular.energy);
-        let Some(impedances) = &self.impedances[material as usize] else {
+        let Some((law, parameters)) = &self.laws[material as usize] else {
             return factors.for_each(|(energy, factor)| multiply(energy, factor));
         };
         let cosine = direction.dot(normal).abs() / direction.length();
-        for (((energy, factor), impedance), mean) in factors.zip(impedances).zip(&row.passed_on) {
+        for (((energy, factor), parameter), mean) in factors.zip(parameters).zip(&row.passed_on) {
             for lane in 0..4 {
                 // (1−s) is what the mean row mirrors of what it reflects; no wall of this kind absorbs all.
                 let mirrored = if mean[lane] > 0.0 { factor[lane] / mean[lane] } else { 0.0 };
-                energy[lane] *= mirrored * (1.0 - absorption_at(impedance[lane], cosine));
+                energy[lane] *= mirrored * (1.0 - law.absorption_at(parameter[lane], cosine));
             }
         }
     }
@@ -292,22 +281,20 @@ impl CoefficientTable {
     }
 }
 
-/// What a locally reacting material is to a diffuse field from the angles of range number `range`.
+/// What a material is to a diffuse field from the angles of range number `range`. Materials are within their law; only the step of a
+/// derivative may lead beyond, where the softest wall stands for it.
 fn seen_within(material: &Material, range: usize) -> Material {
+    let law = material.law;
     let mean = |&absorption: &f64| {
-        mean_absorption_between(impedance_of(absorption), incidence::bounds(range)).clamp(0.0, 1.0)
+        law.mean_between(law.parameter(absorption), incidence::bounds(range)).clamp(0.0, 1.0)
     };
     Material { absorption: material.absorption.iter().map(mean).collect(), ..material.clone() }
 }
 
-/// Materials are within the law; only the step of a derivative may lead beyond, where the softest wall stands for it.
-fn impedance_of(absorption: f64) -> f64 {
-    impedance(absorption).unwrap_or(SOFTEST)
-}
-
-fn impedances(material: &Material, classes: &BandClasses) -> Option<Vec<Lanes>> {
-    let of = |band: usize| impedance_of(material.absorption[band]);
-    (material.law == AbsorptionLaw::LocallyReacting).then(|| to_lanes(classes.representatives().map(of)))
+fn law(material: &Material, classes: &BandClasses) -> Option<(AbsorptionLaw, Vec<Lanes>)> {
+    let law = material.law;
+    let of = |band: usize| law.parameter(material.absorption[band]);
+    law.is_angular().then(|| (law, to_lanes(classes.representatives().map(of))))
 }
 
 fn material_row(material: &Material, classes: &BandClasses, survival: f64) -> MaterialRow {

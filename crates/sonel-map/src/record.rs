@@ -129,12 +129,8 @@ pub const LAWS: &str = "absorption.laws";
 
 /// The rows of [`LAWS`]; none where all are uniform.
 pub fn laws(materials: &[Material]) -> Option<Vec<u8>> {
-    let code = |material: &Material| match material.law {
-        AbsorptionLaw::Uniform => 0,
-        AbsorptionLaw::LocallyReacting => 1,
-    };
-    let codes: Vec<u8> = materials.iter().map(code).collect();
-    codes.iter().any(|&code| code > 0).then_some(codes)
+    let is_angular = materials.iter().any(|material| material.law.is_angular());
+    is_angular.then(|| materials.iter().map(|material| material.law.code()).collect())
 }
 
 /// The header of `record` with the scene's `mesh`, its directivities and the rows of [`LAWS`], none where there are none; the reason
@@ -191,11 +187,12 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
     let bands = Bands::new(record.nominal_frequencies, width).map_err(|problem| problem.to_string())?;
     let expected = bands.count();
     let mut materials: Vec<Material> = record.materials.into_iter().map(material).collect();
-    if !laws.is_empty() && (laws.len() != materials.len() || laws.iter().any(|&code| code > 1)) {
-        return Err("not one law of absorption per material".to_owned());
+    let problem = "not one law of absorption per material";
+    if !laws.is_empty() && laws.len() != materials.len() {
+        return Err(problem.to_owned());
     }
-    for (material, _) in materials.iter_mut().zip(laws).filter(|(_, code)| **code == 1) {
-        material.law = AbsorptionLaw::LocallyReacting;
+    for (material, &code) in materials.iter_mut().zip(laws) {
+        material.law = AbsorptionLaw::of_code(code).ok_or(problem)?;
     }
     for material in &materials {
         if let Some(problem) = material.problems(expected).first() {

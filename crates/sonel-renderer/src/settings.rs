@@ -42,6 +42,25 @@ pub enum Estimator {
 }
 
 impl Estimator {
+    /// Those that agree within their joint interval (docs/physics.md §4): all but `Paper`.
+    pub const COMPARABLE: [Self; 4] = [Self::Auto, Self::Connection, Self::Gather, Self::Sphere];
+
+    /// Whether connections own … D R.
+    pub(crate) fn connects_diffuse(self) -> bool {
+        match self {
+            Self::Auto | Self::Connection | Self::Gather => true,
+            Self::Sphere | Self::Paper => false,
+        }
+    }
+
+    /// Whether it has rays of its own: specular ones from the source, visibility rays from receivers.
+    pub(crate) fn has_rays(self) -> bool {
+        match self {
+            Self::Auto | Self::Gather => true,
+            Self::Connection | Self::Sphere | Self::Paper => false,
+        }
+    }
+
     /// Its word in docs/interface.md.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -4,9 +4,7 @@
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use sonel_acoustics::{
-    AbsorptionLaw, Air, Bands, Directivity, Material, Pattern, equivalent_absorption_area, sabine_time,
-};
+use sonel_acoustics::{Air, Bands, Directivity, Material, Pattern, equivalent_absorption_area, sabine_time};
 use sonel_geometry::{Geometry, GeometryError, LARGEST_TURN, Mesh, SpeedProfile};
 
 use crate::media::{Media, MediaFault, Region, find_sides};
@@ -203,9 +201,8 @@ impl Scene {
                 "regions of other air are for even air: leave the gradient or the regions out".to_owned(),
             );
         }
-        if self.materials.iter().any(|material| material.law != AbsorptionLaw::Uniform) {
-            let problem =
-                "locally reacting materials are for even air: leave the gradient or absorption_law out";
+        if self.materials.iter().any(|material| material.law.is_angular()) {
+            let problem = "absorption by angle is for even air: leave the gradient or absorption_law out";
             return Some(problem.to_owned());
         }
         let (low, high) = geometry.bounds();

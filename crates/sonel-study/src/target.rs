@@ -36,7 +36,8 @@ pub enum TargetError {
     Form(String),
     /// No such parameter.
     #[error(
-        "there is no parameter \"{0}\": choose among level, g, edt, t20, t30, c50, c80, d50, ts (example: t30<1%)"
+        "there is no parameter \"{0}\": choose among {names} (example: t30<1%)",
+        names = NAMES.map(|(_, name, _)| name).join(", ")
     )]
     ParameterValue(String),
     /// A unit that this parameter does not have.
@@ -60,7 +61,7 @@ pub enum TargetError {
 }
 
 /// Figures as they are written, with an example of a limit.
-const NAMES: [(Parameter, &str, &str); 9] = [
+const NAMES: [(Parameter, &str, &str); Parameter::ALL.len()] = [
     (Parameter::Level, "level", "0.1dB"),
     (Parameter::Strength, "g", "0.1dB"),
     (Parameter::EarlyDecayTime, "edt", "1%"),

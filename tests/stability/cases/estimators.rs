@@ -12,7 +12,6 @@ use sonel_tests::{Traced, batch_fluence, meshes};
 use super::form;
 
 const SIZE: [f64; 3] = [6.0, 5.0, 4.0];
-const ALL: [Estimator; 4] = [Estimator::Auto, Estimator::Gather, Estimator::Connection, Estimator::Sphere];
 
 fn scene(mesh: Mesh, scattering: f64, receiver: [f64; 3]) -> Scene {
     let bands = Bands::new(vec![1000.0], BandWidth::Octave).expect("an octave");
@@ -42,7 +41,7 @@ fn energies(rendering: &Rendering) -> Vec<f64> {
 fn a_handful_of_packets_is_enough_to_be_finite() {
     for emissions in [1, 2, 3, 40] {
         for batches in [1, 2, 32] {
-            for estimator in ALL {
+            for estimator in Estimator::COMPARABLE {
                 let scene = scene(Mesh::shoebox(SIZE, [0; 6]), 0.5, [4.2, 3.7, 2.1]);
                 let settings = Settings { emissions, batches, ..Settings::default() };
                 let energies = energies(&rendering(scene, settings, estimator));
@@ -91,7 +90,7 @@ fn all_sonels_may_be_at_one_point() {
     // A share of N packets, four standard errors.
     let hits = share * form(20_000.0, 200_000.0);
     assert!((found / expected - 1.0).abs() < 4.0 / f64::sqrt(hits), "{found:e} instead of {expected:e}");
-    for estimator in ALL {
+    for estimator in Estimator::COMPARABLE {
         received(estimator);
     }
 }
@@ -132,7 +131,7 @@ fn behind(mesh: Mesh, estimator: Estimator) -> f64 {
 /// on the one floor of both rooms.
 #[test]
 fn thin_walls_do_not_leak() {
-    for estimator in ALL {
+    for estimator in Estimator::COMPARABLE {
         for thickness in [0.0, 0.002] {
             let energy = behind(divided_room(thickness, false), estimator);
             assert!(energy.abs() < 1e-300, "{thickness} m, {estimator:?}: {energy:e}");

@@ -86,7 +86,7 @@ fn places() -> Vec<(&'static str, DVec3)> {
 fn every_place_is_heard_or_refused() {
     let traced = traced(room(0.5, true));
     let mut refused = Vec::new();
-    for estimator in [Estimator::Auto, Estimator::Gather, Estimator::Connection, Estimator::Sphere] {
+    for estimator in Estimator::COMPARABLE {
         let mirror_order = form(Some(4), None);
         let settings =
             RenderSettings { estimator, rays: form(256, 1_024), mirror_order, ..RenderSettings::default() };

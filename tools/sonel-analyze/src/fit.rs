@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use sonel_acoustics::{AbsorptionLaw, Coefficient, Material};
+use sonel_acoustics::{Coefficient, Material};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Audience, Progress};
@@ -34,7 +34,7 @@ pub fn run(
 ) -> anyhow::Result<Outcome> {
     let (mut map, geometry) = open::changeable_map(&arguments.map)?;
     let scene = map.header().scene.clone();
-    refuse_locally_reacting(&scene.materials)?;
+    refuse_angular(&scene.materials)?;
     let measured = measured::read(arguments, &scene, log)?;
     let inputs = [arguments.map.clone(), arguments.measured.clone()];
     let output = Output::create(&arguments.output, Kind::MATERIALS, &inputs)?;
@@ -145,11 +145,12 @@ impl<'a> Stages<'a> {
 }
 
 /// The searches know no upper bound of such walls, and alternatives to them are uniform.
-pub fn refuse_locally_reacting(materials: &[Material]) -> anyhow::Result<()> {
-    if let Some(wall) = materials.iter().find(|material| material.law == AbsorptionLaw::LocallyReacting) {
+pub fn refuse_angular(materials: &[Material]) -> anyhow::Result<()> {
+    if let Some(wall) = materials.iter().find(|material| material.law.is_angular()) {
         bail!(
-            "\"{}\" is locally reacting; fit and optimise search uniform materials: trace the scene without absorption_law",
-            wall.name
+            "\"{}\" has the absorption law {}; fit and optimise search uniform materials: trace the scene without absorption_law",
+            wall.name,
+            wall.law
         );
     }
     Ok(())

@@ -15,7 +15,7 @@ use sonel_study::response::receivers_of;
 use sonel_study::wish::Wish;
 
 use crate::arguments::{Change, OptimiseArguments, To};
-use crate::fit::{Stages, folder_of, refuse_locally_reacting, write_materials};
+use crate::fit::{Stages, folder_of, refuse_angular, write_materials};
 use crate::open;
 
 /// Prints what is proposed and writes the materials.
@@ -31,7 +31,7 @@ pub fn run(
     let (mut map, geometry) = open::changeable_map(&arguments.map)?;
     let label = arguments.map.display().to_string();
     let scene = map.header().scene.clone();
-    refuse_locally_reacting(&scene.materials)?;
+    refuse_angular(&scene.materials)?;
     check_bands(&arguments.wishes, &scene)?;
     let candidates = candidates(arguments, &scene)?;
     let receivers =

@@ -146,11 +146,7 @@ fn sweep(arguments: &Tradeoff, geometry: &Geometry) -> Sweep {
     let tried = Levels {
         survival: levels(Property::Survival, arguments.survival.clone(), &SURVIVALS),
         mode: or_usual(modes, is_varied(Property::Mode), &[Mode::Accurate, Mode::Paper]),
-        estimator: or_usual(
-            estimators,
-            is_varied(Property::Estimator),
-            &[Estimator::Auto, Estimator::Connection, Estimator::Gather, Estimator::Sphere],
-        ),
+        estimator: or_usual(estimators, is_varied(Property::Estimator), &Estimator::COMPARABLE),
         rays: or_usual(rays, is_varied(Property::Rays), &RAYS),
         radius: levels(Property::Radius, arguments.radius.clone(), &radii),
     };

@@ -152,7 +152,7 @@ impl<'a> Renderer<'a> {
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
         Ok(Self {
             image_order: if has_lattice { image_order(geometry, &table) } else { 0 },
-            gather: matches!(settings.estimator, Estimator::Auto | Estimator::Gather).then(|| {
+            gather: settings.estimator.has_rays().then(|| {
                 (Sheet::all(geometry), gather_settings(&settings, (geometry, &table), traced, ray_reach))
             }),
             paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),
@@ -325,7 +325,7 @@ impl<'a> Renderer<'a> {
 
     /// Whether connections own … D R.
     pub(crate) fn connects_diffuse(&self) -> bool {
-        !matches!(self.settings.estimator, Estimator::Sphere | Estimator::Paper)
+        self.settings.estimator.connects_diffuse()
     }
 
     /// One of so many sonels is connected with a receiver. Where visibility rays bring what mirrors show, most noise is theirs, and among
@@ -387,11 +387,8 @@ fn coincide(source: &Source, position: DVec3, geometry: &Geometry) -> bool {
 /// Whether rays gather by mirrors: where asked for, and where the images of a receiver are no lattice. Where planes are few, rays are as
 /// fast as connections to images and twice as calm.
 fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &CoefficientTable) -> bool {
-    match settings.estimator {
-        Estimator::Auto => lattice_room(geometry, table).is_none(),
-        Estimator::Gather => true,
-        Estimator::Connection | Estimator::Sphere | Estimator::Paper => false,
-    }
+    let by_choice = settings.estimator == Estimator::Auto;
+    settings.estimator.has_rays() && !(by_choice && lattice_room(geometry, table).is_some())
 }
 
 /// Rays that only share with connections next to surfaces are so many times fewer.

@@ -16,7 +16,6 @@ use crate::exact::mirror::{Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
 use crate::rendering::Rendering;
-use crate::settings::Estimator;
 use crate::stochastic::bending::WayEnd;
 use crate::stochastic::connection::normal_on;
 use crate::stochastic::crossing::{Piece, cross};
@@ -42,7 +41,7 @@ impl Renderer<'_> {
     pub(crate) fn mirrors_long_chains(&self) -> bool {
         let is_lattice =
             lattice_room(self.geometry, &self.table).is_some() && self.settings.mirror_order.is_none();
-        matches!(self.settings.estimator, Estimator::Auto | Estimator::Gather) && !is_lattice
+        self.settings.estimator.has_rays() && !is_lattice
     }
 
     /// Adds L S^k R, k > K, of `source` at all `receivers` to `rendering`.

@@ -1,6 +1,6 @@
 //! `[materials.NAME]`
 
-use sonel_acoustics::{AbsorptionLaw, Material, absorption_law};
+use sonel_acoustics::{AbsorptionLaw, Material};
 
 use crate::DEFAULT_SCATTERING;
 use crate::bands::BandChoice;
@@ -118,22 +118,22 @@ fn read_law(
 ) -> AbsorptionLaw {
     let Some(entry) = table.get("absorption_law") else { return AbsorptionLaw::Uniform };
     let Some(word) = entry.text(report) else { return AbsorptionLaw::Uniform };
-    let Ok(law) = word.parse() else {
+    let Ok(law) = word.parse::<AbsorptionLaw>() else {
         let known = AbsorptionLaw::ALL.map(|law| format!("`{law}`")).join(" or ");
         entry.problem(report, &format!("unknown law `{word}`; write {known}"));
         return AbsorptionLaw::Uniform;
     };
-    if law == AbsorptionLaw::Uniform {
+    if !law.is_angular() {
         return law;
     }
     if passes {
-        entry.problem(report, "nothing passes a locally reacting wall; remove transmission, or this key");
+        entry.problem(report, &format!("nothing passes a {law} wall; remove transmission, or this key"));
     }
-    let limit = absorption_law::largest_locally_reacting();
+    let limit = law.largest();
     if let Some(band) = absorption.iter().position(|&absorption| absorption > limit) {
         let (absorption, center) = (absorption[band], bands.bands.nominal()[band]);
         let message = format!(
-            "absorption {absorption} at {center} Hz is more than the {limit:.3} that a locally reacting wall can absorb of a diffuse \
+            "absorption {absorption} at {center} Hz is more than the {limit:.3} that a {law} wall can absorb of a diffuse \
              field; give less, or remove this key"
         );
         entry.problem(report, &message);
