@@ -2,7 +2,7 @@
 //! to the lateral axis) and lateral cross energy (|cos|).
 //!
 //! LF = ∫₅⁸⁰ p_L² dt / ∫₀⁸⁰ p² dt, LFC = ∫₅⁸⁰ |p_L p| dt / ∫₀⁸⁰ p² dt, L_J = 10 lg(∫₈₀^∞ p_L² dt / ∫ p₁₀² dt), times in milliseconds since
-//! the direct sound, p₁₀ its pressure at 10 m in a free field. The parameter-of-eight microphone p_L is as sensitive on its axis as the
+//! the direct sound, p₁₀ its pressure at 10 m in a free field. The figure-of-eight microphone p_L is as sensitive on its axis as the
 //! omnidirectional one. In a diffuse field LF is 1/3 of the early energy after 5 ms, LFC one half.
 //!
 //! References: [ISO3382-1] annex A (docs/references.md).
