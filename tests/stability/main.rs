@@ -1,7 +1,6 @@
 //! Hard cases: where geometry and numbers turn nasty, one named case each, in their quick form.
 //!
-//! docs/stability.md lists the promise of each case and what was measured. `cargo xtask accept` runs the same cases in
-//! their long form.
+//! docs/stability.md lists the promises of the main cases. `cargo xtask accept` runs the same cases in their long form.
 
 mod cases;
 
