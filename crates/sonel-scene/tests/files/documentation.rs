@@ -33,8 +33,14 @@ fn the_example_with_every_key_takes_no_default() {
     assert!(defaults.is_empty(), "{defaults:?}");
 }
 
-/// The files that the page names: `mesh`, and a directivity.
+/// The files that the page names: `mesh`, a directivity, and a material file.
 fn beside(name: &str, mesh: &Path) -> std::io::Result<Vec<u8>> {
     let table = b"azimuth_deg,polar_deg,125,500,2000\n0,0,0,0,0\n0,90,-1,-6,-12\n0,180,-2,-12,-20\n";
-    if name.ends_with(".csv") { Ok(table.to_vec()) } else { fs::read(mesh) }
+    let materials = br#"{"center_freqs": [125, 250, 500, 1000, 2000],
+        "absorption": {"Wood": {"door": {"description": "a door", "coeffs": [0.1, 0.1, 0.1, 0.1, 0.1]}}}}"#;
+    match Path::new(name).extension().and_then(|ending| ending.to_str()) {
+        Some("csv") => Ok(table.to_vec()),
+        Some("json") => Ok(materials.to_vec()),
+        _ => fs::read(mesh),
+    }
 }
