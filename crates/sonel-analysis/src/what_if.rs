@@ -181,15 +181,14 @@ fn arrivals(reading: &Reading<'_>) -> Sums {
     let reach = scene.duration * scene.speed_of_sound;
     let window = |length: f64| ((length / reach * WINDOWS as f64) as usize).min(WINDOWS - 1);
     let batches: Vec<(u32, u32)> = (0..scene.sources.len() as u32)
-        .flat_map(|source| (0..reading.layout.batches).map(move |batch| (source, batch)))
+        .flat_map(|source| (0..reading.emissions.layout.batches).map(move |batch| (source, batch)))
         .collect();
     let sums: Vec<Sums> = batches
         .into_par_iter()
         .map(|(source, batch)| {
             let (mut sums, mut weight) = (Sums::new(reading.bands), PathWeight::new(reading.bands));
             for path in reading.map.batch_paths(source, batch) {
-                reading.emit(source, path.emission, 1.0, &mut weight);
-                reading.sweep(source, path, &mut weight, |segment| {
+                reading.follow(source, path, 1.0, &mut weight, |segment| {
                     if segment.arrival.is_some() {
                         sums.add(window(segment.end_length), segment.energy);
                     }

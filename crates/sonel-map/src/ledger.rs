@@ -6,6 +6,7 @@
 //! added in chunk order: shards joined equal the run made in one piece.
 
 use crate::classes::BandClasses;
+use crate::coefficients::MaterialRow;
 use crate::lanes::Lanes;
 use crate::vertex::Event;
 
@@ -184,6 +185,8 @@ impl Ledger {
 pub struct ChunkLedger {
     books: Vec<LaneLedger>,
     packet_sampling: Vec<Lanes>,
+    /// Whether the packet's last segment ended where part of its energy goes on that is not booked yet.
+    departs: bool,
     /// What became of the packets.
     pub fates: Fates,
     /// Straight pieces of path traced.
@@ -216,6 +219,7 @@ impl ChunkLedger {
         Self {
             books: vec![LaneLedger::default(); lanes],
             packet_sampling: vec![[0.0; 4]; lanes],
+            departs: false,
             fates: Fates::default(),
             segments: 0,
         }
@@ -233,35 +237,49 @@ impl ChunkLedger {
                 packet[lane] = unit * expected[lane] - actual[lane];
             }
         }
+        self.departs = false;
     }
 
-    /// Books an arrival: `incident` energy, of which `dissipated` turns to heat and `passed_on` is expected to go on
-    /// (both as fractions per band).
+    /// Books a segment with `energy`: what really went on from where it begins.
     #[inline]
-    pub fn arrived(&mut self, incident: &[Lanes], dissipated: &[Lanes], passed_on: &[Lanes]) {
-        for ((((book, packet), incident), dissipated), passed_on) in
-            self.books.iter_mut().zip(&mut self.packet_sampling).zip(incident).zip(dissipated).zip(passed_on)
+    pub fn segment(&mut self, energy: &[Lanes]) {
+        self.segments += 1;
+        self.depart(energy);
+    }
+
+    /// Books an arrival at a surface with `row`: `incident` energy, a part of which is expected to go on.
+    #[inline]
+    pub fn arrived(&mut self, incident: &[Lanes], row: &MaterialRow) {
+        for ((((book, packet), incident), dissipated), passed_on) in self
+            .books
+            .iter_mut()
+            .zip(&mut self.packet_sampling)
+            .zip(incident)
+            .zip(&row.dissipated)
+            .zip(&row.passed_on)
         {
             for lane in 0..4 {
                 book.absorbed[lane] += incident[lane] * dissipated[lane];
                 packet[lane] += incident[lane] * passed_on[lane];
             }
         }
+        self.departs = true;
     }
 
     /// Books the passing of an edge with `energy`, all of which is expected to go on.
     #[inline]
     pub fn passed_edge(&mut self, energy: &[Lanes]) {
         for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
-            for lane in 0..4 {
-                packet[lane] += energy[lane];
-            }
+            accumulate(packet, energy);
         }
+        self.departs = true;
     }
 
-    /// Books what really went on from the last arrival, or past the last edge.
     #[inline]
-    pub fn departed(&mut self, energy: &[Lanes]) {
+    fn depart(&mut self, energy: &[Lanes]) {
+        if !std::mem::take(&mut self.departs) {
+            return;
+        }
         for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
             for lane in 0..4 {
                 packet[lane] -= energy[lane];
@@ -269,8 +287,11 @@ impl ChunkLedger {
         }
     }
 
-    /// Closes the books of one packet that ended in `last` with `remaining` energy still on its way.
+    /// Closes the books of one packet that ended in `last`, with `remaining` energy on its way unless it was absorbed.
     pub fn ended(&mut self, last: Event, remaining: &[Lanes]) {
+        if last != Event::Absorbed {
+            self.depart(remaining);
+        }
         for ((book, packet), remaining) in self.books.iter_mut().zip(&self.packet_sampling).zip(remaining) {
             match last {
                 Event::Escaped => accumulate(&mut book.escaped, remaining),

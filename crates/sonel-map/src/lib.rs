@@ -6,6 +6,7 @@
 //!
 //! - [`edges`]: edges that bend packets, and what that means to each band; [`bend_history`]: which of them a packet passes;
 //! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
+//! - [`emissions`]: all of a run, ready to be traced or followed;
 //! - [`vertex`]: the 16-byte record of one arrival;
 //! - [`classes`]: bands that nothing tells apart;
 //! - [`coefficients`] and [`weight`]: the balance heuristic over leading bands, shared by tracer and readers;
@@ -28,6 +29,7 @@ pub mod coefficients;
 mod directivity;
 pub mod edges;
 pub mod emission;
+pub mod emissions;
 pub mod error;
 mod format;
 pub mod header;
@@ -54,6 +56,7 @@ pub use classes::BandClasses;
 pub use coefficients::CoefficientTable;
 pub use edges::{EdgeTable, Passing, SizesSeen, bending_edges};
 pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart};
+pub use emissions::Emissions;
 pub use error::MapError;
 pub use header::{BENDING, EffectState, MapHeader, Mode, Settings, ShardRange};
 pub use lanes::{Lanes, lanes_of};

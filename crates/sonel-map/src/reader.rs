@@ -404,6 +404,16 @@ impl SonelMap {
         Directory { header, minor, center, surfaces, edges, chunks, books }
     }
 
+    /// Source and first emission of every chunk, in the order of the file.
+    pub fn chunks(&self) -> impl Iterator<Item = (u32, u64)> {
+        self.chunks.iter().map(|chunk| (chunk.source, chunk.first_emission))
+    }
+
+    /// The paths of the chunk of `source` that begins with emission `first`, in emission order.
+    pub fn chunk_paths(&self, (source, first): (u32, u64)) -> impl Iterator<Item = PathView<'_>> {
+        (first..first + CHUNK_EMISSIONS).map_while(move |emission| self.path(source, emission))
+    }
+
     /// The path of emission `emission` of `source`; [`None`] where this map does not hold it.
     #[must_use]
     pub fn path(&self, source: u32, emission: u64) -> Option<PathView<'_>> {
@@ -581,7 +591,7 @@ fn read_books(
 /// The shard holds exactly the chunks it should, in order.
 fn check_directory(chunks: &[ChunkEntry], header: &MapHeader) -> Result<(), MapError> {
     let layout = header.settings.layout(header.scene.bands.count());
-    let held = header.shard.chunks(layout.total.div_ceil(CHUNK_EMISSIONS));
+    let held = header.shard.chunks(layout.chunks());
     let sources = header.scene.sources.len() as u64;
     let damaged = |offset, reason: &str| MapError::Damaged { offset, reason: reason.to_owned() };
     if (held.end - held.start).checked_mul(sources) != Some(chunks.len() as u64) {

@@ -5,7 +5,7 @@ use sonel_geometry::{Arc, Departure, EdgeIndex, Geometry, Hit, SpeedProfile};
 use sonel_map::coefficients::{LEAST_THROUGH, MaterialRow};
 use sonel_map::{
     BendHistory, CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, EdgePlace, EdgeTable, Event,
-    Lanes, PacketStart, Passing, PathWeight, Vertex,
+    PacketStart, Passing, PathWeight, Vertex,
 };
 use sonel_sampling::{Frame, Stream};
 use sonel_scene::Source;
@@ -90,7 +90,6 @@ pub struct Records {
     /// Their energy.
     pub books: ChunkLedger,
     weight: PathWeight,
-    nothing: Vec<Lanes>,
 }
 
 impl Records {
@@ -104,7 +103,6 @@ impl Records {
             },
             books: ChunkLedger::new(bands),
             weight: PathWeight::new(bands),
-            nothing: vec![[0.0; 4]; sonel_map::lanes_of(bands)],
         }
     }
 }
@@ -113,7 +111,7 @@ impl Surroundings<'_> {
     /// Lives one packet to its end, leaving its path and its books in `records`.
     pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);
-        let Records { paths, books, weight, nothing } = records;
+        let Records { paths, books, weight } = records;
         let mut flight = Flight {
             position: emission.position,
             departure: Departure::free(emission.position.as_vec3()),
@@ -128,7 +126,7 @@ impl Surroundings<'_> {
         };
         let mut threshold = self.extinction_threshold;
         let last = loop {
-            books.segments += 1;
+            books.segment(weight.energy());
             let hit = match &self.profile {
                 None => self.geometry.closest_hit(flight.departure, flight.direction),
                 Some(profile) => self.fly(profile, &mut flight),
@@ -193,7 +191,7 @@ impl Surroundings<'_> {
             }
             paths.vertices.push(vertex(&hit, event));
         };
-        end(books, weight, nothing, last.event().expect("made from an event"));
+        books.ended(last.event().expect("made from an event"), weight.energy());
         paths.vertices.push(last);
         paths.ends.push(paths.vertices.len() as u32);
     }
@@ -267,7 +265,7 @@ impl Surroundings<'_> {
                 flight.bend_history.bend(edge_pass.edge, f64::from(place.distance));
                 return true;
             }
-            books.segments += 1;
+            books.segment(weight.energy());
             flight.bend_history.clear = edges.least_distance().max(flight.bend_history.clear - edge_pass.at);
         }
     }
@@ -332,12 +330,12 @@ impl Surroundings<'_> {
         records: &mut Records,
     ) -> bool {
         begin(emission, records);
-        let Records { paths, books, weight, nothing } = records;
+        let Records { paths, books, weight } = records;
         let (mut last, mut position) = (None, emission.position);
         let mut threshold = self.extinction_threshold;
         for vertex in path {
             let Some(event) = vertex.event() else { return false };
-            books.segments += 1;
+            books.segment(weight.energy());
             if event == Event::Diffracted {
                 stream.uniform_pair();
             }
@@ -378,7 +376,7 @@ impl Surroundings<'_> {
             last = Some(event);
         }
         let Some(last) = last else { return false };
-        end(books, weight, nothing, last);
+        books.ended(last, weight.energy());
         paths.vertices.extend_from_slice(path);
         paths.ends.push(paths.vertices.len() as u32);
         true
@@ -446,7 +444,6 @@ fn pass_edge(
 ) {
     books.passed_edge(weight.energy());
     weight.pass_edge(table, event, passing);
-    books.departed(weight.energy());
 }
 
 /// Sends a packet on its way.
@@ -466,7 +463,7 @@ fn decide(
     books: &mut ChunkLedger,
     weight: &mut PathWeight,
 ) -> Event {
-    books.arrived(weight.energy(), &row.dissipated, &row.passed_on);
+    books.arrived(weight.energy(), row);
     let event = draw_event(&row.thresholds[deciding], stream.uniform_fine());
     weight.pass(match event {
         Event::Specular => &row.specular,
@@ -474,7 +471,6 @@ fn decide(
         Event::Transmitted => &row.transmitted,
         _ => return event,
     });
-    books.departed(weight.energy());
     event
 }
 
@@ -486,12 +482,6 @@ fn faintness(row: &MaterialRow, event: Event) -> f64 {
     }
     let strongest = row.transmitted.energy.iter().flatten().copied().fold(0.0, f64::max);
     (strongest / LEAST_THROUGH).min(1.0)
-}
-
-/// Books the end of a packet.
-#[inline]
-fn end(books: &mut ChunkLedger, weight: &PathWeight, nothing: &[Lanes], last: Event) {
-    books.ended(last, if last == Event::Absorbed { nothing } else { weight.energy() });
 }
 
 fn vertex(hit: &Hit, event: Event) -> Vertex {

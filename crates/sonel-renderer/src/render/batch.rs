@@ -3,9 +3,7 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
-use sonel_map::{
-    Arrival, EmissionDirections, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of, sweep,
-};
+use sonel_map::{Arrival, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use super::Renderer;
@@ -160,10 +158,7 @@ impl Renderer<'_> {
         progress: &mut dyn FnMut(f64),
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
-        let traced = &self.map.header().settings;
-        let directions =
-            EmissionDirections::new(traced.seed, source as u32, self.map.layout(), traced.spectral);
-        let count = self.batches.len() as u32;
+        let count = self.emissions.batches.len() as u32;
         let audience =
             self.audience((source, radiator), &receivers[tile.clone()], borders, rendering.mirror_order);
         let first_arrivals: Vec<f64> =
@@ -182,10 +177,10 @@ impl Renderer<'_> {
         for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
             let group = &mut estimates[..(count - first).min(BATCHES_IN_FLIGHT) as usize];
             group.par_iter_mut().zip(first..count).for_each(|(estimate, batch)| {
-                self.estimate(batch, source, &directions, &audience, estimate);
+                self.estimate(batch, source, &audience, estimate);
             });
             for (batch, estimate) in (first as usize..).zip(group) {
-                let weighed = (batch, self.batches[batch].weight);
+                let weighed = (batch, self.emissions.batches[batch].weight);
                 estimate.add_to(rendering, weighed, tile.clone(), &self.bins, borders, &first_arrivals);
             }
             progress(f64::from(count.min(first + BATCHES_IN_FLIGHT)) / f64::from(count));
@@ -331,17 +326,10 @@ impl Renderer<'_> {
     }
 
     /// Fills `estimate` with what one batch says.
-    fn estimate(
-        &self,
-        batch: u32,
-        source: usize,
-        directions: &EmissionDirections,
-        audience: &Audience<'_>,
-        estimate: &mut BatchEstimate,
-    ) {
+    fn estimate(&self, batch: u32, source: usize, audience: &Audience<'_>, estimate: &mut BatchEstimate) {
         estimate.clear();
         if let Some(paper) = &self.paper {
-            return self.estimate_as_paper(paper, (batch, source), directions, audience, estimate);
+            return self.estimate_as_paper(paper, (batch, source), audience, estimate);
         }
         let bands = self.table.bands();
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
@@ -360,7 +348,7 @@ impl Renderer<'_> {
             brought: Vec::new(),
         };
         let index = self.gather_index(audience, source, batch, &mut scratch.energy, estimate);
-        self.each_segment(batch, source, directions, |segment, arriving| {
+        self.each_segment(batch, source, |segment, arriving| {
             self.hear_segment((segment, arriving), audience, index.as_ref(), &mut scratch, estimate);
         });
     }
@@ -370,38 +358,32 @@ impl Renderer<'_> {
         &self,
         batch: u32,
         source: usize,
-        directions: &EmissionDirections,
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
         let mut weight = PathWeight::new(self.table.bands());
         for path in self.map.batch_paths(source as u32, batch) {
-            self.follow_path(path, (source, batch), directions, 1.0, &mut weight, &mut visit);
+            self.follow_path(path, source, 1.0, &mut weight, &mut visit);
         }
     }
 
-    /// Visits every segment of a path of `source` and `batch`, with energies in units of `unit` ([`PathWeight::emit`]), and apart with its energy
+    /// Visits every segment of a path of `source`, with energies in units of `unit` ([`PathWeight::emit`]), and apart with its energy
     /// where it ends: another one in scenes of several airs.
     pub(crate) fn follow_path(
         &self,
         path: PathView<'_>,
-        (source, batch): (usize, u32),
-        directions: &EmissionDirections,
+        source: usize,
         unit: f64,
         weight: &mut PathWeight,
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
-        let emitter = &self.map.header().scene.sources[source];
-        let start = self.batches[batch as usize].packet(self.map.layout().lead(path.emission));
-        weight.emit_from(emitter, directions.direction(path.emission), unit, start);
-        let scene = &self.map.header().scene;
-        let origin = (emitter.position - self.geometry.center(), scene.air_at_source(source));
+        let (source, carrier) = (source as u32, (&self.table, weight));
         let Some(regions) = &self.regions else {
             let visit = |segment: &Segment<'_>| visit(segment, segment.energy);
-            return sweep(origin, path.vertices, &self.table, weight, visit);
+            return self.emissions.follow(source, path, unit, carrier, visit);
         };
         let mut fading = Fading::new(regions, lanes_of(self.table.bands()), self.bins.reach);
         let visit = |segment: &Segment<'_>| fading.visit(segment, &mut visit);
-        sweep(origin, path.vertices, &self.table, weight, visit);
+        self.emissions.follow(source, path, unit, carrier, visit);
     }
 
     #[inline]

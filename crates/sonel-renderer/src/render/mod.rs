@@ -14,7 +14,7 @@ mod specular;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
-use sonel_map::{BandClasses, BatchStart, CoefficientTable, SonelMap};
+use sonel_map::{BandClasses, CoefficientTable, Emissions, SonelMap};
 use sonel_scene::{Scene, Source};
 
 use crate::air::AirTable;
@@ -66,7 +66,7 @@ pub struct Renderer<'a> {
     /// The edges, where they bend packets.
     pub(crate) bends: Option<Bends>,
     pub(crate) normals: Vec<Vec3>,
-    pub(crate) batches: Vec<BatchStart>,
+    pub(crate) emissions: Emissions<'a>,
     /// Largest K′.
     pub(crate) image_order: u32,
     /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
@@ -128,7 +128,6 @@ impl<'a> Renderer<'a> {
         let attenuation = attenuation(scene, &settings, &bins)?;
         let ray_reach = bins.reach / scene.stretches().into_iter().fold(1.0, f64::min);
         let traced = &map.header().settings;
-        let layout = map.layout();
         let diffracts =
             map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
         let classes = band_classes(map, diffracts, &attenuation);
@@ -165,9 +164,7 @@ impl<'a> Renderer<'a> {
             attenuation,
             table,
             normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
-            batches: (0..layout.batches)
-                .map(|batch| BatchStart::grouped(&layout, batch, traced.spectral, &classes))
-                .collect(),
+            emissions: Emissions::of_map(map, geometry.center(), &classes),
             classes,
             map,
             geometry,
@@ -292,7 +289,7 @@ impl<'a> Renderer<'a> {
             self.bins.reach,
             if !self.enumerates_mirrors() { Some(0) } else { self.settings.mirror_order },
         );
-        let (bands, batches) = (self.table.bands(), self.batches.len());
+        let (bands, batches) = (self.table.bands(), self.emissions.batches.len());
         let mut rendering =
             Rendering::new(prepared.len(), axes(&prepared).columns(), &self.bins, bands, batches);
         rendering.mirror_order = chains.order();

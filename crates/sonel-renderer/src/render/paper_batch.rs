@@ -1,6 +1,6 @@
 //! One batch of the paper's pass: rays are cast, their discs indexed, the sonels stream past.
 
-use sonel_map::{Arrival, EmissionDirections, Lanes, Segment, lanes_of};
+use sonel_map::{Arrival, Lanes, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
 use super::Renderer;
@@ -27,7 +27,6 @@ impl Renderer<'_> {
         &self,
         paper: &Paper,
         (batch, source): (u32, usize),
-        directions: &EmissionDirections,
         audience: &Audience<'_>,
         estimate: &mut BatchEstimate,
     ) {
@@ -35,7 +34,7 @@ impl Renderer<'_> {
         let index = self.look(paper, (batch, source), radiator, audience, estimate);
         self.look_over_edges(paper, (batch, source), radiator, audience, estimate);
         let mut scratch = vec![[0.0; 4]; lanes_of(self.table.bands())];
-        self.each_segment(batch, source, directions, |segment, _| {
+        self.each_segment(batch, source, |segment, _| {
             estimate.take_stock(segment, &self.medium(), &mut scratch);
             if let Some(arrival) = segment.arrival {
                 self.count(paper, (segment, arrival), &index, audience, &mut scratch, estimate);

@@ -56,7 +56,7 @@ impl Renderer<'_> {
             return;
         }
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
-        let count = self.batches.len() as u32;
+        let count = self.emissions.batches.len() as u32;
         for first in (0..receivers.len()).step_by(RECEIVERS) {
             let tile = first..(first + RECEIVERS).min(receivers.len());
             let (receivers, borders) = (&receivers[tile.clone()], &borders[tile.clone()]);
@@ -76,7 +76,7 @@ impl Renderer<'_> {
                     self.mirror_rays((source, batch), radiator, rendering.mirror_order, &listeners, estimate);
                 });
                 for (batch, estimate) in (first as usize..).zip(group) {
-                    let weighed = (batch, self.batches[batch].weight);
+                    let weighed = (batch, self.emissions.batches[batch].weight);
                     estimate.add_to(rendering, weighed, tile.clone(), &self.bins, borders, &first_arrivals);
                 }
             }
