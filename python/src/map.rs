@@ -142,7 +142,7 @@ impl Map {
 
     #[getter]
     fn digest(&self) -> String {
-        self.digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        sonel_map::hexadecimal(&self.digest)
     }
 
     #[getter]

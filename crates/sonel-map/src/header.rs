@@ -14,6 +14,17 @@ pub enum Mode {
     Paper,
 }
 
+impl Mode {
+    /// Its word in docs/interface.md.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Accurate => "accurate",
+            Self::Paper => "paper",
+        }
+    }
+}
+
 /// What decided the paths besides the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {

@@ -27,10 +27,29 @@ pub enum Fate {
     Lost,
 }
 
+impl Fate {
+    /// All, in their order.
+    pub const ALL: [Self; 6] =
+        [Self::Absorbed, Self::Transmitted, Self::Escaped, Self::Expired, Self::Extinguished, Self::Lost];
+
+    /// Its word in docs/interface.md.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Absorbed => "absorbed",
+            Self::Transmitted => "transmitted",
+            Self::Escaped => "escaped",
+            Self::Expired => "expired",
+            Self::Extinguished => "extinguished",
+            Self::Lost => "lost",
+        }
+    }
+}
+
 /// Number of packets per [`Fate`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Fates {
-    counts: [u64; 6],
+    counts: [u64; Fate::ALL.len()],
 }
 
 impl Fates {

@@ -62,6 +62,7 @@ pub use header::{BENDING, EffectState, MapHeader, Mode, Settings, ShardRange};
 pub use lanes::{Lanes, lanes_of};
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
 pub use merge::{MergeError, Merger};
+pub use provenance::hexadecimal;
 pub use reader::{BeforeWidening, PathView, SonelMap};
 pub use spectral::Spectral;
 pub use sweep::{Arrival, Segment, SegmentHistory, sweep};

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use sonel_console::choices::{EstimatorArgument, ModeArgument};
+use sonel_console::choices::{estimator, mode};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
-use sonel_renderer::ReceiverPoint;
+use sonel_map::Mode;
+use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_study::effects::EffectSpec;
 
 mod coefficients;
@@ -155,11 +156,11 @@ pub struct Tradeoff {
     #[arg(long, value_delimiter = ',', value_name = "BETA,…", allow_hyphen_values = true)]
     pub survival: Vec<f64>,
     /// Methods to be tried.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "MODE,…")]
-    pub mode: Vec<ModeArgument>,
+    #[arg(long, value_parser = mode(), value_delimiter = ',', value_name = "MODE,…")]
+    pub mode: Vec<Mode>,
     /// Estimators to be tried.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "ESTIMATOR,…")]
-    pub estimator: Vec<EstimatorArgument>,
+    #[arg(long, value_parser = estimator(), value_delimiter = ',', value_name = "ESTIMATOR,…")]
+    pub estimator: Vec<Estimator>,
     /// Numbers of visibility rays to be tried.
     #[arg(long, value_delimiter = ',', value_name = "M,…", value_parser = parse_count, allow_negative_numbers = true)]
     pub rays: Vec<u64>,

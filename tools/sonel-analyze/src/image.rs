@@ -11,7 +11,7 @@ use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::{Audience, Progress};
 use sonel_geometry::Geometry;
-use sonel_map::SonelMap;
+use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::picture::{Camera, Windows};
 use sonel_renderer::{Estimator, RenderSettings, Renderer};
 use sonel_scene::Scene;
@@ -160,7 +160,7 @@ impl PictureRequest {
 
     fn metadata(&self, map: &SonelMap, arguments: &Image, radius: f64) -> Value {
         let scene = &map.header().scene;
-        let digest: String = map.digest().iter().map(|byte| format!("{byte:02x}")).collect();
+        let digest = hexadecimal(&map.digest());
         json!({
             "quantity": "incident energy per area and unit emitted energy [1/m^2]",
             "scene": scene.name,

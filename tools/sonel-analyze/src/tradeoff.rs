@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use sonel_acoustics::mean_free_path;
 use sonel_analysis::plot::{self, Sheet};
-use sonel_console::choices::ModeArgument;
 use sonel_console::clock::CpuClock;
 use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::{Audience, Progress};
@@ -139,14 +138,16 @@ fn sweep(arguments: &Tradeoff, geometry: &Geometry) -> Sweep {
     let levels = |property, given: Vec<f64>, usual: &[f64]| {
         if given.is_empty() && is_varied(property) { usual.to_vec() } else { given }
     };
-    let estimators: Vec<Estimator> = arguments.estimator.iter().map(|&estimator| estimator.into()).collect();
-    let modes: Vec<Mode> = arguments.mode.iter().map(|&mode| mode.into()).collect();
     let rays: Vec<u32> = arguments.rays.iter().map(|&rays| rays as u32).collect();
     let radii = RADII.map(|radius| two_places(radius * free_path(geometry)));
     let tried = Levels {
         survival: levels(Property::Survival, arguments.survival.clone(), &SURVIVALS),
-        mode: or_usual(modes, is_varied(Property::Mode), &[Mode::Accurate, Mode::Paper]),
-        estimator: or_usual(estimators, is_varied(Property::Estimator), &Estimator::COMPARABLE),
+        mode: or_usual(arguments.mode.clone(), is_varied(Property::Mode), &[Mode::Accurate, Mode::Paper]),
+        estimator: or_usual(
+            arguments.estimator.clone(),
+            is_varied(Property::Estimator),
+            &Estimator::COMPARABLE,
+        ),
         rays: or_usual(rays, is_varied(Property::Rays), &RAYS),
         radius: levels(Property::Radius, arguments.radius.clone(), &radii),
     };
@@ -220,7 +221,7 @@ fn problems(arguments: &Tradeoff) -> Vec<String> {
         "--duration is no duration: give seconds above 0",
     );
     complain(arguments.reference == Some(0), "--reference 0 knows nothing: give at least 1");
-    let paper = arguments.mode.first() == Some(&ModeArgument::Paper);
+    let paper = arguments.mode.first() == Some(&Mode::Paper);
     complain(
         paper && arguments.survival.iter().any(|&survival| survival < 1.0),
         "--mode paper means --survival 1: leave --survival out, or vary the mode instead",

@@ -7,6 +7,7 @@ pub mod count;
 pub mod feasible;
 pub mod input;
 pub mod interrupt;
+pub mod ledger;
 pub mod output;
 pub mod plan;
 pub mod progress;

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use glam::DVec3;
-use sonel_console::choices::EstimatorArgument;
+use sonel_console::choices::estimator;
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
 use sonel_map::ShardRange;
-use sonel_renderer::ReceiverPoint;
+use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_sound::ambisonics::MOST_ORDER;
 use sonel_study::target::Targets;
 
@@ -64,8 +64,8 @@ pub struct Arguments {
     #[arg(long)]
     pub directions: bool,
     /// Estimator used for each path class.
-    #[arg(long, value_enum, default_value_t = EstimatorArgument::Auto)]
-    pub estimator: EstimatorArgument,
+    #[arg(long, value_parser = estimator(), default_value = Estimator::Auto.name())]
+    pub estimator: Estimator,
     /// Highest order of image sources; by default it follows from the room.
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,

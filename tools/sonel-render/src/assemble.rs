@@ -9,7 +9,7 @@ use sonel_console::Stopwatch;
 use sonel_console::progress::{Audience, Progress};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
-use sonel_map::SonelMap;
+use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_study::response;
 
@@ -175,10 +175,6 @@ impl Run<'_> {
         }
         report
     }
-}
-
-fn hexadecimal(digest: &[u8]) -> String {
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A pattern's name; of a file also its directivity index per band and the side that is up.

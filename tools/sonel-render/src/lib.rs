@@ -191,7 +191,7 @@ fn change_map(map: &mut SonelMap, arguments: &Arguments, label: &str) -> anyhow:
     if materials.is_none() && set.is_empty() {
         return Ok(Vec::new());
     }
-    if map.header().settings.mode == Mode::Paper || Estimator::from(arguments.estimator) == Estimator::Paper {
+    if map.header().settings.mode == Mode::Paper || arguments.estimator == Estimator::Paper {
         bail!(
             "the paper's estimator draws events anew with the materials of the map: leave --set and --materials out"
         );
@@ -211,7 +211,7 @@ fn change_map(map: &mut SonelMap, arguments: &Arguments, label: &str) -> anyhow:
 }
 
 fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<RenderSettings> {
-    let default = RenderSettings::of(arguments.estimator.into());
+    let default = RenderSettings::of(arguments.estimator);
     Ok(RenderSettings {
         bin: arguments.bin,
         mirror_order: arguments.order,

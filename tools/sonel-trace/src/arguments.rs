@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use clap::{Parser, ValueEnum};
-use sonel_console::choices::ModeArgument;
+use clap::Parser;
+use sonel_console::choices::{mode, spectral};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::shard::parse_shard;
@@ -35,14 +35,14 @@ pub struct Arguments {
     #[arg(long, value_name = "G", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub batches: Option<u32>,
     /// The method: the best known (accurate, where none is given), or what the founding paper writes.
-    #[arg(long, value_enum)]
-    pub mode: Option<ModeArgument>,
+    #[arg(long, value_parser = mode())]
+    pub mode: Option<Mode>,
     /// Survival exponent β from 0 (no roulette) to 1 (the paper's); 0.15 where none is given.
     #[arg(long, value_name = "BETA", allow_hyphen_values = true)]
     pub survival: Option<f64>,
     /// Whether bands share paths; shared where nothing is given.
-    #[arg(long, value_enum)]
-    pub spectral: Option<SpectralArgument>,
+    #[arg(long, value_parser = spectral())]
+    pub spectral: Option<Spectral>,
     /// How long echograms are simulated [s], instead of the scene's duration.
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
@@ -82,24 +82,6 @@ pub struct Arguments {
     pub threads: Option<usize>,
 }
 
-/// `--spectral`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SpectralArgument {
-    /// Every path carries all bands.
-    Shared,
-    /// Every path carries one band.
-    PerBand,
-}
-
-impl From<SpectralArgument> for Spectral {
-    fn from(spectral: SpectralArgument) -> Self {
-        match spectral {
-            SpectralArgument::Shared => Self::Shared,
-            SpectralArgument::PerBand => Self::PerBand,
-        }
-    }
-}
-
 impl Arguments {
     /// The settings of the run.
     ///
@@ -110,16 +92,15 @@ impl Arguments {
         if !problems.is_empty() {
             bail!("{}", problems.join("\nerror: "));
         }
-        let paper = self.mode == Some(ModeArgument::Paper);
-        let per_band = paper || self.spectral == Some(SpectralArgument::PerBand);
+        let paper = self.mode == Some(Mode::Paper);
         let defaults = Settings::default();
         Ok(Settings {
             emissions: self.sonels.unwrap_or(defaults.emissions),
             seed: self.seed.unwrap_or(defaults.seed),
             batches: self.batches.unwrap_or(defaults.batches),
             survival: self.survival.unwrap_or(if paper { 1.0 } else { defaults.survival }),
-            spectral: if per_band { Spectral::PerBand } else { Spectral::Shared },
-            mode: self.mode.map_or(defaults.mode, Mode::from),
+            spectral: if paper { Spectral::PerBand } else { self.spectral.unwrap_or(Spectral::Shared) },
+            mode: self.mode.unwrap_or(defaults.mode),
             extinction_threshold: defaults.extinction_threshold,
         })
     }
@@ -131,13 +112,13 @@ impl Arguments {
         {
             problems.push(format!("--survival {survival} is outside 0 … 1"));
         }
-        if self.mode == Some(ModeArgument::Paper) {
+        if self.mode == Some(Mode::Paper) {
             if self.survival.is_some_and(|survival| survival < 1.0) {
                 problems.push(
                     "--mode paper means --survival 1: leave --survival out or use --mode accurate".into(),
                 );
             }
-            if self.spectral == Some(SpectralArgument::Shared) {
+            if self.spectral == Some(Spectral::Shared) {
                 problems.push(
                     "--mode paper traces every band on its own: leave --spectral out or use --mode accurate"
                         .into(),

@@ -11,7 +11,7 @@ use sonel_console::clock::CpuClock;
 use sonel_console::input;
 use sonel_console::version::without_build;
 use sonel_geometry::Geometry;
-use sonel_map::{EffectState, MapHeader, Mode, Settings, SonelMap, Spectral};
+use sonel_map::{EffectState, MapHeader, Mode, Settings, SonelMap, Spectral, hexadecimal};
 use sonel_scene::Scene;
 use sonel_study::effects::{self, Decision};
 
@@ -56,8 +56,8 @@ pub fn decided(path: &Path, mode: Mode, scene: &Scene) -> anyhow::Result<(Vec<Ef
     if header.settings.mode != mode {
         problems.push(format!(
             "it decided for --mode {}, this run has {}: decide for the mode of the run",
-            mode_name(header.settings.mode),
-            mode_name(mode)
+            Mode::name(header.settings.mode),
+            Mode::name(mode)
         ));
     }
     if header.scene.duration.to_bits() != scene.duration.to_bits() {
@@ -82,10 +82,6 @@ fn unless_any(problems: &[String], path: &Path) -> anyhow::Result<()> {
     if problems.is_empty() { Ok(()) } else { bail!("{}", problems.join("\nerror: ")) }
 }
 
-fn mode_name(mode: Mode) -> &'static str {
-    if mode == Mode::Paper { "paper" } else { "accurate" }
-}
-
 /// What speaks against extending a map with `header`, a sentence each.
 fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> Vec<String> {
     let settings = &header.settings;
@@ -98,23 +94,14 @@ fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> V
             settings.emissions
         ));
     }
-    let spectral = |spectral| if spectral == Spectral::PerBand { "per-band" } else { "shared" };
     problems.extend(
         [
             contradiction("seed", arguments.seed, settings.seed),
             contradiction("batches", arguments.batches, settings.batches),
             contradiction("survival", arguments.survival, settings.survival),
             contradiction("duration", arguments.duration, header.scene.duration),
-            contradiction(
-                "spectral",
-                arguments.spectral.map(|given| spectral(given.into())),
-                spectral(settings.spectral),
-            ),
-            contradiction(
-                "mode",
-                arguments.mode.map(|given| mode_name(given.into())),
-                mode_name(settings.mode),
-            ),
+            contradiction("spectral", arguments.spectral.map(Spectral::name), settings.spectral.name()),
+            contradiction("mode", arguments.mode.map(Mode::name), settings.mode.name()),
         ]
         .into_iter()
         .flatten(),
@@ -189,8 +176,4 @@ fn in_words(on: &[bool], reach: &[f64]) -> String {
         (false, _) => "off".to_owned(),
     };
     on.iter().enumerate().map(state).collect::<Vec<_>>().join(", ")
-}
-
-fn hexadecimal(digest: &[u8; 32]) -> String {
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

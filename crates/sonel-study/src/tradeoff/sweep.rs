@@ -93,8 +93,7 @@ enum Change {
 impl Change {
     fn name(&self) -> String {
         match self {
-            Self::Mode(Mode::Accurate) => "accurate".to_owned(),
-            Self::Mode(Mode::Paper) => "paper".to_owned(),
+            Self::Mode(mode) => mode.name().to_owned(),
             Self::Survival(survival) => format!("β {survival}"),
             Self::Estimator(estimator) => estimator.name().to_owned(),
             Self::Rays(rays) => format!("{rays} rays"),
