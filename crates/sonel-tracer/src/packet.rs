@@ -1,4 +1,4 @@
-//! One sonel's life: emitted, carried from surface to surface, ended by one of its fates.
+//! Tracing one packet: emitted, carried from surface to surface, ended by one of its fates.
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, EdgeIndex, Geometry, Hit, SpeedProfile};
@@ -48,6 +48,10 @@ struct Flight {
     length: f64,
     /// c₀/c of the air that it is in.
     stretch: f64,
+    /// See [`Emission::deciding`].
+    deciding: usize,
+    /// Energy at which it ends, lower behind partitions (`faintness`).
+    threshold: f64,
     bend_history: BendHistory,
     passed: Passed,
 }
@@ -108,92 +112,107 @@ impl Records {
 }
 
 impl Surroundings<'_> {
-    /// Lives one packet to its end, leaving its path and its books in `records`.
+    /// Traces one packet to its end, leaving its path and its books in `records`.
     pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);
-        let Records { paths, books, weight } = records;
         let mut flight = Flight {
             position: emission.position,
             departure: Departure::free(emission.position.as_vec3()),
             direction: emission.direction,
             length: 0.0,
             stretch: self.airs.as_ref().map_or(1.0, |airs| airs.stretch(emission.air)),
+            deciding: emission.deciding,
+            threshold: self.extinction_threshold,
             passed: Passed::None,
             bend_history: self
                 .edges
                 .as_ref()
                 .map_or_else(BendHistory::default, |edges| BendHistory::new(edges.least_distance())),
         };
-        let mut threshold = self.extinction_threshold;
         let last = loop {
-            books.segment(weight.energy());
-            let hit = match &self.profile {
-                None => self.geometry.closest_hit(flight.departure, flight.direction),
-                Some(profile) => self.fly(profile, &mut flight),
-            };
-            if let Some(vertex) = self.diffract(&mut flight, hit.as_ref(), emission.deciding, stream) {
-                paths.vertices.push(vertex);
-                continue;
+            if let Some(last) = self.step(&mut flight, stream, records) {
+                break last;
             }
-            if let Some(edges) = &self.edges
-                && self.pass_edges(
-                    edges,
-                    &mut flight,
-                    hit.as_ref(),
-                    emission.deciding,
-                    stream,
-                    (paths, books, weight),
-                )
-            {
-                continue;
-            }
-            let Some(hit) = hit else { break self.vanish(&flight) };
-            let end = hit.position.as_dvec3();
-            flight.length += match &self.profile {
-                None => flight.position.distance(end) * flight.stretch,
-                Some((profile, speed)) => profile.travel_time(flight.position, end) * speed,
-            };
-            if flight.length > self.reach {
-                break vertex(&hit, Event::Expired);
-            }
-            if let Some(airs) = &self.airs
-                && let Some(vertex) = self.meet_interface(airs, &mut flight, &hit, stream)
-            {
-                paths.vertices.push(vertex);
-                continue;
-            }
-            let frame = &self.surfaces[hit.surface.0 as usize];
-            let row = self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
-            let event = decide(row, emission.deciding, stream, books, weight);
-            flight.direction = match event {
-                Event::Specular => mirrored(flight.direction, frame.normal),
-                Event::Diffuse => scattered(frame, hit.side, stream.uniform_pair()),
-                Event::Transmitted => flight.direction,
-                _ => break vertex(&hit, Event::Absorbed),
-            };
-            threshold *= faintness(row, event);
-            if weight.is_extinct(threshold) {
-                break vertex(&hit, Event::Extinguished);
-            }
-            flight.passed = match (event, flight.passed) {
-                (Event::Transmitted, _) => Passed::Last,
-                (_, Passed::Last) => Passed::Before,
-                (_, before) => before,
-            };
-            flight.position = hit.position.as_dvec3();
-            flight.departure = match event {
-                Event::Transmitted => self.geometry.pass(&hit, flight.direction),
-                _ => self.geometry.leave(hit.position, hit.surface, hit.side),
-            };
-            if let Some(edges) = &self.edges {
-                flight.bend_history =
-                    BendHistory::new(edges.least_distance() / steepness(flight.direction, frame));
-            }
-            paths.vertices.push(vertex(&hit, event));
         };
+        let Records { paths, books, weight } = records;
         books.ended(last.event().expect("made from an event"), weight.energy());
         paths.vertices.push(last);
         paths.ends.push(paths.vertices.len() as u32);
+    }
+
+    /// Carries a packet to its next vertex, which `records` get unless it is the last: that is returned.
+    #[inline]
+    fn step(&self, flight: &mut Flight, stream: &mut Stream, records: &mut Records) -> Option<Vertex> {
+        records.books.segment(records.weight.energy());
+        let hit = match &self.profile {
+            None => self.geometry.closest_hit(flight.departure, flight.direction),
+            Some(profile) => self.fly(profile, flight),
+        };
+        if let Some(vertex) = self.diffract(flight, hit.as_ref(), stream) {
+            records.paths.vertices.push(vertex);
+            return None;
+        }
+        if let Some(edges) = &self.edges
+            && self.pass_edges(edges, flight, hit.as_ref(), stream, records)
+        {
+            return None;
+        }
+        let Some(hit) = hit else { return Some(self.vanish(flight)) };
+        let end = hit.position.as_dvec3();
+        flight.length += match &self.profile {
+            None => flight.position.distance(end) * flight.stretch,
+            Some((profile, speed)) => profile.travel_time(flight.position, end) * speed,
+        };
+        if flight.length > self.reach {
+            return Some(vertex(&hit, Event::Expired));
+        }
+        if let Some(airs) = &self.airs
+            && let Some(vertex) = self.meet_interface(airs, flight, &hit, stream)
+        {
+            records.paths.vertices.push(vertex);
+            return None;
+        }
+        let event = self.meet_wall(flight, &hit, stream, records);
+        let met = vertex(&hit, event);
+        if event.is_final() {
+            return Some(met);
+        }
+        records.paths.vertices.push(met);
+        None
+    }
+
+    /// What becomes of a packet at a wall; where it goes on, the way on which it does.
+    #[inline]
+    fn meet_wall(&self, flight: &mut Flight, hit: &Hit, stream: &mut Stream, records: &mut Records) -> Event {
+        let Records { books, weight, .. } = records;
+        let frame = &self.surfaces[hit.surface.0 as usize];
+        let row = self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
+        let event = decide(row, flight.deciding, stream, books, weight);
+        flight.direction = match event {
+            Event::Specular => mirrored(flight.direction, frame.normal),
+            Event::Diffuse => scattered(frame, hit.side, stream.uniform_pair()),
+            Event::Transmitted => flight.direction,
+            _ => return Event::Absorbed,
+        };
+        flight.threshold *= faintness(row, event);
+        if weight.is_extinct(flight.threshold) {
+            return Event::Extinguished;
+        }
+        flight.passed = match (event, flight.passed) {
+            (Event::Transmitted, _) => Passed::Last,
+            (_, Passed::Last) => Passed::Before,
+            (_, before) => before,
+        };
+        flight.position = hit.position.as_dvec3();
+        flight.departure = match event {
+            Event::Transmitted => self.geometry.pass(hit, flight.direction),
+            _ => self.geometry.leave(hit.position, hit.surface, hit.side),
+        };
+        if let Some(edges) = &self.edges {
+            flight.bend_history =
+                BendHistory::new(edges.least_distance() / steepness(flight.direction, frame));
+        }
+        event
     }
 
     /// What a packet meets on its arc, chord by chord, and in a closed room what it would meet after the end of the run; it then goes in the
@@ -228,11 +247,11 @@ impl Surroundings<'_> {
         edges: &EdgeIndex,
         flight: &mut Flight,
         hit: Option<&Hit>,
-        deciding: usize,
         stream: &mut Stream,
-        (paths, books, weight): (&mut ChunkPaths, &mut ChunkLedger, &mut PathWeight),
+        records: &mut Records,
     ) -> bool {
         let Some(table) = self.table.edges() else { return false };
+        let Records { paths, books, weight } = records;
         let direction = flight.direction.as_dvec3().normalize();
         loop {
             let way = sonel_geometry::Way {
@@ -251,7 +270,7 @@ impl Surroundings<'_> {
                 side: edge_pass.side,
             };
             let at = (flight.position, edge_pass.edge, place);
-            let (event, passing) = bending::decide(table, at, deciding, stream);
+            let (event, passing) = bending::decide(table, at, flight.deciding, stream);
             let Passing { closest, place, .. } = passing;
             pass_edge(table, event, &passing, books, weight);
             paths.vertices.push(Vertex::at_edge(edge_pass.edge, &place, event));
@@ -385,19 +404,13 @@ impl Surroundings<'_> {
     /// Sends a packet on from an edge whose zone it comes into before it meets anything else, or where it does. Its energy stays
     /// what it is, so there is nothing to book.
     #[inline]
-    fn diffract(
-        &self,
-        flight: &mut Flight,
-        hit: Option<&Hit>,
-        band: usize,
-        stream: &mut Stream,
-    ) -> Option<Vertex> {
+    fn diffract(&self, flight: &mut Flight, hit: Option<&Hit>, stream: &mut Stream) -> Option<Vertex> {
         let zones = self.zones.as_ref()?;
         let to = match hit {
             Some(hit) => hit.position.as_dvec3(),
             None => self.end_of_run(flight).as_dvec3(),
         };
-        let caught = zones.catch(self.geometry, &Way { from: flight.position, to, hit }, band)?;
+        let caught = zones.catch(self.geometry, &Way { from: flight.position, to, hit }, flight.deciding)?;
         let length = flight.length + flight.position.distance(caught.place.as_dvec3());
         // Too late to matter: it goes straight on to its end.
         if length > self.reach {

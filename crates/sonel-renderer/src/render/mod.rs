@@ -301,16 +301,9 @@ impl<'a> Renderer<'a> {
         for tile in 0..tiles {
             let range = tile * RECEIVERS_IN_FLIGHT..((tile + 1) * RECEIVERS_IN_FLIGHT).min(prepared.len());
             let done = tile as f64 / tiles as f64;
-            self.add_batches(
-                &mut rendering,
-                source,
-                &prepared,
-                &borders[range.clone()],
-                range,
-                &mut |share| {
-                    progress(done + share / tiles as f64);
-                },
-            );
+            let tile = self.tile(source, &prepared, borders, range);
+            let done = &mut |share| progress(done + share / tiles as f64);
+            self.add_batches(&mut rendering, source, &tile, done);
         }
         Ok(rendering.spread(&self.classes))
     }
