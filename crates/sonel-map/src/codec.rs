@@ -4,8 +4,9 @@
 //! enums, options or maps, so that the bytes can be described in half a page (docs/formats/sonelmap.md) and another
 //! codec can take over.
 
+pub use bincode::Decode;
+use bincode::Encode;
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
-use bincode::{Decode, Encode};
 
 /// Largest header accepted [bytes].
 const LARGEST_HEADER: usize = 16 << 20;

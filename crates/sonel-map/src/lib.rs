@@ -42,6 +42,7 @@ mod places;
 pub mod provenance;
 pub mod reader;
 mod record;
+mod sections;
 mod shards;
 pub mod spectral;
 mod surfaces;
