@@ -20,10 +20,11 @@ use sonel_map::edges::whole_reach;
 use sonel_map::header::BENDING;
 use sonel_map::{BandClasses, EffectState, Emissions, Ledger, PathWeight, Segment, Settings, SonelMap};
 use sonel_renderer::deposit::TimeBins;
-use sonel_renderer::{RenderSettings, Renderer, Rendering};
+use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::{Loaded, Scene};
 use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, Room, TracedMap};
 use sonel_study::response::receivers_of;
+use sonel_study::sensitivity::VariedMap;
 
 /// A shipped scene.
 #[must_use]
@@ -118,6 +119,11 @@ impl Traced {
     pub fn render_and_read(&self, settings: &RenderSettings, clock: &dyn Clock) -> Rendered {
         pipeline::render_and_read(&self.map, &self.geometry, &receivers_of(self.scene()), settings, clock)
             .expect("sound receivers")
+    }
+
+    /// The map, to be varied at `receivers`.
+    pub fn varied<'a>(&'a mut self, receivers: &'a [ReceiverPoint], render: RenderSettings) -> VariedMap<'a> {
+        VariedMap { map: &mut self.map, geometry: &self.geometry, receivers, render }
     }
 
     /// Visits every segment of every path of source 0: index of the emission, share of its batch in the run, segment.

@@ -51,8 +51,7 @@ fn measure_what_if() {
     let receivers = receivers_of(&scene);
     let render = RenderSettings::default();
     let all = cpu_seconds(|| {
-        let found =
-            sensitivities(&mut traced.map, &traced.geometry, render, &receivers, &wanted, &mut |_, _| {});
+        let found = sensitivities(traced.varied(&receivers, render), &wanted, &mut |_, _| {});
         black_box(found.expect("a sound map"));
     });
     let mut materials = scene.materials.clone();

@@ -179,10 +179,8 @@ fn derivatives_are_those_of_fresh_traces() {
     let wanted = [Parameter::Level, Parameter::T20];
     let mut traced = trace(&scene, 1);
     let receivers = receivers_of(&scene);
-    let settings = few_rays();
-    let found =
-        sensitivities(&mut traced.map, &traced.geometry, settings, &receivers, &wanted, &mut |_, _| ())
-            .expect("a sound map");
+    let varied = traced.varied(&receivers, few_rays());
+    let found = sensitivities(varied, &wanted, &mut |_, _| ()).expect("a sound map");
     for (coefficient, change) in [(Coefficient::Absorption, 0.03), (Coefficient::Scattering, 0.1)] {
         let varied = |by: f64, seed: u64| {
             let mut scene = scene.clone();

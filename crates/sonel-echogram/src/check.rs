@@ -106,17 +106,7 @@ fn values(response: &Response) -> Vec<String> {
             reject(keys[2], not_finite_single(kernel_difference));
         }
     }
-    if let Some(batches) = &response.batches {
-        reject("batch_weight", no_energy(&batches.weight));
-        let sum: f64 = batches.weight.iter().sum();
-        reject("batch_weight", (sum <= 0.0).then(|| "gives no batch any weight".to_owned()));
-        let mut rows = batches.time_edges_s.chunks_exact(batches.bins + 1);
-        let unsorted = rows.any(|row| !row.is_sorted());
-        reject("batch_time_edges_s", unsorted.then(|| "does not ascend".to_owned()));
-        reject("batch_time_edges_s", not_finite(&batches.time_edges_s));
-        reject("energy_batches", no_single_energy(&batches.energy));
-        reject("kernel_difference_batches", not_finite_single(&batches.kernel_difference));
-    }
+    reject_batches(response, &mut reject);
     if let Some(missing) = &response.missing {
         reject("missing_fluence", no_energy(&missing.fluence));
         reject("missing_decay_rate", not_positive(&missing.decay_rate));
@@ -130,6 +120,19 @@ fn values(response: &Response) -> Vec<String> {
     reject("arrival_direction", not_finite(&arrivals.direction));
     reject("arrival_energy", no_energy(&arrivals.energy));
     problems
+}
+
+fn reject_batches(response: &Response, reject: &mut dyn FnMut(&str, Option<String>)) {
+    let Some(batches) = &response.batches else { return };
+    reject("batch_weight", no_energy(&batches.weight));
+    let sum: f64 = batches.weight.iter().sum();
+    reject("batch_weight", (sum <= 0.0).then(|| "gives no batch any weight".to_owned()));
+    let mut rows = batches.time_edges_s.chunks_exact(batches.bins + 1);
+    let unsorted = rows.any(|row| !row.is_sorted());
+    reject("batch_time_edges_s", unsorted.then(|| "does not ascend".to_owned()));
+    reject("batch_time_edges_s", not_finite(&batches.time_edges_s));
+    reject("energy_batches", no_single_energy(&batches.energy));
+    reject("kernel_difference_batches", not_finite_single(&batches.kernel_difference));
 }
 
 fn not_finite(values: &[f64]) -> Option<String> {

@@ -15,6 +15,7 @@ use sonel_console::store::TemporaryMaps;
 use sonel_renderer::RenderSettings;
 use sonel_scene::materials_toml;
 use sonel_study::fit::{FitSettings, Stage};
+use sonel_study::sensitivity::VariedMap;
 
 use crate::arguments::FitArguments;
 use crate::open;
@@ -42,13 +43,16 @@ pub fn run(
     let settings = FitSettings {
         coefficients: std::iter::once(Coefficient::Absorption).chain(scattering).collect(),
         belief: arguments.belief,
+    };
+    let varied = VariedMap {
+        map: &mut map,
+        geometry: &geometry,
+        receivers: &measured.receivers,
         render: RenderSettings { rays: arguments.rays, ..RenderSettings::default() },
     };
     let mut stages = Stages::begin(quiet, log);
     let found = sonel_study::fit::fit(
-        &mut map,
-        &geometry,
-        &measured.receivers,
+        varied,
         &measured.measurements,
         &settings,
         &mut TemporaryMaps::new(folder_of(&arguments.output)),
