@@ -194,12 +194,7 @@ impl Response {
     /// Writes the response.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let write = || -> anyhow::Result<()> {
-            let mut output = Output::create(&path, Kind::RESPONSE, &[])?;
-            let target = path.display();
-            self.echograms
-                .write(output.writer())
-                .with_context(|| format!("cannot write {target}; an older file there is untouched"))?;
-            output.publish()
+            Output::create(&path, Kind::RESPONSE, &[])?.write(|out| self.echograms.write(out).map(drop))
         };
         py.detach(write).map_err(error)
     }

@@ -33,10 +33,8 @@ const MOST_EMISSIONS: u64 = 1_000_000_000_000;
 pub struct Plan {
     /// What it rests on.
     pub pilot: Pilot,
-    /// Names of source and receiver of every row of parameters.
-    pub pairs: Vec<(String, String)>,
-    /// Band centres [Hz].
-    pub center_frequencies_hz: Vec<f64>,
+    /// What names its parameters.
+    pub names: Names,
     /// One for each of [`STEPS`].
     pub rows: Vec<Row>,
 }
@@ -208,18 +206,35 @@ impl Plan {
         scene: &Scene,
         evaluation_receivers: &[ReceiverPoint],
     ) -> Self {
-        let pairs = pairs(scene, evaluation_receivers);
-        Self { pilot, pairs, center_frequencies_hz: scene.bands.nominal().to_vec(), rows }
+        Self { pilot, names: Names::of(scene, evaluation_receivers), rows }
     }
 }
 
-/// Names of source and receiver of every row of parameters.
-#[must_use]
-pub fn pairs(scene: &Scene, receivers: &[ReceiverPoint]) -> Vec<(String, String)> {
-    let sources = scene.sources.iter();
-    sources
-        .flat_map(|source| receivers.iter().map(|receiver| (source.name.clone(), receiver.name.clone())))
-        .collect()
+/// What names the parameters of a rendering.
+#[derive(Debug, Clone)]
+pub struct Names {
+    /// Source and receiver of every row of parameters.
+    pub pairs: Vec<(String, String)>,
+    /// Band centres [Hz].
+    pub center_frequencies_hz: Vec<f64>,
+}
+
+impl Names {
+    /// The names of parameters at `receivers` in `scene`.
+    #[must_use]
+    pub fn of(scene: &Scene, receivers: &[ReceiverPoint]) -> Self {
+        let pair = |source: &str, receiver: &ReceiverPoint| (source.to_owned(), receiver.name.clone());
+        let sources = scene.sources.iter();
+        let pairs = sources.flat_map(|source| receivers.iter().map(|receiver| pair(&source.name, receiver)));
+        Self { pairs: pairs.collect(), center_frequencies_hz: scene.bands.nominal().to_vec() }
+    }
+
+    /// A parameter in words: "T30 at seat 12, 125 Hz".
+    #[must_use]
+    pub fn parameter(&self, place: Place) -> String {
+        let (symbol, ..) = place.parameter.heading();
+        format!("{symbol} at {}, {} Hz", self.pairs[place.row].1, self.center_frequencies_hz[place.band])
+    }
 }
 
 impl Row {
@@ -316,14 +331,14 @@ fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f6
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::pilot::Costs;
     use crate::split::Variance;
     use crate::spread::student_factor;
 
     /// A pilot of 10 000 emissions whose only parameter has a σ of 0.1 JND, from sonels and rays as given.
-    fn pilot(sonels: f64, rays: f64) -> Pilot {
+    pub(crate) fn pilot(sonels: f64, rays: f64) -> Pilot {
         let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
         let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
         let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];

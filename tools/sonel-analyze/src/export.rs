@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use sonel_analysis::export;
 use sonel_analysis::sonels::Sonels;
 use sonel_console::Outcome;
@@ -30,17 +30,16 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
     let inputs = [map.clone()];
     let (map, geometry) = open::checked_map(map)?;
     let sonels = Sonels::new(&map, &geometry);
-    let mut target = Output::create(output, kind, &inputs)?;
-    let failed = || format!("cannot write {}; an older file there is untouched", output.display());
+    let target = Output::create(output, kind, &inputs)?;
     let (count, passes) = (sonels.count(), if as_archive { export::ARRAYS } else { 1 });
     let progress = Progress::begin("exporting", count * passes, Audience::unless(quiet));
+    let reach = &mut |rows| progress.reach(rows);
     if as_archive {
-        export::npz(&sonels, target.writer(), &mut |rows| progress.reach(rows)).with_context(failed)?;
+        target.write(|out| export::npz(&sonels, out, reach).map(drop))?;
     } else {
-        export::csv(&sonels, target.writer(), &mut |rows| progress.reach(rows)).with_context(failed)?;
+        target.write(|out| export::csv(&sonels, out, reach))?;
     }
     progress.end();
-    target.publish()?;
     let bytes = std::fs::metadata(output)?.len();
     writeln!(log, "{count} sonels, {bytes} bytes; written to {}", output.display())?;
     Ok(Outcome::Done)
@@ -53,10 +52,9 @@ fn echograms(response: &Path, output: &Path, log: &mut dyn Write) -> anyhow::Res
             output.display()
         );
     }
-    let mut target = Output::create(output, Kind::ECHOGRAM_TABLE, &[response.to_owned()])?;
-    export::echogram_csv(&open::response(response)?, target.writer())
-        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
-    target.publish()?;
+    let target = Output::create(output, Kind::ECHOGRAM_TABLE, &[response.to_owned()])?;
+    let response = open::response(response)?;
+    target.write(|out| export::echogram_csv(&response, out))?;
     writeln!(log, "written to {}", output.display())?;
     Ok(Outcome::Done)
 }

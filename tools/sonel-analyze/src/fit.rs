@@ -86,7 +86,7 @@ pub fn folder_of(output: &Path) -> std::path::PathBuf {
 
 /// Writes `materials`; those that differ from `before` get `source` before their own.
 pub fn write_materials(
-    mut output: Output,
+    output: Output,
     materials: &[Material],
     before: &[Material],
     (head, source): (&str, &str),
@@ -98,13 +98,7 @@ pub fn write_materials(
             material.source = Some(format!("{source}{own}"));
         }
     }
-    let target = output.target().display().to_string();
-    output
-        .writer()
-        .write_all(materials_toml(&materials, head).as_bytes())
-        .with_context(|| format!("cannot write {target}; an older file there is untouched"))?;
-    output.publish()?;
-    Ok(())
+    output.write(|out| out.write_all(materials_toml(&materials, head).as_bytes()))
 }
 
 /// Shows renderings as bars, and says why the scene is traced again.

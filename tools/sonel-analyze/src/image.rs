@@ -35,7 +35,7 @@ pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
         RenderSettings { gather_radius: arguments.radius, ..RenderSettings::of(Estimator::Connection) };
     let named = || arguments.map.display().to_string();
     let renderer = Renderer::new(&map, &geometry, settings).with_context(named)?;
-    let mut values = Output::create(&arguments.output, Kind::PICTURE, &inputs)?;
+    let values = Output::create(&arguments.output, Kind::PICTURE, &inputs)?;
     let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &inputs)?;
     let progress = Progress::begin("counting", STEPS as u64, Audience::unless(quiet));
     let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut |share| {
@@ -45,12 +45,7 @@ pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
     request.log_what_is_seen(&seen, &map.header().scene, log)?;
     let picture = request.picture(seen, &map, arguments);
     request.draw(&picture, arguments, drawing.writer(), log)?;
-    let failed = |output: &Output| {
-        format!("cannot write {}; an older file there is untouched", output.target().display())
-    };
-    let of_values = failed(&values);
-    picture::exr(picture, values.writer()).context(of_values)?;
-    values.publish()?;
+    values.write(|out| picture::exr(picture, out))?;
     drawing.publish()?;
     writeln!(log, "written to {} and {}", arguments.output.display(), drawn.display())?;
     Ok(Outcome::Done)

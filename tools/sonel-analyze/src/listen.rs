@@ -21,7 +21,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         bail!("{} does not end in .wav: sound is written as WAV only", output.display());
     }
     let inputs = [impulse_response.clone(), recording.clone()];
-    let mut target = Output::create(output, Kind::SOUND, &inputs)?;
+    let target = Output::create(output, Kind::SOUND, &inputs)?;
     let response = open::recording(impulse_response)?;
     let dry = open::recording(recording)?;
     let [signal] = &dry.channels[..] else {
@@ -44,10 +44,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         resample(signal, dry.sample_rate_hz, rate).with_context(|| recording.display().to_string())?;
     let channels = response.channels.par_iter().map(|channel| convolve(&signal, channel)).collect();
     let rendered = Recording { sample_rate_hz: rate, channels };
-    rendered
-        .write(target.writer())
-        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
-    target.publish()?;
+    target.write(|out| rendered.write(out))?;
     let peak = rendered.channels.iter().flatten().fold(0.0_f32, |peak, sample| peak.max(sample.abs()));
     let seconds = rendered.channels[0].len() as f64 / f64::from(rate);
     writeln!(log, "{seconds:.2} s, peak {peak:.3e} of full scale; written to {}", output.display())?;

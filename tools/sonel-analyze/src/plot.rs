@@ -60,10 +60,7 @@ pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if wanted(What::Map) {
         sheet.plans = Some(plans::of(&subjects, map.as_deref(), arguments, log)?);
     }
-    let mut target = Output::create(output, kind, &arguments.files)?;
-    draw(&sheet, target.writer())
-        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
-    target.publish()?;
+    Output::create(output, kind, &arguments.files)?.write(|out| draw(&sheet, out))?;
     writeln!(log, "written to {}", output.display())?;
     Ok(Outcome::Done)
 }

@@ -42,7 +42,7 @@ pub struct Run<'a> {
     pub settings: RenderSettings,
     /// By source.
     pub renderings: Vec<Rendering>,
-    /// Everything that was heard.
+    /// The response.
     pub response: Response,
     /// (wall, CPU) seconds since the program began when rendering itself began.
     pub opened: (f64, f64),
@@ -170,9 +170,7 @@ impl Run<'_> {
             "wall_s": total.0,
             "cpu_s": total.1,
         });
-        for (key, value) in told.as_object().into_iter().flatten() {
-            report[key] = value.clone();
-        }
+        crate::extend(&mut report, told);
         report
     }
 }

@@ -111,13 +111,13 @@ fn room_json(room: &Room) -> Value {
 
 /// Writes the repaired mesh.
 fn fix(checkup: &Checkup, path: &Path, files: &[PathBuf]) -> anyhow::Result<()> {
-    let mut output = Output::create(path, Kind::REPAIRED_MESH, files)?;
+    let output = Output::create(path, Kind::REPAIRED_MESH, files)?;
     let Some(repaired) = &checkup.repaired else {
         bail!("the mesh cannot be read, see sonel-trace check without --fix")
     };
     let unfit = |name| anyhow!("an OBJ file cannot hold the material name \"{name}\": rename it in the mesh");
-    output.writer().write_all(repaired.to_obj().map_err(unfit)?.as_bytes())?;
-    output.publish()
+    let text = repaired.to_obj().map_err(unfit)?;
+    output.write(|out| out.write_all(text.as_bytes()))
 }
 
 fn describe(room: &Room) -> String {

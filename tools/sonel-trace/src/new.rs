@@ -27,13 +27,12 @@ pub struct New {
 /// # Errors
 /// When the mesh cannot be read, has no place for a source, or the output cannot be written.
 pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let mut output = Output::create(&new.output, Kind::SCENE, std::slice::from_ref(&new.mesh))?;
+    let output = Output::create(&new.output, Kind::SCENE, std::slice::from_ref(&new.mesh))?;
     let path = beside(&new.mesh, &new.output)?;
     let name = new.mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
     let text = sonel_scene::draft(&path, &name, &mut |path| input::read(&folder.join(path)))?;
-    output.writer().write_all(text.as_bytes())?;
-    output.publish()?;
+    output.write(|out| out.write_all(text.as_bytes()))?;
     writeln!(log, "wrote {}: now edit it, then sonel-trace check {0}", new.output.display())?;
     Ok(Outcome::Done)
 }
