@@ -250,7 +250,8 @@ fn material(record: MaterialRecord) -> Material {
 
 fn source(record: SourceRecord, bands: usize) -> Result<Source, String> {
     let (position, aim) = (DVec3::from_array(record.position), DVec3::from_array(record.aim));
-    if !position.is_finite() || !aim.is_finite() {
+    let is_unit = (aim.length_squared() - 1.0).abs() <= directivity::ORTHONORMAL;
+    if !position.is_finite() || !is_unit {
         return Err(format!("source {} has no position or looks nowhere", record.name));
     }
     if record.power_level_db.len() != bands || !record.power_level_db.iter().all(|level| level.is_finite()) {
