@@ -1,5 +1,7 @@
 //! Options, names and files that a person would choose and a random generator would not (docs/stability.md).
 
+use clap::CommandFactory;
+
 use crate::{SCENE, render, test_folder, trace};
 
 /// The message of a refusal.
@@ -86,4 +88,20 @@ fn third_octaves_without_their_width_are_recognised() {
     let error = refusal(trace(&folder, "a.sonelmap", &[]));
     assert!(error.contains("these are third octaves; add width = \"third\""), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");
+}
+
+/// `--until` of both programs, `--use`, `--wish` and the `--parameter` of a plan.
+#[test]
+fn help_lists_the_parameters_that_are_read() {
+    let analyze = sonel_analyze::Arguments::command();
+    let mut commands: Vec<clap::Command> = analyze.get_subcommands().cloned().collect();
+    commands.extend([sonel_trace::Arguments::command(), sonel_render::Arguments::command()]);
+    let arguments = commands.iter().flat_map(clap::Command::get_arguments);
+    let helps = arguments.filter_map(|argument| argument.get_help()).map(ToString::to_string);
+    let lists: Vec<String> = helps.filter(|help| help.contains("level, ")).collect();
+    assert_eq!(lists.len(), 5, "{lists:#?}");
+    let names = sonel_study::target::names();
+    for list in lists {
+        assert!(list.replace(" or ", ", ").contains(&names), "{list}");
+    }
 }

@@ -1,6 +1,6 @@
 //! How certain parameters shall be: `t30<1%,level<0.1dB,c80<0.2dB`.
 //!
-//! A limit is for half of the 95 % interval of a parameter in every band at every judge. Reverberation times are limited in per cent of
+//! A limit is for half of the 95 % interval of a parameter in every band at every evaluation receiver. Reverberation times are limited in per cent of
 //! themselves or in seconds, levels and clarity in dB, everything in just-noticeable differences (`jnd`).
 
 use std::fmt;
@@ -37,7 +37,7 @@ pub enum TargetError {
     /// No such parameter.
     #[error(
         "there is no parameter \"{0}\": choose among {names} (example: t30<1%)",
-        names = NAMES.map(|(_, name, _)| name).join(", ")
+        names = names()
     )]
     ParameterValue(String),
     /// A unit that this parameter does not have.
@@ -60,7 +60,7 @@ pub enum TargetError {
     Twice(&'static str),
 }
 
-/// Figures as they are written, with an example of a limit.
+/// Parameters as they are written, with an example of a limit.
 const NAMES: [(Parameter, &str, &str); Parameter::ALL.len()] = [
     (Parameter::Level, "level", "0.1dB"),
     (Parameter::Strength, "g", "0.1dB"),
@@ -73,14 +73,23 @@ const NAMES: [(Parameter, &str, &str); Parameter::ALL.len()] = [
     (Parameter::CenterTime, "ts", "2ms"),
 ];
 
+/// All names, as help and messages list them.
+#[must_use]
+pub fn names() -> String {
+    NAMES.map(|(_, name, _)| name).join(", ")
+}
+
 /// The parameter that is written `name`.
 ///
 /// # Errors
 /// [`TargetError::ParameterValue`].
 pub fn parameter(name: &str) -> Result<Parameter, TargetError> {
+    named(name).map(|(parameter, ..)| parameter)
+}
+
+fn named(name: &str) -> Result<(Parameter, &'static str, &'static str), TargetError> {
     let name = name.trim().to_lowercase();
-    let found = NAMES.into_iter().find(|(_, known, _)| *known == name);
-    found.map(|(parameter, ..)| parameter).ok_or(TargetError::ParameterValue(name))
+    NAMES.into_iter().find(|(_, known, _)| *known == name).ok_or(TargetError::ParameterValue(name))
 }
 
 impl Targets {
@@ -122,9 +131,7 @@ impl FromStr for Targets {
         let mut limits: Vec<(Parameter, Limit)> = Vec::new();
         for word in text.split(',').map(str::trim) {
             let (name, limit) = word.split_once('<').ok_or_else(|| TargetError::Form(word.to_owned()))?;
-            let name = name.trim().to_lowercase();
-            let estimate = NAMES.into_iter().find(|(_, known, _)| *known == name);
-            let (parameter, estimate, example) = estimate.ok_or(TargetError::ParameterValue(name))?;
+            let (parameter, estimate, example) = named(name)?;
             if limits.iter().any(|(known, _)| *known == parameter) {
                 return Err(TargetError::Twice(estimate));
             }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use sonel_analysis::Parameter;
+use sonel_study::target;
 
 /// `plot`.
 #[derive(Debug, Clone, Args)]
@@ -82,9 +83,10 @@ impl Drawn {
             .zip(Parameter::LATERAL)
             .find(|(known, _)| *known == name)
             .map(|(_, found)| found);
-        let found = by_key.or(by_letters).or_else(|| sonel_study::target::parameter(&name).ok());
+        let found = by_key.or(by_letters).or_else(|| target::parameter(&name).ok());
         found.map(Self::Parameter).ok_or_else(|| {
-            format!("\"{text}\" is no parameter: write one of level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti")
+            let lateral = LATERAL_NAMES.join(", ");
+            format!("\"{text}\" is no parameter: write one of {}, {lateral}, sti", target::names())
         })
     }
 
