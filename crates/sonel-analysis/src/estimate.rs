@@ -49,6 +49,21 @@ impl KernelShift {
 const MOST_JUST_NOTICEABLE: f64 = 10.0;
 
 impl Estimate {
+    /// A value with its interval alone.
+    #[must_use]
+    pub(crate) fn bare(value: f64, interval: Interval) -> Self {
+        Self {
+            value,
+            interval,
+            error: None,
+            without: Vec::new(),
+            weight: Vec::new(),
+            warning: None,
+            decay: None,
+            kernel: None,
+        }
+    }
+
     /// The estimate, unless its interval is hopelessly wide; `just_noticeable` is the just-noticeable difference about its
     /// value, in the same unit.
     ///
@@ -321,16 +336,7 @@ mod tests {
 
     /// A time read off a decay of non-linearity `xi` [‰] and curvature `c` [%].
     fn time(xi: f64, c: f64) -> ParameterValue {
-        let estimate = Estimate {
-            value: 1.0,
-            interval: Ok([0.9, 1.1]),
-            error: None,
-            without: Vec::new(),
-            weight: Vec::new(),
-            warning: None,
-            decay: None,
-            kernel: None,
-        };
+        let estimate = Estimate::bare(1.0, Ok([0.9, 1.1]));
         let quality =
             DecayQuality { range_db: [-5.0, -25.0], non_linearity_permille: xi, curvature_percent: Some(c) };
         estimate.if_straight(Some(quality))

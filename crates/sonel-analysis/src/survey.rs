@@ -92,10 +92,9 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn nothing(&self) -> Survey {
         let bands = self.reading.bands;
-        let empty = Deposit { hits: 0, incident: vec![0.0; bands], absorbed: vec![0.0; bands] };
         Survey {
             ledger: Ledger::new(bands),
-            surfaces: vec![empty; self.reading.table.surface_count()],
+            surfaces: vec![Deposit::none(bands); self.reading.table.surface_count()],
             orders: Vec::new(),
         }
     }
@@ -155,6 +154,10 @@ fn product((a, b): (&Lanes, &Lanes)) -> Lanes {
 }
 
 impl Deposit {
+    fn none(bands: usize) -> Self {
+        Self { hits: 0, incident: vec![0.0; bands], absorbed: vec![0.0; bands] }
+    }
+
     fn add(&mut self, incident: &[Lanes], dissipated: &[Lanes]) {
         self.hits += 1;
         for (band, sum) in self.incident.iter_mut().enumerate() {
@@ -180,8 +183,7 @@ impl Survey {
     fn order(&mut self, order: u32, bands: usize) -> &mut Deposit {
         let order = order as usize;
         if self.orders.len() <= order {
-            let empty = Deposit { hits: 0, incident: vec![0.0; bands], absorbed: vec![0.0; bands] };
-            self.orders.resize(order + 1, empty);
+            self.orders.resize(order + 1, Deposit::none(bands));
         }
         &mut self.orders[order]
     }

@@ -102,8 +102,8 @@ fn values(response: &Response) -> Vec<String> {
         for (Lateral { energy, energy_batches, kernel_difference }, keys) in lateral.iter().zip(LATERAL_KEYS)
         {
             reject(keys[0], no_energy(energy));
-            reject(keys[1], no_single_energy(energy_batches));
-            reject(keys[2], not_finite_single(kernel_difference));
+            reject(keys[1], no_energy(energy_batches));
+            reject(keys[2], not_finite(kernel_difference));
         }
     }
     reject_batches(response, &mut reject);
@@ -131,23 +131,13 @@ fn reject_batches(response: &Response, reject: &mut dyn FnMut(&str, Option<Strin
     let unsorted = rows.any(|row| !row.is_sorted());
     reject("batch_time_edges_s", unsorted.then(|| "does not ascend".to_owned()));
     reject("batch_time_edges_s", not_finite(&batches.time_edges_s));
-    reject("energy_batches", no_single_energy(&batches.energy));
-    reject("kernel_difference_batches", not_finite_single(&batches.kernel_difference));
+    reject("energy_batches", no_energy(&batches.energy));
+    reject("kernel_difference_batches", not_finite(&batches.kernel_difference));
 }
 
-fn not_finite(values: &[f64]) -> Option<String> {
-    let wrong = values.iter().find(|value| !value.is_finite())?;
+fn not_finite(values: &[impl Copy + Into<f64>]) -> Option<String> {
+    let wrong = values.iter().map(|&value| value.into()).find(|value| !value.is_finite())?;
     Some(format!("holds {wrong}, which is not finite"))
-}
-
-fn not_finite_single(values: &[f32]) -> Option<String> {
-    let wrong = values.iter().find(|value| !value.is_finite())?;
-    Some(format!("holds {wrong}, which is not finite"))
-}
-
-fn no_single_energy(values: &[f32]) -> Option<String> {
-    let wrong = values.iter().find(|value| !(value.is_finite() && **value >= 0.0))?;
-    Some(unlike_energy(f64::from(*wrong)))
 }
 
 fn not_positive(values: &[f64]) -> Option<String> {
@@ -160,10 +150,8 @@ fn not_ascending(values: &[f64]) -> Option<String> {
     Some(format!("does not ascend: {} follows {}", wrong[1], wrong[0]))
 }
 
-fn no_energy(values: &[f64]) -> Option<String> {
-    values.iter().find(|value| !(value.is_finite() && **value >= 0.0)).map(|&value| unlike_energy(value))
-}
-
-fn unlike_energy(value: f64) -> String {
-    format!("holds {value}; only finite numbers of at least zero are allowed")
+fn no_energy(values: &[impl Copy + Into<f64>]) -> Option<String> {
+    let wrong =
+        values.iter().map(|&value| value.into()).find(|value| !(value.is_finite() && *value >= 0.0))?;
+    Some(format!("holds {wrong}; only finite numbers of at least zero are allowed"))
 }

@@ -212,16 +212,15 @@ pub struct ChunkLedger {
     pub segments: u64,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
-struct LaneLedger {
-    emitted: Lanes,
-    absorbed: Lanes,
-    transmitted: Lanes,
-    escaped: Lanes,
-    truncated: Lanes,
-    sampling: Lanes,
-    sampling_variance: Lanes,
-}
+/// The sums of four columns, in the order of the fields of [`BandLedger`].
+type LaneLedger = [Lanes; LEDGER_TERMS];
+const EMITTED: usize = 0;
+const ABSORBED: usize = 1;
+const TRANSMITTED: usize = 2;
+const ESCAPED: usize = 3;
+const TRUNCATED: usize = 4;
+const SAMPLING: usize = 5;
+const SAMPLING_VARIANCE: usize = 6;
 
 #[inline]
 fn accumulate(sum: &mut Lanes, energy: &Lanes) {
@@ -252,7 +251,7 @@ impl ChunkLedger {
             self.books.iter_mut().zip(&mut self.packet_sampling).zip(expected).zip(actual)
         {
             for lane in 0..4 {
-                book.emitted[lane] += unit * expected[lane];
+                book[EMITTED][lane] += unit * expected[lane];
                 packet[lane] = unit * expected[lane] - actual[lane];
             }
         }
@@ -278,7 +277,7 @@ impl ChunkLedger {
             .zip(&row.passed_on)
         {
             for lane in 0..4 {
-                book.absorbed[lane] += incident[lane] * dissipated[lane];
+                book[ABSORBED][lane] += incident[lane] * dissipated[lane];
                 packet[lane] += incident[lane] * passed_on[lane];
             }
         }
@@ -313,15 +312,15 @@ impl ChunkLedger {
         }
         for ((book, packet), remaining) in self.books.iter_mut().zip(&self.packet_sampling).zip(remaining) {
             match last {
-                Event::Escaped => accumulate(&mut book.escaped, remaining),
-                Event::Left => accumulate(&mut book.transmitted, remaining),
+                Event::Escaped => accumulate(&mut book[ESCAPED], remaining),
+                Event::Left => accumulate(&mut book[TRANSMITTED], remaining),
                 Event::Absorbed => {}
-                _ => accumulate(&mut book.truncated, remaining),
+                _ => accumulate(&mut book[TRUNCATED], remaining),
             }
             debug_assert!(packet.iter().chain(remaining).all(|energy| energy.is_finite()));
             for lane in 0..4 {
-                book.sampling[lane] += packet[lane];
-                book.sampling_variance[lane] += packet[lane] * packet[lane];
+                book[SAMPLING][lane] += packet[lane];
+                book[SAMPLING_VARIANCE][lane] += packet[lane] * packet[lane];
             }
         }
         self.fates.record(last);
@@ -332,15 +331,7 @@ impl ChunkLedger {
     pub fn finish(self, classes: &BandClasses) -> Ledger {
         let band = |b: usize| {
             let (book, lane) = (&self.books[classes.of(b) / 4], classes.of(b) % 4);
-            BandLedger {
-                emitted: book.emitted[lane],
-                absorbed: book.absorbed[lane],
-                transmitted: book.transmitted[lane],
-                escaped: book.escaped[lane],
-                truncated: book.truncated[lane],
-                sampling: book.sampling[lane],
-                sampling_variance: book.sampling_variance[lane],
-            }
+            BandLedger::from_terms(book.map(|term| term[lane]))
         };
         Ledger { bands: (0..classes.bands()).map(band).collect(), fates: self.fates, segments: self.segments }
     }

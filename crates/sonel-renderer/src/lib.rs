@@ -49,6 +49,7 @@ mod settings;
 mod stochastic;
 
 pub use directions::Columns;
+pub use disc_size::free_path;
 pub use error::RenderError;
 pub use path_class::PathClass;
 pub use receiver::{ReceiverPoint, Sensitivity};

@@ -527,9 +527,10 @@ mod tests {
                 map: &mut map,
                 geometry: &geometry,
                 receivers: &receivers,
-                render: RenderSettings::default(),
+                render: sonel_renderer::RenderSettings::default(),
             };
-            let mut bench = Workbench::new(given, &mut InMemory);
+            let mut store = InMemory;
+            let mut bench = Workbench::new(given, &mut store);
             let mut reasons = Vec::new();
             let found = bench.adopt(vec![wall(after)], &mut |stage| reasons.push(stage)).unwrap();
             assert_eq!(found, is_traced, "{reasons:?}");

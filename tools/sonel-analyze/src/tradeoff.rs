@@ -4,7 +4,6 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use sonel_acoustics::mean_free_path;
 use sonel_analysis::plot::{self, Sheet};
 use sonel_console::clock::CpuClock;
 use sonel_console::output::{self, Kind, Output};
@@ -13,7 +12,7 @@ use sonel_console::store::TemporaryMaps;
 use sonel_console::{Outcome, scene};
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, Settings};
-use sonel_renderer::{Estimator, RenderSettings};
+use sonel_renderer::{Estimator, RenderSettings, free_path};
 use sonel_study::effects::{self, Decision};
 use sonel_study::pipeline::Room;
 use sonel_study::response::receivers_of;
@@ -57,7 +56,7 @@ pub fn run(
     if receivers.is_empty() {
         bail!("{} has no receiver to judge by: add [[receivers]]", arguments.scene.display());
     }
-    let mode = arguments.mode.first().map_or(Mode::Accurate, |&mode| mode.into());
+    let mode = arguments.mode.first().copied().unwrap_or(Mode::Accurate);
     let spec = arguments.effects.clone().unwrap_or_default();
     effects::leave_regions_out(&spec, mode, &mut scene);
     let geometry = scene.geometry().context("the scene's walls cannot be used")?;
@@ -75,7 +74,7 @@ pub fn run(
         progress.reach((share * PROGRESS_STEPS) as u64);
     });
     progress.end();
-    let tradeoff = conducted.with_context(|| format!("cannot run the trials in {}", folder.display()))?;
+    let tradeoff = conducted.with_context(|| format!("cannot run the settings in {}", folder.display()))?;
     let findings = Findings::of(&tradeoff);
     write_all(folder, &inputs, &findings)?;
     writeln!(out, "{}", verdict::recommendation(&tradeoff, &findings.verdicts))?;
@@ -189,10 +188,6 @@ fn has_default_properties(arguments: &Tradeoff, property: Property) -> bool {
         Property::Estimator => nothing_said && lists[2] == 0,
         _ => false,
     }
-}
-
-fn free_path(geometry: &Geometry) -> f64 {
-    geometry.volume().map_or(f64::from(geometry.extent()), |volume| mean_free_path(volume, geometry.area()))
 }
 
 /// `value` to two significant places.

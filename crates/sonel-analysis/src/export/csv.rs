@@ -40,7 +40,7 @@ impl Default for Rows {
     }
 }
 
-/// Writes all sonels; `progress` hears how many have been written.
+/// Writes all sonels; `progress` receives how many have been written.
 ///
 /// # Errors
 /// When `out` cannot be written.

@@ -14,7 +14,7 @@ use crate::sonels::{Sonel, Sonels};
 /// Arrays with a row for each sonel: so often the map is read.
 pub const ARRAYS: u64 = 13;
 
-/// Writes all sonels and returns what they were written to; `progress` hears how many rows have been written, of [`ARRAYS`]
+/// Writes all sonels and returns what they were written to; `progress` receives how many rows have been written, of [`ARRAYS`]
 /// for each sonel.
 ///
 /// # Errors

@@ -76,7 +76,7 @@ struct SeenSonel {
 }
 
 impl Renderer<'_> {
-    /// The energy that `source` sends to what `camera` sees, in `windows` of time. `progress` hears the share of the work done so far.
+    /// The energy that `source` sends to what `camera` sees, in `windows` of time. `progress` receives the share of the work done so far.
     ///
     /// # Errors
     /// When the picture has too many values.

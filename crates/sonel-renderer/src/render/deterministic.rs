@@ -49,20 +49,6 @@ struct Part<'a> {
     edge_work: Option<EdgeWork>,
 }
 
-/// One arrival but for its energy.
-struct Bare {
-    length: f64,
-    towards: DVec3,
-    order: u32,
-    over_edges: bool,
-}
-
-impl Bare {
-    fn of(length: f64, towards: DVec3, order: u32) -> Self {
-        Self { length, towards, order, over_edges: false }
-    }
-}
-
 impl<'a> Part<'a> {
     /// Nothing yet, at `receiver` number `index`.
     fn new(
@@ -88,10 +74,16 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// Adds the `energy` of an arrival, by itself where it is `listed`.
-    fn add(&mut self, class: PathClass, arrival: &Bare, energy: &[Lanes], listed: bool) {
+    /// Adds the `energy` of an arrival of `class` by its length, direction and order, by itself where it is `listed`.
+    fn add(
+        &mut self,
+        class: usize,
+        (mut length, towards, order): (f64, DVec3, u32),
+        energy: &[Lanes],
+        listed: bool,
+    ) {
         let own: Vec<Lanes>;
-        let (mut length, mut energy) = (arrival.length, energy);
+        let mut energy = energy;
         if let Some(air) = self.air {
             length *= air.stretch;
             own = energy.iter().map(|lanes| lanes.map(|band| band * air.impedance)).collect();
@@ -99,20 +91,18 @@ impl<'a> Part<'a> {
         }
         let Renderer { bins, table, .. } = self.renderer;
         let Some(bin) = bins.bin(length) else { return };
-        let towards = arrival.towards.to_array();
-        let weights = self.axes.weights(0, arrival.towards).into_iter().flatten();
+        let weights = self.axes.weights(0, towards).into_iter().flatten();
         for (column, weight) in std::iter::once(1.0).chain(weights).enumerate() {
             self.fine.add_times(column, bin, energy, weight);
             if let Some(coarse) = self.coarse.get_mut(column) {
                 coarse.add_arrival(self.borders, bins.time(length), energy, weight);
             }
         }
-        let class = CLASSES.iter().position(|&known| known == class).expect("a class without noise");
         add_lanes(&mut self.classes[class], energy);
         if listed {
             let energy = (0..table.bands()).map(|band| energy[band / 4][band % 4]).collect();
-            let Bare { order, over_edges, .. } = *arrival;
-            let receiver = self.index;
+            let (receiver, over_edges) = (self.index, CLASSES[class] == PathClass::Edge);
+            let towards = towards.to_array();
             self.arrivals.push(DiscreteArrival { receiver, length, energy, towards, order, over_edges });
         }
     }
@@ -179,26 +169,24 @@ impl Renderer<'_> {
             complete_order: chains.order(),
         };
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
-        let class = |order: u32| if order > 0 { PathClass::MirrorChain } else { PathClass::Direct };
+        let class = |order: u32| usize::from(order > 0);
         match over_edges {
             None => self.visit_visible(&at, emitted, |wave, energy| {
-                let found = Bare::of(wave.length, wave.towards, wave.order);
-                part.add(class(wave.order), &found, energy, wave.order <= listed);
+                let MirrorArrival { length, towards, order, .. } = *wave;
+                part.add(class(order), (length, towards, order), energy, order <= listed);
             }),
             Some((edges, images)) => {
                 let mut visible = self.visible(&at, emitted);
                 let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
                 let sound = edges.arrivals_at(&at, images, &mut visible);
                 for arrival in sound.arrivals {
-                    let found =
-                        Bare { over_edges: true, ..Bare::of(arrival.length, arrival.towards, arrival.order) };
+                    let found = (arrival.length, arrival.towards, arrival.order);
                     // Beside a clear direct path edges are many and weak: they count but are not listed.
                     let listed = !is_clear && arrival.order <= listed;
-                    part.add(PathClass::Edge, &found, &to_lanes(arrival.energy), listed);
+                    part.add(2, found, &to_lanes(arrival.energy), listed);
                 }
-                for wave in visible {
-                    let found = Bare::of(wave.length, wave.towards, wave.order);
-                    part.add(class(wave.order), &found, &to_lanes(wave.energy), wave.order <= listed);
+                for VisibleWave { length, towards, order, energy, .. } in visible {
+                    part.add(class(order), (length, towards, order), &to_lanes(energy), order <= listed);
                 }
                 part.edge_work = Some(sound.work);
             }

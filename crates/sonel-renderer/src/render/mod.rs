@@ -262,7 +262,7 @@ impl<'a> Renderer<'a> {
         problems
     }
 
-    /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches; `progress` hears
+    /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches; `progress` receives
     /// the share of the work done so far, first 0 when everything without noise is there.
     ///
     /// # Errors

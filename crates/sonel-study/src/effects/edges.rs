@@ -1,6 +1,6 @@
-//! What diffraction at edges is worth: a short run heard with and without it.
+//! What diffraction at edges is worth: a short run rendered with and without it.
 //!
-//! Edges change deterministic paths only, so both are heard in the same packets and their difference has no noise of its own; what
+//! Edges change deterministic paths only, so both are rendered from the same packets and their difference has no noise of its own; what
 //! the short run does not know exactly is the sound that the difference is compared with, and that is taken three standard errors below what was
 //! found. A level then changes by at most 10 lg(1 + |ΔF|/F). What edges change comes early: it moves the beginning of the decay curve against
 //! its rest by no more than that, and the slope of a line fitted over 30 dB by at most 3/2 of it in 30. One integral serves all
@@ -122,7 +122,7 @@ impl EdgeBound {
     }
 }
 
-/// Hears the listeners one after the other; where nobody asks for the bound itself, until one calls for edges.
+/// Renders the receivers one after the other; where nobody asks for the bound itself, until one calls for edges.
 fn weigh_edges(
     asked: Question,
     scene: &Scene,
@@ -160,7 +160,7 @@ fn weigh_edges(
     Ok(found)
 }
 
-/// The largest change between two ways of hearing the same packets.
+/// The largest change between two renderings of the same packets.
 fn change(bands: usize, without: &Rendered, with: &Rendered) -> Bound {
     let mut bound = Bound::nothing(bands);
     for (without, with) in without.parameters.iter().zip(&with.parameters) {

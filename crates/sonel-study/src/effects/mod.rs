@@ -157,7 +157,7 @@ impl Question {
 }
 
 /// Decides every effect for `scene`, whose walls are `geometry` and which is traced in `mode`, and changes the scene accordingly: air switched on or off,
-/// directivities dropped. What edges are worth is heard in a short run, if the scene has any and nobody decided about them; `weigh` asks for the bounds
+/// directivities dropped. The effect of edges is rendered in a short run, if the scene has any and nobody decided about them; `weigh` asks for the bounds
 /// of effects that were decided about, too. The decision is a function of scene and `spec` alone; `clock` tells only what an effect costs.
 ///
 /// # Errors
@@ -170,7 +170,7 @@ pub fn decide(
     weigh: bool,
     clock: &dyn Clock,
 ) -> Result<Vec<Decision>, PipelineError> {
-    // Air and directivity first: the short run is heard with them.
+    // Air and directivity first: the short run is rendered with them.
     let asked = |effect| Question { request: spec.request(effect), threshold: spec.threshold(), weigh };
     let air = air::decide(asked(Effect::Air), scene, geometry);
     let directivity = decide_directivity(spec.request(Effect::Directivity), scene);
