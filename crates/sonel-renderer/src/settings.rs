@@ -115,7 +115,7 @@ impl RenderSettings {
             bin: 0.001,
             estimator,
             mirror_order: None,
-            rays: if estimator == Estimator::Paper { 1 << 14 } else { 1 << 17 },
+            rays: if estimator == Estimator::Paper { 1 << 14 } else { 1 << 15 },
             gather_radius: None,
             seed: None,
             air: Air::OfScene,

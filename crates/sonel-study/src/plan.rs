@@ -18,8 +18,8 @@ pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
 pub const DEFAULT_ACCURACY: f64 = 0.05;
 /// A limit is sure to bind where it does for an accuracy so many times as wide.
 const SURELY: f64 = 4.0;
-/// Segments of a run that nobody sized: seconds to trace, and a map of about 130 MB.
-pub const DEFAULT_SEGMENTS: f64 = 8e6;
+/// Segments of a run that nobody sized: a second to trace, and a map of about 50 MB. More sonels than these hardly help before rays do.
+pub const DEFAULT_SEGMENTS: f64 = 3e6;
 /// More rays are taken where they have more than this part of the variance of the parameter that decides: sonels and rays cost alike, and
 /// halves are never far from the optimum.
 const SHARE_OF_RAYS: f64 = 0.5;

@@ -30,7 +30,7 @@ const FIXED_SONELS: u64 = 16_000;
 const REFERENCE: u64 = 4;
 /// Usual values of the other properties, the default first. Radii are in mean free paths.
 const SURVIVALS: [f64; 5] = [0.15, 0.0, 0.05, 0.4, 1.0];
-const RAYS: [u32; 4] = [131_072, 8_192, 32_768, 524_288];
+const RAYS: [u32; 4] = [32_768, 8_192, 131_072, 524_288];
 const RADII: [f64; 4] = [0.03, 0.015, 0.06, 0.12];
 
 /// Runs the sweep and writes everything about it.

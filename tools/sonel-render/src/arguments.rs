@@ -72,7 +72,7 @@ pub struct Arguments {
     /// Radius of the discs in which rays gather [m]; by default it follows from the room and the number of sonels.
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Visibility rays of one receiver, where rays gather; 131072 where nothing is given, 16384 with --estimator paper. With
+    /// Visibility rays of one receiver, where rays gather; 32768 where nothing is given, 16384 with --estimator paper. With
     /// --until the most there may be.
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,

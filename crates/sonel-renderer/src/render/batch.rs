@@ -14,7 +14,7 @@ use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::Fading;
 use crate::rendering::{CoarseEchogram, Rendering};
-use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, Thinning, connect, normal_on, radiosity};
+use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::stochastic::crossing::{OthersOwn, Piece, cross, owns};
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
@@ -23,9 +23,13 @@ use crate::stochastic::gather::{GatherIndex, cast};
 use crate::stochastic::kernel::{KernelDifference, coarse_bins};
 use crate::stochastic::medium::Medium;
 use crate::stochastic::mirror_connection::ReceiverImages;
+use crate::stochastic::selection::{Selector, SonelSelection};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
 const BATCHES_IN_FLIGHT: u32 = 8;
+
+/// One of so many batches is counted to select sonels.
+const BATCHES_PER_COUNTED: usize = 8;
 
 /// One batch's estimate: all its echograms, and the sums of its classes per receiver.
 pub(crate) struct BatchEstimate {
@@ -150,12 +154,16 @@ pub(crate) struct Audience<'a> {
     others: Vec<OthersOwn>,
     /// For places next to receivers; none where no receiver has such places, or where edges bend what goes there.
     source: Option<NearSource<'a>>,
+    /// Which sonels reach for them.
+    selection: Option<&'a SonelSelection>,
 }
 
 /// Buffers and random numbers of one batch.
 struct Scratch {
     choices: Vec<Stream>,
-    turns: Vec<Thinning>,
+    selector: Selector,
+    /// What a selected sonel carries, with those that it stands for.
+    selected: Vec<Lanes>,
     /// The discs of the batch's rays, where any are cast.
     index: Option<GatherIndex<GatherPoint>>,
     radiosity: Vec<Lanes>,
@@ -189,11 +197,11 @@ impl Renderer<'_> {
     pub(crate) fn add_batches(
         &self,
         rendering: &mut Rendering,
-        source: usize,
+        (source, selection): (usize, Option<&SonelSelection>),
         tile: &Tile<'_>,
         progress: &mut dyn FnMut(f64),
     ) {
-        let audience = self.audience(source, tile, rendering.mirror_order);
+        let audience = Audience { selection, ..self.audience(source, tile, rendering.mirror_order) };
         rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));
         let fill = |batch, estimate: &mut BatchEstimate| self.estimate(batch, source, &audience, estimate);
         self.add_estimates(rendering, tile, fill, progress);
@@ -224,6 +232,29 @@ impl Renderer<'_> {
         }
     }
 
+    /// How sonels of `source` are selected, from some of its batches; none where no sonel reaches for a receiver.
+    pub(crate) fn selection(&self, source: usize) -> Option<SonelSelection> {
+        if !self.connects_diffuse() {
+            return None;
+        }
+        let empty = SonelSelection::new(lanes_of(self.table.bands()), self.bins.reach);
+        let batches: Vec<u32> =
+            (0..self.emissions.batches.len() as u32).step_by(BATCHES_PER_COUNTED).collect();
+        let count = |&batch: &u32| {
+            let mut selection = empty.clone();
+            self.each_segment(batch, source, |segment, arriving| {
+                if segment.arrival.is_some() {
+                    selection.count(segment.end_length, arriving);
+                }
+            });
+            selection
+        };
+        let counted: Vec<SonelSelection> = batches.par_iter().map(count).collect();
+        let mut selection = empty.clone();
+        counted.iter().for_each(|counted| selection.add(counted));
+        Some(selection)
+    }
+
     /// Prepares the images of the receivers of `tile`. K′ is a matter of each receiver: it depends on nobody who shares the call.
     fn audience<'b>(&'b self, source: usize, tile: &'b Tile<'b>, mirror_order: u32) -> Audience<'b> {
         let Tile { receivers, direct_lengths, .. } = tile;
@@ -247,7 +278,7 @@ impl Renderer<'_> {
         let is_near = self.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
         let source =
             (is_near && self.bends.is_none()).then(|| NearSource::new(self.geometry, &self.table, radiator));
-        Audience { tile, images, others, source }
+        Audience { tile, images, others, source, selection: None }
     }
 
     /// K′ at a receiver with `images`; without limit where rays gather.
@@ -293,27 +324,27 @@ impl Renderer<'_> {
         by_rays || audience.source.as_ref().is_some_and(|source| source.finds(history))
     }
 
-    /// Adds what `segment` leaves in the discs around its end.
+    /// Adds what the selected sonel at the end of `segment` leaves in the discs around it.
     fn gather(
         &self,
-        (segment, arriving): (&Segment<'_>, &[Lanes]),
+        segment: &Segment<'_>,
         arrival: Arrival,
         audience: &Audience<'_>,
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate,
     ) {
-        let Scratch { index, discs, brought, .. } = scratch;
+        let Scratch { index, discs, brought, selected, .. } = scratch;
         let Some(((sheets, _), index)) = self.gather.as_ref().zip(index.as_ref()) else { return };
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         // Discs weigh with the diffuse mean; what this sonel's angle reflects more or less of it is its own.
         let reflected = self.table.relative_reflection(arrival.surface, segment.direction()).map(|more| {
-            let lanes = arriving.iter().zip(more);
+            let lanes = selected.iter().zip(more);
             lanes
                 .map(|(energy, more)| std::array::from_fn(|lane| energy[lane] * more[lane]))
                 .collect::<Vec<Lanes>>()
         });
-        let arriving = reflected.as_deref().unwrap_or(arriving);
+        let arriving = reflected.as_deref().unwrap_or(selected);
         index.around(place(arrival.surface, arrival.side), at, discs);
         brought.clear();
         for (number, _) in discs.iter() {
@@ -363,15 +394,12 @@ impl Renderer<'_> {
         }
         let bands = self.table.bands();
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
-        let streams = |purpose| -> Vec<Stream> {
-            let stream = |r| receiver_stream(self.seed(), purpose, r, source, batch);
-            audience.tile.receivers.iter().map(stream).collect()
-        };
-        let every = self.sonels_per_connection();
-        let turns = streams(Purpose::ConnectionChoice);
+        let choices = |r| receiver_stream(self.seed(), Purpose::MirrorChoice, r, source, batch);
+        let selections = StreamFamily::new(self.seed(), Purpose::SonelChoice, [source as u32, 0, 0, 0]);
         let mut scratch = Scratch {
-            choices: streams(Purpose::MirrorChoice),
-            turns: turns.into_iter().map(|mut stream| Thinning::new(every, stream.bits())).collect(),
+            choices: audience.tile.receivers.iter().map(choices).collect(),
+            selector: Selector::new(selections.stream(u64::from(batch)).uniform_fine()),
+            selected: zeros.clone(),
             index: None,
             radiosity: zeros.clone(),
             energy: zeros,
@@ -439,12 +467,16 @@ impl Renderer<'_> {
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.row(arrival.surface, segment.direction());
-        if row.is_mirror || !self.connects_diffuse() {
+        let Some(selection) = audience.selection.filter(|_| !row.is_mirror) else { return };
+        let probability = selection.probability(segment.end_length, arriving);
+        if !scratch.selector.takes(probability) {
             return;
         }
-        self.gather((segment, arriving), arrival, audience, scratch, estimate);
-        let times = f64::from(self.sonels_per_connection());
-        radiosity(arriving, &row.diffuse, times, &mut scratch.radiosity);
+        for (selected, arriving) in scratch.selected.iter_mut().zip(arriving) {
+            *selected = arriving.map(|energy| energy / probability);
+        }
+        self.gather(segment, arrival, audience, scratch, estimate);
+        radiosity(&scratch.selected, &row.diffuse, &mut scratch.radiosity);
         let sonel = DiffuseSonel {
             position: segment.end,
             normal: normal_on(arrival.side, self.normals[arrival.surface.0 as usize]),
@@ -455,7 +487,6 @@ impl Renderer<'_> {
         connect(
             &sonel,
             audience.tile.receivers,
-            &mut scratch.turns,
             &medium,
             &mut scratch.energy,
             &mut estimate.class(PathClass::Diffuse),

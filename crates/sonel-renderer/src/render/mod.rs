@@ -31,14 +31,11 @@ use crate::settings::{Air, Estimator, RenderSettings};
 use crate::stochastic::bending::Bends;
 use crate::stochastic::gather::GatherSettings;
 use crate::stochastic::gather::disc::Sheet;
-use crate::stochastic::mirror_connection::{has_few_surfaces, image_order};
+use crate::stochastic::mirror_connection::image_order;
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
 const RECEIVERS_IN_FLIGHT: usize = 8;
-
-/// Among many surfaces one of so many sonels is connected with a receiver.
-const SONELS_PER_CONNECTION: u32 = 4;
 
 /// Most nodes of the table of attenuation: a thousand kilometres of ordinary air. Length and attenuation are those that a
 /// map states.
@@ -297,13 +294,14 @@ impl<'a> Renderer<'a> {
         self.add_deterministic(&mut rendering, (source, radiator), &chains, &prepared, borders);
         progress(0.0);
         self.add_long_chains(&mut rendering, source, &prepared, borders);
+        let selection = self.selection(source);
         let tiles = prepared.len().div_ceil(RECEIVERS_IN_FLIGHT);
         for tile in 0..tiles {
             let range = tile * RECEIVERS_IN_FLIGHT..((tile + 1) * RECEIVERS_IN_FLIGHT).min(prepared.len());
             let done = tile as f64 / tiles as f64;
             let tile = self.tile(source, &prepared, borders, range);
             let done = &mut |share| progress(done + share / tiles as f64);
-            self.add_batches(&mut rendering, source, &tile, done);
+            self.add_batches(&mut rendering, (source, selection.as_ref()), &tile, done);
         }
         Ok(rendering.spread(&self.classes))
     }
@@ -316,13 +314,6 @@ impl<'a> Renderer<'a> {
     /// Whether connections own … D R.
     pub(crate) fn connects_diffuse(&self) -> bool {
         self.settings.estimator.connects_diffuse()
-    }
-
-    /// One of so many sonels is connected with a receiver. Where visibility rays bring what mirrors show, most noise is theirs, and among
-    /// many surfaces shadow rays would take most of the time.
-    pub(crate) fn sonels_per_connection(&self) -> u32 {
-        let is_thinned = self.settings.estimator == Estimator::Auto && !has_few_surfaces(self.geometry);
-        if is_thinned { SONELS_PER_CONNECTION } else { 1 }
     }
 
     /// Whether visibility rays own what mirrors show.

@@ -1,7 +1,7 @@
 //! L S^k R, k > K: rays that every surface mirrors, through the balls about the receivers.
 //!
 //! Few packets of a map are mirrored many times in a row, and those carry much. These rays are always mirrored and carry the product of
-//! (1−α)(1−s) in every band instead: there are as many of them as the map has packets, and all of them are used. Rays that carry little
+//! (1−α)(1−s) in every band instead: there are four for every packet of the map, and all of them are used. Rays that carry little
 //! go on by roulette. Where edges bend, the rays carry what goes straight; packets of the map bring what was bent. Each batch has rays
 //! of its own, so the interval covers them.
 
@@ -22,6 +22,8 @@ use crate::stochastic::gather::rays::strongest;
 
 /// Receivers that share rays: their echograms bound the memory.
 const RECEIVERS: usize = 64;
+/// Rays for each packet: they cost a tenth of it, and where walls are smooth most noise of the level is theirs.
+const RAYS_PER_PACKET: u64 = 4;
 /// A ray that carries less than this part of what it left with, in every band, goes on by roulette.
 const LIGHT: f64 = 0.01;
 
@@ -65,7 +67,9 @@ impl Renderer<'_> {
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let traced = &self.map.header().settings;
-        let rays = traced.emissions.div_ceil(u64::from(traced.batches)) as u32;
+        let rays = (RAYS_PER_PACKET * traced.emissions)
+            .div_ceil(u64::from(traced.batches))
+            .min(u64::from(u32::MAX)) as u32;
         let family = StreamFamily::new(self.seed(), Purpose::SpecularRay, [source as u32, 0, 0, 0]);
         let mut stream = family.stream(u64::from(batch));
         let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
