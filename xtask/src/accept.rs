@@ -29,12 +29,10 @@ pub enum Part {
     Tests,
 }
 
-/// What this machine lacks for a part, or for some of it; [`None`] where everything ran.
-pub type LeftOut = Option<&'static str>;
-
 /// Runs one part, or all; ends with what was left out.
 pub fn run(part: Option<Part>) -> Result<()> {
-    type Run = fn() -> Result<LeftOut>;
+    // What it needs where something of it cannot run.
+    type Run = fn() -> Result<Option<&'static str>>;
     let parts: [(Part, Run); 7] = [
         (Part::Documentation, || documentation::check().map(|()| None)),
         (Part::Packages, packages),
@@ -54,8 +52,8 @@ pub fn run(part: Option<Part>) -> Result<()> {
     Ok(())
 }
 
-/// Compares foreign packages with deny.toml.
-fn packages() -> Result<LeftOut> {
+/// Compares foreign packages with deny.toml. Where something of it cannot run: what it needs.
+fn packages() -> Result<Option<&'static str>> {
     let mut command = workspace::cargo(&["deny", "--version"]);
     if !command.output().is_ok_and(|output| output.status.success()) {
         return Ok(Some("licences and advisories need `cargo install --locked cargo-deny`"));

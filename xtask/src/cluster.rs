@@ -8,7 +8,6 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::accept::LeftOut;
 use crate::python::{self, printed};
 use crate::slurm::{Process, Slurm};
 use xtask::workspace::{self, Profile};
@@ -108,8 +107,8 @@ fn path_with(folder: &Path) -> Result<OsString> {
     Ok(env::join_paths([folder.to_owned()].into_iter().chain(env::split_paths(&path)))?)
 }
 
-/// The same on a real Slurm, with faults: a task is cancelled, the node fails, Snakemake is killed.
-pub fn accept() -> Result<LeftOut> {
+/// The same on a real Slurm, with faults: a task is cancelled, the node fails, Snakemake is killed. Where it cannot run: what it needs.
+pub fn accept() -> Result<Option<&'static str>> {
     let Some(slurm) = Slurm::start(&workspace::root().join("target/cluster/daemons"))? else {
         return Ok(Some("a real Slurm needs root and Debian's `slurm-wlm` and `munge`"));
     };
