@@ -163,7 +163,7 @@ pub struct Output {
 pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<()> {
     if target.as_os_str() == "-" || target.parent() == Some(Path::new("/dev")) {
         bail!(
-            "outputs are files, not streams: give a name instead of {}, or ./- for a file called -",
+            "{} is a stream or device, outputs are files: choose another output (./- for a file called -)",
             target.display()
         );
     }
@@ -408,7 +408,7 @@ mod tests {
         }
         for stream in ["-", "/dev/stdout"] {
             let error = Output::create(Path::new(stream), Kind::MAP, &[]).unwrap_err();
-            assert!(error.to_string().contains("not streams"), "{error}");
+            assert!(error.to_string().contains("a stream or device"), "{error}");
         }
         assert_eq!(names(folder.path()).len(), 5);
     }
