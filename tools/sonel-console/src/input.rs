@@ -9,9 +9,9 @@ use std::path::Path;
 /// Opens an ordinary file.
 ///
 /// # Errors
-/// When it cannot be opened, or is a folder, a pipe or a device. The caller says which file.
+/// When it cannot be opened, or is a folder, a pipe, a device, or `-`. The caller says which file.
 pub fn open(path: &Path) -> io::Result<File> {
-    if !path.metadata()?.is_file() {
+    if path.as_os_str() == "-" || !path.metadata()?.is_file() {
         let message = "not a regular file: save its content to a file first";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
     }

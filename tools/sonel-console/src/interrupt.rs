@@ -51,7 +51,7 @@ pub fn remove_unfinished_files() -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, TERM_SIGNALS};
     let mut signals = signal_hook::iterator::Signals::new(TERM_SIGNALS.iter().chain([&SIGHUP]))?;
     failure::report();
-    std::thread::spawn(move || {
+    let wait = move || {
         if let Some(signal) = signals.forever().next() {
             let (message, code) = match failure::found() {
                 Some(message) => (message, 2),
@@ -59,8 +59,8 @@ pub fn remove_unfinished_files() -> std::io::Result<()> {
             };
             end(message, code);
         }
-    });
-    Ok(())
+    };
+    std::thread::Builder::new().spawn(wait).map(drop)
 }
 
 /// Removes unfinished files and ends the program.

@@ -140,8 +140,11 @@ pub struct Output {
 /// # Errors
 /// What is wrong with it.
 pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<()> {
-    if target.as_os_str() == "-" {
-        bail!("outputs are files, not streams: give a name instead of -, or ./- for a file of that name");
+    if target.as_os_str() == "-" || target.parent() == Some(Path::new("/dev")) {
+        bail!(
+            "{} is a stream or device, outputs are files: choose another output (./- for a file called -)",
+            target.display()
+        );
     }
     if let Some(input) = inputs.iter().find(|input| is_same_file(input, target)) {
         bail!(
@@ -398,9 +401,10 @@ mod tests {
             let error = Output::create(&path(target), kind, &[]).unwrap_err();
             assert!(error.to_string().contains("choose such a name"), "{error}");
         }
-        assert!(
-            Output::create(Path::new("-"), Kind::MAP, &[]).unwrap_err().to_string().contains("not streams")
-        );
+        for stream in ["-", "/dev/stdout"] {
+            let error = Output::create(Path::new(stream), Kind::MAP, &[]).unwrap_err();
+            assert!(error.to_string().contains("a stream or device"), "{error}");
+        }
         assert_eq!(names(folder.path()).len(), 5);
     }
 

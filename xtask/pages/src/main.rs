@@ -6,6 +6,7 @@ mod diffraction;
 mod figures;
 mod hall;
 mod loudspeaker;
+mod scale;
 mod shell;
 mod validate;
 mod waves;
@@ -37,6 +38,8 @@ enum Page {
     Hall,
     /// Write scenes/loudspeaker/loudspeaker.csv from the sizes of the loudspeaker
     Loudspeaker,
+    /// Run the jobs of workflow/ on the hall and write the table of docs/scale.md; some minutes
+    Scale,
     /// Write shell completions and man pages of the programs
     Shell {
         /// The folder they go to
@@ -66,6 +69,7 @@ fn main() -> ExitCode {
         Page::Figures { redraw } => figures::run(redraw),
         Page::Hall => hall::run(),
         Page::Loudspeaker => loudspeaker::run(),
+        Page::Scale => scale::run(),
         Page::Shell { output } => shell::run(&output),
         Page::Validate { folder, room } => validate::run(&folder, room.as_deref()),
         Page::Waves { room } => waves::run(room.as_deref()),
