@@ -14,7 +14,7 @@ pub struct RenderSettings {
     /// Order K of the mirror chains; chosen where none is given.
     pub mirror_order: Option<u32>,
     /// Visibility rays of one receiver over all batches, where rays go on by mirrors; where they only share with connections next to
-    /// surfaces, an eighth of them.
+    /// surfaces, half of them.
     pub rays: u32,
     /// Radius of the discs in which rays gather [m]; chosen where none is given.
     pub gather_radius: Option<f64>,

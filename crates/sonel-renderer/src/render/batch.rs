@@ -398,7 +398,7 @@ impl Renderer<'_> {
         let selections = StreamFamily::new(self.seed(), Purpose::SonelChoice, [source as u32, 0, 0, 0]);
         let mut scratch = Scratch {
             choices: audience.tile.receivers.iter().map(choices).collect(),
-            selector: Selector::new(selections.stream(u64::from(batch)).uniform_fine()),
+            selector: Selector::new(0.0),
             selected: zeros.clone(),
             index: None,
             radiosity: zeros.clone(),
@@ -407,9 +407,13 @@ impl Renderer<'_> {
             brought: Vec::new(),
         };
         scratch.index = self.gather_index(audience, source, batch, &mut scratch.energy, estimate);
-        self.each_segment(batch, source, |segment, arriving| {
-            self.add_segment((segment, arriving), audience, &mut scratch, estimate);
-        });
+        let mut weight = PathWeight::new(bands);
+        for path in self.map.batch_paths(source as u32, batch) {
+            scratch.selector = Selector::new(selections.stream(path.emission).uniform_fine());
+            self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
+                self.add_segment((segment, arriving), audience, &mut scratch, estimate);
+            });
+        }
     }
 
     /// Visits every segment of every path of one batch, with its energy where it ends ([`Self::follow_path`]).

@@ -373,7 +373,7 @@ fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &Co
 }
 
 /// Rays that only share with connections next to surfaces are so many times fewer.
-const FEWER_RAYS_NEAR_SURFACES: u32 = 8;
+const FEWER_RAYS_NEAR_SURFACES: u32 = 2;
 
 fn gather_settings(
     settings: &RenderSettings,

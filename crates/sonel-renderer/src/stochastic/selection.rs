@@ -75,7 +75,8 @@ impl SonelSelection {
     }
 }
 
-/// Selects members of a sequence, each with its own probability and at even distances: systematic sampling.
+/// Selects sonels of one path, each with its own probability and at even distances: systematic sampling, with less noise than single choices.
+/// Each path begins anew, so that no path changes what is selected of another.
 #[derive(Debug, Clone, Copy)]
 pub struct Selector {
     due: f64,
@@ -88,7 +89,7 @@ impl Selector {
         Self { due: offset }
     }
 
-    /// Whether the next member is selected, whose `probability` that is.
+    /// Whether the next sonel is selected, whose `probability` that is.
     #[inline]
     pub fn takes(&mut self, probability: f64) -> bool {
         self.due += probability;
