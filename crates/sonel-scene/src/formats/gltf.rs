@@ -1,6 +1,7 @@
 //! glTF 2.0 files, `.glb` and `.gltf`: the triangles of the default scene with the transforms of their nodes.
 //!
-//! The `gltf` crate reads and checks the JSON; accessors are read here with every bound checked. Lengths are metres and y is up,
+//! The `gltf` crate reads and checks the JSON; accessors are read here with every bound checked, because
+//! its `utils` panic on wrong counts or strides. Lengths are metres and y is up,
 //! as the format demands. The material names the surface, else its node, else its mesh.
 //!
 //! Reference: [Khronos2021] (docs/references.md).
