@@ -24,7 +24,7 @@ fn numbers_below_zero_are_named_with_what_is_allowed() {
         ("--bin", "-1", "give a width above 0"),
         ("--rays", "-1", "is not a count"),
         ("--rays", "0", "give 1 … 4294967295 rays"),
-        ("--radius", "-1", "needs a radius above 0"),
+        ("--radius", "-1", "must be above 0 m"),
         ("--humidity", "-1", "outside 0 … 100"),
         ("--grid", "0:5:1000,0:4:1000,1", "1000000 points are more than 100000"),
     ] {
@@ -65,7 +65,7 @@ fn lists_of_receivers_are_read_line_by_line() {
     };
     for (text, words) in [
         ("", "the header is \"\""),
-        ("name;x;y;z\na;1;2;1\n", "should be \"name,x,y,z\""),
+        ("name;x;y;z\na;1;2;1\n", "must be \"name,x,y,z\""),
         ("name,x,y,z\n", "list.csv: no receivers"),
         ("name,x,y,z\na,1,2\nb,1,2,1,5\n", "list.csv:3: write a name and three numbers"),
         ("name,x,y,z\na,\"1,5\",2,1\n", "list.csv:2: write a name and three numbers"),

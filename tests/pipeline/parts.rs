@@ -62,7 +62,7 @@ fn parts_of_other_renderings_missing_and_doubled_parts_are_refused() {
     assert!(refusal(merge(&folder, &["1.npz"], "c.npz")).contains("part 2/2 is missing"));
     assert!(refusal(merge(&folder, &["1.npz", "1.npz"], "c.npz")).contains("the same part"));
     part("a.sonelmap", "whole.npz", &[]);
-    assert!(refusal(merge(&folder, &["whole.npz"], "c.npz")).contains("no part of another"));
+    assert!(refusal(merge(&folder, &["whole.npz"], "c.npz")).contains("not a part of a rendering"));
     assert!(refusal(render(&folder, "a.sonelmap", "d.npz", &["--shard", "2/2"])).contains("at most 1"));
     assert!(!folder.path("c.npz").exists());
 }

@@ -87,8 +87,7 @@ pub fn widened(
     let interval = estimate.interval.map(|[low, high]| [low + least, high + most]);
     let cut_off = (largest > LEAST_WARNED).then(|| {
         format!(
-            "the run ends at {end:.2} s, before the decay does: what is missing may change this by {largest:.1} just-noticeable \
-             differences, which the interval holds; set duration_s to {needed_s:.2} or more"
+            "the run ends at {end:.2} s, before the decay: the missing part may change this by {largest:.1} just-noticeable differences, included in the interval; set duration_s to {needed_s:.2} or more"
         )
     });
     Ok(Estimate { interval, ..estimate }.warned(cut_off))

@@ -87,7 +87,7 @@ fn values(response: &Response) -> Vec<String> {
     for found in &response.receiver_directivities {
         reject("receiver_aim", not_finite(&found.aim));
         let is_share = found.diffuse_sensitivity > 0.0 && found.diffuse_sensitivity <= 1.0;
-        let message = format!("holds {}, which is not above 0 and at most 1", found.diffuse_sensitivity);
+        let message = format!("holds {}, outside 0 … 1 (0 excluded)", found.diffuse_sensitivity);
         reject("receiver_diffuse_sensitivity", (!is_share).then_some(message));
     }
     reject("source_position_m", not_finite(response.source_positions.as_flattened()));
@@ -109,7 +109,7 @@ fn values(response: &Response) -> Vec<String> {
     if let Some(batches) = &response.batches {
         reject("batch_weight", no_energy(&batches.weight));
         let sum: f64 = batches.weight.iter().sum();
-        reject("batch_weight", (sum <= 0.0).then(|| "gives no batch any weight".to_owned()));
+        reject("batch_weight", (sum <= 0.0).then(|| "has no batch with a weight above 0".to_owned()));
         let mut rows = batches.time_edges_s.chunks_exact(batches.bins + 1);
         let unsorted = rows.any(|row| !row.is_sorted());
         reject("batch_time_edges_s", unsorted.then(|| "does not ascend".to_owned()));

@@ -180,7 +180,7 @@ impl<R: Read + Seek> Arrays<R> {
         let text: Vec<String> = self.required("metadata_json", &[])?;
         serde_json::from_str(&text[0]).map_err(|error| ResponseError::Array {
             key: "metadata_json".to_owned(),
-            problem: format!("is no JSON: {error}"),
+            problem: format!("is not JSON: {error}"),
         })
     }
 }

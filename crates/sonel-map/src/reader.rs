@@ -136,7 +136,7 @@ impl SonelMap {
         let edges =
             if sections.has("edges") { sections.rows::<EdgeRow>("edges")?.to_vec() } else { Vec::new() };
         if !edges.is_empty() && !sections.has("edges.faces") {
-            return Err(MapError::Outdated("its edges bent packets whatever the size of their faces"));
+            return Err(MapError::Outdated("its bending does not depend on the size of faces"));
         }
         let faces = if sections.has("edges.faces") {
             sections.rows::<FacesRow>("edges.faces")?.to_vec()
@@ -521,7 +521,7 @@ impl<'a> Sections<'a> {
             return Err(damaged("the header does not match its checksum".to_owned()));
         }
         if preamble.header_offset + preamble.header_length != bytes.len() as u64 {
-            return Err(damaged("the file goes on behind its header".to_owned()));
+            return Err(damaged("the file has bytes after its header".to_owned()));
         }
         let may_go_on = preamble.minor > MINOR;
         Ok(Self { bytes, header: codec::decode(header, may_go_on).map_err(damaged)? })
@@ -551,7 +551,7 @@ fn read_gradient(rows: &[f64], scene: &Scene) -> Result<f64, String> {
     match *rows {
         [] => Ok(0.0),
         [gradient] if scene.media.is_none() && is_possible(gradient) => Ok(gradient),
-        _ => Err("it has an impossible gradient of the speed of sound".to_owned()),
+        _ => Err("the gradient of the speed of sound is out of range".to_owned()),
     }
 }
 
@@ -592,7 +592,7 @@ fn check_directory(chunks: &[ChunkEntry], header: &MapHeader) -> Result<(), MapE
     for (chunk, (source, first)) in chunks.iter().zip(expected) {
         let count = (layout.total - first).min(CHUNK_EMISSIONS);
         if (chunk.source, chunk.first_emission, u64::from(chunk.path_count)) != (source, first, count) {
-            return Err(damaged(chunk.offset, "the directory contradicts itself"));
+            return Err(damaged(chunk.offset, "entries of the directory contradict each other"));
         }
     }
     Ok(())

@@ -165,7 +165,7 @@ impl fmt::Display for MediaFault {
             ),
             Self::BoundsNothing { place, air: 0, .. } => write!(
                 f,
-                "the interface at ({}) m has the scene's air on both sides: give [[regions]] with a point inside, or remove the face",
+                "the interface at ({}) m has the air of the scene on both sides: give [[regions]] with a point inside, or remove the face",
                 notation::place(*place)
             ),
             Self::BoundsNothing { place, .. } => write!(

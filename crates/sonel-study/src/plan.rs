@@ -48,7 +48,7 @@ pub struct Row {
     pub just_noticeable: f64,
     /// Sonels and rays.
     pub effort: Effort,
-    /// Which parameter needs them; none where the fewest will do.
+    /// Which parameter needs them; none where the minimum is enough.
     pub limited_by: Option<Place>,
     /// Sonels of a map that has this accuracy, where that at hand has it with no number of rays.
     pub lacking: Option<u64>,
@@ -74,7 +74,7 @@ pub struct Width {
 pub struct Need {
     /// Sonels and rays.
     pub effort: Effort,
-    /// Which parameter needs them; none where the fewest will do.
+    /// Which parameter needs them; none where the minimum is enough.
     pub limited_by: Option<Place>,
 }
 

@@ -111,7 +111,7 @@ fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Res
             Ok(HalfWidth { noise: noise / unit, bias: ((0.5 * (high - low) - noise) / unit).max(0.0) })
         }
         (Err(reason), _) => Err(reason.to_string()),
-        (_, None) => Err("its batches say nothing of its error".to_owned()),
+        (_, None) => Err("its batches give no standard error".to_owned()),
     };
     (Some(estimate.value), half_width)
 }

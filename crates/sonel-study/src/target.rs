@@ -32,11 +32,11 @@ pub(crate) enum Limit {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum TargetError {
     /// Not a limit at all.
-    #[error("\"{0}\" is no target: write FIGURE<LIMIT such as t30<1%, level<0.1dB or c80<0.2jnd")]
+    #[error("\"{0}\" is not a target: write PARAMETER<LIMIT such as t30<1%, level<0.1dB or c80<0.2jnd")]
     Form(String),
     /// No such parameter.
     #[error(
-        "there is no parameter \"{0}\": choose among {names} (example: t30<1%)",
+        "unknown parameter \"{0}\": choose among {names} (example: t30<1%)",
         names = NAMES.map(|(_, name, _)| name).join(", ")
     )]
     ParameterValue(String),
@@ -53,10 +53,10 @@ pub enum TargetError {
         example: &'static str,
     },
     /// Not a number above zero.
-    #[error("\"{0}\" limits nothing: give a number above 0 (example: t30<1%)")]
+    #[error("the limit \"{0}\" is not a number above 0 (example: t30<1%)")]
     Number(String),
     /// The same parameter again.
-    #[error("{0} is limited twice: give one limit a figure")]
+    #[error("{0} has two limits: give one per parameter")]
     Twice(&'static str),
 }
 

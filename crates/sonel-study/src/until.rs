@@ -68,7 +68,7 @@ impl Verdict {
                     }
                 }
                 (Ok(_), None) if reading.value.is_none() => {
-                    verdict.unreadable.push((place, "its interval is too wide to tell a value".to_owned()));
+                    verdict.unreadable.push((place, "its interval is too wide for a value".to_owned()));
                 }
                 (Ok(_), None) => {}
             }

@@ -68,7 +68,7 @@ pub fn run(
     if !found.is_settled {
         writeln!(
             log,
-            "warning: the coefficients still moved in the last rendering: fit again from the result"
+            "warning: the coefficients did not settle: fit again from the result"
         )?;
     }
     Ok(if found.is_settled { Outcome::Done } else { Outcome::Missed })
@@ -148,7 +148,7 @@ impl<'a> Stages<'a> {
 pub fn refuse_angular(materials: &[Material]) -> anyhow::Result<()> {
     if let Some(wall) = materials.iter().find(|material| material.law.is_angular()) {
         bail!(
-            "\"{}\" has the absorption law {}; fit and optimise search uniform materials: trace the scene without absorption_law",
+            "\"{}\" has the absorption law {}; fit and optimise need uniform absorption: trace the scene without absorption_law",
             wall.name,
             wall.law
         );

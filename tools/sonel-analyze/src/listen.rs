@@ -26,7 +26,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let dry = open::recording(recording)?;
     let [signal] = &dry.channels[..] else {
         bail!(
-            "{} has {} channels: mix them to one, a source is a point",
+            "{} has {} channels: mix them to one",
             recording.display(),
             dry.channels.len()
         );
@@ -54,7 +54,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if peak > 1.0 {
         writeln!(
             log,
-            "warning: players cut what is above full scale: lower the level of the file before you play it"
+            "warning: the peak exceeds full scale: lower the level of the file before playing it"
         )?;
     }
     Ok(Outcome::Done)

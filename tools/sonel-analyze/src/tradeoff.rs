@@ -56,7 +56,7 @@ pub fn run(
     scene.duration = arguments.duration.unwrap_or(scene.duration);
     let receivers = receivers_of(&scene);
     if receivers.is_empty() {
-        bail!("{} has no receiver to judge by: add [[receivers]]", arguments.scene.display());
+        bail!("{} has no receivers to evaluate: add [[receivers]]", arguments.scene.display());
     }
     let mode = arguments.mode.first().map_or(Mode::Accurate, |&mode| mode.into());
     let spec = arguments.effects.clone().unwrap_or_default();
@@ -217,9 +217,9 @@ fn problems(arguments: &Tradeoff) -> Vec<String> {
     complain(arguments.radius.iter().any(not_above_zero), "--radius must be above 0");
     complain(
         arguments.duration.iter().any(not_above_zero),
-        "--duration is no duration: give seconds above 0",
+        "--duration must be above 0 s",
     );
-    complain(arguments.reference == Some(0), "--reference 0 knows nothing: give at least 1");
+    complain(arguments.reference == Some(0), "--reference 0 traces nothing: give at least 1");
     let paper = arguments.mode.first() == Some(&ModeArgument::Paper);
     complain(
         paper && arguments.survival.iter().any(|&survival| survival < 1.0),

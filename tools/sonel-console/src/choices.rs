@@ -7,9 +7,9 @@ use sonel_renderer::Estimator;
 /// `--mode`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ModeArgument {
-    /// The best estimators known.
+    /// Weighted packets that carry all bands.
     Accurate,
-    /// One band a packet, roulette on absorption alone.
+    /// One band per packet, roulette with the absorption coefficient.
     Paper,
 }
 
@@ -25,16 +25,15 @@ impl From<ModeArgument> for Mode {
 /// `--estimator`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum EstimatorArgument {
-    /// Each class by its best estimator.
+    /// The most efficient estimator for each path class.
     Auto,
-    /// Connections for diffuse arrivals, receiver spheres for what is specular behind a diffuse reflection.
+    /// Connections for diffuse arrivals, receiver spheres for specular reflections after a diffuse one.
     Connection,
-    /// Visibility rays and density estimation for what is specular behind a diffuse reflection.
+    /// Connections for diffuse arrivals, visibility rays and density estimation for specular reflections after a diffuse one.
     Gather,
     /// Receiver spheres for everything but the direct sound.
     Sphere,
-    /// What the founding paper writes: visibility rays that gather at the first diffuse reflection, a sphere about the source,
-    /// the first Fresnel zone over edges.
+    /// That of the founding paper: visibility rays that gather at the first diffuse reflection, a sphere about the source, the first Fresnel zone over edges.
     Paper,
 }
 

@@ -72,6 +72,6 @@ fn memory_that_is_not_there_is_told_with_a_remedy() {
     let render = format!("ulimit -v 400000; exec {PROGRAM} {words}");
     let ended = Ended::of(Command::new("sh").current_dir(folder.folder()).args(["-c", &render]));
     assert_eq!(ended.code, Some(2), "{ended:?}");
-    assert!(ended.err.contains("where memory is short"), "{ended:?}");
+    assert!(ended.err.contains("if memory is short"), "{ended:?}");
     assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
 }

@@ -79,7 +79,7 @@ pub fn until(
     let known = beginning.as_ref().map_or(1, |map| map.header().settings.emissions);
     writeln!(
         log,
-        "{targets}: about {} sonels and {} rays needed, as a pilot of {} sonels and {:.2} s says",
+        "{targets}: about {} sonels and {} rays needed (pilot of {} sonels, {:.2} s)",
         need.emissions,
         need.rays,
         pilot.emissions,

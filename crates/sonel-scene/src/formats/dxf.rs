@@ -131,7 +131,7 @@ impl Drawing {
         } else {
             Err(LineProblem {
                 line: text.lines().count().max(1),
-                message: "no EOF: the file is cut off or no DXF".to_owned(),
+                message: "no EOF: the file is cut off or not DXF".to_owned(),
             })
         }
     }
@@ -146,7 +146,7 @@ fn records(text: &str) -> Result<Vec<Entity>, LineProblem> {
             let word: String = line.trim().chars().take(20).collect();
             return Err(LineProblem {
                 line: index + 1,
-                message: format!("`{word}` is no group code: the file is no DXF"),
+                message: format!("`{word}` is not a group code: the file is not DXF"),
             });
         };
         let Some((_, value)) = lines.next() else { break };

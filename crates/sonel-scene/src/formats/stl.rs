@@ -34,7 +34,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
                 size(count)
             )
         }
-        None => "the file is no STL: it begins neither with `solid` nor with a header of 84 bytes".to_owned(),
+        None => "the file is not STL: it begins neither with `solid` nor with a header of 84 bytes".to_owned(),
     };
     Err(vec![LineProblem { line: 0, message }])
 }
@@ -88,7 +88,7 @@ fn read_text(text: &str) -> Result<Polygons, Vec<LineProblem>> {
             },
             _ => collector.problem(
                 number,
-                format!("`{}` is no STL statement", word.chars().take(20).collect::<String>()),
+                format!("`{}` is not an STL statement", word.chars().take(20).collect::<String>()),
             ),
         }
     }

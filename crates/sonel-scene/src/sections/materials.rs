@@ -178,7 +178,7 @@ fn read_reduction(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'_>
         all_sound = false;
         report.problem(
             number.at,
-            format!("{}: {} is no reduction; give 0 dB or more", entry.path, number.value),
+            format!("{}: {} dB is below 0; give 0 dB or more", entry.path, number.value),
         );
     }
     let values = bands.per_band(entry, &numbers, report);

@@ -37,7 +37,7 @@ pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geo
             let ends =
                 if bands > 1 { format!("{} to {}", farthest(0), farthest(bands - 1)) } else { farthest(0) };
             Decision {
-                cost: "several times the time, and bands that are bent share no paths".to_owned(),
+                cost: "several times the CPU time; bent bands share no paths".to_owned(),
                 reach,
                 ..Decision::new(
                     Effect::Bending,
@@ -47,6 +47,6 @@ pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geo
             }
         }
         Some(false) => off(ASKED.to_owned()),
-        None => off(format!("not asked for, scattering coefficients stand for it ({count} edges)")),
+        None => off(format!("not requested, scattering coefficients usually include it ({count} edges)")),
     }
 }

@@ -116,7 +116,7 @@ impl EdgeBound {
         let level = if level_db.is_finite() {
             format!("change levels by up to {level_db:.2} dB ({band} Hz)")
         } else {
-            format!("bring sound where there is none without them ({band} Hz)")
+            format!("are the only path to a receiver ({band} Hz)")
         };
         format!("{level} and T by up to {:.2} %, {}", 100.0 * decay, self.listeners)
     }

@@ -51,8 +51,7 @@ pub fn missing(
                 .fold((0.0, 0), |most, gain| if gain.0 > most.0 { gain } else { most });
             if gain_db > LEVEL_DB {
                 missing.push(format!(
-                    "receiver \"{}\" stands in the shadow of source \"{}\": sound over edges, which the map leaves out, \
-                     may raise its level by up to {gain_db:.1} dB at {} Hz; trace with --effects auto,+diffraction to render_and_read it",
+                    "receiver \"{}\" is in the shadow of source \"{}\": sound over edges, which the map omits, may raise its level by up to {gain_db:.1} dB at {} Hz; trace with --effects auto,+diffraction to include it",
                     receiver.name,
                     source.name,
                     scene.bands.nominal()[band]

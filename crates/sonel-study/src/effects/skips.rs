@@ -48,7 +48,7 @@ fn leads(scene: &Scene, spectral: Spectral) -> Skip {
     let skipped = kinds < bands || bands == 1;
     let reason = match (kinds, spectral) {
         _ if bands == 1 => "one band".to_owned(),
-        (_, Spectral::PerBand) => "every band has packets of its own, as asked for".to_owned(),
+        (_, Spectral::PerBand) => "every band has its own packets, as requested".to_owned(),
         (1, _) => format!("all {bands} bands share coefficients: one lead band is enough"),
         (kinds, _) if kinds == bands => format!("all {bands} bands differ in their coefficients"),
         (kinds, _) => format!("{bands} bands of {kinds} kinds of coefficients"),

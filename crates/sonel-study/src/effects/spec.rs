@@ -16,15 +16,15 @@ pub enum EffectSpecError {
     Base(String),
     /// A threshold that is none.
     #[error(
-        "\"{0}\" is no threshold: give auto a number above 0 of just-noticeable differences, as in auto:0.5"
+        "\"{0}\" is not a threshold: write auto:X with X above 0 in just-noticeable differences, such as auto:0.5"
     )]
     Threshold(String),
     /// A change without a sign.
-    #[error("write +{0} or -{0}: a change of effects says whether it adds or removes")]
+    #[error("\"{0}\" has no sign: write +{0} to add or -{0} to remove the effect")]
     Sign(String),
     /// No such effect.
     #[error(
-        "there is no effect \"{0}\": choose among diffraction, bending, transmission, refraction, air, directivity"
+        "unknown effect \"{0}\": choose among diffraction, bending, transmission, refraction, air, directivity"
     )]
     Unknown(String),
 }

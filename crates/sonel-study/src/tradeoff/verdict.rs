@@ -108,12 +108,12 @@ pub fn recommendation(tradeoff: &Tradeoff, verdicts: &[Verdict]) -> String {
     );
     let Some((best, seconds)) = best(verdicts).and_then(|best| Some((best, best.seconds?))) else {
         return format!(
-            "{aim} No setting tried arrives there; the table of settings says what stands against each."
+            "{aim} No setting reaches it; the table of settings says why."
         );
     };
     if seconds.value <= 0.0 {
         return format!(
-            "{aim} Nothing is sampled with {}: it is there at once, with any number of sonels.",
+            "{aim} {} samples nothing: any number of sonels reaches it.",
             name(best)
         );
     }
@@ -132,12 +132,12 @@ pub fn recommendation(tradeoff: &Tradeoff, verdicts: &[Verdict]) -> String {
 
 fn against(other: &Verdict, name: &str) -> String {
     if !other.biases.is_empty() {
-        return format!("{name} is off for good: {}.", other.biases.join(", "));
+        return format!("{name} is biased: {}.", other.biases.join(", "));
     }
     match other.times_best {
-        None => format!("{name} has no parameter of some kind that all its runs support."),
+        None => format!("{name}: some parameter is refused in one of its runs."),
         Some(times) if times.allows(1.0) => {
-            format!("{name} takes {:.1} times as long, which may be chance.", times.value)
+            format!("{name} takes {:.1} times as long (difference within noise).", times.value)
         }
         Some(times) => format!("{name} takes {:.1} times as long.", times.value),
     }

@@ -170,10 +170,10 @@ fn listing(beyond: &[&CellDifference], most: usize) -> String {
 fn verdict(comparison: &MapComparison, beyond: &[&CellDifference]) -> String {
     let judged: usize = comparison.tiers.iter().map(|tier| tier.cells.len()).sum();
     if beyond.is_empty() {
-        format!("same within noise: none of {judged} cells differs (all together err once in a hundred)\n")
+        format!("same within noise: none of {judged} cells differs (false alarm in 1 % of comparisons)\n")
     } else {
         format!(
-            "different: {} of {judged} cells differ beyond noise (all together err once in a hundred), the most \
+            "different: {} of {judged} cells differ beyond noise (false alarm in 1 % of comparisons), the most \
              significant first\n",
             beyond.len()
         )
@@ -196,7 +196,7 @@ fn pairing(pairing: Pairing) -> &'static str {
     match pairing {
         Pairing::Batches => "same random numbers, compared batch by batch",
         Pairing::SameSeed => {
-            "same seed but another numbering of emissions: taken for independent, so that small differences may go unnoticed"
+            "same seed but different numbering of emissions: treated as independent, small differences may go undetected"
         }
         Pairing::Independent => "independent runs",
     }

@@ -89,9 +89,9 @@ fn maps_that_cannot_be_drawn_say_why() {
         (&["--what", "map"][..], "no receiver has a value"),
         (&["--what", "map", "--band", "500"], "no band of 500 Hz; it has 1000"),
         (&["--what", "map", "--parameter", "lf", "--band", "1000"], "--directions"),
-        (&["--what", "map", "--parameter", "sti", "--band", "1000"], "leave --band out"),
-        (&["--what", "map", "--parameter", "rt60"], "is no parameter: write one of"),
-        (&["--what", "decay", "room.sonelmap"], "--what map alone"),
+        (&["--what", "map", "--parameter", "sti", "--band", "1000"], "omit --band"),
+        (&["--what", "map", "--parameter", "rt60"], "is not a parameter: write one of"),
+        (&["--what", "decay", "room.sonelmap"], "only --what map uses a map"),
         (&["--what", "map", "room.sonelmap", "room.sonelmap"], "second map"),
         (&["--what", "early"], "lists no arrival"),
     ] {

@@ -65,7 +65,7 @@ const ONE_COUNT: &str = "a line needs two numbers of sonels";
 /// Why a setting has no cost to an accuracy.
 const MISSING: &str = "a parameter judged is refused in one of the runs or in the reference";
 /// Why a setting cannot be compared with the best.
-const NO_BEST: &str = "no setting arrives, the best takes no time, or parameters are missing";
+const NO_BEST: &str = "no setting reaches the aim, the best takes no time, or parameters are missing";
 /// Why errors have no deviation.
 const NO_SCATTER: &str = "nothing scatters, or too many parameters are refused";
 
