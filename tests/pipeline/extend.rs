@@ -121,7 +121,10 @@ fn contradictions_are_named_with_both_values_all_at_once() {
     let several = complaint(&folder, &["--sonels", "50", "--seed", "4", "--batches", "5"]);
     assert_eq!(several.lines().count(), 3, "{several}");
     assert!(complaint(&folder, &[]).contains("--extend needs --sonels"));
-    assert!(complaint(&folder, &["--sonels", "800", "--shard", "1/2"]).contains("--extend and --shard cannot be combined"));
+    assert!(
+        complaint(&folder, &["--sonels", "800", "--shard", "1/2"])
+            .contains("--extend and --shard cannot be combined")
+    );
     assert!(before == folder.bytes("a.sonelmap"));
 }
 

@@ -177,7 +177,9 @@ pub(crate) fn fit_settings(scene: &Scene, settings: RenderSettings) -> Result<Re
     match settings.estimator {
         Estimator::Gather => refused("visibility rays do not follow arcs"),
         Estimator::Paper => refused("the paper's estimator needs even air"),
-        _ if settings.mirror_order.is_some_and(|order| order > 0) => refused("image sources are not computed along arcs"),
+        _ if settings.mirror_order.is_some_and(|order| order > 0) => {
+            refused("image sources are not computed along arcs")
+        }
         Estimator::Auto => {
             Ok(RenderSettings { estimator: Estimator::Connection, mirror_order: None, ..settings })
         }

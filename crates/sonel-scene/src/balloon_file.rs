@@ -220,7 +220,8 @@ fn read_row(
 fn multiple(angle: f64, step: f64, what: &str, line: usize) -> Result<usize, LineProblem> {
     let number = libm::round(angle / step);
     if (angle - number * step).abs() > ANGLE_TOLERANCE {
-        let message = format!("{what} {angle}° is not a multiple of the step {step}°: all steps must be equal");
+        let message =
+            format!("{what} {angle}° is not a multiple of the step {step}°: all steps must be equal");
         return Err(problem(line, message));
     }
     Ok(number as usize)

@@ -198,7 +198,8 @@ impl Scene {
         }
         if self.media.is_some() {
             return Some(
-                "regions cannot be combined with a gradient of the speed of sound: remove one of the two".to_owned(),
+                "regions cannot be combined with a gradient of the speed of sound: remove one of the two"
+                    .to_owned(),
             );
         }
         if self.materials.iter().any(|material| material.law.is_angular()) {

@@ -379,7 +379,9 @@ fn parse_range(text: &str) -> Result<[f64; 2], String> {
         .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
     let is_range = |[low, high]: &[f64; 2]| low < high && low.is_finite() && high.is_finite();
     range.filter(is_range).ok_or_else(|| {
-        format!("\"{text}\" is not a range: write LOW:HIGH in dB re 1/m\u{b2}, the lower first, such as -60:-20")
+        format!(
+            "\"{text}\" is not a range: write LOW:HIGH in dB re 1/m\u{b2}, the lower first, such as -60:-20"
+        )
     })
 }
 

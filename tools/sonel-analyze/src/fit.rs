@@ -66,10 +66,7 @@ pub fn run(
     report::print(&found, &scene, arguments.format, out)?;
     writeln!(log, "{} renderings; written to {}", found.rounds, arguments.output.display())?;
     if !found.is_settled {
-        writeln!(
-            log,
-            "warning: the coefficients did not settle: fit again from the result"
-        )?;
+        writeln!(log, "warning: the coefficients did not settle: fit again from the result")?;
     }
     Ok(if found.is_settled { Outcome::Done } else { Outcome::Missed })
 }

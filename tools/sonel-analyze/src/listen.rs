@@ -25,11 +25,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let response = open::recording(impulse_response)?;
     let dry = open::recording(recording)?;
     let [signal] = &dry.channels[..] else {
-        bail!(
-            "{} has {} channels: mix them to one",
-            recording.display(),
-            dry.channels.len()
-        );
+        bail!("{} has {} channels: mix them to one", recording.display(), dry.channels.len());
     };
     let rate = response.sample_rate_hz;
     if dry.sample_rate_hz != rate {
@@ -52,10 +48,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let seconds = rendered.channels[0].len() as f64 / f64::from(rate);
     writeln!(log, "{seconds:.2} s, peak {peak:.3e} of full scale; written to {}", output.display())?;
     if peak > 1.0 {
-        writeln!(
-            log,
-            "warning: the peak exceeds full scale: lower the level of the file before playing it"
-        )?;
+        writeln!(log, "warning: the peak exceeds full scale: lower the level of the file before playing it")?;
     }
     Ok(Outcome::Done)
 }

@@ -116,7 +116,10 @@ pub fn changeable_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let (map, geometry) = checked_map(path)?;
     map.require_whole().with_context(named)?;
     if map.header().settings.mode == Mode::Paper {
-        bail!("{}: materials of maps of --mode paper cannot be changed: trace with --mode accurate", path.display());
+        bail!(
+            "{}: materials of maps of --mode paper cannot be changed: trace with --mode accurate",
+            path.display()
+        );
     }
     Ok((map, geometry))
 }

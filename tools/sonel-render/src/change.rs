@@ -107,10 +107,7 @@ pub fn changed(
     if let Some(changed) =
         interfaces.map(|&index| index as usize).find(|&at| materials[at] != scene.materials[at])
     {
-        bail!(
-            "\"{}\" is an interface between regions and has no coefficients",
-            materials[changed].name
-        );
+        bail!("\"{}\" is an interface between regions and has no coefficients", materials[changed].name);
     }
     let mut sources = scene.sources.clone();
     for assignment in of(Section::Sources) {

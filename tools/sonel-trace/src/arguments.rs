@@ -127,14 +127,12 @@ impl Arguments {
         }
         if self.mode == Some(ModeArgument::Paper) {
             if self.survival.is_some_and(|survival| survival < 1.0) {
-                problems.push(
-                    "--mode paper means --survival 1: omit --survival or use --mode accurate".into(),
-                );
+                problems
+                    .push("--mode paper means --survival 1: omit --survival or use --mode accurate".into());
             }
             if self.spectral == Some(SpectralArgument::Shared) {
                 problems.push(
-                    "--mode paper means --spectral per-band: omit --spectral or use --mode accurate"
-                        .into(),
+                    "--mode paper means --spectral per-band: omit --spectral or use --mode accurate".into(),
                 );
             }
         }
@@ -155,10 +153,8 @@ impl Arguments {
             );
         }
         if self.until.is_some() && self.shard.is_some() {
-            problems.push(
-                "--until and --shard cannot be combined: find N with --plan, then trace shards"
-                    .into(),
-            );
+            problems
+                .push("--until and --shard cannot be combined: find N with --plan, then trace shards".into());
         }
         if self.sonels == Some(0) {
             problems.push("--sonels 0 traces nothing: give at least 1".into());

@@ -130,7 +130,8 @@ fn describe(room: &Room) -> String {
     ];
     lines.extend(room.mean_free_path.map(|path| format!("mean free path  {path:.2} m")));
     lines.extend(
-        room.schroeder_frequency.map(|hz| format!("Schroeder       {hz:.0} Hz: results below it are not valid")),
+        room.schroeder_frequency
+            .map(|hz| format!("Schroeder       {hz:.0} Hz: results below it are not valid")),
     );
     format!("{}\n\n{}\n{}", lines.join("\n"), coverings(room), times(room))
 }

@@ -34,7 +34,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
                 size(count)
             )
         }
-        None => "the file is not STL: it begins neither with `solid` nor with a header of 84 bytes".to_owned(),
+        None => {
+            "the file is not STL: it begins neither with `solid` nor with a header of 84 bytes".to_owned()
+        }
     };
     Err(vec![LineProblem { line: 0, message }])
 }

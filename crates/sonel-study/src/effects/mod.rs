@@ -191,8 +191,7 @@ pub fn decide(
 }
 
 /// Why no edge acts where the speed of sound has a gradient.
-pub(crate) const ON_ARCS: &str =
-    "not computed with a gradient of the speed of sound";
+pub(crate) const ON_ARCS: &str = "not computed with a gradient of the speed of sound";
 
 /// Leaves regions of other air and the gradient of the speed of sound out of `scene` where `spec` or `mode` does without refraction: asked before its geometry is built.
 pub fn leave_regions_out(spec: &EffectSpec, mode: Mode, scene: &mut Scene) {
@@ -251,8 +250,7 @@ fn decide_transmission(request: Request, mode: Mode, scene: &mut Scene, geometry
         for material in &mut scene.materials {
             material.transmission.fill(0.0);
         }
-        let why =
-            if request == Request::Off { ASKED } else { "the paper has no transmission" };
+        let why = if request == Request::Off { ASKED } else { "the paper has no transmission" };
         return off(format!("{why}, transmitted energy is absorbed"));
     }
     let passes = |band: usize| {

@@ -107,15 +107,10 @@ pub fn recommendation(tradeoff: &Tradeoff, verdicts: &[Verdict]) -> String {
         symbols.join(", ")
     );
     let Some((best, seconds)) = best(verdicts).and_then(|best| Some((best, best.seconds?))) else {
-        return format!(
-            "{aim} No setting reaches it; the table of settings says why."
-        );
+        return format!("{aim} No setting reaches it; the table of settings says why.");
     };
     if seconds.value <= 0.0 {
-        return format!(
-            "{aim} {} samples nothing: any number of sonels reaches it.",
-            name(best)
-        );
+        return format!("{aim} {} samples nothing: any number of sonels reaches it.", name(best));
     }
     let mut text = format!(
         "{aim} Take {} with about {} sonels: {}.",

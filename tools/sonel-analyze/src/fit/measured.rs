@@ -130,9 +130,9 @@ impl Measured {
         if let Some(index) = self.receivers.iter().position(|receiver| receiver.name == *name) {
             let at = self.receivers[index].position;
             return match position {
-                Some(there) if there.distance(at) > SAME_PLACE => {
-                    Err(format!("receiver \"{name}\" is at {at} m in the map and at {there} m in the table: rename it"))
-                }
+                Some(there) if there.distance(at) > SAME_PLACE => Err(format!(
+                    "receiver \"{name}\" is at {at} m in the map and at {there} m in the table: rename it"
+                )),
                 _ => Ok(index),
             };
         }

@@ -159,7 +159,9 @@ fn left_out(fit: &Fit, scene: &Scene) -> Vec<String> {
             let bands: Vec<String> = centers.map(|(_, center)| center.to_string()).collect();
             if !bands.is_empty() {
                 let why = match coefficient {
-                    Coefficient::Scattering => "it is 0 or 1, or on no surface: start from a value between them",
+                    Coefficient::Scattering => {
+                        "it is 0 or 1, or on no surface: start from a value between them"
+                    }
                     _ => "it is 1, or on no surface",
                 };
                 let bands = bands.join(", ");

@@ -113,9 +113,5 @@ fn log_what_is_missing(
         bail!("{}: no receiver has a value: {first}", subject.path.display());
     }
     let (count, all) = (reasons.len(), values.len());
-    Ok(writeln!(
-        log,
-        "note: {}: {count} of {all} receivers have no value (grey): {first}",
-        subject.name
-    )?)
+    Ok(writeln!(log, "note: {}: {count} of {all} receivers have no value (grey): {first}", subject.name)?)
 }
