@@ -1,4 +1,4 @@
-//! Counts first, seconds second: segments traced against bare rays, connections against bare shadow rays.
+//! Speed benchmark: segments traced against bare rays, connections against bare shadow rays.
 //!
 //! All parameters are for one thread and CPU seconds, measured in one run, so that their ratios mean something on a busy
 //! machine. The bare rays are those of the traced paths themselves, cast again without anything else.

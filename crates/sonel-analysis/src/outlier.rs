@@ -1,4 +1,4 @@
-//! Batches that look unlike a sample of a normal distribution: the sign of a heavy tail.
+//! Outlying batches, by Grubbs's test: the sign of a heavy-tailed distribution.
 //!
 //! Where a few rare paths carry much of the energy, the spread of the batches says little until such a path has been found:
 //! intervals are then too short, or ruled by one batch. Grubbs's test finds the latter: the largest deviation from the mean,

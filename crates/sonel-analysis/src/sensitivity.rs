@@ -1,4 +1,4 @@
-//! Derivatives of parameters by the coefficients of materials: their intervals, their order, and how they are printed.
+//! Derivatives of parameters by the coefficients of materials: intervals, ranking and output.
 
 use std::io::Write;
 

@@ -1,7 +1,7 @@
-//! What the paths of a map cannot carry of materials they were not drawn with.
+//! Guards: changes of materials that the stored paths cannot represent by weights.
 //!
-//! Weights make up for changed coefficients as long as every event that is possible now was possible when the packets were traced, the
-//! books still close, no path was broken off that is strong now, and enough packets share the energy. References: docs/physics.md §2.
+//! Weights account for changed coefficients if every event that is possible now was possible when traced, the ledger
+//! closes, no path with much energy was ended, and enough packets share the energy. References: docs/physics.md §2.
 
 use rayon::prelude::*;
 use sonel_acoustics::Material;

@@ -1,4 +1,4 @@
-//! Whether a response agrees with itself: shapes first, then values.
+//! Consistency checks of a response: shapes first, then values.
 
 use crate::directions::LATERAL_KEYS;
 use crate::{Directions, Lateral, Response, ResponseError};

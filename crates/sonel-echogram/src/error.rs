@@ -1,4 +1,4 @@
-//! What can be wrong with a response file.
+//! Errors of response files.
 
 use thiserror::Error;
 

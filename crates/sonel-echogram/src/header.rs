@@ -1,4 +1,4 @@
-//! What stands before the numbers of a numpy array, checked before anything else believes it.
+//! The header of a numpy array, checked before use.
 //!
 //! The header is a Python dictionary literal. A general parser of such literals can be led to exhaust the stack or
 //! the memory by nested brackets or huge lengths; this one understands only what numpy writes for plain arrays, and

@@ -1,4 +1,4 @@
-//! What can be wrong with a map, and what to do about it.
+//! Errors of maps, with remedies.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! Provenance: everything that decided the paths, and everything needed to read them.
+//! The header: settings, effects and scene that produced the paths.
 
 use sonel_scene::Scene;
 

@@ -1,4 +1,4 @@
-//! Regions of other air as a section of the file, and whether it can be believed.
+//! Regions of other air as a section of the file, validated on reading.
 
 use glam::DVec3;
 use sonel_acoustics::Air;

@@ -1,6 +1,6 @@
 //! Reading a map in place: opening costs the header and the directory, however large the map.
 //!
-//! The reader fears its input: every offset and count is checked against the file's length before it is used, nothing is
+//! Input is not trusted: every offset and count is checked against the file's length before it is used, nothing is
 //! allocated that the file does not hold, and [`SonelMap::check_paths`] compares every checksum and every rule of the
 //! layout before a program believes the paths.
 

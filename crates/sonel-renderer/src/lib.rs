@@ -1,4 +1,4 @@
-//! Pass two: from a sonel map to echograms at any number of receivers.
+//! Rendering: echograms at any number of receivers from a sonel map.
 //!
 //! `exact` has the classes that are computed, `stochastic` those that packets estimate, `paper` the founding paper's own estimators; `render`
 //! drives all three batch by batch. Every path class of docs/physics.md §4 is owned by exactly one module (L source, S specular, D diffuse, R receiver):

@@ -1,4 +1,4 @@
-//! Several airs in one scene: what estimators need of each.
+//! Regions of different air: lengths, attenuation and impedance for the estimators.
 //!
 //! A path's length counts every leg times c₀/c of its air, so that it is a time in units of the scene's speed of sound c₀. With m c/c₀ for the
 //! attenuation of an air, air takes Σ m ℓ as before. Of these coefficients the least of all airs is taken by [`crate::air`] over the whole
@@ -161,7 +161,8 @@ pub(crate) fn carries(air: &Air, map: &SonelMap) -> Vec<bool> {
     (0..map.header().scene.bands.count()).map(matters).collect()
 }
 
-/// `settings` as they are for `scene`: where its speed of sound has a gradient, image sources are not computed along arcs and visibility rays do not follow arcs.
+/// `settings` as they are for `scene`: where its speed of sound has a gradient, image sources are not computed along arcs
+/// and visibility rays do not follow arcs.
 ///
 /// # Errors
 /// When they ask for either.

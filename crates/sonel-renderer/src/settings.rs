@@ -1,4 +1,4 @@
-//! How a map is rendered: what can be asked for, and what is done where nothing is.
+//! Settings of a rendering, with defaults.
 
 /// Most bins of an echogram: 17 minutes in milliseconds, 20 seconds in samples of 50 kHz. Neither the option nor the duration
 /// that a map states is limited otherwise, and 64 MB a receiver are enough for either.

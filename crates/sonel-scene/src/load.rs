@@ -1,4 +1,4 @@
-//! From the text of a scene file to a [`Scene`].
+//! Reads the text of a scene file into a [`Scene`].
 
 use std::io;
 

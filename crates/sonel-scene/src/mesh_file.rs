@@ -1,4 +1,4 @@
-//! From the bytes of a mesh file to a mesh in metres over the scene's materials.
+//! Reads a mesh file into a mesh in metres with the materials of the scene.
 
 use std::collections::HashMap;
 

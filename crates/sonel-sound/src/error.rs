@@ -1,4 +1,4 @@
-//! What can be wrong with responses and recordings.
+//! Errors of responses and recordings.
 
 use thiserror::Error;
 

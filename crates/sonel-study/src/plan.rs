@@ -1,5 +1,4 @@
-//! How many sonels and rays it takes, for an accuracy given in just-noticeable differences or in targets: before a trace, or before a
-//! rendering of a map whose sonels are given.
+//! Numbers of sonels and rays for an accuracy (just-noticeable differences or targets), before a trace or before a rendering.
 
 use sonel_acoustics::Bands;
 use sonel_analysis::Parameter;

@@ -1,4 +1,4 @@
-//! How uncertain the parameters of a rendering are, in just-noticeable differences.
+//! Half-widths of the parameters of a rendering, in just-noticeable differences.
 //!
 //! In that unit parameters of all kinds compare, and a reverberation time that is refused as too noisy still says how
 //! noisy it is.

@@ -1,6 +1,7 @@
-//! How certain parameters shall be: `t30<1%,level<0.1dB,c80<0.2dB`.
+//! Targets of half-widths: `t30<1%,level<0.1dB,c80<0.2dB`.
 //!
-//! A limit is for half of the 95 % interval of a parameter in every band at every judge. Reverberation times are limited in per cent of
+//! A limit applies to the half-width of the 95 % interval of a parameter in every band at every evaluation receiver.
+//! Reverberation times are limited in per cent of
 //! themselves or in seconds, levels and clarity in dB, everything in just-noticeable differences (`jnd`).
 
 use std::fmt;

@@ -1,4 +1,4 @@
-//! What a parameter shall be: `t30=1.8s±5%@500,1000`.
+//! Wanted value of a parameter: `t30=1.8s±5%@500,1000`.
 
 use std::str::FromStr;
 

@@ -144,7 +144,8 @@ pub struct Tradeoff {
     /// Folder of the results, created if it does not exist; each file is replaced when the new one is complete.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Properties to vary, with usual values: sonels, survival, mode, estimator, rays, radius. By default sonels and estimator, unless lists of values are given.
+    /// Properties to vary, with usual values: sonels, survival, mode, estimator, rays, radius. By default sonels and
+    /// estimator, unless lists of values are given.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PROPERTIES")]
     pub vary: Vec<Property>,
     /// Emissions per source to try.
@@ -177,7 +178,8 @@ pub struct Tradeoff {
     /// Length of the echograms [s]; by default that of the scene.
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable difference, auto below 0.1
+    /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable
+    /// difference, auto below 0.1
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
 }

@@ -1,4 +1,4 @@
-//! `sonel-analyze diff`: what was changed between two artifacts, and what differs beyond noise.
+//! `sonel-analyze diff`: changes between two files, and differences beyond noise.
 
 mod maps;
 mod responses;

@@ -1,4 +1,4 @@
-//! `sonel-analyze listen`: a recording as it sounds in the room.
+//! `sonel-analyze listen`: convolves a recording with an impulse response.
 
 use std::io::Write;
 

@@ -1,4 +1,4 @@
-//! Opening what the other programs wrote; every error names the file.
+//! Opens maps and responses; every error names the file.
 
 use std::fs::File;
 use std::io::{BufReader, Read};

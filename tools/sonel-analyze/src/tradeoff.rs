@@ -1,4 +1,4 @@
-//! `sonel-analyze tradeoff`: what accuracy costs in time.
+//! `sonel-analyze tradeoff`: error against CPU time for several settings.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

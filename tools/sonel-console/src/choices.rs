@@ -33,7 +33,8 @@ pub enum EstimatorArgument {
     Gather,
     /// Receiver spheres for everything but the direct sound.
     Sphere,
-    /// That of the founding paper: visibility rays that gather at the first diffuse reflection, a sphere about the source, the first Fresnel zone over edges.
+    /// That of the founding paper: visibility rays that gather at the first diffuse reflection, a sphere about the source,
+    /// the first Fresnel zone over edges.
     Paper,
 }
 

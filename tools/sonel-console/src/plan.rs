@@ -1,4 +1,4 @@
-//! Plans, targets and what became of them, for people and for programs.
+//! Plans, targets and results, as text and JSON.
 
 use std::fmt::Write;
 

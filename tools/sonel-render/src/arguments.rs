@@ -33,13 +33,15 @@ pub struct Arguments {
     /// Response to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "RESPONSE.npz", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 48 kHz, 32-bit float, direct sound 1/r, sample 0 at the emission. Created if it does not exist.
+    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 48 kHz, 32-bit float, direct sound
+    /// 1/r, sample 0 at the emission. Created if it does not exist.
     #[arg(long, value_name = "DIR", requires = "output")]
     pub wav: Option<PathBuf>,
     /// Also write ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,
-    /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks along the receiver's aim, by default towards the first source. Implies --directions.
+    /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks
+    /// along the receiver's aim, by default towards the first source. Implies --directions.
     #[arg(long, value_name = "FILE.sofa", requires = "wav")]
     pub hrtf: Option<PathBuf>,
     /// Receiver position in scene axes [m]; repeatable. By default the receivers of the scene.
@@ -57,7 +59,8 @@ pub struct Arguments {
     /// Width of a time bin [s].
     #[arg(long, value_name = "SECONDS", default_value_t = 0.001, allow_negative_numbers = true)]
     pub bin: f64,
-    /// Also store energies by direction of arrival, for lateral fractions and the late lateral level. The lateral axis of a receiver is horizontal and at right angles to its aim, by default towards the first source.
+    /// Also store energies by direction of arrival, for lateral fractions and the late lateral level. The lateral axis of a
+    /// receiver is horizontal and at right angles to its aim, by default towards the first source.
     #[arg(long)]
     pub directions: bool,
     /// Estimator used for each path class.
@@ -84,17 +87,22 @@ pub struct Arguments {
     /// No air attenuation.
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
-    /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission, sound_reduction_db; one
-    /// number, or one per band with commas between) or sources.NAME.directivity=WORD or FILE.csv; repeatable. Changes that the stored paths do not support are errors.
+    /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission,
+    /// sound_reduction_db; one
+    /// number, or one per band with commas between) or sources.NAME.directivity=WORD or FILE.csv; repeatable. Changes that
+    /// the stored paths do not support are errors.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = Assignment::parse)]
     pub set: Vec<Assignment>,
     /// Change materials: a TOML file of [materials.NAME], as in a scene file; others stay. Applied before --set.
     #[arg(long, value_name = "FILE.toml")]
     pub materials: Option<PathBuf>,
-    /// Print rays, cost and intervals for several accuracies, and the sonels required where more rays do not help; with --output, render and compare.
+    /// Print rays, cost and intervals for several accuracies, and the sonels required where more rays do not help; with
+    /// --output, render and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add rays until the half-width of every 95 % interval is below its target. Exit code 1 if a target is not reached; the log then states the sonels required. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    /// Add rays until the half-width of every 95 % interval is below its target. Exit code 1 if a target is not reached;
+    /// the log then states the sonels required. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms,
+    /// dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
     /// Time limit of --until: no rendering starts that would end later. 60s, 5min, 2h.

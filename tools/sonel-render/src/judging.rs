@@ -1,4 +1,4 @@
-//! `--until`: rays are added until the parameters are certain enough; else it is said how far they came, and what it would take.
+//! `--until`: adds rays until the targets are met, else states the rays or sonels required.
 
 use std::io::Write;
 

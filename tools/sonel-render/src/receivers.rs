@@ -1,4 +1,4 @@
-//! Which receivers: from options, files, grids, or the scene.
+//! Receivers from options, files, grids, or the scene.
 
 use std::collections::HashSet;
 use std::fmt::{self, Display, Formatter};

@@ -23,7 +23,9 @@ pub struct Arguments {
     /// Map to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Emissions per source (per source and band with --spectral per-band); with --shard of all shards, with --extend of the whole new map, with --until the maximum. By default a pilot run chooses N for 0.05 just-noticeable differences, at least 50k and at most 8 million path segments.
+    /// Emissions per source (per source and band with --spectral per-band); with --shard of all shards, with --extend of
+    /// the whole new map, with --until the maximum. By default a pilot run chooses N for 0.05 just-noticeable differences,
+    /// at least 50k and at most 8 million path segments.
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub sonels: Option<u64>,
     /// Seed of every random number [default: 1].
@@ -47,22 +49,26 @@ pub struct Arguments {
     /// Trace only part I of N, I from 1.
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<ShardRange>,
-    /// Continue this map of the same scene to N emissions (--sonels) with its own settings. The result is the map of the longer run, byte for byte; --output may name the same file.
+    /// Continue this map of the same scene to N emissions (--sonels) with its own settings. The result is the map of the
+    /// longer run, byte for byte; --output may name the same file.
     #[arg(long, value_name = "MAP.sonelmap")]
     pub extend: Option<PathBuf>,
-    /// Use the decision about effects stored in this map of the same scene, mode and duration, for the shards of a run. A map of one sonel (--sonels 1) suffices.
+    /// Use the decision about effects stored in this map of the same scene, mode and duration, for the shards of a run. A
+    /// map of one sonel (--sonels 1) suffices.
     #[arg(long, value_name = "MAP.sonelmap", conflicts_with_all = ["effects", "extend"])]
     pub decision: Option<PathBuf>,
     /// Print the predicted cost and intervals for several accuracies; with --output, run and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add sonels until the half-width of every 95 % interval at the scene's receivers is below its target. Exit code 1 if a target is not reached. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    /// Add sonels until the half-width of every 95 % interval at the scene's receivers is below its target. Exit code 1 if
+    /// a target is not reached. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
     /// Time limit of --until: 60s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
-    /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable difference, auto below 0.1
+    /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable
+    /// difference, auto below 0.1
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
     /// Print counts, fates and the energy ledger as JSON.

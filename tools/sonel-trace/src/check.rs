@@ -1,4 +1,4 @@
-//! `sonel-trace check`: what a scene is, and what in it needs a look.
+//! `sonel-trace check`: sizes, statistical times and faults of a scene.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,8 @@ use sonel_scene::checkup::{Checkup, Covering, Room, check};
 
 /// Check a scene without tracing; exit code 1 if there are errors, warnings or faults
 ///
-/// Prints sizes, statistical reverberation times, materials by area, and faults of the mesh with their places. A mesh with holes or crossing faces can still be traced.
+/// Prints sizes, statistical reverberation times, materials by area, and faults of the mesh with their places. A mesh with
+/// holes or crossing faces can still be traced.
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  sonel-trace check scenes/hall/scene.toml\n  sonel-trace check scene.toml --fix repaired.obj"
@@ -23,7 +24,8 @@ pub struct Checked {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Write the mesh as it would be traced, in metres, to this OBJ file: corners joined, cracks up to mesh_weld closed, doubled faces and faces without area left out. Prints the changes.
+    /// Write the mesh as it would be traced, in metres, to this OBJ file: corners joined, cracks up to mesh_weld closed,
+    /// doubled faces and faces without area left out. Prints the changes.
     #[arg(long, value_name = "MESH.obj")]
     fix: Option<PathBuf>,
     /// Print the same as JSON.

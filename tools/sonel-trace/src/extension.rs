@@ -1,7 +1,6 @@
-//! `--extend`: a map and the options that would make it longer. `--decision`: a map whose decision about effects is taken.
+//! `--extend`: continues a map. `--decision`: uses the decision about effects of a map.
 //!
-//! Everything that decided the map is taken from the map, so an option that says the same is superfluous, and one that
-//! says otherwise is an error.
+//! Settings come from the map; an option with another value is an error.
 
 use std::fmt::Display;
 use std::path::Path;

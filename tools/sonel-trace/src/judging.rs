@@ -1,4 +1,4 @@
-//! `--until`: the run goes on until its parameters are certain enough, and says how far it came.
+//! `--until`: adds sonels until the targets are met.
 
 use std::io::Write;
 

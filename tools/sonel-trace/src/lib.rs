@@ -1,4 +1,4 @@
-//! The library half of `sonel-trace`: from arguments to a sonel map and its report.
+//! The library half of `sonel-trace`: writes a sonel map and its report.
 
 mod arguments;
 mod check;

@@ -14,7 +14,8 @@ const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 80
 
 /// Search the material library; exit code 1 if nothing matches
 ///
-/// Prints absorption (α) and scattering (s) of every material whose name, text, group or source has all words. The key `library` of a scene takes these names.
+/// Prints absorption (α) and scattering (s) of every material whose name, text, group or source has all words. The key
+/// `library` of a scene takes these names.
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  sonel-trace materials carpet felt\n  sonel-trace materials --file Material.Li8 concrete"

@@ -1,4 +1,4 @@
-//! How many sonels: a pilot asked before the run.
+//! Plans of a trace: a pilot predicts the sonels required.
 
 use std::io::Write;
 

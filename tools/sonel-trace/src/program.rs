@@ -1,4 +1,4 @@
-//! The commands of `sonel-trace`: a trace, or what is done before one.
+//! The commands of `sonel-trace`: trace, check, new, materials.
 
 use std::io::Write;
 

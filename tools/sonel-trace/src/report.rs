@@ -1,4 +1,4 @@
-//! What a run says of itself: a summary for people, JSON for programs.
+//! Report of a run as text and JSON.
 
 use std::path::Path;
 

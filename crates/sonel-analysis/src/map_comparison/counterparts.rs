@@ -1,4 +1,4 @@
-//! What of two scenes corresponds: sources and materials by name, bands by centre, surfaces by where they are.
+//! Pairs corresponding parts of two scenes: sources and materials by name, bands by centre, surfaces by position.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Which way is sideways for a receiver, and where it cannot be said.
+//! The lateral axis of a receiver, and receivers without one.
 
 use glam::DVec3;
 use sonel_acoustics::Pattern;

@@ -1,4 +1,4 @@
-//! Which estimator owns which class of paths, and why.
+//! Estimator used for each path class, and the reason.
 
 use super::Renderer;
 use crate::path_class::PathClass;

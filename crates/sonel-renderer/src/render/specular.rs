@@ -1,7 +1,8 @@
-//! L S^k R, k > K: rays that every surface mirrors, through the balls about the receivers.
+//! L S^k R, k > K: rays with specular reflections only, counted in receiver spheres.
 //!
-//! Few packets of a map are mirrored many times in a row, and those carry much. These rays are always mirrored and carry the product of
-//! (1−α)(1−s) in every band instead: there are as many of them as the map has packets, and all of them are heard. Rays that carry little
+//! Few packets of a map are reflected specularly many times in a row, with much energy each. These rays are always
+//! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are as many as packets of the map.
+//! Rays that carry little
 //! go on by roulette. Where edges bend, the rays carry what goes straight; packets of the map bring what was bent. Each batch has rays
 //! of its own, so the interval covers them.
 

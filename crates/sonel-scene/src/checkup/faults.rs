@@ -1,4 +1,4 @@
-//! Faults of a mesh: holes, cracks, crossing faces, slivers, surfaces in no air.
+//! Faults of a mesh: holes, cracks, crossing faces, slivers, surfaces inside solids.
 
 use std::collections::HashMap;
 

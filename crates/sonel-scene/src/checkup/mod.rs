@@ -1,4 +1,4 @@
-//! A checkup: what a scene is before it is traced, and what in it needs a look.
+//! Checkup of a scene before tracing: sizes, statistical times, problems, faults of the mesh.
 //!
 //! Nothing is traced. Sizes, statistical reverberation times and areas come from the scene as far as it could be read; problems,
 //! warnings and faults of the mesh are collected. A mesh with holes or crossing faces can still be traced.

@@ -1,4 +1,4 @@
-//! Line by line through an OBJ file: what is wrong where, and a cleaned text for the parser.
+//! Scans an OBJ file line by line: problems with their place, and a cleaned text for the parser.
 
 use std::collections::HashMap;
 

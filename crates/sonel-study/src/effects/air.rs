@@ -1,4 +1,4 @@
-//! Attenuation by air of what packets carry.
+//! Air attenuation of packets: bound of its effect.
 //!
 //! Sound that decays at a rate of k per second has e-folded after c/k metres, and air takes m of it a metre: without air T is longer by
 //! x = m c/k of itself and levels are up to 10 lg(1 + x) higher. In a closed room k is that of Eyring, c A/(4V) with A = −S ln(1 − ᾱ), and x = 4mV/A; where

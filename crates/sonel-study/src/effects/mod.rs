@@ -1,8 +1,8 @@
-//! Which effects a scene calls for, per band, and why.
+//! Decides which effects are simulated, per band, with a reason.
 //!
-//! Of each effect but bending, which `auto` leaves to the user, a bound is derived on what leaving it out changes in levels and reverberation
-//! times; `auto` leaves it out where both are below a tenth of a just-noticeable difference ([`LEVEL_DB`], [`DECAY`]) and simulates it otherwise. A new effect is a
-//! variant of [`Effect`] and an arm of [`decide`]; what tells its worth is a module of its own.
+//! For each effect except bending, which is on only where requested, a bound is derived for the change of levels and
+//! reverberation times without it. `auto` leaves it out where both are below a tenth of a just-noticeable difference
+//! ([`LEVEL_DB`], [`DECAY`]). A new effect is a variant of [`Effect`], an arm of [`decide`] and a module with its bound.
 
 mod air;
 pub(crate) mod bending;

@@ -1,4 +1,4 @@
-//! What a scene lets the stages skip although it is no effect: events that no surface has, bands that are alike.
+//! Computations skipped because no surface needs them: events without energy, bands with equal coefficients.
 
 use sonel_map::{BandClasses, Spectral};
 use sonel_scene::Scene;

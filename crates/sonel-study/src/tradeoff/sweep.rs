@@ -1,7 +1,6 @@
 //! What a sweep varies: one property at a time, about one base setting.
 //!
-//! All combinations of six properties would be thousands of runs and answer a question that nobody asks; a property that
-//! matters shows when it alone is changed.
+//! All combinations of six properties would be thousands of runs.
 
 use sonel_analysis::Parameter;
 use sonel_map::{Mode, Settings, Spectral};

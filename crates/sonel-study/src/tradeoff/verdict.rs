@@ -1,8 +1,8 @@
-//! What follows from a sweep: how long each setting takes to a stated accuracy, and which to choose.
+//! Recommendation of a sweep: CPU time of each setting to a stated accuracy.
 //!
 //! The accuracy is a twentieth of a just-noticeable difference in every parameter judged: 0.05 dB of level and clarity, 0.25 % of
-//! the times, as standard deviations. Noise falls as 1/√N, so the run with the most sonels tells N and seconds; bias does not
-//! fall, and a setting whose bias is larger beyond doubt never arrives.
+//! the times, as standard deviations. Noise falls as 1/√N, so N and seconds follow from the run with the most sonels. Bias
+//! does not fall: a setting whose bias is significantly larger never reaches the accuracy.
 
 use super::errors::{self, Curve};
 use super::fit::{self, Measured};

@@ -38,7 +38,8 @@ pub struct FitArguments {
     /// Standard deviation of measured values without an interval, in just-noticeable differences.
     #[arg(long, value_name = "JND", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
     pub error: f64,
-    /// Uncertainty of the map's coefficients c: standard deviation of ln(c/(1−c)); 0.5 is ± 65 % of small ones and ± 0.12 in the middle.
+    /// Uncertainty of the map's coefficients c: standard deviation of ln(c/(1−c)); 0.5 is ± 65 % of small ones and ± 0.12
+    /// in the middle.
     #[arg(long, value_name = "W", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
     pub belief: f64,
     /// Visibility rays per receiver. Sonels limit a fit, so a quarter of the rays of sonel-render suffices.
@@ -84,7 +85,8 @@ pub struct OptimiseArguments {
         allow_hyphen_values = true
     )]
     pub wishes: Vec<Wish>,
-    /// Allowed change of a material: to entries of the library, or absorption within bounds in the bands of the wishes; repeatable.
+    /// Allowed change of a material: to entries of the library, or absorption within bounds in the bands of the wishes;
+    /// repeatable.
     #[arg(long = "change", value_name = "MATERIAL=ENTRY,…|LOW:HIGH", required = true, value_parser = parse_change, allow_hyphen_values = true)]
     pub changes: Vec<Change>,
     /// Price per m² of a change [default: 1]; repeatable.

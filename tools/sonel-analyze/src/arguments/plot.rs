@@ -14,7 +14,8 @@ use sonel_analysis::Parameter;
   sonel-analyze plot grid.npz hall.sonelmap --what map --parameter c80 --band 1000 -o clarity.png
   sonel-analyze plot hall.npz --what early --receiver 'row 18' -o reflections.svg")]
 pub struct Plot {
-    /// Responses written by sonel-render, drawn side by side, parameters in the same panels. With --what map also the map, to draw its walls.
+    /// Responses written by sonel-render, drawn side by side, parameters in the same panels. With --what map also the map,
+    /// to draw its walls.
     #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
     pub files: Vec<PathBuf>,
     /// File to write, SVG or PNG by its ending; an existing one is replaced when the new one is complete.
@@ -32,7 +33,8 @@ pub struct Plot {
     /// Parameter of a map, named as by `parameters`, or level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti.
     #[arg(long, value_name = "NAME", default_value = "g", value_parser = Drawn::parse)]
     pub parameter: Drawn,
-    /// Band of a map or of early reflections by its nominal centre [Hz]. By default a map shows single numbers, and early reflections are summed over all bands, weighted by the power of the source.
+    /// Band of a map or of early reflections by its nominal centre [Hz]. By default a map shows single numbers, and early
+    /// reflections are summed over all bands, weighted by the power of the source.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub band: Option<f64>,
 }

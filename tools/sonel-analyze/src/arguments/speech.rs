@@ -8,7 +8,8 @@ use sonel_analysis::modulation::Talk;
 /// Speech and noise for the speech transmission index.
 #[derive(Debug, Clone, Args)]
 pub struct TalkArguments {
-    /// Levels of background noise in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas between. The speech transmission index then includes noise, masking and the reception threshold.
+    /// Levels of background noise in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas between. The
+    /// speech transmission index then includes noise, masking and the reception threshold.
     #[arg(long, value_name = "L125,…,L8000", value_parser = octaves, allow_hyphen_values = true)]
     pub noise: Option<[f64; 7]>,
     /// Power levels of the speech in these octaves [dB re 1 pW]; by default those of the source.

@@ -1,4 +1,4 @@
-//! Two maps: what was changed, then where, when and in which bands the energy arriving at surfaces differs beyond noise.
+//! Compares two maps: changed settings, then incident energies that differ beyond noise.
 
 use std::fmt::Write as _;
 use std::io::Write;

@@ -1,4 +1,4 @@
-//! Two responses: same scene, code, options? Then which parameters differ beyond noise.
+//! Compares two responses: scene, version, options, then parameters that differ beyond noise.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;

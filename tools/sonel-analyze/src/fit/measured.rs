@@ -1,4 +1,4 @@
-//! The measured table in terms of the map: sources, receivers and bands by number.
+//! Matches a measured table with the sources, receivers and bands of a map.
 
 use std::io::Write;
 

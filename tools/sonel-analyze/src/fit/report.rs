@@ -1,4 +1,4 @@
-//! What was fitted, as a table, CSV or JSON.
+//! Output of `fit` as a table, CSV or JSON.
 
 use std::io::Write;
 

@@ -1,4 +1,4 @@
-//! What the page says, section by section.
+//! The sections of the report.
 
 use serde_json::{Value, json};
 use sonel_acoustics::just_noticeable as noticeable;

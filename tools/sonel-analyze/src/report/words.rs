@@ -1,4 +1,4 @@
-//! What is missing or uncertain, in the words of somebody who does not simulate rooms.
+//! Missing and uncertain values in plain words, for clients.
 
 use std::collections::BTreeMap;
 

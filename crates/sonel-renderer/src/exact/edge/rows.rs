@@ -1,4 +1,4 @@
-//! Edges that are grazed together, as those of rows of seats.
+//! Rows of parallel edges grazed by one path, such as seats: they count as one edge.
 //!
 //! Parallel edges of different objects are each lit as if the others were not there. Where a path grazes many of them their sum would be several
 //! times the field. So they count as one edge, each with the share that its clearance c has among theirs,
