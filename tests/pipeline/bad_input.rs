@@ -65,7 +65,7 @@ fn contradicting_options_are_refused() {
         (&["--sonels", "many"], "count"),
         (&["--sonels", "0"], "at least 1"),
         (&["--shard", "3/2"], "shard"),
-        (&["--effects", "auto,+echo"], "no effect"),
+        (&["--effects", "auto,+echo"], "unknown effect"),
         (&["--duration", "-1"], "duration"),
         (&["--duration", "NaN"], "duration"),
         (&["--duration", "1e300"], "at most 3600"),

@@ -63,7 +63,7 @@ impl Renderer<'_> {
                     "image-source paths beyond order K = {mirror_order} are too many or were not requested"
                 )
             }
-            _ if forced => "asked for".to_owned(),
+            _ if forced => "requested".to_owned(),
             PathClass::LongDiffuseMirror if self.bends.is_some() && !self.gathers_by_mirrors() => {
                 "images of the receiver do not follow bent paths".to_owned()
             }

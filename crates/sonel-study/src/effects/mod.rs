@@ -33,7 +33,7 @@ pub const LEVEL_DB: f64 = THRESHOLD * just_noticeable::LEVEL_DB;
 pub const DECAY: f64 = THRESHOLD * just_noticeable::EARLY_DECAY_TIME;
 
 /// The reason of effects that the user decided about.
-const ASKED: &str = "asked for";
+const ASKED: &str = "requested";
 
 /// An effect that a scene may call for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

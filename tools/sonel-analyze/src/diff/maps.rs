@@ -118,7 +118,7 @@ fn to_text(comparison: &MapComparison, changes: &[Difference], list_all: bool) -
         let _ = writeln!(text, "note: {sentence}");
     }
     let _ = writeln!(text, "noise: {}\n", pairing(comparison.pairing));
-    text.push_str("                judged  differ  sparse (energy)   half the cells show changes of\n");
+    text.push_str("                tested  differ  sparse (energy)   half the cells show changes of\n");
     for tier in &comparison.tiers {
         let _ = writeln!(
             text,
