@@ -2,7 +2,8 @@
 //!
 //! The field of one edge assumes an infinite face, so it steps where a receiver crosses the plane beside the face.
 //! What it sends along the face reaches the receiver past the next edge as that of a point source on the face would: with D₁ the first
-//! edge's field, R′ the receiver turned about the second edge into the plane, P where the way to it crosses the first edge, and D₂
+//! edge's field, R′ the receiver rotated about the second edge into the plane, P where the path to it crosses the first
+//! edge, and D₂
 //! the second edge's field of a source at P on the face,
 //!
 //!   H₂ = ½ D₁(S → R′) D₂(P → R) |P R′| e^(jk |P R′|),

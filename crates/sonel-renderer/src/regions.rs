@@ -4,7 +4,7 @@
 //! attenuation of an air, air takes Σ m ℓ as before. Of these coefficients the least of all airs is taken by [`crate::air`] over the whole
 //! length, the rest leg by leg here.
 //!
-//! Nothing straight leads through an interface: what straight legs bring to a receiver comes through the receiver's own air. Energies are
+//! No straight path passes an interface, so straight paths to a receiver lie in the receiver's own air. Energies are
 //! fluences times ρc of that air over that of the scene, so that one impedance makes levels of all of them.
 //!
 //! References: docs/physics.md §3.

@@ -7,7 +7,7 @@
 //! setting and is left out.
 //!
 //! - [`sweep`]: what is varied; [`runs`]: running it;
-//! - [`errors`]: bias and standard deviation of the parameters judged; [`fit`]: lines through them;
+//! - [`errors`]: bias and standard deviation of the parameters; [`fit`]: lines through them;
 //! - [`verdict`]: what follows; [`report`]: CSV, JSON, plots and a page.
 
 pub mod errors;

@@ -3,7 +3,7 @@
 //! Few packets of a map are reflected specularly many times in a row, with much energy each. These rays are always
 //! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are as many as packets of the map.
 //! Rays that carry little
-//! go on by roulette. Where edges bend, the rays carry what goes straight; packets of the map bring what was bent. Each batch has rays
+//! go on by roulette. With bending, the rays carry straight paths; packets of the map carry bent ones. Each batch has rays
 //! of its own, so the interval covers them.
 
 use rayon::prelude::*;

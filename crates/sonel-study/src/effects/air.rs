@@ -6,7 +6,7 @@
 //! sound, and x is m times the longest way. No sound decays more slowly than along the diameter between the least absorbing surfaces, and that
 //! is taken where it is less.
 //!
-//! Direct sound, mirror chains and edges are computed one by one and always carry the scene's air: there it costs nothing.
+//! Direct sound, image sources and edges always have the air attenuation of the scene.
 //!
 //! References: [Eyring1930] (docs/references.md), ISO 9613-1 by way of `sonel-acoustics`.
 

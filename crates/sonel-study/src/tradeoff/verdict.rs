@@ -1,6 +1,6 @@
 //! Recommendation of a sweep: CPU time of each setting to a stated accuracy.
 //!
-//! The accuracy is a twentieth of a just-noticeable difference in every parameter judged: 0.05 dB of level and clarity, 0.25 % of
+//! The accuracy is a twentieth of a just-noticeable difference in every parameter: 0.05 dB of level and clarity, 0.25 % of
 //! the times, as standard deviations. Noise falls as 1/√N, so N and seconds follow from the run with the most sonels. Bias
 //! does not fall: a setting whose bias is significantly larger never reaches the accuracy.
 

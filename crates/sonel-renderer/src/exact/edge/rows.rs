@@ -5,7 +5,8 @@
 //!
 //!   share = 1/(1 + Σ q exp((c − c′)/s)),  s = λ/20,
 //!
-//! over the others, c′ their clearances: how much longer the way over an edge is than the straight one, negative where the edge shades it.
+//! over the others, c′ their clearances: how much longer the path over an edge is than the straight one, negative where the
+//! edge shades it.
 //! The one that shades most counts; two in line count half each. q is 1 for others that the way over the edge passes within a Fresnel number
 //! of 1/4 and 0 from 1/2 on. Next to its own boundary, |c| < s/4, an edge counts wholly, or the wave would step there.
 //!
