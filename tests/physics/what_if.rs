@@ -129,7 +129,7 @@ fn events_that_were_never_drawn_are_refused() {
     let wrong = silently_wrong_by(
         &scene,
         scatter,
-        "materials.walls at 500 Hz: no packet of this map was ever scattered",
+        "materials.walls at 500 Hz: no packet of this map was scattered",
     );
     assert!(wrong < -1.0, "{wrong} dB");
 }

@@ -44,7 +44,7 @@ fn endings_of_other_files_and_streams_are_no_outputs() {
     for target in ["room", "Größe, 1.sonelmap", "Saal mit Leerzeichen.map"] {
         trace(&folder, target, &["--sonels", "200"]).expect("a name like any other");
     }
-    assert!(refusal(render(&folder, "room", "room.csv", &[])).contains("a response in .npz"));
+    assert!(refusal(render(&folder, "room", "room.csv", &[])).contains("a response ends in .npz"));
     render(&folder, "room", "response", &["--rays", "64"]).expect("a name like any other");
 }
 

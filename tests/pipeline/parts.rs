@@ -108,8 +108,8 @@ fn shards_with_a_decision_made_once_equal_those_that_decide() {
     let said = |options: &[&str]| {
         refusal(trace(&folder, "b.sonelmap", &[&["--sonels", "100", "--decision", &map], options].concat()))
     };
-    assert!(said(&["--mode", "paper"]).contains("decided for --mode accurate, this run has paper"));
-    assert!(said(&["--duration", "0.3"]).contains("decided for 0.6 s, this run has 0.3 s"));
+    assert!(said(&["--mode", "paper"]).contains("decision is for --mode accurate, this run has paper"));
+    assert!(said(&["--duration", "0.3"]).contains("decision is for 0.6 s, this run has 0.3 s"));
     assert!(said(&["--effects", "all"]).contains("cannot be used with"));
     folder.write("scene.toml", crate::SCENE.replace("0.6", "0.7"));
     assert!(said(&[]).contains("scene file has digest"));

@@ -60,7 +60,7 @@ fn a_map_cut_off_while_it_is_rendered_is_one_message_and_leaves_nothing() {
     let ended = child.wait_with_output().unwrap();
     let said = String::from_utf8(ended.stderr).unwrap();
     assert_eq!(ended.status.code(), Some(2), "{said}");
-    assert!(said.starts_with("error: an input was cut off") && said.lines().count() == 1, "{said}");
+    assert!(said.starts_with("error: an input was truncated") && said.lines().count() == 1, "{said}");
     assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
 }
 
