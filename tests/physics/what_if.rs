@@ -126,11 +126,8 @@ fn events_that_were_never_drawn_are_refused() {
     let mut scene = room();
     scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.0; 2]);
     let scatter = |scene: &mut Scene| scene.materials[0].scattering = vec![0.7; 2];
-    let wrong = silently_wrong_by(
-        &scene,
-        scatter,
-        "materials.walls at 500 Hz: no packet of this map was scattered",
-    );
+    let wrong =
+        silently_wrong_by(&scene, scatter, "materials.walls at 500 Hz: no packet of this map was scattered");
     assert!(wrong < -1.0, "{wrong} dB");
 }
 

@@ -116,7 +116,10 @@ fn contradictions_are_named_with_both_values_all_at_once() {
     assert!(effects.contains("air off, off, off") && effects.contains("with on, on, on"), "{effects}");
     for sonels in ["700", "699"] {
         let complaint = complaint(&folder, &["--sonels", sonels]);
-        assert!(complaint.contains(&format!("--sonels {sonels} is not above the 700 of the map")), "{complaint}");
+        assert!(
+            complaint.contains(&format!("--sonels {sonels} is not above the 700 of the map")),
+            "{complaint}"
+        );
     }
     let several = complaint(&folder, &["--sonels", "50", "--seed", "4", "--batches", "5"]);
     assert_eq!(several.lines().count(), 3, "{several}");
