@@ -164,7 +164,7 @@ fn energy_on_few_packets_is_refused() {
     let scatter = |scene: &mut Scene| {
         scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.9; 2]);
     };
-    let wrong = silently_wrong_by(&scene, scatter, "are worth");
+    let wrong = silently_wrong_by(&scene, scatter, "effective number of packets");
     assert!(wrong.abs() > 0.3, "{wrong} dB");
 }
 
