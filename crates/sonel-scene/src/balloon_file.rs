@@ -451,11 +451,11 @@ mod tests {
         };
         let cases = [
             (replaced(2, "polar_deg,azimuth_deg,1000"), 2, "must begin"),
-            (replaced(2, "azimuth_deg,polar_deg,1001"), 2, "`1001` is no band"),
+            (replaced(2, "azimuth_deg,polar_deg,1001"), 2, "`1001` is not a band"),
             (replaced(2, "azimuth_deg,polar_deg,500"), 2, "no column for 1000 Hz"),
-            (replaced(7, "0,40,NaN"), 7, "`NaN` at 1000 Hz is no level"),
-            (replaced(7, "0,40,inf"), 7, "is no level"),
-            (replaced(7, "0,40,-3 dB"), 7, "is no level"),
+            (replaced(7, "0,40,NaN"), 7, "`NaN` at 1000 Hz is not a level"),
+            (replaced(7, "0,40,inf"), 7, "is not a level"),
+            (replaced(7, "0,40,-3 dB"), 7, "is not a level"),
             (replaced(7, "0,240,-3"), 7, "polar angle `240`"),
             (replaced(7, "x,40,-3"), 7, "azimuth `x`"),
             (replaced(7, "0,40"), 7, "2 columns, the header has 3"),

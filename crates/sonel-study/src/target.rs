@@ -201,8 +201,8 @@ mod tests {
     fn wrong_targets_say_what_is_right() {
         for (text, part) in [
             ("", "t30<1%"),
-            ("t30", "FIGURE<LIMIT"),
-            ("t30>1%", "FIGURE<LIMIT"),
+            ("t30", "PARAMETER<LIMIT"),
+            ("t30>1%", "PARAMETER<LIMIT"),
             ("rt60<1%", "level, g, edt"),
             ("t30<1dB", "t30<1%"),
             ("level<1%", "level<0.1dB"),
@@ -211,8 +211,8 @@ mod tests {
             ("t30<-1%", "above 0"),
             ("t30<nan%", "above 0"),
             ("t30<%", "above 0"),
-            ("t30<1%,t30<2%", "twice"),
-            ("t30<1%,", "FIGURE<LIMIT"),
+            ("t30<1%,t30<2%", "two limits"),
+            ("t30<1%,", "PARAMETER<LIMIT"),
         ] {
             let error = text.parse::<Targets>().unwrap_err().to_string();
             assert!(error.contains(part) && !error.contains('\n'), "{text}: {error}");
