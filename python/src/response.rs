@@ -100,9 +100,9 @@ impl Response {
 
     /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, or those of a head in a SOFA file.
     fn sound(&self, order: Option<u32>, head: Option<&[u8]>, seed: Option<u64>) -> anyhow::Result<Array> {
-        let room = self.room.context(
-            "a response that was loaded does not know its room: render it from its map for impulse responses",
-        )?;
+        let room = self
+            .room
+            .context("a loaded response has no room: render it from its map for impulse responses")?;
         let e = &*self.echograms;
         let synthesizer = Synthesizer::new(e, room.volume, seed.unwrap_or(room.seed));
         let head = head.map(Head::read).transpose()?;

@@ -26,7 +26,7 @@ fn numbers_below_zero_are_named_with_what_is_allowed() {
         ("--bin", "-1", "give a width above 0"),
         ("--rays", "-1", "is not a count"),
         ("--rays", "0", "give 1 … 4294967295 rays"),
-        ("--radius", "-1", "needs a radius above 0"),
+        ("--radius", "-1", "must be above 0 m"),
         ("--humidity", "-1", "outside 0 … 100"),
         ("--grid", "0:5:1000,0:4:1000,1", "1000000 points are more than 100000"),
     ] {
@@ -46,7 +46,7 @@ fn endings_of_other_files_and_streams_are_no_outputs() {
     for target in ["room", "Größe, 1.sonelmap", "Saal mit Leerzeichen.map"] {
         trace(&folder, target, &["--sonels", "200"]).expect("a name like any other");
     }
-    assert!(refusal(render(&folder, "room", "room.csv", &[])).contains("a response in .npz"));
+    assert!(refusal(render(&folder, "room", "room.csv", &[])).contains("a response ends in .npz"));
     render(&folder, "room", "response", &["--rays", "64"]).expect("a name like any other");
 }
 
@@ -67,7 +67,7 @@ fn lists_of_receivers_are_read_line_by_line() {
     };
     for (text, words) in [
         ("", "the header is \"\""),
-        ("name;x;y;z\na;1;2;1\n", "should be \"name,x,y,z\""),
+        ("name;x;y;z\na;1;2;1\n", "must be \"name,x,y,z\""),
         ("name,x,y,z\n", "list.csv: no receivers"),
         ("name,x,y,z\na,1,2\nb,1,2,1,5\n", "list.csv:3: write a name and three numbers"),
         ("name,x,y,z\na,\"1,5\",2,1\n", "list.csv:2: write a name and three numbers"),

@@ -1,4 +1,5 @@
-//! What takes too long for every change: documentation, foreign packages, a real Slurm, a container, the Python wheel and its notebook, statistical runs in
+//! Checks that take too long for every change: documentation, foreign packages, a real Slurm, a container, the Python wheel
+//! and its notebook, statistical runs in
 //! release.
 
 use std::process::Command;

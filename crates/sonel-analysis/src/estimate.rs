@@ -133,7 +133,7 @@ impl Estimate {
             return Err(Unsupported::NotStraight { from_db, to_db, found });
         }
         let bent =
-            quality.excess(1.0).map(|found| format!("the decay is no straight line: {found} (ISO 3382-2)"));
+            quality.excess(1.0).map(|found| format!("the decay curve is not straight: {found} (ISO 3382-2)"));
         Ok(Self { decay: Some(quality), ..self }.warned(bent))
     }
 
@@ -183,7 +183,7 @@ pub enum Unsupported {
     },
     /// What follows the record decides.
     #[error(
-        "the run ends at {end_s:.2} s, before the decay does, and what is missing decides this: set duration_s to {needed_s:.2} or more"
+        "the run ends at {end_s:.2} s and the missing decay is too large for this parameter: set duration_s to {needed_s:.2} or more"
     )]
     CutOff {
         /// [s].
@@ -193,8 +193,7 @@ pub enum Unsupported {
     },
     /// The decay is no line.
     #[error(
-        "the decay from {from_db:.0} to {to_db:.0} dB is no straight line: {found}; this has no reverberation time, look at the \
-         decay curve"
+        "the decay from {from_db:.0} to {to_db:.0} dB is not straight: {found}; no reverberation time describes it, see the decay curve (sonel-analyze plot --what decay)"
     )]
     NotStraight {
         /// [dB].

@@ -1,4 +1,4 @@
-//! Following the paths of a map: everything that a sweep needs, made ready once.
+//! Sweeps the paths of a map, with all tables prepared once.
 //!
 //! References: docs/physics.md §2.
 

@@ -1,4 +1,4 @@
-//! The sonels of a map one by one, each with everything that can be said of it.
+//! Lists the sonels of a map with all their properties.
 //!
 //! They come by source, emission and order of arrival, as they are stored. Chunks are read side by side and handed on in that
 //! order, some at a time, so that memory does not grow with the map.

@@ -1,9 +1,8 @@
-//! A walk along every path of a map: the energy ledger anew, and what arrived where.
+//! Recomputes the energy ledger and the incident energies from the paths of a map.
 //!
-//! The books are kept as the tracer keeps them, but from the paths alone, so that comparing them with the stored ones
-//! proves that paths, coefficients and books belong together. One thing a path does not say is in which event an
-//! extinguished packet lost its last energy: truncated and sampled energy can therefore differ between the two books by
-//! as much as such packets carry, far below what could hide a defect.
+//! It uses the paths alone, so agreement with the stored ledger shows that paths, coefficients and ledger are consistent. A
+//! path does not state in which event an extinguished packet lost its last energy. Truncated and sampled energy may
+//! therefore differ by the energy of such packets.
 //!
 //! References: docs/physics.md §2 and §3.
 

@@ -1,4 +1,4 @@
-//! Whether a response agrees with itself: shapes first, then values.
+//! Consistency checks of a response: shapes first, then values.
 
 use crate::directions::LATERAL_KEYS;
 use crate::{Directions, Lateral, Response, ResponseError};
@@ -87,7 +87,7 @@ fn values(response: &Response) -> Vec<String> {
     for found in &response.receiver_directivities {
         reject("receiver_aim", not_finite(&found.aim));
         let is_share = found.diffuse_sensitivity > 0.0 && found.diffuse_sensitivity <= 1.0;
-        let message = format!("holds {}, which is not above 0 and at most 1", found.diffuse_sensitivity);
+        let message = format!("holds {}, outside 0 … 1 (0 excluded)", found.diffuse_sensitivity);
         reject("receiver_diffuse_sensitivity", (!is_share).then_some(message));
     }
     reject("source_position_m", not_finite(response.source_positions.as_flattened()));

@@ -1,4 +1,4 @@
-//! The header's wire format: the only place that knows bincode.
+//! Encoding of the header by bincode, which no other module uses.
 //!
 //! Fixed-width little-endian integers, lengths as u64, structs as their fields in order: no variable-length integers, no
 //! enums, options or maps, so that the bytes can be described in half a page (docs/formats/sonelmap.md) and another

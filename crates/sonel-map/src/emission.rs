@@ -1,4 +1,4 @@
-//! Emission i: which band leads it, which batch it belongs to, where it stands in that batch's sequence.
+//! Emission i: its lead band, its batch, and its point in the sequence of that batch.
 //!
 //! All three are functions of the index alone (docs/physics.md §6), so a run can be cut into shards or extended:
 //! with n_b bands and G batches, block = ⌊i / n_b⌋, lead = i mod n_b, batch = block mod G.

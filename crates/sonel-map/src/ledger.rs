@@ -1,4 +1,4 @@
-//! Where the energy went, per band, and what became of the packets.
+//! The energy ledger per band, and the fates of packets.
 //!
 //! Per band: emitted = absorbed + transmitted + escaped + truncated + sampling (docs/physics.md §3). Every term is booked
 //! on its own at the place where it arises; the sampling term is expected minus actual energy passed on, so that the

@@ -4,11 +4,11 @@
 //! surface and what it did there. Energies in any band follow from the points and the coefficient table in one running
 //! product, so one map serves any air, source level, directivity and, within limits, other materials.
 //!
-//! - [`edges`]: edges that bend packets, and what that means to each band; [`bend_history`]: which of them a packet passes;
+//! - [`edges`]: edges that bend packets; [`bend_history`]: which of them a packet passes;
 //! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
 //! - [`emissions`]: all of a run, ready to be traced or followed;
 //! - [`vertex`]: the 16-byte record of one arrival;
-//! - [`classes`]: bands that nothing tells apart;
+//! - [`classes`]: bands with equal coefficients;
 //! - [`coefficients`] and [`weight`]: the balance heuristic over leading bands, shared by tracer and readers;
 //! - [`mod@sweep`]: a path as a sequence of segments with energy, length and history;
 //! - [`ledger`]: where the energy went, per band, and the fates of the packets;

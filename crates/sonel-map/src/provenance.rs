@@ -1,4 +1,4 @@
-//! In what the provenance of two maps differs: scene, settings, effects, program. Which shard each is does not count.
+//! Differences between the provenance of two maps: scene, settings, effects, program; shard numbers are ignored.
 //!
 //! Numbers are written so that different ones look different, and compared as written.
 

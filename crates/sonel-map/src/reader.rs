@@ -1,6 +1,6 @@
 //! Reading a map in place: opening costs the header and the directory, however large the map.
 //!
-//! The reader fears its input: every offset and count is checked against the file's length before it is used, nothing is
+//! Input is not trusted: every offset and count is checked against the file's length before it is used, nothing is
 //! allocated that the file does not hold, and [`SonelMap::check_paths`] compares every checksum and every rule of the
 //! layout before a program believes the paths.
 
@@ -125,7 +125,7 @@ impl SonelMap {
         let surfaces = sections.rows::<SurfaceRow>("surfaces")?.to_vec();
         let edges = sections.optional::<EdgeRow>("edges")?.to_vec();
         if !edges.is_empty() && !sections.has("edges.faces") {
-            return Err(MapError::Outdated("its edges bent packets whatever the size of their faces"));
+            return Err(MapError::Outdated("its bending does not depend on the size of faces"));
         }
         let faces = sections.optional::<FacesRow>("edges.faces")?.to_vec();
         let lead_bands = sections.header.scene.nominal_frequencies.len();
@@ -489,7 +489,7 @@ fn read_gradient(rows: &[f64], scene: &Scene) -> Result<f64, String> {
     match *rows {
         [] => Ok(0.0),
         [gradient] if scene.media.is_none() && is_possible(gradient) => Ok(gradient),
-        _ => Err("it has an impossible gradient of the speed of sound".to_owned()),
+        _ => Err("the gradient of the speed of sound is out of range".to_owned()),
     }
 }
 
@@ -527,7 +527,7 @@ fn check_directory(chunks: &[ChunkEntry], header: &MapHeader) -> Result<(), MapE
     for (chunk, (source, first)) in chunks.iter().zip(expected) {
         let count = (layout.total - first).min(CHUNK_EMISSIONS);
         if (chunk.source, chunk.first_emission, u64::from(chunk.path_count)) != (source, first, count) {
-            return Err(damaged(chunk.offset, "the directory contradicts itself"));
+            return Err(damaged(chunk.offset, "entries of the directory contradict each other"));
         }
     }
     Ok(())

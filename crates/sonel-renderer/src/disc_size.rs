@@ -1,4 +1,4 @@
-//! How large the gathering discs are.
+//! Radius of the gathering discs.
 
 use sonel_acoustics::mean_free_path;
 use sonel_geometry::Geometry;

@@ -121,7 +121,7 @@ pub enum FitError {
     #[error(transparent)]
     PipelineRun(#[from] PipelineError),
     /// No measured value has a computed one.
-    #[error("the map has no value for any measured one; the first: {0}")]
+    #[error("the map supports none of the measured values; the first: {0}")]
     NothingComputed(String),
     /// Every coefficient is at an end of its range.
     #[error("no material has a coefficient that could be fitted: all are 1, or on no surface")]

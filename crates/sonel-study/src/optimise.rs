@@ -1,4 +1,4 @@
-//! The cheapest change of materials that brings parameters to wanted values.
+//! Find the cheapest change of materials that reaches given parameters.
 //!
 //! Each material that may change is kept, replaced by one of some others, or given absorption within bounds. Every combination costs the
 //! area that changes times its price. Values and derivatives of one rendering ([`crate::sensitivity`]) predict all of them; those that
@@ -99,7 +99,7 @@ pub enum OptimiseError {
     TooMany(f64),
     /// Nothing is near.
     #[error(
-        "no combination is predicted to come near the wishes; the nearest is {0:.1} tolerances off: widen bounds or tolerances, or let more materials change"
+        "no combination is predicted to approach the wishes; the nearest misses by {0:.1} tolerances: widen bounds or tolerances, or let more materials change"
     )]
     OutOfReach(f64),
 }

@@ -2,7 +2,7 @@
 //!
 //! The same stages as those of the programs, in the same order, so that a pipeline run costs what a run does. Where the map is
 //! kept is the caller's choice ([`MapStore`]; [`InMemory`] for short runs), and so is the clock ([`Clock`]). Tracing and
-//! rendering are apart, so that one map can be rendered in several ways.
+//! rendering are separate, so that one map can be rendered in several ways.
 
 use std::io::{Cursor, Seek, Write};
 

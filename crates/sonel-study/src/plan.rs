@@ -1,5 +1,4 @@
-//! How many sonels and rays it takes, for an accuracy given in just-noticeable differences or in targets: before a trace, or before a
-//! rendering of a map whose sonels are given.
+//! Numbers of sonels and rays for an accuracy (just-noticeable differences or targets), before a trace or before a rendering.
 
 use sonel_acoustics::Bands;
 use sonel_analysis::Parameter;
@@ -46,7 +45,7 @@ pub struct Row {
     pub just_noticeable: f64,
     /// Sonels and rays.
     pub effort: Effort,
-    /// Which parameter needs them; none where the fewest will do.
+    /// Which parameter needs them; none where the minimum is enough.
     pub limited_by: Option<Place>,
     /// Sonels of a map that has this accuracy, where that at hand has it with no number of rays.
     pub lacking: Option<u64>,
@@ -72,7 +71,7 @@ pub struct Width {
 pub struct Need {
     /// Sonels and rays.
     pub effort: Effort,
-    /// Which parameter needs them; none where the fewest will do.
+    /// Which parameter needs them; none where the minimum is enough.
     pub limited_by: Option<Place>,
 }
 

@@ -1,4 +1,4 @@
-//! How many visibility rays it takes to hear a map, and how many sonels it lacks where no number of rays is enough.
+//! Visibility rays required for a rendering, and sonels required where more rays do not help.
 //!
 //! The sonels of a map are given, and so is their part of the variance; rays shrink theirs (see [`crate::forecast`]). Where no rays are cast,
 //! only sonels help.

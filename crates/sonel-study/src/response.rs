@@ -1,4 +1,4 @@
-//! From a map to a response: every source rendered, energies, batches and arrivals side by side.
+//! Renders every source of a map into one response.
 //!
 //! What the response says of its provenance is left to whoever writes it to a file.
 

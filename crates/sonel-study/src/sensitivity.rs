@@ -1,4 +1,4 @@
-//! How the parameters at receivers change with the coefficients of materials: derivatives with intervals, all from one rendering.
+//! Derivatives of parameters by the coefficients of materials, with intervals, from one rendering.
 //!
 //! Every coefficient of every material is raised a little in a variant of its own; the variants stand behind the bands of the scene
 //! ([`SonelMap::widen`]) and share packets, rays and random numbers with them, so that differences have hardly any noise of their own.

@@ -1,6 +1,7 @@
-//! How certain parameters shall be: `t30<1%,level<0.1dB,c80<0.2dB`.
+//! Targets of half-widths: `t30<1%,level<0.1dB,c80<0.2dB`.
 //!
-//! A limit is for half of the 95 % interval of a parameter in every band at every evaluation receiver. Reverberation times are limited in per cent of
+//! A limit applies to the half-width of the 95 % interval of a parameter in every band at every evaluation receiver.
+//! Reverberation times are limited in per cent of
 //! themselves or in seconds, levels and clarity in dB, everything in just-noticeable differences (`jnd`).
 
 use std::fmt;
@@ -32,11 +33,11 @@ pub(crate) enum Limit {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum TargetError {
     /// Not a limit at all.
-    #[error("\"{0}\" is no target: write FIGURE<LIMIT such as t30<1%, level<0.1dB or c80<0.2jnd")]
+    #[error("\"{0}\" is not a target: write PARAMETER<LIMIT such as t30<1%, level<0.1dB or c80<0.2jnd")]
     Form(String),
     /// No such parameter.
     #[error(
-        "there is no parameter \"{0}\": choose among {names} (example: t30<1%)",
+        "unknown parameter \"{0}\": choose among {names} (example: t30<1%)",
         names = names()
     )]
     ParameterValue(String),
@@ -53,10 +54,10 @@ pub enum TargetError {
         example: &'static str,
     },
     /// Not a number above zero.
-    #[error("\"{0}\" limits nothing: give a number above 0 (example: t30<1%)")]
+    #[error("the limit \"{0}\" is not a number above 0 (example: t30<1%)")]
     Number(String),
     /// The same parameter again.
-    #[error("{0} is limited twice: give one limit a figure")]
+    #[error("{0} has two limits: give one per parameter")]
     Twice(&'static str),
 }
 
@@ -207,8 +208,8 @@ mod tests {
     fn wrong_targets_say_what_is_right() {
         for (text, part) in [
             ("", "t30<1%"),
-            ("t30", "FIGURE<LIMIT"),
-            ("t30>1%", "FIGURE<LIMIT"),
+            ("t30", "PARAMETER<LIMIT"),
+            ("t30>1%", "PARAMETER<LIMIT"),
             ("rt60<1%", "level, g, edt"),
             ("t30<1dB", "t30<1%"),
             ("level<1%", "level<0.1dB"),
@@ -217,8 +218,8 @@ mod tests {
             ("t30<-1%", "above 0"),
             ("t30<nan%", "above 0"),
             ("t30<%", "above 0"),
-            ("t30<1%,t30<2%", "twice"),
-            ("t30<1%,", "FIGURE<LIMIT"),
+            ("t30<1%,t30<2%", "two limits"),
+            ("t30<1%,", "PARAMETER<LIMIT"),
         ] {
             let error = text.parse::<Targets>().unwrap_err().to_string();
             assert!(error.contains(part) && !error.contains('\n'), "{text}: {error}");

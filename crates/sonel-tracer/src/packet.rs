@@ -1,4 +1,4 @@
-//! Tracing one packet: emitted, carried from surface to surface, ended by one of its fates.
+//! Traces one packet from emission to its fate.
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, EdgeIndex, Geometry, Hit, SpeedProfile};

@@ -60,8 +60,7 @@ pub enum TraceError<E> {
 /// A path of a map that is not what this program traces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
-    "the map cannot be extended: emission {emission} of source number {source_index} took another way than this program \
-     traces, so another version of sonel wrote it; trace the longer run from the beginning"
+    "the map cannot be extended: emission {emission} of source number {source_index} has another path than this program traces, so another version of sonel wrote it; trace the longer run from the beginning"
 )]
 pub struct ForeignPath {
     /// Index of the source.

@@ -25,7 +25,7 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
     let (as_archive, kind) = match output {
         _ if has_ending(output, "csv") => (false, Kind::SONEL_TABLE),
         _ if has_ending(output, "npz") => (true, Kind::SONEL_ARCHIVE),
-        _ => bail!("{} ends neither in .csv nor in .npz: choose one of the two", output.display()),
+        _ => bail!("{} ends neither in .csv nor in .npz: choose one of them", output.display()),
     };
     let inputs = [map.clone()];
     let (map, geometry) = open::checked_map(map)?;
@@ -48,7 +48,7 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
 fn echograms(response: &Path, output: &Path, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if !has_ending(output, "csv") {
         bail!(
-            "{} does not end in .csv: a response is exported as CSV, and is a numpy archive itself",
+            "{} does not end in .csv: a response is exported as CSV only (it is a numpy archive already)",
             output.display()
         );
     }

@@ -70,10 +70,7 @@ pub fn run(
     report::print(&found, &scene, arguments.format, out)?;
     writeln!(log, "{} renderings; written to {}", found.rounds, arguments.output.display())?;
     if !found.is_settled {
-        writeln!(
-            log,
-            "warning: the coefficients still moved in the last rendering: fit again from the result"
-        )?;
+        writeln!(log, "warning: the coefficients did not settle: fit again from the result")?;
     }
     Ok(if found.is_settled { Outcome::Done } else { Outcome::Missed })
 }
@@ -146,7 +143,7 @@ impl<'a> Stages<'a> {
 pub fn refuse_angular(materials: &[Material]) -> anyhow::Result<()> {
     if let Some(wall) = materials.iter().find(|material| material.law.is_angular()) {
         bail!(
-            "\"{}\" has the absorption law {}; fit and optimise search uniform materials: trace the scene without absorption_law",
+            "\"{}\" has the absorption law {}; fit and optimise need uniform absorption: trace the scene without absorption_law",
             wall.name,
             wall.law
         );

@@ -1,4 +1,4 @@
-//! `sonel-analyze listen`: a recording as it sounds in the room.
+//! `sonel-analyze listen`: convolves a recording with an impulse response.
 
 use std::io::Write;
 
@@ -25,11 +25,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let response = open::recording(impulse_response)?;
     let dry = open::recording(recording)?;
     let [signal] = &dry.channels[..] else {
-        bail!(
-            "{} has {} channels: mix them to one, a source is a point",
-            recording.display(),
-            dry.channels.len()
-        );
+        bail!("{} has {} channels: mix them to one", recording.display(), dry.channels.len());
     };
     let rate = response.sample_rate_hz;
     if dry.sample_rate_hz != rate {
@@ -49,10 +45,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let seconds = rendered.channels[0].len() as f64 / f64::from(rate);
     writeln!(log, "{seconds:.2} s, peak {peak:.3e} of full scale; written to {}", output.display())?;
     if peak > 1.0 {
-        writeln!(
-            log,
-            "warning: players cut what is above full scale: lower the level of the file before you play it"
-        )?;
+        writeln!(log, "warning: the peak exceeds full scale: lower the level of the file before playing it")?;
     }
     Ok(Outcome::Done)
 }

@@ -1,4 +1,4 @@
-//! `sonel-analyze merge`: shards of a run joined to its map, parts of a rendering to its response.
+//! `sonel-analyze merge`: joins shards of a run to its map, parts of a rendering to its response.
 
 use std::fmt::Display;
 use std::io::Write;

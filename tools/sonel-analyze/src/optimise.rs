@@ -38,7 +38,7 @@ pub fn run(
     let receivers =
         if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
     if receivers.is_empty() {
-        bail!("{label}: the scene has no receivers: give some with --receiver");
+        bail!("{label}: the scene has no receivers: give --receiver NAME=x,y,z");
     }
     let output = Output::create(&arguments.output, Kind::MATERIALS, std::slice::from_ref(&arguments.map))?;
     let mut stages = Stages::begin(quiet, log);
@@ -98,7 +98,7 @@ fn candidates(arguments: &OptimiseArguments, scene: &Scene) -> anyhow::Result<Ve
     for (name, price) in &arguments.prices {
         match number(name).map(|material| found.iter_mut().find(|one| one.material == material)) {
             Ok(Some(candidate)) => candidate.price = *price,
-            Ok(None) => problems.push(format!("--price of \"{name}\", which no --change names")),
+            Ok(None) => problems.push(format!("--price names \"{name}\", which no --change names")),
             Err(problem) => problems.push(problem),
         }
     }

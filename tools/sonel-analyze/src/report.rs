@@ -80,7 +80,7 @@ fn open_all(files: &[PathBuf]) -> anyhow::Result<(Vec<Subject>, Option<Traced>)>
         }
     }
     if subjects.is_empty() {
-        bail!("there is no response among the files: make one of the map with sonel-render");
+        bail!("no response among the files: make one from the map with sonel-render");
     }
     Ok((subjects, map))
 }

@@ -1,4 +1,4 @@
-//! `sonel-analyze sensitivity`: which surface to treat first.
+//! `sonel-analyze sensitivity`: derivatives of parameters by coefficients, ranked.
 
 use std::io::Write;
 

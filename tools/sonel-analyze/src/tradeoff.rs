@@ -1,4 +1,4 @@
-//! `sonel-analyze tradeoff`: what accuracy costs in time.
+//! `sonel-analyze tradeoff`: error against CPU time for several settings.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ pub fn run(
     scene.duration = arguments.duration.unwrap_or(scene.duration);
     let receivers = receivers_of(&scene);
     if receivers.is_empty() {
-        bail!("{} has no receiver to judge by: add [[receivers]]", arguments.scene.display());
+        bail!("{} has no receivers to evaluate: add [[receivers]]", arguments.scene.display());
     }
     let mode = arguments.mode.first().copied().unwrap_or(Mode::Accurate);
     let spec = arguments.effects.clone().unwrap_or_default();

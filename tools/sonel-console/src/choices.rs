@@ -40,19 +40,19 @@ pub fn spectral() -> impl TypedValueParser<Value = Spectral> {
 #[must_use]
 pub fn estimator() -> impl TypedValueParser<Value = Estimator> {
     let choices = [
-        (Estimator::Auto, "Each class by its best estimator"),
+        (Estimator::Auto, "The most efficient estimator for each path class"),
         (
             Estimator::Connection,
-            "Connections for diffuse arrivals, receiver spheres for what is specular behind a diffuse reflection",
+            "Connections for diffuse arrivals, receiver spheres for specular reflections after a diffuse one",
         ),
         (
             Estimator::Gather,
-            "Visibility rays and density estimation for what is specular behind a diffuse reflection",
+            "Connections for diffuse arrivals, visibility rays and density estimation for specular reflections after a diffuse one",
         ),
         (Estimator::Sphere, "Receiver spheres for everything but the direct sound"),
         (
             Estimator::Paper,
-            "What the founding paper writes: visibility rays that gather at the first diffuse reflection, a sphere \
+            "That of the founding paper: visibility rays that gather at the first diffuse reflection, a sphere \
              about the source, the first Fresnel zone over edges",
         ),
     ];

@@ -1,6 +1,6 @@
 //! Files that are read.
 //!
-//! What a path leads to is asked before it is opened: a pipe that nobody writes to would keep a program waiting for ever.
+//! The file type is checked before opening: a pipe without a writer would block the program.
 
 use std::fs::File;
 use std::io::{self, Read};

@@ -93,12 +93,10 @@ mod failure {
     pub fn found() -> Option<&'static str> {
         match SIGNAL.load(Ordering::SeqCst) {
             libc::SIGBUS => Some(
-                "an input was cut off or cannot be read any more (bus error): leave it alone while it is read, check the \
-                 disk, and run the command again",
+                "an input was truncated or became unreadable (bus error): do not change it during the run, check the disk, and run the command again",
             ),
             libc::SIGABRT => Some(
-                "the program cannot go on; where memory is short give it more, take fewer --threads or a wider --bin, or \
-                 divide the run or its receivers (--shard)",
+                "the program was aborted; if memory is short, use fewer --threads or a wider --bin, or divide the run or its receivers (--shard)",
             ),
             _ => None,
         }

@@ -1,4 +1,5 @@
-//! What the programs share: clocks, choices, counts, times, plans, inputs that are files, outputs that appear when complete, interruptions, scenes, progress,
+//! Shared by the programs: clocks, choices, counts, times, plans, inputs that are files, outputs that appear when complete,
+//! interruptions, scenes, progress,
 //! versions, exit codes.
 
 pub mod choices;

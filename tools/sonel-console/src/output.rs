@@ -157,7 +157,7 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
         && ending != kind.ending
     {
         bail!(
-            "{} ends in .{ending}, and {} in .{}: choose such a name",
+            "{} ends in .{ending}, but {} ends in .{}: choose such a name",
             target.display(),
             kind.name,
             kind.ending
@@ -228,7 +228,7 @@ fn remove_stale(target: &Path) {
             && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
             && std::fs::remove_file(entry.path()).is_ok()
         {
-            note(&format!("removed {}, which a run that was killed had left", entry.path().display()));
+            note(&format!("removed {}, left by a killed run", entry.path().display()));
         }
     }
 }

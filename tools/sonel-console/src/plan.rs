@@ -1,4 +1,4 @@
-//! Plans, targets and what became of them, for people and for programs.
+//! Plans, targets and results, as text and JSON.
 
 use std::fmt::Write;
 
@@ -43,7 +43,7 @@ pub fn map_table(plan: &Plan, label: &str) -> String {
     let sonels = plan.rows.first().map_or(0, |row| row.effort.emissions);
     let mut text = format!("the map has {} sonels", count(sonels));
     if !plan.pilot.casts_rays {
-        text.push_str("; no visibility rays are cast here, so only sonels help");
+        text.push_str("; it needs no visibility rays, so only sonels help");
     }
     text.push_str("\naccuracy      rays  render CPU  own memory  sonels wanted  needed by\n");
     for row in &plan.rows {
@@ -61,7 +61,7 @@ pub fn map_table(plan: &Plan, label: &str) -> String {
     if let Some((row, sonels)) = plan.rows.iter().find_map(|row| Some((row, row.lacking?))) {
         let _ = writeln!(
             text,
-            "from {} JND on the map has too few sonels for any number of rays: {}",
+            "for {} JND and below more sonels are needed: {}",
             row.just_noticeable,
             extension(label, sonels)
         );
@@ -94,13 +94,13 @@ fn needed_by(plan: &Plan, row: &Row) -> String {
     if let Some(excess) = not_feasible(row) {
         return format!("not feasible: {excess}");
     }
-    row.limited_by.map_or_else(|| "the fewest will do".to_owned(), |place| plan.names.parameter(place))
+    row.limited_by.map_or_else(|| "the minimum is enough".to_owned(), |place| plan.names.parameter(place))
 }
 
 /// The half-widths of a plan, and which parameters have none.
 fn widths(plan: &Plan) -> String {
     let mut text = String::from(
-        "\nhalf of the 95 % interval, the widest of all evaluation receivers, and where it is in 19 of 20 runs:\naccuracy      band",
+        "\nhalf-width of the 95 % interval (widest over evaluation receivers) and the range that holds 19 of 20 runs:\naccuracy      band",
     );
     for parameter in PLANNED {
         let (symbol, unit, _) = parameter.heading();
@@ -127,7 +127,7 @@ fn widths(plan: &Plan) -> String {
     text.push('\n');
     for spread in &plan.pilot.spreads {
         if let Err(reason) = &spread.variance {
-            let _ = writeln!(text, "{} cannot be read: {reason}", plan.names.parameter(spread.place));
+            let _ = writeln!(text, "{} cannot be estimated: {reason}", plan.names.parameter(spread.place));
         }
     }
     text
@@ -196,18 +196,18 @@ pub fn json(plan: &Plan) -> Value {
 #[must_use]
 pub fn verdict(names: &Names, verdict: &Verdict) -> String {
     let mut text = match verdict.worst {
-        None => "no parameter is limited".to_owned(),
+        None => "no parameter has a limit".to_owned(),
         Some(worst) => format!(
-            "{} is {:.4} JND wide to either side, {:.2} times its limit",
+            "{} has a half-width of {:.4} JND, {:.2} times its limit",
             names.parameter(worst.place),
             worst.half_width,
             worst.excess()
         ),
     };
     if let Some((place, reason)) = verdict.unreadable.first() {
-        let _ = write!(text, "; {} cannot be read: {reason}", names.parameter(*place));
+        let _ = write!(text, "; {} cannot be estimated: {reason}", names.parameter(*place));
         if verdict.unreadable.len() > 1 {
-            let _ = write!(text, ", nor can {} others", verdict.unreadable.len() - 1);
+            let _ = write!(text, ", and {} others", verdict.unreadable.len() - 1);
         }
     }
     text

@@ -1,4 +1,4 @@
-//! From renderings to a response file and its report.
+//! Writes the response file and its report.
 
 use std::f64::consts::LOG10_E;
 

@@ -223,7 +223,7 @@ fn change_map(map: &mut SonelMap, arguments: &Arguments, label: &str) -> anyhow:
     map.change(materials, sources);
     let Fitness { refusals, warnings } = fitness(map, &geometry);
     if !refusals.is_empty() {
-        bail!("{label} cannot answer this: {}", refusals.join("\nerror: "));
+        bail!("{label} does not support these materials: {}", refusals.join("\nerror: "));
     }
     Ok(warnings)
 }

@@ -1,4 +1,4 @@
-//! How many rays a map takes: a pilot asked before it is rendered.
+//! Plans of a rendering: a pilot predicts the rays required.
 
 use sonel_console::clock::CpuClock;
 use sonel_console::plan::Comparison;

@@ -1,4 +1,4 @@
-//! `--until`: rays are added until the parameters are certain enough; else it is said how far they came, and what it would take.
+//! `--until`: adds rays until the targets are met, else states the rays or sonels required.
 
 use std::io::Write;
 
@@ -137,14 +137,14 @@ impl Outlook {
         match self {
             Self::Inside => None,
             Self::Unknown => Some(
-                "one look does not tell whether rays or sonels are wanting: allow more of either".to_owned(),
+                "one rendering does not show whether more rays or more sonels are needed: allow more of either".to_owned(),
             ),
             Self::Known(RenderNeed { lacking: Some(sonels), effort, .. }) => Some(format!(
-                "rays alone cannot, the map has too few sonels: about {sonels} and {} rays would do: {}",
+                "more rays are not enough: about {sonels} sonels and {} rays are needed: {}",
                 effort.rays,
                 extension(label, sonels)
             )),
-            Self::Known(render_need) => Some(format!("about {} rays would do", render_need.effort.rays)),
+            Self::Known(render_need) => Some(format!("about {} rays are needed", render_need.effort.rays)),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `sonel-trace check`: what a scene is, and what in it needs a look.
+//! `sonel-trace check`: sizes, statistical times and faults of a scene.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -12,10 +12,10 @@ use sonel_console::progress::Audience;
 use sonel_console::{Outcome, scene};
 use sonel_scene::checkup::{Checkup, Covering, Room, check};
 
-/// Check a scene without tracing; exit code 1 where something needs a look
+/// Check a scene without tracing; exit code 1 if there are errors, warnings or faults
 ///
-/// Prints sizes, statistical reverberation times, materials by area, and faults of the mesh with their places. A mesh with holes
-/// or crossing faces is traced all the same.
+/// Prints sizes, statistical reverberation times, materials by area, and faults of the mesh with their places. A mesh with
+/// holes or crossing faces can still be traced.
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  sonel-trace check scenes/hall/scene.toml\n  sonel-trace check scene.toml --fix repaired.obj"
@@ -24,8 +24,8 @@ pub struct Checked {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Write the mesh as it would be traced, in metres, to this OBJ file: corners joined, cracks up to mesh_weld closed, faces
-    /// that double others or have no area left out. What was done is printed.
+    /// Write the mesh as it would be traced, in metres, to this OBJ file: corners joined, cracks up to mesh_weld closed,
+    /// doubled faces and faces without area left out. Prints the changes.
     #[arg(long, value_name = "MESH.obj")]
     fix: Option<PathBuf>,
     /// Print the same as JSON.
@@ -63,9 +63,9 @@ pub fn run(checked: &Checked, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     }
     let count = problems.len() + warnings.len() + faults.len();
     match count {
-        0 => writeln!(out, "nothing needs a look")?,
-        1 => writeln!(out, "1 thing needs a look")?,
-        _ => writeln!(out, "{count} things need a look")?,
+        0 => writeln!(out, "no problems found")?,
+        1 => writeln!(out, "1 problem found")?,
+        _ => writeln!(out, "{count} problems found")?,
     }
     Ok(outcome)
 }
@@ -125,14 +125,15 @@ fn describe(room: &Room) -> String {
     let [triangles, surfaces] = room.counts;
     let mut lines = vec![
         format!("extents         {x} × {y} × {z} m, {triangles} triangles in {surfaces} surfaces"),
-        room.volume.map_or("volume          none: the mesh is no closed room".to_owned(), |volume| {
+        room.volume.map_or("volume          none: the mesh is not a closed room".to_owned(), |volume| {
             format!("volume          {volume:.1} m³")
         }),
         format!("surface         {:.1} m²", room.area),
     ];
     lines.extend(room.mean_free_path.map(|path| format!("mean free path  {path:.2} m")));
     lines.extend(
-        room.schroeder_frequency.map(|hz| format!("Schroeder       {hz:.0} Hz: below it room modes matter")),
+        room.schroeder_frequency
+            .map(|hz| format!("Schroeder       {hz:.0} Hz: results below it are not valid")),
     );
     format!("{}\n\n{}\n{}", lines.join("\n"), coverings(room), times(room))
 }

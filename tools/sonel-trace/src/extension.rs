@@ -1,7 +1,6 @@
-//! `--extend`: a map and the options that would make it longer. `--decision`: a map whose decision about effects is taken.
+//! `--extend`: continues a map. `--decision`: uses the decision about effects of a map.
 //!
-//! Everything that decided the map is taken from the map, so an option that says the same is superfluous, and one that
-//! says otherwise is an error.
+//! Settings come from the map; an option with another value is an error.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -55,14 +54,14 @@ pub fn decided(path: &Path, mode: Mode, scene: &Scene) -> anyhow::Result<(Vec<Ef
     let mut problems = other_origin(header, scene);
     if header.settings.mode != mode {
         problems.push(format!(
-            "it decided for --mode {}, this run has {}: decide for the mode of the run",
+            "its decision is for --mode {}, this run has {}: use a map of the same mode",
             Mode::name(header.settings.mode),
             Mode::name(mode)
         ));
     }
     if header.scene.duration.to_bits() != scene.duration.to_bits() {
         problems.push(format!(
-            "it decided for {} s, this run has {} s: decide for the --duration of the run",
+            "its decision is for {} s, this run has {} s: use a map of the same --duration",
             header.scene.duration, scene.duration
         ));
     }
@@ -90,7 +89,7 @@ fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> V
         && sonels <= settings.emissions
     {
         problems.push(format!(
-            "--sonels {sonels}, the map has {} already: give the larger number that it shall have",
+            "--sonels {sonels} is not above the {} of the map: give the number of the whole new map",
             settings.emissions
         ));
     }
@@ -114,7 +113,7 @@ fn other_origin(header: &MapHeader, scene: &Scene) -> Vec<String> {
     let mut problems = Vec::new();
     if without_build(&header.tool_version) != without_build(&VERSION) {
         problems.push(format!(
-            "sonel {} traced it, this is {}: the new map would be of neither; trace it from the beginning",
+            "sonel {} traced it, this is {}: only the same version can extend it; trace from the beginning",
             header.tool_version, *VERSION
         ));
     }

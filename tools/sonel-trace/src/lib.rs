@@ -1,4 +1,4 @@
-//! The library half of `sonel-trace`: from arguments to a sonel map and its report.
+//! The library half of `sonel-trace`: writes a sonel map and its report.
 
 mod arguments;
 mod check;
@@ -192,7 +192,7 @@ fn warn_of_empty_batches(settings: &Settings, log: &mut dyn Write) -> anyhow::Re
     if emissions < u64::from(batches) {
         writeln!(
             log,
-            "warning: {batches} batches share {emissions} sonels, some have none: intervals mean little"
+            "warning: {emissions} sonels in {batches} batches: some batches are empty, intervals are unreliable"
         )?;
     }
     Ok(())

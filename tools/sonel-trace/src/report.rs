@@ -1,4 +1,4 @@
-//! What a run says of itself: a summary for people, JSON for programs.
+//! Report of a run as text and JSON.
 
 use std::path::Path;
 
@@ -76,7 +76,7 @@ pub fn weighed(header: &MapHeader, decisions: &[Decision], skips: &[Skip]) -> St
         format!("  {}: {done}, {}", skip.what, skip.reason)
     });
     let lines: Vec<String> =
-        of_effects.chain(["skipped for what no surface does:".to_owned()]).chain(of_skips).collect();
+        of_effects.chain(["skipped, because no surface needs it:".to_owned()]).chain(of_skips).collect();
     lines.join("\n")
 }
 

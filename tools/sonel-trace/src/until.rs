@@ -1,4 +1,4 @@
-//! `--until`: the run goes on until its parameters are certain enough, and says how far it came.
+//! `--until`: adds sonels until the targets are met.
 
 use std::io::Write;
 
@@ -127,7 +127,7 @@ fn start(
     let most = goal.sonels.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
     writeln!(
         log,
-        "{targets}: about {} sonels and {} rays needed, as a pilot of {} sonels and {:.2} s says",
+        "{targets}: about {} sonels and {} rays needed (pilot of {} sonels, {:.2} s)",
         need.emissions,
         need.rays,
         pilot.emissions,

@@ -22,15 +22,15 @@ use clap::Parser;
 enum Page {
     /// Run the sweeps behind docs/accuracy.md and draw its plots
     Accuracy {
-        /// Only draw again what the last run left in target/accuracy
+        /// Redraw from the runs in target/accuracy
         #[arg(long)]
         redraw: bool,
     },
-    /// Draw the plots of docs/diffraction.md: laws of screens
+    /// Write docs/diffraction: insertion loss of a screen by every law
     Diffraction,
     /// Repeat the founding paper's experiment and write docs/paper
     Figures {
-        /// Only draw again what the last run left in target/paper
+        /// Redraw from the runs in target/paper
         #[arg(long)]
         redraw: bool,
     },

@@ -1,4 +1,4 @@
-//! A row a sonel, for spreadsheets and data frames.
+//! One row per sonel, for spreadsheets and data frames.
 
 use std::io::{self, Write};
 

@@ -1,4 +1,4 @@
-//! What arrives in each place and window of time, batch by batch, from the paths of one source.
+//! Incident energy per place, time window and batch, from the paths of one source.
 
 use std::ops::Range;
 

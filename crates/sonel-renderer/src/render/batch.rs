@@ -1,4 +1,4 @@
-//! The classes with noise, one batch of emissions at a time.
+//! Stochastic path classes, one batch of emissions at a time.
 
 use std::ops::Range;
 

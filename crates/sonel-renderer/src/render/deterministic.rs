@@ -1,4 +1,4 @@
-//! The classes without noise, L R and L S^k R with what edges do to them, at every receiver.
+//! Deterministic path classes at every receiver: L R and L S^k R, with edge diffraction.
 
 use glam::DVec3;
 use rayon::prelude::*;

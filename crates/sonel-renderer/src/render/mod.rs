@@ -80,7 +80,7 @@ fn attenuation(scene: &Scene, settings: &RenderSettings, bins: &TimeBins) -> Res
     };
     if AirTable::node_count(attenuation, bins.reach) > MOST_AIR_NODES {
         return Err(RenderError::Settings(format!(
-            "air that attenuates by up to {} per metre over {} m is beyond what is tabulated: trace again with a \
+            "the air attenuation of up to {} per metre over {} m exceeds the table: trace again with a \
              shorter --duration, or render with --no-air",
             attenuation.iter().copied().fold(0.0, f64::max),
             bins.reach
@@ -246,7 +246,7 @@ impl<'a> Renderer<'a> {
             for source in &scene.sources {
                 if coincide(source, position, self.geometry) {
                     problems.push(format!(
-                        "receiver \"{name}\" stands at source \"{}\", where the direct sound is infinite: move it",
+                        "receiver \"{name}\" is at source \"{}\", where the direct sound is infinite: move it",
                         source.name
                     ));
                 }

@@ -1,8 +1,8 @@
-//! L S^k R, k > K: rays that every surface mirrors, through the balls about the receivers.
+//! L S^k R, k > K: rays with specular reflections only, counted in receiver spheres.
 //!
-//! Few packets of a map are mirrored many times in a row, and those carry much. These rays are always mirrored and carry the product of
-//! (1−α)(1−s) in every band instead: there are four for every packet of the map, and all of them are used. Rays that carry little
-//! go on by roulette. Where edges bend, the rays carry what goes straight; packets of the map bring what was bent. Each batch has rays
+//! Few packets of a map are reflected specularly many times in a row, with much energy each. These rays are always
+//! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are four for each packet of the map.
+//! Rays that carry little go on by roulette. With bending, the rays carry straight paths; packets of the map carry bent ones. Each batch has rays
 //! of its own, so the interval covers them.
 
 use sonel_geometry::{Departure, Hit};

@@ -1,4 +1,4 @@
-//! Faults of a mesh: holes, cracks, crossing faces, slivers, surfaces in no air.
+//! Faults of a mesh: holes, cracks, crossing faces, slivers, surfaces inside solids.
 
 use std::collections::HashMap;
 
@@ -27,7 +27,7 @@ pub(super) fn of(geometry: &Geometry) -> Vec<String> {
             listed(&holes)
         ));
     } else if !geometry.is_closed_room() {
-        faults.push("no closed part of the mesh contains all others: energy escapes".to_owned());
+        faults.push("no closed part of the mesh contains all other parts: energy escapes".to_owned());
     }
     let crossings: Vec<String> = geometry
         .crossings()
@@ -40,7 +40,7 @@ pub(super) fn of(geometry: &Geometry) -> Vec<String> {
     if !crossings.is_empty() {
         let message =
             format!("{} of triangles cross: {}", count(crossings.len(), "pair"), listed(&crossings));
-        faults.push(format!("{message}; traced as they are, a closed volume may be wrong"));
+        faults.push(format!("{message}; they are traced as drawn, the volume may be wrong"));
     }
     let slivers = slivers(geometry);
     if !slivers.is_empty() {
@@ -132,7 +132,7 @@ fn unreachable(geometry: &Geometry) -> Option<String> {
         .map(|surface| format!("{} m² about ({}) m", number(surface.area), place(surface.centroid)))
         .collect();
     (!named.is_empty()).then(|| {
-        format!("{} no sound reaches, inside solids: {}", count(named.len(), "surface"), listed(&named))
+        format!("{} inside solids, which no sound reaches: {}", count(named.len(), "surface"), listed(&named))
     })
 }
 

@@ -193,10 +193,8 @@ fn read_reduction(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'_>
     for number in numbers.readable.iter().filter(|number| !(number.value >= 0.0 && number.value.is_finite()))
     {
         all_sound = false;
-        report.problem(
-            number.at,
-            format!("{}: {} is no reduction; give 0 dB or more", entry.path, number.value),
-        );
+        report
+            .problem(number.at, format!("{}: {} dB is below 0; give 0 dB or more", entry.path, number.value));
     }
     let values = bands.per_band(entry, &numbers, report);
     let transmission = |reduction: f64| libm::pow(10.0, -0.1 * reduction);

@@ -157,7 +157,7 @@ fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'
     if !size.to_array().into_iter().all(is_size) {
         entry.problem(
             report,
-            &format!("{size} is no size; give three lengths above 0 m, at most {FARTHEST:e} m"),
+            &format!("{size} is not a size; give three lengths above 0 m, at most {FARTHEST:e} m"),
         );
         return None;
     }

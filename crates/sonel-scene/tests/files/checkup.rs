@@ -113,7 +113,7 @@ fn surfaces_in_solids_are_named() {
     let solid = box_between([5.0, 2.0, 0.5], [7.0, 4.0, 2.0]);
     let message = fault(&[empty(), solid, panel.to_vec()].concat());
     assert!(
-        message.contains("1 surface no sound reaches, inside solids: 0.5 m² about (6, 3, 1.25) m"),
+        message.contains("1 surface inside solids, which no sound reaches: 0.5 m² about (6, 3, 1.25) m"),
         "{message}"
     );
 }

@@ -1,4 +1,4 @@
-//! What a map holds, in words and as JSON.
+//! Content of a map as text and JSON.
 
 use std::fmt::Write;
 

@@ -79,7 +79,7 @@ fn everything_that_is_wrong_is_said() {
     }
     let with = |options: &[&str]| refused(&[&CAMERA[..], options].concat());
     assert!(with(&["--windows", "20"]).contains("write FROM-TO with a unit"));
-    assert!(with(&["--radius", "0"]).contains("radius above 0"));
+    assert!(with(&["--radius", "0"]).contains("must be above 0 m"));
     assert!(with(&["--range", "0:-40"]).contains("the lower first"));
     let ended = analyze(&folder, &[&["image", "a.sonelmap", "-o", "e.npz"], &CAMERA[..]].concat());
     assert!(ended.err.contains("does not end in .exr"), "{ended:?}");
