@@ -53,12 +53,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     run_on(|log| scene::load(&arguments.scene, audience, log), arguments, audience, out, log)
 }
 
-/// Runs the program on the scene that `load` returns with the files it was read from, instead of the one that `arguments` name.
+/// Runs the program on the scene that `load` returns with its walls and the files it was read from, instead of the one that
+/// `arguments` name.
 ///
 /// # Errors
 /// As [`run`], and those of `load`.
 pub fn run_on(
-    load: impl FnOnce(&mut dyn Write) -> anyhow::Result<(Scene, Vec<PathBuf>)>,
+    load: impl FnOnce(&mut dyn Write) -> anyhow::Result<(Scene, Geometry, Vec<PathBuf>)>,
     arguments: &Arguments,
     audience: Audience<'_>,
     out: &mut dyn Write,
@@ -67,13 +68,13 @@ pub fn run_on(
     let watch = Stopwatch::start();
     use_threads(arguments.threads)?;
     let settings = arguments.settings()?;
-    let (mut scene, inputs) = load(log)?;
+    let (mut scene, mut geometry, inputs) = load(log)?;
     // A map that is extended has decided.
     if arguments.extend.is_none() {
         let spec = arguments.effects.clone().unwrap_or_default();
-        effects::leave_regions_out(&spec, settings.mode, &mut scene);
+        geometry = effects::leave_regions_out(&spec, settings.mode, &mut scene, geometry)
+            .context("the scene's walls cannot be used")?;
     }
-    let geometry = scene.geometry().context("the scene's walls cannot be used")?;
     let Beginning { header, decisions, extended: beginning } = begin(arguments, settings, scene, &geometry)?;
     let scene = header.scene.clone();
     // Another map may have decided to leave regions out.
