@@ -62,7 +62,16 @@ pub fn trace(
         let options = [loaded.name.clone(), format!("--output={}", path.display()), "--json".to_owned()];
         let arguments = arguments("sonel-trace", words.into_iter().chain(options).collect())?;
         let mut report = Vec::new();
-        sonel_trace::run_on(|_| Ok((loaded, inputs)), &arguments, audience, &mut report, log)?;
+        sonel_trace::run_on(
+            |_| {
+                let geometry = loaded.geometry()?;
+                Ok((loaded, geometry, inputs))
+            },
+            &arguments,
+            audience,
+            &mut report,
+            log,
+        )?;
         let report = Some(String::from_utf8(report)?);
         Map::open("the map".to_owned(), path, report, Some(folder))
     })

@@ -25,10 +25,13 @@ const LABEL: &str = "scene.toml";
 impl Origin {
     fn load(&self, log: &mut dyn io::Write) -> anyhow::Result<(sonel_scene::Scene, Vec<PathBuf>)> {
         match self {
-            Self::File(path) => scene::load(path, Audience::Nobody, log),
+            Self::File(path) => {
+                let (scene, _, files) = scene::load(path, Audience::Nobody, log)?;
+                Ok((scene, files))
+            }
             Self::Text(text, files) => {
                 let loaded = sonel_scene::load(text, LABEL, &mut |name| find(files, name))?;
-                Ok((scene::tell(loaded, log)?, Vec::new()))
+                Ok((scene::tell(loaded, log)?.0, Vec::new()))
             }
         }
     }

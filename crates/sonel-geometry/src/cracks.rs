@@ -13,8 +13,8 @@ use crate::Mesh;
 use crate::boundary::{ALIKE, OpenEdge, open_edges};
 use crate::stitch::edge_grid;
 use crate::topology::{Connected, SharedEdge};
+use foldhash::{HashMap, HashSet};
 use glam::DVec3;
-use std::collections::{HashMap, HashSet};
 
 /// Gaps up to this width [m] are cracks, in scenes of `SIZES_PER_CRACK` times that and more.
 pub const WIDEST_CRACK: f64 = 0.02;
@@ -175,7 +175,7 @@ fn pair(mesh: &Mesh, [a, b]: [&OpenEdge; 2], edges: &[SharedEdge], span: &Span) 
 
 /// Whether each open edge is the rim of a crack, given which have partners along all of them.
 fn rims(open: &[OpenEdge], is_covered: Vec<bool>, facing: &[Facing], widest: f64) -> Vec<bool> {
-    let mut at: HashMap<u32, Vec<usize>> = HashMap::new();
+    let mut at: HashMap<u32, Vec<usize>> = HashMap::default();
     for (index, edge) in open.iter().enumerate() {
         for end in edge.ends {
             at.entry(end).or_default().push(index);
@@ -236,7 +236,7 @@ fn bare(length: f64, mut covered: Vec<[f64; 2]>) -> f64 {
 /// Cracks, each along one straight line, the largest area first.
 pub(crate) fn joined_up(edges: &[SharedEdge], facing: &[Facing]) -> Vec<Crack> {
     let mut connected = Connected::new(facing.len());
-    let mut at: HashMap<u32, Vec<usize>> = HashMap::new();
+    let mut at: HashMap<u32, Vec<usize>> = HashMap::default();
     let along = |crack: &Crack| (crack.ends[1] - crack.ends[0]).normalize_or_zero();
     for (index, Facing { rims, crack, .. }) in facing.iter().enumerate() {
         for end in rims.iter().flat_map(|&rim| edges[rim].ends) {

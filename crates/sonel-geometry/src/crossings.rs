@@ -2,17 +2,12 @@
 //!
 //! Two triangles cross where each has corners on both sides of the other's plane, farther away than the scene's resolution, and
 //! the parts of the line of both planes that lie in them overlap by more than that. Faces that touch, meet at an edge or lie in
-//! one plane do not cross. Pairs are found by halving the scene until few boxes are left that can overlap.
+//! one plane do not cross.
 //!
 //! Reference: [Moeller1997] (docs/references.md).
 
-use crate::{Geometry, Mesh};
+use crate::Geometry;
 use glam::DVec3;
-
-/// Triangles of a part that are compared pair by pair.
-const FEW: usize = 32;
-/// A part is halved at most this often: boxes that all overlap cannot be told apart.
-const DEEPEST: u32 = 40;
 
 /// Two triangles that cross.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,63 +21,20 @@ pub struct Crossing {
 impl Geometry {
     /// All pairs of triangles that cross, in the order of the mesh.
     pub fn crossings(&self) -> Vec<Crossing> {
-        let mesh = self.mesh();
-        let boxes: Vec<(DVec3, DVec3)> =
-            (0..mesh.triangles.len() as u32).map(|triangle| mesh.bounds_of(&[triangle])).collect();
-        let mut search = Search { mesh, boxes, tolerance: f64::from(self.resolution()), found: Vec::new() };
-        search.part((0..mesh.triangles.len() as u32).collect(), 0);
-        let mut found = search.found;
+        let tolerance = f64::from(self.resolution());
+        let mut found = Vec::new();
+        for first in 0..self.mesh().triangles.len() as u32 {
+            self.visit_near(first, |second| {
+                let corners = |triangle| self.mesh().corners(triangle);
+                if first < second
+                    && let Some(ends) = crossing(corners(first), corners(second), tolerance)
+                {
+                    found.push(Crossing { triangles: [first, second], ends });
+                }
+            });
+        }
         found.sort_by_key(|crossing| crossing.triangles);
-        found.dedup_by_key(|crossing| crossing.triangles);
         found
-    }
-}
-
-struct Search<'m> {
-    mesh: &'m Mesh,
-    boxes: Vec<(DVec3, DVec3)>,
-    tolerance: f64,
-    found: Vec<Crossing>,
-}
-
-impl Search<'_> {
-    /// Compares the triangles of a part, or those of its halves; what lies across is in both.
-    fn part(&mut self, part: Vec<u32>, depth: u32) {
-        let of = |triangle: &u32| self.boxes[*triangle as usize];
-        let low = part.iter().map(of).fold(DVec3::INFINITY, |low, (from, _)| low.min(from));
-        let high = part.iter().map(of).fold(DVec3::NEG_INFINITY, |high, (_, to)| high.max(to));
-        let axis = (high - low).max_position();
-        let mut centers: Vec<f64> = part.iter().map(of).map(|(from, to)| 0.5 * (from + to)[axis]).collect();
-        let middle = centers.len() / 2;
-        if part.len() > FEW && depth < DEEPEST {
-            let (_, cut, _) = centers.select_nth_unstable_by(middle, f64::total_cmp);
-            let cut = *cut;
-            let lower: Vec<u32> =
-                part.iter().copied().filter(|triangle| of(triangle).0[axis] <= cut).collect();
-            let upper: Vec<u32> =
-                part.iter().copied().filter(|triangle| of(triangle).1[axis] >= cut).collect();
-            if lower.len().max(upper.len()) < part.len() {
-                self.part(lower, depth + 1);
-                self.part(upper, depth + 1);
-                return;
-            }
-        }
-        for (i, &a) in part.iter().enumerate() {
-            for &b in &part[i + 1..] {
-                self.pair([a.min(b), a.max(b)]);
-            }
-        }
-    }
-
-    fn pair(&mut self, triangles: [u32; 2]) {
-        let [(low, high), (from, to)] = triangles.map(|triangle| self.boxes[triangle as usize]);
-        if !low.cmple(to).all() || !from.cmple(high).all() {
-            return;
-        }
-        let [a, b] = triangles.map(|triangle| self.mesh.corners(triangle));
-        if let Some(ends) = crossing(a, b, self.tolerance) {
-            self.found.push(Crossing { triangles, ends });
-        }
     }
 }
 
@@ -117,7 +69,7 @@ fn cut(corners: [DVec3; 3], point: DVec3, normal: DVec3, tolerance: f64) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::MeshTriangle;
+    use crate::{Mesh, MeshTriangle};
     use glam::dvec3;
 
     /// A box of 10 × 7 × 3 m with a screen of 2 × 2 m that stands at `x` and begins `z` above the floor.
@@ -152,7 +104,7 @@ mod tests {
 
     /// Every pair of many random triangles, judged one by one.
     #[test]
-    fn halving_finds_what_comparing_all_pairs_finds() {
+    fn the_index_finds_what_comparing_all_pairs_finds() {
         let mut state = 7u64;
         let mut number = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -8,8 +8,8 @@ use crate::enclosure::closest_on_triangle;
 use crate::sectors::{AirSector, diffracting};
 use crate::topology::{Connected, SharedEdge};
 use crate::{Mesh, PlaneId, Surface, SurfaceId};
+use foldhash::HashMap;
 use glam::DVec3;
-use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 /// What kind of edge it is, judged on the front side of its surfaces.
@@ -81,7 +81,7 @@ pub(crate) struct Survey<'a> {
 impl Survey<'_> {
     /// Finds all edges; `crosses` tells whether any surface but those of a plane lies between two points.
     pub fn edges(&self, crosses: impl Fn(DVec3, DVec3, Option<PlaneId>) -> bool) -> Vec<Edge> {
-        let mut shells: HashMap<PlaneId, Vec<&Surface>> = HashMap::new();
+        let mut shells: HashMap<PlaneId, Vec<&Surface>> = HashMap::default();
         for surface in self.surfaces.iter().filter(|surface| surface.closed) {
             shells.entry(surface.plane).or_default().push(surface);
         }
@@ -180,7 +180,7 @@ impl Survey<'_> {
 /// Groups of segments that continue one another: the same planes and shape, a common vertex, one line.
 fn straight_groups(mesh: &Mesh, segments: &[Segment], tolerance: f64) -> Vec<Vec<usize>> {
     let mut connected = Connected::new(segments.len());
-    let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::new();
+    let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::default();
     for (index, segment) in segments.iter().enumerate() {
         for end in segment.ends {
             let others = at_vertex.entry(end).or_default();

@@ -16,6 +16,7 @@ use crate::surfaces::{Partition, partition};
 use crate::topology::shared_edges;
 use crate::{AirSector, Crack, Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
 use glam::{DVec3, Vec3};
+use std::fmt;
 
 mod junction;
 
@@ -45,6 +46,12 @@ pub struct Geometry {
     edges: Vec<Edge>,
     dropped: usize,
     shoebox: Option<Shoebox>,
+}
+
+impl fmt::Debug for Geometry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Geometry").field("triangles", &self.mesh.triangles.len()).finish_non_exhaustive()
+    }
 }
 
 impl Geometry {
@@ -255,6 +262,14 @@ impl Geometry {
             let lifted = LocalPlane { normal: stood_on.normal, offset };
             standing.iter().filter_map(|&triangle| cut(&corners(triangle), &lifted)).collect()
         })
+    }
+
+    /// Calls `visit` for every triangle whose box may meet that of another one, which is visited too.
+    pub(crate) fn visit_near(&self, triangle: u32, visit: impl FnMut(u32)) {
+        let corners =
+            self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize]);
+        let [low, high] = [Vec3::min, Vec3::max].map(|pick| pick(pick(corners[0], corners[1]), corners[2]));
+        self.index.near_box(low, high, visit);
     }
 
     /// Leaves an edge: the start of a ray from a local position on it, within a right angle of the middle of one of its sectors.

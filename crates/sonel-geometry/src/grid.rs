@@ -1,7 +1,7 @@
 //! A grid of cells that tells which of many boxes may hold a point.
 
+use foldhash::HashMap;
 use glam::{DVec3, IVec3};
-use std::collections::HashMap;
 
 /// Boxes by the cells of a grid they cover, about as many cells as boxes.
 pub(crate) struct BoxGrid {
@@ -19,7 +19,7 @@ impl BoxGrid {
         let cells_per_side = libm::cbrt(boxes.len() as f64).ceil();
         let cells_per_metre =
             DVec3::splat(cells_per_side) / (high - low).max(DVec3::splat(f64::MIN_POSITIVE));
-        let mut grid = Self { low, cells_per_metre, cells: HashMap::new() };
+        let mut grid = Self { low, cells_per_metre, cells: HashMap::default() };
         for (index, &(low, high)) in boxes.iter().enumerate() {
             let (first, last) = (grid.cell(low), grid.cell(high));
             for x in first.x..=last.x {

@@ -17,8 +17,8 @@ use crate::grid::BoxGrid;
 use crate::scale::Scale;
 use crate::stitch::{edge_grid, share_along, stitch_where};
 use crate::topology::shared_edges;
+use foldhash::HashMap;
 use glam::{DMat3, DVec3};
-use std::collections::HashMap;
 
 /// A mesh with its cracks closed, and what that took.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,6 +50,9 @@ impl Mesh {
         let (low, high) = mesh.bounds();
         let resolution = f64::from(Scale::of_bounds(low, high).resolution());
         if mesh.triangles.is_empty() || tolerance <= resolution {
+            return None;
+        }
+        if shared_edges(&mesh).iter().all(|edge| edge.faces.len() > 1) {
             return None;
         }
         // A wall that crosses another has its corner on the rim of that one, near the end: such corners are to be joined.
@@ -130,8 +133,8 @@ struct Rims<'a> {
     arms: HashMap<u32, Vec<Arm>>,
     /// The corners of open edges in ascending order.
     corners: Vec<u32>,
-    /// Triangles at each corner of the mesh.
-    faces: Vec<Vec<u32>>,
+    /// Triangles at each corner of an open edge.
+    faces: HashMap<u32, Vec<u32>>,
     /// The shortest side at each corner of the mesh [m].
     shortest: Vec<f64>,
 }
@@ -140,7 +143,7 @@ impl<'a> Rims<'a> {
     fn new(mesh: &'a Mesh, tolerance: f64) -> Self {
         let shared = shared_edges(mesh);
         let edges = open_edges(mesh, &shared);
-        let mut arms: HashMap<u32, Vec<Arm>> = HashMap::new();
+        let mut arms: HashMap<u32, Vec<Arm>> = HashMap::default();
         for edge in &edges {
             for end in edge.ends {
                 arms.entry(end).or_default().push(Arm { away: edge.away_from(end), inward: edge.inward });
@@ -148,10 +151,10 @@ impl<'a> Rims<'a> {
         }
         let mut corners: Vec<u32> = arms.keys().copied().collect();
         corners.sort_unstable();
-        let mut faces = vec![Vec::new(); mesh.vertices.len()];
+        let mut faces: HashMap<u32, Vec<u32>> = HashMap::default();
         for (face, triangle) in mesh.triangles.iter().enumerate() {
-            for corner in triangle.corners {
-                faces[corner as usize].push(face as u32);
+            for corner in triangle.corners.into_iter().filter(|corner| arms.contains_key(corner)) {
+                faces.entry(corner).or_default().push(face as u32);
             }
         }
         let mut shortest = vec![f64::INFINITY; mesh.vertices.len()];
@@ -170,7 +173,7 @@ impl<'a> Rims<'a> {
 
     /// Open edges at each corner, under its new name.
     fn renamed_arms(&self, renamed: &[u32]) -> HashMap<u32, Vec<Arm>> {
-        let mut arms: HashMap<u32, Vec<Arm>> = HashMap::new();
+        let mut arms: HashMap<u32, Vec<Arm>> = HashMap::default();
         for corner in &self.corners {
             arms.entry(renamed[*corner as usize]).or_default().extend(&self.arms[corner]);
         }
@@ -248,7 +251,7 @@ impl<'a> Rims<'a> {
     /// For each corner that lies beside open edges, between their ends, those edges.
     fn attachments(&self) -> HashMap<u32, Vec<usize>> {
         let grid = edge_grid(&self.edges, self.tolerance);
-        let mut attached: HashMap<u32, Vec<usize>> = HashMap::new();
+        let mut attached: HashMap<u32, Vec<usize>> = HashMap::default();
         for &corner in &self.corners {
             for &index in grid.around(self.point(corner)) {
                 let edge = &self.edges[index as usize];
@@ -275,7 +278,7 @@ impl<'a> Rims<'a> {
             edge.at(edge.project(middle)).distance(middle)
         });
         let farthest = MOVES_PER_DISTANCE * beside.fold(spread, f64::max);
-        let faces = corners.iter().flat_map(|&corner| &self.faces[corner as usize]).copied();
+        let faces = corners.iter().flat_map(|&corner| &self.faces[&corner]).copied();
         let faces = faces.chain(edges.iter().map(|&edge| self.edges[edge].face));
         let (mut pull, mut towards, mut weight) = (DMat3::ZERO, DVec3::ZERO, 0.0);
         for face in faces {
@@ -293,7 +296,7 @@ impl<'a> Rims<'a> {
 
     /// Whether moving some corners to one place turns a triangle over.
     fn turns_over(&self, corners: &[u32], place: DVec3) -> bool {
-        corners.iter().flat_map(|&corner| &self.faces[corner as usize]).any(|&face| {
+        corners.iter().flat_map(|&corner| &self.faces[&corner]).any(|&face| {
             let [a, b, c] = self.mesh.triangles[face as usize]
                 .corners
                 .map(|corner| if corners.contains(&corner) { place } else { self.point(corner) });

@@ -5,8 +5,8 @@
 
 use crate::Mesh;
 use crate::topology::SharedEdge;
+use foldhash::HashMap;
 use glam::DVec3;
-use std::collections::HashMap;
 
 /// Index of a [`Surface`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -216,7 +216,7 @@ const SPREADS_PER_CELL: f64 = 8.0;
 
 impl PlaneLattice {
     fn new(center: DVec3, radius: f64) -> Self {
-        Self { planes: Vec::new(), cells: HashMap::new(), center, radius }
+        Self { planes: Vec::new(), cells: HashMap::default(), center, radius }
     }
 
     /// The first plane that `on` accepts, or a new one.

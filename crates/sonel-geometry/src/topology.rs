@@ -1,8 +1,8 @@
 //! Which triangles meet at which edges.
 
 use crate::Mesh;
+use foldhash::HashMap;
 use glam::DVec3;
-use std::collections::HashMap;
 
 /// The triangles around one edge of a welded mesh.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ impl SharedEdge {
 
 /// Edges in the order in which triangles first name them.
 pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
-    let mut known: HashMap<[u32; 2], usize> = HashMap::new();
+    let mut known: HashMap<[u32; 2], usize> = HashMap::default();
     let mut edges: Vec<SharedEdge> = Vec::new();
     for (index, triangle) in mesh.triangles.iter().enumerate() {
         for side in 0..3 {

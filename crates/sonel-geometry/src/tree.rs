@@ -18,6 +18,10 @@ use std::time::Duration;
 const WIDTH: usize = 8;
 /// Triangles of a leaf.
 const LEAF_LANES: usize = 4;
+/// Of more triangles than this only a share is inserted anew: all would take a quarter of the time to load them, and rays are hardly
+/// faster after it.
+const MANY: usize = 200_000;
+const REINSERTED_OF_MANY: f32 = 0.02;
 /// Marks a child that is a leaf.
 const LEAF: u32 = 1 << 31;
 /// Bounds of (b − o) · i with three roundings, taken at both ends of the slab [Ize2013].
@@ -47,8 +51,13 @@ impl Tree {
     pub fn build(facets: &[Facet], padding: f32) -> Self {
         // One triangle a leaf, since blocks are filled below; no spatial splits, whose parts would each need padding.
         // The thorough build pays: where walls are finely tessellated the quick ones visit ten times the nodes.
-        let parameters =
-            BvhBuildParams { pre_split: false, max_prims_per_leaf: 1, ..BvhBuildParams::very_slow_build() };
+        let share = if facets.len() > MANY { REINSERTED_OF_MANY } else { 1.0 };
+        let parameters = BvhBuildParams {
+            pre_split: false,
+            max_prims_per_leaf: 1,
+            reinsertion_batch_ratio: share,
+            ..BvhBuildParams::very_slow_build()
+        };
         let binary = build_bvh2(facets, parameters, &mut Duration::default());
         let mut counts = vec![0; binary.nodes.len()];
         count(&binary, 0, &mut counts);

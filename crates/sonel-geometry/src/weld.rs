@@ -2,8 +2,9 @@
 
 use crate::Mesh;
 use crate::scale::Scale;
+use foldhash::HashMap;
 use glam::DVec3;
-use std::collections::HashMap;
+use std::iter::successors;
 
 /// A welded mesh and what welding did to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,20 +62,27 @@ fn has_area([a, b, c]: [DVec3; 3], tolerance: f64) -> bool {
     (b - a).cross(c - a).length() > longest * tolerance
 }
 
-/// Points in cells twice the tolerance wide, so that a neighbourhood of 2 × 2 × 2 cells holds every candidate.
+/// Cells are so many tolerances wide: a point rarely has candidates in more than one, and few are in one unless a mesh is at the
+/// limit of what can be told apart.
+const TOLERANCES_PER_CELL: f64 = 32.0;
+
+/// Points by the cell they are in.
 struct WeldGrid {
     tolerance: f64,
-    cells: HashMap<[i64; 3], Vec<u32>>,
+    /// The last point of each cell.
+    last: HashMap<[i64; 3], u32>,
+    /// For each point the one before it in its cell.
+    previous: Vec<Option<u32>>,
     points: Vec<DVec3>,
 }
 
 impl WeldGrid {
     fn new(tolerance: f64) -> Self {
-        Self { tolerance, cells: HashMap::new(), points: Vec::new() }
+        Self { tolerance, last: HashMap::default(), previous: Vec::new(), points: Vec::new() }
     }
 
     fn cell(&self, point: DVec3) -> [i64; 3] {
-        let scaled = point / (2.0 * self.tolerance);
+        let scaled = point / (TOLERANCES_PER_CELL * self.tolerance);
         [scaled.x.floor() as i64, scaled.y.floor() as i64, scaled.z.floor() as i64]
     }
 
@@ -86,7 +94,8 @@ impl WeldGrid {
         for x in low[0]..=high[0] {
             for y in low[1]..=high[1] {
                 for z in low[2]..=high[2] {
-                    for &candidate in self.cells.get(&[x, y, z]).into_iter().flatten() {
+                    let last = self.last.get(&[x, y, z]).copied();
+                    for candidate in successors(last, |&point| self.previous[point as usize]) {
                         if self.points[candidate as usize].distance(point) <= self.tolerance {
                             found = found.min(candidate);
                         }
@@ -96,7 +105,7 @@ impl WeldGrid {
         }
         if found == u32::MAX {
             found = self.points.len() as u32;
-            self.cells.entry(self.cell(point)).or_default().push(found);
+            self.previous.push(self.last.insert(self.cell(point), found));
             self.points.push(point);
         }
         found

@@ -38,10 +38,12 @@ const KEYS: [&str; 15] = [
 ];
 
 /// A scene and what is to be said about how it was read.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Loaded {
     /// The compiled scene.
     pub scene: Scene,
+    /// Its walls: what [`Scene::geometry`] makes.
+    pub geometry: Geometry,
     /// Size of the room, defaults taken, repairs made: one sentence each, for the log.
     pub notes: Vec<String>,
     /// What is likely a mistake: one sentence each.
@@ -60,8 +62,12 @@ pub fn load(
     file_label: &str,
     open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, SceneErrors> {
-    read_document(toml_text, file_label, |document, report| compile(document, toml_text, open_mesh, report))
-        .map(|(compiled, Remarks { notes, warnings, .. })| Loaded { scene: compiled.scene, notes, warnings })
+    let (compiled, remarks) = read_document(toml_text, file_label, |document, report| {
+        compile(document, toml_text, open_mesh, report)
+    })?;
+    let Remarks { notes, warnings, .. } = remarks;
+    let geometry = compiled.geometry.expect("a scene without problems has walls");
+    Ok(Loaded { scene: compiled.scene, geometry, notes, warnings })
 }
 
 /// Reads the `[[receivers]]` of a file that holds nothing else: receivers of a map, kept beside it.

@@ -1,7 +1,6 @@
 //! Reads a mesh file into a mesh in metres with the materials of the scene.
 
-use std::collections::HashMap;
-
+use foldhash::HashMap;
 use glam::DVec3;
 use sonel_acoustics::Material;
 use sonel_geometry::{Mesh, MeshTriangle};
@@ -49,7 +48,10 @@ pub(crate) fn read(
     let terms = &polygons.terms;
     let mut oddities = Oddities { file, terms, bent: Vec::new(), flat: Vec::new(), doubled: Vec::new() };
     let mut triangles = Vec::new();
-    let mut known = HashMap::new();
+    // The corners of each face in an order that does not depend on where it begins and which way it turns.
+    let mut sorted = polygons.corners.clone();
+    polygons.faces.iter().for_each(|face| sorted[face.corners.clone()].sort_unstable());
+    let mut known: HashMap<&[u32], &Face> = HashMap::default();
     for face in &polygons.faces {
         let corners = &polygons.corners[face.corners.clone()];
         let positions: Vec<DVec3> = corners.iter().map(|corner| vertices[*corner as usize]).collect();
@@ -60,8 +62,8 @@ pub(crate) fn read(
             problems.push(terms.problem(face.line, &message));
             continue;
         }
-        let first = *known.entry(outline(&positions)).or_insert(face);
-        if first.line != face.line {
+        let first = *known.entry(&sorted[face.corners.clone()]).or_insert(face);
+        if !std::ptr::eq(first, face) {
             let [used, left_out] = [first, face].map(|face| polygons.names[face.name].name.as_str());
             oddities.doubled.push((face.line, first.line, (used != left_out).then_some([used, left_out])));
             continue;
@@ -156,15 +158,6 @@ fn match_materials(
     }
     report_problems(problems, file, report);
     (matched, unknown)
-}
-
-/// The corners of a face in an order that does not depend on where it begins and which way it turns.
-fn outline(positions: &[DVec3]) -> Vec<[u64; 3]> {
-    // Adding zero makes one number of both zeros.
-    let mut corners: Vec<[u64; 3]> =
-        positions.iter().map(|position| position.to_array().map(|x| (x + 0.0).to_bits())).collect();
-    corners.sort_unstable();
-    corners
 }
 
 /// Lines of faces that are no problem but deserve a word.

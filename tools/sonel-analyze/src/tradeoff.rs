@@ -47,7 +47,7 @@ pub fn run(
     if !problems.is_empty() {
         bail!("{}", problems.join("\nerror: "));
     }
-    let (mut scene, inputs) = scene::load(&arguments.scene, Audience::unless(quiet), log)?;
+    let (mut scene, geometry, inputs) = scene::load(&arguments.scene, Audience::unless(quiet), log)?;
     let folder = &arguments.output;
     // Whatever is wrong with the output shall be said before the work is done.
     check_folder(folder, &inputs)?;
@@ -58,8 +58,8 @@ pub fn run(
     }
     let mode = arguments.mode.first().copied().unwrap_or(Mode::Accurate);
     let spec = arguments.effects.clone().unwrap_or_default();
-    effects::leave_regions_out(&spec, mode, &mut scene);
-    let geometry = scene.geometry().context("the scene's walls cannot be used")?;
+    let geometry = effects::leave_regions_out(&spec, mode, &mut scene, geometry)
+        .context("the scene's walls cannot be used")?;
     let decisions = effects::decide(&spec, mode, &mut scene, &geometry, false, &CpuClock)?;
     let room = Room::within(&scene, geometry, decisions.iter().map(Decision::state).collect());
     let sweep = sweep(arguments, room.geometry());

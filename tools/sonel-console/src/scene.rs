@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use sonel_geometry::Geometry;
 use sonel_scene::{Loaded, Scene, SceneErrors};
 
 use crate::input;
@@ -34,7 +35,7 @@ pub fn with_file<T>(
     Ok((result?, files))
 }
 
-/// The scene in `path` with its mesh, and the files that were read. What is noteworthy about both goes to `log`.
+/// The scene in `path`, its walls, and the files that were read. What is noteworthy about both goes to `log`.
 ///
 /// # Errors
 /// When it cannot be read; every mistake in it, with file and line.
@@ -42,23 +43,24 @@ pub fn load(
     path: &Path,
     audience: Audience<'_>,
     log: &mut dyn Write,
-) -> anyhow::Result<(Scene, Vec<PathBuf>)> {
+) -> anyhow::Result<(Scene, Geometry, Vec<PathBuf>)> {
     let (loaded, files) =
         with_file(path, audience, |text, label, open| sonel_scene::load(text, label, open))?;
-    Ok((tell(loaded, log)?, files))
+    let (scene, geometry) = tell(loaded, log)?;
+    Ok((scene, geometry, files))
 }
 
-/// The scene that was `loaded`; what is noteworthy about it goes to `log`.
+/// The scene that was `loaded` and its walls; what is noteworthy about it goes to `log`.
 ///
 /// # Errors
 /// When `log` cannot be written.
-pub fn tell(loaded: Loaded, log: &mut dyn Write) -> std::io::Result<Scene> {
-    let Loaded { scene, notes, warnings } = loaded;
+pub fn tell(loaded: Loaded, log: &mut dyn Write) -> std::io::Result<(Scene, Geometry)> {
+    let Loaded { scene, geometry, notes, warnings } = loaded;
     for note in notes {
         writeln!(log, "note: {note}")?;
     }
     for warning in warnings {
         writeln!(log, "warning: {warning}")?;
     }
-    Ok(scene)
+    Ok((scene, geometry))
 }

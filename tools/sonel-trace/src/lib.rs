@@ -53,12 +53,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     run_on(|log| scene::load(&arguments.scene, audience, log), arguments, audience, out, log)
 }
 
-/// Runs the program on the scene that `load` returns with the files it was read from, instead of the one that `arguments` name.
+/// Runs the program on the scene that `load` returns with its walls and the files it was read from, instead of the one that
+/// `arguments` name.
 ///
 /// # Errors
 /// As [`run`], and those of `load`.
 pub fn run_on(
-    load: impl FnOnce(&mut dyn Write) -> anyhow::Result<(Scene, Vec<PathBuf>)>,
+    load: impl FnOnce(&mut dyn Write) -> anyhow::Result<(Scene, Geometry, Vec<PathBuf>)>,
     arguments: &Arguments,
     audience: Audience<'_>,
     out: &mut dyn Write,
@@ -67,8 +68,9 @@ pub fn run_on(
     let watch = Stopwatch::start();
     use_threads(arguments.threads)?;
     let settings = arguments.settings()?;
-    let (scene, inputs) = load(log)?;
-    let (Beginning { header, decisions, extended: beginning }, geometry) = begin(arguments, settings, scene)?;
+    let (scene, geometry, inputs) = load(log)?;
+    let (Beginning { header, decisions, extended: beginning }, geometry) =
+        begin(arguments, settings, (scene, geometry))?;
     let scene = header.scene.clone();
     let room = Room::within(&scene, geometry, header.effects.clone());
     let planner = Planner::new(&room, header.settings);
@@ -271,14 +273,14 @@ struct Beginning {
 fn begin(
     arguments: &Arguments,
     settings: Settings,
-    mut scene: Scene,
+    (mut scene, mut geometry): (Scene, Geometry),
 ) -> anyhow::Result<(Beginning, Geometry)> {
     let spec = arguments.effects.clone().unwrap_or_default();
     // A map that is extended has decided.
     if arguments.extend.is_none() {
-        effects::leave_regions_out(&spec, settings.mode, &mut scene);
+        geometry = effects::leave_regions_out(&spec, settings.mode, &mut scene, geometry)
+            .context("the scene's walls cannot be used")?;
     }
-    let geometry = scene.geometry().context("the scene's walls cannot be used")?;
     // Another map may have decided to leave regions out: the walls are those of its scene.
     let decided = |header: MapHeader, extended| {
         let geometry = header.scene.geometry()?;

@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 38] = [
+const HOMES: [(&str, &[&str]); 39] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
@@ -33,6 +33,7 @@ const HOMES: [(&str, &[&str]); 38] = [
     ("earcutr", &["crates/sonel-scene"]),
     ("embedded-graphics", &["crates/sonel-analysis"]),
     ("exr", &["crates/sonel-analysis"]),
+    ("foldhash", &["crates/sonel-geometry", "crates/sonel-scene"]),
     ("gltf", &["crates/sonel-scene"]),
     ("hound", &["crates/sonel-sound"]),
     ("indicatif", &["tools/"]),

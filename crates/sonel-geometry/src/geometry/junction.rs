@@ -127,8 +127,12 @@ pub(super) fn stood_on(
         let (low, high) = (ends[0].min(ends[1]) - margin, ends[0].max(ends[1]) + margin);
         index.near_box(low.as_vec3(), high.as_vec3(), |triangle| {
             let plane = planes[triangle as usize];
-            let corners = mesh.triangles[triangle as usize].corners.map(|c| local[c as usize].as_dvec3());
-            if !stood_on[triangle as usize] && edge.faces.iter().any(|&face| planes[face as usize] != plane) {
+            let is_other = || {
+                !edge.faces.contains(&triangle)
+                    && edge.faces.iter().any(|&face| planes[face as usize] != plane)
+            };
+            if !stood_on[triangle as usize] && is_other() {
+                let corners = mesh.triangles[triangle as usize].corners.map(|c| local[c as usize].as_dvec3());
                 stood_on[triangle as usize] = touches_inside(ends, corners, margin);
             }
         });
@@ -139,11 +143,14 @@ pub(super) fn stood_on(
 /// Whether a segment comes within `margin` [m] of a triangle's plane at a point more than `margin` from its rim.
 fn touches_inside([from, to]: [DVec3; 2], [a, b, c]: [DVec3; 3], margin: f64) -> bool {
     let normal = (b - a).cross(c - a).normalize_or_zero();
+    let height = |point: DVec3| normal.dot(point - a);
+    if height(from).min(height(to)) > margin || height(from).max(height(to)) < -margin {
+        return false;
+    }
     let inward = |p: DVec3, q: DVec3| (normal.cross(q - p).normalize_or_zero(), p);
     // Each bound is an affine function of the place along the segment that must not be negative.
     let rim = [inward(a, b), inward(b, c), inward(c, a)]
         .map(|(inward, corner)| move |point: DVec3| inward.dot(point - corner) - margin);
-    let height = |point: DVec3| normal.dot(point - a);
     let mut range = [0.0, 1.0];
     let mut clip = |start: f64, end: f64| {
         let share = start / (start - end);

@@ -13,6 +13,7 @@ use std::collections::{BTreeMap, HashMap};
 use glam::{DMat3, DMat4, DVec3, dvec3};
 
 use super::collector::Collector;
+use super::right_angled;
 use crate::obj::{FileTerms, LineProblem, Polygons};
 
 /// Blocks in blocks at most.
@@ -277,7 +278,8 @@ impl<'d> Writer<'d> {
         }
         let angle = insert.number(50).unwrap_or(0.0).to_radians();
         let (sin, cos) = (libm::sin(angle), libm::cos(angle));
-        let turn = DMat4::from_mat3(DMat3::from_cols(dvec3(cos, sin, 0.0), dvec3(-sin, cos, 0.0), DVec3::Z));
+        let turn = DMat3::from_cols(dvec3(cos, sin, 0.0), dvec3(-sin, cos, 0.0), DVec3::Z);
+        let turn = DMat4::from_mat3(right_angled(turn));
         let scale = DVec3::from([41, 42, 43].map(|code| insert.number(code).unwrap_or(1.0)));
         let at = insert.point(10);
         let outer = transform * DMat4::from_mat3(axes(insert));

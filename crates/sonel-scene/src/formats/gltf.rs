@@ -8,13 +8,13 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use glam::{DMat4, DQuat, DVec3, dvec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, dvec3};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Node, Primitive};
 
-use super::Open;
 use super::collector::Collector;
+use super::{Open, ROTATION_ROUNDING, right_angled};
 use crate::obj::{FileTerms, LineProblem, NAMELESS, Polygons, and_more};
 
 /// Nodes in nodes at most.
@@ -223,11 +223,18 @@ fn local(node: &Node<'_>) -> DMat4 {
     let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     match node.transform() {
         gltf::scene::Transform::Matrix { matrix } => {
-            DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from)))
+            let exact = |column: [f32; 4]| {
+                let largest = column[..3].iter().fold(0.0, |largest, x| f32::max(largest, x.abs()));
+                let least = ROTATION_ROUNDING * f64::from(largest);
+                column.map(f64::from).map(|x| if x.abs() < least { 0.0 } else { x })
+            };
+            let [x, y, z, place] = matrix;
+            DMat4::from_cols_array_2d(&[exact(x), exact(y), exact(z), place.map(f64::from)])
         }
         gltf::scene::Transform::Decomposed { translation, rotation, scale } => {
-            let rotation = DQuat::from_array(rotation.map(f64::from)).normalize();
-            DMat4::from_scale_rotation_translation(wide(scale), rotation, wide(translation))
+            let rotation = DMat3::from_quat(DQuat::from_array(rotation.map(f64::from)).normalize());
+            let turn = DMat4::from_mat3(right_angled(rotation));
+            DMat4::from_translation(wide(translation)) * turn * DMat4::from_scale(wide(scale))
         }
     }
 }

@@ -11,6 +11,8 @@ mod stl;
 
 use std::io;
 
+use glam::DMat3;
+
 use crate::obj::{self, LineProblem, Polygons};
 
 /// Opens a file by its path relative to the scene file.
@@ -40,6 +42,15 @@ pub(crate) fn read(path: &str, bytes: &[u8], open: Open<'_>) -> Result<Polygons,
     } else {
         obj::read(bytes)
     }
+}
+
+/// What the 32-bit numbers of a rotation leave open: two units in the last place of 1.
+const ROTATION_ROUNDING: f64 = 2.4e-7;
+
+/// A rotation by right angles without its rounding, so that it keeps the coordinates of a room; any other as it is.
+fn right_angled(rotation: DMat3) -> DMat3 {
+    let rounded = DMat3::from_cols_array(&rotation.to_cols_array().map(f64::round));
+    if rotation.abs_diff_eq(rounded, ROTATION_ROUNDING) { rounded } else { rotation }
 }
 
 /// A colour as a name.

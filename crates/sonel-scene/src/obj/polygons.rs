@@ -1,8 +1,8 @@
 //! The polygons of an OBJ file, read by `tobj` from the cleaned text of the scan.
 
-use std::collections::HashMap;
 use std::ops::Range;
 
+use foldhash::HashMap;
 use glam::DVec3;
 
 use super::scan::{LineProblem, MaterialName, Scan, scan};

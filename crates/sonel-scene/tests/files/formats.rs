@@ -68,6 +68,25 @@ fn the_same_room_is_the_same_scene_in_every_format() {
     }
 }
 
+/// Exporters turn the root about x by a quaternion or a matrix of 32-bit numbers, and turn it back below.
+#[test]
+fn right_angles_of_nodes_and_blocks_keep_the_coordinates() {
+    let gltf = String::from_utf8(meshes::gltf(&room(), false)).unwrap();
+    let turned = gltf.replace(r#""nodes":[0]"#, r#""nodes":[2]"#).replace(
+        r#""scale":[2,2,2]}"#,
+        r#""scale":[2,2,2]},{"children":[3],"rotation":[0.70710677,0,0,0.7071068]},
+        {"children":[0],"matrix":[1,0,0,0,0,-4.371139e-8,-1,0,0,1,-4.371139e-8,0,0,0,0,1]}"#,
+    );
+    let [plain, turned] = [gltf, turned].map(|text| loaded("room.gltf", "", text.as_bytes()).scene);
+    assert!(is_same(&plain, &turned));
+    let aslant = meshes::gltf(&room(), false);
+    let aslant =
+        String::from_utf8(aslant).unwrap().replace(r#""scale""#, r#""rotation":[0.0001,0,0,1],"scale""#);
+    assert_ne!(loaded("room.gltf", "", aslant.as_bytes()).scene.mesh_digest, plain.mesh_digest);
+    let quarter = extents("0 INSERT 8 walls 2 b 10 5 20 0 30 1 50 90", "walls");
+    assert_eq!(quarter, (dvec3(3.0, 0.0, 1.0), dvec3(5.0, 1.0, 1.0)));
+}
+
 #[test]
 fn the_axes_of_the_file_stay_where_the_scene_says_which_is_up() {
     let glb = meshes::gltf(&room(), true);

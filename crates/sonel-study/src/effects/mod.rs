@@ -12,7 +12,7 @@ mod skips;
 mod spec;
 
 use sonel_acoustics::{Directivity, Material, just_noticeable};
-use sonel_geometry::{Geometry, Surface, SurfaceId};
+use sonel_geometry::{Geometry, GeometryError, Surface, SurfaceId};
 use sonel_map::coefficients::LEAST_THROUGH;
 use sonel_map::{EffectState, Mode};
 use sonel_scene::Scene;
@@ -193,11 +193,23 @@ pub fn decide(
 /// Why no edge acts where the speed of sound has a gradient.
 pub(crate) const ON_ARCS: &str = "not computed with a gradient of the speed of sound";
 
-/// Leaves regions of other air and the gradient of the speed of sound out of `scene` where `spec` or `mode` does without refraction: asked before its geometry is built.
-pub fn leave_regions_out(spec: &EffectSpec, mode: Mode, scene: &mut Scene) {
-    if spec.request(Effect::Refraction) == Request::Off || mode == Mode::Paper {
+/// Leaves regions of other air and the gradient of the speed of sound out of `scene` where `spec` or `mode` does without refraction.
+/// Returns its walls, which are `geometry` unless interfaces were left out.
+///
+/// # Errors
+/// When nothing but interfaces was there.
+pub fn leave_regions_out(
+    spec: &EffectSpec,
+    mode: Mode,
+    scene: &mut Scene,
+    geometry: Geometry,
+) -> Result<Geometry, GeometryError> {
+    let has_interfaces = scene.media.is_some();
+    let is_even = spec.request(Effect::Refraction) == Request::Off || mode == Mode::Paper;
+    if is_even {
         scene.make_air_even();
     }
+    if is_even && has_interfaces { scene.geometry() } else { Ok(geometry) }
 }
 
 /// Refraction is simulated as soon as a scene has several airs.
