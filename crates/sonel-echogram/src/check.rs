@@ -126,7 +126,7 @@ fn reject_batches(response: &Response, reject: &mut dyn FnMut(&str, Option<Strin
     let Some(batches) = &response.batches else { return };
     reject("batch_weight", no_energy(&batches.weight));
     let sum: f64 = batches.weight.iter().sum();
-    reject("batch_weight", (sum <= 0.0).then(|| "gives no batch any weight".to_owned()));
+    reject("batch_weight", (sum <= 0.0).then(|| "has no batch with a weight above 0".to_owned()));
     let mut rows = batches.time_edges_s.chunks_exact(batches.bins + 1);
     let unsorted = rows.any(|row| !row.is_sorted());
     reject("batch_time_edges_s", unsorted.then(|| "does not ascend".to_owned()));

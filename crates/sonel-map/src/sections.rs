@@ -51,7 +51,7 @@ impl<'a> Sections<'a> {
             return Err(damaged("the header does not match its checksum".to_owned()));
         }
         if preamble.header_offset + preamble.header_length != bytes.len() as u64 {
-            return Err(damaged("the file goes on behind its header".to_owned()));
+            return Err(damaged("the file has bytes after its header".to_owned()));
         }
         let may_go_on = preamble.minor > MINOR;
         let header = codec::decode(header, may_go_on).map_err(damaged)?;

@@ -161,7 +161,7 @@ pub struct Tradeoff {
     /// Estimators to try.
     #[arg(long, value_parser = estimator(), value_delimiter = ',', value_name = "ESTIMATOR,…")]
     pub estimator: Vec<Estimator>,
-    /// Numbers of visibility rays to be tried.
+    /// Numbers of visibility rays to try.
     #[arg(long, value_delimiter = ',', value_name = "M,…", value_parser = parse_count, allow_negative_numbers = true)]
     pub rays: Vec<u64>,
     /// Radii of the gathering discs to try [m].

@@ -211,11 +211,8 @@ fn problems(arguments: &Tradeoff) -> Vec<String> {
     complain(arguments.rays.iter().any(impossible), "--rays must be at least 1 and below 2³²");
     let not_above_zero = |length: &f64| !(length.is_finite() && *length > 0.0);
     complain(arguments.radius.iter().any(not_above_zero), "--radius must be above 0");
-    complain(
-        arguments.duration.iter().any(not_above_zero),
-        "--duration is no duration: give seconds above 0",
-    );
-    complain(arguments.reference == Some(0), "--reference 0 knows nothing: give at least 1");
+    complain(arguments.duration.iter().any(not_above_zero), "--duration must be above 0 s");
+    complain(arguments.reference == Some(0), "--reference 0 traces nothing: give at least 1");
     let paper = arguments.mode.first() == Some(&Mode::Paper);
     complain(
         paper && arguments.survival.iter().any(|&survival| survival < 1.0),

@@ -20,8 +20,8 @@ fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
 #[must_use]
 pub fn mode() -> impl TypedValueParser<Value = Mode> {
     let choices = [
-        (Mode::Accurate, "The best estimators known"),
-        (Mode::Paper, "One band a packet, roulette on absorption alone"),
+        (Mode::Accurate, "Weighted packets that carry all bands"),
+        (Mode::Paper, "One band per packet, roulette with the absorption coefficient"),
     ];
     one_of(choices, Mode::name)
 }

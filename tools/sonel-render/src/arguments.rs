@@ -72,7 +72,7 @@ pub struct Arguments {
     /// Radius of the gathering discs [m]; by default from room and number of sonels.
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Visibility rays per receiver [default: 131072; 16384 with --estimator paper]. With --until the maximum.
+    /// Visibility rays per receiver [default: 32768; 16384 with --estimator paper]. With --until the maximum.
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
     /// Seed of the rendering; by default that of the map.
@@ -88,9 +88,8 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
     /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission,
-    /// sound_reduction_db; one
-    /// number, or one per band with commas between) or sources.NAME.directivity=WORD or FILE.csv; repeatable. Changes that
-    /// the stored paths do not support are errors.
+    /// sound_reduction_db; one number, or one per band with commas between) or sources.NAME.directivity=WORD or FILE.csv;
+    /// repeatable. Changes that the stored paths do not support are errors.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = Assignment::parse)]
     pub set: Vec<Assignment>,
     /// Change materials: a TOML file of [materials.NAME], as in a scene file; others stay. Applied before --set.

@@ -2,8 +2,8 @@
 //!
 //! Few packets of a map are reflected specularly many times in a row, with much energy each. These rays are always
 //! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are four for each packet of the map.
-//! Rays that carry little go on by roulette. With bending, the rays carry straight paths; packets of the map carry bent ones. Each batch has rays
-//! of its own, so the interval covers them.
+//! Rays that carry little go on by roulette. With bending, the rays carry straight paths; packets of the map carry bent
+//! ones. Each batch has rays of its own, so the interval covers them.
 
 use sonel_geometry::{Departure, Hit};
 use sonel_map::{Lanes, lanes_of};

@@ -86,7 +86,7 @@ impl Drawn {
         let found = by_key.or(by_letters).or_else(|| target::parameter(&name).ok());
         found.map(Self::Parameter).ok_or_else(|| {
             let lateral = LATERAL_NAMES.join(", ");
-            format!("\"{text}\" is no parameter: write one of {}, {lateral}, sti", target::names())
+            format!("\"{text}\" is not a parameter: write one of {}, {lateral}, sti", target::names())
         })
     }
 
