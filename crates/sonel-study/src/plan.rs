@@ -385,8 +385,8 @@ pub(crate) mod tests {
     #[test]
     fn defaults_have_a_floor_and_a_ceiling() {
         assert_eq!(pilot(1e-9, 0.0).default_emissions(32, 50_000), (50_000, false));
-        assert_eq!(pilot(0.01, 0.0).default_emissions(32, 50_000).0, 170_000);
-        assert_eq!(pilot(1.0, 0.0).default_emissions(32, 50_000), (200_000, true));
+        assert_eq!(pilot(0.004, 0.0).default_emissions(32, 50_000), (67_000, false));
+        assert_eq!(pilot(1.0, 0.0).default_emissions(32, 50_000), (75_000, true));
         assert_eq!([1, 99, 100, 101, 12_345].map(two_digits_up), [1, 99, 100, 110, 13_000]);
     }
 }
