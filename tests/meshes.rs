@@ -31,6 +31,26 @@ pub fn add_box(mesh: &mut Mesh, material: u32, low: DVec3, high: DVec3) {
     mesh.triangles.extend(solid.triangles);
 }
 
+/// A room over a floor plan, counterclockwise, all of which is seen from its first corner: floor, ceiling and walls have materials 0, 1
+/// and 2, normals point inwards.
+#[must_use]
+pub fn prism(plan: &[[f64; 2]], height: f64) -> Mesh {
+    let count = plan.len() as u32;
+    let level = |z: f64| plan.iter().map(move |&[x, y]| dvec3(x, y, z));
+    let mut mesh = Mesh { vertices: level(0.0).chain(level(height)).collect(), triangles: Vec::new() };
+    let mut face = |material, corners| mesh.triangles.push(MeshTriangle { corners, material });
+    for i in 1..count - 1 {
+        face(0, [0, i, i + 1]);
+        face(1, [count, count + i + 1, count + i]);
+    }
+    for i in 0..count {
+        let next = (i + 1) % count;
+        face(2, [i, i + count, next + count]);
+        face(2, [i, next + count, next]);
+    }
+    mesh
+}
+
 /// Corners of a triangle.
 #[must_use]
 pub fn corners(mesh: &Mesh, triangle: usize) -> [DVec3; 3] {

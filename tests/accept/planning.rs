@@ -134,7 +134,6 @@ fn compare(name: &str, scene: &Scene) -> Record {
         receivers: &receivers,
         parameters: &PLANNED,
         seconds: None,
-        prices_edges: true,
     };
     let before = CpuClock.process();
     let pilot = pilot::run(&mission, &CpuClock).expect("a pilot");

@@ -61,13 +61,10 @@ fn a_map_goes_on_until_a_target() {
 fn the_default_number_is_a_function_of_the_scene() {
     let folder = test_folder();
     let report = json(&trace(&folder, "a.sonelmap", &["--json"]).unwrap());
-    let sonels = report["emitted"].as_u64().unwrap();
-    assert!(sonels >= 50_000, "{sonels}");
+    let [sonels, segments] = ["emitted", "segments"].map(|key| report[key].as_f64().unwrap());
+    assert!(sonels >= 50_000.0 && (2.5e6..4e6).contains(&segments), "{sonels} {segments}");
     trace(&folder, "b.sonelmap", &["--sonels", &sonels.to_string()]).unwrap();
     assert!(folder.bytes("a.sonelmap") == folder.bytes("b.sonelmap"));
-    let [predicted, achieved] =
-        ["predicted", "achieved"].map(|key| report[key]["map_bytes"].as_f64().unwrap());
-    assert!((predicted / achieved - 1.0).abs() < 0.05, "{predicted} {achieved}");
 }
 
 #[test]

@@ -31,7 +31,7 @@ enum Chore {
     },
     /// Measure speed: rays, segments, connections, bytes
     Bench {
-        /// Parts of the speed benchmark alone: shoebox, seed-room, hall, what-if, edges
+        /// `rays` alone, or parts of the speed benchmark: shoebox, seed-room, hall, what-if, edges
         parts: Vec<String>,
     },
     /// Check everything a change has to pass: format, tidy, lints, tests, Python, workflow

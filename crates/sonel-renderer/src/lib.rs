@@ -28,7 +28,7 @@
 
 /// Revision of the echograms: raised by every change after which the same command may write another response to the same map.
 /// `tests/pipeline` keeps digests of some. Responses of two revisions are never joined.
-pub const REVISION: u32 = 4;
+pub const REVISION: u32 = 5;
 
 mod air;
 mod ball;
@@ -54,6 +54,6 @@ pub use error::RenderError;
 pub use path_class::PathClass;
 pub use receiver::{ReceiverPoint, Sensitivity};
 pub use regions::straight_length;
-pub use render::{Renderer, is_at_source};
+pub use render::{RAYS_IN_FLIGHT, Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 pub use settings::{Air, Estimator, RenderSettings};

@@ -9,8 +9,8 @@ use crate::pilot::{Costs, Linear, Pilot, Spread};
 use crate::split::Variance;
 use crate::spread::{HalfWidth, student_factor};
 
-/// Most visibility rays of a plan: beyond that they cost more than sonels save.
-pub const MOST_RAYS: u32 = 1 << 20;
+/// Most visibility rays of a plan: the discs of a batch's fill hundreds of megabytes.
+pub const MOST_RAYS: u32 = 1 << 22;
 
 /// A run as it is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

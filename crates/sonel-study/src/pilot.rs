@@ -6,9 +6,9 @@
 //!   batches says that few strong paths carry a parameter, whose variance itself scatters (`kurtosis`).
 //! - The variance of visibility rays is separated by rendering the same map with other and fewer rays; that of sonels in
 //!   shrinking discs and spheres by the inner and outer halves of the areas.
-//! - A shorter run before it tells fixed times from times per emission, and is enough where its answer is already sure.
-//! - Its rays are fewer than the run's as its emissions are, and edges, which bring no noise, are heard by the shorter run alone where
-//!   their time is asked for.
+//! - A shorter run before it tells fixed times from times per emission.
+//! - Its rays are fewer than the run's as its emissions are, and edges, which bring no noise, are heard by the shorter run alone, for
+//!   their time.
 //!
 //! Everything but the seconds is a function of scene and settings.
 
@@ -147,8 +147,6 @@ pub struct PilotConfig<'a> {
     /// CPU seconds that a pilot may take, where the clock matters; its shortest form, a quarter of the shortest otherwise, takes what it
     /// takes.
     pub seconds: Option<f64>,
-    /// Whether costs hold the time of edges.
-    pub prices_edges: bool,
 }
 
 impl PilotConfig<'_> {
@@ -203,26 +201,10 @@ impl Run {
 /// # Errors
 /// As [`Room::trace`] and [`render_and_read`].
 pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, PipelineError> {
-    run_until(config, clock, |_| false)
-}
-
-/// Runs a pilot that ends with its shorter run where `is_sure` says that its answer will not change.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_until(
-    config: &PilotConfig<'_>,
-    clock: &dyn Clock,
-    is_sure: impl Fn(&Pilot) -> bool,
-) -> Result<Pilot, PipelineError> {
     let begin = clock.process();
     let least = EMISSIONS[EMISSIONS.len() - 1];
     let length = (least / u64::from(SHORTER), BATCHES / SHORTER);
-    let shorter = Run::of(config, length, config.prices_edges, clock)?;
-    let known = found(config, &shorter, &shorter, None);
-    if is_sure(&known) {
-        return Ok(known);
-    }
+    let shorter = Run::of(config, length, true, clock)?;
     let ends_in_time = |emissions| {
         let end = config.seconds.map_or(f64::INFINITY, |seconds| begin + seconds);
         clock.process() + shorter.seconds_of(emissions) <= end
@@ -240,7 +222,7 @@ pub fn run_until(
             run = Some(Run::of(config, (emissions, BATCHES), false, clock)?);
         }
     }
-    let Some(run) = run else { return Ok(known) };
+    let Some(run) = run else { return Ok(found(config, &shorter, &shorter, None)) };
     let fewer = run.rendered.casts_rays.then(|| render_with_fewer_rays(config, &run, clock)).transpose()?;
     Ok(found(config, &shorter, &run, fewer.as_ref()))
 }
@@ -386,7 +368,6 @@ mod tests {
             receivers: &receivers,
             parameters: &PLANNED,
             seconds,
-            prices_edges: true,
         };
         let pilot = run(&config, &Ticking::default()).expect("a sound scene");
         let plan = Plan::of_trace(pilot.clone(), &scene, &receivers, 32, 0.001);

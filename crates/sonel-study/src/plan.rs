@@ -2,7 +2,8 @@
 
 use sonel_acoustics::Bands;
 use sonel_analysis::Parameter;
-use sonel_renderer::ReceiverPoint;
+use sonel_map::Settings;
+use sonel_renderer::{RAYS_IN_FLIGHT, ReceiverPoint};
 use sonel_scene::Scene;
 
 use crate::forecast::{Effort, MOST_RAYS, Price, two_digits_up};
@@ -13,12 +14,8 @@ use crate::target::Targets;
 
 /// Accuracies of a plan's rows [JND].
 pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
-/// What is aimed at where nobody says how many sonels [JND].
-pub const DEFAULT_ACCURACY: f64 = 0.05;
-/// A limit is sure to bind where it does for an accuracy so many times as wide.
-const SURELY: f64 = 4.0;
 /// Segments of a run that nobody sized: a second to trace, and a map of about 50 MB. More sonels than these hardly help before rays do.
-pub const DEFAULT_SEGMENTS: f64 = 3e6;
+const DEFAULT_SEGMENTS: f64 = 3e6;
 /// More rays are taken where they have more than this part of the variance of the parameter that decides: sonels and rays cost alike, and
 /// halves are never far from the optimum.
 const SHARE_OF_RAYS: f64 = 0.5;
@@ -134,32 +131,13 @@ impl Pilot {
         }
         two_digits_up(high)
     }
-
-    /// Emissions where nobody says how many: a twentieth of a just-noticeable difference, at least `least`, and beyond that no more
-    /// than [`DEFAULT_SEGMENTS`] allow. Also whether that limit binds.
-    #[must_use]
-    pub fn default_emissions(&self, batches: u32, least: u64) -> (u64, bool) {
-        let wanted =
-            self.need(&Targets::just_noticeable(DEFAULT_ACCURACY), batches, self.asked_rays).effort.emissions;
-        let most = most_by_default(self.costs.segments).max(least);
-        (wanted.clamp(least, most), wanted > most)
-    }
 }
 
-impl Pilot {
-    /// Whether [`Self::default_emissions`] are those of the limit without doubt.
-    #[must_use]
-    pub fn is_far_beyond_default(&self, batches: u32, least: u64) -> bool {
-        let targets = Targets::just_noticeable(SURELY * DEFAULT_ACCURACY);
-        let most = most_by_default(self.costs.segments).max(least);
-        self.need(&targets, batches, self.asked_rays).effort.emissions > most
-    }
-}
-
-/// Emissions that [`DEFAULT_SEGMENTS`] allow where each has `segments` of them.
+/// Emissions where nobody says how many: three million path segments, where each emission has `segments` of them, but at least those of
+/// [`Settings::default`].
 #[must_use]
-pub fn most_by_default(segments: f64) -> u64 {
-    two_digits_up((DEFAULT_SEGMENTS / segments.max(1.0)) as u64)
+pub fn default_emissions(segments: f64) -> u64 {
+    two_digits_up((DEFAULT_SEGMENTS / segments.max(1.0)) as u64).max(Settings::default().emissions)
 }
 
 impl Plan {
@@ -308,11 +286,13 @@ const CHUNKS: f64 = 64.0 * 512.0;
 const PROGRAM: f64 = 10e6;
 /// Receivers and batches in one sweep of the renderer.
 const SWEEP: [f64; 2] = [8.0, 8.0];
+/// A disc with its place in lists [bytes]. A ray leaves about as many as a packet has segments.
+const DISC_BYTES: f64 = 250.0;
 /// Coarse bins of a batch.
 const COARSE: f64 = 222.0;
 
-/// Own memory of trace and render [bytes]: chunks under way; echograms of the batches of a sweep and of all receivers, and the coarse
-/// ones of all batches with their kernels.
+/// Own memory of trace and render [bytes]: chunks under way; echograms of the batches of a sweep and of all receivers, the coarse
+/// ones of all batches with their kernels, and the discs of the batches that are rendered at once.
 fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f64) -> [f64; 2] {
     let lane_bytes = 32.0 * bands.count().div_ceil(4) as f64;
     let trace = pilot.costs.bytes.each * CHUNKS.min(effort.emissions as f64);
@@ -321,12 +301,15 @@ fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f6
         bins * lane_bytes * (receivers + batches * receivers.min(together)) * pilot.columns.fine as f64;
     let coarse =
         2.0 * COARSE * lane_bytes * receivers * f64::from(effort.batches) * pilot.columns.coarse as f64;
-    let rays = if pilot.casts_rays {
-        200.0 * f64::from(effort.rays) * batches / f64::from(effort.batches)
+    let discs = if pilot.casts_rays {
+        let of_one = f64::from(effort.rays) / f64::from(effort.batches);
+        let rays = of_one.max(f64::from(RAYS_IN_FLIGHT).min(of_one * receivers));
+        let threads = std::thread::available_parallelism().map_or(1.0, |threads| threads.get() as f64);
+        DISC_BYTES * pilot.costs.segments * rays * threads.min(batches)
     } else {
         0.0
     };
-    [PROGRAM + trace, PROGRAM + fine + coarse + rays]
+    [PROGRAM + trace, PROGRAM + fine + coarse + discs]
 }
 
 #[cfg(test)]
@@ -383,10 +366,8 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn defaults_have_a_floor_and_a_ceiling() {
-        assert_eq!(pilot(1e-9, 0.0).default_emissions(32, 50_000), (50_000, false));
-        assert_eq!(pilot(0.004, 0.0).default_emissions(32, 50_000), (67_000, false));
-        assert_eq!(pilot(1.0, 0.0).default_emissions(32, 50_000), (75_000, true));
+    fn defaults_are_as_many_segments_in_any_room_but_no_fewer_than_in_a_live_one() {
+        assert_eq!([1.0, 20.0, 40.0, 500.0].map(default_emissions), [3_000_000, 150_000, 75_000, 50_000]);
         assert_eq!([1, 99, 100, 101, 12_345].map(two_digits_up), [1, 99, 100, 110, 13_000]);
     }
 }

@@ -31,7 +31,6 @@ pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> a
         receivers: &evaluation_receivers,
         parameters: &PLANNED,
         seconds: at_most.map(|seconds| SHARE_OF_TIME * seconds),
-        prices_edges: true,
     };
     let pilot = pilot::run(&config, &CpuClock)?;
     let map = effort(job, settings.rays);

@@ -18,7 +18,7 @@ use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use sonel_console::clock::CpuClock;
 use sonel_console::output::{Kind, Output};
-use sonel_console::plan::{self as console, Comparison};
+use sonel_console::plan as console;
 use sonel_console::progress::{Audience, Progress};
 use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
@@ -27,7 +27,6 @@ use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::effects::{self, Decision};
-use sonel_study::forecast::Effort;
 use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
 use sonel_study::pipeline::Room;
 use sonel_study::plan::Plan;
@@ -161,15 +160,9 @@ impl Once<'_> {
         output: Output,
         log: &mut dyn Write,
     ) -> anyhow::Result<(Traced, Value, Outcome)> {
-        let Self { arguments, mut header, beginning, mut pilot, watch, audience } = self;
+        let Self { arguments, mut header, beginning, pilot, watch, audience } = self;
         if arguments.sonels.is_none() && arguments.extend.is_none() {
-            let Settings { batches, emissions, .. } = header.settings;
-            let (emissions, found) = match &pilot {
-                Some(pilot) => (pilot.default_emissions(batches, emissions).0, None),
-                None => planner.default_emissions(log)?,
-            };
-            header.settings.emissions = emissions;
-            pilot = pilot.or(found);
+            header.settings.emissions = planner.default_emissions(log)?;
         }
         let before = watch.seconds().1;
         let mut traced = trace(header, planner.room.geometry(), beginning.as_ref(), output, audience)?;
@@ -179,11 +172,7 @@ impl Once<'_> {
         let Some(pilot) = pilot.filter(|_| arguments.shard.is_none()) else {
             return Ok((traced, json!({}), Outcome::Done));
         };
-        let comparison = if arguments.plan {
-            until::compare_planned(planner, &pilot, &mut traced, seconds)?
-        } else {
-            costs(&pilot, &mut traced, seconds)?
-        };
+        let comparison = until::compare_planned(planner, &pilot, &mut traced, seconds)?;
         writeln!(log, "{}", comparison.line())?;
         Ok((traced, comparison.json(), Outcome::Done))
     }
@@ -245,18 +234,6 @@ fn plan(planner: &Planner<'_>, header: &MapHeader, at_most: Option<f64>) -> anyh
     let pilot = planner.pilot(&PLANNED, at_most.map(|seconds| SHARE_OF_TIME * seconds))?;
     let bin = RenderSettings::default().bin;
     Ok(Plan::of_trace(pilot, &header.scene, &planner.evaluation_receivers, header.settings.batches, bin))
-}
-
-/// What the run of `traced` cost against what `pilot` said.
-fn costs(pilot: &Pilot, traced: &mut Traced, seconds: f64) -> anyhow::Result<Comparison> {
-    let Settings { emissions, batches, .. } = traced.header.settings;
-    let effort = Effort { emissions, rays: pilot.asked_rays, batches };
-    Ok(Comparison {
-        predicted: Some(pilot.price(effort)),
-        trace: Some(seconds),
-        bytes: Some(traced.output.file()?.metadata()?.len() as f64),
-        ..Comparison::default()
-    })
 }
 
 /// What a run begins with.

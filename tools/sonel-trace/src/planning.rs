@@ -11,7 +11,7 @@ use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_study::evaluation_receivers::evaluation_receivers;
 use sonel_study::pilot::{self, Pilot, PilotConfig};
 use sonel_study::pipeline::{Clock, PipelineError, Room};
-use sonel_study::plan::{DEFAULT_ACCURACY, most_by_default};
+use sonel_study::plan::default_emissions;
 use sonel_study::spread::PLANNED;
 
 /// Fewer emissions than this are feasible in any scene.
@@ -39,12 +39,11 @@ impl<'a> Planner<'a> {
 
     /// Runs a pilot that looks at `parameters`, in so many CPU `seconds` where they are limited.
     pub fn pilot(&self, parameters: &[Parameter], seconds: Option<f64>) -> Result<Pilot, PipelineError> {
-        pilot::run(&PilotConfig { prices_edges: true, ..self.config(parameters, seconds) }, &CpuClock)
+        pilot::run(&self.config(parameters, seconds), &CpuClock)
     }
 
     fn config<'b>(&'b self, parameters: &'b [Parameter], seconds: Option<f64>) -> PilotConfig<'b> {
         PilotConfig {
-            prices_edges: false,
             room: self.room,
             trace: self.settings,
             render: RenderSettings::default(),
@@ -79,41 +78,17 @@ impl<'a> Planner<'a> {
         Ok(())
     }
 
-    /// Emissions where nobody says how many, and the pilot that found them. A function of scene and settings alone.
-    pub fn default_emissions(&self, log: &mut dyn Write) -> anyhow::Result<(u64, Option<Pilot>)> {
-        let least = Settings::default().emissions;
+    /// Emissions where nobody says how many: a function of scene and settings alone.
+    pub fn default_emissions(&self, log: &mut dyn Write) -> anyhow::Result<u64> {
         if self.settings.mode == Mode::Paper {
-            return Ok((least, None));
+            return Ok(Settings::default().emissions);
         }
-        // Where paths are so long that no more than the least would be taken anyway, nobody needs to know how many should be.
         let segments = pilot::segments(&self.config(&PLANNED, None))?;
-        if most_by_default(segments) <= least {
-            writeln!(
-                log,
-                "{least} sonels: default limit reached, paths have {segments:.0} segments (--plan, --until)"
-            )?;
-            return Ok((least, None));
-        }
-        let batches = self.settings.batches;
-        let is_sure = |pilot: &Pilot| pilot.is_far_beyond_default(batches, least);
-        let pilot = match pilot::run_until(&self.config(&PLANNED, None), &CpuClock, is_sure) {
-            Ok(pilot) => pilot,
-            Err(PipelineError::Render(error)) => {
-                writeln!(log, "{least} sonels: no accuracy can be predicted ({error})")?;
-                return Ok((least, None));
-            }
-            Err(error) => return Err(error.into()),
-        };
-        let (emissions, limited) = pilot.default_emissions(batches, least);
-        let reason = if limited {
-            "default limit reached; 0.05 JND need more (--plan, --until)"
-        } else if emissions == least {
-            "default minimum; 0.05 JND need no more"
-        } else {
-            "for 0.05 JND"
-        };
-        debug_assert!((DEFAULT_ACCURACY - 0.05).abs() < 1e-12, "the words above");
-        writeln!(log, "{emissions} sonels: {reason}")?;
-        Ok((emissions, Some(pilot)))
+        let emissions = default_emissions(segments);
+        writeln!(
+            log,
+            "{emissions} sonels: default for paths of {segments:.0} segments (--plan and --until choose by accuracy)"
+        )?;
+        Ok(emissions)
     }
 }

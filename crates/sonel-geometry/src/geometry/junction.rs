@@ -87,7 +87,9 @@ impl Geometry {
         let mut standing = Vec::new();
         self.index.near_box(low, high, |triangle| {
             let plane = self.surface(self.of_triangle[triangle as usize]).plane;
+            // Most triangles are in planes far away, which costs less to see than how far the triangle is.
             if !own.contains(&plane)
+                && self.index.plane(plane).height_of(at).abs() <= 2.0 * lift
                 && closest_on_triangle(self.local_corners(triangle), at).distance(at) <= lift
             {
                 standing.push(plane);

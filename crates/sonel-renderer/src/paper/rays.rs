@@ -16,7 +16,7 @@ use sonel_sampling::{ScrambledSobol, Stream, warp};
 use crate::exact::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::connection::normal_on;
-use crate::stochastic::gather::rays::{GatherPoint, Sonels};
+use crate::stochastic::gather::rays::{GatherPoint, Sonels, Weight};
 
 use super::Paper;
 
@@ -137,11 +137,11 @@ impl Paper {
             receiver,
             length,
             start: glam::DVec3::ZERO,
-            weight: only(
+            weight: Weight::from_vec(only(
                 looking.column,
                 columns,
                 4.0 * sensitivity / (f64::from(self.rays) * disc.view.area),
-            ),
+            )),
             disc,
             seen_directly,
             sonels: Sonels::All,

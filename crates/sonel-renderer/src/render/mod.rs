@@ -35,7 +35,9 @@ use crate::stochastic::mirror_connection::image_order;
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
-const RECEIVERS_IN_FLIGHT: usize = 8;
+const RECEIVERS_IN_FLIGHT: u32 = 8;
+/// Visibility rays of a batch from all of them, where one receiver alone has no more: each leaves some twenty discs of 250 bytes.
+pub const RAYS_IN_FLIGHT: u32 = 8192;
 
 /// Most nodes of the table of attenuation: a thousand kilometres of ordinary air. Length and attenuation are those that a
 /// map states.
@@ -295,15 +297,22 @@ impl<'a> Renderer<'a> {
         progress(0.0);
         self.add_long_chains(&mut rendering, source, &prepared, borders);
         let selection = self.selection(source);
-        let tiles = prepared.len().div_ceil(RECEIVERS_IN_FLIGHT);
+        let together = self.receivers_in_flight();
+        let tiles = prepared.len().div_ceil(together);
         for tile in 0..tiles {
-            let range = tile * RECEIVERS_IN_FLIGHT..((tile + 1) * RECEIVERS_IN_FLIGHT).min(prepared.len());
+            let range = tile * together..((tile + 1) * together).min(prepared.len());
             let done = tile as f64 / tiles as f64;
             let tile = self.tile(source, &prepared, borders, range);
             let done = &mut |share| progress(done + share / tiles as f64);
             self.add_batches(&mut rendering, (source, selection.as_ref()), &tile, done);
         }
         Ok(rendering.spread(&self.classes))
+    }
+
+    /// Receivers that share a sweep: fewer, where their rays are so many that discs would fill the memory.
+    fn receivers_in_flight(&self) -> usize {
+        let rays = self.gather.as_ref().map_or(1, |(_, settings)| settings.rays);
+        (RAYS_IN_FLIGHT / rays.max(1)).clamp(1, RECEIVERS_IN_FLIGHT) as usize
     }
 
     /// Whether image sources own anything.

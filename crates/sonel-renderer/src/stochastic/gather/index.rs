@@ -7,6 +7,10 @@ use glam::{DVec2, Vec2};
 
 use super::disc::Disc;
 
+/// By how much cells and distances in single precision reach beyond a disc, so that its rim is a matter of double precision alone:
+/// it must not depend on where the grid begins, which other discs decide.
+const BEYOND_RIM: f64 = 1e-6;
+
 /// Cells of a grid, for each disc on it, at the most: on large surfaces with few discs cells are wider than a disc.
 const MOST_CELLS: f64 = 16.0;
 
@@ -100,8 +104,9 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
     pub fn new(points: Vec<P>, radius: f64) -> Self {
         let places = points.iter().map(|point| point.as_ref().place as usize + 1).max().unwrap_or(0);
         let mut grids = vec![Grid::EMPTY; places];
+        let reach = radius * (1.0 + BEYOND_RIM);
         for disc in points.iter().map(AsRef::as_ref) {
-            grids[disc.place as usize].cover(disc.centre, radius);
+            grids[disc.place as usize].cover(disc.centre, reach);
         }
         let mut cells = 0;
         for grid in &mut grids {
@@ -118,7 +123,7 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
         // Each list is filled from its end, so that its start is found on the way, and in the order of the points: no point changes the order of
         // others, which sums would show in their last bit.
         let mut starts = vec![0_u32; cells + 1];
-        let touched = |disc: &Disc| grids[disc.place as usize].touched(disc.centre, radius);
+        let touched = |disc: &Disc| grids[disc.place as usize].touched(disc.centre, reach);
         points.iter().map(AsRef::as_ref).flat_map(touched).for_each(|cell| starts[cell] += 1);
         let mut end = 0;
         for start in &mut starts {
@@ -150,19 +155,23 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
             return;
         }
         let cell = grid.number(at);
-        let limit = (self.radius * self.radius) as f32;
+        let nearly = self.radius + BEYOND_RIM * (self.radius + (grid.high - grid.low).max_element());
+        let limit = (nearly * nearly) as f32;
         let from_low = (at - grid.low).as_vec2();
         for disc in &self.listed[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
-            let squared = (from_low - disc.centre).length_squared();
-            if squared <= limit {
-                found.push((disc.number, f64::from(squared)));
+            if (from_low - disc.centre).length_squared() <= limit {
+                found.push((disc.number, 0.0));
             }
         }
-        found.retain_mut(|(number, squared)| {
+        let squared_radius = self.radius * self.radius;
+        found.retain_mut(|(number, gain)| {
             let Disc { view, centre, .. } = self.points[*number as usize].as_ref();
-            *squared =
-                if *squared <= 0.5 * self.radius * self.radius { view.area / view.inner_area } else { 0.0 };
-            view.sees(at - *centre)
+            let offset = at - *centre;
+            let squared = offset.length_squared();
+            if squared <= 0.5 * squared_radius {
+                *gain = view.area / view.inner_area;
+            }
+            squared <= squared_radius && view.sees(offset)
         });
     }
 

@@ -1,6 +1,7 @@
 //! Visibility rays: where a receiver looks, directly and by mirrors.
 
 use glam::{DVec3, Vec3};
+use smallvec::{SmallVec, smallvec};
 use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::{CoefficientTable, Lanes};
@@ -32,6 +33,9 @@ const HEAVY: f64 = 4.0;
 /// the late energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30.
 const LIGHT: f64 = 0.1;
 
+/// Energies or factors per band, in place for up to eight bands: discs and rays are made by the million.
+pub type Weight = SmallVec<[Lanes; 2]>;
+
 /// One disc that gathers.
 #[derive(Debug, Clone)]
 pub struct GatherPoint {
@@ -44,7 +48,7 @@ pub struct GatherPoint {
     /// Where its last leg began, about the scene's centre [m].
     pub start: DVec3,
     /// (4π/M) · T · δ / (π A) per band, times the share that is gathered [1/m²].
-    pub weight: Vec<Lanes>,
+    pub weight: Weight,
     /// Whether the receiver sees the last diffuse reflection without a mirror.
     pub seen_directly: bool,
     /// Which sonels it gathers.
@@ -82,7 +86,7 @@ pub struct NearPlace {
     /// Length of the way to the receiver [m].
     pub length: f64,
     /// Fluence at the receiver per irradiance at the place, per band [1].
-    pub throughput: Vec<Lanes>,
+    pub throughput: Weight,
     /// Whether the receiver sees the place without a mirror.
     pub seen_directly: bool,
     /// A random number, 0 … 1, that selects an image of the source.
@@ -202,7 +206,7 @@ struct Ray {
     /// Where it goes on from, about the scene's centre [m].
     at: DVec3,
     /// Per band.
-    throughput: Vec<Lanes>,
+    throughput: Weight,
     /// Its way so far [m].
     length: f64,
     /// Mirrors met before the first diffuse reflection.
@@ -228,7 +232,7 @@ impl Ray {
             direction,
             towards: direction,
             at: receiver.exact,
-            throughput: vec![[weight; 4]; sonel_map::lanes_of(table.bands())],
+            throughput: smallvec![[weight; 4]; sonel_map::lanes_of(table.bands())],
             length: 0.0,
             reflections: 0,
             is_scattered: false,
@@ -387,7 +391,7 @@ impl Ray {
     /// The ray with what `surface`, which it leaves, reflects of sound that comes along it.
     fn met_at_its_angle(mut self, table: &CoefficientTable, surface: SurfaceId) -> Self {
         if let Some(more) = table.relative_reflection(surface, self.direction.as_dvec3()) {
-            self.throughput = product(&self.throughput, &more, 1.0);
+            weigh(&mut self.throughput, &more, 1.0);
         }
         self
     }
@@ -407,7 +411,7 @@ impl Ray {
         let through = row.through();
         let passes = stream.uniform_fine() < through;
         if passes {
-            self.throughput = product(&self.throughput, &row.transmitted.energy, 1.0 / through);
+            weigh(&mut self.throughput, &row.transmitted.energy, 1.0 / through);
             self.departure = medium.geometry.pass(hit, self.direction);
             self.at = hit.position.as_dvec3();
         } else {
@@ -418,7 +422,7 @@ impl Ray {
 
     /// Goes on as a mirror with the `specular` factors has it; false where nothing is left.
     fn reflect(&mut self, medium: &Medium<'_>, hit: &Hit, normal: Vec3, specular: &[Lanes]) -> bool {
-        self.throughput = product(&self.throughput, specular, 1.0);
+        weigh(&mut self.throughput, specular, 1.0);
         if self.weight() <= 0.0 {
             return false;
         }
@@ -443,15 +447,17 @@ fn copies(expected: f64, stream: &mut Stream) -> usize {
     whole as usize + usize::from(stream.uniform_fine() < expected - whole)
 }
 
-fn product(a: &[Lanes], b: &[Lanes], scale: f64) -> Vec<Lanes> {
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| {
-            let mut out = [0.0; 4];
-            for lane in 0..4 {
-                out[lane] = a[lane] * b[lane] * scale;
-            }
-            out
-        })
-        .collect()
+fn product(energies: &[Lanes], factors: &[Lanes], scale: f64) -> Weight {
+    let mut product = Weight::from_slice(energies);
+    weigh(&mut product, factors, scale);
+    product
+}
+
+/// Multiplies `energies` by `factors` and `scale`.
+fn weigh(energies: &mut [Lanes], factors: &[Lanes], scale: f64) {
+    for (energy, factor) in energies.iter_mut().zip(factors) {
+        for lane in 0..4 {
+            energy[lane] = energy[lane] * factor[lane] * scale;
+        }
+    }
 }
