@@ -25,7 +25,7 @@ const MOST_PARTITIONS: usize = 1024;
 /// Thickness [m] up to which two faces in the open that belong together are one partition.
 const THICKEST_PARTITION: f64 = 1.0;
 /// Cosine between normals from which on two faces are parallel.
-const PARALLEL: f64 = 1.0 - 1e-6;
+pub(crate) const PARALLEL: f64 = 1.0 - 1e-6;
 
 /// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
 pub struct Geometry {
@@ -85,7 +85,7 @@ impl Geometry {
             mesh.triangles.iter().map(|triangle| is_interface(triangle.material)).collect();
         let all_edges = is_interface.contains(&true).then(|| edges.clone());
         if all_edges.is_some() {
-            edges.iter_mut().for_each(|edge| edge.faces.retain(|&face| !is_interface[face as usize]));
+            edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_interface[*face as usize]));
             edges.retain(|edge| !edge.faces.is_empty());
         }
         let facing = find_cracks(&mesh, &mut edges, tolerance);
@@ -264,12 +264,12 @@ impl Geometry {
         })
     }
 
-    /// Calls `visit` for every triangle whose box may meet that of another one, which is visited too.
-    pub(crate) fn visit_near(&self, triangle: u32, visit: impl FnMut(u32)) {
+    /// Calls `visit` for every triangle whose box may come within `reach` [m] of that of another one, which is visited too.
+    pub(crate) fn visit_near(&self, triangle: u32, reach: f32, visit: impl FnMut(u32)) {
         let corners =
             self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize]);
         let [low, high] = [Vec3::min, Vec3::max].map(|pick| pick(pick(corners[0], corners[1]), corners[2]));
-        self.index.near_box(low, high, visit);
+        self.index.near_box(low - reach, high + reach, visit);
     }
 
     /// Leaves an edge: the start of a ray from a local position on it, within a right angle of the middle of one of its sectors.
@@ -419,7 +419,7 @@ impl Geometry {
     }
 
     /// The closed shells around a world position [m], in the order of the mesh.
-    pub(crate) fn shells_around(&self, point: DVec3) -> Vec<usize> {
+    pub fn shells_around(&self, point: DVec3) -> Vec<usize> {
         let around =
             |shell: &usize| winding_number(&self.mesh, &self.shells[*shell].triangles, point).abs() > 0.5;
         (0..self.shells.len()).filter(around).collect()
@@ -428,6 +428,26 @@ impl Geometry {
     /// How many others the innermost of some shells lies in; none without a shell.
     pub(crate) fn nesting(&self, shells: &[usize]) -> Option<u32> {
         shells.iter().map(|&shell| self.shells[shell].depth).max()
+    }
+
+    /// Whether a triangle is part of a closed shell.
+    pub(crate) fn is_of_shell(&self, triangle: u32) -> bool {
+        self.index.is_of_shell(triangle)
+    }
+
+    /// The surfaces that reach out of the box about the largest closed shell, which is no room for that reason.
+    pub fn outside(&self) -> Vec<SurfaceId> {
+        let volume = |shell: &&Shell| shell.volume;
+        let Some(hull) = self.shells.iter().max_by(|a, b| volume(a).total_cmp(&volume(b))) else {
+            return Vec::new();
+        };
+        let tolerance = f64::from(self.resolution());
+        let (low, high) = self.mesh.bounds_of(&hull.triangles);
+        let is_outside = |(_, surface): &(u32, &Surface)| {
+            let (from, to) = self.mesh.bounds_of(&surface.triangles);
+            (low - from).max_element().max((to - high).max_element()) > tolerance
+        };
+        (0..).zip(&self.surfaces).filter(is_outside).map(|(index, _)| SurfaceId(index)).collect()
     }
 
     /// Volume of the air in the closed room [m³]: its hull's less that of the closed objects in it, which must not

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-/// Three coordinates.
+/// Three coordinates [m], to a micrometre.
 pub(crate) fn place(point: DVec3) -> String {
-    point.to_array().map(number).join(", ")
+    point.to_array().map(|x| number((x * 1e6).round() / 1e6)).join(", ")
 }
 
 /// Four significant digits; as a power of ten where it has many zeros.

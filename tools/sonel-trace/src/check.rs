@@ -25,7 +25,7 @@ pub struct Checked {
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
     /// Write the mesh as it would be traced, in metres, to this OBJ file: corners joined, cracks up to mesh_weld closed, faces
-    /// that double others or have no area left out. What was done is printed.
+    /// that double others or have no area left out. The log says what was done.
     #[arg(long, value_name = "MESH.obj")]
     fix: Option<PathBuf>,
     /// Print the same as JSON.
@@ -37,11 +37,11 @@ pub struct Checked {
 ///
 /// # Errors
 /// When the scene file cannot be read or is no TOML.
-pub fn run(checked: &Checked, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (checkup, files) =
         scene::with_file(&checked.scene, Audience::Terminal, |text, label, open| check(text, label, open))?;
     if let Some(path) = &checked.fix {
-        fix(&checkup, path, &files)?;
+        fix(&checkup, path, &files, log)?;
     }
     let outcome = if checkup.is_clean() { Outcome::Done } else { Outcome::Missed };
     if checked.json {
@@ -109,15 +109,21 @@ fn room_json(room: &Room) -> Value {
     })
 }
 
-/// Writes the repaired mesh.
-fn fix(checkup: &Checkup, path: &Path, files: &[PathBuf]) -> anyhow::Result<()> {
+/// Writes the repaired mesh, and to the log what was repaired.
+fn fix(checkup: &Checkup, path: &Path, files: &[PathBuf], log: &mut dyn Write) -> anyhow::Result<()> {
     let mut output = Output::create(path, Kind::REPAIRED_MESH, files)?;
     let Some(repaired) = &checkup.repaired else {
         bail!("the mesh cannot be read, see sonel-trace check without --fix")
     };
     let unfit = |name| anyhow!("an OBJ file cannot hold the material name \"{name}\": rename it in the mesh");
     output.writer().write_all(repaired.to_obj().map_err(unfit)?.as_bytes())?;
-    output.publish()
+    output.publish()?;
+    let repairs = match &checkup.repairs[..] {
+        [] => "nothing was to be repaired".to_owned(),
+        repairs => repairs.join("\n  "),
+    };
+    writeln!(log, "wrote {}, in metres:\n  {repairs}", path.display())?;
+    Ok(())
 }
 
 fn describe(room: &Room) -> String {
