@@ -132,8 +132,10 @@ pub(super) fn stood_on(
                     && edge.faces.iter().any(|&face| planes[face as usize] != plane)
             };
             if !stood_on[triangle as usize] && is_other() {
-                let corners = mesh.triangles[triangle as usize].corners.map(|c| local[c as usize].as_dvec3());
-                stood_on[triangle as usize] = touches_inside(ends, corners, margin);
+                let [a, b, c] =
+                    mesh.triangles[triangle as usize].corners.map(|c| local[c as usize].as_dvec3());
+                let is_beside = a.max(b).max(c).cmplt(low).any() || a.min(b).min(c).cmpgt(high).any();
+                stood_on[triangle as usize] = !is_beside && touches_inside(ends, [a, b, c], margin);
             }
         });
     }
