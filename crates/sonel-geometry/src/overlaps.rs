@@ -74,11 +74,19 @@ impl Geometry {
     /// Area [m²] and centre [m] of what two parallel triangles share; none where that is next to nothing.
     fn shared_area(&self, first: u32, second: u32) -> Option<(f64, DVec3)> {
         let normals = [first, second].map(|triangle| self.mesh().vector_area(triangle));
+        let least = LEAST_SHARE * normals[0].length().min(normals[1].length());
+        let corners = self.mesh().corners(first);
         let [a, b, c] = self.mesh().corners(second);
-        let whole: Polygon = self.mesh().corners(first).into_iter().collect();
-        let shared = [(a, b), (b, c), (c, a)].into_iter().fold(whole, |polygon, (from, to)| {
-            let inward = normals[1].cross(to - from);
-            clipped(&polygon, |point| inward.dot(point - from))
+        let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (from, normals[1].cross(to - from)));
+        // Height over a side, times length of the side and area.
+        let height = |(from, inward): (DVec3, DVec3), point: DVec3| inward.dot(point - from);
+        let is_beyond =
+            |side| corners.iter().all(|&corner| height(side, corner) <= least * normals[1].length());
+        if sides.into_iter().any(is_beyond) {
+            return None;
+        }
+        let shared = sides.into_iter().fold(Polygon::from_iter(corners), |polygon, side| {
+            clipped(&polygon, |point| height(side, point))
         });
         let (mut area, mut moment) = (0.0, DVec3::ZERO);
         for pair in shared.get(1..)?.windows(2) {
@@ -86,7 +94,6 @@ impl Geometry {
             area += part;
             moment += part * (shared[0] + pair[0] + pair[1]) / 3.0;
         }
-        let least = LEAST_SHARE * normals[0].length().min(normals[1].length());
         (area > least).then(|| (area, moment / area))
     }
 }
