@@ -18,15 +18,13 @@ use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::edges::whole_reach;
 use sonel_map::header::BENDING;
-use sonel_map::{
-    BatchStart, CoefficientTable, EffectState, EmissionDirections, Ledger, PathWeight, Segment, Settings,
-    SonelMap, sweep,
-};
+use sonel_map::{BandClasses, EffectState, Emissions, Ledger, PathWeight, Segment, Settings, SonelMap};
 use sonel_renderer::deposit::TimeBins;
-use sonel_renderer::{RenderSettings, Renderer, Rendering};
+use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::{Loaded, Scene};
 use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, Room, TracedMap};
 use sonel_study::response::receivers_of;
+use sonel_study::sensitivity::VariedMap;
 
 /// A shipped scene.
 #[must_use]
@@ -123,26 +121,21 @@ impl Traced {
             .expect("sound receivers")
     }
 
+    /// The map, to be varied at `receivers`.
+    pub fn varied<'a>(&'a mut self, receivers: &'a [ReceiverPoint], render: RenderSettings) -> VariedMap<'a> {
+        VariedMap { map: &mut self.map, geometry: &self.geometry, receivers, render }
+    }
+
     /// Visits every segment of every path of source 0: index of the emission, share of its batch in the run, segment.
     pub fn for_each_segment(&self, mut visit: impl FnMut(u64, f64, &Segment<'_>)) {
-        let header = self.map.header();
-        let (scene, layout) = (&header.scene, self.map.layout());
-        let bands = scene.bands.count();
-        let table = CoefficientTable::new(&scene.materials, bands, header.settings.survival)
-            .with_geometry(&self.geometry)
-            .with_edges(self.map.edge_table())
-            .with_media(scene, self.geometry.center());
-        let source = &scene.sources[0];
-        let directions = EmissionDirections::new(header.settings.seed, 0, layout, header.settings.spectral);
-        let mut weight = PathWeight::new(bands);
-        for batch in 0..layout.batches {
-            let start = BatchStart::new(&layout, batch, header.settings.spectral);
+        let classes = BandClasses::separate(self.scene().bands.count());
+        let emissions = Emissions::of_map(&self.map, self.geometry.center(), &classes);
+        let (table, mut weight) = (self.map.coefficients(&classes), PathWeight::new(classes.count()));
+        for batch in 0..emissions.layout.batches {
             for path in self.map.batch_paths(0, batch) {
-                let direction = directions.direction(path.emission);
-                weight.emit_from(source, direction, 1.0, start.packet(layout.lead(path.emission)));
-                let origin = (source.position - self.geometry.center(), scene.air_at_source(0));
-                sweep(origin, path.vertices, &table, &mut weight, |segment| {
-                    visit(path.emission, start.weight, segment);
+                let share = emissions.share(path.emission);
+                emissions.follow(0, path, 1.0, (&table, &mut weight), |segment| {
+                    visit(path.emission, share, segment);
                 });
             }
         }

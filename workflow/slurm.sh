@@ -7,7 +7,7 @@
 #
 # A task that failed is traced again alone, then the shards are joined; what a killed task left is removed by the next:
 #
-#   SONEL_STAGE=trace sbatch --array=17 workflow/slurm.sh 64 scenes/hall/scene.toml run 100M
+#   SONEL_STAGE=trace sbatch --array=17 --mem=4G workflow/slurm.sh 64 scenes/hall/scene.toml run 100M
 #   SONEL_STAGE=join sbatch workflow/slurm.sh 64 scenes/hall/scene.toml run 100M
 #
 # A task of a failed node is queued again. docs/scale.md says what jobs take.

@@ -4,7 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use sonel_geometry::Geometry;
-use sonel_map::{BatchStart, CoefficientTable, PathWeight, SonelMap, sweep};
+use sonel_map::{BandClasses, Emissions, PathWeight, SonelMap};
 
 fuzz_target!(|bytes: &[u8]| {
     let mut bytes = bytes.to_vec();
@@ -22,22 +22,17 @@ fuzz_target!(|bytes: &[u8]| {
 
 /// Sweeps every path, as all readers do.
 fn read(map: &SonelMap, geometry: &Geometry) {
-    let (scene, settings, layout) = (&map.header().scene, map.header().settings, map.layout());
-    let bands = scene.bands.count();
-    let table =
-        CoefficientTable::new(&scene.materials, bands, settings.survival).with_edges(map.edge_table());
-    let material_of: Vec<u32> = geometry.surfaces().iter().map(|surface| surface.material).collect();
-    let mut weight = PathWeight::new(bands);
-    for (source, at) in scene.sources.iter().enumerate() {
-        for batch in 0..layout.batches.min(64) {
-            let start = BatchStart::new(&layout, batch, settings.spectral);
-            for path in map.batch_paths(source as u32, batch) {
-                weight.emit(1.0, 1.0, start.packet(layout.hero(path.emission)));
-                let position = at.position - geometry.center();
-                sweep(position, path.vertices, &table, &material_of, &mut weight, |segment| {
-                    assert!(segment.energy.iter().flatten().all(|energy| *energy >= 0.0));
-                });
-            }
+    if map.header().settings.batches > 64 {
+        return;
+    }
+    let classes = BandClasses::separate(map.header().scene.bands.count());
+    let emissions = Emissions::of_map(map, geometry.center(), &classes);
+    let (table, mut weight) = (map.coefficients(&classes), PathWeight::new(classes.count()));
+    for chunk in map.chunks() {
+        for path in map.chunk_paths(chunk) {
+            emissions.follow(chunk.0, path, 1.0, (&table, &mut weight), |segment| {
+                assert!(segment.energy.iter().flatten().all(|energy| *energy >= 0.0));
+            });
         }
     }
 }

@@ -588,7 +588,7 @@ def _numbers(position: Any) -> list[float]:
     except (TypeError, ValueError):
         numbers = np.empty(0)
     if numbers.shape != (3,):
-        raise Error(f"{position!r} is no position: give three numbers [x, y, z] in metres")
+        raise Error(f"{position!r} is not a position: give three numbers [x, y, z] in metres")
     return [float(number) for number in numbers]
 
 
@@ -604,7 +604,7 @@ def _points(points: _Points, kind: str) -> list[dict[str, Any]]:
     if positions.ndim == 1:
         positions = positions[np.newaxis]
     if positions.ndim != 2 or positions.shape[1] != 3:
-        raise Error(f"the {kind}s are no positions: give an array of shape [3] or [N, 3] in metres, or a mapping from names")
+        raise Error(f"the {kind}s are not positions: give an array of shape [3] or [N, 3] in metres, or a mapping from names")
     return [{"name": f"{kind} {i}", "position": row} for i, row in enumerate(positions.tolist(), 1)]
 
 

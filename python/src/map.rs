@@ -95,12 +95,10 @@ impl Map {
     }
 
     fn copy_to(&self, path: &Path) -> anyhow::Result<()> {
-        let mut output = Output::create(path, Kind::MAP, std::slice::from_ref(&self.path))?;
+        let output = Output::create(path, Kind::MAP, std::slice::from_ref(&self.path))?;
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.seek(SeekFrom::Start(0))?;
-        io::copy(&mut *file, output.writer())
-            .with_context(|| format!("cannot write {}; an older file there is untouched", path.display()))?;
-        output.publish()
+        output.write(|out| io::copy(&mut *file, out))
     }
 }
 
@@ -151,7 +149,7 @@ impl Map {
 
     #[getter]
     fn digest(&self) -> String {
-        self.digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        sonel_map::hexadecimal(&self.digest)
     }
 
     #[getter]

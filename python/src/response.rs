@@ -100,9 +100,9 @@ impl Response {
 
     /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, or those of a head in a SOFA file.
     fn sound(&self, order: Option<u32>, head: Option<&[u8]>, seed: Option<u64>) -> anyhow::Result<Array> {
-        let room = self.room.context(
-            "a response that was loaded does not know its room: render it from its map for impulse responses",
-        )?;
+        let room = self
+            .room
+            .context("a loaded response has no room: render it from its map for impulse responses")?;
         let e = &*self.echograms;
         let synthesizer = Synthesizer::new(e, room.volume, seed.unwrap_or(room.seed));
         let head = head.map(Head::read).transpose()?;
@@ -194,12 +194,7 @@ impl Response {
     /// Writes the response.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let write = || -> anyhow::Result<()> {
-            let mut output = Output::create(&path, Kind::RESPONSE, &[])?;
-            let target = path.display();
-            self.echograms
-                .write(output.writer())
-                .with_context(|| format!("cannot write {target}; an older file there is untouched"))?;
-            output.publish()
+            Output::create(&path, Kind::RESPONSE, &[])?.write(|out| self.echograms.write(out).map(drop))
         };
         py.detach(write).map_err(error)
     }

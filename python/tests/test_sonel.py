@@ -84,7 +84,7 @@ def test_options_mean_what_they_mean_to_the_programs(scene, tmp_path):
 def test_a_map_is_extended_and_keeps_its_bytes(scene, room):
     longer = sonel.trace(scene, sonels=2 * SONELS, extend=room)
     assert longer.digest == sonel.trace(scene, sonels=2 * SONELS).digest
-    with pytest.raises(sonel.Error, match="give the larger number"):
+    with pytest.raises(sonel.Error, match="give the number of the whole new map"):
         sonel.trace(scene, sonels=SONELS, extend=room)
 
 

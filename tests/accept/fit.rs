@@ -82,10 +82,9 @@ fn told(repetition: u64) -> Vec<(f64, Fitted)> {
     let measurements = measured(truth, 5000 + repetition);
     let mut traced = trace(START, repetition);
     let receivers = receivers_of(&traced.map.header().scene);
-    let settings =
-        FitSettings { coefficients: vec![Coefficient::Absorption], belief: BELIEF, render: few_rays() };
-    let (geometry, store) = (&traced.geometry, &mut InMemory);
-    let found = fit(&mut traced.map, geometry, &receivers, &measurements, &settings, store, &mut |_| ());
+    let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief: BELIEF };
+    let map = traced.varied(&receivers, few_rays());
+    let found = fit(map, &measurements, &settings, &mut InMemory, &mut |_| ());
     let coefficients = found.expect("a decay").coefficients;
     let told = coefficients.into_iter().filter(|one| one.knowledge == Knowledge::Told);
     told.map(|one| (truth[one.material], one)).collect()
@@ -157,9 +156,9 @@ fn in_the_hall_too_where_measured_values_have_errors_of_their_own() {
         let mut traced = Traced::new(shipped("hall"), settings);
         let receivers = receivers_of(&traced.map.header().scene);
         let render = RenderSettings { rays: 16_384, ..RenderSettings::default() };
-        let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief: BELIEF, render };
-        let (geometry, store) = (&traced.geometry, &mut InMemory);
-        let found = fit(&mut traced.map, geometry, &receivers, &measurements, &settings, store, &mut |_| ());
+        let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief: BELIEF };
+        let map = traced.varied(&receivers, render);
+        let found = fit(map, &measurements, &settings, &mut InMemory, &mut |_| ());
         for one in found.expect("a decay").coefficients {
             if one.knowledge == Knowledge::Told {
                 let off = deviation(&(truth[one.material].absorption[one.band], one)).abs();

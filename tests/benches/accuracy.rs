@@ -1,4 +1,4 @@
-//! What an accuracy costs: CPU seconds for 0.1 dB of every band's level and 1 % of T30, trace and render together.
+//! CPU seconds to an accuracy: 0.1 dB of every band's level and 1 % of T30, trace and render together.
 //!
 //! Each case is run with several seeds; the spread of the parameters, not their intervals, is scaled by 1/√N to the wanted
 //! accuracy, and the CPU seconds with it. One thread; CPU seconds of the same machine and run.

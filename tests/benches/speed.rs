@@ -1,7 +1,21 @@
-//! Counts first, seconds second: segments traced against bare rays, connections against bare shadow rays.
+//! Speed benchmark: segments traced against bare rays, connections against bare shadow rays.
 //!
 //! All parameters are for one thread and CPU seconds, measured in one run, so that their ratios mean something on a busy
 //! machine. The bare rays are those of the traced paths themselves, cast again without anything else.
+//!
+//! Typical values, in parentheses the ratio to the bare rays of the same paths:
+//!
+//! | | seed room, 14 triangles | hall, 5108 triangles |
+//! |---|---|---|
+//! | closest hits | 14.1 M/s | 3.4 M/s |
+//! | segments traced | 9.0 M/s (0.64) | 2.9 M/s (0.86) |
+//! | connections, 16 receivers | 16.3 M/s (0.69) | 7.4 M/s (0.78) |
+//! | connections, 1 receiver | 9.9 M/s (0.50) | 3.8 M/s (0.64) |
+//! | tracing into a file against tracing alone | 1.10 | 1.09 |
+//! | bytes per stored sonel | 16.1 | 16.5 |
+//!
+//! Bending of all bands multiplies the time of tracing by 12 in the hall (426 edges) and by 1.95 in the seed room (2 edges),
+//! that of connections by 2.3 and 1.03. Exact edges take 1.16 times as long in the seed room.
 
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
 
@@ -51,8 +65,7 @@ fn measure_what_if() {
     let receivers = receivers_of(&scene);
     let render = RenderSettings::default();
     let all = cpu_seconds(|| {
-        let found =
-            sensitivities(&mut traced.map, &traced.geometry, render, &receivers, &wanted, &mut |_, _| {});
+        let found = sensitivities(traced.varied(&receivers, render), &wanted, &mut |_, _| {});
         black_box(found.expect("a sound map"));
     });
     let mut materials = scene.materials.clone();

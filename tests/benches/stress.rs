@@ -2,6 +2,7 @@
 //!
 //! The room is the same box each time, its walls waved so that no two triangles are coplanar: every triangle is a surface of
 //! its own. One thread, CPU seconds; memory is the peak of the process so far, `VmHWM` of `/proc/self/status`.
+//! 1 310 720 triangles and 5000 packets take 20 s to load, 0.22 s to trace, 6.2 s to render, and 2954 MB.
 
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
 

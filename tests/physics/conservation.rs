@@ -83,6 +83,7 @@ fn nothing_is_sampled_where_nothing_is_random() {
 /// A ledger that is told the wrong coefficients does not balance: the residual is a test that can fail.
 #[test]
 fn a_wrong_absorption_leaves_a_residual() {
+    use sonel_map::coefficients::MaterialRow;
     use sonel_map::{ChunkLedger, Event};
     let table = CoefficientTable::new(&[Material::uniform("walls", 0.2, 0.5, 1)], 1, 0.0);
     let wrong = CoefficientTable::new(&[Material::uniform("walls", 0.25, 0.5, 1)], 1, 0.0);
@@ -93,10 +94,11 @@ fn a_wrong_absorption_leaves_a_residual() {
         weight.emit(1.0, 1.0, batch.packet(0));
         books.emitted(1.0, &batch.packet(0).expected, weight.energy());
         for _ in 0..10 {
+            books.segment(weight.energy());
             let row = table.material(0);
-            books.arrived(weight.energy(), &absorbing.material(0).dissipated, &row.passed_on);
+            let dissipated = absorbing.material(0).dissipated.clone();
+            books.arrived(weight.energy(), &MaterialRow { dissipated, ..row.clone() });
             weight.pass(&row.diffuse);
-            books.departed(weight.energy());
         }
         books.ended(Event::Expired, weight.energy());
         books.finish(&sonel_map::BandClasses::separate(1)).worst_residual()

@@ -159,5 +159,5 @@ fn receivers_without_a_lateral_axis_are_refused_by_name() {
     let renderer = sonel_renderer::Renderer::new(&traced.map, &traced.geometry, settings).expect("a map");
     let problems = renderer.problems(&receivers);
     assert_eq!(problems.len(), 2, "{problems:?}");
-    assert!(problems[0].contains("\"receiver\" looks straight up") && problems[1].contains("cardioid"));
+    assert!(problems[0].contains("\"receiver\" aims straight up") && problems[1].contains("cardioid"));
 }

@@ -57,10 +57,9 @@ fn measured(absorption: [[f64; 2]; 3]) -> Vec<Measurement> {
 fn fitted(start: [[f64; 2]; 3], measurements: &[Measurement], belief: f64) -> Fit {
     let mut traced = trace(room(start), 1);
     let receivers = receivers_of(&traced.map.header().scene);
-    let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief, render: few_rays() };
+    let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief };
     let mut tell = |stage| assert!(matches!(stage, Stage::Rendering(..)), "{stage:?}");
-    let geometry = &traced.geometry;
-    let found = fit(&mut traced.map, geometry, &receivers, measurements, &settings, &mut InMemory, &mut tell);
+    let found = fit(traced.varied(&receivers, few_rays()), measurements, &settings, &mut InMemory, &mut tell);
     found.expect("a decay")
 }
 

@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 use glam::{DVec3, dvec3};
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::{Arc, Mesh, SAGITTA, SpeedProfile};
-use sonel_map::{EmissionDirections, Event, Fate, Settings};
+use sonel_map::{BandClasses, Emissions, Event, Fate, Settings};
 use sonel_renderer::{Estimator, PathClass, RenderError, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
 use sonel_testkit::z_test::{Estimate, Within, within_sigmas};
@@ -274,11 +274,11 @@ fn packets_hop_over_the_ground_along_arcs() {
     let (gradient, height) = (0.8, 0.5);
     let scene = ground(0.0, gradient, 1.0).with_source("source", [0.0, 0.0, height]);
     let traced = Traced::new(scene, settings(20_000));
-    let (header, layout) = (traced.map.header(), traced.map.layout());
-    let directions = EmissionDirections::new(header.settings.seed, 0, layout, header.settings.spectral);
+    let center = traced.geometry.center();
+    let emissions = Emissions::of_map(&traced.map, center, &BandClasses::separate(1));
     let mut hops = 0;
-    for emission in 0..layout.total {
-        let level = directions.direction(emission).truncate().length();
+    for emission in 0..emissions.layout.total {
+        let level = emissions.direction(0, emission).truncate().length();
         let cosine = f64::from(level) * speed() / (speed() + gradient * height);
         let slope = (1.0 - cosine * cosine).sqrt() / cosine;
         let path = traced.map.path(0, emission).expect("the whole run").vertices;

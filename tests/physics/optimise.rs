@@ -45,8 +45,8 @@ fn propose(wish: Wish, candidates: &[Candidate]) -> Result<Proposal, OptimiseErr
     let mut traced = trace(0.1, 1);
     let receivers = receivers_of(&traced.map.header().scene);
     let wishes = [wish];
-    let asked = (&wishes[..], candidates);
-    optimise(&mut traced.map, &traced.geometry, &receivers, asked, few_rays(), &mut InMemory, &mut |_| ())
+    let map = traced.varied(&receivers, few_rays());
+    optimise(map, &wishes, candidates, &mut InMemory, &mut |_| ())
 }
 
 fn free(material: usize, price: f64) -> Candidate {

@@ -47,7 +47,7 @@ fn impossible_receivers_are_all_named() {
     let options = ["--receiver", "on=1,1,1.5", "--receiver", "out=7,1,1", "--receiver", "fine=2,2,1"];
     let complaint_text = complaint(render(&folder, "a.sonelmap", "a.npz", &options));
     assert!(
-        complaint_text.contains("\"on\" stands at source") && complaint_text.contains("\"out\""),
+        complaint_text.contains("\"on\" is at source") && complaint_text.contains("\"out\""),
         "{complaint_text}"
     );
     assert!(!folder.path("a.npz").exists());
@@ -65,7 +65,7 @@ fn contradicting_options_are_refused() {
         (&["--sonels", "many"], "count"),
         (&["--sonels", "0"], "at least 1"),
         (&["--shard", "3/2"], "shard"),
-        (&["--effects", "auto,+echo"], "no effect"),
+        (&["--effects", "auto,+echo"], "unknown effect"),
         (&["--duration", "-1"], "duration"),
         (&["--duration", "NaN"], "duration"),
         (&["--duration", "1e300"], "at most 3600"),
@@ -107,7 +107,7 @@ fn echograms_beyond_all_measure_are_refused() {
     trace(&folder, "a.sonelmap", &["--sonels", "100"]).unwrap();
     for bin in ["1e-300", "1e-9"] {
         let complaint = complaint(render(&folder, "a.sonelmap", "a.npz", &["--bin", bin]));
-        assert!(complaint.contains("wider ones (--bin)"), "{bin}: {complaint}");
+        assert!(complaint.contains("wider bins (--bin)"), "{bin}: {complaint}");
     }
     assert!(!folder.path("a.npz").exists());
 }

@@ -1,5 +1,7 @@
 //! Options, names and files that a person would choose and a random generator would not (docs/stability.md).
 
+use clap::CommandFactory;
+
 use crate::{SCENE, render, test_folder, trace};
 
 /// The message of a refusal.
@@ -24,7 +26,7 @@ fn numbers_below_zero_are_named_with_what_is_allowed() {
         ("--bin", "-1", "give a width above 0"),
         ("--rays", "-1", "is not a count"),
         ("--rays", "0", "give 1 … 4294967295 rays"),
-        ("--radius", "-1", "needs a radius above 0"),
+        ("--radius", "-1", "must be above 0 m"),
         ("--humidity", "-1", "outside 0 … 100"),
         ("--grid", "0:5:1000,0:4:1000,1", "1000000 points are more than 100000"),
     ] {
@@ -44,7 +46,7 @@ fn endings_of_other_files_and_streams_are_no_outputs() {
     for target in ["room", "Größe, 1.sonelmap", "Saal mit Leerzeichen.map"] {
         trace(&folder, target, &["--sonels", "200"]).expect("a name like any other");
     }
-    assert!(refusal(render(&folder, "room", "room.csv", &[])).contains("a response in .npz"));
+    assert!(refusal(render(&folder, "room", "room.csv", &[])).contains("a response ends in .npz"));
     render(&folder, "room", "response", &["--rays", "64"]).expect("a name like any other");
 }
 
@@ -65,7 +67,7 @@ fn lists_of_receivers_are_read_line_by_line() {
     };
     for (text, words) in [
         ("", "the header is \"\""),
-        ("name;x;y;z\na;1;2;1\n", "should be \"name,x,y,z\""),
+        ("name;x;y;z\na;1;2;1\n", "must be \"name,x,y,z\""),
         ("name,x,y,z\n", "list.csv: no receivers"),
         ("name,x,y,z\na,1,2\nb,1,2,1,5\n", "list.csv:3: write a name and three numbers"),
         ("name,x,y,z\na,\"1,5\",2,1\n", "list.csv:2: write a name and three numbers"),
@@ -86,4 +88,20 @@ fn third_octaves_without_their_width_are_recognised() {
     let error = refusal(trace(&folder, "a.sonelmap", &[]));
     assert!(error.contains("these are third octaves; add width = \"third\""), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");
+}
+
+/// `--until` of both programs, `--use`, `--wish` and the `--parameter` of a plan.
+#[test]
+fn help_lists_the_parameters_that_are_read() {
+    let analyze = sonel_analyze::Arguments::command();
+    let mut commands: Vec<clap::Command> = analyze.get_subcommands().cloned().collect();
+    commands.extend([sonel_trace::Arguments::command(), sonel_render::Arguments::command()]);
+    let arguments = commands.iter().flat_map(clap::Command::get_arguments);
+    let helps = arguments.filter_map(|argument| argument.get_help()).map(ToString::to_string);
+    let lists: Vec<String> = helps.filter(|help| help.contains("level, ")).collect();
+    assert_eq!(lists.len(), 5, "{lists:#?}");
+    let names = sonel_study::target::names();
+    for list in lists {
+        assert!(list.replace(" or ", ", ").contains(&names), "{list}");
+    }
 }

@@ -68,9 +68,9 @@ fn a_map_of_two_airs_extended_is_the_longer_run() {
     assert!(folder.bytes("extended.sonelmap") == folder.bytes("long.sonelmap"));
     let error =
         |options: &[&str]| format!("{:#}", render(&folder, "long.sonelmap", "a.npz", options).unwrap_err());
-    assert!(error(&["--temperature", "10"]).contains("several airs"));
+    assert!(error(&["--temperature", "10"]).contains("several regions of air"));
     assert!(error(&["--estimator", "paper"]).contains("one air"));
-    assert!(error(&["--set", "materials.layer.absorption=0.5"]).contains("interface between airs"));
+    assert!(error(&["--set", "materials.layer.absorption=0.5"]).contains("interface between regions"));
     // Without refraction the hall has one air and the interface is no more.
     for options in [&["--effects", "auto,-refraction"][..], &["--mode", "paper", "--effects", "none"]] {
         trace(&folder, "one.sonelmap", &[options, &["--sonels", "100"]].concat()).unwrap();
@@ -116,12 +116,18 @@ fn contradictions_are_named_with_both_values_all_at_once() {
     assert!(effects.contains("air off, off, off") && effects.contains("with on, on, on"), "{effects}");
     for sonels in ["700", "699"] {
         let complaint = complaint(&folder, &["--sonels", sonels]);
-        assert!(complaint.contains(&format!("--sonels {sonels}, the map has 700")), "{complaint}");
+        assert!(
+            complaint.contains(&format!("--sonels {sonels} is not above the 700 of the map")),
+            "{complaint}"
+        );
     }
     let several = complaint(&folder, &["--sonels", "50", "--seed", "4", "--batches", "5"]);
     assert_eq!(several.lines().count(), 3, "{several}");
     assert!(complaint(&folder, &[]).contains("--extend needs --sonels"));
-    assert!(complaint(&folder, &["--sonels", "800", "--shard", "1/2"]).contains("--shard a part"));
+    assert!(
+        complaint(&folder, &["--sonels", "800", "--shard", "1/2"])
+            .contains("--extend and --shard cannot be combined")
+    );
     assert!(before == folder.bytes("a.sonelmap"));
 }
 

@@ -62,7 +62,7 @@ fn parts_of_other_renderings_missing_and_doubled_parts_are_refused() {
     assert!(refusal(merge(&folder, &["1.npz"], "c.npz")).contains("part 2/2 is missing"));
     assert!(refusal(merge(&folder, &["1.npz", "1.npz"], "c.npz")).contains("the same part"));
     part("a.sonelmap", "whole.npz", &[]);
-    assert!(refusal(merge(&folder, &["whole.npz"], "c.npz")).contains("no part of another"));
+    assert!(refusal(merge(&folder, &["whole.npz"], "c.npz")).contains("not a part of a rendering"));
     assert!(refusal(render(&folder, "a.sonelmap", "d.npz", &["--shard", "2/2"])).contains("at most 1"));
     assert!(!folder.path("c.npz").exists());
 }
@@ -108,8 +108,8 @@ fn shards_with_a_decision_made_once_equal_those_that_decide() {
     let said = |options: &[&str]| {
         refusal(trace(&folder, "b.sonelmap", &[&["--sonels", "100", "--decision", &map], options].concat()))
     };
-    assert!(said(&["--mode", "paper"]).contains("decided for --mode accurate, this run has paper"));
-    assert!(said(&["--duration", "0.3"]).contains("decided for 0.6 s, this run has 0.3 s"));
+    assert!(said(&["--mode", "paper"]).contains("decision is for --mode accurate, this run has paper"));
+    assert!(said(&["--duration", "0.3"]).contains("decision is for 0.6 s, this run has 0.3 s"));
     assert!(said(&["--effects", "all"]).contains("cannot be used with"));
     folder.write("scene.toml", crate::SCENE.replace("0.6", "0.7"));
     assert!(said(&[]).contains("scene file has digest"));

@@ -1,4 +1,4 @@
-//! Hard cases: where geometry and numbers turn nasty, one named case each, in their quick form.
+//! Hard cases of geometry, coefficients and input, one named case each, in their quick form.
 //!
 //! docs/stability.md lists the promises of the main cases. `cargo xtask accept` runs the same cases in their long form.
 

@@ -1,4 +1,5 @@
-//! What takes too long for every change: documentation, foreign packages, a real Slurm, a container, the Python wheel and its notebook, statistical runs in
+//! Checks that take too long for every change: documentation, foreign packages, a real Slurm, a container, the Python wheel
+//! and its notebook, statistical runs in
 //! release.
 
 use std::process::Command;
@@ -29,43 +30,40 @@ pub enum Part {
     Tests,
 }
 
-/// Runs one part, or all.
+/// Runs one part, or all; ends with what was left out.
 pub fn run(part: Option<Part>) -> Result<()> {
-    let is_wanted = |wanted: Part| part.is_none_or(|part| part == wanted);
-    if is_wanted(Part::Documentation) {
-        documentation::check()?;
+    // What it needs where something of it cannot run.
+    type Run = fn() -> Result<Option<&'static str>>;
+    let parts: [(Part, Run); 7] = [
+        (Part::Documentation, || documentation::check().map(|()| None)),
+        (Part::Packages, packages),
+        (Part::Cluster, cluster::accept),
+        (Part::Container, container::accept),
+        (Part::Python, || python_package::accept().map(|()| None)),
+        (Part::Report, report::accept),
+        (Part::Tests, || tests().map(|()| None)),
+    ];
+    let mut left_out = Vec::new();
+    for (_, run) in parts.into_iter().filter(|&(name, _)| part.is_none_or(|part| part == name)) {
+        left_out.extend(run()?);
     }
-    if is_wanted(Part::Packages) {
-        packages()?;
+    for reason in left_out {
+        println!("left out: {reason}");
     }
-    if is_wanted(Part::Cluster) {
-        cluster::accept()?;
-    }
-    if is_wanted(Part::Container) {
-        container::accept()?;
-    }
-    if is_wanted(Part::Python) {
-        python_package::accept()?;
-    }
-    if is_wanted(Part::Report) {
-        report::accept()?;
-    }
-    if is_wanted(Part::Tests) { tests() } else { Ok(()) }
+    Ok(())
 }
 
-/// Compares foreign packages with deny.toml.
-fn packages() -> Result<()> {
+/// Compares foreign packages with deny.toml. Where something of it cannot run: what it needs.
+fn packages() -> Result<Option<&'static str>> {
     let mut command = workspace::cargo(&["deny", "--version"]);
     if !command.output().is_ok_and(|output| output.status.success()) {
-        println!("left out: licences and advisories need `cargo install --locked cargo-deny`");
-        return Ok(());
+        return Ok(Some("licences and advisories need `cargo install --locked cargo-deny`"));
     }
     succeed(workspace::cargo(&["deny", "check", "licenses", "bans", "sources"]))?;
     if !workspace::cargo(&["deny", "fetch", "db"]).status().is_ok_and(|status| status.success()) {
-        println!("left out: advisories need github.com");
-        return Ok(());
+        return Ok(Some("advisories: their database is on github.com, which cannot be reached"));
     }
-    succeed(workspace::cargo(&["deny", "check", "advisories"]))
+    succeed(workspace::cargo(&["deny", "check", "advisories"])).map(|()| None)
 }
 
 /// Runs all tests, one after the other, and shows what they measured; of those that continuous integration runs, what it leaves out.

@@ -1,6 +1,7 @@
 //! The workflow and the Slurm script of workflow/, run here on a small scene: what they join is the run in one piece.
 
 use std::env;
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,7 +9,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 
 use crate::python::{self, printed};
-use crate::slurm::Slurm;
+use crate::slurm::{Process, Slurm};
 use xtask::workspace::{self, Profile};
 
 const REQUIREMENTS: &str = "workflow/requirements.txt";
@@ -28,7 +29,6 @@ pub fn environment() -> Result<PathBuf> {
 
 /// Makes a run in one piece, by Snakemake and by the script; compares.
 pub fn check() -> Result<()> {
-    let snakemake = environment()?.join("snakemake");
     let programs = workspace::programs(Profile::Dev)?;
     let folder = workspace::root().join(FOLDER);
     if folder.exists() {
@@ -40,7 +40,8 @@ pub fn check() -> Result<()> {
     let other = trace(&programs, &folder.join("other.sonelmap"), SONELS, "2")?;
     ensure!(whole != other, "another seed goes unnoticed: the comparison is blind");
 
-    with_snakemake(&snakemake, &programs, &folder)?;
+    let config = format!("sonels={SONELS}");
+    printed(snakemake(&programs, &folder)?.args([&config, "--cores", "2", "--quiet", "all"]))?;
     ensure!(
         fs::read(folder.join("snakemake/map.sonelmap"))? == whole,
         "the workflow's map is not that of the run in one piece"
@@ -67,25 +68,17 @@ fn trace(programs: &Path, map: &Path, sonels: &str, seed: &str) -> Result<Vec<u8
     Ok(fs::read(map)?)
 }
 
-fn with_snakemake(snakemake: &Path, programs: &Path, folder: &Path) -> Result<()> {
-    let mut command = Command::new(snakemake);
-    command.args([
-        "--snakefile",
-        "workflow/Snakefile",
-        "--cores",
-        "2",
-        "--quiet",
-        "all",
-        "--show-failed-logs",
-    ]);
-    command.arg("--directory").arg(folder).arg("--config").args([
+/// Snakemake, with results in the folder `snakemake` of `folder`; the last option is `--config`, which takes more.
+fn snakemake(programs: &Path, folder: &Path) -> Result<Command> {
+    let mut command = Command::new(environment()?.join("snakemake"));
+    command.args(["--snakefile", "workflow/Snakefile", "--show-failed-logs", "--directory"]).arg(folder);
+    command.arg("--config").args([
         format!("scene={}", workspace::root().join(SCENE).display()),
         format!("programs={}", programs.display()),
-        format!("sonels={SONELS}"),
         format!("shards={SHARDS}"),
         "output=snakemake".to_owned(),
     ]);
-    printed(&mut command).map(drop)
+    Ok(command)
 }
 
 /// The script as Slurm calls it: to decide, once for every task of the array, to join.
@@ -102,16 +95,23 @@ fn with_script(programs: &Path, folder: &Path) -> Result<()> {
 
 /// `workflow/slurm.sh`, which finds `programs`.
 fn script(programs: &Path, folder: &Path, shards: u32, sonels: &str) -> Result<Command> {
-    let path = env::var_os("PATH").unwrap_or_default();
-    let path = env::join_paths([programs.to_owned()].into_iter().chain(env::split_paths(&path)))?;
     let mut command = Command::new(workspace::root().join("workflow/slurm.sh"));
-    command.args([&shards.to_string(), SCENE]).arg(folder).args([sonels, "--quiet"]).env("PATH", path);
+    command.args([&shards.to_string(), SCENE]).arg(folder).args([sonels, "--quiet"]);
+    command.env("PATH", path_with(programs)?);
     Ok(command)
 }
 
-/// The same on a real Slurm, with faults: a task is cancelled, the node fails, Snakemake is killed.
-pub fn accept() -> Result<()> {
-    let Some(slurm) = Slurm::start(&workspace::root().join("target/cluster/daemons"))? else { return Ok(()) };
+/// The `PATH`, with a folder before the others.
+fn path_with(folder: &Path) -> Result<OsString> {
+    let path = env::var_os("PATH").unwrap_or_default();
+    Ok(env::join_paths([folder.to_owned()].into_iter().chain(env::split_paths(&path)))?)
+}
+
+/// The same on a real Slurm, with faults: a task is cancelled, the node fails, Snakemake is killed. Where it cannot run: what it needs.
+pub fn accept() -> Result<Option<&'static str>> {
+    let Some(slurm) = Slurm::start(&workspace::root().join("target/cluster/daemons"))? else {
+        return Ok(Some("a real Slurm needs root and Debian's `slurm-wlm` and `munge`"));
+    };
     let programs = workspace::programs(Profile::Dev)?;
     let folder = workspace::root().join("target/cluster/accept");
     if folder.exists() {
@@ -133,13 +133,13 @@ pub fn accept() -> Result<()> {
     same(&folder.join("single/map.sonelmap"), "one shard")?;
 
     submit(SHARDS, "failed")?;
-    slurm.running_task()?;
+    slurm.running(is_task)?;
     slurm.fail_node()?;
     slurm.settle()?;
     same(&folder.join("failed/map.sonelmap"), "a node that failed")?;
 
     submit(SHARDS, "cancelled")?;
-    let task = slurm.running_task()?;
+    let (task, _) = slurm.running(is_task)?;
     slurm.cancel(&task)?;
     slurm.settle()?;
     ensure!(!folder.join("cancelled/map.sonelmap").exists(), "shards were joined without one");
@@ -156,5 +156,35 @@ pub fn accept() -> Result<()> {
     let (_, number) = task.split_once('_').context("no task of an array")?;
     again("trace", &["--output=/dev/null", &format!("--array={number}")])?;
     again("join", &["--output=/dev/null"])?;
-    same(&folder.join("cancelled/map.sonelmap"), "a cancelled task")
+    same(&folder.join("cancelled/map.sonelmap"), "a cancelled task")?;
+
+    with_profile(&slurm, &programs, &folder)?;
+    same(&folder.join("snakemake/map.sonelmap"), "Snakemake, with a cancelled job and killed")?;
+    Ok(None)
+}
+
+/// Whether a line of `Slurm::running` is that of a task of an array.
+fn is_task(line: &str) -> bool {
+    line.split(' ').next().is_some_and(|job| job.contains('_'))
+}
+
+/// The profile for Slurm: a cancelled job is repeated; after Snakemake was killed it is called again as docs/scale.md says.
+fn with_profile(slurm: &Slurm, programs: &Path, folder: &Path) -> Result<()> {
+    let with = |options: &[&str]| -> Result<Command> {
+        let mut command = snakemake(programs, folder)?;
+        let profile = workspace::root().join("workflow/profiles/slurm");
+        command.args([&format!("sonels={MORE_SONELS}"), "--slurm-init-seconds-before-status-checks", "5"]);
+        command.args(options).arg("--profile").arg(profile).current_dir(workspace::root());
+        command.envs(slurm.environment()).env("PATH", path_with(slurm.folder())?);
+        Ok(command)
+    };
+    let first = Process::start(&mut with(&[])?)?;
+    let (cancelled, shard) = slurm.running(|line| line.contains("trace"))?;
+    slurm.cancel(&cancelled)?;
+    slurm.running(|line| line.ends_with(&shard) && !line.starts_with(&cancelled))?;
+    drop(first);
+    slurm.settle()?;
+    ensure!(!folder.join("snakemake/map.sonelmap").exists(), "Snakemake was not killed in time");
+    printed(&mut with(&["--unlock"])?)?;
+    printed(&mut with(&[])?).map(drop)
 }

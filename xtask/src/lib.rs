@@ -1,4 +1,4 @@
-//! What the chores of `cargo xtask` and `cargo pages` share.
+//! Shared by `cargo xtask` and `cargo pages`.
 #![allow(clippy::print_stderr, reason = "a chore reports to the person who runs it")]
 
 pub mod workspace;

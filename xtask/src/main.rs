@@ -24,12 +24,12 @@ use clap::Parser;
 #[derive(Parser)]
 #[command(name = "cargo xtask")]
 enum Chore {
-    /// Run what must hold before an issue is closed and takes too long for every change
+    /// Run the long checks: documentation, packages, cluster, Python, statistics
     Accept {
         /// One part alone
         part: Option<accept::Part>,
     },
-    /// Measure speed: rays, segments, connections, bytes; counts first, seconds second
+    /// Measure speed: rays, segments, connections, bytes
     Bench {
         /// Parts of the speed benchmark alone: shoebox, seed-room, hall, what-if, edges
         parts: Vec<String>,

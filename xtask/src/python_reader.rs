@@ -134,7 +134,7 @@ fn list(value: &Value) -> Result<&Vec<Value>> {
 }
 
 fn number(value: &Value) -> Result<f64> {
-    value.as_f64().with_context(|| format!("{value} is no number"))
+    value.as_f64().with_context(|| format!("{value} is not a number"))
 }
 
 #[cfg(test)]

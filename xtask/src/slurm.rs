@@ -1,7 +1,6 @@
 //! The array script and the Slurm profile of workflow/ on a real Slurm: one node on this machine, with its daemons under target/.
 //!
-//! Faults are a cancelled task, a failed node and a killed Snakemake; after each, what the pages say is done and the map compared
-//! with that of the run in one piece. There is no accounting database.
+//! There is no accounting database.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,16 +21,32 @@ const PATIENCE: Duration = Duration::from_secs(300);
 /// A Slurm of one node, ended with the value.
 pub struct Slurm {
     folder: PathBuf,
-    daemons: Vec<Child>,
+    daemons: Vec<Process>,
+}
+
+/// A process, killed with the value.
+pub struct Process(Child);
+
+impl Process {
+    /// Starts it.
+    pub fn start(command: &mut Command) -> Result<Self> {
+        Ok(Self(command.spawn().with_context(|| format!("cannot start {command:?}"))?))
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 impl Slurm {
-    /// Starts it in `folder`; none, with a word on stdout, where it is not installed or this is not root.
+    /// Starts it in `folder`; none where it is not installed or this is not root.
     pub fn start(folder: &Path) -> Result<Option<Self>> {
         let is_root = printed(Command::new("id").arg("-u")).is_ok_and(|id| id.trim() == "0");
         let found = |daemon: &&str| Path::new("/usr/sbin").join(daemon).exists();
         if !is_root || !DAEMONS.iter().all(found) {
-            println!("left out: a real Slurm needs root and `apt-get install slurm-wlm munge`");
             return Ok(None);
         }
         if folder.exists() {
@@ -39,6 +54,12 @@ impl Slurm {
         }
         fs::create_dir_all(folder.join("state"))?;
         fs::write(folder.join("slurm.conf"), configuration(folder))?;
+        // Steps of Snakemake lose SLURM_CONF.
+        let step = folder.join("srun");
+        let conf = folder.join("slurm.conf");
+        let lines = format!("#!/bin/sh\nSLURM_CONF='{}' exec /usr/bin/srun \"$@\"\n", conf.display());
+        fs::write(&step, lines)?;
+        printed(Command::new("chmod").arg("755").arg(&step))?;
         // The owner alone may read a key.
         let key = folder.join("key");
         printed(
@@ -73,7 +94,7 @@ impl Slurm {
         let mut command = Command::new(Path::new("/usr/sbin").join(name));
         command.args(arguments).env("SLURM_CONF", self.folder.join("slurm.conf"));
         command.stdout(log.try_clone()?).stderr(log).stdin(Stdio::null());
-        self.daemons.push(command.spawn().with_context(|| format!("cannot start {name}"))?);
+        self.daemons.push(Process::start(&mut command)?);
         Ok(())
     }
 
@@ -87,6 +108,11 @@ impl Slurm {
     /// What clients need to find it.
     pub fn environment(&self) -> [(&'static str, PathBuf); 1] {
         [("SLURM_CONF", self.folder.join("slurm.conf"))]
+    }
+
+    /// The folder of the `srun` of this Slurm.
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// What a client prints.
@@ -103,15 +129,19 @@ impl Slurm {
         wait("jobs", || Ok(self.said(&["squeue", "--noheader"])?.trim().is_empty()))
     }
 
-    /// The first task of an array that runs, `JOB_TASK`; waits for one.
-    pub fn running_task(&self) -> Result<String> {
-        let mut task = String::new();
-        wait("a running task", || {
-            let running = self.said(&["squeue", "--noheader", "--states=RUNNING", "--format=%i"])?;
-            task = running.lines().find(|job| job.contains('_')).unwrap_or_default().trim().to_owned();
-            Ok(!task.is_empty())
+    /// The first running job whose line `NUMBER COMMENT` is `wanted`, and its comment; waits for one.
+    pub fn running(&self, mut wanted: impl FnMut(&str) -> bool) -> Result<(String, String)> {
+        let mut found = None;
+        wait("a running job", || {
+            let running = self.said(&["squeue", "--noheader", "--states=RUNNING", "--format=%i %k"])?;
+            found = running
+                .lines()
+                .find(|line| wanted(line))
+                .and_then(|line| line.split_once(' '))
+                .map(|(job, comment)| (job.to_owned(), comment.to_owned()));
+            Ok(found.is_some())
         })?;
-        Ok(task)
+        found.context("a job that was found")
     }
 
     /// Ends a job.
@@ -122,15 +152,6 @@ impl Slurm {
     /// Lets the node fail under its jobs; it comes back by itself.
     pub fn fail_node(&self) -> Result<()> {
         self.said(&["scontrol", "update", "NodeName=localhost", "State=DOWN", "Reason=test"]).map(drop)
-    }
-}
-
-impl Drop for Slurm {
-    fn drop(&mut self) {
-        for daemon in self.daemons.iter_mut().rev() {
-            let _ = daemon.kill();
-            let _ = daemon.wait();
-        }
     }
 }
 

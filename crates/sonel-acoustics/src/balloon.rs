@@ -34,7 +34,7 @@ pub enum BalloonError {
     #[error("the grid of directions does not fit its values")]
     Shape,
     /// A negative or infinite energy, or none at all.
-    #[error("a value is negative or no number")]
+    #[error("a value is negative or not a number")]
     Value,
     /// All energies of a band are 0.
     #[error("no direction has energy in band {0}, counted from 0")]

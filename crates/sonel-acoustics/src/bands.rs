@@ -61,7 +61,7 @@ pub enum BandError {
     #[error("no band given: list at least one nominal centre frequency")]
     Empty,
     /// A centre outside the nominal series of its width.
-    #[error("{given} Hz is no nominal {width} centre; the nearest is {nearest} Hz")]
+    #[error("{given} Hz is not a nominal {width} centre; the nearest is {nearest} Hz")]
     NotNominal {
         /// Position in the list.
         index: usize,
@@ -248,9 +248,9 @@ mod tests {
         assert_eq!(
             messages,
             [
-                "440 Hz is no nominal octave centre; the nearest is 500 Hz",
+                "440 Hz is not a nominal octave centre; the nearest is 500 Hz",
                 "440 Hz follows 500 Hz: centres must ascend, each once",
-                "NaN Hz is no nominal octave centre; the nearest is 1000 Hz",
+                "NaN Hz is not a nominal octave centre; the nearest is 1000 Hz",
                 "250 Hz follows 250 Hz: centres must ascend, each once",
             ]
         );

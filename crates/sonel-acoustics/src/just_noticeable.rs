@@ -1,4 +1,4 @@
-//! Just-noticeable differences: how much of a change a listener hears.
+//! Just-noticeable differences of room-acoustic parameters.
 //!
 //! References: [ISO3382-1] table A.1; for the speech transmission index [Bradley1999] (docs/references.md).
 

@@ -1,4 +1,4 @@
-//! Materials: what a wall does with the energy that meets it, per band.
+//! Materials: absorption, scattering and transmission per band.
 //!
 //! Of the incident energy α is not reflected; the reflected part is split by the scattering coefficient s into Lambert
 //! and mirror; τ ≤ α passes straight on and α − τ is dissipated (docs/physics.md §1, §3).

@@ -1,4 +1,4 @@
-//! Statistical room acoustics: what a diffuse field would do.
+//! Statistical room acoustics: formulas for a diffuse field.
 //!
 //! All of it assumes one room whose field is diffuse: absorption spread evenly, no dominant dimension, frequencies above
 //! Schroeder's. Each function says when it holds. `air_attenuation` is the energy attenuation m [1/m].

@@ -46,16 +46,7 @@ pub fn derived<'a>(
         of(&estimates.iter().map(|estimate| read(estimate)).collect::<Vec<f64>>())
     };
     let value = take(&|estimate| estimate.value);
-    let bare = |interval| Estimate {
-        value,
-        interval,
-        error: None,
-        without: Vec::new(),
-        weight: Vec::new(),
-        warning: None,
-        decay: None,
-        kernel: None,
-    };
+    let bare = |interval| Estimate::bare(value, interval);
     if let Some(reason) = estimates.iter().find_map(|estimate| estimate.interval.as_ref().err()) {
         return Ok(bare(Err(reason.clone())));
     }

@@ -41,14 +41,8 @@ impl Parts {
     ) -> Result<Self, NoInterval> {
         let stored = response.batches.as_ref().ok_or(NoInterval::NoBatches)?;
         let edges = response.batch_edges(s, r).ok_or(NoInterval::NoBatches)?;
-        let sum: f64 = stored.weight.iter().sum();
-        let batches: Vec<(f64, &[f32])> = stored
-            .weight
-            .iter()
-            .enumerate()
-            .filter(|(_, weight)| **weight > 0.0)
-            .filter_map(|(g, weight)| Some((weight / sum, response.batch_echogram(g, s, r, b)?)))
-            .collect();
+        let batches: Vec<(f64, &[f32])> =
+            weighted(&stored.weight, |g| response.batch_echogram(g, s, r, b)).collect();
         if batches.len() < 2 {
             return Err(if batches.is_empty() { NoInterval::NoBatches } else { NoInterval::OneBatch });
         }
@@ -57,13 +51,8 @@ impl Parts {
         let mean_energy = mean(&batches);
         let without =
             batches.iter().map(|&(weight, batch)| read(&leave_out(&mean_energy, weight, batch))).collect();
-        let differences: Vec<(f64, &[f32])> = stored
-            .weight
-            .iter()
-            .enumerate()
-            .filter(|(_, weight)| **weight > 0.0)
-            .filter_map(|(g, weight)| Some((weight / sum, response.kernel_difference(g, s, r, b)?)))
-            .collect();
+        let differences: Vec<(f64, &[f32])> =
+            weighted(&stored.weight, |g| response.kernel_difference(g, s, r, b)).collect();
         let is_biased =
             differences.iter().any(|(_, bins)| bins.iter().any(|difference| difference.abs() > 0.0));
         Ok(Self {
@@ -74,6 +63,16 @@ impl Parts {
             weight: batches.iter().map(|&(weight, _)| weight).collect(),
         })
     }
+}
+
+/// What there is of batches with any weight, each with its share of all weights.
+pub(crate) fn weighted<'a>(
+    weights: &[f64],
+    of: impl Fn(usize) -> Option<&'a [f32]>,
+) -> impl Iterator<Item = (f64, &'a [f32])> {
+    let sum: f64 = weights.iter().sum();
+    let weights = weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
+    weights.filter_map(move |(g, weight)| Some((weight / sum, of(g)?)))
 }
 
 /// Weighted mean of the batches per bin. Where all agree it is their value to the last bit: certainty has no spread.

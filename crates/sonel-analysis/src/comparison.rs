@@ -1,11 +1,11 @@
 //! Which parameters of two responses differ beyond noise.
 //!
 //! Every parameter that both responses have, with a standard error in each, is compared by Welch's t: the difference against
-//! √(σ_A² + σ_B²) with the degrees of freedom of Welch and Satterthwaite (rounded down). So many parameters are looked at that
-//! some differ by chance: each is judged at Šidák's level 1 − 0.99^(1/m), so that two responses without any difference are
-//! told apart once in a hundred comparisons, whatever the number of parameters m [Sidak1967].
+//! √(σ_A² + σ_B²) with the degrees of freedom of Welch and Satterthwaite (rounded down). With many parameters some differ
+//! by chance, so each is tested at Šidák's level 1 − 0.99^(1/m): equal responses differ in 1 % of comparisons, whatever the
+//! number of parameters m [Sidak1967].
 //!
-//! Besides the parameters these are the strengths of [`WINDOWS`], which tell when the difference arises.
+//! The strengths in [`WINDOWS`] are compared, too, to show when a difference arises.
 //!
 //! Responses of one map, or of runs with one seed, share random numbers batch by batch: there the difference itself is
 //! jackknifed, which is sharper the more they share ([`Pairing::Batches`]).

@@ -49,6 +49,21 @@ impl KernelShift {
 const MOST_JUST_NOTICEABLE: f64 = 10.0;
 
 impl Estimate {
+    /// A value with its interval alone.
+    #[must_use]
+    pub(crate) fn bare(value: f64, interval: Interval) -> Self {
+        Self {
+            value,
+            interval,
+            error: None,
+            without: Vec::new(),
+            weight: Vec::new(),
+            warning: None,
+            decay: None,
+            kernel: None,
+        }
+    }
+
     /// The estimate, unless its interval is hopelessly wide; `just_noticeable` is the just-noticeable difference about its
     /// value, in the same unit.
     ///
@@ -118,7 +133,7 @@ impl Estimate {
             return Err(Unsupported::NotStraight { from_db, to_db, found });
         }
         let bent =
-            quality.excess(1.0).map(|found| format!("the decay is no straight line: {found} (ISO 3382-2)"));
+            quality.excess(1.0).map(|found| format!("the decay curve is not straight: {found} (ISO 3382-2)"));
         Ok(Self { decay: Some(quality), ..self }.warned(bent))
     }
 
@@ -168,7 +183,7 @@ pub enum Unsupported {
     },
     /// What follows the record decides.
     #[error(
-        "the run ends at {end_s:.2} s, before the decay does, and what is missing decides this: set duration_s to {needed_s:.2} or more"
+        "the run ends at {end_s:.2} s and the missing decay is too large for this parameter: set duration_s to {needed_s:.2} or more"
     )]
     CutOff {
         /// [s].
@@ -178,8 +193,7 @@ pub enum Unsupported {
     },
     /// The decay is no line.
     #[error(
-        "the decay from {from_db:.0} to {to_db:.0} dB is no straight line: {found}; this has no reverberation time, look at the \
-         decay curve"
+        "the decay from {from_db:.0} to {to_db:.0} dB is not straight: {found}; no reverberation time describes it, see the decay curve (sonel-analyze plot --what decay)"
     )]
     NotStraight {
         /// [dB].
@@ -321,16 +335,7 @@ mod tests {
 
     /// A time read off a decay of non-linearity `xi` [‰] and curvature `c` [%].
     fn time(xi: f64, c: f64) -> ParameterValue {
-        let estimate = Estimate {
-            value: 1.0,
-            interval: Ok([0.9, 1.1]),
-            error: None,
-            without: Vec::new(),
-            weight: Vec::new(),
-            warning: None,
-            decay: None,
-            kernel: None,
-        };
+        let estimate = Estimate::bare(1.0, Ok([0.9, 1.1]));
         let quality =
             DecayQuality { range_db: [-5.0, -25.0], non_linearity_permille: xi, curvature_percent: Some(c) };
         estimate.if_straight(Some(quality))

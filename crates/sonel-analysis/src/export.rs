@@ -1,7 +1,7 @@
-//! The sonels of a map for other programs: a row each as CSV, an array a property for numpy.
+//! Exports the sonels of a map: one row per sonel as CSV, one array per property for numpy.
 //!
-//! Columns are those of docs/formats/sonels.md. What a map leaves out because it follows from the rest is written out here, so
-//! the files are eight and more times the size of the map; neither is held in memory. The echograms of a response become a long table.
+//! Columns are those of docs/formats/sonels.md. Derived quantities are written out, so the files are at least eight times
+//! the size of the map; neither is held in memory. Echograms of a response become a long table.
 
 mod csv;
 mod echogram;

@@ -1,6 +1,6 @@
 //! Decay curves, ISO 3382 parameters with intervals, differences.
 //!
-//! From a response (energy echograms with batch estimates) to what an acoustician reads off it:
+//! Computes room-acoustic parameters from a response (energy echograms with batch estimates):
 //!
 //! - [`decay`]: Schroeder's backward integration, with what follows the record estimated by [`tail`];
 //! - [`regression`]: reverberation times with their decay range and non-linearity;
@@ -8,13 +8,13 @@
 //! - [`parameter`]: the parameters of one echogram; [`receiver`]: those of a whole response;
 //! - `lateral`: lateral fractions and the late lateral level, where the response has directions;
 //! - `support`: stage support at receivers one metre from a source;
-//! - [`open_plan`]: how speech falls along a line of workstations;
+//! - [`open_plan`]: parameters of open-plan offices;
 //! - [`average`]: single numbers and means over receivers;
-//! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when not to believe those;
+//! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when intervals are unreliable;
 //! - [`report`]: tables, CSV and JSON (docs/interface.md); [`plot`]: line plots with intervals and plans, as SVG or PNG.
 //!
-//! [`comparison`] tells which parameters of two responses differ beyond noise, [`map_comparison`] where, when and in which
-//! bands two maps do.
+//! [`comparison`] finds the parameters of two responses that differ beyond noise, [`map_comparison`] the places, times and
+//! bands of two maps.
 //!
 //! [`picture`] writes energy on surfaces, as a camera sees it, as OpenEXR and PNG.
 //!

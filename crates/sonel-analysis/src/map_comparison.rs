@@ -9,14 +9,14 @@
 //! differ before anything has mixed. Behind the half a doubling would span 30 dB of decay, of which only the beginning
 //! would count, so quarters follow.
 //!
-//! **Test.** Each cell has an estimate per batch; the difference of the weighted means is judged by Student's t, with the
+//! **Test.** Each cell has an estimate per batch; the difference of the weighted means is tested by Student's t, with the
 //! error from the spread of the batches. Maps with the same seed and numbering of emissions share random numbers: their
 //! batches are compared pairwise, which takes out what is common. Otherwise the maps are independent and Welch's t is used.
 //! Maps of one seed but other numberings share some paths: taken for independent, differences may go unnoticed, but none
 //! is invented. The level is 1 % for the whole comparison, a third for each kind of place, divided by the number of its
 //! cells (Bonferroni): it holds whatever the dependence between cells, and bands share their paths.
 //!
-//! **Sparse cells** are not judged: few arrivals are not normally distributed, and where the maps differ in size a lack
+//! **Sparse cells** are not tested: few arrivals are not normally distributed, and where the maps differ in size a lack
 //! of rare arrivals in the smaller one looks like certainty. Needed are [`FEWEST_ARRIVALS`] in either map, counted as
 //! (Σe)² / Σe² over both and shared out by their packets, so that a surface which nothing reaches any more is still found.
 //! Where packets are weighed in another way (survival, separate bands) that is no guide, and each map has to have them

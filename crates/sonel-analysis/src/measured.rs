@@ -93,7 +93,7 @@ fn row(header: &StringRecord, record: &StringRecord) -> Result<Option<MeasuredRo
         [None, None] => None,
         _ => {
             return Err(format!(
-                "line {line}: ci95_low and ci95_high are no interval: give both, the lower first, or none"
+                "line {line}: ci95_low and ci95_high are not an interval: give both, the lower first, or neither"
             ));
         }
     };

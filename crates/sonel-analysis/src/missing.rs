@@ -1,8 +1,8 @@
-//! What the end of the run cut off, and how far parameters may be off by it.
+//! Truncation at the end of a run, and its effect on parameters.
 //!
-//! The tail that continues a record is a guess: it fits the record's last 10 dB at one receiver. The energy that packets still carried at
-//! the end of the run says independently how much arrives later, as the mean over the room. The truth is expected between half the
-//! smaller and twice the larger of both; parameters are read off both ends as well, and their intervals hold what is found there.
+//! The tail that continues a record fits its last 10 dB at one receiver. The energy of packets at the end of the run is an
+//! independent estimate of what arrives later, as the mean over the room. The true value is expected between half the
+//! smaller and twice the larger of both; intervals include the parameters at both limits.
 
 use crate::decay::{DecayCurve, Echogram};
 use crate::estimate::{Estimate, ParameterValue, Unsupported};
@@ -87,8 +87,7 @@ pub fn widened(
     let interval = estimate.interval.map(|[low, high]| [low + least, high + most]);
     let cut_off = (largest > LEAST_WARNED).then(|| {
         format!(
-            "the run ends at {end:.2} s, before the decay does: what is missing may change this by {largest:.1} just-noticeable \
-             differences, which the interval holds; set duration_s to {needed_s:.2} or more"
+            "the run ends at {end:.2} s, before the decay: the missing part may change this by {largest:.1} just-noticeable differences, included in the interval; set duration_s to {needed_s:.2} or more"
         )
     });
     Ok(Estimate { interval, ..estimate }.warned(cut_off))

@@ -1,4 +1,4 @@
-//! Open-plan offices: how speech falls along a line of workstations.
+//! Open-plan offices: decay of speech along a line of workstations (ISO 3382-3).
 //!
 //! L_p,A,S is the A-weighted level of speech at a workstation. Over lg r, r the distance from the source, its regression line between 2 m and 16 m
 //! falls by D_2,S per doubling of r and has L_p,A,S,4m at 4 m. The speech transmission index, with background noise, is regressed over r: it

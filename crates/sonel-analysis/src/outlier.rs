@@ -1,4 +1,4 @@
-//! Batches that look unlike a sample of a normal distribution: the sign of a heavy tail.
+//! Outlying batches, by Grubbs's test: the sign of a heavy-tailed distribution.
 //!
 //! Where a few rare paths carry much of the energy, the spread of the batches says little until such a path has been found:
 //! intervals are then too short, or ruled by one batch. Grubbs's test finds the latter: the largest deviation from the mean,
@@ -23,7 +23,7 @@ pub fn warning(residuals: &[f64]) -> Option<String> {
     let critical = critical_deviation(FALSE_ALARMS, residuals.len() as u32);
     (largest > critical).then(|| {
         format!(
-            "the interval may be too narrow, rare paths carry much of the energy: one of {} batches is {largest:.1} standard \
+            "the interval may be too narrow because rare paths carry much of the energy: one of {} batches is {largest:.1} standard \
              deviations from the others (Grubbs's test at 0.1 %: {critical:.1}); trace more sonels",
             residuals.len()
         )

@@ -1,4 +1,4 @@
-//! PNG files of red, green and blue, which bear the name of the program.
+//! RGB PNG files with the name of the program.
 
 use std::io::Write;
 

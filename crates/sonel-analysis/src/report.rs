@@ -1,4 +1,4 @@
-//! Figures as a table for people, as CSV for spreadsheets, as JSON for programs (docs/interface.md).
+//! Parameters as a table, CSV or JSON (docs/interface.md).
 
 mod csv;
 mod json;

@@ -1,4 +1,4 @@
-//! Derivatives of parameters by the coefficients of materials: their intervals, their order, and how they are printed.
+//! Derivatives of parameters by the coefficients of materials: intervals, ranking and output.
 
 use std::io::Write;
 
@@ -121,7 +121,7 @@ pub fn tables(found: &[Sensitivity], wanted: &[Parameter], centers: &[f64]) -> S
         let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
         text += &format!("change of {symbol} [{unit}] for {CHANGE} more\n{}\n\n", lines.join("\n"));
     }
-    text + "means over the receivers; ±: half-width of the 95 % interval; JND: just-noticeable difference; –: packets cannot tell\n"
+    text + "means over the receivers; ±: half-width of the 95 % interval; JND: just-noticeable difference; –: no derivative (no packet depends on the coefficient)\n"
 }
 
 /// Mean over receivers. They share sonels, so their intervals are not independent: the mean of the half-widths is kept.

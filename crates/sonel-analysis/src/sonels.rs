@@ -1,4 +1,4 @@
-//! The sonels of a map one by one, each with everything that can be said of it.
+//! Lists the sonels of a map with all their properties.
 //!
 //! They come by source, emission and order of arrival, as they are stored. Chunks are read side by side and handed on in that
 //! order, some at a time, so that memory does not grow with the map.
@@ -8,7 +8,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
-use sonel_map::{Arrival, CHUNK_EMISSIONS, Lanes, PathView, PathWeight, SegmentHistory, SonelMap};
+use sonel_map::{Arrival, Lanes, PathView, PathWeight, SegmentHistory, SonelMap};
 
 use crate::reading::Reading;
 
@@ -57,12 +57,11 @@ impl<'a> Sonels<'a> {
     /// Makes `map` ready, whose paths must be sound ([`SonelMap::check_paths`]); `geometry` is that of its scene.
     #[must_use]
     pub fn new(map: &'a SonelMap, geometry: &Geometry) -> Self {
-        let reading = Reading::new(map, geometry);
-        let held = map.header().shard.chunks(reading.layout.total.div_ceil(CHUNK_EMISSIONS));
-        let chunks = (0..map.header().scene.sources.len() as u32)
-            .flat_map(|source| held.clone().map(move |chunk| (source, chunk * CHUNK_EMISSIONS)))
-            .collect();
-        Self { reading, center: geometry.center(), chunks }
+        Self {
+            reading: Reading::new(map, geometry),
+            center: geometry.center(),
+            chunks: map.chunks().collect(),
+        }
     }
 
     /// The map.
@@ -77,10 +76,8 @@ impl<'a> Sonels<'a> {
         let sonels = |path: PathView<'_>| {
             path.vertices.iter().filter(|vertex| vertex.event().is_some_and(|e| e.leaves_sonel())).count()
         };
-        self.chunks
-            .par_iter()
-            .map(|&(source, first)| self.paths(source, first).map(sonels).sum::<usize>() as u64)
-            .sum()
+        let chunks = self.chunks.par_iter();
+        chunks.map(|&chunk| self.map().chunk_paths(chunk).map(sonels).sum::<usize>() as u64).sum()
     }
 
     /// Gathers what `put` says of every sonel, chunk by chunk, and hands it to `take` in order.
@@ -95,10 +92,10 @@ impl<'a> Sonels<'a> {
         for group in self.chunks.chunks(CHUNKS_IN_FLIGHT) {
             let parts: Vec<T> = group
                 .par_iter()
-                .map(|&(source, first)| {
+                .map(|&chunk| {
                     let (mut part, mut weight) = (T::default(), PathWeight::new(self.reading.bands));
-                    for path in self.paths(source, first) {
-                        self.visit(source, path, &mut weight, &mut |sonel| put(sonel, &mut part));
+                    for path in self.map().chunk_paths(chunk) {
+                        self.visit(chunk.0, path, &mut weight, &mut |sonel| put(sonel, &mut part));
                     }
                     part
                 })
@@ -108,12 +105,6 @@ impl<'a> Sonels<'a> {
         Ok(())
     }
 
-    /// The paths of the chunk of `source` that begins with emission `first`.
-    fn paths(&self, source: u32, first: u64) -> impl Iterator<Item = PathView<'a>> {
-        let (map, end) = (self.reading.map, (first + CHUNK_EMISSIONS).min(self.reading.layout.total));
-        (first..end).filter_map(move |emission| map.path(source, emission))
-    }
-
     fn visit(
         &self,
         source: u32,
@@ -121,11 +112,9 @@ impl<'a> Sonels<'a> {
         weight: &mut PathWeight,
         visit: &mut dyn FnMut(&Sonel<'_>),
     ) {
-        let (reading, emission) = (&self.reading, path.emission);
-        let share = reading.batches[reading.layout.batch(emission) as usize].weight;
-        reading.emit(source, emission, share, weight);
-        let mut direction = Some(reading.direction(source, emission));
-        reading.sweep(source, path, weight, |segment| {
+        let (emissions, emission) = (&self.reading.emissions, path.emission);
+        let mut direction = Some(emissions.direction(source, emission));
+        self.reading.follow(source, path, emissions.share(emission), weight, |segment| {
             let between =
                 || (segment.end.as_dvec3() - segment.start.as_dvec3()).normalize_or_zero().as_vec3();
             let direction = direction.take().unwrap_or_else(between);
@@ -133,7 +122,7 @@ impl<'a> Sonels<'a> {
             visit(&Sonel {
                 source,
                 emission,
-                leading_band: reading.layout.lead(emission),
+                leading_band: emissions.layout.lead(emission),
                 history: segment.history,
                 position: segment.end.as_dvec3() + self.center,
                 direction,

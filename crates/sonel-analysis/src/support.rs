@@ -1,4 +1,4 @@
-//! Stage support: what the room returns to a musician, one metre from the source.
+//! Stage support: energy that the room returns to one metre from the source.
 //!
 //! ST_early = 10 lg(E₂₀₋₁₀₀ / E₀₋₁₀), ST_late = 10 lg(E₁₀₀₋₁₀₀₀ / E₀₋₁₀), E the energy between two times in milliseconds since the direct sound.
 //!

@@ -1,17 +1,14 @@
-//! A walk along every path of a map: the energy ledger anew, and what arrived where.
+//! Recomputes the energy ledger and the incident energies from the paths of a map.
 //!
-//! The books are kept as the tracer keeps them, but from the paths alone, so that comparing them with the stored ones
-//! proves that paths, coefficients and books belong together. One thing a path does not say is in which event an
-//! extinguished packet lost its last energy: truncated and sampled energy can therefore differ between the two books by
-//! as much as such packets carry, far below what could hide a defect.
+//! It uses the paths alone, so agreement with the stored ledger shows that paths, coefficients and ledger are consistent. A
+//! path does not state in which event an extinguished packet lost its last energy. Truncated and sampled energy may
+//! therefore differ by the energy of such packets.
 //!
 //! References: docs/physics.md §2 and §3.
 
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
-use sonel_map::{
-    BandClasses, CHUNK_EMISSIONS, ChunkLedger, Event, Lanes, Ledger, PathView, PathWeight, SonelMap,
-};
+use sonel_map::{BandClasses, ChunkLedger, Event, Lanes, Ledger, PathView, PathWeight, SonelMap, sweep};
 
 use crate::reading::Reading;
 
@@ -48,15 +45,10 @@ pub struct Survey {
 #[must_use]
 pub fn survey(map: &SonelMap, geometry: &Geometry) -> Survey {
     let walk = Walk { reading: Reading::new(map, geometry) };
-    let chunks: Vec<(u32, u64)> = (0..map.header().scene.sources.len() as u32)
-        .flat_map(|source| {
-            let chunks = map.header().shard.chunks(walk.reading.layout.total.div_ceil(CHUNK_EMISSIONS));
-            chunks.map(move |chunk| (source, chunk * CHUNK_EMISSIONS))
-        })
-        .collect();
+    let chunks: Vec<(u32, u64)> = map.chunks().collect();
     let mut total = walk.nothing();
     for group in chunks.chunks(GROUP_CHUNKS) {
-        let parts: Vec<Survey> = group.par_iter().map(|&(source, first)| walk.chunk(source, first)).collect();
+        let parts: Vec<Survey> = group.par_iter().map(|&chunk| walk.chunk(chunk)).collect();
         parts.iter().for_each(|part| total.add(part));
     }
     total
@@ -99,23 +91,20 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn nothing(&self) -> Survey {
         let bands = self.reading.bands;
-        let empty = Deposit { hits: 0, incident: vec![0.0; bands], absorbed: vec![0.0; bands] };
         Survey {
             ledger: Ledger::new(bands),
-            surfaces: vec![empty; self.reading.table.surface_count()],
+            surfaces: vec![Deposit::none(bands); self.reading.table.surface_count()],
             orders: Vec::new(),
         }
     }
 
-    fn chunk(&self, source: u32, first: u64) -> Survey {
+    fn chunk(&self, chunk: (u32, u64)) -> Survey {
         let mut found = self.nothing();
         let bands = self.reading.bands;
         let mut books = ChunkLedger::new(bands);
         let mut weight = PathWeight::new(bands);
-        for emission in first..(first + CHUNK_EMISSIONS).min(self.reading.layout.total) {
-            if let Some(path) = self.reading.map.path(source, emission) {
-                self.path(source, path, &mut weight, &mut books, &mut found);
-            }
+        for path in self.reading.map.chunk_paths(chunk) {
+            self.path(chunk.0, path, &mut weight, &mut books, &mut found);
         }
         found.ledger = books.finish(&BandClasses::separate(bands));
         found
@@ -129,44 +118,33 @@ impl Walk<'_> {
         books: &mut ChunkLedger,
         found: &mut Survey,
     ) {
-        let reading = &self.reading;
-        let share = reading.batches[reading.layout.batch(path.emission) as usize].weight;
-        reading.emit(source, path.emission, share, weight);
-        books.emitted(share, &reading.start(path.emission).expected, weight.energy());
-
-        let (mut first, mut last) = (true, Vec::new());
-        reading.sweep(source, path, weight, |segment| {
+        let Reading { emissions, table, bands, .. } = &self.reading;
+        let share = emissions.share(path.emission);
+        emissions.emit(source, path.emission, share, weight);
+        books.emitted(share, &emissions.start(path.emission).expected, weight.energy());
+        let mut faded = Vec::new();
+        sweep(emissions.origin(source), path.vertices, table, weight, |segment| {
             if segment.is_part {
                 return;
             }
-            books.segments += 1;
-            if !first {
-                books.departed(segment.energy);
-            }
-            first = false;
-            last.clear();
+            books.segment(segment.energy);
             let Some(arrival) = segment.arrival else {
                 if segment.goes_on {
                     books.passed_edge(segment.energy);
                 }
-                last.extend_from_slice(segment.energy);
                 return;
             };
-            let row = reading.table.row(arrival.surface, segment.direction());
-            books.arrived(segment.energy, &row.dissipated, &row.passed_on);
+            let row = table.row(arrival.surface, segment.direction());
+            books.arrived(segment.energy, row);
             found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
-            found.order(segment.history.order, reading.bands).add(segment.energy, &row.dissipated);
+            found.order(segment.history.order, *bands).add(segment.energy, &row.dissipated);
             if arrival.event == Event::Extinguished {
                 // The event of its last arrival is not stored: on average this much went on.
-                last.extend(segment.energy.iter().zip(&row.passed_on).map(product));
-                books.departed(&last);
+                faded = segment.energy.iter().zip(&row.passed_on).map(product).collect();
             }
         });
         let Some(event) = path.vertices.last().and_then(|vertex| vertex.event()) else { return };
-        if event == Event::Absorbed {
-            last = vec![[0.0; 4]; weight.energy().len()];
-        }
-        books.ended(event, &last);
+        books.ended(event, if event == Event::Extinguished { &faded } else { weight.energy() });
     }
 }
 
@@ -175,6 +153,10 @@ fn product((a, b): (&Lanes, &Lanes)) -> Lanes {
 }
 
 impl Deposit {
+    fn none(bands: usize) -> Self {
+        Self { hits: 0, incident: vec![0.0; bands], absorbed: vec![0.0; bands] }
+    }
+
     fn add(&mut self, incident: &[Lanes], dissipated: &[Lanes]) {
         self.hits += 1;
         for (band, sum) in self.incident.iter_mut().enumerate() {
@@ -200,8 +182,7 @@ impl Survey {
     fn order(&mut self, order: u32, bands: usize) -> &mut Deposit {
         let order = order as usize;
         if self.orders.len() <= order {
-            let empty = Deposit { hits: 0, incident: vec![0.0; bands], absorbed: vec![0.0; bands] };
-            self.orders.resize(order + 1, empty);
+            self.orders.resize(order + 1, Deposit::none(bands));
         }
         &mut self.orders[order]
     }

@@ -1,4 +1,4 @@
-//! What follows the record of a decay, estimated from its end.
+//! The decay after the end of a record, estimated from its last 10 dB.
 //!
 //! The correction C of ISO 3382-1: beyond the record the decay goes on as the exponential that fits its last 10 dB. The fit
 //! matches the centre of gravity of the energy in the window (the maximum of the likelihood of a truncated exponential), so

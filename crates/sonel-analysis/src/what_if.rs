@@ -1,7 +1,7 @@
-//! What the paths of a map cannot carry of materials they were not drawn with.
+//! Guards: changes of materials that the stored paths cannot represent by weights.
 //!
-//! Weights make up for changed coefficients as long as every event that is possible now was possible when the packets were traced, the
-//! books still close, no path was broken off that is strong now, and enough packets share the energy. References: docs/physics.md §2.
+//! Weights account for changed coefficients if every event that is possible now was possible when traced, the ledger
+//! closes, no path with much energy was ended, and enough packets share the energy. References: docs/physics.md §2.
 
 use rayon::prelude::*;
 use sonel_acoustics::Material;
@@ -79,7 +79,7 @@ fn unsupported(map: &SonelMap, drawn_with: &[Material], geometry: &Geometry) -> 
         if !by_others {
             sentences.extend(own.into_iter().map(|(index, event)| {
                 format!(
-                    "materials.{} at {} Hz: no packet of this map was ever {event} there; trace the scene with the changed material",
+                    "materials.{} at {} Hz: no packet of this map was {event} there; trace the scene with the changed material",
                     scene.materials[index].name,
                     scene.bands.nominal()[band]
                 )
@@ -98,13 +98,13 @@ fn unbalanced(map: &SonelMap, found: &Ledger) -> Vec<String> {
         let allowed = (BALANCE_SHARE * found.emitted).max(BALANCE_SIGMAS * found.sampling_sigma());
         if found.sampling.abs() > allowed {
             sentences.push(format!(
-                "at {center} Hz the balance of energy is off by {:.1} % with the changed materials; trace the scene with them",
+                "at {center} Hz the energy balance with the changed materials errs by {:.1} %; trace the scene with them",
                 100.0 * found.sampling / found.emitted
             ));
         }
         if found.truncated > (TRUNCATED_SHARE * found.emitted).max(2.0 * traced.truncated) {
             sentences.push(format!(
-                "at {center} Hz {:.2} % of the energy is still on its way where the paths of this map end; trace the scene with the \
+                "at {center} Hz the paths of this map end with {:.2} % of the energy left; trace the scene with the \
                  changed materials and a longer duration",
                 100.0 * found.truncated / found.emitted
             ));
@@ -162,8 +162,7 @@ fn thin_out(map: &SonelMap, geometry: &Geometry, fitness: &mut Fitness) {
         let Some((window, share)) = worst else { continue };
         let [from, to] = [window, window + 1].map(|border| scene.duration * border as f64 / WINDOWS as f64);
         let sentence = format!(
-            "at {center} Hz between {from:.2} and {to:.2} s the packets of this map are worth {:.2} % of what they are worth with its own \
-             materials; trace the scene with the changed ones",
+            "at {center} Hz between {from:.2} and {to:.2} s the effective number of packets is {:.2} % of that with the map's own materials; trace the scene with the changed materials",
             100.0 * share
         );
         let [refused, warned] = LEAST_SAMPLES;
@@ -181,15 +180,14 @@ fn arrivals(reading: &Reading<'_>) -> Sums {
     let reach = scene.duration * scene.speed_of_sound;
     let window = |length: f64| ((length / reach * WINDOWS as f64) as usize).min(WINDOWS - 1);
     let batches: Vec<(u32, u32)> = (0..scene.sources.len() as u32)
-        .flat_map(|source| (0..reading.layout.batches).map(move |batch| (source, batch)))
+        .flat_map(|source| (0..reading.emissions.layout.batches).map(move |batch| (source, batch)))
         .collect();
     let sums: Vec<Sums> = batches
         .into_par_iter()
         .map(|(source, batch)| {
             let (mut sums, mut weight) = (Sums::new(reading.bands), PathWeight::new(reading.bands));
             for path in reading.map.batch_paths(source, batch) {
-                reading.emit(source, path.emission, 1.0, &mut weight);
-                reading.sweep(source, path, &mut weight, |segment| {
+                reading.follow(source, path, 1.0, &mut weight, |segment| {
                     if segment.arrival.is_some() {
                         sums.add(window(segment.end_length), segment.energy);
                     }

@@ -1,4 +1,4 @@
-//! Strength of parts of the echogram: when two responses differ.
+//! Strength in time windows after the direct sound, for comparisons.
 //!
 //! 10 lg(400π ΣF) over the energy that arrives in a window after the direct sound, read off the decay curve, so that windows
 //! need not begin at bin borders. A window must lie within the record.

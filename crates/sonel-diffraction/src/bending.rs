@@ -1,4 +1,4 @@
-//! Bending of packets in passing an edge: how far a packet of sound energy is turned, and how likely.
+//! Bending of packets at edges: distribution of the deflection angle.
 //!
 //! A packet that passes an edge at the distance b is turned about the edge by an angle θ whose tangent is normal with mean 0
 //! and standard deviation γ/(2kb), k the wave number: the nearer, the less is known of its direction. Summed over all distances that

@@ -1,4 +1,4 @@
-//! Complex numbers: the four operations and the functions that contours need, with `libm`'s bits.
+//! Complex arithmetic and elementary functions by `libm`.
 //!
 //! Branches are the principal ones. Every function keeps its relative accuracy at small arguments, where the contours of
 //! `contour` begin.

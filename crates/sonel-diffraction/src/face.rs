@@ -1,13 +1,15 @@
-//! Two edges of a flat convex face, whichever way they run: source, edge, along the face, edge, receiver.
+//! Diffraction over two edges of a flat convex face: source, edge, along the face, edge, receiver.
 //!
-//! Each edge alone takes the face to go on for ever, so that its field steps where a receiver crosses the plane of the face beside it.
+//! The field of one edge assumes an infinite face, so it steps where a receiver crosses the plane beside the face.
 //! What it sends along the face reaches the receiver past the next edge as that of a point source on the face would: with D₁ the first
-//! edge's field, R′ the receiver turned about the second edge into the plane, P where the way to it crosses the first edge, and D₂
+//! edge's field, R′ the receiver rotated about the second edge into the plane, P where the path to it crosses the first
+//! edge, and D₂
 //! the second edge's field of a source at P on the face,
 //!
 //!   H₂ = ½ D₁(S → R′) D₂(P → R) |P R′| e^(jk |P R′|),
 //!
-//! ½ because a source on a face is heard twice; the rims of a sheet are joined by both of its sides. In the plane D₂ jumps by twice the
+//! ½ because a source on a face radiates with its image; the rims of a sheet are joined by both of its sides. In the plane
+//! D₂ jumps by twice the
 //! free field where the way from P crosses the part of the second edge that P sees over the face, and not elsewhere. Every way out of a
 //! face crosses one such part, so that over all of its edges H₂ jumps as D₁ does, whatever the shape, and no step is left. Beside a
 //! sheet, which scatters nothing in its plane, it is −D₁ there.

@@ -1,12 +1,11 @@
-//! Sound over edges: the exact field of a rigid wedge and what follows from it.
+//! Edge diffraction: the exact field of a rigid wedge, finite edges, pairs of edges, and bending of packets.
 //!
 //! - [`wedge`] places points about an edge, [`edge_path`] is the field of one edge of any length at any distance;
 //! - [`face`] is the field over two edges of a convex face, as of a barrier or a panel;
-//! - [`bending`] is what passing an edge does to a packet of energy, which knows no phase;
+//! - [`bending`] deflects packets of energy at edges;
 //! - [`spectrum`] takes means over frequency bands, flat per Hz; [`wave_numbers`] are those that they ask for.
 //!
-//! The crate knows no mesh and no room: who asks says where the faces are and which part of the edge is seen
-//! (docs/diffraction.md).
+//! The crate has no mesh and no room: callers state the faces and the visible part of the edge (docs/diffraction.md).
 
 pub mod bending;
 pub mod complex;

@@ -1,4 +1,4 @@
-//! The wave numbers at which a field is asked for, and what decays with them.
+//! Wave numbers at which a field is evaluated, and exponentials that decay with them.
 
 /// k p where the exponential is spent: e^(−30) is 1e-13.
 pub(crate) const SPENT: f64 = 30.0;

@@ -1,4 +1,4 @@
-//! A straight edge between two faces, and where points are about it.
+//! A straight edge between two faces, and coordinates about it.
 
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};

@@ -1,4 +1,4 @@
-//! Coarse time borders for batch estimates: what the parameters need, at a fraction of the memory.
+//! Coarse time borders for batch estimates, fine enough for the parameters.
 //!
 //! The limits 50 ms and 80 ms after the direct sound are borders; between them and later the steps are short enough for
 //! the regressions of ISO 3382-1. All source–receiver pairs of a duration get the same number of borders, as an array

@@ -1,4 +1,4 @@
-//! Whether a response agrees with itself: shapes first, then values.
+//! Consistency checks of a response: shapes first, then values.
 
 use crate::directions::LATERAL_KEYS;
 use crate::{Directions, Lateral, Response, ResponseError};
@@ -87,7 +87,7 @@ fn values(response: &Response) -> Vec<String> {
     for found in &response.receiver_directivities {
         reject("receiver_aim", not_finite(&found.aim));
         let is_share = found.diffuse_sensitivity > 0.0 && found.diffuse_sensitivity <= 1.0;
-        let message = format!("holds {}, which is not above 0 and at most 1", found.diffuse_sensitivity);
+        let message = format!("holds {}, outside 0 … 1 (0 excluded)", found.diffuse_sensitivity);
         reject("receiver_diffuse_sensitivity", (!is_share).then_some(message));
     }
     reject("source_position_m", not_finite(response.source_positions.as_flattened()));
@@ -102,21 +102,11 @@ fn values(response: &Response) -> Vec<String> {
         for (Lateral { energy, energy_batches, kernel_difference }, keys) in lateral.iter().zip(LATERAL_KEYS)
         {
             reject(keys[0], no_energy(energy));
-            reject(keys[1], no_single_energy(energy_batches));
-            reject(keys[2], not_finite_single(kernel_difference));
+            reject(keys[1], no_energy(energy_batches));
+            reject(keys[2], not_finite(kernel_difference));
         }
     }
-    if let Some(batches) = &response.batches {
-        reject("batch_weight", no_energy(&batches.weight));
-        let sum: f64 = batches.weight.iter().sum();
-        reject("batch_weight", (sum <= 0.0).then(|| "gives no batch any weight".to_owned()));
-        let mut rows = batches.time_edges_s.chunks_exact(batches.bins + 1);
-        let unsorted = rows.any(|row| !row.is_sorted());
-        reject("batch_time_edges_s", unsorted.then(|| "does not ascend".to_owned()));
-        reject("batch_time_edges_s", not_finite(&batches.time_edges_s));
-        reject("energy_batches", no_single_energy(&batches.energy));
-        reject("kernel_difference_batches", not_finite_single(&batches.kernel_difference));
-    }
+    reject_batches(response, &mut reject);
     if let Some(missing) = &response.missing {
         reject("missing_fluence", no_energy(&missing.fluence));
         reject("missing_decay_rate", not_positive(&missing.decay_rate));
@@ -132,19 +122,22 @@ fn values(response: &Response) -> Vec<String> {
     problems
 }
 
-fn not_finite(values: &[f64]) -> Option<String> {
-    let wrong = values.iter().find(|value| !value.is_finite())?;
-    Some(format!("holds {wrong}, which is not finite"))
+fn reject_batches(response: &Response, reject: &mut dyn FnMut(&str, Option<String>)) {
+    let Some(batches) = &response.batches else { return };
+    reject("batch_weight", no_energy(&batches.weight));
+    let sum: f64 = batches.weight.iter().sum();
+    reject("batch_weight", (sum <= 0.0).then(|| "has no batch with a weight above 0".to_owned()));
+    let mut rows = batches.time_edges_s.chunks_exact(batches.bins + 1);
+    let unsorted = rows.any(|row| !row.is_sorted());
+    reject("batch_time_edges_s", unsorted.then(|| "does not ascend".to_owned()));
+    reject("batch_time_edges_s", not_finite(&batches.time_edges_s));
+    reject("energy_batches", no_energy(&batches.energy));
+    reject("kernel_difference_batches", not_finite(&batches.kernel_difference));
 }
 
-fn not_finite_single(values: &[f32]) -> Option<String> {
-    let wrong = values.iter().find(|value| !value.is_finite())?;
+fn not_finite(values: &[impl Copy + Into<f64>]) -> Option<String> {
+    let wrong = values.iter().map(|&value| value.into()).find(|value| !value.is_finite())?;
     Some(format!("holds {wrong}, which is not finite"))
-}
-
-fn no_single_energy(values: &[f32]) -> Option<String> {
-    let wrong = values.iter().find(|value| !(value.is_finite() && **value >= 0.0))?;
-    Some(unlike_energy(f64::from(*wrong)))
 }
 
 fn not_positive(values: &[f64]) -> Option<String> {
@@ -157,10 +150,8 @@ fn not_ascending(values: &[f64]) -> Option<String> {
     Some(format!("does not ascend: {} follows {}", wrong[1], wrong[0]))
 }
 
-fn no_energy(values: &[f64]) -> Option<String> {
-    values.iter().find(|value| !(value.is_finite() && **value >= 0.0)).map(|&value| unlike_energy(value))
-}
-
-fn unlike_energy(value: f64) -> String {
-    format!("holds {value}; only finite numbers of at least zero are allowed")
+fn no_energy(values: &[impl Copy + Into<f64>]) -> Option<String> {
+    let wrong =
+        values.iter().map(|&value| value.into()).find(|value| !(value.is_finite() && *value >= 0.0))?;
+    Some(format!("holds {wrong}; only finite numbers of at least zero are allowed"))
 }

@@ -1,4 +1,4 @@
-//! Energies by direction of arrival: what lateral fractions and the late lateral level are read from, and the mean direction of every bin.
+//! Energies by direction of arrival, for lateral fractions, the late lateral level and the mean direction of every bin.
 //!
 //! References: [ISO3382-1] annex A (docs/references.md).
 

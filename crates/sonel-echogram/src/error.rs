@@ -1,4 +1,4 @@
-//! What can be wrong with a response file.
+//! Errors of response files.
 
 use thiserror::Error;
 
@@ -24,7 +24,7 @@ pub enum ResponseError {
         problem: String,
     },
     /// Arrays contradict each other or hold impossible values.
-    #[error("the response is not sound; render it again with sonel-render:\n  {}", problems.join("\n  "))]
+    #[error("the response is not valid; render it again with sonel-render:\n  {}", problems.join("\n  "))]
     Unsound {
         /// All of them, each naming its array.
         problems: Vec<String>,

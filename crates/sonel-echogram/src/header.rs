@@ -1,4 +1,4 @@
-//! What stands before the numbers of a numpy array, checked before anything else believes it.
+//! The header of a numpy array, checked before use.
 //!
 //! The header is a Python dictionary literal. A general parser of such literals can be led to exhaust the stack or
 //! the memory by nested brackets or huge lengths; this one understands only what numpy writes for plain arrays, and
@@ -67,7 +67,7 @@ fn split(array: &[u8]) -> Result<(&str, usize), String> {
         return Err(format!("has a header of {length} bytes, longer than any plain array's"));
     }
     let header = array.get(begin..begin + length).ok_or(cut_off)?;
-    let header = std::str::from_utf8(header).map_err(|_| "has a header that is no text")?;
+    let header = std::str::from_utf8(header).map_err(|_| "has a header that is not text")?;
     Ok((header, array.len() - begin - length))
 }
 

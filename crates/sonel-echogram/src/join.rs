@@ -19,7 +19,7 @@ const OF_CLASS: [&str; 2] = ["energy", "effective_sample_size"];
 #[non_exhaustive]
 pub enum JoinError {
     /// A response of all receivers, or one that says nothing of parts.
-    #[error("{0}: the response is no part of another: render parts with sonel-render --shard I/N")]
+    #[error("{0}: the response is not a part of a rendering: render parts with sonel-render --shard I/N")]
     NoPart(String),
     /// Two parts are not of the same rendering.
     #[error(

@@ -180,7 +180,7 @@ impl<R: Read + Seek> Arrays<R> {
         let text: Vec<String> = self.required("metadata_json", &[])?;
         serde_json::from_str(&text[0]).map_err(|error| ResponseError::Array {
             key: "metadata_json".to_owned(),
-            problem: format!("is no JSON: {error}"),
+            problem: format!("is not JSON: {error}"),
         })
     }
 }
@@ -286,7 +286,7 @@ mod tests {
             ("energy holds -1", |wrong| wrong.energy[5] = -1.0),
             ("energy holds NaN", |wrong| wrong.energy[5] = f64::NAN),
             ("energy_batches holds inf", |wrong| wrong.batches.as_mut().unwrap().energy[3] = f32::INFINITY),
-            ("batch_weight gives", |wrong| wrong.batches.as_mut().unwrap().weight.fill(0.0)),
+            ("batch_weight has no batch", |wrong| wrong.batches.as_mut().unwrap().weight.fill(0.0)),
             ("batch_time_edges_s does not", |wrong| wrong.batches.as_mut().unwrap().time_edges_s.swap(3, 9)),
             ("time_edges_s does not ascend: 0.007 follows 0.007", |wrong| wrong.time_edges_s[8] = 0.007),
             ("speed_of_sound holds 0", |wrong| wrong.speed_of_sound = 0.0),

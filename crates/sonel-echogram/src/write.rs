@@ -39,25 +39,38 @@ impl Response {
             archive.numbers("direct_time_s", &[sources, receivers], &self.direct_times_s)?;
         }
         archive.numbers("energy", &[sources, receivers, bands, self.bins()], &self.energy)?;
-        if let Some(batches) = &self.batches {
-            let count = batches.weight.len();
-            archive.numbers("batch_weight", &[count], &batches.weight)?;
-            archive.numbers(
-                "batch_time_edges_s",
-                &[sources, receivers, batches.bins + 1],
-                &batches.time_edges_s,
-            )?;
-            let shape = [count, sources, receivers, bands, batches.bins];
-            archive.numbers("energy_batches", &shape, &batches.energy)?;
-            if !batches.kernel_difference.is_empty() {
-                archive.numbers("kernel_difference_batches", &shape, &batches.kernel_difference)?;
-            }
-        }
+        self.write_batches(&mut archive)?;
         if let Some(missing) = &self.missing {
             archive.numbers("missing_fluence", &[sources, bands], &missing.fluence)?;
             archive.numbers("missing_decay_rate", &[sources, bands], &missing.decay_rate)?;
         }
+        self.write_arrivals(&mut archive)?;
+        self.write_directions(&mut archive)?;
+        archive.texts("metadata_json", &[], &[&self.metadata.to_string()])?;
+        archive.finish_with_digest()
+    }
+
+    fn write_batches<W: Write + Seek>(&self, archive: &mut ArchiveWriter<W>) -> Result<(), ResponseError> {
+        let (sources, receivers, bands) = (self.sources(), self.receivers(), self.bands());
+        let Some(batches) = &self.batches else { return Ok(()) };
+        let count = batches.weight.len();
+        archive.numbers("batch_weight", &[count], &batches.weight)?;
+        archive.numbers(
+            "batch_time_edges_s",
+            &[sources, receivers, batches.bins + 1],
+            &batches.time_edges_s,
+        )?;
+        let shape = [count, sources, receivers, bands, batches.bins];
+        archive.numbers("energy_batches", &shape, &batches.energy)?;
+        if !batches.kernel_difference.is_empty() {
+            archive.numbers("kernel_difference_batches", &shape, &batches.kernel_difference)?;
+        }
+        Ok(())
+    }
+
+    fn write_arrivals<W: Write + Seek>(&self, archive: &mut ArchiveWriter<W>) -> Result<(), ResponseError> {
         let (arrivals, count) = (&self.arrivals, self.arrivals.source.len());
+        let bands = self.bands();
         archive.numbers("arrival_source", &[count], &arrivals.source)?;
         archive.numbers("arrival_receiver", &[count], &arrivals.receiver)?;
         archive.numbers("arrival_time_s", &[count], &arrivals.time_s)?;
@@ -65,23 +78,25 @@ impl Response {
         archive.numbers("arrival_direction", &[count, 3], &arrivals.direction)?;
         archive.numbers("arrival_order", &[count], &arrivals.order)?;
         archive.numbers("arrival_kind", &[count], &arrivals.kind)?;
-        if let Some(Directions { lateral_axes, lateral, moment }) = &self.directions {
-            archive.numbers("lateral_axis", &[receivers, 3], lateral_axes.as_flattened())?;
-            for (Lateral { energy, energy_batches, kernel_difference }, keys) in
-                lateral.iter().zip(LATERAL_KEYS)
-            {
-                archive.numbers(keys[0], &[sources, receivers, bands, self.bins()], energy)?;
-                let Some(Batches { weight, bins, .. }) = &self.batches else { continue };
-                let shape = [weight.len(), sources, receivers, bands, *bins];
-                archive.numbers(keys[1], &shape, energy_batches)?;
-                if !kernel_difference.is_empty() {
-                    archive.numbers(keys[2], &shape, kernel_difference)?;
-                }
+        Ok(())
+    }
+
+    fn write_directions<W: Write + Seek>(&self, archive: &mut ArchiveWriter<W>) -> Result<(), ResponseError> {
+        let (sources, receivers, bands) = (self.sources(), self.receivers(), self.bands());
+        let Some(Directions { lateral_axes, lateral, moment }) = &self.directions else { return Ok(()) };
+        archive.numbers("lateral_axis", &[receivers, 3], lateral_axes.as_flattened())?;
+        for (Lateral { energy, energy_batches, kernel_difference }, keys) in lateral.iter().zip(LATERAL_KEYS)
+        {
+            archive.numbers(keys[0], &[sources, receivers, bands, self.bins()], energy)?;
+            let Some(Batches { weight, bins, .. }) = &self.batches else { continue };
+            let shape = [weight.len(), sources, receivers, bands, *bins];
+            archive.numbers(keys[1], &shape, energy_batches)?;
+            if !kernel_difference.is_empty() {
+                archive.numbers(keys[2], &shape, kernel_difference)?;
             }
-            archive.numbers("direction_moment", &[sources, receivers, bands, self.bins(), 3], moment)?;
         }
-        archive.texts("metadata_json", &[], &[&self.metadata.to_string()])?;
-        archive.finish_with_digest()
+        archive.numbers("direction_moment", &[sources, receivers, bands, self.bins(), 3], moment)?;
+        Ok(())
     }
 }
 

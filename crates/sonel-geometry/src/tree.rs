@@ -5,9 +5,9 @@
 //! conservative. Here boxes are padded by more than any rounding in the triangle test, and the slab test allows for
 //! its own relative rounding [Ize2013], so that no box hides a triangle the block would accept.
 
-use crate::block::{Block, Facet, greater, lesser};
+use crate::block::{Block, Facet};
 use crate::probe::Probe;
-use glam::{Vec3, Vec3A};
+use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
@@ -70,35 +70,41 @@ impl Tree {
     /// Visits leaves on the ray from near to far; `visit` returns the distance beyond which nothing is wanted.
     #[inline(always)]
     pub fn nearest(&self, ray: &Probe, mut visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
+        let slabs = Slabs::new(ray);
         let mut limit = f32::INFINITY;
         let mut stack = Stack::default();
-        stack.push(Entry { child: 0, distance: 0.0 });
-        while let Some(entry) = stack.pop() {
+        let mut next = Some(Entry { child: 0, distance: 0.0 });
+        while let Some(entry) = next {
             if entry.distance > limit {
+                next = stack.pop();
                 continue;
             }
             if entry.child & LEAF != 0 {
                 limit = round_up(visit(&self.leaves[(entry.child & !LEAF) as usize]));
+                next = stack.pop();
                 continue;
             }
             let node = &self.nodes[entry.child as usize];
-            let mut entries = [Entry::default(); WIDTH];
-            let mut found = 0;
-            let near = node.enter(ray, limit);
-            for (&distance, &child) in near.iter().zip(&node.children) {
-                if distance < f32::INFINITY {
-                    // Far to near, so that the nearest is popped first.
-                    let mut place = found;
-                    while place > 0 && entries[place - 1].distance < distance {
-                        entries[place] = entries[place - 1];
-                        place -= 1;
+            let (near, mut met) = node.enter(&slabs, limit);
+            // Most nodes are left by one or two children: the nearest is visited at once, the others wait, nearest on top.
+            let first = stack.used;
+            next = None;
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize;
+                met &= met - 1;
+                let mut entry = Entry { child: node.children[lane], distance: near[lane] };
+                match &mut next {
+                    None => next = Some(entry),
+                    Some(nearest) => {
+                        if entry.distance < nearest.distance {
+                            std::mem::swap(nearest, &mut entry);
+                        }
+                        stack.push_in_order(entry, first);
                     }
-                    entries[place] = Entry { child, distance };
-                    found += 1;
                 }
             }
-            for &entry in &entries[..found] {
-                stack.push(entry);
+            if next.is_none() {
+                next = stack.pop();
             }
         }
     }
@@ -106,22 +112,30 @@ impl Tree {
     /// Whether `visit` is true for any leaf between the ray's origin and the tip of its direction.
     #[inline(always)]
     pub fn any(&self, ray: &Probe, mut visit: impl FnMut(&Block<LEAF_LANES>) -> bool) -> bool {
+        let slabs = Slabs::new(ray);
         let limit = round_up(1.0);
         let mut stack = Stack::default();
-        stack.push(Entry { child: 0, distance: 0.0 });
-        while let Some(entry) = stack.pop() {
+        let mut next = Some(Entry { child: 0, distance: 0.0 });
+        while let Some(entry) = next {
             if entry.child & LEAF != 0 {
                 if visit(&self.leaves[(entry.child & !LEAF) as usize]) {
                     return true;
                 }
+                next = stack.pop();
                 continue;
             }
             let node = &self.nodes[entry.child as usize];
-            let near = node.enter(ray, limit);
-            for (&distance, &child) in near.iter().zip(&node.children) {
-                if distance < f32::INFINITY {
-                    stack.push(Entry { child, distance });
+            let (_, mut met) = node.enter(&slabs, limit);
+            next = None;
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize;
+                met &= met - 1;
+                if let Some(waits) = next.replace(Entry { child: node.children[lane], distance: 0.0 }) {
+                    stack.push(waits);
                 }
+            }
+            if next.is_none() {
+                next = stack.pop();
             }
         }
         false
@@ -158,27 +172,40 @@ impl Node {
         (0..3).all(|axis| bounds[axis][0][lane] <= high[axis] && low[axis] <= bounds[axis][1][lane])
     }
 
-    /// Distance at which the ray enters each child's box, infinite where it does not or not before `limit`.
+    /// Distance at which the ray enters each child's box, and the children, as bits, whose boxes it enters before `limit`.
     #[inline(always)]
-    fn enter(&self, ray: &Probe, limit: f32) -> [f32; WIDTH] {
-        let planes = |axis: usize| {
-            let near = ray.near[axis];
-            (&self.bounds[axis][near], &self.bounds[axis][1 - near], ray.origin[axis], ray.inverse[axis])
-        };
-        let ((xn, xf, ox, ix), (yn, yf, oy, iy), (zn, zf, oz, iz)) = (planes(0), planes(1), planes(2));
+    fn enter(&self, slabs: &Slabs, limit: f32) -> ([f32; WIDTH], u32) {
         let mut entry = [0.0; WIDTH];
-        for lane in 0..WIDTH {
-            let near = greater(
-                greater((xn[lane] - ox) * ix, (yn[lane] - oy) * iy),
-                greater((zn[lane] - oz) * iz, 0.0),
-            );
-            let far = lesser(
-                lesser((xf[lane] - ox) * ix, (yf[lane] - oy) * iy),
-                lesser((zf[lane] - oz) * iz, limit),
-            );
-            entry[lane] = if near <= far * SLAB_SLACK { near } else { f32::INFINITY };
+        let mut met = 0;
+        for half in 0..WIDTH / 4 {
+            let lanes = 4 * half..4 * half + 4;
+            let distance = |axis: usize, bound: usize| {
+                let planes = Vec4::from_slice(&self.bounds[axis][bound][lanes.clone()]);
+                (planes - slabs.origin[axis]) * slabs.inverse[axis]
+            };
+            let near = |axis: usize| distance(axis, slabs.near[axis]);
+            let far = |axis: usize| distance(axis, 1 - slabs.near[axis]);
+            let enters = near(0).max(near(1)).max(near(2).max(Vec4::ZERO));
+            let leaves = far(0).min(far(1)).min(far(2).min(Vec4::splat(limit)));
+            enters.write_to_slice(&mut entry[lanes.clone()]);
+            met |= enters.cmple(leaves * SLAB_SLACK).bitmask() << lanes.start;
         }
-        entry
+        (entry, met)
+    }
+}
+
+/// What the boxes ask of a ray, in all lanes.
+struct Slabs {
+    origin: [Vec4; 3],
+    inverse: [Vec4; 3],
+    near: [usize; 3],
+}
+
+impl Slabs {
+    #[inline(always)]
+    fn new(ray: &Probe) -> Self {
+        let lanes = |vector: Vec3| vector.to_array().map(Vec4::splat);
+        Self { origin: lanes(ray.origin), inverse: lanes(ray.inverse), near: ray.near }
     }
 }
 
@@ -213,6 +240,21 @@ impl Stack {
         } else {
             self.rest.push(entry);
         }
+    }
+
+    /// Pushes an entry below those nearer among the entries from place `first` on.
+    #[inline(always)]
+    fn push_in_order(&mut self, entry: Entry, first: usize) {
+        if self.used >= Self::USUAL {
+            return self.push(entry);
+        }
+        let mut place = self.used;
+        while place > first && self.first[place - 1].distance < entry.distance {
+            self.first[place] = self.first[place - 1];
+            place -= 1;
+        }
+        self.first[place] = entry;
+        self.used += 1;
     }
 
     #[inline(always)]

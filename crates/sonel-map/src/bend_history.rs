@@ -1,8 +1,7 @@
-//! Which edges a packet passes between two surfaces.
+//! The edges that a packet passes between two surfaces.
 //!
-//! Edges are passed in the order of their feet. A packet that was bent is bent again only after it has gone on by the distance at
-//! which that edge was passed, so that both edges of a thin obstacle bend it once; and no edge bends it twice before it meets a
-//! surface.
+//! Edges are passed in the order of their closest points. After a bend at distance b a packet continues by b before the
+//! next bend, so the two edges of a thin obstacle bend it once. No edge bends it twice before it meets a surface.
 //!
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 

@@ -1,5 +1,4 @@
-//! Bands that nothing tells apart: where all coefficients of two bands are equal, their energies are equal on every path,
-//! and need to be computed only once.
+//! Bands with equal coefficients: their energies are equal on every path and are computed once.
 
 use sonel_acoustics::Material;
 use sonel_scene::Source;

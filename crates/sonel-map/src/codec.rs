@@ -1,11 +1,12 @@
-//! The header's wire format: the only place that knows bincode.
+//! Encoding of the header by bincode, which no other module uses.
 //!
 //! Fixed-width little-endian integers, lengths as u64, structs as their fields in order: no variable-length integers, no
 //! enums, options or maps, so that the bytes can be described in half a page (docs/formats/sonelmap.md) and another
 //! codec can take over.
 
+pub use bincode::Decode;
+use bincode::Encode;
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
-use bincode::{Decode, Encode};
 
 /// Largest header accepted [bytes].
 const LARGEST_HEADER: usize = 16 << 20;

@@ -1,9 +1,10 @@
-//! What a surface does to energy (f) and to packets (p), per material, event and band.
+//! Energy factors f and event probabilities p per material, event and band.
 //!
-//! f_j is what band j's energy is multiplied by: specular (1−α)(1−s), diffuse (1−α)s, transmitted τ. p_k is the
+//! f_j multiplies the energy of band j: specular (1−α)(1−s), diffuse (1−α)s, transmitted τ. p_k is the
 //! probability that a packet led by band k takes the event: with a = 1 − α + τ it survives with a^β and then takes the
-//! event with f/a, so p_k = a^(β−1) f_k (docs/physics.md §2, §3). What passes a partition is mostly little and heard behind it alone: at
-//! least the share [`LEAST_THROUGH`] of the packets that survive goes through, with less energy each. Bands stand in lanes of four so that the compiler
+//! event with f/a, so p_k = a^(β−1) f_k (docs/physics.md §2, §3). Transmitted energy is mostly small, and matters behind
+//! the partition: at least the share [`LEAST_THROUGH`] of the surviving packets passes, with less energy each. Bands stand
+//! in lanes of four so that the compiler
 //! vectorises over them; lanes beyond the last band are zero.
 
 use glam::DVec3;

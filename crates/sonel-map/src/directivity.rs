@@ -13,7 +13,7 @@ pub const SECTION: &str = "directivity";
 const MEASURED: &str = "balloon";
 
 /// By how much squared length and angle of `aim` and `up` may be off.
-const ORTHONORMAL: f64 = 1e-9;
+pub const ORTHONORMAL: f64 = 1e-9;
 
 /// A directivity as the header names it.
 pub fn word(directivity: &Directivity) -> &'static str {

@@ -1,4 +1,4 @@
-//! Edges that bend packets, and what passing one means to every band.
+//! Edges that bend packets: factors f and densities p of every band at a passed edge.
 //!
 //! A packet led by band k that passes an edge at the distance b is bent where b is within the band's reach, at most [`REACH_WAVELENGTHS`] of its wavelengths, by an
 //! angle with the density of [`sonel_diffraction::bending`]; else it goes straight on.

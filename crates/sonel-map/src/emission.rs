@@ -1,7 +1,9 @@
-//! Emission i: which band leads it, which batch it belongs to, where it stands in that batch's sequence.
+//! Emission i: its lead band, its batch, and its point in the sequence of that batch.
 //!
 //! All three are functions of the index alone (docs/physics.md §6), so a run can be cut into shards or extended:
 //! with n_b bands and G batches, block = ⌊i / n_b⌋, lead = i mod n_b, batch = block mod G.
+
+use std::ops::Range;
 
 use glam::Vec3;
 use sonel_sampling::{ScrambledSobol, warp};
@@ -66,6 +68,19 @@ impl EmissionLayout {
     #[must_use]
     pub fn batch_weight(&self, batch: u32) -> f64 {
         if self.total == 0 { 0.0 } else { self.batch_count(batch) as f64 / self.total as f64 }
+    }
+
+    /// Chunks of one source.
+    #[must_use]
+    pub fn chunks(&self) -> u64 {
+        self.total.div_ceil(CHUNK_EMISSIONS)
+    }
+
+    /// Indices of the emissions of these chunks.
+    #[must_use]
+    pub fn emissions(&self, chunks: Range<u64>) -> Range<u64> {
+        let first = |chunk: u64| (chunk * CHUNK_EMISSIONS).min(self.total);
+        first(chunks.start)..first(chunks.end)
     }
 
     /// Indices of `batch` in ascending order.

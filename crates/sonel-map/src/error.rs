@@ -1,4 +1,4 @@
-//! What can be wrong with a map, and what to do about it.
+//! Errors of maps, with remedies.
 
 use thiserror::Error;
 
@@ -65,7 +65,7 @@ pub enum MapError {
     Walls(#[from] sonel_geometry::GeometryError),
     /// The surfaces that the paths refer to are not those of this program.
     #[error(
-        "the map numbers the surfaces of its scene in another way than this program ({reason}): use the sonel version that wrote it, or trace it again"
+        "this program numbers the surfaces of the scene in another way than the map ({reason}): use the sonel version that wrote the map, or trace it again"
     )]
     ForeignSurfaces {
         /// The first difference.

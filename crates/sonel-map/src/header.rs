@@ -1,4 +1,4 @@
-//! Provenance: everything that decided the paths, and everything needed to read them.
+//! The header: settings, effects and scene that produced the paths.
 
 use sonel_scene::Scene;
 
@@ -8,10 +8,21 @@ use crate::spectral::Spectral;
 /// Which method the paths were traced for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// The best estimators known.
+    /// Weighted packets that carry all bands.
     Accurate,
     /// What the founding paper writes: one band a packet, roulette on absorption alone.
     Paper,
+}
+
+impl Mode {
+    /// Its word in docs/interface.md.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Accurate => "accurate",
+            Self::Paper => "paper",
+        }
+    }
 }
 
 /// What decided the paths besides the scene.

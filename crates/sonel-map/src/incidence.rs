@@ -1,4 +1,4 @@
-//! Ranges of the angle of incidence within which a surface is taken to absorb alike.
+//! Ranges of the angle of incidence within which absorption is constant.
 //!
 //! Eight ranges an octave of the cosine, down to 2⁻¹⁰, and one below: hard walls absorb most near grazing incidence. Within a range
 //! packets meet the mean over diffuse incidence, so that all ranges together absorb what the material table says.

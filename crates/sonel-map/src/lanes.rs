@@ -1,4 +1,4 @@
-//! Values of bands side by side in fours, so that the compiler vectorises over them; zeros behind the last band.
+//! Band values in lanes of four, so that the compiler vectorises; lanes after the last band are zero.
 
 /// Four bands side by side.
 pub type Lanes = [f64; 4];

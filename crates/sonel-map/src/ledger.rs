@@ -1,4 +1,4 @@
-//! Where the energy went, per band, and what became of the packets.
+//! The energy ledger per band, and the fates of packets.
 //!
 //! Per band: emitted = absorbed + transmitted + escaped + truncated + sampling (docs/physics.md §3). Every term is booked
 //! on its own at the place where it arises; the sampling term is expected minus actual energy passed on, so that the
@@ -6,6 +6,7 @@
 //! added in chunk order: shards joined equal the run made in one piece.
 
 use crate::classes::BandClasses;
+use crate::coefficients::MaterialRow;
 use crate::lanes::Lanes;
 use crate::vertex::Event;
 
@@ -26,10 +27,29 @@ pub enum Fate {
     Lost,
 }
 
+impl Fate {
+    /// All, in their order.
+    pub const ALL: [Self; 6] =
+        [Self::Absorbed, Self::Transmitted, Self::Escaped, Self::Expired, Self::Extinguished, Self::Lost];
+
+    /// Its word in docs/interface.md.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Absorbed => "absorbed",
+            Self::Transmitted => "transmitted",
+            Self::Escaped => "escaped",
+            Self::Expired => "expired",
+            Self::Extinguished => "extinguished",
+            Self::Lost => "lost",
+        }
+    }
+}
+
 /// Number of packets per [`Fate`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Fates {
-    counts: [u64; 6],
+    counts: [u64; Fate::ALL.len()],
 }
 
 impl Fates {
@@ -184,22 +204,23 @@ impl Ledger {
 pub struct ChunkLedger {
     books: Vec<LaneLedger>,
     packet_sampling: Vec<Lanes>,
+    /// Whether the packet's last segment ended where part of its energy goes on that is not booked yet.
+    departs: bool,
     /// What became of the packets.
     pub fates: Fates,
     /// Straight pieces of path traced.
     pub segments: u64,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
-struct LaneLedger {
-    emitted: Lanes,
-    absorbed: Lanes,
-    transmitted: Lanes,
-    escaped: Lanes,
-    truncated: Lanes,
-    sampling: Lanes,
-    sampling_variance: Lanes,
-}
+/// The sums of four columns, in the order of the fields of [`BandLedger`].
+type LaneLedger = [Lanes; LEDGER_TERMS];
+const EMITTED: usize = 0;
+const ABSORBED: usize = 1;
+const TRANSMITTED: usize = 2;
+const ESCAPED: usize = 3;
+const TRUNCATED: usize = 4;
+const SAMPLING: usize = 5;
+const SAMPLING_VARIANCE: usize = 6;
 
 #[inline]
 fn accumulate(sum: &mut Lanes, energy: &Lanes) {
@@ -216,6 +237,7 @@ impl ChunkLedger {
         Self {
             books: vec![LaneLedger::default(); lanes],
             packet_sampling: vec![[0.0; 4]; lanes],
+            departs: false,
             fates: Fates::default(),
             segments: 0,
         }
@@ -229,39 +251,53 @@ impl ChunkLedger {
             self.books.iter_mut().zip(&mut self.packet_sampling).zip(expected).zip(actual)
         {
             for lane in 0..4 {
-                book.emitted[lane] += unit * expected[lane];
+                book[EMITTED][lane] += unit * expected[lane];
                 packet[lane] = unit * expected[lane] - actual[lane];
             }
         }
+        self.departs = false;
     }
 
-    /// Books an arrival: `incident` energy, of which `dissipated` turns to heat and `passed_on` is expected to go on
-    /// (both as fractions per band).
+    /// Books a segment with `energy`: what really went on from where it begins.
     #[inline]
-    pub fn arrived(&mut self, incident: &[Lanes], dissipated: &[Lanes], passed_on: &[Lanes]) {
-        for ((((book, packet), incident), dissipated), passed_on) in
-            self.books.iter_mut().zip(&mut self.packet_sampling).zip(incident).zip(dissipated).zip(passed_on)
+    pub fn segment(&mut self, energy: &[Lanes]) {
+        self.segments += 1;
+        self.depart(energy);
+    }
+
+    /// Books an arrival at a surface with `row`: `incident` energy, a part of which is expected to go on.
+    #[inline]
+    pub fn arrived(&mut self, incident: &[Lanes], row: &MaterialRow) {
+        for ((((book, packet), incident), dissipated), passed_on) in self
+            .books
+            .iter_mut()
+            .zip(&mut self.packet_sampling)
+            .zip(incident)
+            .zip(&row.dissipated)
+            .zip(&row.passed_on)
         {
             for lane in 0..4 {
-                book.absorbed[lane] += incident[lane] * dissipated[lane];
+                book[ABSORBED][lane] += incident[lane] * dissipated[lane];
                 packet[lane] += incident[lane] * passed_on[lane];
             }
         }
+        self.departs = true;
     }
 
     /// Books the passing of an edge with `energy`, all of which is expected to go on.
     #[inline]
     pub fn passed_edge(&mut self, energy: &[Lanes]) {
         for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
-            for lane in 0..4 {
-                packet[lane] += energy[lane];
-            }
+            accumulate(packet, energy);
         }
+        self.departs = true;
     }
 
-    /// Books what really went on from the last arrival, or past the last edge.
     #[inline]
-    pub fn departed(&mut self, energy: &[Lanes]) {
+    fn depart(&mut self, energy: &[Lanes]) {
+        if !std::mem::take(&mut self.departs) {
+            return;
+        }
         for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
             for lane in 0..4 {
                 packet[lane] -= energy[lane];
@@ -269,19 +305,22 @@ impl ChunkLedger {
         }
     }
 
-    /// Closes the books of one packet that ended in `last` with `remaining` energy still on its way.
+    /// Closes the books of one packet that ended in `last`, with `remaining` energy on its way unless it was absorbed.
     pub fn ended(&mut self, last: Event, remaining: &[Lanes]) {
+        if last != Event::Absorbed {
+            self.depart(remaining);
+        }
         for ((book, packet), remaining) in self.books.iter_mut().zip(&self.packet_sampling).zip(remaining) {
             match last {
-                Event::Escaped => accumulate(&mut book.escaped, remaining),
-                Event::Left => accumulate(&mut book.transmitted, remaining),
+                Event::Escaped => accumulate(&mut book[ESCAPED], remaining),
+                Event::Left => accumulate(&mut book[TRANSMITTED], remaining),
                 Event::Absorbed => {}
-                _ => accumulate(&mut book.truncated, remaining),
+                _ => accumulate(&mut book[TRUNCATED], remaining),
             }
             debug_assert!(packet.iter().chain(remaining).all(|energy| energy.is_finite()));
             for lane in 0..4 {
-                book.sampling[lane] += packet[lane];
-                book.sampling_variance[lane] += packet[lane] * packet[lane];
+                book[SAMPLING][lane] += packet[lane];
+                book[SAMPLING_VARIANCE][lane] += packet[lane] * packet[lane];
             }
         }
         self.fates.record(last);
@@ -292,15 +331,7 @@ impl ChunkLedger {
     pub fn finish(self, classes: &BandClasses) -> Ledger {
         let band = |b: usize| {
             let (book, lane) = (&self.books[classes.of(b) / 4], classes.of(b) % 4);
-            BandLedger {
-                emitted: book.emitted[lane],
-                absorbed: book.absorbed[lane],
-                transmitted: book.transmitted[lane],
-                escaped: book.escaped[lane],
-                truncated: book.truncated[lane],
-                sampling: book.sampling[lane],
-                sampling_variance: book.sampling_variance[lane],
-            }
+            BandLedger::from_terms(book.map(|term| term[lane]))
         };
         Ledger { bands: (0..classes.bands()).map(band).collect(), fates: self.fates, segments: self.segments }
     }

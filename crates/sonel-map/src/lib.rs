@@ -4,10 +4,11 @@
 //! surface and what it did there. Energies in any band follow from the points and the coefficient table in one running
 //! product, so one map serves any air, source level, directivity and, within limits, other materials.
 //!
-//! - [`edges`]: edges that bend packets, and what that means to each band; [`bend_history`]: which of them a packet passes;
+//! - [`edges`]: edges that bend packets; [`bend_history`]: which of them a packet passes;
 //! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
+//! - [`emissions`]: all of a run, ready to be traced or followed;
 //! - [`vertex`]: the 16-byte record of one arrival;
-//! - [`classes`]: bands that nothing tells apart;
+//! - [`classes`]: bands with equal coefficients;
 //! - [`coefficients`] and [`weight`]: the balance heuristic over leading bands, shared by tracer and readers;
 //! - [`mod@sweep`]: a path as a sequence of segments with energy, length and history;
 //! - [`ledger`]: where the energy went, per band, and the fates of the packets;
@@ -28,6 +29,7 @@ pub mod coefficients;
 mod directivity;
 pub mod edges;
 pub mod emission;
+pub mod emissions;
 pub mod error;
 mod format;
 pub mod header;
@@ -40,6 +42,7 @@ mod places;
 pub mod provenance;
 pub mod reader;
 mod record;
+mod sections;
 mod shards;
 pub mod spectral;
 mod surfaces;
@@ -54,11 +57,13 @@ pub use classes::BandClasses;
 pub use coefficients::CoefficientTable;
 pub use edges::{EdgeTable, Passing, SizesSeen, bending_edges};
 pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart};
+pub use emissions::Emissions;
 pub use error::MapError;
 pub use header::{BENDING, EffectState, MapHeader, Mode, Settings, ShardRange};
 pub use lanes::{Lanes, lanes_of};
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
 pub use merge::{MergeError, Merger};
+pub use provenance::hexadecimal;
 pub use reader::{BeforeWidening, PathView, SonelMap};
 pub use spectral::Spectral;
 pub use sweep::{Arrival, Segment, SegmentHistory, sweep};

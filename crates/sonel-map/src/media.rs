@@ -1,4 +1,4 @@
-//! Regions of other air as a section of the file, and whether it can be believed.
+//! Regions of other air as a section of the file, validated on reading.
 
 use glam::DVec3;
 use sonel_acoustics::Air;
@@ -45,7 +45,7 @@ pub fn media(record: MediaRecord, scene: &Scene, rows: &[SurfaceRow]) -> Result<
         return Err("regions and surfaces contradict each other".to_owned());
     }
     if record.at_sources.len() != scene.sources.len() || record.at_sources.iter().any(|&air| air >= airs) {
-        return Err("a source is in an air that does not exist".to_owned());
+        return Err("a source is in a region that does not exist".to_owned());
     }
     let is_sound = |region: &RegionRecord| {
         let numbers = [region.speed_of_sound, region.density];

@@ -181,7 +181,7 @@ impl Merger {
     }
 
     /// Copies all chunks to `out`, comparing each with its checksum and the rules of the format. `open` as in [`Self::new`];
-    /// `progress` hears how many paths have been copied.
+    /// `progress` receives how many paths have been copied.
     ///
     /// # Errors
     /// [`MergeError::Unusable`] where a map is damaged or has changed since, [`MergeError::Output`] where `out` cannot be

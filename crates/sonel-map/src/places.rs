@@ -1,4 +1,4 @@
-//! Whether the vertices of a path name what there is: surfaces, edges, interfaces.
+//! Checks that vertices refer to existing surfaces, edges and interfaces.
 
 use sonel_scene::Media;
 

@@ -1,13 +1,12 @@
-//! In what the provenance of two maps differs: scene, settings, effects, program. Which shard each is does not count.
+//! Differences between the provenance of two maps: scene, settings, effects, program; shard numbers are ignored.
 //!
 //! Numbers are written so that different ones look different, and compared as written.
 
 use sonel_acoustics::{Directivity, Material};
 use sonel_scene::{Receiver, Region, Scene, Source};
 
-use crate::header::{EffectState, MapHeader, Mode};
+use crate::header::{EffectState, MapHeader};
 use crate::record;
-use crate::spectral::Spectral;
 
 /// One thing in which two maps differ.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -52,14 +51,6 @@ fn compare(here: &[Fact], there: &[Fact]) -> Vec<Difference> {
 
 fn facts(header: &MapHeader) -> Vec<Fact> {
     let (settings, scene) = (&header.settings, &header.scene);
-    let spectral = match settings.spectral {
-        Spectral::Shared => "shared",
-        Spectral::PerBand => "per-band",
-    };
-    let mode = match settings.mode {
-        Mode::Accurate => "accurate",
-        Mode::Paper => "paper",
-    };
     let plain = [
         ("version of sonel", header.tool_version.clone()),
         ("scene file (its digest)", hexadecimal(&scene.digest)),
@@ -77,8 +68,8 @@ fn facts(header: &MapHeader) -> Vec<Fact> {
         ("seed", settings.seed.to_string()),
         ("number of batches", settings.batches.to_string()),
         ("survival exponent", settings.survival.to_string()),
-        ("spectral", spectral.to_owned()),
-        ("mode", mode.to_owned()),
+        ("spectral", settings.spectral.name().to_owned()),
+        ("mode", settings.mode.name().to_owned()),
         ("extinction threshold", settings.extinction_threshold.to_string()),
         ("order of the materials", names(scene.materials.iter().map(|material| &material.name))),
         ("order of the sources", names(scene.sources.iter().map(|source| &source.name))),
@@ -180,14 +171,17 @@ fn numbers(values: &[f64]) -> String {
     values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
-fn hexadecimal(digest: &[u8; 32]) -> String {
+/// A digest as it is written.
+#[must_use]
+pub fn hexadecimal(digest: &[u8; 32]) -> String {
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::header::{Settings, ShardRange};
+    use crate::header::{Mode, Settings, ShardRange};
+    use crate::spectral::Spectral;
     use glam::DVec3;
     use sonel_acoustics::{BandWidth, Bands};
     use sonel_geometry::Mesh;

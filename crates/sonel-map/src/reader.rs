@@ -1,6 +1,6 @@
 //! Reading a map in place: opening costs the header and the directory, however large the map.
 //!
-//! The reader fears its input: every offset and count is checked against the file's length before it is used, nothing is
+//! Input is not trusted: every offset and count is checked against the file's length before it is used, nothing is
 //! allocated that the file does not hold, and [`SonelMap::check_paths`] compares every checksum and every rule of the
 //! layout before a program believes the paths.
 
@@ -14,20 +14,18 @@ use sonel_geometry::{Geometry, LARGEST_TURN};
 use sonel_scene::{Scene, Source};
 
 use crate::classes::BandClasses;
-use crate::codec::{self, HeaderRecord};
 use crate::coefficients::CoefficientTable;
 use crate::directivity;
 use crate::edges::{self, EdgeTable};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
-use crate::format::{
-    ChunkEntry, ChunkFates, EdgeRow, FacesRow, GRADIENT, MAGIC, MAJOR, MINOR, Preamble, SurfaceRow,
-};
+use crate::format::{ChunkEntry, ChunkFates, EdgeRow, FacesRow, GRADIENT, SurfaceRow};
 use crate::header::{BENDING, DIFFRACTION, MapHeader, ShardRange};
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::media;
 use crate::places::{Places, is_sound_path};
 use crate::record;
+use crate::sections::{Sections, read_preamble};
 use crate::surfaces;
 use crate::tiling;
 use crate::vertex::Vertex;
@@ -53,7 +51,7 @@ pub struct SonelMap {
     faces: Vec<FacesRow>,
     chunks: Vec<ChunkEntry>,
     books: Vec<Ledger>,
-    /// The materials that paths were drawn with, where others are to be heard.
+    /// The materials that paths were drawn with, where the scene has others.
     drawn_with: Option<Vec<Material>>,
     /// Bands that packets were led by: those of the file.
     lead_bands: usize,
@@ -121,60 +119,23 @@ impl SonelMap {
     fn from_storage(bytes: Storage) -> Result<Self, MapError> {
         let preamble = read_preamble(bytes.as_slice())?;
         let sections = Sections::read(bytes.as_slice(), &preamble)?;
-        let chunks = sections.rows::<ChunkEntry>("chunks")?.to_vec();
-        let (named, length) = (&sections.header.sections, bytes.as_slice().len() as u64);
-        tiling::check_order(&chunks, named, preamble.header_offset, length)?;
-        for section in named {
-            tiling::check_padding(bytes.as_slice(), section.offset + section.length)?;
-        }
         let damaged = |reason| MapError::Damaged { offset: preamble.header_offset, reason };
-        if sections.header.chunk_count != chunks.len() as u64 {
-            return Err(damaged("header and directory differ in the number of chunks".to_owned()));
-        }
-        let mesh = record::mesh(sections.rows("mesh.vertices")?, sections.rows("mesh.triangles")?);
+        let chunks = sections.rows::<ChunkEntry>("chunks")?.to_vec();
+        check_tiling(&chunks, &sections, bytes.as_slice())?;
         let surfaces = sections.rows::<SurfaceRow>("surfaces")?.to_vec();
-        let edges =
-            if sections.has("edges") { sections.rows::<EdgeRow>("edges")?.to_vec() } else { Vec::new() };
+        let edges = sections.optional::<EdgeRow>("edges")?.to_vec();
         if !edges.is_empty() && !sections.has("edges.faces") {
-            return Err(MapError::Outdated("its edges bent packets whatever the size of their faces"));
+            return Err(MapError::Outdated("its bending does not depend on the size of faces"));
         }
-        let faces = if sections.has("edges.faces") {
-            sections.rows::<FacesRow>("edges.faces")?.to_vec()
-        } else {
-            Vec::new()
-        };
-        let fates = sections.rows::<ChunkFates>("chunk.fates")?;
-        let terms = sections.rows::<[f64; LEDGER_TERMS]>("chunk.ledger")?;
-        let bands = sections.header.scene.nominal_frequencies.len();
-        let books = read_books(&chunks, fates, terms, bands).map_err(damaged)?;
+        let faces = sections.optional::<FacesRow>("edges.faces")?.to_vec();
+        let lead_bands = sections.header.scene.nominal_frequencies.len();
+        let books = read_books(&chunks, &sections, lead_bands)?;
         let center = DVec3::from_array(sections.header.center);
-        let reach = if sections.has("edges.reach") {
-            sections.rows::<f64>("edges.reach")?.to_vec()
-        } else {
-            Vec::new()
-        };
-        let media =
-            if sections.has(media::SECTION) { Some(sections.rows::<u8>(media::SECTION)?) } else { None };
-        let gradient = if sections.has(GRADIENT) { sections.rows::<f64>(GRADIENT)? } else { &[] };
-        let directivity = if sections.has(directivity::SECTION) {
-            Some(codec::decode(sections.rows::<u8>(directivity::SECTION)?, false).map_err(damaged)?)
-        } else {
-            None
-        };
-        let laws =
-            if sections.has(record::LAWS) { sections.rows::<u8>(record::LAWS)?.to_vec() } else { Vec::new() };
-        let mut header = record::header(sections.header, mesh, (directivity, &laws)).map_err(damaged)?;
-        if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
-            bending.reach = reach;
-        }
-        if let Some(bytes) = media {
-            let record = codec::decode(bytes, false).map_err(damaged)?;
-            header.scene.media = Some(media::media(record, &header.scene, &surfaces).map_err(damaged)?);
-        }
-        header.scene.sound_speed_gradient = read_gradient(gradient, &header.scene).map_err(damaged)?;
-        surfaces::check_rows(&surfaces, header.scene.materials.len()).map_err(damaged)?;
-        edges::check_rows(&edges, &faces).map_err(damaged)?;
-        edges::check_reach(&header, bands).map_err(damaged)?;
+        let header = read_header(sections, &surfaces)?;
+        let checks = surfaces::check_rows(&surfaces, header.scene.materials.len())
+            .and_then(|()| edges::check_rows(&edges, &faces))
+            .and_then(|()| edges::check_reach(&header, lead_bands));
+        checks.map_err(damaged)?;
         if header.bending_reach().is_none() && !edges.is_empty() {
             return Err(damaged("it names edges, and no band is bent".to_owned()));
         }
@@ -182,7 +143,7 @@ impl SonelMap {
             return Err(damaged("the scene has no centre".to_owned()));
         }
         check_directory(&chunks, &header)?;
-        let (minor, digest) = (preamble.minor, preamble.header_digest);
+        let (minor, digest, drawn_with) = (preamble.minor, preamble.header_digest, None);
         Ok(Self {
             bytes,
             header,
@@ -194,8 +155,8 @@ impl SonelMap {
             faces,
             chunks,
             books,
-            drawn_with: None,
-            lead_bands: bands,
+            drawn_with,
+            lead_bands,
         })
     }
 
@@ -404,6 +365,16 @@ impl SonelMap {
         Directory { header, minor, center, surfaces, edges, chunks, books }
     }
 
+    /// Source and first emission of every chunk, in the order of the file.
+    pub fn chunks(&self) -> impl Iterator<Item = (u32, u64)> {
+        self.chunks.iter().map(|chunk| (chunk.source, chunk.first_emission))
+    }
+
+    /// The paths of the chunk of `source` that begins with emission `first`, in emission order.
+    pub fn chunk_paths(&self, (source, first): (u32, u64)) -> impl Iterator<Item = PathView<'_>> {
+        (first..first + CHUNK_EMISSIONS).map_while(move |emission| self.path(source, emission))
+    }
+
     /// The path of emission `emission` of `source`; [`None`] where this map does not hold it.
     #[must_use]
     pub fn path(&self, source: u32, emission: u64) -> Option<PathView<'_>> {
@@ -480,69 +451,36 @@ fn columns<'a>(chunk: &ChunkEntry, bytes: &'a [u8]) -> (&'a [u32], &'a [Vertex])
     (bytemuck::cast_slice(&head[..chunk.path_count as usize * 4]), bytemuck::cast_slice(vertices))
 }
 
-fn read_preamble(bytes: &[u8]) -> Result<Preamble, MapError> {
-    if !bytes.starts_with(&MAGIC) {
-        return Err(MapError::NotAMap);
+/// Whether chunks and sections follow each other without gaps, as many chunks as the header says.
+fn check_tiling(chunks: &[ChunkEntry], sections: &Sections<'_>, bytes: &[u8]) -> Result<(), MapError> {
+    let named = &sections.header.sections;
+    tiling::check_order(chunks, named, sections.header_offset, bytes.len() as u64)?;
+    for section in named {
+        tiling::check_padding(bytes, section.offset + section.length)?;
     }
-    let length = bytes.len() as u64;
-    let preamble = bytes
-        .get(..size_of::<Preamble>())
-        .map(bytemuck::pod_read_unaligned::<Preamble>)
-        .ok_or_else(|| MapError::Truncated { part: "the preamble".to_owned(), end: 64, length })?;
-    if preamble.major != MAJOR {
-        let (major, minor) = (preamble.major, preamble.minor);
-        return Err(MapError::UnsupportedVersion { major, minor, supported: MAJOR });
+    if sections.header.chunk_count == chunks.len() as u64 {
+        return Ok(());
     }
-    if preamble.header_offset == 0 {
-        return Err(MapError::Incomplete);
-    }
-    Ok(preamble)
+    Err(sections.damaged("header and directory differ in the number of chunks".to_owned()))
 }
 
-/// The bytes of the range, which must lie in the file.
-fn part<'a>(bytes: &'a [u8], offset: u64, length: u64, name: &str) -> Result<&'a [u8], MapError> {
-    let end = offset.saturating_add(length);
-    if end > bytes.len() as u64 {
-        return Err(MapError::Truncated { part: name.to_owned(), end, length: bytes.len() as u64 });
+/// The header with what the sections say of it.
+fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHeader, MapError> {
+    let mesh = record::mesh(sections.rows("mesh.vertices")?, sections.rows("mesh.triangles")?);
+    let (directivity, media) = (sections.record(directivity::SECTION)?, sections.record(media::SECTION)?);
+    let (laws, reach) = (sections.optional(record::LAWS)?, sections.optional::<f64>("edges.reach")?);
+    let gradient = sections.optional(GRADIENT)?;
+    let Sections { header, header_offset, .. } = sections;
+    let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
+    let mut header = record::header(header, mesh, (directivity, laws)).map_err(damaged)?;
+    if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
+        bending.reach = reach.to_vec();
     }
-    Ok(&bytes[offset as usize..end as usize])
-}
-
-struct Sections<'a> {
-    bytes: &'a [u8],
-    header: HeaderRecord,
-}
-
-impl<'a> Sections<'a> {
-    fn read(bytes: &'a [u8], preamble: &Preamble) -> Result<Self, MapError> {
-        let damaged = |reason: String| MapError::Damaged { offset: preamble.header_offset, reason };
-        let header = part(bytes, preamble.header_offset, preamble.header_length, "the header")?;
-        if preamble.digest_with(header) != preamble.header_digest {
-            return Err(damaged("the header does not match its checksum".to_owned()));
-        }
-        if preamble.header_offset + preamble.header_length != bytes.len() as u64 {
-            return Err(damaged("the file goes on behind its header".to_owned()));
-        }
-        let may_go_on = preamble.minor > MINOR;
-        Ok(Self { bytes, header: codec::decode(header, may_go_on).map_err(damaged)? })
+    if let Some(record) = media {
+        header.scene.media = Some(media::media(record, &header.scene, surfaces).map_err(damaged)?);
     }
-
-    fn has(&self, name: &str) -> bool {
-        self.header.sections.iter().any(|section| section.name == name)
-    }
-
-    /// The rows of section `name`.
-    fn rows<T: bytemuck::AnyBitPattern>(&self, name: &str) -> Result<&'a [T], MapError> {
-        let section = self.header.sections.iter().find(|section| section.name == name).ok_or_else(|| {
-            MapError::Damaged { offset: 0, reason: format!("the header names no section {name}") }
-        })?;
-        let damaged = |reason: String| MapError::Damaged { offset: section.offset, reason };
-        let bytes = part(self.bytes, section.offset, section.length, name)?;
-        if <[u8; 32]>::from(blake3::hash(bytes)) != section.digest {
-            return Err(damaged(format!("section {name} does not match its checksum")));
-        }
-        bytemuck::try_cast_slice(bytes).map_err(|error| damaged(format!("section {name}: {error}")))
-    }
+    header.scene.sound_speed_gradient = read_gradient(gradient, &header.scene).map_err(damaged)?;
+    Ok(header)
 }
 
 /// The gradient of the speed of sound [1/s] from the rows of its section, 0 without one.
@@ -551,21 +489,18 @@ fn read_gradient(rows: &[f64], scene: &Scene) -> Result<f64, String> {
     match *rows {
         [] => Ok(0.0),
         [gradient] if scene.media.is_none() && is_possible(gradient) => Ok(gradient),
-        _ => Err("it has an impossible gradient of the speed of sound".to_owned()),
+        _ => Err("the gradient of the speed of sound is out of range".to_owned()),
     }
 }
 
-fn read_books(
-    chunks: &[ChunkEntry],
-    fates: &[ChunkFates],
-    terms: &[[f64; LEDGER_TERMS]],
-    bands: usize,
-) -> Result<Vec<Ledger>, String> {
+fn read_books(chunks: &[ChunkEntry], sections: &Sections<'_>, bands: usize) -> Result<Vec<Ledger>, MapError> {
+    let fates = sections.rows::<ChunkFates>("chunk.fates")?;
+    let terms = sections.rows::<[f64; LEDGER_TERMS]>("chunk.ledger")?;
     if bands == 0 || fates.len() != chunks.len() || terms.len() != chunks.len() * bands {
-        return Err("directory and books differ in length".to_owned());
+        return Err(sections.damaged("directory and books differ in length".to_owned()));
     }
     if !chunks.iter().zip(fates).all(|(chunk, fates)| fates.agree_with(chunk)) {
-        return Err("directory and books differ in paths or segments".to_owned());
+        return Err(sections.damaged("directory and books differ in paths or segments".to_owned()));
     }
     Ok(fates
         .iter()
@@ -581,7 +516,7 @@ fn read_books(
 /// The shard holds exactly the chunks it should, in order.
 fn check_directory(chunks: &[ChunkEntry], header: &MapHeader) -> Result<(), MapError> {
     let layout = header.settings.layout(header.scene.bands.count());
-    let held = header.shard.chunks(layout.total.div_ceil(CHUNK_EMISSIONS));
+    let held = header.shard.chunks(layout.chunks());
     let sources = header.scene.sources.len() as u64;
     let damaged = |offset, reason: &str| MapError::Damaged { offset, reason: reason.to_owned() };
     if (held.end - held.start).checked_mul(sources) != Some(chunks.len() as u64) {
@@ -592,7 +527,7 @@ fn check_directory(chunks: &[ChunkEntry], header: &MapHeader) -> Result<(), MapE
     for (chunk, (source, first)) in chunks.iter().zip(expected) {
         let count = (layout.total - first).min(CHUNK_EMISSIONS);
         if (chunk.source, chunk.first_emission, u64::from(chunk.path_count)) != (source, first, count) {
-            return Err(damaged(chunk.offset, "the directory contradicts itself"));
+            return Err(damaged(chunk.offset, "entries of the directory contradict each other"));
         }
     }
     Ok(())

@@ -250,8 +250,9 @@ fn material(record: MaterialRecord) -> Material {
 
 fn source(record: SourceRecord, bands: usize) -> Result<Source, String> {
     let (position, aim) = (DVec3::from_array(record.position), DVec3::from_array(record.aim));
-    if !position.is_finite() || !aim.is_finite() {
-        return Err(format!("source {} has no position or looks nowhere", record.name));
+    let is_unit = (aim.length_squared() - 1.0).abs() <= directivity::ORTHONORMAL;
+    if !position.is_finite() || !is_unit {
+        return Err(format!("source {} has no finite position or no unit aim", record.name));
     }
     if record.power_level_db.len() != bands || !record.power_level_db.iter().all(|level| level.is_finite()) {
         return Err(format!("source {} has not one power level per band", record.name));
@@ -268,7 +269,7 @@ fn source(record: SourceRecord, bands: usize) -> Result<Source, String> {
 fn receiver(record: ReceiverRecord) -> Result<Receiver, String> {
     let (position, aim) = (DVec3::from_array(record.position), DVec3::from_array(record.aim));
     if !position.is_finite() || !aim.is_finite() {
-        return Err(format!("receiver {} has no position or looks nowhere", record.name));
+        return Err(format!("receiver {} has no finite position or aim", record.name));
     }
     Ok(Receiver { name: record.name, position, aim, pattern: Pattern::Omni })
 }

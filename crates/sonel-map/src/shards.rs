@@ -1,4 +1,4 @@
-//! Which part of a run several shards make together, and what is wrong with them.
+//! The part of a run that several shards make together, and errors of the set.
 //!
 //! Shard I of N stands for the interval from (I − 1)/N to I/N of the run, and holds the chunks between the borders of
 //! that interval. Shards may be of different N; joined they make a shard whose interval is theirs, where there is one:

@@ -8,3 +8,14 @@ pub enum Spectral {
     /// Every path carries its leading band alone.
     PerBand,
 }
+
+impl Spectral {
+    /// Its word in docs/interface.md.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shared => "shared",
+            Self::PerBand => "per-band",
+        }
+    }
+}

@@ -1,4 +1,4 @@
-//! The surfaces that the paths refer to, as rows of the file, and whether they are those of a geometry.
+//! The surfaces that paths refer to, as rows of the file, compared with those of a geometry.
 //!
 //! Which triangles make a surface, and in which order surfaces are numbered, is the work of `sonel-geometry`. The map
 //! states the outcome, so that a stranger needs no geometry, and so that a later sonel that finds surfaces in another way

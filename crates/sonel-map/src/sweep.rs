@@ -48,6 +48,12 @@ pub struct Arrival {
     pub event: Event,
 }
 
+impl Arrival {
+    fn at(vertex: &Vertex, event: Event) -> Self {
+        Self { surface: vertex.surface(), side: vertex.side(), event }
+    }
+}
+
 /// One straight piece of a path: a leg, or a chord of it where the speed of sound has a gradient.
 #[derive(Debug, Clone, Copy)]
 pub struct Segment<'a> {
@@ -106,13 +112,11 @@ pub fn sweep(
             edges.passing(start, edge, &place)
         });
         let end = passing.map_or_else(|| vertex.position.as_dvec3(), |passing| passing.closest);
-        let leg = match profile {
-            None => start.distance(end) * table.stretch(air),
-            Some((profile, speed)) => profile.travel_time(start, end) * speed,
-        };
-        let end_length = start_length + leg;
-        let arrival =
-            event.leaves_sonel().then(|| Arrival { surface: vertex.surface(), side: vertex.side(), event });
+        let end_length = start_length
+            + match profile {
+                None => start.distance(end) * table.stretch(air),
+                Some((profile, speed)) => profile.travel_time(start, end) * speed,
+            };
         let segment = Segment {
             is_part: false,
             start: start.as_vec3(),
@@ -122,7 +126,7 @@ pub fn sweep(
             air,
             energy: weight.energy(),
             history,
-            arrival,
+            arrival: event.leaves_sonel().then(|| Arrival::at(vertex, event)),
             goes_on: edges.is_some() || event == Event::Diffracted || event.is_at_interface(),
             escapes: matches!(event, Event::Escaped | Event::Lost | Event::Left),
         };

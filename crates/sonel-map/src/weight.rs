@@ -1,4 +1,4 @@
-//! The energy a path carries, in every band: the balance heuristic over which band led it.
+//! Energy of a path in every band, by the balance heuristic over lead bands.
 //!
 //! e_j = D · ∏ f_j / Σ_k n_k ∏ p_k, with n_k the packets led by band k (docs/physics.md §2; [Veach1995],
 //! [Wilkie2014]). Numerators and denominators are kept as products relative to a common power of two, which is divided

@@ -1,8 +1,9 @@
-//! The air about a receiver in which the segments of packets are counted.
+//! The receiver sphere: the volume about a receiver in which segments of packets are counted.
 //!
-//! Fluence is path length per volume: F = Σ e ℓ / V over all segments, ℓ the length of a segment within the volume V. The volume is
-//! a ball of radius r about the receiver, less what the receiver does not see of it. So it may reach beyond the nearest wall, and a
-//! receiver beside a wall is as calm as one in the middle of the room. The bias is that of averaging over the ball (docs/physics.md §4).
+//! Fluence is path length per volume: F = Σ e ℓ / V over all segments, ℓ the length of a segment within the volume V. The
+//! volume is the part of a sphere of radius r that the receiver sees. So it may reach beyond the nearest wall, and a
+//! receiver beside a wall has no more noise than one in the middle of the room. The bias is that of averaging over the ball
+//! (docs/physics.md §4).
 //!
 //! Late sound varies less from place to place and its paths are rarer: the ball grows with the length that a path has gone.
 

@@ -1,4 +1,4 @@
-//! Energies of a receiver by direction: what beside the energy itself is added up where directions are asked for.
+//! Energies of a receiver by direction of incidence, summed where directions are requested.
 //!
 //! With u the unit vector from the receiver to where sound comes from and a its lateral axis, everything that brings the energy e also
 //! brings e (a·u)², e |a·u| and e u: the energy of a figure-of-eight microphone across the aim, the product of its pressure with that of an

@@ -1,4 +1,4 @@
-//! How large the gathering discs are.
+//! Radius of the gathering discs.
 
 use sonel_acoustics::mean_free_path;
 use sonel_geometry::Geometry;
@@ -7,7 +7,8 @@ use crate::receiver::REFERENCE_EMISSIONS;
 use crate::settings::RenderSettings;
 
 /// Mean free path [m]; in an open scene its extent.
-pub(crate) fn free_path(geometry: &Geometry) -> f64 {
+#[must_use]
+pub fn free_path(geometry: &Geometry) -> f64 {
     match geometry.volume() {
         Some(volume) => mean_free_path(volume, geometry.area()),
         None => f64::from(geometry.extent()),

@@ -1,4 +1,4 @@
-//! What stands against rendering.
+//! Errors of rendering.
 
 use sonel_map::MapError;
 use thiserror::Error;

@@ -1,4 +1,4 @@
-//! Pass two: from a sonel map to echograms at any number of receivers.
+//! Rendering: echograms at any number of receivers from a sonel map.
 //!
 //! `exact` has the classes that are computed, `stochastic` those that packets estimate, `paper` the founding paper's own estimators; `render`
 //! drives all three batch by batch. Every path class of docs/physics.md §4 is owned by exactly one module (L source, S specular, D diffuse, R receiver):
@@ -6,7 +6,7 @@
 //! | class | module |
 //! |---|---|
 //! | L R | `exact::direct` |
-//! | L S^k R, k ≤ K | `exact::mirror` (image sources over completely enumerated mirror chains) |
+//! | L S^k R, k ≤ K | `exact::mirror` (image sources, completely enumerated) |
 //! | L E R, L S E R, and what edges add to the two above | `exact::edge` (coherent sums over edges, where diffraction is on) |
 //! | … D R | `stochastic::connection` (a shadow ray from every sonel; beside a surface shared with `stochastic::gather`) |
 //! | … D S^k R, k ≤ K′, in empty boxes | `stochastic::mirror_connection` (a connection from every sonel to one of the receiver's images) |
@@ -14,13 +14,13 @@
 //! | L S^k R, k > K | `render::specular` (rays that are always mirrored, through a receiver sphere); `stochastic::crossing` where edges bent it |
 //! | … D S^k R, k > K′ | `stochastic::crossing` (traced segments through a receiver sphere) |
 //!
-//! Where a scene has several airs, straight ways end at the interfaces. Paths that have met one since their last diffuse reflection are
-//! left to `stochastic::crossing`, whatever their class; `regions` has what they carry.
+//! In scenes with several airs straight paths end at the interfaces. Paths that met one since their last diffuse reflection
+//! are estimated by `stochastic::crossing`; `regions` has their lengths and attenuation.
 //!
-//! Where edges bend packets, `stochastic::bending` says which bands a way is left to. What was bent since its last diffuse reflection is gathered by
-//! visibility rays that turn; where an estimator without rays is asked for, by `stochastic::crossing`.
+//! With bending, `stochastic::bending` states the bands in which a straight path counts. Paths bent since their last
+//! diffuse reflection are gathered by bent visibility rays, or by `stochastic::crossing` with estimators without rays.
 //!
-//! Where `directions` are asked for, all of them also add energies weighed by the direction of arrival.
+//! With `directions` all of them also add energies weighted by the direction of incidence.
 //!
 //! [`picture`] estimates the energy that arrives on the surfaces that a camera sees.
 //!
@@ -28,7 +28,7 @@
 
 /// Revision of the echograms: raised by every change after which the same command may write another response to the same map.
 /// `tests/pipeline` keeps digests of some. Responses of two revisions are never joined.
-pub const REVISION: u32 = 3;
+pub const REVISION: u32 = 4;
 
 mod air;
 mod ball;
@@ -49,6 +49,7 @@ mod settings;
 mod stochastic;
 
 pub use directions::Columns;
+pub use disc_size::free_path;
 pub use error::RenderError;
 pub use path_class::PathClass;
 pub use receiver::{ReceiverPoint, Sensitivity};

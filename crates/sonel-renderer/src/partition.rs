@@ -1,6 +1,6 @@
-//! Straight ways through partitions: each band keeps τ of what it carried.
+//! Straight paths through partitions: each band is multiplied by τ.
 //!
-//! A way that passes nothing costs what it costs without partitions, and so does every way where no material transmits.
+//! Where no material transmits, partitions cost no time.
 //!
 //! References: docs/physics.md §3.
 

@@ -1,4 +1,4 @@
-//! Classes of paths by which sound comes to a receiver (docs/physics.md §4).
+//! Path classes (docs/physics.md §4).
 
 /// Who brought the energy (docs/physics.md §4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

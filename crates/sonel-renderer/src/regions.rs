@@ -1,10 +1,10 @@
-//! Several airs in one scene: what estimators need of each.
+//! Regions of different air: lengths, attenuation and impedance for the estimators.
 //!
 //! A path's length counts every leg times c₀/c of its air, so that it is a time in units of the scene's speed of sound c₀. With m c/c₀ for the
 //! attenuation of an air, air takes Σ m ℓ as before. Of these coefficients the least of all airs is taken by [`crate::air`] over the whole
 //! length, the rest leg by leg here.
 //!
-//! Nothing straight leads through an interface: what straight legs bring to a receiver comes through the receiver's own air. Energies are
+//! No straight path passes an interface, so straight paths to a receiver lie in the receiver's own air. Energies are
 //! fluences times ρc of that air over that of the scene, so that one impedance makes levels of all of them.
 //!
 //! References: docs/physics.md §3.
@@ -161,7 +161,8 @@ pub(crate) fn carries(air: &Air, map: &SonelMap) -> Vec<bool> {
     (0..map.header().scene.bands.count()).map(matters).collect()
 }
 
-/// `settings` as they are for `scene`: where its speed of sound has a gradient, arcs have no mirror images and visibility rays are straight.
+/// `settings` as they are for `scene`: where its speed of sound has a gradient, image sources are not computed along arcs
+/// and visibility rays do not follow arcs.
 ///
 /// # Errors
 /// When they ask for either.
@@ -175,9 +176,11 @@ pub(crate) fn fit_settings(scene: &Scene, settings: RenderSettings) -> Result<Re
         )))
     };
     match settings.estimator {
-        Estimator::Gather => refused("visibility rays are straight"),
-        Estimator::Paper => refused("the paper's estimator knows even air"),
-        _ if settings.mirror_order.is_some_and(|order| order > 0) => refused("arcs have no image sources"),
+        Estimator::Gather => refused("visibility rays do not follow arcs"),
+        Estimator::Paper => refused("the paper's estimator needs even air"),
+        _ if settings.mirror_order.is_some_and(|order| order > 0) => {
+            refused("image sources are not computed along arcs")
+        }
         Estimator::Auto => {
             Ok(RenderSettings { estimator: Estimator::Connection, mirror_order: None, ..settings })
         }
@@ -194,10 +197,10 @@ pub(crate) fn refuse_regions(scene: &Scene, settings: &RenderSettings) -> Result
         matches!(&settings.air, Air::Attenuation(attenuation) if attenuation.iter().any(|&m| m > 0.0));
     let problem = match (settings.estimator, is_other_air) {
         (Estimator::Paper, _) => {
-            "the paper's estimator knows one air, the scene of this map has several: choose another --estimator"
+            "the paper's estimator needs one air, the scene of this map has several regions of air: choose another --estimator"
         }
         (_, true) => {
-            "the scene of this map has several airs, which cannot be changed: trace it with others, or leave air out with --no-air"
+            "the scene of this map has several regions of air, which cannot be changed: change them in the scene file and trace again, or use --no-air"
         }
         _ => return Ok(()),
     };

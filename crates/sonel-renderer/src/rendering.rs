@@ -1,4 +1,4 @@
-//! What rendering one source yields, and how energy is added to it.
+//! The rendering of one source, and sums of energy in it.
 
 use crate::deposit::{Deposits, TimeBins, add_lanes, spread_lanes};
 use crate::directions::Columns;

@@ -1,4 +1,4 @@
-//! How a map is rendered: what can be asked for, and what is done where nothing is.
+//! Settings of a rendering, with defaults.
 
 /// Most bins of an echogram: 17 minutes in milliseconds, 20 seconds in samples of 50 kHz. Neither the option nor the duration
 /// that a map states is limited otherwise, and 64 MB a receiver are enough for either.
@@ -14,11 +14,11 @@ pub struct RenderSettings {
     /// Order K of the mirror chains; chosen where none is given.
     pub mirror_order: Option<u32>,
     /// Visibility rays of one receiver over all batches, where rays go on by mirrors; where they only share with connections next to
-    /// surfaces, an eighth of them.
+    /// surfaces, half of them.
     pub rays: u32,
     /// Radius of the discs in which rays gather [m]; chosen where none is given.
     pub gather_radius: Option<f64>,
-    /// Seed of the renderer's own choices; the map's where none is given.
+    /// Seed of the rendering; by default that of the map.
     pub seed: Option<u64>,
     /// Attenuation by air.
     pub air: Air,
@@ -29,7 +29,7 @@ pub struct RenderSettings {
 /// Who owns which path class: the same energy by different means, so that any two can be compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
-    /// Each class by its best estimator.
+    /// The most efficient estimator for each path class.
     Auto,
     /// Connections for … D R; spheres for everything specular behind a diffuse reflection.
     Connection,
@@ -88,19 +88,19 @@ impl RenderSettings {
     pub(crate) fn check(&self, duration: f64) -> Result<(), String> {
         let is_length = |length: f64| length.is_finite() && length > 0.0;
         if !is_length(self.bin) {
-            return Err(format!("a bin of {} s is no bin: give a width above 0", self.bin));
+            return Err(format!("the bin width is {} s: give a width above 0 s", self.bin));
         }
         if self.gather_radius.is_some_and(|radius| !is_length(radius)) {
-            return Err("a disc that gathers needs a radius above 0".to_owned());
+            return Err("the radius of gathering discs must be above 0 m".to_owned());
         }
         if self.estimator == Estimator::Paper && self.mirror_order.is_some() {
             return Err(
-                "the paper enumerates no image-source paths: leave --order out, or choose another --estimator".to_owned()
+                "the paper's estimator has no image sources: leave --order out, or choose another --estimator".to_owned()
             );
         }
         if duration / self.bin > MOST_BINS {
             return Err(format!(
-                "{duration} s in bins of {} s are more than {MOST_BINS} bins: give wider ones (--bin), or trace again with a \
+                "a duration of {duration} s has more than {MOST_BINS} bins of {} s: give wider bins (--bin), or trace again with a \
                  shorter --duration",
                 self.bin
             ));
@@ -115,7 +115,7 @@ impl RenderSettings {
             bin: 0.001,
             estimator,
             mirror_order: None,
-            rays: if estimator == Estimator::Paper { 1 << 14 } else { 1 << 17 },
+            rays: if estimator == Estimator::Paper { 1 << 14 } else { 1 << 15 },
             gather_radius: None,
             seed: None,
             air: Air::OfScene,

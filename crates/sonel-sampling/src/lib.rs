@@ -1,4 +1,4 @@
-//! Random streams and warps: every random number of the simulator comes from here.
+//! Random streams and warps: the source of every random number of the simulator.
 //!
 //! Three ideas, one module each:
 //! - [`stream`]: independent, portable generators, one for every emission and every visibility ray;

@@ -25,8 +25,8 @@ pub enum Purpose {
     ZonePoint = 5,
     /// Rays of one source that every surface mirrors.
     SpecularRay = 7,
-    /// Choices of the sonels that are connected with one receiver.
-    ConnectionChoice = 8,
+    /// Choice of the sonels of one source that reach for receivers.
+    SonelChoice = 8,
     /// Signs and times of the pulses of an impulse response.
     Pulse = 9,
     /// Directions of these pulses.

@@ -160,7 +160,7 @@ fn band_columns(
             Ok(hz) if is_nominal(hz) => problems.push(problem(line, format!("band {hz} Hz is given twice"))),
             _ => {
                 let message =
-                    format!("column `{name}` is no band; name columns by nominal centre frequency in Hz");
+                    format!("column `{name}` is not a band; name columns by nominal centre frequency in Hz");
                 problems.push(problem(line, message));
             }
         }
@@ -195,10 +195,10 @@ fn read_row(
     let number = |column: usize| record[column].parse::<f64>().unwrap_or(f64::NAN);
     let (azimuth, polar) = (number(0), number(1));
     if !(-360.0..=360.0).contains(&azimuth) {
-        return Err(format!("azimuth `{}` is no angle of −360 … 360°", &record[0]));
+        return Err(format!("azimuth `{}` is not an angle of −360 … 360°", &record[0]));
     }
     if !(-180.0..=180.0).contains(&polar) {
-        return Err(format!("polar angle `{}` is no angle of −180 … 180°", &record[1]));
+        return Err(format!("polar angle `{}` is not an angle of −180 … 180°", &record[1]));
     }
     // Every column, those of bands that the scene lacks, too.
     for column in 2..record.len() {
@@ -206,7 +206,7 @@ fn read_row(
         if level.is_nan() || level > HIGHEST_LEVEL_DB {
             let (found, hz) = (&record[column], &headers[column]);
             return Err(format!(
-                "`{found}` at {hz} Hz is no level in dB of at most {HIGHEST_LEVEL_DB}; write -inf for no sound"
+                "`{found}` at {hz} Hz is not a level of at most {HIGHEST_LEVEL_DB} dB; write -inf for no sound"
             ));
         }
     }
@@ -220,7 +220,8 @@ fn read_row(
 fn multiple(angle: f64, step: f64, what: &str, line: usize) -> Result<usize, LineProblem> {
     let number = libm::round(angle / step);
     if (angle - number * step).abs() > ANGLE_TOLERANCE {
-        let message = format!("{what} {angle}° is no multiple of the step {step}°: all steps must be equal");
+        let message =
+            format!("{what} {angle}° is not a multiple of the step {step}°: all steps must be equal");
         return Err(problem(line, message));
     }
     Ok(number as usize)
@@ -450,16 +451,16 @@ mod tests {
         };
         let cases = [
             (replaced(2, "polar_deg,azimuth_deg,1000"), 2, "must begin"),
-            (replaced(2, "azimuth_deg,polar_deg,1001"), 2, "`1001` is no band"),
+            (replaced(2, "azimuth_deg,polar_deg,1001"), 2, "`1001` is not a band"),
             (replaced(2, "azimuth_deg,polar_deg,500"), 2, "no column for 1000 Hz"),
-            (replaced(7, "0,40,NaN"), 7, "`NaN` at 1000 Hz is no level"),
-            (replaced(7, "0,40,inf"), 7, "is no level"),
-            (replaced(7, "0,40,-3 dB"), 7, "is no level"),
+            (replaced(7, "0,40,NaN"), 7, "`NaN` at 1000 Hz is not a level"),
+            (replaced(7, "0,40,inf"), 7, "is not a level"),
+            (replaced(7, "0,40,-3 dB"), 7, "is not a level"),
             (replaced(7, "0,240,-3"), 7, "polar angle `240`"),
             (replaced(7, "x,40,-3"), 7, "azimuth `x`"),
             (replaced(7, "0,40"), 7, "2 columns, the header has 3"),
             (replaced(7, "0,30,-3"), 7, "already in line 6"),
-            (replaced(7, "0,43,-3"), 7, "43° is no multiple of the step 10°"),
+            (replaced(7, "0,43,-3"), 7, "43° is not a multiple of the step 10°"),
             (table(&[0], &[0, 70, 140, 180], level), 4, "does not divide 180°"),
             (without(7), 6, "no row for azimuth 0°, polar angle 40°"),
             (lines[..2].join("\n"), 1, "no direction but the poles"),

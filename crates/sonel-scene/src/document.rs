@@ -1,4 +1,4 @@
-//! Tables and values of a TOML document that know their full key and their place.
+//! Tables and values of a TOML document with their full key and position.
 //!
 //! Every reader reports what is wrong with a value and returns `None` for it, so that reading goes on to the next.
 

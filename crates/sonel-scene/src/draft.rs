@@ -27,7 +27,7 @@ const EMPTY_WORDS: [&str; 10] =
 /// The text of a scene file for the mesh at `path`, relative to the scene file; `open` opens it and what lies beside it.
 ///
 /// # Errors
-/// What is wrong with the mesh, or that no place for a source was found.
+/// What is wrong with the mesh, or that no free place for a source was found.
 pub fn draft(
     path: &str,
     name: &str,
@@ -63,7 +63,7 @@ pub fn draft(
     }
     let up = tried.scene.up;
     let source = free_place(&geometry, up, SOURCE_HEIGHT, &[])
-        .ok_or_else(|| whole("no place for a source".to_owned()))?;
+        .ok_or_else(|| whole("no free place for a source".to_owned()))?;
     let receiver = free_place(&geometry, up, RECEIVER_HEIGHT, &[source]);
     text += &tables;
     let _ = write!(text, "\n[[sources]]\nname = \"source\"\nposition = {}\n", vector(source));
@@ -79,7 +79,7 @@ fn table(name: &str) -> String {
     match nearest(name) {
         Some(entry) => format!("{head}library = \"{}\"    # {}\n", entry.name, entry.text),
         None => format!(
-            "{head}absorption = 0.1    # chosen: no entry of the library is like it, see sonel-trace materials\n"
+            "{head}absorption = 0.1    # chosen: no library entry has a similar name, see sonel-trace materials\n"
         ),
     }
 }

@@ -1,4 +1,4 @@
-//! What can only be judged once walls, sources and receivers are known together.
+//! Checks that need walls, sources and receivers together.
 
 use glam::DVec3;
 use sonel_geometry::Geometry;

@@ -1,4 +1,4 @@
-//! From the text of a scene file to a [`Scene`].
+//! Reads the text of a scene file into a [`Scene`].
 
 use std::io;
 
@@ -388,7 +388,8 @@ fn read_duration(
     }
     let Some(geometry) = geometry.filter(|_| report.is_clean()) else { return 0.0 };
     let Some(sabine) = scene.largest_sabine_time(geometry) else {
-        report.problem(0, "duration_s: missing, and some band has no absorption to choose it by; give it");
+        report
+            .problem(0, "duration_s: missing, and a band has no absorption, so there is no default; give it");
         return 0.0;
     };
     let duration = libm::ceil(100.0 * DURATION_PER_SABINE_TIME * sabine) / 100.0;

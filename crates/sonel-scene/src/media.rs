@@ -1,4 +1,4 @@
-//! Regions of other air in a scene: what their airs are, and which of them lies on each side of every interface.
+//! Regions of other air in a scene, and the air on each side of every interface.
 //!
 //! Air 0 is that of the scene, air i + 1 that of region i. A region is the air that a point in it is connected with, past walls and
 //! interfaces alike. Walks in random directions find it: two places are in one air where a straight way or a walk leads from one to the other,
@@ -165,7 +165,7 @@ impl fmt::Display for MediaFault {
             ),
             Self::BoundsNothing { place, air: 0, .. } => write!(
                 f,
-                "the interface at ({}) m has the scene's air on both sides: give [[regions]] with a point inside, or remove the face",
+                "the interface at ({}) m has the air of the scene on both sides: give [[regions]] with a point inside, or remove the face",
                 notation::place(*place)
             ),
             Self::BoundsNothing { place, .. } => write!(

@@ -1,4 +1,4 @@
-//! From the bytes of a mesh file to a mesh in metres over the scene's materials.
+//! Reads a mesh file into a mesh in metres with the materials of the scene.
 
 use foldhash::HashMap;
 use glam::DVec3;
@@ -203,7 +203,7 @@ impl Oddities<'_> {
             let more = obj::and_more(self.doubled.len());
             let place = self.terms.label(self.file, *line);
             let other = if self.terms.counts_lines {
-                format!("that in line {first}")
+                format!("the face in line {first}")
             } else {
                 format!("face {first}")
             };

@@ -1,4 +1,4 @@
-//! What is wrong with a scene: every problem at once, each with its place and its remedy.
+//! Problems of a scene, each with its place and remedy.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What the log says of a room: its size, whether that is plausible, and where its mesh is open.
+//! Log of a room: size, plausibility, open edges and cracks of the mesh.
 
 use glam::DVec3;
 use sonel_acoustics::mean_free_path;

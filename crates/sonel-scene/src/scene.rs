@@ -198,11 +198,12 @@ impl Scene {
         }
         if self.media.is_some() {
             return Some(
-                "regions of other air are for even air: leave the gradient or the regions out".to_owned(),
+                "regions cannot be combined with a gradient of the speed of sound: remove one of the two"
+                    .to_owned(),
             );
         }
         if self.materials.iter().any(|material| material.law.is_angular()) {
-            let problem = "absorption by angle is for even air: leave the gradient or absorption_law out";
+            let problem = "absorption_law cannot be combined with a gradient of the speed of sound: remove one of the two";
             return Some(problem.to_owned());
         }
         let (low, high) = geometry.bounds();
@@ -226,7 +227,7 @@ impl Scene {
         }
         (gradient.abs() * self.duration > LARGEST_TURN).then(|| {
             format!(
-                "{gradient} 1/s over {} s is beyond what is simulated: gradient times duration is at most {LARGEST_TURN}; lower one of them",
+                "{gradient} 1/s over {} s is out of range: gradient times duration is at most {LARGEST_TURN}; lower one of them",
                 notation::number(self.duration)
             )
         })

@@ -1,4 +1,4 @@
-//! The nearest known name to one that is not known.
+//! The known name nearest to an unknown one.
 
 /// Ends a message about an unknown name: the nearest known one, or all of them when none is near.
 pub(crate) fn suggest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> String {

@@ -3,7 +3,8 @@
 //! Channels are in the order of ambisonic channel numbers (ACN) with semi-normalisation (SN3D), as in AmbiX [Nachbar2011]: channel 0 is the
 //! pressure, 1, 2 and 3 are y (left), z (up) and x (front). Over all channels of one order the squares add up to 1.
 //!
-//! A time bin knows its energy E and the moment M = E ⟨u⟩ of its directions u. The distribution of largest entropy with this mean is that
+//! A time bin has the energy E and the moment M = E ⟨u⟩ of its directions u. The distribution of largest entropy with this
+//! mean is that
 //! of von Mises and Fisher [FisherLewisEmbleton1987], ∝ e^(κ u·d) with d = M/|M| and coth κ − 1/κ = |M|/E: from all directions
 //! alike where M is 0, from one where |M| = E. Second and higher moments of the field are not kept.
 //!

@@ -1,4 +1,4 @@
-//! What can be wrong with responses and recordings.
+//! Errors of responses and recordings.
 
 use thiserror::Error;
 
@@ -8,7 +8,7 @@ use thiserror::Error;
 pub enum SoundError {
     /// A listed arrival is not part of the echogram.
     #[error(
-        "the arrival at {time_s:.6} s at receiver \"{receiver}\" holds more energy than the echogram does then; render the response again"
+        "the arrival at {time_s:.6} s at receiver \"{receiver}\" has more energy than its bin of the echogram; render the response again"
     )]
     ArrivalWithoutEnergy {
         /// Name of the receiver.

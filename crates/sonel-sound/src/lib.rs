@@ -1,6 +1,6 @@
 //! Pressure impulse responses of energy echograms, convolution, WAV files.
 //!
-//! A response knows energies per band and time, no phases. [`impulse`] draws one of the pressures that have these energies: listed
+//! A response has energies per band and time, no phases. [`impulse`] draws a pressure with these energies: listed
 //! arrivals as single pulses at their time ([`pulses`]), everything else as pulses of random sign, shaped by linear-phase
 //! band filters ([`crossover`]). Where the response has directions, so have the pulses: in [`ambisonics`], or at the
 //! ears of a [`head`]. [`iacc`](iacc()) reads the correlation of two ears. [`convolution`] applies it to a recording, [`wav`] reads and writes.

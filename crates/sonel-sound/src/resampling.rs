@@ -44,9 +44,9 @@ mod tests {
         let tone = |rate: u32, at: usize| libm::sin(TAU * 1000.0 * at as f64 / f64::from(rate));
         for rate in [44_100, 16_000, 96_000, 8000] {
             let signal: Vec<f32> = (0..rate as usize).map(|at| tone(rate, at) as f32).collect();
-            let heard = resample(&signal, rate, 48_000).unwrap();
-            assert_eq!(heard.len(), 48_000, "{rate}");
-            let middle = &heard[2400..45_600];
+            let resampled = resample(&signal, rate, 48_000).unwrap();
+            assert_eq!(resampled.len(), 48_000, "{rate}");
+            let middle = &resampled[2400..45_600];
             let square =
                 middle.iter().map(|sample| f64::from(*sample).powi(2)).sum::<f64>() / middle.len() as f64;
             assert!((2.0 * square - 1.0).abs() < 1e-3, "{rate} Hz: {square}");

@@ -1,4 +1,4 @@
-//! Where the accuracy of a run is read: at the scene's receivers, or at a point amid the room where it names none.
+//! Evaluation receivers: those of the scene, or one point mid-room.
 //!
 //! The point is that of a regular grid over the room's bounds, within it, which is farthest from every surface and source: errors there
 //! are those of most of the room (docs/physics.md §7, κ).

@@ -12,16 +12,14 @@ mod certainty;
 use sonel_acoustics::{Coefficient, Material};
 use sonel_analysis::what_if::fitness;
 use sonel_analysis::{Estimate, Parameter, ReceiverParameters};
-use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
-use sonel_renderer::{ReceiverPoint, RenderSettings};
 use thiserror::Error;
 
 pub use certainty::Knowledge;
 
 use crate::local::{Datum, Local, Unknown};
 use crate::pipeline::{self, MapStore, NoClock, PipelineError};
-use crate::sensitivity::{Varied, vary};
+use crate::sensitivity::{Varied, VariedMap};
 
 /// Renderings at the most.
 const MOST_ROUNDS: u32 = 10;
@@ -56,8 +54,6 @@ pub struct FitSettings {
     pub coefficients: Vec<Coefficient>,
     /// Standard deviation w of what the map has, in y: small coefficients are known to a factor e^w, those in the middle to w/4.
     pub belief: f64,
-    /// How the map is rendered.
-    pub render: RenderSettings,
 }
 
 /// What happens meanwhile.
@@ -125,7 +121,7 @@ pub enum FitError {
     #[error(transparent)]
     PipelineRun(#[from] PipelineError),
     /// No measured value has a computed one.
-    #[error("the map has no value for any measured one; the first: {0}")]
+    #[error("the map supports none of the measured values; the first: {0}")]
     NothingComputed(String),
     /// Every coefficient is at an end of its range.
     #[error("no material has a coefficient that could be fitted: all are 1, or on no surface")]
@@ -134,17 +130,20 @@ pub enum FitError {
 
 /// The map in use: that given, or one traced since.
 pub(crate) struct Workbench<'a, S: MapStore> {
-    pub given: &'a mut SonelMap,
+    pub given: VariedMap<'a>,
     pub traced: Option<SonelMap>,
-    pub geometry: &'a Geometry,
-    pub receivers: &'a [ReceiverPoint],
-    pub render: RenderSettings,
     pub store: &'a mut S,
 }
 
-impl<S: MapStore> Workbench<'_, S> {
-    pub fn map(&mut self) -> &mut SonelMap {
-        self.traced.as_mut().unwrap_or(self.given)
+impl<'a, S: MapStore> Workbench<'a, S> {
+    pub fn new(given: VariedMap<'a>, store: &'a mut S) -> Self {
+        Self { given, traced: None, store }
+    }
+
+    pub fn map(&mut self) -> VariedMap<'_> {
+        let VariedMap { map, geometry, receivers, render } = &mut self.given;
+        let map = self.traced.as_mut().unwrap_or(map);
+        VariedMap { map, geometry, receivers, render: render.clone() }
     }
 
     /// Gives the map other materials, traced anew where its paths cannot carry them.
@@ -153,8 +152,7 @@ impl<S: MapStore> Workbench<'_, S> {
         materials: Vec<Material>,
         tell: &mut dyn FnMut(Stage),
     ) -> Result<bool, PipelineError> {
-        let geometry = self.geometry;
-        let map = self.map();
+        let VariedMap { map, geometry, .. } = self.map();
         let sources = map.header().scene.sources.clone();
         map.change(materials, sources);
         let refusals = fitness(map, geometry).refusals;
@@ -163,14 +161,9 @@ impl<S: MapStore> Workbench<'_, S> {
         }
         tell(Stage::Retracing(refusals));
         let header = map.header().clone();
-        let traced = pipeline::trace(
-            &header.scene,
-            geometry,
-            header.effects,
-            header.settings,
-            &mut *self.store,
-            &NoClock,
-        )?;
+        let (scene, store) = (&header.scene, &mut *self.store);
+        let traced =
+            pipeline::trace(scene, self.given.geometry, header.effects, header.settings, store, &NoClock)?;
         self.traced = Some(traced.map);
         Ok(true)
     }
@@ -180,42 +173,37 @@ impl<S: MapStore> Workbench<'_, S> {
         coefficients: &[Coefficient],
         tell: &mut dyn FnMut(f64),
     ) -> Result<Varied, PipelineError> {
-        let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
-        let sources = self.map().header().scene.sources.len() as f64;
+        let mut map = self.map();
+        let sources = map.map.header().scene.sources.len() as f64;
         let mut progress = |source: usize, share: f64| tell((source as f64 + share) / sources);
-        Ok(vary(self.map(), geometry, render, receivers, coefficients, &mut progress)?)
+        Ok(map.vary(coefficients, &mut progress)?)
     }
 
     /// Figures with everything that the map has, edges included; none where edges do not diffract.
     pub fn with_edges(&mut self) -> Result<Option<Vec<ReceiverParameters>>, PipelineError> {
-        let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
         let map = self.map();
-        if map.header().diffracted_wavelengths().is_none() || geometry.diffracting_edges().next().is_none() {
-            return Ok(None);
-        }
-        Ok(Some(pipeline::render_and_read(map, geometry, receivers, &render, &NoClock)?.parameters))
+        let diffracts = map.map.header().diffracted_wavelengths().is_some()
+            && map.geometry.diffracting_edges().next().is_some();
+        diffracts.then(|| map.read()).transpose()
     }
 }
 
-/// Fits the coefficients of `map`, whose walls are `geometry` and whose paths are sound, to `measurements` at `receivers`. The map has other
-/// materials afterwards.
+/// Fits the coefficients of `map` to `measurements` at its receivers. It has other materials afterwards.
 ///
 /// # Errors
 /// When the map cannot be rendered or traced, or no measured value has a computed one.
 pub fn fit(
-    map: &mut SonelMap,
-    geometry: &Geometry,
-    receivers: &[ReceiverPoint],
+    map: VariedMap<'_>,
     measurements: &[Measurement],
     settings: &FitSettings,
     store: &mut impl MapStore,
     tell: &mut dyn FnMut(Stage),
 ) -> Result<Fit, FitError> {
-    let start = map.header().scene.materials.clone();
-    let render = settings.render.clone();
-    let mut bench = Workbench { given: map, traced: None, geometry, receivers, render, store };
+    let start = map.map.header().scene.materials.clone();
+    let receivers = map.receivers.len();
+    let mut bench = Workbench::new(map, store);
     let with_edges = bench.with_edges()?;
-    let search = Search { settings, start: &start, measurements, receivers: receivers.len() };
+    let search = Search { settings, start: &start, measurements, receivers };
     let (mut shifts, mut first): (Vec<Shift>, Option<Look>) = (Vec::new(), None);
     let mut best: Option<(f64, usize, Vec<Material>)> = None;
     for round in 1..=MOST_ROUNDS {
@@ -223,7 +211,7 @@ pub fn fit(
         if round == 1 {
             shifts = search.shifts(&varied, with_edges.as_deref());
         }
-        let current = bench.map().header().scene.materials.clone();
+        let current = bench.map().map.header().scene.materials.clone();
         let look = search.look(&varied, &current, &shifts);
         if look.count() == 0 {
             let reason = look.computed.iter().find_map(|value| value.clone().err());
@@ -535,19 +523,19 @@ mod tests {
             let settings = Settings { emissions: 10_000, ..Settings::default() };
             let mut map = room.trace(settings, &mut InMemory, &NoClock).unwrap().map;
             let (receivers, geometry) = (receivers_of(&scene), room.into_geometry());
-            let mut bench = Workbench {
-                given: &mut map,
-                traced: None,
+            let given = VariedMap {
+                map: &mut map,
                 geometry: &geometry,
                 receivers: &receivers,
-                render: RenderSettings::default(),
-                store: &mut InMemory,
+                render: sonel_renderer::RenderSettings::default(),
             };
+            let mut store = InMemory;
+            let mut bench = Workbench::new(given, &mut store);
             let mut reasons = Vec::new();
             let found = bench.adopt(vec![wall(after)], &mut |stage| reasons.push(stage)).unwrap();
             assert_eq!(found, is_traced, "{reasons:?}");
             assert_eq!(matches!(reasons[..], [Stage::Retracing(_)]), is_traced);
-            let map = bench.map();
+            let map = bench.map().map;
             assert_eq!(map.drawn_with().is_none(), is_traced, "a fresh map is drawn with its own materials");
             assert!((map.header().scene.materials[0].absorption[0] - after).abs() < 1e-15);
         }

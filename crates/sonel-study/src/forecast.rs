@@ -1,8 +1,8 @@
-//! What a run of so many emissions and rays will find, and what it will cost, from a pilot.
+//! Predicts intervals and cost of a run from a pilot.
 //!
 //! Variances fall as 1/N: batches are independent, and deterministic parts have none (docs/physics.md §7). Areas of discs and
-//! spheres shrink as N^(−1/3), and with them their bias; the sonels on them grow as N^(2/3) only. What visibility rays bring is the noise
-//! of their directions first of all: it falls as their number.
+//! spheres shrink as N^(−1/3), and with them their bias; the sonels on them grow as N^(2/3) only. The noise of visibility
+//! rays is mainly that of their directions: it falls as 1/M.
 
 use crate::kurtosis;
 use crate::pilot::{Costs, Linear, Pilot, Spread};

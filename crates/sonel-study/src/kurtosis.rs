@@ -1,4 +1,4 @@
-//! How far a standard error from batches may be off.
+//! Uncertainty of a standard error from batches.
 //!
 //! That of G normal batches scatters by 1/√(2(G − 1)) of itself. Where few strong paths carry a parameter, the fourth moment counts too:
 //! var(ln σ) = ¼ (2/(G − 1) + κ/G), κ the excess kurtosis of a batch: the variance of a sample's variance. κ falls as one over the emissions

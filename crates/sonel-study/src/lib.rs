@@ -1,19 +1,19 @@
-//! Drivers above the stages.
+//! Studies that use several stages: effects, pilots, plans, fits, trade-offs.
 //!
-//! - [`effects`]: which effects a scene calls for;
+//! - [`effects`]: which effects are simulated;
 //! - [`fit`]: coefficients of materials from measured parameters;
-//! - [`forecast`]: what a run will find and cost;
-//! - [`render_need`]: rays for hearing a map, and the sonels that it lacks;
+//! - [`forecast`]: predicted intervals and cost of a run;
+//! - [`render_need`]: rays for a rendering, and sonels that the map lacks;
 //! - [`evaluation_receivers`]: where the accuracy of a run is read;
 //! - [`optimise`]: the cheapest change of materials that fulfils [`wish`]es;
-//! - [`pilot`] and [`spread`]: how uncertain parameters are, and what a longer run would make of it;
+//! - [`pilot`] and [`spread`]: uncertainty of parameters, now and in longer runs;
 //! - [`plan`]: sonels and rays for an accuracy;
 //! - [`response`]: all sources of a map rendered, and the response made of it;
-//! - [`tradeoff`]: what accuracy costs, with several settings and numbers of sonels;
+//! - [`tradeoff`]: error against CPU time, for several settings and numbers of sonels;
 //! - [`sensitivity`]: how parameters change with the coefficients of materials;
-//! - [`target`]: how certain parameters shall be;
+//! - [`target`]: limits of half-widths;
 //! - [`pipeline`]: a scene traced, rendered and read in one go, with what each phase costs;
-//! - [`until`]: runs that go on until their parameters are certain enough.
+//! - [`until`]: runs that stop when their targets are met.
 
 pub mod effects;
 pub mod evaluation_receivers;

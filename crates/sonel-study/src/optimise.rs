@@ -1,4 +1,4 @@
-//! The cheapest change of materials that brings parameters to wanted values.
+//! Find the cheapest change of materials that reaches given parameters.
 //!
 //! Each material that may change is kept, replaced by one of some others, or given absorption within bounds. Every combination costs the
 //! area that changes times its price. Values and derivatives of one rendering ([`crate::sensitivity`]) predict all of them; those that
@@ -9,14 +9,13 @@ use sonel_acoustics::{Coefficient, Material};
 use sonel_analysis::average::average;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_geometry::Geometry;
-use sonel_map::{Settings, SonelMap};
-use sonel_renderer::{ReceiverPoint, RenderSettings};
+use sonel_map::Settings;
 use thiserror::Error;
 
 use crate::fit::{Stage, Workbench, values};
 use crate::local::{Datum, Local, Unknown};
 use crate::pipeline::{self, MapStore, NoClock, PipelineError};
-use crate::sensitivity::Varied;
+use crate::sensitivity::{Varied, VariedMap};
 use crate::wish::Wish;
 
 /// Combinations at the most.
@@ -100,7 +99,7 @@ pub enum OptimiseError {
     TooMany(f64),
     /// Nothing is near.
     #[error(
-        "no combination is predicted to come near the wishes; the nearest is {0:.1} tolerances off: widen bounds or tolerances, or let more materials change"
+        "no combination is predicted to approach the wishes; the nearest misses by {0:.1} tolerances: widen bounds or tolerances, or let more materials change"
     )]
     OutOfReach(f64),
 }
@@ -123,38 +122,52 @@ struct Model<'a> {
     unknowns: Vec<(usize, Coefficient)>,
 }
 
-/// Proposes a change of `map`, whose walls are `geometry` and whose paths are sound, that fulfils `wishes` at `receivers`. The map has other
-/// materials afterwards.
+/// Proposes a change of `map` that fulfils `wishes` at its receivers. It has other materials afterwards.
 ///
 /// # Errors
 /// When the map cannot be rendered or traced, or no combination comes near.
 pub fn optimise(
-    map: &mut SonelMap,
-    geometry: &Geometry,
-    receivers: &[ReceiverPoint],
-    (wishes, candidates): (&[Wish], &[Candidate]),
-    render: RenderSettings,
+    map: VariedMap<'_>,
+    wishes: &[Wish],
+    candidates: &[Candidate],
     store: &mut impl MapStore,
     tell: &mut dyn FnMut(Stage),
 ) -> Result<Proposal, OptimiseError> {
-    let start = map.header().scene.materials.clone();
-    let bands = map.header().scene.bands.nominal().to_vec();
-    let wishes = in_bands(wishes, &bands);
-    let combinations = combinations(candidates, geometry)?;
-    let mut bench = Workbench { given: map, traced: None, geometry, receivers, render, store };
+    let scene = &map.map.header().scene;
+    let start = scene.materials.clone();
+    let wishes = in_bands(wishes, scene.bands.nominal());
+    let combinations = combinations(candidates, map.geometry)?;
+    let mut bench = Workbench::new(map, store);
     let with_edges = bench.with_edges()?;
     let both = [Coefficient::Absorption, Coefficient::Scattering];
     let varied = bench.vary(&both, &mut |share| tell(Stage::Rendering(1, share)))?;
     let model = Model::new(candidates, &wishes, &start, &varied, with_edges.as_deref())?;
     let combinations = model.in_order(combinations);
+    let (misfit, mut proposal) = search(&model, &combinations, &mut bench, tell)?;
+    let verified = means(&bench.verify(&proposal.materials)?, &wishes);
+    proposal.is_fulfilled = misfit <= 1.0;
+    for ((outcome, verified), (_, _, wish)) in proposal.outcomes.iter_mut().zip(verified).zip(&wishes) {
+        let value = verified.as_ref().map_or(f64::INFINITY, |estimate| estimate.value);
+        proposal.is_fulfilled &= (value - wish.value).abs() <= wish.tolerance;
+        outcome.verified = verified;
+    }
+    Ok(proposal)
+}
+
+/// Renders the `combinations` that may fulfil the wishes, in order, until one does; the nearest, and its misfit.
+fn search<S: MapStore>(
+    model: &Model<'_>,
+    combinations: &[Combination],
+    bench: &mut Workbench<'_, S>,
+    tell: &mut dyn FnMut(Stage),
+) -> Result<(f64, Proposal), OptimiseError> {
     let (mut rendered, mut nearest, mut best) = (0, f64::INFINITY, None::<(f64, Proposal)>);
-    'all: for combination in &combinations {
-        let mut offsets = vec![0.0; wishes.len()];
+    'all: for combination in combinations {
+        let mut offsets = vec![0.0; model.wishes.len()];
         for _ in 0..REFINEMENTS {
             let materials = model.materials(combination, &offsets);
             let predicted = model.predict(&materials, &offsets);
-            let misfit = model.misfit(&predicted);
-            nearest = nearest.min(misfit);
+            nearest = nearest.min(model.misfit(&predicted));
             if !model.may_fulfil(&predicted) {
                 break;
             }
@@ -164,17 +177,13 @@ pub fn optimise(
             rendered += 1;
             bench.adopt(materials.clone(), tell)?;
             tell(Stage::Rendering(rendered + 1, 0.0));
-            let parameters = bench.render_and_read()?;
-            let found = means(&parameters, &wishes);
-            let exact: Vec<f64> = found
-                .iter()
-                .map(|estimate| estimate.as_ref().map_or(f64::INFINITY, |estimate| estimate.value))
-                .collect();
+            let found = means(&bench.map().read()?, model.wishes);
+            let value = |found: &ParameterValue| found.as_ref().map_or(f64::INFINITY, |found| found.value);
+            let exact: Vec<f64> = found.iter().map(value).collect();
             let misfit = model.misfit(&exact);
-            let proposal =
-                || model.proposal(combination, &materials, found.clone(), (combinations.len(), rendered));
             if best.as_ref().is_none_or(|(least, _)| misfit < *least) {
-                best = Some((misfit, proposal()));
+                let tried = (combinations.len(), rendered);
+                best = Some((misfit, model.proposal(combination, &materials, found, tried)));
             }
             if misfit <= 1.0 {
                 break 'all;
@@ -189,31 +198,19 @@ pub fn optimise(
     }
     let (misfit, mut proposal) = best.ok_or(OptimiseError::OutOfReach(nearest))?;
     proposal.tried.1 = rendered;
-    let verified = means(&bench.verify(&proposal.materials)?, &wishes);
-    proposal.is_fulfilled = misfit <= 1.0;
-    for ((outcome, verified), (_, _, wish)) in proposal.outcomes.iter_mut().zip(verified).zip(&wishes) {
-        let value = verified.as_ref().map_or(f64::INFINITY, |estimate| estimate.value);
-        proposal.is_fulfilled &= (value - wish.value).abs() <= wish.tolerance;
-        outcome.verified = verified;
-    }
-    Ok(proposal)
+    Ok((misfit, proposal))
 }
 
 impl<S: MapStore> Workbench<'_, S> {
-    fn render_and_read(&mut self) -> Result<Vec<ReceiverParameters>, PipelineError> {
-        let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
-        Ok(pipeline::render_and_read(self.map(), geometry, receivers, &render, &NoClock)?.parameters)
-    }
-
-    /// Figures of a trace of its own with `materials`, from other random numbers.
+    /// Parameters of a trace of its own with `materials`, from other random numbers.
     fn verify(&mut self, materials: &[Material]) -> Result<Vec<ReceiverParameters>, PipelineError> {
-        let (geometry, receivers, render) = (self.geometry, self.receivers, self.render.clone());
-        let mut header = self.map().header().clone();
+        let mut header = self.map().map.header().clone();
         header.scene.materials = materials.to_vec();
         let settings = Settings { seed: header.settings.seed.wrapping_add(1), ..header.settings };
-        let traced =
-            pipeline::trace(&header.scene, geometry, header.effects, settings, &mut *self.store, &NoClock)?;
-        Ok(pipeline::render_and_read(&traced.map, geometry, receivers, &render, &NoClock)?.parameters)
+        let (scene, store) = (&header.scene, &mut *self.store);
+        let geometry = self.given.geometry;
+        let mut traced = pipeline::trace(scene, geometry, header.effects, settings, store, &NoClock)?;
+        VariedMap { map: &mut traced.map, ..self.map() }.read()
     }
 }
 

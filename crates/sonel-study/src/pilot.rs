@@ -1,11 +1,11 @@
-//! A short run that says how uncertain the parameters of a longer one will be, and what it will cost.
+//! A short run that predicts intervals and cost of a longer one.
 //!
 //! - Its random numbers are not those of the run that it plans, so that the number of emissions it asks for and the run's
 //!   own estimates are independent: intervals of a run planned by a pilot cover as ever.
 //! - It has 96 batches, so that the variance of a parameter is good to 15 %, and is longer where that costs little, or where the kurtosis of the
 //!   batches says that few strong paths carry a parameter, whose variance itself scatters (`kurtosis`).
-//! - What visibility rays add to the variance is told from what sonels add by hearing the same map with other and fewer rays; what
-//!   the sonels on discs and in spheres add, whose area shrinks as there are more, by the inner and outer halves of the areas.
+//! - The variance of visibility rays is separated by rendering the same map with other and fewer rays; that of sonels in
+//!   shrinking discs and spheres by the inner and outer halves of the areas.
 //! - A shorter run before it tells fixed times from times per emission, and is enough where its answer is already sure.
 //! - Its rays are fewer than the run's as its emissions are, and edges, which bring no noise, are heard by the shorter run alone where
 //!   their time is asked for.

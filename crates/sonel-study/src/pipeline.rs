@@ -2,7 +2,7 @@
 //!
 //! The same stages as those of the programs, in the same order, so that a pipeline run costs what a run does. Where the map is
 //! kept is the caller's choice ([`MapStore`]; [`InMemory`] for short runs), and so is the clock ([`Clock`]). Tracing and
-//! rendering are apart, so that one map can be heard in several ways.
+//! rendering are separate, so that one map can be rendered in several ways.
 
 use std::io::{Cursor, Seek, Write};
 
@@ -113,7 +113,7 @@ pub struct TraceSeconds {
     pub open: f64,
 }
 
-/// What was heard in a map, and what that cost.
+/// The rendering of a map, and what it cost.
 pub struct Rendered {
     /// By source.
     pub renderings: Vec<Rendering>,
@@ -156,7 +156,7 @@ impl RenderSeconds {
     }
 }
 
-/// A map and what was heard in it.
+/// A map and its rendering.
 pub struct PipelineRun {
     /// The first pass.
     pub traced: TracedMap,
@@ -220,7 +220,7 @@ impl<'a> Room<'a> {
         self.geometry
     }
 
-    /// Traces the room and hears it at `receivers`.
+    /// Traces the room and renders it at `receivers`.
     ///
     /// # Errors
     /// As [`Self::trace`] and [`render_and_read`].

@@ -1,5 +1,4 @@
-//! How many sonels and rays it takes, for an accuracy given in just-noticeable differences or in targets: before a trace, or before a
-//! rendering of a map whose sonels are given.
+//! Numbers of sonels and rays for an accuracy (just-noticeable differences or targets), before a trace or before a rendering.
 
 use sonel_acoustics::Bands;
 use sonel_analysis::Parameter;
@@ -18,8 +17,8 @@ pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
 pub const DEFAULT_ACCURACY: f64 = 0.05;
 /// A limit is sure to bind where it does for an accuracy so many times as wide.
 const SURELY: f64 = 4.0;
-/// Segments of a run that nobody sized: seconds to trace, and a map of about 130 MB.
-pub const DEFAULT_SEGMENTS: f64 = 8e6;
+/// Segments of a run that nobody sized: a second to trace, and a map of about 50 MB. More sonels than these hardly help before rays do.
+pub const DEFAULT_SEGMENTS: f64 = 3e6;
 /// More rays are taken where they have more than this part of the variance of the parameter that decides: sonels and rays cost alike, and
 /// halves are never far from the optimum.
 const SHARE_OF_RAYS: f64 = 0.5;
@@ -33,10 +32,8 @@ const MOST_EMISSIONS: u64 = 1_000_000_000_000;
 pub struct Plan {
     /// What it rests on.
     pub pilot: Pilot,
-    /// Names of source and receiver of every row of parameters.
-    pub pairs: Vec<(String, String)>,
-    /// Band centres [Hz].
-    pub center_frequencies_hz: Vec<f64>,
+    /// What names its parameters.
+    pub names: Names,
     /// One for each of [`STEPS`].
     pub rows: Vec<Row>,
 }
@@ -48,7 +45,7 @@ pub struct Row {
     pub just_noticeable: f64,
     /// Sonels and rays.
     pub effort: Effort,
-    /// Which parameter needs them; none where the fewest will do.
+    /// Which parameter needs them; none where the minimum is enough.
     pub limited_by: Option<Place>,
     /// Sonels of a map that has this accuracy, where that at hand has it with no number of rays.
     pub lacking: Option<u64>,
@@ -74,7 +71,7 @@ pub struct Width {
 pub struct Need {
     /// Sonels and rays.
     pub effort: Effort,
-    /// Which parameter needs them; none where the fewest will do.
+    /// Which parameter needs them; none where the minimum is enough.
     pub limited_by: Option<Place>,
 }
 
@@ -208,18 +205,35 @@ impl Plan {
         scene: &Scene,
         evaluation_receivers: &[ReceiverPoint],
     ) -> Self {
-        let pairs = pairs(scene, evaluation_receivers);
-        Self { pilot, pairs, center_frequencies_hz: scene.bands.nominal().to_vec(), rows }
+        Self { pilot, names: Names::of(scene, evaluation_receivers), rows }
     }
 }
 
-/// Names of source and receiver of every row of parameters.
-#[must_use]
-pub fn pairs(scene: &Scene, receivers: &[ReceiverPoint]) -> Vec<(String, String)> {
-    let sources = scene.sources.iter();
-    sources
-        .flat_map(|source| receivers.iter().map(|receiver| (source.name.clone(), receiver.name.clone())))
-        .collect()
+/// What names the parameters of a rendering.
+#[derive(Debug, Clone)]
+pub struct Names {
+    /// Source and receiver of every row of parameters.
+    pub pairs: Vec<(String, String)>,
+    /// Band centres [Hz].
+    pub center_frequencies_hz: Vec<f64>,
+}
+
+impl Names {
+    /// The names of parameters at `receivers` in `scene`.
+    #[must_use]
+    pub fn of(scene: &Scene, receivers: &[ReceiverPoint]) -> Self {
+        let pair = |source: &str, receiver: &ReceiverPoint| (source.to_owned(), receiver.name.clone());
+        let sources = scene.sources.iter();
+        let pairs = sources.flat_map(|source| receivers.iter().map(|receiver| pair(&source.name, receiver)));
+        Self { pairs: pairs.collect(), center_frequencies_hz: scene.bands.nominal().to_vec() }
+    }
+
+    /// A parameter in words: "T30 at seat 12, 125 Hz".
+    #[must_use]
+    pub fn parameter(&self, place: Place) -> String {
+        let (symbol, ..) = place.parameter.heading();
+        format!("{symbol} at {}, {} Hz", self.pairs[place.row].1, self.center_frequencies_hz[place.band])
+    }
 }
 
 impl Row {
@@ -316,14 +330,14 @@ fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f6
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::pilot::Costs;
     use crate::split::Variance;
     use crate::spread::student_factor;
 
     /// A pilot of 10 000 emissions whose only parameter has a σ of 0.1 JND, from sonels and rays as given.
-    fn pilot(sonels: f64, rays: f64) -> Pilot {
+    pub(crate) fn pilot(sonels: f64, rays: f64) -> Pilot {
         let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
         let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
         let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];
@@ -371,8 +385,8 @@ mod tests {
     #[test]
     fn defaults_have_a_floor_and_a_ceiling() {
         assert_eq!(pilot(1e-9, 0.0).default_emissions(32, 50_000), (50_000, false));
-        assert_eq!(pilot(0.01, 0.0).default_emissions(32, 50_000).0, 170_000);
-        assert_eq!(pilot(1.0, 0.0).default_emissions(32, 50_000), (200_000, true));
+        assert_eq!(pilot(0.004, 0.0).default_emissions(32, 50_000), (67_000, false));
+        assert_eq!(pilot(1.0, 0.0).default_emissions(32, 50_000), (75_000, true));
         assert_eq!([1, 99, 100, 101, 12_345].map(two_digits_up), [1, 99, 100, 110, 13_000]);
     }
 }

@@ -1,4 +1,4 @@
-//! How many visibility rays it takes to hear a map, and how many sonels it lacks where no number of rays is enough.
+//! Visibility rays required for a rendering, and sonels required where more rays do not help.
 //!
 //! The sonels of a map are given, and so is their part of the variance; rays shrink theirs (see [`crate::forecast`]). Where no rays are cast,
 //! only sonels help.
@@ -112,27 +112,10 @@ impl Pilot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::split::Variance;
+    use crate::plan::tests::pilot;
     use crate::spread::student_factor;
 
     const MAP: Effort = Effort { emissions: 10_000, rays: 1000, batches: 32 };
-
-    /// A pilot as large as the map, whose only parameter has variances from sonels and rays as given [JND²].
-    fn pilot(sonels: f64, rays: f64) -> Pilot {
-        let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
-        let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
-        let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];
-        Pilot {
-            emissions: 10_000,
-            batches: 96,
-            rays: 1000,
-            asked_rays: 1000,
-            casts_rays: rays > 0.0,
-            columns: Columns::PLAIN,
-            spreads,
-            costs: Costs::default(),
-        }
-    }
 
     fn render_need(pilot: &Pilot, limit: f64) -> RenderNeed {
         pilot.render_need(&Targets::just_noticeable(limit), MAP)

@@ -1,4 +1,4 @@
-//! From a map to a response: every source rendered, energies, batches and arrivals side by side.
+//! Renders every source of a map into one response.
 //!
 //! What the response says of its provenance is left to whoever writes it to a file.
 
@@ -34,7 +34,7 @@ fn direct_times(renderer: &Renderer<'_>, source: usize, receivers: &[ReceiverPoi
     receivers.iter().map(|receiver| renderer.direct_time(source, receiver.position)).collect()
 }
 
-/// Renders every source of `map` at `receivers`; `progress` hears the index of the source and the share of it that is done.
+/// Renders every source of `map` at `receivers`; `progress` receives the index of the source and the share of it that is done.
 ///
 /// # Errors
 /// [`RenderError::Receivers`] with all problems of all receivers.

@@ -1,4 +1,4 @@
-//! How the parameters at receivers change with the coefficients of materials: derivatives with intervals, all from one rendering.
+//! Derivatives of parameters by the coefficients of materials, with intervals, from one rendering.
 //!
 //! Every coefficient of every material is raised a little in a variant of its own; the variants stand behind the bands of the scene
 //! ([`SonelMap::widen`]) and share packets, rays and random numbers with them, so that differences have hardly any noise of their own.
@@ -11,6 +11,7 @@ use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer};
 
+use crate::pipeline::{NoClock, PipelineError, render_and_read};
 use crate::response;
 
 /// By how much a coefficient is raised or lowered: small beside what bends a parameter, large beside rounding.
@@ -40,22 +41,31 @@ impl Varied {
     }
 }
 
-/// Derivatives of `wanted` at `receivers` by absorption and scattering of every material in use.
+/// A map whose materials are varied, and where and how it is rendered.
+pub struct VariedMap<'a> {
+    /// The map, whose paths are sound.
+    pub map: &'a mut SonelMap,
+    /// The walls of its scene.
+    pub geometry: &'a Geometry,
+    /// Where.
+    pub receivers: &'a [ReceiverPoint],
+    /// How.
+    pub render: RenderSettings,
+}
+
+/// Derivatives of `wanted` by absorption and scattering of every material in use.
 ///
 /// # Errors
 /// When the map cannot be rendered, or bends packets.
 pub fn sensitivities(
-    map: &mut SonelMap,
-    geometry: &Geometry,
-    settings: RenderSettings,
-    receivers: &[ReceiverPoint],
+    mut map: VariedMap<'_>,
     wanted: &[Parameter],
     progress: &mut dyn FnMut(usize, f64),
 ) -> Result<Vec<Sensitivity>, RenderError> {
-    let names: Vec<String> =
-        map.header().scene.materials.iter().map(|material| material.name.clone()).collect();
+    let materials = map.map.header().scene.materials.iter();
+    let names: Vec<String> = materials.map(|material| material.name.clone()).collect();
     let both = [Coefficient::Absorption, Coefficient::Scattering];
-    let varied = vary(map, geometry, settings, receivers, &both, progress)?;
+    let varied = map.vary(&both, progress)?;
     let mut found = Vec::new();
     for (place, parameters) in varied.parameters.iter().enumerate() {
         for (index, variant) in varied.variants.iter().enumerate() {
@@ -72,54 +82,57 @@ pub fn sensitivities(
     Ok(found)
 }
 
-/// Renders `map` with a variant for each of `coefficients` of every material in use.
-///
-/// # Errors
-/// When the map cannot be rendered, or bends packets.
-pub(crate) fn vary(
-    map: &mut SonelMap,
-    geometry: &Geometry,
-    settings: RenderSettings,
-    receivers: &[ReceiverPoint],
-    coefficients: &[Coefficient],
-    progress: &mut dyn FnMut(usize, f64),
-) -> Result<Varied, RenderError> {
-    let scene = &map.header().scene;
-    let (materials, bands) = (scene.materials.clone(), scene.bands.count());
-    let mut variants = variants(&materials, geometry);
-    variants.retain(|variant| coefficients.contains(&variant.coefficient));
-    let changed: Vec<Vec<Material>> = variants.iter().map(|variant| variant.applied(&materials)).collect();
-    let parameters = figures_of(map, geometry, settings, receivers, &changed, progress)?;
-    Ok(Varied { variants, bands, parameters })
-}
-
-/// Figures of `map` and, behind its bands, of variants of its materials.
-///
-/// # Errors
-/// When the map cannot be rendered, or bends packets.
-pub(crate) fn figures_of(
-    map: &mut SonelMap,
-    geometry: &Geometry,
-    settings: RenderSettings,
-    receivers: &[ReceiverPoint],
-    variants: &[Vec<Material>],
-    progress: &mut dyn FnMut(usize, f64),
-) -> Result<Vec<ReceiverParameters>, RenderError> {
-    if map.header().bending_reach().is_some() {
-        return Err(RenderError::Settings(
-            "its packets were bent: trace the scene with --effects auto,-bending".to_owned(),
-        ));
+impl VariedMap<'_> {
+    /// Renders it and reads the parameters.
+    ///
+    /// # Errors
+    /// When the map cannot be rendered.
+    pub(crate) fn read(&self) -> Result<Vec<ReceiverParameters>, PipelineError> {
+        Ok(render_and_read(self.map, self.geometry, self.receivers, &self.render, &NoClock)?.parameters)
     }
-    let before = map.widen(variants);
-    let parameters = Renderer::new(map, geometry, settings).and_then(|renderer| {
-        let renderings = response::render(map, &renderer, receivers, progress)?;
-        let mut response = response::assemble(map, &renderer, receivers, &renderings);
-        // The bias of discs is the same in all variants, and reading parameters freed of it takes as long as reading them.
-        response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
-        Ok(parameters(&response))
-    });
-    map.narrow(before);
-    parameters
+
+    /// Renders it with a variant for each of `coefficients` of every material in use.
+    ///
+    /// # Errors
+    /// When the map cannot be rendered, or bends packets.
+    pub(crate) fn vary(
+        &mut self,
+        coefficients: &[Coefficient],
+        progress: &mut dyn FnMut(usize, f64),
+    ) -> Result<Varied, RenderError> {
+        let scene = &self.map.header().scene;
+        let (materials, bands) = (scene.materials.clone(), scene.bands.count());
+        let mut variants = variants(&materials, self.geometry);
+        variants.retain(|variant| coefficients.contains(&variant.coefficient));
+        let changed: Vec<Vec<Material>> =
+            variants.iter().map(|variant| variant.applied(&materials)).collect();
+        let parameters = self.read_variants(&changed, progress)?;
+        Ok(Varied { variants, bands, parameters })
+    }
+
+    /// Parameters of the map and, behind its bands, of variants of its materials.
+    fn read_variants(
+        &mut self,
+        variants: &[Vec<Material>],
+        progress: &mut dyn FnMut(usize, f64),
+    ) -> Result<Vec<ReceiverParameters>, RenderError> {
+        let Self { map, geometry, receivers, render } = self;
+        if map.header().bending_reach().is_some() {
+            return Err(RenderError::Settings(
+                "its packets were bent: trace the scene with --effects auto,-bending".to_owned(),
+            ));
+        }
+        let before = map.widen(variants);
+        let parameters = Renderer::new(map, geometry, render.clone()).and_then(|renderer| {
+            let renderings = response::render(map, &renderer, receivers, progress)?;
+            let mut response = response::assemble(map, &renderer, receivers, &renderings);
+            // The bias of discs is the same in all variants, and reading parameters freed of it takes as long as reading them.
+            response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
+            Ok(parameters(&response))
+        });
+        map.narrow(before);
+        parameters
+    }
 }
 
 /// Absorption and scattering of every material in use that packets can tell in any band.

@@ -1,7 +1,7 @@
-//! Whose variance it is: the sonels', that of those on discs and in spheres, or the visibility rays'.
+//! Splits a variance into parts of sonels, of sonels in discs and spheres, and of visibility rays.
 //!
-//! What rays bring is told by hearing the same sonels with other or more rays; what the sonels on areas bring by the inner and outer halves of
-//! the areas.
+//! The part of rays follows from rendering the same sonels with other or more rays, that of sonels in areas from the inner
+//! and outer halves of the areas.
 
 use sonel_analysis::{Parameter, ReceiverParameters, jackknife};
 

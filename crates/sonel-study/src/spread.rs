@@ -1,4 +1,4 @@
-//! How uncertain the parameters of a rendering are, in just-noticeable differences.
+//! Half-widths of the parameters of a rendering, in just-noticeable differences.
 //!
 //! In that unit parameters of all kinds compare, and a reverberation time that is refused as too noisy still says how
 //! noisy it is.
@@ -111,7 +111,7 @@ fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Res
             Ok(HalfWidth { noise: noise / unit, bias: ((0.5 * (high - low) - noise) / unit).max(0.0) })
         }
         (Err(reason), _) => Err(reason.to_string()),
-        (_, None) => Err("its batches say nothing of its error".to_owned()),
+        (_, None) => Err("its batches give no standard error".to_owned()),
     };
     (Some(estimate.value), half_width)
 }

@@ -1,6 +1,7 @@
-//! How certain parameters shall be: `t30<1%,level<0.1dB,c80<0.2dB`.
+//! Targets of half-widths: `t30<1%,level<0.1dB,c80<0.2dB`.
 //!
-//! A limit is for half of the 95 % interval of a parameter in every band at every judge. Reverberation times are limited in per cent of
+//! A limit applies to the half-width of the 95 % interval of a parameter in every band at every evaluation receiver.
+//! Reverberation times are limited in per cent of
 //! themselves or in seconds, levels and clarity in dB, everything in just-noticeable differences (`jnd`).
 
 use std::fmt;
@@ -32,12 +33,12 @@ pub(crate) enum Limit {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum TargetError {
     /// Not a limit at all.
-    #[error("\"{0}\" is no target: write FIGURE<LIMIT such as t30<1%, level<0.1dB or c80<0.2jnd")]
+    #[error("\"{0}\" is not a target: write PARAMETER<LIMIT such as t30<1%, level<0.1dB or c80<0.2jnd")]
     Form(String),
     /// No such parameter.
     #[error(
-        "there is no parameter \"{0}\": choose among {names} (example: t30<1%)",
-        names = NAMES.map(|(_, name, _)| name).join(", ")
+        "unknown parameter \"{0}\": choose among {names} (example: t30<1%)",
+        names = names()
     )]
     ParameterValue(String),
     /// A unit that this parameter does not have.
@@ -53,14 +54,14 @@ pub enum TargetError {
         example: &'static str,
     },
     /// Not a number above zero.
-    #[error("\"{0}\" limits nothing: give a number above 0 (example: t30<1%)")]
+    #[error("the limit \"{0}\" is not a number above 0 (example: t30<1%)")]
     Number(String),
     /// The same parameter again.
-    #[error("{0} is limited twice: give one limit a figure")]
+    #[error("{0} has two limits: give one per parameter")]
     Twice(&'static str),
 }
 
-/// Figures as they are written, with an example of a limit.
+/// Parameters as they are written, with an example of a limit.
 const NAMES: [(Parameter, &str, &str); Parameter::ALL.len()] = [
     (Parameter::Level, "level", "0.1dB"),
     (Parameter::Strength, "g", "0.1dB"),
@@ -73,14 +74,23 @@ const NAMES: [(Parameter, &str, &str); Parameter::ALL.len()] = [
     (Parameter::CenterTime, "ts", "2ms"),
 ];
 
+/// All names, as help and messages list them.
+#[must_use]
+pub fn names() -> String {
+    NAMES.map(|(_, name, _)| name).join(", ")
+}
+
 /// The parameter that is written `name`.
 ///
 /// # Errors
 /// [`TargetError::ParameterValue`].
 pub fn parameter(name: &str) -> Result<Parameter, TargetError> {
+    named(name).map(|(parameter, ..)| parameter)
+}
+
+fn named(name: &str) -> Result<(Parameter, &'static str, &'static str), TargetError> {
     let name = name.trim().to_lowercase();
-    let found = NAMES.into_iter().find(|(_, known, _)| *known == name);
-    found.map(|(parameter, ..)| parameter).ok_or(TargetError::ParameterValue(name))
+    NAMES.into_iter().find(|(_, known, _)| *known == name).ok_or(TargetError::ParameterValue(name))
 }
 
 impl Targets {
@@ -122,9 +132,7 @@ impl FromStr for Targets {
         let mut limits: Vec<(Parameter, Limit)> = Vec::new();
         for word in text.split(',').map(str::trim) {
             let (name, limit) = word.split_once('<').ok_or_else(|| TargetError::Form(word.to_owned()))?;
-            let name = name.trim().to_lowercase();
-            let estimate = NAMES.into_iter().find(|(_, known, _)| *known == name);
-            let (parameter, estimate, example) = estimate.ok_or(TargetError::ParameterValue(name))?;
+            let (parameter, estimate, example) = named(name)?;
             if limits.iter().any(|(known, _)| *known == parameter) {
                 return Err(TargetError::Twice(estimate));
             }
@@ -200,8 +208,8 @@ mod tests {
     fn wrong_targets_say_what_is_right() {
         for (text, part) in [
             ("", "t30<1%"),
-            ("t30", "FIGURE<LIMIT"),
-            ("t30>1%", "FIGURE<LIMIT"),
+            ("t30", "PARAMETER<LIMIT"),
+            ("t30>1%", "PARAMETER<LIMIT"),
             ("rt60<1%", "level, g, edt"),
             ("t30<1dB", "t30<1%"),
             ("level<1%", "level<0.1dB"),
@@ -210,8 +218,8 @@ mod tests {
             ("t30<-1%", "above 0"),
             ("t30<nan%", "above 0"),
             ("t30<%", "above 0"),
-            ("t30<1%,t30<2%", "twice"),
-            ("t30<1%,", "FIGURE<LIMIT"),
+            ("t30<1%,t30<2%", "two limits"),
+            ("t30<1%,", "PARAMETER<LIMIT"),
         ] {
             let error = text.parse::<Targets>().unwrap_err().to_string();
             assert!(error.contains(part) && !error.contains('\n'), "{text}: {error}");

@@ -1,13 +1,13 @@
-//! What accuracy costs in time: a scene simulated again and again with several settings.
+//! Error against CPU time: a scene simulated repeatedly with several settings.
 //!
 //! A [`Sweep`] says which settings are compared, with how many sonels, and how often each is repeated with another seed.
-//! [`conduct`] runs it. Errors are told against the exact answer where one is known, which is where nothing in the reference
-//! is sampled (image sources in a mirroring room), else against a longer run of the best method. Times are CPU seconds of
+//! [`conduct`] runs it. Errors are differences to the exact answer where nothing is sampled (image sources in a room
+//! without scattering), else to a longer run of the best method. Times are CPU seconds of
 //! the process for tracing and rendering, as [`crate::pipeline`] measures them; reading the parameters costs the same with every
 //! setting and is left out.
 //!
 //! - [`sweep`]: what is varied; [`runs`]: running it;
-//! - [`errors`]: bias and standard deviation of the parameters judged; [`fit`]: lines through them;
+//! - [`errors`]: bias and standard deviation of the parameters; [`fit`]: lines through them;
 //! - [`verdict`]: what follows; [`report`]: CSV, JSON, plots and a page.
 
 pub mod errors;

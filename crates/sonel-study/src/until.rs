@@ -1,10 +1,10 @@
-//! Runs that go on until their parameters are certain enough.
+//! Runs that grow until their targets are met.
 //!
-//! After each look at the parameters the number of emissions grows as the worst of them asks, at least by a fifth and at most eightfold, so
-//! that all looks together cost a small multiple of the last. The run is that of the number it ends with: nothing else depends on
-//! when it was looked at. Looking does touch the intervals: a run stops more readily where its variance happens to be estimated low.
-//! The estimate rests on 31 degrees of freedom and there are few looks, so coverage falls from 95 by some per cent at the most
-//! (docs/planning.md); [`MARGIN`] aims beyond the target so that one look is usually enough.
+//! After each evaluation the number of emissions grows by the need of the worst parameter, at least by a fifth and at most
+//! eightfold, so that all evaluations together cost a small multiple of the last. The map is that of the final number.
+//! Intervals are affected: a run stops sooner where its variance is underestimated.
+//! The estimate has 31 degrees of freedom and there are few evaluations, so coverage falls from 95 by some per cent at the most
+//! (docs/planning.md); [`MARGIN`] aims beyond the target so that one evaluation is usually enough.
 
 use crate::spread::{Place, Reading};
 use crate::target::Targets;
@@ -68,7 +68,7 @@ impl Verdict {
                     }
                 }
                 (Ok(_), None) if reading.value.is_none() => {
-                    verdict.unreadable.push((place, "its interval is too wide to tell a value".to_owned()));
+                    verdict.unreadable.push((place, "its interval is too wide for a value".to_owned()));
                 }
                 (Ok(_), None) => {}
             }

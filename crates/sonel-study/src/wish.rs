@@ -1,4 +1,4 @@
-//! What a parameter shall be: `t30=1.8s±5%@500,1000`.
+//! Wanted value of a parameter: `t30=1.8s±5%@500,1000`.
 
 use std::str::FromStr;
 
@@ -25,7 +25,7 @@ pub struct Wish {
 pub enum WishError {
     /// Not a wish at all.
     #[error(
-        "\"{0}\" is no wish: write PARAMETER=VALUE±TOLERANCE@BANDS such as \"t30=1.8s±5%@500,1000\" (+- for ±; all bands without @)"
+        "\"{0}\" is not a wish: write PARAMETER=VALUE±TOLERANCE@BANDS such as \"t30=1.8s±5%@500,1000\" (+- for ±; all bands without @)"
     )]
     Form(String),
     /// No such parameter.

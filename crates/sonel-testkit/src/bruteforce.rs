@@ -1,4 +1,4 @@
-//! A slow and obvious simulator of a box room, to judge the fast and intricate one.
+//! A simple, slow simulator of a box room, as a reference.
 //!
 //! One band, analytic walls, `f64`, one ray after another: a ray loses α of its weight at each wall and goes on as a
 //! mirror or, with probability s, after the cosine law. Every crossing of a sphere about the receiver counts

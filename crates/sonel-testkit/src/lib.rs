@@ -1,4 +1,4 @@
-//! What tests measure against: statistical tests that can fail, and rooms whose answer is known.
+//! Test kit: statistical tests, and rooms with known answers.
 //!
 //! A dev-dependency only. It depends on no other crate of the workspace, so that every one of them may use it and
 //! so that nothing it states is derived from the code under test: rooms are written down from formulas, in `f64`,

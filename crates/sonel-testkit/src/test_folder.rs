@@ -1,4 +1,4 @@
-//! A folder to run programs in, and what they say.
+//! A temporary folder in which tests run the programs.
 //!
 //! Programs are started in the folder, so that a command line names files without their path. What runs as a library call
 //! gets whole paths, by [`TestFolder::line`].

@@ -1,4 +1,4 @@
-//! Is an estimate what it should be, as far as its own error can tell?
+//! Tests of an estimate against its expected value, by its standard error.
 //!
 //! Two ways: a p-value ([`z_test`]), or a bound in standard errors ([`within_sigmas`], [`agree`]). The second
 //! demands a stated largest standard error, since an estimate that is uncertain enough agrees with everything:

@@ -1,5 +1,5 @@
-//! What a packet does where it passes an edge: bent where that is within reach of the band that leads it, straight on where not.
-//! Where no carried band is in reach nothing is written down: the way is straight for all.
+//! Packets at edges: bent where the edge is within reach of the lead band, else passed straight. Where no carried band is
+//! within reach no vertex is stored.
 //!
 //! References: docs/physics.md §5.2, docs/diffraction.md.
 

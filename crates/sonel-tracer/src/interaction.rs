@@ -1,4 +1,4 @@
-//! What a surface does with an arriving packet: which event, and where to.
+//! Interaction of a packet with a surface: event and outgoing direction.
 //!
 //! Specular is an ideal mirror, diffuse is Lambert about the normal on the side of arrival; scattering is a choice per
 //! arrival, not a mixture of directions (docs/physics.md §3).

@@ -1,13 +1,13 @@
-//! Pass one: emission, interaction, propagation, fates and the energy ledger.
+//! Tracing: emission, interaction, propagation, fates and the energy ledger.
 //!
-//! - [`interaction`]: what a surface does with an arriving packet, from uniform numbers;
+//! - [`interaction`]: event and outgoing direction at a surface, from uniform numbers;
 //! - [`bending`]: the way of a packet past edges;
-//! - [`packet`]: one sonel's life, from the source to its fate;
+//! - [`packet`]: one packet from emission to its fate;
 //! - [`refraction`]: what an interface between two airs does with a packet;
 //! - `zone`: the founding paper's diffraction of packets;
 //! - [`run`]: all packets of a run in chunks, on all cores, the same bytes for any number of threads.
 //!
-//! What is computed stands in docs/physics.md §2, §3 and §6.
+//! Formulas: docs/physics.md §2, §3 and §6.
 
 /// Revision of the paths: raised by every change after which the same command may write other paths or another ledger. `tests/pipeline`
 /// keeps digests of some runs. Maps of two revisions are never joined.

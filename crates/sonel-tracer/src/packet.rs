@@ -1,11 +1,11 @@
-//! One sonel's life: emitted, carried from surface to surface, ended by one of its fates.
+//! Traces one packet from emission to its fate.
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, EdgeIndex, Geometry, Hit, SpeedProfile};
 use sonel_map::coefficients::{LEAST_THROUGH, MaterialRow};
 use sonel_map::{
     BendHistory, CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, EdgePlace, EdgeTable, Event,
-    Lanes, PacketStart, Passing, PathWeight, Vertex,
+    PacketStart, Passing, PathWeight, Vertex,
 };
 use sonel_sampling::{Frame, Stream};
 use sonel_scene::Source;
@@ -48,6 +48,10 @@ struct Flight {
     length: f64,
     /// c₀/c of the air that it is in.
     stretch: f64,
+    /// See [`Emission::deciding`].
+    deciding: usize,
+    /// Energy at which it ends, lower behind partitions (`faintness`).
+    threshold: f64,
     bend_history: BendHistory,
     passed: Passed,
 }
@@ -90,7 +94,6 @@ pub struct Records {
     /// Their energy.
     pub books: ChunkLedger,
     weight: PathWeight,
-    nothing: Vec<Lanes>,
 }
 
 impl Records {
@@ -104,98 +107,112 @@ impl Records {
             },
             books: ChunkLedger::new(bands),
             weight: PathWeight::new(bands),
-            nothing: vec![[0.0; 4]; sonel_map::lanes_of(bands)],
         }
     }
 }
 
 impl Surroundings<'_> {
-    /// Lives one packet to its end, leaving its path and its books in `records`.
+    /// Traces one packet to its end, leaving its path and its books in `records`.
     pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);
-        let Records { paths, books, weight, nothing } = records;
         let mut flight = Flight {
             position: emission.position,
             departure: Departure::free(emission.position.as_vec3()),
             direction: emission.direction,
             length: 0.0,
             stretch: self.airs.as_ref().map_or(1.0, |airs| airs.stretch(emission.air)),
+            deciding: emission.deciding,
+            threshold: self.extinction_threshold,
             passed: Passed::None,
             bend_history: self
                 .edges
                 .as_ref()
                 .map_or_else(BendHistory::default, |edges| BendHistory::new(edges.least_distance())),
         };
-        let mut threshold = self.extinction_threshold;
         let last = loop {
-            books.segments += 1;
-            let hit = match &self.profile {
-                None => self.geometry.closest_hit(flight.departure, flight.direction),
-                Some(profile) => self.fly(profile, &mut flight),
-            };
-            if let Some(vertex) = self.diffract(&mut flight, hit.as_ref(), emission.deciding, stream) {
-                paths.vertices.push(vertex);
-                continue;
+            if let Some(last) = self.step(&mut flight, stream, records) {
+                break last;
             }
-            if let Some(edges) = &self.edges
-                && self.pass_edges(
-                    edges,
-                    &mut flight,
-                    hit.as_ref(),
-                    emission.deciding,
-                    stream,
-                    (paths, books, weight),
-                )
-            {
-                continue;
-            }
-            let Some(hit) = hit else { break self.vanish(&flight) };
-            let end = hit.position.as_dvec3();
-            flight.length += match &self.profile {
-                None => flight.position.distance(end) * flight.stretch,
-                Some((profile, speed)) => profile.travel_time(flight.position, end) * speed,
-            };
-            if flight.length > self.reach {
-                break vertex(&hit, Event::Expired);
-            }
-            if let Some(airs) = &self.airs
-                && let Some(vertex) = self.meet_interface(airs, &mut flight, &hit, stream)
-            {
-                paths.vertices.push(vertex);
-                continue;
-            }
-            let frame = &self.surfaces[hit.surface.0 as usize];
-            let row = self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
-            let event = decide(row, emission.deciding, stream, books, weight);
-            flight.direction = match event {
-                Event::Specular => mirrored(flight.direction, frame.normal),
-                Event::Diffuse => scattered(frame, hit.side, stream.uniform_pair()),
-                Event::Transmitted => flight.direction,
-                _ => break vertex(&hit, Event::Absorbed),
-            };
-            threshold *= faintness(row, event);
-            if weight.is_extinct(threshold) {
-                break vertex(&hit, Event::Extinguished);
-            }
-            flight.passed = match (event, flight.passed) {
-                (Event::Transmitted, _) => Passed::Last,
-                (_, Passed::Last) => Passed::Before,
-                (_, before) => before,
-            };
-            flight.position = hit.position.as_dvec3();
-            flight.departure = match event {
-                Event::Transmitted => self.geometry.pass(&hit, flight.direction),
-                _ => self.geometry.leave(hit.position, hit.surface, hit.side),
-            };
-            if let Some(edges) = &self.edges {
-                flight.bend_history =
-                    BendHistory::new(edges.least_distance() / steepness(flight.direction, frame));
-            }
-            paths.vertices.push(vertex(&hit, event));
         };
-        end(books, weight, nothing, last.event().expect("made from an event"));
+        let Records { paths, books, weight } = records;
+        books.ended(last.event().expect("made from an event"), weight.energy());
         paths.vertices.push(last);
         paths.ends.push(paths.vertices.len() as u32);
+    }
+
+    /// Carries a packet to its next vertex, which `records` get unless it is the last: that is returned.
+    #[inline]
+    fn step(&self, flight: &mut Flight, stream: &mut Stream, records: &mut Records) -> Option<Vertex> {
+        records.books.segment(records.weight.energy());
+        let hit = match &self.profile {
+            None => self.geometry.closest_hit(flight.departure, flight.direction),
+            Some(profile) => self.fly(profile, flight),
+        };
+        if let Some(vertex) = self.diffract(flight, hit.as_ref(), stream) {
+            records.paths.vertices.push(vertex);
+            return None;
+        }
+        if let Some(edges) = &self.edges
+            && self.pass_edges(edges, flight, hit.as_ref(), stream, records)
+        {
+            return None;
+        }
+        let Some(hit) = hit else { return Some(self.vanish(flight)) };
+        let end = hit.position.as_dvec3();
+        flight.length += match &self.profile {
+            None => flight.position.distance(end) * flight.stretch,
+            Some((profile, speed)) => profile.travel_time(flight.position, end) * speed,
+        };
+        if flight.length > self.reach {
+            return Some(vertex(&hit, Event::Expired));
+        }
+        if let Some(airs) = &self.airs
+            && let Some(vertex) = self.meet_interface(airs, flight, &hit, stream)
+        {
+            records.paths.vertices.push(vertex);
+            return None;
+        }
+        let event = self.meet_wall(flight, &hit, stream, records);
+        let met = vertex(&hit, event);
+        if event.is_final() {
+            return Some(met);
+        }
+        records.paths.vertices.push(met);
+        None
+    }
+
+    /// What becomes of a packet at a wall; where it goes on, the way on which it does.
+    #[inline]
+    fn meet_wall(&self, flight: &mut Flight, hit: &Hit, stream: &mut Stream, records: &mut Records) -> Event {
+        let Records { books, weight, .. } = records;
+        let frame = &self.surfaces[hit.surface.0 as usize];
+        let row = self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
+        let event = decide(row, flight.deciding, stream, books, weight);
+        flight.direction = match event {
+            Event::Specular => mirrored(flight.direction, frame.normal),
+            Event::Diffuse => scattered(frame, hit.side, stream.uniform_pair()),
+            Event::Transmitted => flight.direction,
+            _ => return Event::Absorbed,
+        };
+        flight.threshold *= faintness(row, event);
+        if weight.is_extinct(flight.threshold) {
+            return Event::Extinguished;
+        }
+        flight.passed = match (event, flight.passed) {
+            (Event::Transmitted, _) => Passed::Last,
+            (_, Passed::Last) => Passed::Before,
+            (_, before) => before,
+        };
+        flight.position = hit.position.as_dvec3();
+        flight.departure = match event {
+            Event::Transmitted => self.geometry.pass(hit, flight.direction),
+            _ => self.geometry.leave(hit.position, hit.surface, hit.side),
+        };
+        if let Some(edges) = &self.edges {
+            flight.bend_history =
+                BendHistory::new(edges.least_distance() / steepness(flight.direction, frame));
+        }
+        event
     }
 
     /// What a packet meets on its arc, chord by chord, and in a closed room what it would meet after the end of the run; it then goes in the
@@ -230,11 +247,11 @@ impl Surroundings<'_> {
         edges: &EdgeIndex,
         flight: &mut Flight,
         hit: Option<&Hit>,
-        deciding: usize,
         stream: &mut Stream,
-        (paths, books, weight): (&mut ChunkPaths, &mut ChunkLedger, &mut PathWeight),
+        records: &mut Records,
     ) -> bool {
         let Some(table) = self.table.edges() else { return false };
+        let Records { paths, books, weight } = records;
         let direction = flight.direction.as_dvec3().normalize();
         loop {
             let way = sonel_geometry::Way {
@@ -253,7 +270,7 @@ impl Surroundings<'_> {
                 side: edge_pass.side,
             };
             let at = (flight.position, edge_pass.edge, place);
-            let (event, passing) = bending::decide(table, at, deciding, stream);
+            let (event, passing) = bending::decide(table, at, flight.deciding, stream);
             let Passing { closest, place, .. } = passing;
             pass_edge(table, event, &passing, books, weight);
             paths.vertices.push(Vertex::at_edge(edge_pass.edge, &place, event));
@@ -267,7 +284,7 @@ impl Surroundings<'_> {
                 flight.bend_history.bend(edge_pass.edge, f64::from(place.distance));
                 return true;
             }
-            books.segments += 1;
+            books.segment(weight.energy());
             flight.bend_history.clear = edges.least_distance().max(flight.bend_history.clear - edge_pass.at);
         }
     }
@@ -332,12 +349,12 @@ impl Surroundings<'_> {
         records: &mut Records,
     ) -> bool {
         begin(emission, records);
-        let Records { paths, books, weight, nothing } = records;
+        let Records { paths, books, weight } = records;
         let (mut last, mut position) = (None, emission.position);
         let mut threshold = self.extinction_threshold;
         for vertex in path {
             let Some(event) = vertex.event() else { return false };
-            books.segments += 1;
+            books.segment(weight.energy());
             if event == Event::Diffracted {
                 stream.uniform_pair();
             }
@@ -378,7 +395,7 @@ impl Surroundings<'_> {
             last = Some(event);
         }
         let Some(last) = last else { return false };
-        end(books, weight, nothing, last);
+        books.ended(last, weight.energy());
         paths.vertices.extend_from_slice(path);
         paths.ends.push(paths.vertices.len() as u32);
         true
@@ -387,19 +404,13 @@ impl Surroundings<'_> {
     /// Sends a packet on from an edge whose zone it comes into before it meets anything else, or where it does. Its energy stays
     /// what it is, so there is nothing to book.
     #[inline]
-    fn diffract(
-        &self,
-        flight: &mut Flight,
-        hit: Option<&Hit>,
-        band: usize,
-        stream: &mut Stream,
-    ) -> Option<Vertex> {
+    fn diffract(&self, flight: &mut Flight, hit: Option<&Hit>, stream: &mut Stream) -> Option<Vertex> {
         let zones = self.zones.as_ref()?;
         let to = match hit {
             Some(hit) => hit.position.as_dvec3(),
             None => self.end_of_run(flight).as_dvec3(),
         };
-        let caught = zones.catch(self.geometry, &Way { from: flight.position, to, hit }, band)?;
+        let caught = zones.catch(self.geometry, &Way { from: flight.position, to, hit }, flight.deciding)?;
         let length = flight.length + flight.position.distance(caught.place.as_dvec3());
         // Too late to matter: it goes straight on to its end.
         if length > self.reach {
@@ -446,7 +457,6 @@ fn pass_edge(
 ) {
     books.passed_edge(weight.energy());
     weight.pass_edge(table, event, passing);
-    books.departed(weight.energy());
 }
 
 /// Sends a packet on its way.
@@ -466,7 +476,7 @@ fn decide(
     books: &mut ChunkLedger,
     weight: &mut PathWeight,
 ) -> Event {
-    books.arrived(weight.energy(), &row.dissipated, &row.passed_on);
+    books.arrived(weight.energy(), row);
     let event = draw_event(&row.thresholds[deciding], stream.uniform_fine());
     weight.pass(match event {
         Event::Specular => &row.specular,
@@ -474,7 +484,6 @@ fn decide(
         Event::Transmitted => &row.transmitted,
         _ => return event,
     });
-    books.departed(weight.energy());
     event
 }
 
@@ -486,12 +495,6 @@ fn faintness(row: &MaterialRow, event: Event) -> f64 {
     }
     let strongest = row.transmitted.energy.iter().flatten().copied().fold(0.0, f64::max);
     (strongest / LEAST_THROUGH).min(1.0)
-}
-
-/// Books the end of a packet.
-#[inline]
-fn end(books: &mut ChunkLedger, weight: &PathWeight, nothing: &[Lanes], last: Event) {
-    books.ended(last, if last == Event::Absorbed { nothing } else { weight.energy() });
 }
 
 fn vertex(hit: &Hit, event: Event) -> Vertex {

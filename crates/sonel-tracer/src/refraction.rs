@@ -1,4 +1,4 @@
-//! What an interface between two airs does with a plane wave: Snell's law, and how much comes back.
+//! Refraction and reflection of a plane wave at an interface between two airs.
 //!
 //! sin θ₂ = (c₂/c₁) sin θ₁; where that exceeds 1 everything is reflected. Else the energy reflection coefficient is
 //!

@@ -1,12 +1,13 @@
 //! All packets of a run, in chunks of constant size, handed over in order.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use sonel_geometry::{Geometry, Misplaced, NearestSide};
 use sonel_map::{
-    BandClasses, BatchStart, CHUNK_EMISSIONS, ChunkPaths, CoefficientTable, EdgeTable, EmissionDirections,
-    EmissionLayout, Event, Fate, Ledger, MapHeader, Mode, Settings, ShardRange, SonelMap, Spectral,
-    bending_edges,
+    BandClasses, ChunkPaths, CoefficientTable, EdgeTable, Emissions, Event, Fate, Ledger, MapHeader, Mode,
+    Settings, ShardRange, SonelMap, Spectral, bending_edges,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Scene, Source};
@@ -59,8 +60,7 @@ pub enum TraceError<E> {
 /// A path of a map that is not what this program traces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
-    "the map cannot be extended: emission {emission} of source number {source_index} took another way than this program \
-     traces, so another version of sonel wrote it; trace the longer run from the beginning"
+    "the map cannot be extended: emission {emission} of source number {source_index} has another path than this program traces, so another version of sonel wrote it; trace the longer run from the beginning"
 )]
 pub struct ForeignPath {
     /// Index of the source.
@@ -85,20 +85,10 @@ pub struct TracedChunk {
 /// A scene made ready for tracing.
 pub struct Tracer<'a> {
     scene: &'a Scene,
-    settings: Settings,
-    layout: EmissionLayout,
+    seed: u64,
     classes: BandClasses,
     surroundings: Surroundings<'a>,
-    batches: Vec<BatchStart>,
-}
-
-/// One source made ready.
-struct Emitter<'a> {
-    index: u32,
-    source: &'a Source,
-    position: DVec3,
-    directions: EmissionDirections,
-    streams: StreamFamily,
+    emissions: Emissions<'a>,
 }
 
 impl<'a> Tracer<'a> {
@@ -120,7 +110,6 @@ impl<'a> Tracer<'a> {
         reach: Option<&[f64]>,
     ) -> Self {
         let bands = scene.bands.count();
-        let layout = settings.layout(bands);
         assert!(reach.is_none() || scene.sound_speed_gradient == 0.0, "arcs pass no edges");
         let edges = reach
             .map(|reach| (bending_edges(geometry, &scene.wavelengths()), reach))
@@ -153,10 +142,9 @@ impl<'a> Tracer<'a> {
             closed: geometry.is_watertight(),
             zones: None,
         };
-        let batches = (0..layout.batches)
-            .map(|batch| BatchStart::grouped(&layout, batch, settings.spectral, &classes))
-            .collect();
-        Self { scene, settings, layout, classes, surroundings, batches }
+        let (center, layout) = (geometry.center(), settings.layout(bands));
+        let emissions = Emissions::new(scene, center, &settings, layout, &classes);
+        Self { scene, seed: settings.seed, classes, surroundings, emissions }
     }
 
     /// Prepares the run that `header` states: its scene, whose walls are `geometry`, its settings, and of its effects those that
@@ -180,7 +168,7 @@ impl<'a> Tracer<'a> {
     /// Packets of one source in `shard`.
     #[must_use]
     pub fn packets(&self, shard: ShardRange) -> u64 {
-        self.chunks(shard).map(|chunk| self.emissions(chunk).count() as u64).sum()
+        self.emissions.layout.emissions(self.chunks(shard)).count() as u64
     }
 
     /// Traces `shard` of the run. `sink` receives the chunks in the order of sources and emissions; its return value
@@ -217,17 +205,10 @@ impl<'a> Tracer<'a> {
         mut sink: impl FnMut(TracedChunk) -> Result<(), E> + Send,
     ) -> Result<Ledger, TraceError<E>> {
         self.check_sources()?;
-        let emitters: Vec<Emitter<'_>> = self
-            .scene
-            .sources
-            .iter()
-            .enumerate()
-            .map(|(index, source)| self.emitter(index as u32, source))
-            .collect();
-        let mut groups =
-            emitters.iter().flat_map(|emitter| self.groups(shard).map(move |group| (emitter, group)));
-        let trace = |(emitter, group): (&Emitter<'_>, std::ops::Range<u64>)| -> Vec<_> {
-            group.into_par_iter().map(|chunk| self.trace_chunk(emitter, chunk, known)).collect()
+        let sources = 0..self.scene.sources.len() as u32;
+        let mut groups = sources.flat_map(|source| self.groups(shard).map(move |group| (source, group)));
+        let trace = |(source, group): (u32, Range<u64>)| -> Vec<_> {
+            group.into_par_iter().map(|chunk| self.trace_chunk(source, chunk, known)).collect()
         };
         let mut total = Ledger::new(self.scene.bands.count());
         let mut first_lost = None;
@@ -262,67 +243,49 @@ impl<'a> Tracer<'a> {
     }
 
     /// The chunks of `shard`, as many at a time as are traced together.
-    fn groups(&self, shard: ShardRange) -> impl Iterator<Item = std::ops::Range<u64>> {
+    fn groups(&self, shard: ShardRange) -> impl Iterator<Item = Range<u64>> {
         let chunks = self.chunks(shard);
         let end = chunks.end;
         chunks.step_by(CHUNKS_IN_FLIGHT as usize).map(move |first| first..end.min(first + CHUNKS_IN_FLIGHT))
     }
 
-    fn chunks(&self, shard: ShardRange) -> std::ops::Range<u64> {
-        shard.chunks(self.layout.total.div_ceil(CHUNK_EMISSIONS))
-    }
-
-    fn emissions(&self, chunk: u64) -> std::ops::Range<u64> {
-        chunk * CHUNK_EMISSIONS..((chunk + 1) * CHUNK_EMISSIONS).min(self.layout.total)
-    }
-
-    fn emitter(&self, index: u32, source: &'a Source) -> Emitter<'a> {
-        Emitter {
-            index,
-            source,
-            position: source.position - self.surroundings.geometry.center(),
-            directions: EmissionDirections::new(
-                self.settings.seed,
-                index,
-                self.layout,
-                self.settings.spectral,
-            ),
-            streams: StreamFamily::new(self.settings.seed, Purpose::Packet, [index, 0, 0, 0]),
-        }
+    fn chunks(&self, shard: ShardRange) -> Range<u64> {
+        shard.chunks(self.emissions.layout.chunks())
     }
 
     fn trace_chunk(
         &self,
-        emitter: &Emitter<'_>,
+        source: u32,
         chunk: u64,
         known: Option<&SonelMap>,
     ) -> Result<TracedChunk, ForeignPath> {
         let mut records = Records::new(self.classes.count());
-        for index in self.emissions(chunk) {
-            let direction = emitter.directions.direction(index);
-            let (lead, batch) = (self.layout.lead(index), &self.batches[self.layout.batch(index) as usize]);
+        let streams = StreamFamily::new(self.seed, Purpose::Packet, [source, 0, 0, 0]);
+        let (emissions, (position, air)) = (&self.emissions, self.emissions.origin(source));
+        let indices = emissions.layout.emissions(chunk..chunk + 1);
+        for index in indices.clone() {
             let emission = Emission {
-                position: emitter.position,
-                direction,
-                air: self.scene.air_at_source(emitter.index as usize),
-                source: emitter.source,
-                deciding: self.classes.of(lead as usize),
-                start: batch.packet(lead),
-                share: batch.weight,
+                position,
+                direction: emissions.direction(source, index),
+                air,
+                source: &self.scene.sources[source as usize],
+                deciding: self.classes.of(emissions.layout.lead(index) as usize),
+                start: emissions.start(index),
+                share: emissions.share(index),
             };
-            let mut stream = emitter.streams.stream(index);
-            match known.and_then(|map| map.path(emitter.index, index)) {
+            let mut stream = streams.stream(index);
+            match known.and_then(|map| map.path(source, index)) {
                 None => self.surroundings.trace_packet(&emission, &mut stream, &mut records),
                 Some(path) => {
                     if !self.surroundings.relive(&emission, path.vertices, &mut stream, &mut records) {
-                        return Err(ForeignPath { source_index: emitter.index, emission: index });
+                        return Err(ForeignPath { source_index: source, emission: index });
                     }
                 }
             }
         }
         Ok(TracedChunk {
-            source: emitter.index,
-            first_emission: chunk * CHUNK_EMISSIONS,
+            source,
+            first_emission: indices.start,
             paths: records.paths,
             books: records.books.finish(&self.classes),
         })

@@ -69,10 +69,10 @@ fn drift(packets: u32) -> (f64, f64) {
         weight.emit(1.0, 1.0, batch.packet(0));
         books.emitted(1.0, &batch.packet(0).expected, weight.energy());
         for _ in 0..ARRIVALS {
-            books.arrived(weight.energy(), &row.dissipated, &row.passed_on);
+            books.segment(weight.energy());
+            books.arrived(weight.energy(), row);
             single += (weight.energy()[0][0] * row.dissipated[0][0]) as f32;
             weight.pass(&row.diffuse);
-            books.departed(weight.energy());
         }
         remaining += weight.energy()[0][0];
         books.ended(Event::Expired, weight.energy());

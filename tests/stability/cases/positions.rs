@@ -116,8 +116,8 @@ fn every_place_is_heard_or_refused() {
 fn impossible_places_are_refused() {
     let traced = traced(room(0.5, true));
     for (position, words) in [
-        (DVec3::from(SOURCE), "stands at source"),
-        (DVec3::from(SOURCE) + 1e-9, "stands at source"),
+        (DVec3::from(SOURCE), "is at source"),
+        (DVec3::from(SOURCE) + 1e-9, "is at source"),
         (dvec3(-1e-3, 2.0, 1.7), "outside the room"),
         (dvec3(7.0, 2.0, 1.7), "outside the room, 1.0000 m from its nearest surface"),
         (dvec3(f64::NAN, 2.0, 1.7), "not finite"),

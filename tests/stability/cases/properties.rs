@@ -311,6 +311,8 @@ fn screened(room: Room) -> Room {
 fn diffracted_sound_may_go_either_way_in_any_room() {
     in_rooms(9, |room| {
         let scene = screened(room).scene();
+        // Behind a screen less arrives: so many more sonels that most windows say something.
+        let settings = |seed| Settings { emissions: 4 * settings(seed).emissions, ..settings(seed) };
         let there = heard_with(&EDGES[..1], scene.clone(), settings(1), Estimator::Auto);
         must_agree(&there, &heard_with(&EDGES[..1], exchanged(scene, 0), settings(2), Estimator::Auto))
     });

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use sonel_console::choices::{EstimatorArgument, ModeArgument};
+use sonel_console::choices::{estimator, mode};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
-use sonel_renderer::ReceiverPoint;
+use sonel_map::Mode;
+use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_study::effects::EffectSpec;
 
 mod coefficients;
@@ -31,10 +32,10 @@ pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
-    /// Say nothing on stderr but errors.
+    /// Print only errors on stderr.
     #[arg(long, global = true)]
     pub quiet: bool,
-    /// Threads; all cores where none is given. The result does not depend on it.
+    /// Threads; by default all cores. The result does not depend on it.
     #[arg(long, value_name = "N", global = true, value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }
@@ -46,33 +47,33 @@ pub enum Command {
     Parameters(Parameters),
     /// Open-plan offices: D2,S, Lp,A,S,4m and rD of ISO 3382-3 along a line of receivers.
     OpenPlan(OpenPlan),
-    /// What a map or a response is: provenance, counts, ledger, hits and deposits.
+    /// Describe a map or a response: provenance, counts, ledger, hits and deposits.
     Inspect(Inspect),
-    /// Whether a map is whole and sound: checksums, structure, ledger recomputed from the paths.
+    /// Verify a map: checksums, structure, ledger recomputed from the paths.
     Verify(Verify),
-    /// Shards of a run, written by sonel-trace --shard, joined to the map of the run.
+    /// Join shards of a run to its map, or parts of a rendering to its response.
     Merge(Merge),
-    /// The sonels of a map, or the echograms of a response, as tables for other programs.
+    /// Export the sonels of a map or the echograms of a response as tables.
     Export(Export),
-    /// Energy on the surfaces of a room as a camera sees it: OpenEXR for programs and PNG in decibels.
+    /// Render incident energy on surfaces from a camera, as OpenEXR and as PNG in decibels.
     Image(Image),
-    /// What differs beyond noise between two maps or two responses; exit code 1 where anything does.
+    /// Compare two maps or two responses beyond noise; exit code 1 if they differ.
     Diff(Diff),
-    /// Which surface to treat first: derivatives of parameters by the absorption and scattering of every material.
+    /// Rank surfaces: derivatives of parameters by absorption and scattering of every material.
     Sensitivity(SensitivityArguments),
-    /// Absorption, and scattering if asked for, from measured parameters.
+    /// Fit absorption, and optionally scattering, to measured parameters.
     Fit(FitArguments),
-    /// The cheapest change of materials that brings parameters to wanted values.
+    /// Find the cheapest change of materials that reaches given parameters.
     Optimise(OptimiseArguments),
-    /// Echogram, decay, early reflections and parameters of responses, and plans of their receivers, drawn as SVG or PNG.
+    /// Plot echogram, decay, early reflections, parameters and plans of receivers, as SVG or PNG.
     Plot(Plot),
-    /// Room, echograms, parameters, effects and provenance as one HTML file that opens offline.
+    /// Write one HTML file that opens offline: room, echograms, parameters, effects, provenance.
     Report(Report),
-    /// A recording as it sounds in the room: convolved with an impulse response of sonel-render --wav.
+    /// Convolve a recording with an impulse response of sonel-render --wav.
     Listen(Listen),
-    /// Interaural cross-correlation of binaural impulse responses: early, late and all, per octave.
+    /// Interaural cross-correlation (IACC) of binaural impulse responses: early, late and all, per octave.
     Iacc(IaccArguments),
-    /// What accuracy costs in time: a scene run again and again with several settings.
+    /// Measure error against CPU time of a scene for several settings.
     Tradeoff(Tradeoff),
 }
 
@@ -82,12 +83,12 @@ pub enum Command {
   sonel-analyze report hall.npz hall.sonelmap -o hall.html
   sonel-analyze report before.npz after.npz before.sonelmap -o renovation.html
 
-The file needs no network. With the map it shows the room, the effects and the energy ledger.")]
+The file needs no network. With the map it also shows room, effects and energy ledger.")]
 pub struct Report {
-    /// Responses written by sonel-render, side by side, and the map of the first one.
+    /// Responses written by sonel-render, and optionally the map of the first one.
     #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
     pub files: Vec<PathBuf>,
-    /// Where the page goes; replaced only when the new one is complete.
+    /// Page to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "REPORT.html")]
     pub output: PathBuf,
 }
@@ -98,7 +99,7 @@ pub struct Report {
   sonel-render hall.sonelmap -o hall.npz --wav impulses
   sonel-analyze listen 'impulses/1-soloist_4-row 18.wav' speech.wav -o rendered.wav
 
-Nothing is normalised: 1 m from the source in a free field the recording keeps its level, in a hall it is softer.")]
+Nothing is normalised: at 1 m from the source in a free field the recording keeps its level.")]
 pub struct Listen {
     /// An impulse response, of one or more channels.
     #[arg(value_name = "IR.wav")]
@@ -106,7 +107,7 @@ pub struct Listen {
     /// A recording without reverberation, one channel; other sample rates are converted to that of the response.
     #[arg(value_name = "RECORDING.wav")]
     pub recording: PathBuf,
-    /// Where the result goes, as 32-bit float; replaced only when the new one is complete.
+    /// WAV file to write, 32-bit float; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "HEARD.wav")]
     pub output: PathBuf,
 }
@@ -117,8 +118,8 @@ pub struct Listen {
   sonel-render hall.sonelmap -o hall.npz --wav impulses --hrtf head.sofa
   sonel-analyze iacc impulses/*_binaural.wav --json
 
-1 for a sound that is the same at both ears, small for a diffuse field. Another --seed of sonel-render is another realisation of late sound,
-whose IACC differs.")]
+IACC is 1 for equal sound at both ears and small for a diffuse field. It differs between realisations of late sound (--seed of
+sonel-render).")]
 pub struct IaccArguments {
     /// Binaural impulse responses: WAV files of two channels, left and right.
     #[arg(value_name = "IR_binaural.wav", required = true)]
@@ -135,52 +136,51 @@ pub struct IaccArguments {
   sonel-analyze tradeoff scenes/hall/scene.toml -o hall --vary sonels,survival --repeats 12
   sonel-analyze tradeoff scenes/hall/scene.toml -o hall --estimator gather --rays 16k,4k,64k
 
-Properties are varied one at a time about the base setting, which has the first value of each list. The folder then holds
-README.md with a recommendation, the plots, tradeoff.csv and figures.csv for tables, tradeoff.json for everything.")]
+Properties are varied one at a time about the base setting, which has the first value of each list. The folder then has README.md
+with a recommendation, plots, tradeoff.csv, figures.csv and tradeoff.json.")]
 pub struct Tradeoff {
-    /// The scene file; errors are those at its receivers.
+    /// Scene file; errors are evaluated at its receivers.
     #[arg(value_name = "SCENE.toml")]
     pub scene: PathBuf,
-    /// Folder of the results, made where there is none; each file is replaced only when the new one is complete.
+    /// Folder of the results, created if it does not exist; each file is replaced when the new one is complete.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// What is varied, by usual values: sonels, survival, mode, estimator, rays, radius. Sonels and estimator where neither
-    /// this nor a list of values is given.
+    /// Properties to vary, with usual values: sonels, survival, mode, estimator, rays, radius. By default sonels and
+    /// estimator, unless lists of values are given.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PROPERTIES")]
     pub vary: Vec<Property>,
-    /// Emissions per source to be tried.
+    /// Emissions per source to try.
     #[arg(long, value_delimiter = ',', value_name = "N,…", value_parser = parse_count, allow_negative_numbers = true)]
     pub sonels: Vec<u64>,
-    /// Survival exponents β to be tried, 0 … 1.
+    /// Survival exponents β to try, 0 … 1.
     #[arg(long, value_delimiter = ',', value_name = "BETA,…", allow_hyphen_values = true)]
     pub survival: Vec<f64>,
-    /// Methods to be tried.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "MODE,…")]
-    pub mode: Vec<ModeArgument>,
-    /// Estimators to be tried.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "ESTIMATOR,…")]
-    pub estimator: Vec<EstimatorArgument>,
-    /// Numbers of visibility rays to be tried.
+    /// Methods to try.
+    #[arg(long, value_parser = mode(), value_delimiter = ',', value_name = "MODE,…")]
+    pub mode: Vec<Mode>,
+    /// Estimators to try.
+    #[arg(long, value_parser = estimator(), value_delimiter = ',', value_name = "ESTIMATOR,…")]
+    pub estimator: Vec<Estimator>,
+    /// Numbers of visibility rays to try.
     #[arg(long, value_delimiter = ',', value_name = "M,…", value_parser = parse_count, allow_negative_numbers = true)]
     pub rays: Vec<u64>,
-    /// Radii of the discs in which rays gather, to be tried [m].
+    /// Radii of the gathering discs to try [m].
     #[arg(long, value_delimiter = ',', value_name = "METRES,…", allow_hyphen_values = true)]
     pub radius: Vec<f64>,
-    /// Runs of every setting with every number of sonels, each with a seed of its own.
+    /// Runs of every setting, each with its own seed.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
     pub repeats: u32,
-    /// Seed of the first repeat; the others count on.
+    /// Seed of the first repeat; later repeats use the following numbers.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Emissions of the run that errors are told against where no exact answer is known; four times the most sonels where none
-    /// are given.
+    /// Emissions of the reference run where no exact answer is known; by default four times the largest number of sonels.
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub reference: Option<u64>,
-    /// How long echograms are simulated [s], instead of the scene's duration.
+    /// Length of the echograms [s]; by default that of the scene.
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// Effects: auto (where nothing is given), all or none, then changes: auto,-air; auto:1 leaves
-    /// out what changes less than 1 just-noticeable difference, auto a tenth
+    /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable
+    /// difference, auto below 0.1
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
 }
@@ -211,10 +211,10 @@ pub struct SensitivityArguments {
     /// The map.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// A receiver in the scene's axes [m]; may be repeated. Without any, those of the scene.
+    /// Receiver position in scene axes [m]; repeatable. By default the receivers of the scene.
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
-    /// How to print them.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
 }
@@ -223,18 +223,18 @@ pub struct SensitivityArguments {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
   sonel-analyze diff before.sonelmap after.sonelmap    # which surfaces, bands and times, in dB
-  sonel-analyze diff before.npz after.npz || echo audible or not, it is different
+  sonel-analyze diff before.npz after.npz || echo different
   sonel-analyze diff hall.npz --between 'row 3' 'row 18'
 
-Both compare beyond noise: two seeds of one scene are the same but for one comparison in a hundred.")]
+Both compare beyond noise: two seeds of one scene differ in 1 % of comparisons.")]
 pub struct Diff {
     /// A map written by sonel-trace, or a response written by sonel-render.
     #[arg(value_name = "A")]
     pub a: PathBuf,
-    /// Another of the same kind; A itself where none is given. Sources and receivers are compared by name.
+    /// A second file of the same kind; by default A. Sources and receivers are compared by name.
     #[arg(value_name = "B", required_unless_present = "between")]
     pub b: Option<PathBuf>,
-    /// Compare a receiver of A with another of B, by their names, rather than equal names.
+    /// Compare a receiver of A with another receiver of B, by name.
     #[arg(long, num_args = 2, value_names = ["RECEIVER", "RECEIVER"])]
     pub between: Vec<String>,
     /// After the summary, print everything that differs beyond noise.
@@ -269,7 +269,7 @@ pub struct Merge {
     /// Shards of one map or of one response, in any order.
     #[arg(value_name = "SHARD", required = true)]
     pub shards: Vec<PathBuf>,
-    /// Where the whole goes; replaced only when the new one is complete.
+    /// Map or response to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "WHOLE")]
     pub output: PathBuf,
 }
@@ -281,14 +281,13 @@ pub struct Merge {
   python -c 'import numpy; f = numpy.load(\"sonels.npz\"); print(f[\"position_m\"][f[\"order\"] == 0])'
   sonel-analyze export room.npz -o echograms.csv
 
-The columns stand in docs/formats/sonels.md and docs/formats/response.md. An archive takes 75 bytes a sonel and 8 more for each
-band, CSV about twice that; a map takes 16. Of a response the table has a row for every source, receiver, band and time bin.")]
+Columns: docs/formats/sonels.md and docs/formats/response.md. An archive takes 75 bytes per sonel and 8 more per band, CSV about
+twice that. The table of a response has a row for every source, receiver, band and time bin.")]
 pub struct Export {
     /// A map written by sonel-trace, or a response written by sonel-render.
     #[arg(value_name = "MAP.sonelmap|RESPONSE.npz")]
     pub file: PathBuf,
-    /// Where the sonels go, as CSV or as a numpy archive by its ending, or the echograms, as CSV; replaced only when the new one
-    /// is complete.
+    /// File to write: sonels as .csv or .npz, echograms as .csv; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "TABLE.csv|SONELS.npz")]
     pub output: PathBuf,
 }
@@ -298,20 +297,20 @@ pub struct Export {
 #[command(after_help = "Example:
   sonel-analyze image hall.sonelmap -o energy.exr --eye 2,10,3 --look 25,10,6 --fov 80 --windows 0-20ms,20-50ms,50-100ms
 
-writes energy.exr, with a layer per window and a channel per band, and beside it energy.png, with a scale of colours.
-The values are incident energy per area and unit emitted energy in 1/m\u{b2}, direct sound included. A camera outside a
-closed room looks into it, past the walls that it sees from behind.")]
+writes energy.exr, with a layer per window and a channel per band, and energy.png, with a scale of colours.
+Values are incident energy per area and unit emitted energy in 1/m\u{b2}, direct sound included. A camera outside a
+closed room sees into it.")]
 pub struct Image {
     /// A map written by sonel-trace.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// Where the values go; the PNG goes beside it. Both are replaced only when the new ones are complete.
+    /// OpenEXR file to write, with a PNG beside it; existing ones are replaced when the new ones are complete.
     #[arg(short, long, value_name = "ENERGY.exr")]
     pub output: PathBuf,
-    /// Where the camera is [m].
+    /// Position of the camera [m].
     #[arg(long, value_name = "x,y,z", value_parser = parse_position, allow_hyphen_values = true)]
     pub eye: DVec3,
-    /// The point in the middle of the picture [m].
+    /// Point in the middle of the picture [m].
     #[arg(long, value_name = "x,y,z", value_parser = parse_position, allow_hyphen_values = true)]
     pub look: DVec3,
     /// Angle between the left and right borders, above 0 and below 180 degrees.
@@ -320,19 +319,19 @@ pub struct Image {
     /// Pixels across and down.
     #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = parse_size, allow_hyphen_values = true)]
     pub size: [u32; 2],
-    /// Windows of time from emission, such as 0-20ms or 0.05-0.1s; the whole run where none is given.
+    /// Time windows from emission, such as 0-20ms or 0.05-0.1s; by default the whole run.
     #[arg(long, value_name = "FROM-TO,…", value_delimiter = ',', value_parser = parse_window, allow_hyphen_values = true)]
     pub windows: Vec<NamedWindow>,
-    /// The band of the PNG by its centre in Hz, or sum: all bands, weighted by the power of the source.
+    /// Band of the PNG by its nominal centre [Hz], or sum: all bands, weighted by the power of the source.
     #[arg(long, value_name = "HZ|sum", default_value = "sum")]
     pub band: String,
-    /// Levels of the first and last colour of the PNG in dB re 1/m\u{b2}; the highest 40 dB where none are given.
+    /// Levels of the first and last colour of the PNG in dB re 1/m\u{b2}; by default the highest 40 dB.
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_range, allow_hyphen_values = true)]
     pub range: Option<[f64; 2]>,
-    /// The source; the first where none is given.
+    /// Source; by default the first.
     #[arg(long, value_name = "NAME")]
     pub source: Option<String>,
-    /// Radius of the discs in which sonels are counted [m]; from room and number of sonels where none is given.
+    /// Radius of the discs in which sonels are counted [m]; by default from room and number of sonels.
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub radius: Option<f64>,
 }
@@ -352,14 +351,14 @@ fn parse_position(text: &str) -> Result<DVec3, String> {
     let position = <[f64; 3]>::try_from(numbers).ok().filter(|_| count == 3).map(DVec3::from_array);
     position
         .filter(|position| position.is_finite())
-        .ok_or_else(|| format!("\"{text}\" is no position: write x,y,z in metres, such as 2,10,3"))
+        .ok_or_else(|| format!("\"{text}\" is not a position: write x,y,z in metres, such as 2,10,3"))
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let size = text
         .split_once('x')
         .and_then(|(width, height)| Some([width.trim().parse().ok()?, height.trim().parse().ok()?]));
-    size.ok_or_else(|| format!("\"{text}\" is no size: write WIDTHxHEIGHT in pixels, such as 960x540"))
+    size.ok_or_else(|| format!("\"{text}\" is not a size: write WIDTHxHEIGHT in pixels, such as 960x540"))
 }
 
 fn parse_window(text: &str) -> Result<NamedWindow, String> {
@@ -373,7 +372,7 @@ fn parse_window(text: &str) -> Result<NamedWindow, String> {
         .and_then(|(from, to)| Some([from.parse::<f64>().ok()? * unit, to.parse::<f64>().ok()? * unit]));
     let window = window.filter(|window| window.iter().all(|time| time.is_finite()));
     window.map(|window| NamedWindow { name, window }).ok_or_else(|| {
-        format!("\"{text}\" is no window of time: write FROM-TO with a unit, such as 20-50ms or 0.05-0.1s")
+        format!("\"{text}\" is not a time window: write FROM-TO with a unit, such as 20-50ms or 0.05-0.1s")
     })
 }
 
@@ -383,7 +382,9 @@ fn parse_range(text: &str) -> Result<[f64; 2], String> {
         .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
     let is_range = |[low, high]: &[f64; 2]| low < high && low.is_finite() && high.is_finite();
     range.filter(is_range).ok_or_else(|| {
-        format!("\"{text}\" is no range: write LOW:HIGH in dB re 1/m\u{b2}, the lower first, such as -60:-20")
+        format!(
+            "\"{text}\" is not a range: write LOW:HIGH in dB re 1/m\u{b2}, the lower first, such as -60:-20"
+        )
     })
 }
 
@@ -392,7 +393,7 @@ fn parse_range(text: &str) -> Result<[f64; 2], String> {
 #[command(after_help = "Example:
   sonel-analyze inspect room.sonelmap --json | jq .ledger")]
 pub struct Inspect {
-    /// A map or a response; which one, its first bytes tell.
+    /// A map or a response.
     #[arg(value_name = "MAP.sonelmap|RESPONSE.npz")]
     pub file: PathBuf,
     /// Print JSON.
@@ -403,7 +404,7 @@ pub struct Inspect {
 /// `verify`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
-  sonel-analyze verify room.sonelmap && echo sound")]
+  sonel-analyze verify room.sonelmap && echo valid")]
 pub struct Verify {
     /// A map written by sonel-trace.
     #[arg(value_name = "MAP.sonelmap")]
@@ -417,10 +418,10 @@ pub struct Parameters {
     /// A response written by sonel-render.
     #[arg(value_name = "RESPONSE.npz")]
     pub response: PathBuf,
-    /// How to print them.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
-    /// What is said in which noise.
+    /// Speech and background noise.
     #[command(flatten)]
     pub talk: TalkArguments,
 }

@@ -1,4 +1,4 @@
-//! `sonel-analyze diff`: what was changed between two artifacts, and what differs beyond noise.
+//! `sonel-analyze diff`: changes between two files, and differences beyond noise.
 
 mod maps;
 mod responses;
@@ -19,7 +19,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let b = arguments.other();
     match (open::kind(&arguments.a)?, open::kind(b)?) {
         (Kind::Map, _) | (_, Kind::Map) if !arguments.between.is_empty() => {
-            bail!("--between names receivers, which maps have not: give responses")
+            bail!("--between compares receivers: give responses, not maps")
         }
         (Kind::Map, Kind::Map) => maps::run(arguments, out),
         (Kind::Response, Kind::Response) => responses::run(arguments, out),
@@ -29,7 +29,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
                 Kind::Response => (b, arguments.a.as_path()),
             };
             bail!(
-                "{} is a map and {} a response: compare two of a kind; sonel-render makes a response of a map",
+                "{} is a map and {} a response: compare two maps or two responses (sonel-render makes a response from a map)",
                 map.display(),
                 response.display()
             )

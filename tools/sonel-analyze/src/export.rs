@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use sonel_analysis::export;
 use sonel_analysis::sonels::Sonels;
 use sonel_console::Outcome;
@@ -25,22 +25,21 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
     let (as_archive, kind) = match output {
         _ if has_ending(output, "csv") => (false, Kind::SONEL_TABLE),
         _ if has_ending(output, "npz") => (true, Kind::SONEL_ARCHIVE),
-        _ => bail!("{} ends neither in .csv nor in .npz: choose one of the two", output.display()),
+        _ => bail!("{} ends neither in .csv nor in .npz: choose one of them", output.display()),
     };
     let inputs = [map.clone()];
     let (map, geometry) = open::checked_map(map)?;
     let sonels = Sonels::new(&map, &geometry);
-    let mut target = Output::create(output, kind, &inputs)?;
-    let failed = || format!("cannot write {}; an older file there is untouched", output.display());
+    let target = Output::create(output, kind, &inputs)?;
     let (count, passes) = (sonels.count(), if as_archive { export::ARRAYS } else { 1 });
     let progress = Progress::begin("exporting", count * passes, Audience::unless(quiet));
+    let reach = &mut |rows| progress.reach(rows);
     if as_archive {
-        export::npz(&sonels, target.writer(), &mut |rows| progress.reach(rows)).with_context(failed)?;
+        target.write(|out| export::npz(&sonels, out, reach).map(drop))?;
     } else {
-        export::csv(&sonels, target.writer(), &mut |rows| progress.reach(rows)).with_context(failed)?;
+        target.write(|out| export::csv(&sonels, out, reach))?;
     }
     progress.end();
-    target.publish()?;
     let bytes = std::fs::metadata(output)?.len();
     writeln!(log, "{count} sonels, {bytes} bytes; written to {}", output.display())?;
     Ok(Outcome::Done)
@@ -49,14 +48,13 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
 fn echograms(response: &Path, output: &Path, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if !has_ending(output, "csv") {
         bail!(
-            "{} does not end in .csv: a response is exported as CSV, and is a numpy archive itself",
+            "{} does not end in .csv: a response is exported as CSV only (it is a numpy archive already)",
             output.display()
         );
     }
-    let mut target = Output::create(output, Kind::ECHOGRAM_TABLE, &[response.to_owned()])?;
-    export::echogram_csv(&open::response(response)?, target.writer())
-        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
-    target.publish()?;
+    let target = Output::create(output, Kind::ECHOGRAM_TABLE, &[response.to_owned()])?;
+    let response = open::response(response)?;
+    target.write(|out| export::echogram_csv(&response, out))?;
     writeln!(log, "written to {}", output.display())?;
     Ok(Outcome::Done)
 }

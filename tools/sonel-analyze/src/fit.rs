@@ -15,6 +15,7 @@ use sonel_console::store::TemporaryMaps;
 use sonel_renderer::RenderSettings;
 use sonel_scene::materials_toml;
 use sonel_study::fit::{FitSettings, Stage};
+use sonel_study::sensitivity::VariedMap;
 
 use crate::arguments::FitArguments;
 use crate::open;
@@ -42,13 +43,16 @@ pub fn run(
     let settings = FitSettings {
         coefficients: std::iter::once(Coefficient::Absorption).chain(scattering).collect(),
         belief: arguments.belief,
+    };
+    let varied = VariedMap {
+        map: &mut map,
+        geometry: &geometry,
+        receivers: &measured.receivers,
         render: RenderSettings { rays: arguments.rays, ..RenderSettings::default() },
     };
     let mut stages = Stages::begin(quiet, log);
     let found = sonel_study::fit::fit(
-        &mut map,
-        &geometry,
-        &measured.receivers,
+        varied,
         &measured.measurements,
         &settings,
         &mut TemporaryMaps::new(folder_of(&arguments.output)),
@@ -66,10 +70,7 @@ pub fn run(
     report::print(&found, &scene, arguments.format, out)?;
     writeln!(log, "{} renderings; written to {}", found.rounds, arguments.output.display())?;
     if !found.is_settled {
-        writeln!(
-            log,
-            "warning: the coefficients still moved in the last rendering: fit again from the result"
-        )?;
+        writeln!(log, "warning: the coefficients did not settle: fit again from the result")?;
     }
     Ok(if found.is_settled { Outcome::Done } else { Outcome::Missed })
 }
@@ -82,7 +83,7 @@ pub fn folder_of(output: &Path) -> std::path::PathBuf {
 
 /// Writes `materials`; those that differ from `before` get `source` before their own.
 pub fn write_materials(
-    mut output: Output,
+    output: Output,
     materials: &[Material],
     before: &[Material],
     (head, source): (&str, &str),
@@ -94,13 +95,7 @@ pub fn write_materials(
             material.source = Some(format!("{source}{own}"));
         }
     }
-    let target = output.target().display().to_string();
-    output
-        .writer()
-        .write_all(materials_toml(&materials, head).as_bytes())
-        .with_context(|| format!("cannot write {target}; an older file there is untouched"))?;
-    output.publish()?;
-    Ok(())
+    output.write(|out| out.write_all(materials_toml(&materials, head).as_bytes()))
 }
 
 /// Shows renderings as bars, and says why the scene is traced again.
@@ -148,7 +143,7 @@ impl<'a> Stages<'a> {
 pub fn refuse_angular(materials: &[Material]) -> anyhow::Result<()> {
     if let Some(wall) = materials.iter().find(|material| material.law.is_angular()) {
         bail!(
-            "\"{}\" has the absorption law {}; fit and optimise search uniform materials: trace the scene without absorption_law",
+            "\"{}\" has the absorption law {}; fit and optimise need uniform absorption: trace the scene without absorption_law",
             wall.name,
             wall.law
         );

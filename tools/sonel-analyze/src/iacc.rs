@@ -13,7 +13,7 @@ use crate::arguments::IaccArguments;
 use crate::open;
 
 /// Why a window has no value.
-const NOTHING: &str = "no sound in this octave at one of the ears";
+const NOTHING: &str = "one ear receives no energy in this octave";
 /// What stands in the last row of a table.
 const MEAN: &str = "500 … 2000";
 

@@ -11,7 +11,7 @@ use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::{Audience, Progress};
 use sonel_geometry::Geometry;
-use sonel_map::SonelMap;
+use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::picture::{Camera, Windows};
 use sonel_renderer::{Estimator, RenderSettings, Renderer};
 use sonel_scene::Scene;
@@ -35,7 +35,7 @@ pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
         RenderSettings { gather_radius: arguments.radius, ..RenderSettings::of(Estimator::Connection) };
     let named = || arguments.map.display().to_string();
     let renderer = Renderer::new(&map, &geometry, settings).with_context(named)?;
-    let mut values = Output::create(&arguments.output, Kind::PICTURE, &inputs)?;
+    let values = Output::create(&arguments.output, Kind::PICTURE, &inputs)?;
     let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &inputs)?;
     let progress = Progress::begin("counting", STEPS as u64, Audience::unless(quiet));
     let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut |share| {
@@ -45,12 +45,7 @@ pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
     request.log_what_is_seen(&seen, &map.header().scene, log)?;
     let picture = request.picture(seen, &map, arguments);
     request.draw(&picture, arguments, drawing.writer(), log)?;
-    let failed = |output: &Output| {
-        format!("cannot write {}; an older file there is untouched", output.target().display())
-    };
-    let of_values = failed(&values);
-    picture::exr(picture, values.writer()).context(of_values)?;
-    values.publish()?;
+    values.write(|out| picture::exr(picture, out))?;
     drawing.publish()?;
     writeln!(log, "written to {} and {}", arguments.output.display(), drawn.display())?;
     Ok(Outcome::Done)
@@ -160,7 +155,7 @@ impl PictureRequest {
 
     fn metadata(&self, map: &SonelMap, arguments: &Image, radius: f64) -> Value {
         let scene = &map.header().scene;
-        let digest: String = map.digest().iter().map(|byte| format!("{byte:02x}")).collect();
+        let digest = hexadecimal(&map.digest());
         json!({
             "quantity": "incident energy per area and unit emitted energy [1/m^2]",
             "scene": scene.name,

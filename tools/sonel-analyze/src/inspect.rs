@@ -1,4 +1,4 @@
-//! `sonel-analyze inspect`: what a file is, where it comes from, what it holds.
+//! `sonel-analyze inspect`: type, provenance and content of a file.
 
 mod edges;
 pub mod map;

@@ -1,4 +1,4 @@
-//! `sonel-analyze listen`: a recording as it sounds in the room.
+//! `sonel-analyze listen`: convolves a recording with an impulse response.
 
 use std::io::Write;
 
@@ -21,15 +21,11 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         bail!("{} does not end in .wav: sound is written as WAV only", output.display());
     }
     let inputs = [impulse_response.clone(), recording.clone()];
-    let mut target = Output::create(output, Kind::SOUND, &inputs)?;
+    let target = Output::create(output, Kind::SOUND, &inputs)?;
     let response = open::recording(impulse_response)?;
     let dry = open::recording(recording)?;
     let [signal] = &dry.channels[..] else {
-        bail!(
-            "{} has {} channels: mix them to one, a source is a point",
-            recording.display(),
-            dry.channels.len()
-        );
+        bail!("{} has {} channels: mix them to one", recording.display(), dry.channels.len());
     };
     let rate = response.sample_rate_hz;
     if dry.sample_rate_hz != rate {
@@ -44,18 +40,12 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         resample(signal, dry.sample_rate_hz, rate).with_context(|| recording.display().to_string())?;
     let channels = response.channels.par_iter().map(|channel| convolve(&signal, channel)).collect();
     let rendered = Recording { sample_rate_hz: rate, channels };
-    rendered
-        .write(target.writer())
-        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
-    target.publish()?;
+    target.write(|out| rendered.write(out))?;
     let peak = rendered.channels.iter().flatten().fold(0.0_f32, |peak, sample| peak.max(sample.abs()));
     let seconds = rendered.channels[0].len() as f64 / f64::from(rate);
     writeln!(log, "{seconds:.2} s, peak {peak:.3e} of full scale; written to {}", output.display())?;
     if peak > 1.0 {
-        writeln!(
-            log,
-            "warning: players cut what is above full scale: lower the level of the file before you play it"
-        )?;
+        writeln!(log, "warning: the peak exceeds full scale: lower the level of the file before playing it")?;
     }
     Ok(Outcome::Done)
 }

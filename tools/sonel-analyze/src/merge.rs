@@ -1,10 +1,9 @@
-//! `sonel-analyze merge`: shards of a run joined to its map, parts of a rendering to its response.
+//! `sonel-analyze merge`: joins shards of a run to its map, parts of a rendering to its response.
 
 use std::fmt::Display;
 use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::Context;
 use sonel_console::Outcome;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
@@ -31,10 +30,7 @@ fn join_responses(arguments: &Merge, log: &mut dyn Write) -> anyhow::Result<Outc
     let part = |path: &PathBuf| Ok((path.display().to_string(), open::response(path)?));
     let parts: Vec<_> = shards.iter().map(part).collect::<anyhow::Result<_>>()?;
     let whole = join(parts).map_err(|problems| together(&problems))?;
-    let mut target = Output::create(output, Kind::RESPONSE, shards)?;
-    let failed = || format!("cannot write {}; an older file there is untouched", output.display());
-    whole.write(target.writer()).with_context(failed)?;
-    target.publish()?;
+    Output::create(output, Kind::RESPONSE, shards)?.write(|out| whole.write(out).map(drop))?;
     let (count, receivers) = (shards.len(), whole.receivers());
     writeln!(log, "{count} responses joined, {receivers} receivers; written to {}", output.display())?;
     Ok(Outcome::Done)
@@ -47,14 +43,13 @@ fn join_maps(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Res
     let merger = Merger::new(&names, &mut open).map_err(|problems| together(&problems))?;
     let (paths, ShardRange { index, count }) = (merger.path_count(), merger.header().shard);
 
-    let mut target = Output::create(output, Kind::MAP, maps)?;
+    let target = Output::create(output, Kind::MAP, maps)?;
     let progress = Progress::begin("merging", paths, Audience::unless(quiet));
-    let written = merger.write(target.writer(), &mut open, &mut |copied| progress.reach(copied));
-    progress.end();
-    written
-        .map(drop)
-        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
-    target.publish()?;
+    target.write(|out| {
+        let written = merger.write(out, &mut open, &mut |copied| progress.reach(copied)).map(drop);
+        progress.end();
+        written
+    })?;
     let what = if count == 1 { "the whole run".to_owned() } else { format!("shard {index} of {count}") };
     writeln!(log, "{} maps joined, {paths} paths: {what}; written to {}", maps.len(), output.display())?;
     Ok(Outcome::Done)

@@ -1,4 +1,4 @@
-//! Opening what the other programs wrote; every error names the file.
+//! Opens maps and responses; every error names the file.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -80,7 +80,7 @@ pub fn artifact(path: &Path) -> anyhow::Result<Artifact> {
 /// When the file cannot be read or is no sound response.
 pub fn response(path: &Path) -> anyhow::Result<Response> {
     if kind(path)? == Kind::Map {
-        bail!("{} is a sonel map: make a response of it with sonel-render", path.display());
+        bail!("{} is a sonel map: make a response from it with sonel-render", path.display());
     }
     Response::read(BufReader::new(file(path)?)).with_context(|| path.display().to_string())
 }
@@ -116,7 +116,10 @@ pub fn changeable_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let (map, geometry) = checked_map(path)?;
     map.require_whole().with_context(named)?;
     if map.header().settings.mode == Mode::Paper {
-        bail!("{}: maps of --mode paper keep their materials: trace with --mode accurate", path.display());
+        bail!(
+            "{}: materials of maps of --mode paper cannot be changed: trace with --mode accurate",
+            path.display()
+        );
     }
     Ok((map, geometry))
 }

@@ -28,7 +28,7 @@ pub fn run(arguments: &OpenPlan, out: &mut dyn Write, log: &mut dyn Write) -> an
         names
             .iter()
             .position(|name| name == wanted)
-            .with_context(|| format!("there is no {what} \"{wanted}\"; there are {}", names.join(", ")))
+            .with_context(|| format!("the response has no {what} \"{wanted}\"; it has {}", names.join(", ")))
     };
     let source = match &arguments.source {
         Some(name) => find("source", &response.source_names, name)?,
@@ -45,7 +45,7 @@ pub fn run(arguments: &OpenPlan, out: &mut dyn Write, log: &mut dyn Write) -> an
     let found =
         line(&response, source, &receivers, &Talk { power_level_db, noise_level_db: arguments.noise });
     if found.places.len() < WANTED {
-        writeln!(log, "warning: {} places; ISO 3382-3 asks for at least {WANTED}", found.places.len())?;
+        writeln!(log, "warning: {} workstations; ISO 3382-3 requires at least {WANTED}", found.places.len())?;
     }
     if arguments.json {
         writeln!(out, "{:#}", object(&found, &response.source_names[source]))?;

@@ -12,6 +12,7 @@ use sonel_renderer::RenderSettings;
 use sonel_scene::{Scene, load_materials};
 use sonel_study::optimise::{Candidate, Choice, Proposal};
 use sonel_study::response::receivers_of;
+use sonel_study::sensitivity::VariedMap;
 use sonel_study::wish::Wish;
 
 use crate::arguments::{Change, OptimiseArguments, To};
@@ -37,16 +38,15 @@ pub fn run(
     let receivers =
         if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
     if receivers.is_empty() {
-        bail!("{label}: the scene has no receivers: give some with --receiver");
+        bail!("{label}: the scene has no receivers: give --receiver NAME=x,y,z");
     }
     let output = Output::create(&arguments.output, Kind::MATERIALS, std::slice::from_ref(&arguments.map))?;
     let mut stages = Stages::begin(quiet, log);
+    let (map, render) = (&mut map, RenderSettings::default());
     let found = sonel_study::optimise::optimise(
-        &mut map,
-        &geometry,
-        &receivers,
-        (&arguments.wishes, &candidates),
-        RenderSettings::default(),
+        VariedMap { map, geometry: &geometry, receivers: &receivers, render },
+        &arguments.wishes,
+        &candidates,
         &mut TemporaryMaps::new(folder_of(&arguments.output)),
         &mut |stage| stages.tell(stage),
     );
@@ -98,7 +98,7 @@ fn candidates(arguments: &OptimiseArguments, scene: &Scene) -> anyhow::Result<Ve
     for (name, price) in &arguments.prices {
         match number(name).map(|material| found.iter_mut().find(|one| one.material == material)) {
             Ok(Some(candidate)) => candidate.price = *price,
-            Ok(None) => problems.push(format!("--price of \"{name}\", which no --change names")),
+            Ok(None) => problems.push(format!("--price names \"{name}\", which no --change names")),
             Err(problem) => problems.push(problem),
         }
     }
@@ -153,11 +153,23 @@ fn print(
         "{:.1} m² change, cost {:.1}; {combinations} combinations, {rendered} rendered\n",
         found.area, found.cost
     )?;
+    let table = outcomes(found, &arguments.wishes, scene);
+    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+    writeln!(
+        out,
+        "{}\n\nmeans over sources and receivers; predicted: from the map; fresh trace: of the changed scene with another seed; ±: half-width of the 95 % interval",
+        lines.join("\n")
+    )?;
+    Ok(())
+}
+
+/// A row for each wish and band.
+fn outcomes(found: &Proposal, wishes: &[Wish], scene: &Scene) -> Table {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
     table.set_header(["parameter", "band", "wanted", "map as it is", "predicted", "fresh trace", ""]);
     for outcome in &found.outcomes {
-        let wish = &arguments.wishes[outcome.wish];
+        let wish = &wishes[outcome.wish];
         let (symbol, unit, factor) = wish.parameter.heading();
         let is_met = |estimate: &ParameterValue| {
             estimate.as_ref().is_ok_and(|estimate| (estimate.value - wish.value).abs() <= wish.tolerance)
@@ -176,13 +188,7 @@ fn print(
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
-    writeln!(
-        out,
-        "{}\n\nmeans over sources and receivers; predicted: from the map; fresh trace: of the changed scene with another seed; ±: half-width of the 95 % interval",
-        lines.join("\n")
-    )?;
-    Ok(())
+    table
 }
 
 fn cell(estimate: &ParameterValue, factor: f64) -> String {

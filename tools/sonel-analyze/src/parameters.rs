@@ -27,7 +27,7 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
     if parameters.len() > response.sources() {
         writeln!(
             log,
-            "note: receivers share sonels: their errors are correlated, each interval holds for its parameter alone"
+            "note: receivers share sonels, so their errors are correlated; each interval holds for one parameter"
         )?;
     }
     let warned = parameters.iter().map(warnings).sum::<usize>();

@@ -32,7 +32,7 @@ pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         |what| if arguments.what.is_empty() { &USUAL[..] } else { &arguments.what[..] }.contains(&what);
     let (responses, map) = sorted(&arguments.files)?;
     if map.is_some() && !wanted(What::Map) {
-        bail!("a map is used by --what map alone: add it, or leave the map out");
+        bail!("only --what map uses a map: add it, or omit the map");
     }
     let subjects: Vec<Subject> =
         responses.iter().map(|path| Subject::open(path, arguments)).collect::<Result<_, _>>()?;
@@ -60,10 +60,7 @@ pub fn run(arguments: &Plot, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if wanted(What::Map) {
         sheet.plans = Some(plans::of(&subjects, map.as_deref(), arguments, log)?);
     }
-    let mut target = Output::create(output, kind, &arguments.files)?;
-    draw(&sheet, target.writer())
-        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
-    target.publish()?;
+    Output::create(output, kind, &arguments.files)?.write(|out| draw(&sheet, out))?;
     writeln!(log, "written to {}", output.display())?;
     Ok(Outcome::Done)
 }
@@ -94,7 +91,7 @@ fn sorted(files: &[PathBuf]) -> anyhow::Result<(Vec<&Path>, Option<PathBuf>)> {
         }
     }
     if responses.is_empty() {
-        bail!("there is no response among the files: make one of the map with sonel-render");
+        bail!("no response among the files: make one from the map with sonel-render");
     }
     Ok((responses, map))
 }
@@ -137,7 +134,7 @@ impl Subject {
         let panel = plot::early(&self.response, (self.source, self.receiver), band);
         panel.map(|panel| self.named(panel)).with_context(|| {
             format!(
-                "{} lists no arrival with energy of \"{}\" at \"{}\": only scattered or refracted sound gets there; choose another \
+                "{} lists no arrival with energy from \"{}\" at \"{}\": only scattered or refracted sound arrives; choose another \
                  --receiver, or draw --what echogram",
                 self.path.display(),
                 self.response.source_names[self.source],

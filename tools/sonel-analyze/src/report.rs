@@ -12,7 +12,7 @@ mod words;
 use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use serde_json::Value;
 use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
@@ -49,7 +49,7 @@ pub fn run(arguments: &Report, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     if !has_ending(output, "html") {
         bail!("{} does not end in .html: a report is an HTML file", output.display());
     }
-    let mut target = Output::create(output, Kind::REPORT_PAGE, &arguments.files)?;
+    let target = Output::create(output, Kind::REPORT_PAGE, &arguments.files)?;
     let (subjects, map) = open_all(&arguments.files)?;
     let pairs: usize = subjects.iter().map(|subject| subject.parameters.len()).sum();
     if pairs > MOST_PAIRS {
@@ -59,11 +59,7 @@ pub fn run(arguments: &Report, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         )?;
     }
     let text = page(&subjects, map.as_ref());
-    target
-        .writer()
-        .write_all(text.as_bytes())
-        .with_context(|| format!("cannot write {}; an older file there is untouched", output.display()))?;
-    target.publish()?;
+    target.write(|out| out.write_all(text.as_bytes()))?;
     writeln!(log, "{:.1} MB; written to {}", text.len() as f64 / 1e6, output.display())?;
     Ok(Outcome::Done)
 }
@@ -84,7 +80,7 @@ fn open_all(files: &[PathBuf]) -> anyhow::Result<(Vec<Subject>, Option<Traced>)>
         }
     }
     if subjects.is_empty() {
-        bail!("there is no response among the files: make one of the map with sonel-render");
+        bail!("no response among the files: make one from the map with sonel-render");
     }
     Ok((subjects, map))
 }

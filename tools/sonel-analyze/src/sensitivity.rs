@@ -1,4 +1,4 @@
-//! `sonel-analyze sensitivity`: which surface to treat first.
+//! `sonel-analyze sensitivity`: derivatives of parameters by coefficients, ranked.
 
 use std::io::Write;
 
@@ -8,7 +8,7 @@ use sonel_console::Outcome;
 use sonel_console::progress::{Audience, Progress};
 use sonel_renderer::RenderSettings;
 use sonel_study::response::receivers_of;
-use sonel_study::sensitivity::sensitivities;
+use sonel_study::sensitivity::{VariedMap, sensitivities};
 
 use crate::arguments::{Format, SensitivityArguments};
 use crate::open;
@@ -29,17 +29,11 @@ pub fn run(arguments: &SensitivityArguments, quiet: bool, out: &mut dyn Write) -
     let receivers =
         if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
     let progress = Progress::begin("rendering", STEPS * scene.sources.len() as u64, Audience::unless(quiet));
-    let found = sensitivities(
-        &mut map,
-        &geometry,
-        RenderSettings::default(),
-        &receivers,
-        &WANTED,
-        &mut |source, share| {
-            progress.reach(source as u64 * STEPS + (share * STEPS as f64) as u64);
-        },
-    )
-    .with_context(|| arguments.map.display().to_string())?;
+    let (geometry, receivers) = (&geometry, &receivers[..]);
+    let varied = VariedMap { map: &mut map, geometry, receivers, render: RenderSettings::default() };
+    let mut reach = |source, share| progress.reach(source as u64 * STEPS + (share * STEPS as f64) as u64);
+    let found =
+        sensitivities(varied, &WANTED, &mut reach).with_context(|| arguments.map.display().to_string())?;
     progress.end();
     let centers = scene.bands.nominal();
     match arguments.format {

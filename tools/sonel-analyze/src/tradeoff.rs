@@ -1,12 +1,10 @@
-//! `sonel-analyze tradeoff`: what accuracy costs in time.
+//! `sonel-analyze tradeoff`: error against CPU time for several settings.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use sonel_acoustics::mean_free_path;
 use sonel_analysis::plot::{self, Sheet};
-use sonel_console::choices::ModeArgument;
 use sonel_console::clock::CpuClock;
 use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::{Audience, Progress};
@@ -14,7 +12,7 @@ use sonel_console::store::TemporaryMaps;
 use sonel_console::{Outcome, scene};
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, Settings};
-use sonel_renderer::{Estimator, RenderSettings};
+use sonel_renderer::{Estimator, RenderSettings, free_path};
 use sonel_study::effects::{self, Decision};
 use sonel_study::pipeline::Room;
 use sonel_study::response::receivers_of;
@@ -32,7 +30,7 @@ const FIXED_SONELS: u64 = 16_000;
 const REFERENCE: u64 = 4;
 /// Usual values of the other properties, the default first. Radii are in mean free paths.
 const SURVIVALS: [f64; 5] = [0.15, 0.0, 0.05, 0.4, 1.0];
-const RAYS: [u32; 4] = [131_072, 8_192, 32_768, 524_288];
+const RAYS: [u32; 4] = [32_768, 8_192, 131_072, 524_288];
 const RADII: [f64; 4] = [0.03, 0.015, 0.06, 0.12];
 
 /// Runs the sweep and writes everything about it.
@@ -56,9 +54,9 @@ pub fn run(
     scene.duration = arguments.duration.unwrap_or(scene.duration);
     let receivers = receivers_of(&scene);
     if receivers.is_empty() {
-        bail!("{} has no receiver to judge by: add [[receivers]]", arguments.scene.display());
+        bail!("{} has no receivers to evaluate: add [[receivers]]", arguments.scene.display());
     }
-    let mode = arguments.mode.first().map_or(Mode::Accurate, |&mode| mode.into());
+    let mode = arguments.mode.first().copied().unwrap_or(Mode::Accurate);
     let spec = arguments.effects.clone().unwrap_or_default();
     let geometry = effects::leave_regions_out(&spec, mode, &mut scene, geometry)
         .context("the scene's walls cannot be used")?;
@@ -76,7 +74,7 @@ pub fn run(
         progress.reach((share * PROGRESS_STEPS) as u64);
     });
     progress.end();
-    let tradeoff = conducted.with_context(|| format!("cannot run the trials in {}", folder.display()))?;
+    let tradeoff = conducted.with_context(|| format!("cannot run the settings in {}", folder.display()))?;
     let findings = Findings::of(&tradeoff);
     write_all(folder, &inputs, &findings)?;
     writeln!(out, "{}", verdict::recommendation(&tradeoff, &findings.verdicts))?;
@@ -139,14 +137,16 @@ fn sweep(arguments: &Tradeoff, geometry: &Geometry) -> Sweep {
     let levels = |property, given: Vec<f64>, usual: &[f64]| {
         if given.is_empty() && is_varied(property) { usual.to_vec() } else { given }
     };
-    let estimators: Vec<Estimator> = arguments.estimator.iter().map(|&estimator| estimator.into()).collect();
-    let modes: Vec<Mode> = arguments.mode.iter().map(|&mode| mode.into()).collect();
     let rays: Vec<u32> = arguments.rays.iter().map(|&rays| rays as u32).collect();
     let radii = RADII.map(|radius| two_places(radius * free_path(geometry)));
     let tried = Levels {
         survival: levels(Property::Survival, arguments.survival.clone(), &SURVIVALS),
-        mode: or_usual(modes, is_varied(Property::Mode), &[Mode::Accurate, Mode::Paper]),
-        estimator: or_usual(estimators, is_varied(Property::Estimator), &Estimator::COMPARABLE),
+        mode: or_usual(arguments.mode.clone(), is_varied(Property::Mode), &[Mode::Accurate, Mode::Paper]),
+        estimator: or_usual(
+            arguments.estimator.clone(),
+            is_varied(Property::Estimator),
+            &Estimator::COMPARABLE,
+        ),
         rays: or_usual(rays, is_varied(Property::Rays), &RAYS),
         radius: levels(Property::Radius, arguments.radius.clone(), &radii),
     };
@@ -190,10 +190,6 @@ fn has_default_properties(arguments: &Tradeoff, property: Property) -> bool {
     }
 }
 
-fn free_path(geometry: &Geometry) -> f64 {
-    geometry.volume().map_or(f64::from(geometry.extent()), |volume| mean_free_path(volume, geometry.area()))
-}
-
 /// `value` to two significant places.
 fn two_places(value: f64) -> f64 {
     let unit = 10_f64.powi(value.log10().floor() as i32 - 1);
@@ -215,12 +211,9 @@ fn problems(arguments: &Tradeoff) -> Vec<String> {
     complain(arguments.rays.iter().any(impossible), "--rays must be at least 1 and below 2³²");
     let not_above_zero = |length: &f64| !(length.is_finite() && *length > 0.0);
     complain(arguments.radius.iter().any(not_above_zero), "--radius must be above 0");
-    complain(
-        arguments.duration.iter().any(not_above_zero),
-        "--duration is no duration: give seconds above 0",
-    );
-    complain(arguments.reference == Some(0), "--reference 0 knows nothing: give at least 1");
-    let paper = arguments.mode.first() == Some(&ModeArgument::Paper);
+    complain(arguments.duration.iter().any(not_above_zero), "--duration must be above 0 s");
+    complain(arguments.reference == Some(0), "--reference 0 traces nothing: give at least 1");
+    let paper = arguments.mode.first() == Some(&Mode::Paper);
     complain(
         paper && arguments.survival.iter().any(|&survival| survival < 1.0),
         "--mode paper means --survival 1: leave --survival out, or vary the mode instead",

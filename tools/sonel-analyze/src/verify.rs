@@ -23,7 +23,7 @@ pub fn run(arguments: &Verify, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (stored, scene) = (map.ledger(), &map.header().scene);
     writeln!(
         out,
-        "{}: {} paths, {} vertices, {} bytes\nchecksums and structure: sound",
+        "{}: {} paths, {} vertices, {} bytes\nchecksums and structure: valid",
         arguments.map.display(),
         map.path_count(),
         map.vertex_count(),
@@ -32,7 +32,7 @@ pub fn run(arguments: &Verify, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let mut problems = differences(&stored, &survey.ledger, scene.bands.nominal());
     problems.extend(imbalances(&stored, scene.bands.nominal()));
     if problems.is_empty() {
-        writeln!(out, "energy ledger: closes to {:.1e}, the paths say the same", stored.worst_residual())?;
+        writeln!(out, "energy ledger: closes to {:.1e} and agrees with the paths", stored.worst_residual())?;
         return Ok(Outcome::Done);
     }
     for problem in &problems {

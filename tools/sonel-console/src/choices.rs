@@ -1,51 +1,60 @@
 //! Options with a few named values that several programs have.
 
-use clap::ValueEnum;
-use sonel_map::Mode;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use sonel_map::{Mode, Spectral};
 use sonel_renderer::Estimator;
 
-/// `--mode`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ModeArgument {
-    /// The best estimators known.
-    Accurate,
-    /// One band a packet, roulette on absorption alone.
-    Paper,
+/// Reads one of `choices`, each with what help says of it, by the words that `name` gives them.
+fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    choices: [(T, &'static str); N],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let words = choices.map(|(choice, help)| PossibleValue::new(name(choice)).help(help));
+    PossibleValuesParser::new(words).map(move |word| {
+        let chosen = choices.iter().find(|(choice, _)| name(*choice) == word);
+        chosen.expect("clap accepts these words alone").0
+    })
 }
 
-impl From<ModeArgument> for Mode {
-    fn from(mode: ModeArgument) -> Self {
-        match mode {
-            ModeArgument::Accurate => Self::Accurate,
-            ModeArgument::Paper => Self::Paper,
-        }
-    }
+/// `--mode`.
+#[must_use]
+pub fn mode() -> impl TypedValueParser<Value = Mode> {
+    let choices = [
+        (Mode::Accurate, "Weighted packets that carry all bands"),
+        (Mode::Paper, "One band per packet, roulette with the absorption coefficient"),
+    ];
+    one_of(choices, Mode::name)
+}
+
+/// `--spectral`.
+#[must_use]
+pub fn spectral() -> impl TypedValueParser<Value = Spectral> {
+    let choices = [
+        (Spectral::Shared, "Every path carries all bands"),
+        (Spectral::PerBand, "Every path carries one band"),
+    ];
+    one_of(choices, Spectral::name)
 }
 
 /// `--estimator`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum EstimatorArgument {
-    /// Each class by its best estimator.
-    Auto,
-    /// Connections for diffuse arrivals, receiver spheres for what is specular behind a diffuse reflection.
-    Connection,
-    /// Visibility rays and density estimation for what is specular behind a diffuse reflection.
-    Gather,
-    /// Receiver spheres for everything but the direct sound.
-    Sphere,
-    /// What the founding paper writes: visibility rays that gather at the first diffuse reflection, a sphere about the source,
-    /// the first Fresnel zone over edges.
-    Paper,
-}
-
-impl From<EstimatorArgument> for Estimator {
-    fn from(argument: EstimatorArgument) -> Self {
-        match argument {
-            EstimatorArgument::Auto => Self::Auto,
-            EstimatorArgument::Connection => Self::Connection,
-            EstimatorArgument::Gather => Self::Gather,
-            EstimatorArgument::Sphere => Self::Sphere,
-            EstimatorArgument::Paper => Self::Paper,
-        }
-    }
+#[must_use]
+pub fn estimator() -> impl TypedValueParser<Value = Estimator> {
+    let choices = [
+        (Estimator::Auto, "The most efficient estimator for each path class"),
+        (
+            Estimator::Connection,
+            "Connections for diffuse arrivals, receiver spheres for specular reflections after a diffuse one",
+        ),
+        (
+            Estimator::Gather,
+            "Connections for diffuse arrivals, visibility rays and density estimation for specular reflections after a diffuse one",
+        ),
+        (Estimator::Sphere, "Receiver spheres for everything but the direct sound"),
+        (
+            Estimator::Paper,
+            "That of the founding paper: visibility rays that gather at the first diffuse reflection, a sphere \
+             about the source, the first Fresnel zone over edges",
+        ),
+    ];
+    one_of(choices, Estimator::name)
 }

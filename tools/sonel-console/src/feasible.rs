@@ -1,4 +1,4 @@
-//! What no single run may take. Beyond these limits a plan says so, and a run is refused.
+//! Limits of a single run: plans state an excess, runs are refused.
 
 use std::fmt;
 

@@ -1,6 +1,6 @@
 //! Files that are read.
 //!
-//! What a path leads to is asked before it is opened: a pipe that nobody writes to would keep a program waiting for ever.
+//! The file type is checked before opening: a pipe without a writer would block the program.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -9,9 +9,9 @@ use std::path::Path;
 /// Opens an ordinary file.
 ///
 /// # Errors
-/// When it cannot be opened, or is a folder, a pipe or a device. The caller says which file.
+/// When it cannot be opened, or is a folder, a pipe, a device, or `-`. The caller says which file.
 pub fn open(path: &Path) -> io::Result<File> {
-    if !path.metadata()?.is_file() {
+    if path.as_os_str() == "-" || !path.metadata()?.is_file() {
         let message = "not a regular file: save its content to a file first";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
     }

@@ -51,7 +51,7 @@ pub fn remove_unfinished_files() -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, TERM_SIGNALS};
     let mut signals = signal_hook::iterator::Signals::new(TERM_SIGNALS.iter().chain([&SIGHUP]))?;
     failure::report();
-    std::thread::spawn(move || {
+    let wait = move || {
         if let Some(signal) = signals.forever().next() {
             let (message, code) = match failure::found() {
                 Some(message) => (message, 2),
@@ -59,8 +59,8 @@ pub fn remove_unfinished_files() -> std::io::Result<()> {
             };
             end(message, code);
         }
-    });
-    Ok(())
+    };
+    std::thread::Builder::new().spawn(wait).map(drop)
 }
 
 /// Removes unfinished files and ends the program.
@@ -93,12 +93,10 @@ mod failure {
     pub fn found() -> Option<&'static str> {
         match SIGNAL.load(Ordering::SeqCst) {
             libc::SIGBUS => Some(
-                "an input was cut off or cannot be read any more (bus error): leave it alone while it is read, check the \
-                 disk, and run the command again",
+                "an input was truncated or became unreadable (bus error): do not change it during the run, check the disk, and run the command again",
             ),
             libc::SIGABRT => Some(
-                "the program cannot go on; where memory is short give it more, take fewer --threads or a wider --bin, or \
-                 divide the run or its receivers (--shard)",
+                "the program was aborted; if memory is short, use fewer --threads or a wider --bin, or divide the run or its receivers (--shard)",
             ),
             _ => None,
         }

@@ -1,4 +1,5 @@
-//! What the programs share: clocks, choices, counts, times, plans, inputs that are files, outputs that appear when complete, interruptions, scenes, progress,
+//! Shared by the programs: clocks, choices, counts, times, plans, inputs that are files, outputs that appear when complete,
+//! interruptions, scenes, progress,
 //! versions, exit codes.
 
 pub mod choices;
@@ -7,6 +8,7 @@ pub mod count;
 pub mod feasible;
 pub mod input;
 pub mod interrupt;
+pub mod ledger;
 pub mod output;
 pub mod plan;
 pub mod progress;
@@ -19,6 +21,7 @@ pub mod time;
 pub mod version;
 
 use std::cell::Cell;
+use std::error::Error;
 use std::io::Write;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -93,10 +96,18 @@ fn exit_code(result: anyhow::Result<Outcome>) -> ExitCode {
         Ok(Outcome::Missed) => ExitCode::from(1),
         Err(error) => {
             // A closed stderr cannot be told.
-            let _ = writeln!(std::io::stderr(), "error: {error:#}");
+            let _ = writeln!(std::io::stderr(), "error: {}", message(&error));
             ExitCode::from(2)
         }
     }
+}
+
+/// An error with its causes, and what to do where there is no memory, as when a map cannot be mapped.
+fn message(error: &anyhow::Error) -> String {
+    let of_system = error.chain().filter_map(|cause| cause.downcast_ref::<std::io::Error>());
+    let is_memory = of_system.map(std::io::Error::kind).any(|kind| kind == std::io::ErrorKind::OutOfMemory);
+    let advice = if is_memory { ": give the program more memory or address space (ulimit -v)" } else { "" };
+    format!("{error:#}{advice}")
 }
 
 /// Whether nobody wants to read notes: until a program begins nobody does.
@@ -132,10 +143,13 @@ pub fn parse_threads(text: &str) -> Result<usize, String> {
 /// # Errors
 /// When the threads cannot be started.
 pub fn use_threads(threads: Option<usize>) -> anyhow::Result<()> {
-    if let Some(threads) = threads {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+    match rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build_global() {
+        // Without a source: there are threads already.
+        Err(error) if threads.is_some() || error.source().is_some() => anyhow::bail!(
+            "cannot start threads: {error}: take fewer --threads, or allow more memory and processes (ulimit -v, -u)"
+        ),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// Wall and CPU seconds since its start.
@@ -156,5 +170,22 @@ impl Stopwatch {
     #[must_use]
     pub fn seconds(&self) -> (f64, f64) {
         (self.wall.elapsed().as_secs_f64(), self.cpu.elapsed().as_secs_f64())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_memory_comes_with_advice() {
+        let of =
+            |number| anyhow::Error::new(std::io::Error::from_raw_os_error(number)).context("hall.sonelmap");
+        let [no_memory, no_file] = [12, 2].map(|number| message(&of(number)));
+        assert!(
+            no_memory.starts_with("hall.sonelmap: ") && no_memory.ends_with("(ulimit -v)"),
+            "{no_memory}"
+        );
+        assert!(!no_file.contains("ulimit"), "{no_file}");
     }
 }

@@ -25,97 +25,76 @@ pub struct Kind {
     name: &'static str,
     /// The usual ending of a name; other names are allowed where they are not usual for another kind.
     ending: &'static str,
-    is_begun_by: fn(&[u8]) -> bool,
+    begin: Begin,
+}
+
+/// How files of a kind begin.
+#[derive(Debug, Clone, Copy)]
+enum Begin {
+    With(&'static [u8]),
+    Like(fn(&[u8]) -> bool),
 }
 
 impl Kind {
+    const fn with(name: &'static str, ending: &'static str, begin: &'static [u8]) -> Self {
+        Self { name, ending, begin: Begin::With(begin) }
+    }
+
+    const fn like(name: &'static str, ending: &'static str, begin: fn(&[u8]) -> bool) -> Self {
+        Self { name, ending, begin: Begin::Like(begin) }
+    }
+
+    fn is_begun_by(self, begin: &[u8]) -> bool {
+        match self.begin {
+            Begin::With(known) => begin.starts_with(known),
+            Begin::Like(is_known) => is_known(begin),
+        }
+    }
+
     /// What `sonel-trace new` writes. A scene file is edited, so that none is replaced.
-    pub const SCENE: Self =
-        Self { name: "a scene file (choose a name that is free)", ending: "toml", is_begun_by: |_| false };
+    pub const SCENE: Self = Self::like("a scene file (choose a name that is free)", "toml", |_| false);
     /// What fit and optimise write: never a file edited by hand, whose first line is another.
-    pub const MATERIALS: Self = Self {
-        name: "materials written by sonel-analyze",
-        ending: "toml",
-        is_begun_by: |begin| begin.starts_with(b"# sonel-analyze "),
-    };
+    pub const MATERIALS: Self = Self::with("materials written by sonel-analyze", "toml", b"# sonel-analyze ");
     /// What `sonel-trace check --fix` writes.
-    pub const REPAIRED_MESH: Self = Self {
-        name: "a mesh repaired by sonel-trace",
-        ending: "obj",
-        is_begun_by: |begin| begin.starts_with(FIRST_LINE.as_bytes()),
-    };
+    pub const REPAIRED_MESH: Self =
+        Self::with("a mesh repaired by sonel-trace", "obj", FIRST_LINE.as_bytes());
     /// What sonel-trace and merge write.
-    pub const MAP: Self =
-        Self { name: "a sonel map", ending: "sonelmap", is_begun_by: |begin| begin.starts_with(b"SONELMAP") };
+    pub const MAP: Self = Self::with("a sonel map", "sonelmap", b"SONELMAP");
     /// What sonel-render writes.
-    pub const RESPONSE: Self = Self {
-        name: "a response",
-        ending: "npz",
-        is_begun_by: |begin| is_archive(begin, "format_version.npy"),
-    };
+    pub const RESPONSE: Self =
+        Self::like("a response", "npz", |begin| is_archive(begin, "format_version.npy"));
     /// What export writes for numpy.
-    pub const SONEL_ARCHIVE: Self = Self {
-        name: "a numpy archive of sonels",
-        ending: "npz",
-        is_begun_by: |begin| is_archive(begin, "center_frequency_hz.npy"),
-    };
+    pub const SONEL_ARCHIVE: Self =
+        Self::like("a numpy archive of sonels", "npz", |begin| is_archive(begin, "center_frequency_hz.npy"));
     /// What export writes for spreadsheets.
-    pub const SONEL_TABLE: Self = Self {
-        name: "a CSV file of sonels",
-        ending: "csv",
-        is_begun_by: |begin| begin.starts_with(b"source,emission,"),
-    };
+    pub const SONEL_TABLE: Self = Self::with("a CSV file of sonels", "csv", b"source,emission,");
     /// What export writes of a response.
-    pub const ECHOGRAM_TABLE: Self = Self {
-        name: "a CSV file of echograms",
-        ending: "csv",
-        is_begun_by: |begin| begin.starts_with(b"source,receiver,center_frequency_hz,begin_s,"),
-    };
+    pub const ECHOGRAM_TABLE: Self =
+        Self::with("a CSV file of echograms", "csv", b"source,receiver,center_frequency_hz,begin_s,");
     /// What report writes.
-    pub const REPORT_PAGE: Self = Self {
-        name: "a report",
-        ending: "html",
-        is_begun_by: |begin| String::from_utf8_lossy(begin).contains("content=\"sonel-analyze report\""),
-    };
+    pub const REPORT_PAGE: Self = Self::like("a report", "html", |begin| {
+        String::from_utf8_lossy(begin).contains("content=\"sonel-analyze report\"")
+    });
     /// What render --wav and listen write: 32-bit float samples. Recordings of integers are never taken for it.
-    pub const SOUND: Self =
-        Self { name: "a WAV file of 32-bit float samples", ending: "wav", is_begun_by: is_float_sound };
+    pub const SOUND: Self = Self::like("a WAV file of 32-bit float samples", "wav", is_float_sound);
     /// What plot and tradeoff draw.
-    pub const DRAWING: Self =
-        Self { name: "a drawing (SVG)", ending: "svg", is_begun_by: |begin| begin.starts_with(b"<svg") };
+    pub const DRAWING: Self = Self::with("a drawing (SVG)", "svg", b"<svg");
     /// What image writes for programs.
-    pub const PICTURE: Self = Self {
-        name: "a picture of sonel-analyze (OpenEXR)",
-        ending: "exr",
-        is_begun_by: |begin| is_picture(begin, b"\x76\x2f\x31\x01"),
-    };
+    pub const PICTURE: Self = Self::like("a picture of sonel-analyze (OpenEXR)", "exr", |begin| {
+        is_picture(begin, b"\x76\x2f\x31\x01")
+    });
     /// What image draws.
-    pub const DRAWN_PICTURE: Self = Self {
-        name: "a picture of sonel-analyze (PNG)",
-        ending: "png",
-        is_begun_by: |begin| is_picture(begin, b"\x89PNG"),
-    };
+    pub const DRAWN_PICTURE: Self =
+        Self::like("a picture of sonel-analyze (PNG)", "png", |begin| is_picture(begin, b"\x89PNG"));
     /// Tables of tradeoff.
-    pub const TRADEOFF_TABLE: Self = Self {
-        name: "a table of tradeoff",
-        ending: "csv",
-        is_begun_by: |begin| begin.starts_with(b"setting,"),
-    };
+    pub const TRADEOFF_TABLE: Self = Self::with("a table of tradeoff", "csv", b"setting,");
     /// The report of tradeoff for programs.
-    pub const TRADEOFF_REPORT: Self = Self {
-        name: "a report of tradeoff",
-        ending: "json",
-        is_begun_by: |begin| begin.starts_with(b"{\n  \"scene\""),
-    };
+    pub const TRADEOFF_REPORT: Self = Self::with("a report of tradeoff", "json", b"{\n  \"scene\"");
     /// The report of tradeoff for people.
-    pub const TRADEOFF_PAGE: Self = Self {
-        name: "a page of tradeoff",
-        ending: "md",
-        is_begun_by: |begin| {
-            let line = begin.split(|&byte| byte == b'\n').next().unwrap_or_default();
-            String::from_utf8_lossy(line).ends_with(": what accuracy costs")
-        },
-    };
+    pub const TRADEOFF_PAGE: Self = Self::like("a page of tradeoff", "md", |begin| {
+        let line = begin.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        String::from_utf8_lossy(line).ends_with(": what accuracy costs")
+    });
 }
 
 /// Whether a file begins as a numpy archive whose first array is `first`.
@@ -161,8 +140,11 @@ pub struct Output {
 /// # Errors
 /// What is wrong with it.
 pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<()> {
-    if target.as_os_str() == "-" {
-        bail!("outputs are files, not streams: give a name instead of -, or ./- for a file of that name");
+    if target.as_os_str() == "-" || target.parent() == Some(Path::new("/dev")) {
+        bail!(
+            "{} is a stream or device, outputs are files: choose another output (./- for a file called -)",
+            target.display()
+        );
     }
     if let Some(input) = inputs.iter().find(|input| is_same_file(input, target)) {
         bail!(
@@ -175,7 +157,7 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
         && ending != kind.ending
     {
         bail!(
-            "{} ends in .{ending}, and {} in .{}: choose such a name",
+            "{} ends in .{ending}, but {} ends in .{}: choose such a name",
             target.display(),
             kind.name,
             kind.ending
@@ -190,7 +172,7 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
     let mut begin = Vec::new();
     let read = File::open(target).and_then(|file| file.take(LONGEST_BEGIN).read_to_end(&mut begin));
     read.with_context(|| format!("cannot read {}, which would be replaced", target.display()))?;
-    if !begin.is_empty() && !(kind.is_begun_by)(&begin) {
+    if !begin.is_empty() && !kind.is_begun_by(&begin) {
         bail!(
             "{} exists and is not {}: delete it first, or choose another output",
             target.display(),
@@ -246,7 +228,7 @@ fn remove_stale(target: &Path) {
             && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
             && std::fs::remove_file(entry.path()).is_ok()
         {
-            note(&format!("removed {}, which a run that was killed had left", entry.path().display()));
+            note(&format!("removed {}, left by a killed run", entry.path().display()));
         }
     }
 }
@@ -299,6 +281,22 @@ impl Output {
     pub fn file(&mut self) -> std::io::Result<&File> {
         self.file.flush()?;
         Ok(self.file.get_ref())
+    }
+
+    /// Writes `content` and puts the file in its place.
+    ///
+    /// # Errors
+    /// Those of `content`, and of [`Self::publish`].
+    pub fn write<T, E>(
+        mut self,
+        content: impl FnOnce(&mut BufWriter<File>) -> Result<T, E>,
+    ) -> anyhow::Result<()>
+    where
+        Result<T, E>: Context<T, E>,
+    {
+        let failed = format!("cannot write {}; an older file there is untouched", self.target.display());
+        content(&mut self.file).context(failed)?;
+        self.publish()
     }
 
     /// Puts the complete file in its place, replacing an older one in a single step.
@@ -403,9 +401,10 @@ mod tests {
             let error = Output::create(&path(target), kind, &[]).unwrap_err();
             assert!(error.to_string().contains("choose such a name"), "{error}");
         }
-        assert!(
-            Output::create(Path::new("-"), Kind::MAP, &[]).unwrap_err().to_string().contains("not streams")
-        );
+        for stream in ["-", "/dev/stdout"] {
+            let error = Output::create(Path::new(stream), Kind::MAP, &[]).unwrap_err();
+            assert!(error.to_string().contains("a stream or device"), "{error}");
+        }
         assert_eq!(names(folder.path()).len(), 5);
     }
 

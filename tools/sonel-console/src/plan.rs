@@ -1,4 +1,4 @@
-//! Plans, targets and what became of them, for people and for programs.
+//! Plans, targets and results, as text and JSON.
 
 use std::fmt::Write;
 
@@ -6,8 +6,9 @@ use serde_json::{Value, json};
 use sonel_analysis::Parameter;
 use sonel_study::forecast::{Effort, Price};
 use sonel_study::pilot::Pilot;
-use sonel_study::plan::{Plan, Row, Width};
+use sonel_study::plan::{Names, Plan, Row, Width};
 use sonel_study::spread::{HalfWidth, PLANNED, Place, Reading};
+use sonel_study::target::Targets;
 use sonel_study::until::Verdict;
 
 use crate::feasible::Demand;
@@ -42,7 +43,7 @@ pub fn map_table(plan: &Plan, label: &str) -> String {
     let sonels = plan.rows.first().map_or(0, |row| row.effort.emissions);
     let mut text = format!("the map has {} sonels", count(sonels));
     if !plan.pilot.casts_rays {
-        text.push_str("; no visibility rays are cast here, so only sonels help");
+        text.push_str("; it needs no visibility rays, so only sonels help");
     }
     text.push_str("\naccuracy      rays  render CPU  own memory  sonels wanted  needed by\n");
     for row in &plan.rows {
@@ -60,7 +61,7 @@ pub fn map_table(plan: &Plan, label: &str) -> String {
     if let Some((row, sonels)) = plan.rows.iter().find_map(|row| Some((row, row.lacking?))) {
         let _ = writeln!(
             text,
-            "from {} JND on the map has too few sonels for any number of rays: {}",
+            "for {} JND and below more sonels are needed: {}",
             row.just_noticeable,
             extension(label, sonels)
         );
@@ -93,13 +94,13 @@ fn needed_by(plan: &Plan, row: &Row) -> String {
     if let Some(excess) = not_feasible(row) {
         return format!("not feasible: {excess}");
     }
-    row.limited_by.map_or_else(|| "the fewest will do".to_owned(), |place| estimate(plan, place))
+    row.limited_by.map_or_else(|| "the minimum is enough".to_owned(), |place| plan.names.parameter(place))
 }
 
 /// The half-widths of a plan, and which parameters have none.
 fn widths(plan: &Plan) -> String {
     let mut text = String::from(
-        "\nhalf of the 95 % interval, the widest of all evaluation receivers, and where it is in 19 of 20 runs:\naccuracy      band",
+        "\nhalf-width of the 95 % interval (widest over evaluation receivers) and the range that holds 19 of 20 runs:\naccuracy      band",
     );
     for parameter in PLANNED {
         let (symbol, unit, _) = parameter.heading();
@@ -109,7 +110,7 @@ fn widths(plan: &Plan) -> String {
     let mut rows = plan.rows.clone();
     rows.dedup_by_key(|row| row.effort);
     for row in &rows {
-        for (frequency, widths) in plan.center_frequencies_hz.iter().zip(&row.widths) {
+        for (frequency, widths) in plan.names.center_frequencies_hz.iter().zip(&row.widths) {
             let _ = write!(text, "\n{:>4} JND {frequency:>6} Hz", row.just_noticeable);
             for (width, parameter) in widths.iter().zip(PLANNED) {
                 let (_, _, factor) = parameter.heading();
@@ -126,7 +127,7 @@ fn widths(plan: &Plan) -> String {
     text.push('\n');
     for spread in &plan.pilot.spreads {
         if let Err(reason) = &spread.variance {
-            let _ = writeln!(text, "{} cannot be read: {reason}", estimate(plan, spread.place));
+            let _ = writeln!(text, "{} cannot be estimated: {reason}", plan.names.parameter(spread.place));
         }
     }
     text
@@ -140,6 +141,7 @@ pub fn json(plan: &Plan) -> Value {
         .iter()
         .map(|row| {
             let bands: Vec<Value> = plan
+                .names
                 .center_frequencies_hz
                 .iter()
                 .zip(&row.widths)
@@ -163,7 +165,7 @@ pub fn json(plan: &Plan) -> Value {
                 "map_bytes": row.price.bytes,
                 "trace_memory_bytes": row.memory[0],
                 "render_memory_bytes": row.memory[1],
-                "needed_by": row.limited_by.map(|place| named(&plan.pairs, &plan.center_frequencies_hz, place)),
+                "needed_by": row.limited_by.map(|place| named(&plan.names, place)),
                 "half_widths": bands,
             });
             if let Some(excess) = not_feasible(row) {
@@ -177,87 +179,72 @@ pub fn json(plan: &Plan) -> Value {
         .spreads
         .iter()
         .filter_map(|spread| {
-            let mut value = named(&plan.pairs, &plan.center_frequencies_hz, spread.place);
+            let mut value = named(&plan.names, spread.place);
             value["reason"] = json!(spread.variance.as_ref().err()?);
             Some(value)
         })
         .collect();
     json!({
-        "judges": plan.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
+        "judges": plan.names.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
         "pilot": { "sonels": plan.pilot.emissions, "rays": plan.pilot.rays, "segments_per_sonel": plan.pilot.costs.segments },
         "rows": rows,
         "unreadable": unreadable,
     })
 }
 
-/// What names the parameters: pairs of source and receiver, and bands [Hz].
-pub struct Names<'a> {
-    /// Source and receiver of every row of parameters.
-    pub pairs: &'a [(String, String)],
-    /// Band centres [Hz].
-    pub center_frequencies_hz: &'a [f64],
-}
-
-impl Names<'_> {
-    /// A parameter in words: "T30 at seat 12, 125 Hz".
-    #[must_use]
-    pub fn parameter(&self, place: Place) -> String {
-        let (symbol, ..) = place.parameter.heading();
-        format!("{symbol} at {}, {} Hz", self.pairs[place.row].1, self.center_frequencies_hz[place.band])
-    }
-
-    /// What a look at the parameters found, in a line.
-    #[must_use]
-    pub fn verdict(&self, verdict: &Verdict) -> String {
-        let mut text = match verdict.worst {
-            None => "no parameter is limited".to_owned(),
-            Some(worst) => format!(
-                "{} is {:.4} JND wide to either side, {:.2} times its limit",
-                self.parameter(worst.place),
-                worst.half_width,
-                worst.excess()
-            ),
-        };
-        if let Some((place, reason)) = verdict.unreadable.first() {
-            let _ = write!(text, "; {} cannot be read: {reason}", self.parameter(*place));
-            if verdict.unreadable.len() > 1 {
-                let _ = write!(text, ", nor can {} others", verdict.unreadable.len() - 1);
-            }
+/// What a look at the parameters found, in a line.
+#[must_use]
+pub fn verdict(names: &Names, verdict: &Verdict) -> String {
+    let mut text = match verdict.worst {
+        None => "no parameter has a limit".to_owned(),
+        Some(worst) => format!(
+            "{} has a half-width of {:.4} JND, {:.2} times its limit",
+            names.parameter(worst.place),
+            worst.half_width,
+            worst.excess()
+        ),
+    };
+    if let Some((place, reason)) = verdict.unreadable.first() {
+        let _ = write!(text, "; {} cannot be estimated: {reason}", names.parameter(*place));
+        if verdict.unreadable.len() > 1 {
+            let _ = write!(text, ", and {} others", verdict.unreadable.len() - 1);
         }
-        text
     }
-
-    /// The same as JSON.
-    #[must_use]
-    pub fn verdict_json(&self, verdict: &Verdict) -> Value {
-        let named = |place| named(self.pairs, self.center_frequencies_hz, place);
-        json!({
-            "reached": verdict.is_reached(),
-            "worst": verdict.worst.map(|worst| {
-                let mut value = named(worst.place);
-                value["half_width_jnd"] = json!(worst.half_width);
-                value["limit_jnd"] = json!(worst.limit);
-                value
-            }),
-            "unreadable": verdict.unreadable.iter().map(|(place, reason)| {
-                let mut value = named(*place);
-                value["reason"] = json!(reason);
-                value
-            }).collect::<Vec<_>>(),
-        })
-    }
+    text
 }
 
-fn estimate(plan: &Plan, place: Place) -> String {
-    Names { pairs: &plan.pairs, center_frequencies_hz: &plan.center_frequencies_hz }.parameter(place)
+/// Whether `targets` were reached, in a word.
+#[must_use]
+pub fn reached(verdict: &Verdict) -> &'static str {
+    if verdict.is_reached() { "reached" } else { "NOT reached" }
 }
 
-fn named(pairs: &[(String, String)], frequencies: &[f64], place: Place) -> Value {
+/// What the last look at the parameters found of `targets`, as JSON.
+#[must_use]
+pub fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) -> Value {
+    json!({
+        "reached": verdict.is_reached(),
+        "worst": verdict.worst.map(|worst| {
+            let mut value = named(names, worst.place);
+            value["half_width_jnd"] = json!(worst.half_width);
+            value["limit_jnd"] = json!(worst.limit);
+            value
+        }),
+        "unreadable": verdict.unreadable.iter().map(|(place, reason)| {
+            let mut value = named(names, *place);
+            value["reason"] = json!(reason);
+            value
+        }).collect::<Vec<_>>(),
+        "targets": targets.to_string(),
+    })
+}
+
+fn named(names: &Names, place: Place) -> Value {
     json!({
         "figure": place.parameter.key(),
-        "source": pairs[place.row].0,
-        "receiver": pairs[place.row].1,
-        "center_frequency_hz": frequencies[place.band],
+        "source": names.pairs[place.row].0,
+        "receiver": names.pairs[place.row].1,
+        "center_frequency_hz": names.center_frequencies_hz[place.band],
     })
 }
 

@@ -1,4 +1,4 @@
-//! Progress: a bar on stderr, where stderr is a terminal and nobody asked for quiet, or calls of a listener.
+//! Progress: a bar on stderr (terminal, without --quiet), or calls of a listener.
 
 use std::borrow::Cow;
 use std::fmt;

@@ -11,7 +11,7 @@ use sonel_renderer::{ReceiverPoint, Sensitivity};
 pub fn parse_receiver(text: &str) -> Result<ReceiverPoint, String> {
     let wrong = || {
         format!(
-            "\"{text}\" is no receiver: write NAME=x,y,z such as \"seat 12=60,9,60\", or with a directivity and its aim \
+            "\"{text}\" is not a receiver: write NAME=x,y,z such as \"seat 12=60,9,60\", or with a directivity and its aim \
              \"mic=60,9,60,cardioid,0,0,-1\""
         )
     };

@@ -1,4 +1,4 @@
-//! Maps of studies in files that nobody else sees.
+//! Temporary map files of studies.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};

@@ -16,7 +16,7 @@ pub fn parse_time(text: &str) -> Result<f64, String> {
     let seconds = digits.trim().parse::<f64>().ok().zip(scale).map(|(number, scale)| number * scale);
     seconds
         .filter(|seconds| seconds.is_finite() && *seconds > 0.0)
-        .ok_or_else(|| format!("\"{text}\" is no time: write 60s, 5min or 2h"))
+        .ok_or_else(|| format!("\"{text}\" is not a time: write 60s, 5min or 2h"))
 }
 
 #[cfg(test)]

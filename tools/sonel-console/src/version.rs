@@ -1,7 +1,7 @@
-//! Which program wrote a file: `VERSION+REVISION.BUILD`, such as `0.1.0+1.3fa9c2d17b40aa01`.
+//! Version of a program: `VERSION+REVISION.BUILD`, such as `0.1.0+1.3fa9c2d17b40aa01`.
 //!
-//! Programs of one version and revision write the same bytes for the same command. The build, a digest of the sources, is told for the
-//! record: it changes with a comment.
+//! Programs of one version and revision write the same bytes for the same command. The build is a digest of the sources and
+//! changes with every edit.
 
 /// The version of a program whose results have `revision`.
 #[must_use]

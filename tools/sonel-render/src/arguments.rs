@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use glam::DVec3;
-use sonel_console::choices::EstimatorArgument;
+use sonel_console::choices::estimator;
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
 use sonel_map::ShardRange;
-use sonel_renderer::ReceiverPoint;
+use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_sound::ambisonics::MOST_ORDER;
 use sonel_study::target::Targets;
 
@@ -30,21 +30,21 @@ pub struct Arguments {
     /// The map; it carries its scene.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// Where the response goes; replaced only when the new one is complete.
+    /// Response to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "RESPONSE.npz", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 48 kHz, 32-bit float, direct sound 1/r, sample 0
-    /// at the emission. Made where there is none.
+    /// Folder for pressure impulse responses, a WAV file for each source and receiver: 48 kHz, 32-bit float, direct sound
+    /// 1/r, sample 0 at the emission. Created if it does not exist.
     #[arg(long, value_name = "DIR", requires = "output")]
     pub wav: Option<PathBuf>,
-    /// Beside each WAV file one in ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX), NAME_ambix3.wav; stores directions, too.
+    /// Also write ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,
-    /// Beside each WAV file one of the two ears, NAME_binaural.wav, of a head that looks along the receiver's aim: by default towards the first
-    /// source. FILE.sofa has its HRTF (SimpleFreeFieldHRIR); stores directions, too.
+    /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks
+    /// along the receiver's aim, by default towards the first source. Implies --directions.
     #[arg(long, value_name = "FILE.sofa", requires = "wav")]
     pub hrtf: Option<PathBuf>,
-    /// A receiver in the scene's axes [m]; may be repeated. Without any, those of the scene.
+    /// Receiver position in scene axes [m]; repeatable. By default the receivers of the scene.
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
     /// Receivers from a CSV file (header name,x,y,z) or a TOML file of [[receivers]].
@@ -59,61 +59,61 @@ pub struct Arguments {
     /// Width of a time bin [s].
     #[arg(long, value_name = "SECONDS", default_value_t = 0.001, allow_negative_numbers = true)]
     pub bin: f64,
-    /// Also store energies by direction of arrival: lateral fractions and the late lateral level are read from them. The lateral axis of a
-    /// receiver is horizontal and at right angles to its aim, by default the first source.
+    /// Also store energies by direction of arrival, for lateral fractions and the late lateral level. The lateral axis of a
+    /// receiver is horizontal and at right angles to its aim, by default towards the first source.
     #[arg(long)]
     pub directions: bool,
     /// Estimator used for each path class.
-    #[arg(long, value_enum, default_value_t = EstimatorArgument::Auto)]
-    pub estimator: EstimatorArgument,
-    /// Highest order of image sources; by default it follows from the room.
+    #[arg(long, value_parser = estimator(), default_value = Estimator::Auto.name())]
+    pub estimator: Estimator,
+    /// Highest order of image sources; by default from the room.
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,
-    /// Radius of the discs in which rays gather [m]; by default it follows from the room and the number of sonels.
+    /// Radius of the gathering discs [m]; by default from room and number of sonels.
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Visibility rays of one receiver, where rays gather; 131072 where nothing is given, 16384 with --estimator paper. With
-    /// --until the most there may be.
+    /// Visibility rays per receiver [default: 32768; 16384 with --estimator paper]. With --until the maximum.
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
-    /// Seed of the renderer's own choices; the map's where none is given.
+    /// Seed of the rendering; by default that of the map.
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Another temperature of the air's attenuation [°C]; travel times stay those of the map.
+    /// Temperature for air attenuation [°C]; travel times stay those of the map.
     #[arg(long, value_name = "CELSIUS", allow_hyphen_values = true)]
     pub temperature: Option<f64>,
-    /// Another relative humidity of the air's attenuation [%].
+    /// Relative humidity for air attenuation [%].
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     pub humidity: Option<f64>,
-    /// No attenuation by air.
+    /// No air attenuation.
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
-    /// Another coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission, sound_reduction_db; one
-    /// number, or one per band with commas between) or sources.NAME.directivity=WORD or FILE.csv; may be repeated. What the paths of the map cannot
-    /// carry is refused.
+    /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission,
+    /// sound_reduction_db; one number, or one per band with commas between) or sources.NAME.directivity=WORD or FILE.csv;
+    /// repeatable. Changes that the stored paths do not support are errors.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = Assignment::parse)]
     pub set: Vec<Assignment>,
-    /// Other materials: a TOML file of [materials.NAME], as in a scene file. Those it does not name stay. Comes before --set.
+    /// Change materials: a TOML file of [materials.NAME], as in a scene file; others stay. Applied before --set.
     #[arg(long, value_name = "FILE.toml")]
     pub materials: Option<PathBuf>,
-    /// Print the rays, cost and intervals for several accuracies, and the sonels where the map has too few; with --output,
-    /// render and compare.
+    /// Print rays, cost and intervals for several accuracies, and the sonels required where more rays do not help; with
+    /// --output, render and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add rays until the half-width of every 95 % interval is below its target. Exit code 1 where that is not reached, with
-    /// the number of sonels that the map would need. Figures: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    /// Add rays until the half-width of every 95 % interval is below its target. Exit code 1 if a target is not reached;
+    /// the log then states the sonels required. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms,
+    /// dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
-    /// Stop --until before a rendering that would end after this time by the clock: 60s, 5min, 2h.
+    /// Time limit of --until: no rendering starts that would end later. 60s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
     /// Print shares per path class, estimators, points left out of the grid and timings as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Say nothing on stderr but errors.
+    /// Print only errors on stderr.
     #[arg(long)]
     pub quiet: bool,
-    /// Threads; all cores where none is given. The result does not depend on it.
+    /// Threads; by default all cores. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
 }
@@ -169,7 +169,7 @@ fn parse_rays(text: &str) -> Result<u32, String> {
 
 fn parse_grid(text: &str) -> Result<Grid, String> {
     let wrong = || {
-        format!("\"{text}\" is no grid: write three axes, each lo:hi:n or one number: 10:60:6,1.2,10:60:6")
+        format!("\"{text}\" is not a grid: write three axes, each lo:hi:n or one number: 10:60:6,1.2,10:60:6")
     };
     let axes: Vec<Axis> =
         text.split(',').map(|axis| parse_axis(axis).ok_or_else(wrong)).collect::<Result<_, _>>()?;

@@ -1,4 +1,4 @@
-//! From renderings to a response file and its report.
+//! Writes the response file and its report.
 
 use std::f64::consts::LOG10_E;
 
@@ -9,7 +9,7 @@ use sonel_console::Stopwatch;
 use sonel_console::progress::{Audience, Progress};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
-use sonel_map::SonelMap;
+use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_study::response;
 
@@ -42,7 +42,7 @@ pub struct Run<'a> {
     pub settings: RenderSettings,
     /// By source.
     pub renderings: Vec<Rendering>,
-    /// Everything that was heard.
+    /// The response.
     pub response: Response,
     /// (wall, CPU) seconds since the program began when rendering itself began.
     pub opened: (f64, f64),
@@ -170,15 +170,9 @@ impl Run<'_> {
             "wall_s": total.0,
             "cpu_s": total.1,
         });
-        for (key, value) in told.as_object().into_iter().flatten() {
-            report[key] = value.clone();
-        }
+        crate::extend(&mut report, told);
         report
     }
-}
-
-fn hexadecimal(digest: &[u8]) -> String {
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A pattern's name; of a file also its directivity index per band and the side that is up.

@@ -37,7 +37,7 @@ impl Assignment {
     pub fn parse(text: &str) -> Result<Self, String> {
         let wrong = || {
             format!(
-                "\"{text}\" changes nothing: write materials.NAME.absorption=0.4 or sources.NAME.directivity=cardioid"
+                "\"{text}\" is not a change: write materials.NAME.absorption=0.4 or sources.NAME.directivity=cardioid"
             )
         };
         let (path, value) = text.split_once('=').ok_or_else(wrong)?;
@@ -100,17 +100,14 @@ pub fn changed(
     if let Some(at) = (0..materials.len()).find(|&at| materials[at].law != scene.materials[at].law) {
         let Material { name, law, .. } = &scene.materials[at];
         bail!(
-            "the absorption law of \"{name}\" cannot be changed on a map, it is {law}: keep it, or trace the scene with the other one"
+            "the absorption law of \"{name}\" cannot be changed on a map; it is {law}: keep it, or trace the scene with the other law"
         );
     }
     let interfaces = scene.media.iter().flat_map(|media| &media.interfaces);
     if let Some(changed) =
         interfaces.map(|&index| index as usize).find(|&at| materials[at] != scene.materials[at])
     {
-        bail!(
-            "\"{}\" is an interface between airs, which has no coefficients: leave it as it is",
-            materials[changed].name
-        );
+        bail!("\"{}\" is an interface between regions and has no coefficients", materials[changed].name);
     }
     let mut sources = scene.sources.clone();
     for assignment in of(Section::Sources) {

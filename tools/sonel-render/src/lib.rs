@@ -3,10 +3,10 @@
 mod arguments;
 mod assemble;
 mod change;
-mod judging;
 mod planning;
 mod receivers;
 mod sound;
+mod until;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,15 +22,17 @@ use sonel_console::progress::Audience;
 use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, input, use_threads};
 use sonel_echogram::Response;
+use sonel_geometry::Geometry;
 use sonel_map::{Mode, SonelMap};
-use sonel_renderer::{Air, Estimator, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{Air, Estimator, ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
 use sonel_sound::Synthesizer;
 use sonel_study::effects;
 
 use assemble::{Job, Run};
-use judging::{Goal, Judged};
-use receivers::Gathered;
+use receivers::{Gathered, GridCounts};
+use sound::SoundFiles;
+use until::{Finished, Goal};
 
 pub use arguments::{Arguments, Grid};
 
@@ -47,38 +49,23 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let label = arguments.map.display().to_string();
     let file = input::open(&arguments.map).with_context(|| format!("cannot read the map {label}"))?;
     let mut map = SonelMap::open(&file).with_context(|| label.clone())?;
-    let warnings = change_map(&mut map, arguments, &label)?;
-    let scene = &map.header().scene;
-    let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
-    let settings = render_settings(arguments, scene)?;
-    let Gathered { mut receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
-    if let Some(shard) = arguments.shard {
-        receivers = receivers::part(receivers, shard)?;
-    }
+    let Prepared { warnings, geometry, settings, receivers, grid } =
+        prepare(&mut map, &label, arguments, log)?;
     let opened = watch.seconds().1;
     let (map, geometry, audience) = (&map, &geometry, Audience::unless(arguments.quiet));
+    let scene = &map.header().scene;
     let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, audience };
     // Whatever is wrong with the output shall be said before the work is done.
-    let inputs: Vec<PathBuf> = std::iter::once(&arguments.map)
-        .chain(&arguments.receivers_file)
-        .chain(&arguments.materials)
-        .chain(&arguments.hrtf)
-        .cloned()
-        .chain(arguments.set.iter().filter_map(change::Assignment::file))
-        .collect();
+    let inputs = inputs(arguments);
     let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
     let output = arguments.output.as_deref().map(create).transpose()?;
-    let names = sound::Names::of(scene, &receivers);
-    let beside = sound::Beside::of(arguments)?;
-    if let Some(folder) = &arguments.wav {
-        sound::check_folder(folder, &names, &inputs, &beside)?;
-    }
+    let sounds = SoundFiles::of(arguments, scene, &receivers, &inputs)?;
     let plan = arguments.plan.then(|| planning::plan(&job, &settings, arguments.at_most)).transpose()?;
     if let Some(plan) = plan.as_ref().filter(|_| !arguments.json) {
         write!(out, "{}", console::map_table(plan, &label))?;
     }
     let planned = plan.as_ref().map_or(Value::Null, console::json);
-    let Some(mut output) = output else {
+    let Some(output) = output else {
         if arguments.json {
             writeln!(out, "{}", json!({ "plan": planned }))?;
         }
@@ -90,41 +77,76 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         run.response.mark_as_part(shard.index, shard.count);
     }
     let target = output.target().display().to_string();
-    run.response
-        .write(output.writer())
-        .with_context(|| format!("cannot write {target}; an older file there is untouched"))?;
-    output.publish()?;
-    if let Some(folder) = &arguments.wav {
+    output.write(|out| run.response.write(out).map(drop))?;
+    if let Some(sounds) = sounds {
         let seed = run.settings.seed.unwrap_or(map.header().settings.seed);
-        let synthesizer = Synthesizer::new(&run.response, geometry.volume(), seed);
-        sound::write(folder, &names, &inputs, &synthesizer, (&beside, scene.up))?;
-        writeln!(log, "{} impulse responses written to {}", names.count(), folder.display())?;
+        sounds.write(&Synthesizer::new(&run.response, geometry.volume(), seed), scene.up)?;
+        writeln!(log, "{} impulse responses written to {}", sounds.count(), sounds.folder.display())?;
     }
-
     let (wall, cpu) = watch.seconds();
-    writeln!(
-        log,
-        "{}: {} receivers, {} sources; {wall:.2} s ({cpu:.2} CPU seconds); written to {target}",
-        scene.name,
-        receivers.len(),
-        scene.sources.len(),
-    )?;
+    let counts = format!("{} receivers, {} sources", receivers.len(), scene.sources.len());
+    let seconds = format!("{wall:.2} s ({cpu:.2} CPU seconds)");
+    writeln!(log, "{}: {counts}; {seconds}; written to {target}", scene.name)?;
     told["warnings"] = remark(&job, &run, warnings, log)?.into();
     if let Some(plan) = &plan {
         let comparison = planning::compare(plan, &job, &run, opened);
         writeln!(log, "{}", comparison.line())?;
-        for (key, value) in comparison.json().as_object().into_iter().flatten() {
-            told[key] = value.clone();
-        }
+        extend(&mut told, &comparison.json());
         told["plan"] = planned;
     }
+    if let Some(grid) = grid {
+        told["grid"] = grid.json();
+    }
     if arguments.json {
-        if let Some(grid) = grid {
-            told["grid"] = grid.json();
-        }
         writeln!(out, "{}", run.report((wall, cpu), &told))?;
     }
     Ok(outcome)
+}
+
+/// Adds the fields of `more` to `object`.
+fn extend(object: &mut Value, more: &Value) {
+    for (key, value) in more.as_object().into_iter().flatten() {
+        object[key] = value.clone();
+    }
+}
+
+/// What a rendering begins with.
+struct Prepared {
+    /// What is to be warned of.
+    warnings: Vec<String>,
+    geometry: Geometry,
+    settings: RenderSettings,
+    receivers: Vec<ReceiverPoint>,
+    grid: Option<GridCounts>,
+}
+
+/// Changes `map`, which messages call `label`, as it is asked for; finds the receivers.
+fn prepare(
+    map: &mut SonelMap,
+    label: &str,
+    arguments: &Arguments,
+    log: &mut dyn Write,
+) -> anyhow::Result<Prepared> {
+    let warnings = change_map(map, arguments, label)?;
+    let scene = &map.header().scene;
+    let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
+    let settings = render_settings(arguments, scene)?;
+    let Gathered { mut receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
+    if let Some(shard) = arguments.shard {
+        receivers = receivers::part(receivers, shard)?;
+    }
+    Ok(Prepared { warnings, geometry, settings, receivers, grid })
+}
+
+/// The files that are read.
+fn inputs(arguments: &Arguments) -> Vec<PathBuf> {
+    std::iter::once(&arguments.map)
+        .chain(&arguments.receivers_file)
+        .chain(&arguments.materials)
+        .chain(&arguments.hrtf)
+        .cloned()
+        .chain(arguments.set.iter().filter_map(change::Assignment::file))
+        .collect()
 }
 
 /// Renders `map`, which messages call `label`, as [`run`] would, but writes no file. Returns the response and the report of `--json`.
@@ -139,11 +161,7 @@ pub fn respond(
     log: &mut dyn Write,
 ) -> anyhow::Result<(Response, Value)> {
     let watch = Stopwatch::start();
-    let warnings = change_map(map, arguments, label)?;
-    let scene = &map.header().scene;
-    let geometry = scene.geometry().with_context(|| format!("{label}: the walls cannot be used"))?;
-    let settings = render_settings(arguments, scene)?;
-    let Gathered { receivers, grid } = receivers::gather(arguments, scene, &geometry, log)?;
+    let Prepared { warnings, geometry, settings, receivers, grid } = prepare(map, label, arguments, log)?;
     let job = Job { map, geometry: &geometry, label, receivers: &receivers, watch: &watch, audience };
     let (run, mut told, _) = render(&job, &settings, arguments, log)?;
     told["warnings"] = remark(&job, &run, warnings, log)?.into();
@@ -165,7 +183,7 @@ fn render<'a>(
         return Ok((job.render(settings.clone())?, json!({}), Outcome::Done));
     };
     let goal = Goal { targets, rays: arguments.rays, seconds: arguments.at_most };
-    let Judged { run, verdict, told } = judging::until(job, settings, &goal, log)?;
+    let Finished { run, verdict, told } = until::until(job, settings, &goal, log)?;
     Ok((run, told, if verdict.is_reached() { Outcome::Done } else { Outcome::Missed }))
 }
 
@@ -191,7 +209,7 @@ fn change_map(map: &mut SonelMap, arguments: &Arguments, label: &str) -> anyhow:
     if materials.is_none() && set.is_empty() {
         return Ok(Vec::new());
     }
-    if map.header().settings.mode == Mode::Paper || Estimator::from(arguments.estimator) == Estimator::Paper {
+    if map.header().settings.mode == Mode::Paper || arguments.estimator == Estimator::Paper {
         bail!(
             "the paper's estimator draws events anew with the materials of the map: leave --set and --materials out"
         );
@@ -205,13 +223,13 @@ fn change_map(map: &mut SonelMap, arguments: &Arguments, label: &str) -> anyhow:
     map.change(materials, sources);
     let Fitness { refusals, warnings } = fitness(map, &geometry);
     if !refusals.is_empty() {
-        bail!("{label} cannot answer this: {}", refusals.join("\nerror: "));
+        bail!("{label} does not support these materials: {}", refusals.join("\nerror: "));
     }
     Ok(warnings)
 }
 
 fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<RenderSettings> {
-    let default = RenderSettings::of(arguments.estimator.into());
+    let default = RenderSettings::of(arguments.estimator);
     Ok(RenderSettings {
         bin: arguments.bin,
         mirror_order: arguments.order,

@@ -1,4 +1,4 @@
-//! How many rays a map takes: a pilot asked before it is rendered.
+//! Plans of a rendering: a pilot predicts the rays required.
 
 use sonel_console::clock::CpuClock;
 use sonel_console::plan::Comparison;
@@ -12,7 +12,7 @@ use sonel_study::spread::{PLANNED, readings};
 
 use crate::assemble::{Job, Run};
 
-/// The sonels and batches of the map, heard with `rays` rays.
+/// The sonels and batches of the map, rendered with `rays` rays.
 pub fn effort(job: &Job<'_>, rays: u32) -> Effort {
     let traced = job.map.header().settings;
     Effort { emissions: traced.emissions, rays, batches: traced.batches }

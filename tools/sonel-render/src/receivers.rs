@@ -1,4 +1,4 @@
-//! Which receivers: from options, files, grids, or the scene.
+//! Receivers from options, files, grids, or the scene.
 
 use std::collections::HashSet;
 use std::fmt::{self, Display, Formatter};
@@ -51,7 +51,7 @@ pub fn gather(
     if let Some(grid) = &arguments.grid {
         let (free, found) = free_points(grid.points(), scene, geometry);
         if free.is_empty() && receivers.is_empty() {
-            bail!("no receiver can stand at any point of --grid: {found}");
+            bail!("--grid has no free point: {found}");
         }
         if free.len() < found.points {
             writeln!(log, "note: {found}")?;
@@ -63,7 +63,7 @@ pub fn gather(
         receivers = receivers_of(scene);
     }
     if receivers.is_empty() {
-        bail!("there is no receiver: give --receiver NAME=x,y,z, --receivers FILE or --grid X,Y,Z");
+        bail!("no receivers: give --receiver NAME=x,y,z, --receivers FILE or --grid X,Y,Z");
     }
     let mut names = HashSet::new();
     let twice: Vec<&str> =
@@ -155,7 +155,7 @@ fn read_csv(text: &str, label: &str) -> anyhow::Result<Vec<ReceiverPoint>> {
         csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
     let header: Vec<String> = reader.headers()?.iter().map(str::to_lowercase).collect();
     if header != ["name", "x", "y", "z"] {
-        bail!("{label}:1: the header is \"{}\" and should be \"name,x,y,z\"", header.join(","));
+        bail!("{label}:1: the header is \"{}\"; it must be \"name,x,y,z\"", header.join(","));
     }
     let (mut receivers, mut problems) = (Vec::new(), Vec::new());
     for record in reader.records() {

@@ -14,34 +14,19 @@ use sonel_sound::{Head, Recording, SAMPLE_RATE_HZ, SoundError, Synthesizer};
 
 use crate::arguments::Arguments;
 
-/// File names of all sources and receivers.
-pub struct Names {
+/// The files of a folder: impulse responses of every source and receiver, and what is written beside those at single points.
+pub struct SoundFiles<'a> {
+    /// The folder.
+    pub folder: &'a Path,
+    /// Names of sources and receivers, as file names hold them.
     sources: Vec<String>,
     receivers: Vec<String>,
-}
-
-impl Names {
-    /// `1-stage_2-seat 12.wav`: number and name of the source and of the receiver.
-    pub fn of(scene: &Scene, receivers: &[ReceiverPoint]) -> Self {
-        Self {
-            sources: numbered(scene.sources.iter().map(|source| source.name.as_str())),
-            receivers: numbered(receivers.iter().map(|receiver| receiver.name.as_str())),
-        }
-    }
-
-    /// How many files.
-    pub fn count(&self) -> usize {
-        self.sources.len() * self.receivers.len()
-    }
-
-    /// The file of a pair, with what its name ends with.
-    fn path(&self, folder: &Path, (s, r): (usize, usize), end: &str) -> PathBuf {
-        folder.join(format!("{}_{}{end}.wav", self.sources[s], self.receivers[r]))
-    }
-
-    fn pairs(&self) -> Vec<(usize, usize)> {
-        (0..self.sources.len()).flat_map(|s| (0..self.receivers.len()).map(move |r| (s, r))).collect()
-    }
+    /// Order of ambisonics.
+    ambix: Option<u32>,
+    /// Ears.
+    head: Option<Head>,
+    /// Files that are read.
+    inputs: &'a [PathBuf],
 }
 
 /// Longest part of a name that a file name takes over: file systems allow 255 bytes in all.
@@ -57,24 +42,51 @@ fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
     names.enumerate().map(|(index, name)| format!("{:0digits$}-{}", index + 1, plain(name))).collect()
 }
 
-/// What is written beside the impulse responses at single points.
-pub struct Beside {
-    /// Order of ambisonics.
-    ambix: Option<u32>,
-    /// Ears.
-    head: Option<Head>,
-}
-
-impl Beside {
-    /// As the arguments ask for it.
-    pub fn of(arguments: &Arguments) -> anyhow::Result<Self> {
+impl<'a> SoundFiles<'a> {
+    /// Those that are asked for, if any. Checks that the folder may be made or used, and that no file in it is lost.
+    pub fn of(
+        arguments: &'a Arguments,
+        scene: &Scene,
+        receivers: &[ReceiverPoint],
+        inputs: &'a [PathBuf],
+    ) -> anyhow::Result<Option<Self>> {
+        let Some(folder) = &arguments.wav else { return Ok(None) };
         let read = |path: &PathBuf| -> anyhow::Result<Head> {
             let mut bytes = Vec::new();
             let file = input::open(path).and_then(|mut file| file.read_to_end(&mut bytes));
             file.with_context(|| format!("cannot read {}", path.display()))?;
             Head::read(&bytes).with_context(|| path.display().to_string())
         };
-        Ok(Self { ambix: arguments.ambix, head: arguments.hrtf.as_ref().map(read).transpose()? })
+        let files = Self {
+            folder,
+            sources: numbered(scene.sources.iter().map(|source| source.name.as_str())),
+            receivers: numbered(receivers.iter().map(|receiver| receiver.name.as_str())),
+            ambix: arguments.ambix,
+            head: arguments.hrtf.as_ref().map(read).transpose()?,
+            inputs,
+        };
+        if folder.exists() && !folder.is_dir() {
+            bail!("{} is not a folder: choose another one for --wav", folder.display());
+        }
+        for end in files.ends() {
+            let mut paths = files.pairs().into_iter().map(|pair| files.path(pair, &end));
+            paths.try_for_each(|path| output::check_target(&path, Kind::SOUND, inputs))?;
+        }
+        Ok(Some(files))
+    }
+
+    /// How many pairs of source and receiver.
+    pub fn count(&self) -> usize {
+        self.sources.len() * self.receivers.len()
+    }
+
+    /// The file of a pair, with what its name ends with: `1-stage_2-seat 12.wav`, number and name of the source and of the receiver.
+    fn path(&self, (s, r): (usize, usize), end: &str) -> PathBuf {
+        self.folder.join(format!("{}_{}{end}.wav", self.sources[s], self.receivers[r]))
+    }
+
+    fn pairs(&self) -> Vec<(usize, usize)> {
+        (0..self.sources.len()).flat_map(|s| (0..self.receivers.len()).map(move |r| (s, r))).collect()
     }
 
     /// What the names of a pair's files end with, the single channel first.
@@ -96,52 +108,28 @@ impl Beside {
         let single = vec![synthesizer.impulse_response(pair.0, pair.1)?];
         Ok(std::iter::once(single).chain(ambix).chain(binaural).collect())
     }
+
+    /// Writes all impulse responses; `up` is up for those with directions.
+    pub fn write(&self, synthesizer: &Synthesizer<'_>, up: DVec3) -> anyhow::Result<()> {
+        let folder = self.folder;
+        if !folder.exists() {
+            std::fs::create_dir(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        }
+        let save = |path: &Path, channels| {
+            let recording = Recording { sample_rate_hz: SAMPLE_RATE_HZ, channels };
+            Output::create(path, Kind::SOUND, self.inputs)?.write(|out| recording.write(out))
+        };
+        self.pairs().into_par_iter().try_for_each(|pair| {
+            let all = self.channels(synthesizer, pair, up)?;
+            let ends = self.ends();
+            ends.iter().zip(all).try_for_each(|(end, channels)| save(&self.path(pair, end), channels))
+        })
+    }
 }
 
 /// What the names of files with two ears end with.
 const BINAURAL: &str = "_binaural";
-
-/// Checks that `folder` may be made or used, and that no file in it is lost.
-pub fn check_folder(folder: &Path, names: &Names, inputs: &[PathBuf], beside: &Beside) -> anyhow::Result<()> {
-    if folder.exists() && !folder.is_dir() {
-        bail!("{} is not a folder: choose another one for --wav", folder.display());
-    }
-    let ends = beside.ends();
-    let paths = names.pairs().into_iter().flat_map(|pair| ends.iter().map(move |end| (pair, end)));
-    paths
-        .map(|(pair, end)| names.path(folder, pair, end))
-        .try_for_each(|path| output::check_target(&path, Kind::SOUND, inputs))
-}
-
-/// Writes all impulse responses; `up` is up for those with directions.
-pub fn write(
-    folder: &Path,
-    names: &Names,
-    inputs: &[PathBuf],
-    synthesizer: &Synthesizer<'_>,
-    (beside, up): (&Beside, DVec3),
-) -> anyhow::Result<()> {
-    if !folder.exists() {
-        std::fs::create_dir(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    }
-    let save = |path: &Path, channels| {
-        let mut file = Output::create(path, Kind::SOUND, inputs)?;
-        let recording = Recording { sample_rate_hz: SAMPLE_RATE_HZ, channels };
-        recording.write(file.writer()).with_context(|| {
-            format!("cannot write {}; an older file there is untouched", file.target().display())
-        })?;
-        file.publish()
-    };
-    names.pairs().into_par_iter().try_for_each(|pair| {
-        let all = beside.channels(synthesizer, pair, up)?;
-        beside
-            .ends()
-            .iter()
-            .zip(all)
-            .try_for_each(|(end, channels)| save(&names.path(folder, pair, end), channels))
-    })
-}
 
 #[cfg(test)]
 mod tests {

@@ -60,7 +60,7 @@ fn a_map_cut_off_while_it_is_rendered_is_one_message_and_leaves_nothing() {
     let ended = child.wait_with_output().unwrap();
     let said = String::from_utf8(ended.stderr).unwrap();
     assert_eq!(ended.status.code(), Some(2), "{said}");
-    assert!(said.starts_with("error: an input was cut off") && said.lines().count() == 1, "{said}");
+    assert!(said.starts_with("error: an input was truncated") && said.lines().count() == 1, "{said}");
     assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
 }
 
@@ -68,10 +68,12 @@ fn a_map_cut_off_while_it_is_rendered_is_one_message_and_leaves_nothing() {
 fn memory_that_is_not_there_is_told_with_a_remedy() {
     let folder = traced("500");
     // Echograms of half a million bins.
-    let words = "room.sonelmap -o room.npz --quiet --threads 1 --grid 1:4:4,2,1.2 --bin 0.000001";
-    let render = format!("ulimit -v 400000; exec {PROGRAM} {words}");
-    let ended = Ended::of(Command::new("sh").current_dir(folder.folder()).args(["-c", &render]));
-    assert_eq!(ended.code, Some(2), "{ended:?}");
-    assert!(ended.err.contains("where memory is short"), "{ended:?}");
+    let words = "room.sonelmap -o room.npz --quiet --grid 1:4:4,2,1.2 --bin 0.000001";
+    for (threads, remedy) in [(1, "if memory is short"), (1000, "take fewer --threads")] {
+        let render = format!("ulimit -v 400000; exec {PROGRAM} {words} --threads {threads}");
+        let ended = Ended::of(Command::new("sh").current_dir(folder.folder()).args(["-c", &render]));
+        assert_eq!(ended.code, Some(2), "{ended:?}");
+        assert!(ended.err.contains(remedy), "{ended:?}");
+    }
     assert_eq!(folder.names(), ["room.sonelmap", "scene.toml"]);
 }

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use clap::{Parser, ValueEnum};
-use sonel_console::choices::ModeArgument;
+use clap::Parser;
+use sonel_console::choices::{mode, spectral};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::shard::parse_shard;
@@ -20,84 +20,66 @@ pub struct Arguments {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     pub scene: PathBuf,
-    /// Where the map goes; replaced only when the new one is complete.
+    /// Map to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Emissions per source (per source and band with --spectral per-band); with --shard those of all shards, with --extend
-    /// those of the whole new map, with --until the most there may be. By default a pilot run chooses
-    /// N for 0.05 just-noticeable differences, at least 50k and at most 8 million path segments.
+    /// Emissions per source (per source and band with --spectral per-band); with --shard of all shards, with --extend of
+    /// the whole new map, with --until the maximum. By default a pilot run chooses N for 0.05 just-noticeable differences,
+    /// at least 50k and at most 8 million path segments.
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub sonels: Option<u64>,
-    /// Seed of every random number; 1 where none is given.
+    /// Seed of every random number [default: 1].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Batches whose spread gives the intervals; 32 where nothing is given.
+    /// Batches whose spread gives the intervals [default: 32].
     #[arg(long, value_name = "G", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub batches: Option<u32>,
-    /// The method: the best known (accurate, where none is given), or what the founding paper writes.
-    #[arg(long, value_enum)]
-    pub mode: Option<ModeArgument>,
-    /// Survival exponent β from 0 (no roulette) to 1 (the paper's); 0.15 where none is given.
+    /// Method: accurate (default), or paper: that of the founding paper.
+    #[arg(long, value_parser = mode())]
+    pub mode: Option<Mode>,
+    /// Survival exponent β, 0 (no roulette) to 1 (paper) [default: 0.15].
     #[arg(long, value_name = "BETA", allow_hyphen_values = true)]
     pub survival: Option<f64>,
-    /// Whether bands share paths; shared where nothing is given.
-    #[arg(long, value_enum)]
-    pub spectral: Option<SpectralArgument>,
-    /// How long echograms are simulated [s], instead of the scene's duration.
+    /// Whether bands share paths [default: shared].
+    #[arg(long, value_parser = spectral())]
+    pub spectral: Option<Spectral>,
+    /// Length of the echograms [s]; by default that of the scene.
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// Trace part I of N only, I from 1.
+    /// Trace only part I of N, I from 1.
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<ShardRange>,
-    /// Add emissions to this map of the same scene: N of --sonels instead of what it has, everything else as it was
-    /// traced. The result is the map of the longer run, byte for byte; it may replace the old one.
+    /// Continue this map of the same scene to N emissions (--sonels) with its own settings. The result is the map of the
+    /// longer run, byte for byte; --output may name the same file.
     #[arg(long, value_name = "MAP.sonelmap")]
     pub extend: Option<PathBuf>,
-    /// Take the decision about effects from this map of the same scene, mode and duration instead of making it again: for the shards of a
-    /// run. A map of one sonel (--sonels 1) will do.
+    /// Use the decision about effects stored in this map of the same scene, mode and duration, for the shards of a run. A
+    /// map of one sonel (--sonels 1) suffices.
     #[arg(long, value_name = "MAP.sonelmap", conflicts_with_all = ["effects", "extend"])]
     pub decision: Option<PathBuf>,
     /// Print the predicted cost and intervals for several accuracies; with --output, run and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add sonels until the half-width of every 95 % interval at the scene's receivers is below its target. Exit code 1
-    /// where that is not reached. Figures: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    /// Add sonels until the half-width of every 95 % interval at the scene's receivers is below its target. Exit code 1 if
+    /// a target is not reached. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
-    /// Stop --until after this time by the clock: 60s, 5min, 2h.
+    /// Time limit of --until: 60s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
-    /// Effects: auto (where nothing is given), all or none, then changes: auto,-air; auto:1 leaves
-    /// out what changes less than 1 just-noticeable difference, auto a tenth
+    /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable
+    /// difference, auto below 0.1
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
     /// Print counts, fates and the energy ledger as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Say nothing on stderr but errors.
+    /// Print only errors on stderr.
     #[arg(long)]
     pub quiet: bool,
-    /// Threads; all cores where none is given. The result does not depend on it.
+    /// Threads; by default all cores. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
     pub threads: Option<usize>,
-}
-
-/// `--spectral`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SpectralArgument {
-    /// Every path carries all bands.
-    Shared,
-    /// Every path carries one band.
-    PerBand,
-}
-
-impl From<SpectralArgument> for Spectral {
-    fn from(spectral: SpectralArgument) -> Self {
-        match spectral {
-            SpectralArgument::Shared => Self::Shared,
-            SpectralArgument::PerBand => Self::PerBand,
-        }
-    }
 }
 
 impl Arguments {
@@ -110,16 +92,15 @@ impl Arguments {
         if !problems.is_empty() {
             bail!("{}", problems.join("\nerror: "));
         }
-        let paper = self.mode == Some(ModeArgument::Paper);
-        let per_band = paper || self.spectral == Some(SpectralArgument::PerBand);
+        let paper = self.mode == Some(Mode::Paper);
         let defaults = Settings::default();
         Ok(Settings {
             emissions: self.sonels.unwrap_or(defaults.emissions),
             seed: self.seed.unwrap_or(defaults.seed),
             batches: self.batches.unwrap_or(defaults.batches),
             survival: self.survival.unwrap_or(if paper { 1.0 } else { defaults.survival }),
-            spectral: if per_band { Spectral::PerBand } else { Spectral::Shared },
-            mode: self.mode.map_or(defaults.mode, Mode::from),
+            spectral: if paper { Spectral::PerBand } else { self.spectral.unwrap_or(Spectral::Shared) },
+            mode: self.mode.unwrap_or(defaults.mode),
             extinction_threshold: defaults.extinction_threshold,
         })
     }
@@ -131,16 +112,14 @@ impl Arguments {
         {
             problems.push(format!("--survival {survival} is outside 0 … 1"));
         }
-        if self.mode == Some(ModeArgument::Paper) {
+        if self.mode == Some(Mode::Paper) {
             if self.survival.is_some_and(|survival| survival < 1.0) {
-                problems.push(
-                    "--mode paper means --survival 1: leave --survival out or use --mode accurate".into(),
-                );
+                problems
+                    .push("--mode paper means --survival 1: omit --survival or use --mode accurate".into());
             }
-            if self.spectral == Some(SpectralArgument::Shared) {
+            if self.spectral == Some(Spectral::Shared) {
                 problems.push(
-                    "--mode paper traces every band on its own: leave --spectral out or use --mode accurate"
-                        .into(),
+                    "--mode paper means --spectral per-band: omit --spectral or use --mode accurate".into(),
                 );
             }
         }
@@ -148,7 +127,7 @@ impl Arguments {
             && !(duration > 0.0 && duration <= LONGEST_DURATION)
         {
             problems.push(format!(
-                "--duration {duration} is no duration: give seconds above 0 and at most {LONGEST_DURATION}, an hour"
+                "--duration {duration} s is outside the allowed range: give a number above 0 and at most {LONGEST_DURATION} s"
             ));
         }
         if self.extend.is_some() && self.sonels.is_none() && self.until.is_none() {
@@ -156,16 +135,13 @@ impl Arguments {
         }
         if self.extend.is_some() && self.shard.is_some() {
             problems.push(
-                "--extend makes a whole map and --shard a part of one: trace the shards of the longer run, or leave \
-                 --shard out"
+                "--extend and --shard cannot be combined: trace the shards of the longer run, or omit --shard"
                     .into(),
             );
         }
         if self.until.is_some() && self.shard.is_some() {
-            problems.push(
-                "--until looks at the whole run and --shard traces a part of it: find N with --plan, then trace shards"
-                    .into(),
-            );
+            problems
+                .push("--until and --shard cannot be combined: find N with --plan, then trace shards".into());
         }
         if self.sonels == Some(0) {
             problems.push("--sonels 0 traces nothing: give at least 1".into());

@@ -1,4 +1,4 @@
-//! `sonel-trace check`: what a scene is, and what in it needs a look.
+//! `sonel-trace check`: sizes, statistical times and faults of a scene.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -12,10 +12,10 @@ use sonel_console::progress::Audience;
 use sonel_console::{Outcome, scene};
 use sonel_scene::checkup::{Checkup, Covering, Room, check};
 
-/// Check a scene without tracing; exit code 1 where something needs a look
+/// Check a scene without tracing; exit code 1 if there are errors, warnings or faults
 ///
-/// Prints sizes, statistical reverberation times, materials by area, and faults of the mesh with their places. A mesh with holes
-/// or crossing faces is traced all the same.
+/// Prints sizes, statistical reverberation times, materials by area, and faults of the mesh with their places. A mesh with
+/// holes or crossing faces can still be traced.
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  sonel-trace check scenes/hall/scene.toml\n  sonel-trace check scene.toml --fix repaired.obj"
@@ -24,8 +24,8 @@ pub struct Checked {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Write the mesh as it would be traced, in metres, to this OBJ file: corners joined, cracks up to mesh_weld closed, faces
-    /// that double others or have no area left out. The log says what was done.
+    /// Write the mesh as it would be traced, in metres, to this OBJ file: corners joined, cracks up to mesh_weld closed,
+    /// doubled faces and faces without area left out. Prints the changes to the log.
     #[arg(long, value_name = "MESH.obj")]
     fix: Option<PathBuf>,
     /// Print the same as JSON.
@@ -63,9 +63,9 @@ pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut dyn Write) -> anyho
     }
     let count = problems.len() + warnings.len() + faults.len();
     match count {
-        0 => writeln!(out, "nothing needs a look")?,
-        1 => writeln!(out, "1 thing needs a look")?,
-        _ => writeln!(out, "{count} things need a look")?,
+        0 => writeln!(out, "no problems found")?,
+        1 => writeln!(out, "1 problem found")?,
+        _ => writeln!(out, "{count} problems found")?,
     }
     Ok(outcome)
 }
@@ -109,17 +109,17 @@ fn room_json(room: &Room) -> Value {
     })
 }
 
-/// Writes the repaired mesh, and to the log what was repaired.
+/// Writes the repaired mesh, and the repairs to the log.
 fn fix(checkup: &Checkup, path: &Path, files: &[PathBuf], log: &mut dyn Write) -> anyhow::Result<()> {
-    let mut output = Output::create(path, Kind::REPAIRED_MESH, files)?;
+    let output = Output::create(path, Kind::REPAIRED_MESH, files)?;
     let Some(repaired) = &checkup.repaired else {
         bail!("the mesh cannot be read, see sonel-trace check without --fix")
     };
     let unfit = |name| anyhow!("an OBJ file cannot hold the material name \"{name}\": rename it in the mesh");
-    output.writer().write_all(repaired.to_obj().map_err(unfit)?.as_bytes())?;
-    output.publish()?;
+    let text = repaired.to_obj().map_err(unfit)?;
+    output.write(|out| out.write_all(text.as_bytes()))?;
     let repairs = match &checkup.repairs[..] {
-        [] => "nothing was to be repaired".to_owned(),
+        [] => "no repairs were needed".to_owned(),
         repairs => repairs.join("\n  "),
     };
     writeln!(log, "wrote {}, in metres:\n  {repairs}", path.display())?;
@@ -131,14 +131,15 @@ fn describe(room: &Room) -> String {
     let [triangles, surfaces] = room.counts;
     let mut lines = vec![
         format!("extents         {x} × {y} × {z} m, {triangles} triangles in {surfaces} surfaces"),
-        room.volume.map_or("volume          none: the mesh is no closed room".to_owned(), |volume| {
+        room.volume.map_or("volume          none: the mesh is not a closed room".to_owned(), |volume| {
             format!("volume          {volume:.1} m³")
         }),
         format!("surface         {:.1} m²", room.area),
     ];
     lines.extend(room.mean_free_path.map(|path| format!("mean free path  {path:.2} m")));
     lines.extend(
-        room.schroeder_frequency.map(|hz| format!("Schroeder       {hz:.0} Hz: below it room modes matter")),
+        room.schroeder_frequency
+            .map(|hz| format!("Schroeder       {hz:.0} Hz: results below it are not valid")),
     );
     format!("{}\n\n{}\n{}", lines.join("\n"), coverings(room), times(room))
 }

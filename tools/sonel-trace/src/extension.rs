@@ -1,7 +1,6 @@
-//! `--extend`: a map and the options that would make it longer. `--decision`: a map whose decision about effects is taken.
+//! `--extend`: continues a map. `--decision`: uses the decision about effects of a map.
 //!
-//! Everything that decided the map is taken from the map, so an option that says the same is superfluous, and one that
-//! says otherwise is an error.
+//! Settings come from the map; an option with another value is an error.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -11,7 +10,7 @@ use sonel_console::clock::CpuClock;
 use sonel_console::input;
 use sonel_console::version::without_build;
 use sonel_geometry::Geometry;
-use sonel_map::{EffectState, MapHeader, Mode, Settings, SonelMap, Spectral};
+use sonel_map::{EffectState, MapHeader, Mode, Settings, SonelMap, Spectral, hexadecimal};
 use sonel_scene::Scene;
 use sonel_study::effects::{self, Decision};
 
@@ -55,14 +54,14 @@ pub fn decided(path: &Path, mode: Mode, scene: &Scene) -> anyhow::Result<(Vec<Ef
     let mut problems = other_origin(header, scene);
     if header.settings.mode != mode {
         problems.push(format!(
-            "it decided for --mode {}, this run has {}: decide for the mode of the run",
-            mode_name(header.settings.mode),
-            mode_name(mode)
+            "its decision is for --mode {}, this run has {}: use a map of the same mode",
+            Mode::name(header.settings.mode),
+            Mode::name(mode)
         ));
     }
     if header.scene.duration.to_bits() != scene.duration.to_bits() {
         problems.push(format!(
-            "it decided for {} s, this run has {} s: decide for the --duration of the run",
+            "its decision is for {} s, this run has {} s: use a map of the same --duration",
             header.scene.duration, scene.duration
         ));
     }
@@ -82,10 +81,6 @@ fn unless_any(problems: &[String], path: &Path) -> anyhow::Result<()> {
     if problems.is_empty() { Ok(()) } else { bail!("{}", problems.join("\nerror: ")) }
 }
 
-fn mode_name(mode: Mode) -> &'static str {
-    if mode == Mode::Paper { "paper" } else { "accurate" }
-}
-
 /// What speaks against extending a map with `header`, a sentence each.
 fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> Vec<String> {
     let settings = &header.settings;
@@ -94,27 +89,18 @@ fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> V
         && sonels <= settings.emissions
     {
         problems.push(format!(
-            "--sonels {sonels}, the map has {} already: give the larger number that it shall have",
+            "--sonels {sonels} is not above the {} of the map: give the number of the whole new map",
             settings.emissions
         ));
     }
-    let spectral = |spectral| if spectral == Spectral::PerBand { "per-band" } else { "shared" };
     problems.extend(
         [
             contradiction("seed", arguments.seed, settings.seed),
             contradiction("batches", arguments.batches, settings.batches),
             contradiction("survival", arguments.survival, settings.survival),
             contradiction("duration", arguments.duration, header.scene.duration),
-            contradiction(
-                "spectral",
-                arguments.spectral.map(|given| spectral(given.into())),
-                spectral(settings.spectral),
-            ),
-            contradiction(
-                "mode",
-                arguments.mode.map(|given| mode_name(given.into())),
-                mode_name(settings.mode),
-            ),
+            contradiction("spectral", arguments.spectral.map(Spectral::name), settings.spectral.name()),
+            contradiction("mode", arguments.mode.map(Mode::name), settings.mode.name()),
         ]
         .into_iter()
         .flatten(),
@@ -127,7 +113,7 @@ fn other_origin(header: &MapHeader, scene: &Scene) -> Vec<String> {
     let mut problems = Vec::new();
     if without_build(&header.tool_version) != without_build(&VERSION) {
         problems.push(format!(
-            "sonel {} traced it, this is {}: the new map would be of neither; trace it from the beginning",
+            "sonel {} traced it, this is {}: only the same version can extend it; trace from the beginning",
             header.tool_version, *VERSION
         ));
     }
@@ -189,8 +175,4 @@ fn in_words(on: &[bool], reach: &[f64]) -> String {
         (false, _) => "off".to_owned(),
     };
     on.iter().enumerate().map(state).collect::<Vec<_>>().join(", ")
-}
-
-fn hexadecimal(digest: &[u8; 32]) -> String {
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,14 +1,14 @@
-//! The library half of `sonel-trace`: from arguments to a sonel map and its report.
+//! The library half of `sonel-trace`: writes a sonel map and its report.
 
 mod arguments;
 mod check;
 mod extension;
-mod judging;
 mod materials;
 mod new;
 mod planning;
 mod program;
 mod report;
+mod until;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use sonel_console::clock::CpuClock;
 use sonel_console::output::{Kind, Output};
-use sonel_console::plan::{self as console, Comparison, Names};
+use sonel_console::plan::{self as console, Comparison};
 use sonel_console::progress::{Audience, Progress};
 use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
@@ -30,12 +30,12 @@ use sonel_study::effects::{self, Decision};
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
 use sonel_study::pipeline::Room;
-use sonel_study::plan::{Plan, pairs};
+use sonel_study::plan::Plan;
 use sonel_study::spread::PLANNED;
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
 
-use judging::{Goal, Judged};
 use planning::Planner;
+use until::Goal;
 
 pub use arguments::Arguments;
 pub use check::json as checkup_json;
@@ -68,33 +68,17 @@ pub fn run_on(
     let watch = Stopwatch::start();
     use_threads(arguments.threads)?;
     let settings = arguments.settings()?;
-    let (mut scene, mut geometry, inputs) = load(log)?;
-    // A map that is extended has decided.
-    if arguments.extend.is_none() {
-        let spec = arguments.effects.clone().unwrap_or_default();
-        geometry = effects::leave_regions_out(&spec, settings.mode, &mut scene, geometry)
-            .context("the scene's walls cannot be used")?;
-    }
-    let Beginning { header, decisions, extended: beginning } = begin(arguments, settings, scene, &geometry)?;
+    let (scene, geometry, inputs) = load(log)?;
+    let (Beginning { header, decisions, extended: beginning }, geometry) =
+        begin(arguments, settings, (scene, geometry))?;
     let scene = header.scene.clone();
-    // Another map may have decided to leave regions out.
-    let has_decided = arguments.extend.is_some() || arguments.decision.is_some();
-    let geometry = if has_decided { scene.geometry()? } else { geometry };
     let room = Room::within(&scene, geometry, header.effects.clone());
     let planner = Planner::new(&room, header.settings);
-    let (pilot, planned) = if arguments.plan {
-        let (pilot, planned) = show_plan(arguments, &planner, &header, &decisions, out)?;
-        (Some(pilot), planned)
-    } else {
-        (None, Value::Null)
-    };
+    let (pilot, planned) = show_plan(arguments, &planner, &header, &decisions, out)?;
     let Some(path) = &arguments.output else {
         if arguments.json {
-            writeln!(
-                out,
-                "{}",
-                json!({ "effects": report::effects_json(&header, &decisions), "plan": planned })
-            )?;
+            let effects = report::effects_json(&header, &decisions);
+            writeln!(out, "{}", json!({ "effects": effects, "plan": planned }))?;
         }
         return Ok(Outcome::Done);
     };
@@ -108,8 +92,8 @@ pub fn run_on(
     let (traced, mut told, outcome) = match &arguments.until {
         Some(targets) => {
             let (sonels, seconds) = (arguments.sonels, arguments.at_most);
-            let goal = Goal { targets, sonels, seconds, watch: &watch, audience };
-            run_until(&planner, &header, beginning, &goal, &create, log)?
+            let goal = Goal { targets, sonels, seconds, watch: &watch, audience, create: &create };
+            until::until(&planner, &header, beginning, &goal, log)?
         }
         None => {
             let once = Once { arguments, header, beginning, pilot, watch: &watch, audience };
@@ -118,13 +102,8 @@ pub fn run_on(
     };
     let Traced { header, books, stored, output } = traced;
     output.publish()?;
-    let run = report::Run {
-        header: &header,
-        decisions: &decisions,
-        books: &books,
-        stored,
-        seconds: watch.seconds(),
-    };
+    let seconds = watch.seconds();
+    let run = report::Run { header: &header, decisions: &decisions, books: &books, stored, seconds };
     writeln!(log, "{}", report::summary(&run, path))?;
     warn_of_empty_batches(&header.settings, log)?;
     if arguments.json {
@@ -137,18 +116,21 @@ pub fn run_on(
     Ok(outcome)
 }
 
-/// Says in words what the run of `header` takes, or returns it as JSON, with the pilot that found it.
+/// Says in words what the run of `header` takes, or returns it as JSON, with the pilot that found it; where it is asked for.
 fn show_plan(
     arguments: &Arguments,
     planner: &Planner<'_>,
     header: &MapHeader,
     decisions: &[Decision],
     out: &mut dyn Write,
-) -> anyhow::Result<(Pilot, Value)> {
+) -> anyhow::Result<(Option<Pilot>, Value)> {
+    if !arguments.plan {
+        return Ok((None, Value::Null));
+    }
     let plan = plan(planner, header, arguments.at_most)?;
     if arguments.json {
         let planned = console::json(&plan);
-        return Ok((plan.pilot, planned));
+        return Ok((Some(plan.pilot), planned));
     }
     let effects = if decisions.is_empty() {
         report::effects(header)
@@ -156,7 +138,7 @@ fn show_plan(
         report::weighed(header, decisions, &effects::skips(&header.scene, header.settings.spectral))
     };
     write!(out, "effects:\n{effects}\n\n{}", console::trace_table(&plan))?;
-    Ok((plan.pilot, Value::Null))
+    Ok((Some(plan.pilot), Value::Null))
 }
 
 /// A run of a number of sonels that is known before it begins.
@@ -198,7 +180,7 @@ impl Once<'_> {
             return Ok((traced, json!({}), Outcome::Done));
         };
         let comparison = if arguments.plan {
-            judging::compare_planned(planner, &pilot, &mut traced, seconds)?
+            until::compare_planned(planner, &pilot, &mut traced, seconds)?
         } else {
             costs(&pilot, &mut traced, seconds)?
         };
@@ -212,39 +194,10 @@ fn warn_of_empty_batches(settings: &Settings, log: &mut dyn Write) -> anyhow::Re
     if emissions < u64::from(batches) {
         writeln!(
             log,
-            "warning: {batches} batches share {emissions} sonels, some have none: intervals mean little"
+            "warning: {emissions} sonels in {batches} batches: some batches are empty, intervals are unreliable"
         )?;
     }
     Ok(())
-}
-
-/// Traces until the goal is met, and says how far it came.
-fn run_until(
-    planner: &Planner<'_>,
-    header: &MapHeader,
-    beginning: Option<SonelMap>,
-    goal: &Goal<'_>,
-    create: &dyn Fn() -> anyhow::Result<Output>,
-    log: &mut dyn Write,
-) -> anyhow::Result<(Traced, Value, Outcome)> {
-    let Judged { traced, verdict, comparison, rays, looks } =
-        judging::until(planner, header, beginning, goal, create, log)?;
-    let reached = verdict.is_reached();
-    let said = if reached { "reached" } else { "NOT reached" };
-    let (sonels, targets) = (traced.header.settings.emissions, goal.targets);
-    writeln!(log, "{said} with {sonels} sonels and {rays} rays: {targets}\n{}", comparison.line())?;
-    if let Some(overrun) = console::overrun(goal.seconds, goal.watch.seconds().0) {
-        writeln!(log, "{overrun}")?;
-    }
-    let names = pairs(&header.scene, &planner.evaluation_receivers);
-    let names = Names { pairs: &names, center_frequencies_hz: header.scene.bands.nominal() };
-    let mut told = comparison.json();
-    told["until"] = names.verdict_json(&verdict);
-    told["until"]["targets"] = json!(targets.to_string());
-    told["until"]["sonels"] = json!(sonels);
-    told["until"]["rays"] = json!(rays);
-    told["until"]["looks"] = json!(looks);
-    Ok((traced, told, if reached { Outcome::Done } else { Outcome::Missed }))
 }
 
 /// A traced map that is not published yet.
@@ -316,31 +269,40 @@ struct Beginning {
     extended: Option<SonelMap>,
 }
 
+/// What the run of `scene` begins with, and its walls.
 fn begin(
     arguments: &Arguments,
     settings: Settings,
-    mut scene: Scene,
-    geometry: &Geometry,
-) -> anyhow::Result<Beginning> {
+    (mut scene, mut geometry): (Scene, Geometry),
+) -> anyhow::Result<(Beginning, Geometry)> {
+    let spec = arguments.effects.clone().unwrap_or_default();
+    // A map that is extended has decided.
+    if arguments.extend.is_none() {
+        geometry = effects::leave_regions_out(&spec, settings.mode, &mut scene, geometry)
+            .context("the scene's walls cannot be used")?;
+    }
+    // Another map may have decided to leave regions out: the walls are those of its scene.
+    let decided = |header: MapHeader, extended| {
+        let geometry = header.scene.geometry()?;
+        Ok((Beginning { header, decisions: Vec::new(), extended }, geometry))
+    };
     if let Some(map) = &arguments.extend {
-        let (header, map) = extension::open(map, arguments, &scene, geometry)?;
-        return Ok(Beginning { header, decisions: Vec::new(), extended: Some(map) });
+        let (header, map) = extension::open(map, arguments, &scene, &geometry)?;
+        return decided(header, Some(map));
     }
     scene.duration = arguments.duration.unwrap_or(scene.duration);
-    if let Some(problem) = scene.profile_problem(geometry) {
+    if let Some(problem) = scene.profile_problem(&geometry) {
         bail!("air.sound_speed_gradient: {problem}");
     }
     let (tool_version, shard) = (VERSION.clone(), arguments.shard_range());
     if let Some(map) = &arguments.decision {
         let (effects, scene) = extension::decided(map, settings.mode, &scene)?;
-        let header = MapHeader { tool_version, settings, shard, effects, scene };
-        return Ok(Beginning { header, decisions: Vec::new(), extended: None });
+        return decided(MapHeader { tool_version, settings, shard, effects, scene }, None);
     }
-    let spec = arguments.effects.clone().unwrap_or_default();
-    let decisions = effects::decide(&spec, settings.mode, &mut scene, geometry, arguments.plan, &CpuClock)?;
+    let decisions = effects::decide(&spec, settings.mode, &mut scene, &geometry, arguments.plan, &CpuClock)?;
     let effects = decisions.iter().map(Decision::state).collect();
     let header = MapHeader { tool_version, settings, shard, effects, scene };
-    Ok(Beginning { header, decisions, extended: None })
+    Ok((Beginning { header, decisions, extended: None }, geometry))
 }
 
 fn describe(error: TraceError<MapError>, output: &Path) -> anyhow::Error {

@@ -12,16 +12,16 @@ use sonel_scene::library::{LibraryEntry, Octaves, read_file, shipped};
 /// Octaves that are printed [Hz].
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 
-/// Search the material library; exit code 1 where nothing matches
+/// Search the material library; exit code 1 if nothing matches
 ///
-/// Prints absorption (α) and scattering (s) of every material whose name, text, group or source has all words. The names are
-/// what `library` in a scene takes.
+/// Prints absorption (α) and scattering (s) of every material whose name, text, group or source has all words. The key
+/// `library` of a scene takes these names.
 #[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  sonel-trace materials carpet felt\n  sonel-trace materials --file Material.Li8 concrete"
 )]
 pub struct Words {
-    /// Words that all must occur; without any, everything is printed.
+    /// Words that must all occur; by default all materials are printed.
     #[arg(value_name = "WORD")]
     words: Vec<String>,
     /// Search this material file (CATT, ODEON .Li8, pyroomacoustics .json) instead of the shipped library; repeatable.

@@ -11,14 +11,14 @@ use sonel_console::{Outcome, input};
 
 /// Write a scene file for a mesh: its materials, the nearest library entries, a source and a receiver
 ///
-/// What is suggested is to be edited: check the materials, the unit and the positions, then run `sonel-trace check`.
+/// Edit the result: check materials, unit and positions, then run `sonel-trace check`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  sonel-trace new hall.glb -o scene.toml")]
 pub struct New {
     /// The mesh: OBJ, glTF, STL, PLY or DXF.
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
-    /// Where the scene file goes; one that is there is not replaced.
+    /// Scene file to write; an existing file is not replaced.
     #[arg(short, long, value_name = "SCENE.toml")]
     output: PathBuf,
 }
@@ -26,9 +26,9 @@ pub struct New {
 /// Writes the scene file.
 ///
 /// # Errors
-/// When the mesh cannot be read, has no place for a source, or the output cannot be written.
+/// When the mesh cannot be read, has no free place for a source, or the output cannot be written.
 pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let mut output = Output::create(&new.output, Kind::SCENE, std::slice::from_ref(&new.mesh))?;
+    let output = Output::create(&new.output, Kind::SCENE, std::slice::from_ref(&new.mesh))?;
     let path = beside(&new.mesh, &new.output)?;
     let name = new.mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
@@ -36,9 +36,8 @@ pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let text = sonel_scene::draft(&path, &name, &mut |path| input::read(&folder.join(path)));
     progress.end();
     let text = text?;
-    output.writer().write_all(text.as_bytes())?;
-    output.publish()?;
-    writeln!(log, "wrote {}: now edit it, then sonel-trace check {0}", new.output.display())?;
+    output.write(|out| out.write_all(text.as_bytes()))?;
+    writeln!(log, "wrote {}: edit it, then run sonel-trace check {0}", new.output.display())?;
     Ok(Outcome::Done)
 }
 
@@ -53,6 +52,6 @@ fn beside(mesh: &Path, scene: &Path) -> anyhow::Result<String> {
     let path = mesh.strip_prefix(&folder).unwrap_or(&mesh);
     match path.to_str() {
         Some(path) => Ok(path.replace('\\', "/")),
-        None => bail!("{} is no UTF-8 name: rename the mesh", path.display()),
+        None => bail!("{} is not a UTF-8 name: rename the mesh", path.display()),
     }
 }

@@ -1,4 +1,4 @@
-//! How many sonels: a pilot asked before the run.
+//! Plans of a trace: a pilot predicts the sonels required.
 
 use std::io::Write;
 
@@ -72,7 +72,7 @@ impl<'a> Planner<'a> {
         let demand = Demand { cpu_seconds: each * emissions, map_bytes, memory_bytes };
         if let Some(excess) = demand.excess() {
             bail!(
-                "--sonels {} is not feasible: {excess}. The whole run would take about: {demand}. Give fewer, or see --plan",
+                "--sonels {} is not feasible: {excess}. The whole run needs about: {demand}. Give fewer sonels, or use --plan",
                 self.settings.emissions
             );
         }

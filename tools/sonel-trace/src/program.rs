@@ -1,4 +1,4 @@
-//! The commands of `sonel-trace`: a trace, or what is done before one.
+//! The commands of `sonel-trace`: trace, check, new, materials.
 
 use std::io::Write;
 
@@ -53,7 +53,7 @@ impl Program {
             (Some(Command::New(new)), _) => new::run(new, log),
             (Some(Command::Materials(words)), _) => materials::run(words, out),
             (None, Some(trace)) => crate::run(trace, out, log),
-            (None, None) => anyhow::bail!("no scene: sonel-trace SCENE.toml -o MAP.sonelmap"),
+            (None, None) => anyhow::bail!("no scene file: write sonel-trace SCENE.toml -o MAP.sonelmap"),
         }
     }
 }

@@ -1,8 +1,9 @@
-//! What a run says of itself: a summary for people, JSON for programs.
+//! Report of a run as text and JSON.
 
 use std::path::Path;
 
 use serde_json::{Value, json};
+use sonel_console::ledger::{balances_json, fates_json};
 use sonel_map::{EffectState, Fate, Ledger, MapHeader};
 use sonel_study::effects::{Bound, Decision, Skip};
 
@@ -20,22 +21,11 @@ pub struct Run<'a> {
     pub seconds: (f64, f64),
 }
 
-const FATES: [(&str, Fate); 6] = [
-    ("absorbed", Fate::Absorbed),
-    ("transmitted", Fate::Transmitted),
-    ("escaped", Fate::Escaped),
-    ("expired", Fate::Expired),
-    ("extinguished", Fate::Extinguished),
-    ("lost", Fate::Lost),
-];
-
 /// A few lines for the log.
 pub fn summary(run: &Run<'_>, output: &Path) -> String {
-    let fates: Vec<String> = FATES
-        .iter()
-        .filter(|(_, fate)| run.books.fates.count(*fate) > 0)
-        .map(|(name, fate)| format!("{} {name}", run.books.fates.count(*fate)))
-        .collect();
+    let fates = Fate::ALL.iter().map(|&fate| (fate.name(), run.books.fates.count(fate)));
+    let fates: Vec<String> =
+        fates.filter(|(_, count)| *count > 0).map(|(name, count)| format!("{count} {name}")).collect();
     format!(
         "{}: {} packets in {} segments, {} vertices stored; {}\n\
          energy ledger: largest relative residual {:.1e}\neffects:\n{}\n\
@@ -86,7 +76,7 @@ pub fn weighed(header: &MapHeader, decisions: &[Decision], skips: &[Skip]) -> St
         format!("  {}: {done}, {}", skip.what, skip.reason)
     });
     let lines: Vec<String> =
-        of_effects.chain(["skipped for what no surface does:".to_owned()]).chain(of_skips).collect();
+        of_effects.chain(["skipped, because no surface needs it:".to_owned()]).chain(of_skips).collect();
     lines.join("\n")
 }
 
@@ -114,38 +104,15 @@ fn state(on: &[bool], nominal: &[f64]) -> String {
 /// The report of docs/interface.md, with what else is `told`. Energies are per source: with S sources every band emits 1 on
 /// average over them.
 pub fn json(run: &Run<'_>, told: &Value) -> Value {
-    let sources = run.header.scene.sources.len() as f64;
-    let ledger: Vec<Value> = run
-        .header
-        .scene
-        .bands
-        .nominal()
-        .iter()
-        .zip(&run.books.bands)
-        .map(|(frequency, band)| {
-            json!({
-                "center_frequency_hz": frequency,
-                "emitted": band.emitted / sources,
-                "absorbed": band.absorbed / sources,
-                "transmitted": band.transmitted / sources,
-                "escaped": band.escaped / sources,
-                "truncated": band.truncated / sources,
-                "sampling": band.sampling / sources,
-                "sampling_sigma": band.sampling_sigma() / sources,
-                "relative_residual": band.relative_residual(),
-            })
-        })
-        .collect();
-    let fates: serde_json::Map<String, Value> =
-        FATES.iter().map(|(name, fate)| ((*name).to_owned(), json!(run.books.fates.count(*fate)))).collect();
+    let scene = &run.header.scene;
     let mut report = json!({
         "emitted": run.books.fates.total(),
         "stored": run.stored,
         "segments": run.books.segments,
         "wall_s": run.seconds.0,
         "cpu_s": run.seconds.1,
-        "fates": fates,
-        "ledger": ledger,
+        "fates": fates_json(&run.books.fates),
+        "ledger": balances_json(run.books, scene.bands.nominal(), scene.sources.len()),
         "effects": effects_json(run.header, run.decisions),
     });
     for (key, value) in told.as_object().into_iter().flatten() {

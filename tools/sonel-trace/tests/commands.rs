@@ -25,7 +25,7 @@ fn a_new_scene_is_checked_and_traced_and_every_format_gives_the_same_map() {
     assert_eq!((made.code, made.out.as_str()), (Some(0), ""), "{}", made.err);
     let checked = folder.run(PROGRAM, &["check", "first.toml"]);
     assert_eq!(checked.code, Some(0), "{}", checked.out);
-    for part in ["210.0 m³", "Sabine [s]", "floor", "nothing needs a look"] {
+    for part in ["210.0 m³", "Sabine [s]", "floor", "no problems found"] {
         assert!(checked.out.contains(part), "{part}: {}", checked.out);
     }
     for (name, _) in &files {
@@ -55,7 +55,7 @@ fn a_check_ends_with_code_1_where_something_needs_a_look() {
     let ended = folder.run(PROGRAM, &["check", "scene.toml"]);
     assert_eq!(ended.code, Some(1));
     assert!(ended.out.contains("error: scene.toml:6:12: sources[1].position"), "{}", ended.out);
-    assert!(ended.out.contains("60.0 m³") && ended.out.ends_with("1 thing needs a look\n"), "{}", ended.out);
+    assert!(ended.out.contains("60.0 m³") && ended.out.ends_with("1 problem found\n"), "{}", ended.out);
     let listed = folder.run(PROGRAM, &["check", "scene.toml", "--json"]);
     let json: Value = serde_json::from_str(&listed.out).unwrap();
     assert_eq!((listed.code, json["errors"].as_array().unwrap().len()), (Some(1), 1), "{}", listed.out);

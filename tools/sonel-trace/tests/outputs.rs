@@ -103,7 +103,7 @@ fn a_killed_run_leaves_the_old_map_and_a_file_that_the_next_run_removes() {
     drop(file);
     let words = ["scene.toml", "-o", "room.sonelmap", "--sonels", "100"];
     let said = folder.run(PROGRAM, &words).done().err;
-    assert!(said.contains(&format!("{left}, which a run that was killed had left")), "{said}");
+    assert!(said.contains(&format!("{left}, left by a killed run")), "{said}");
     assert_eq!(others(&folder), [""; 0]);
 }
 

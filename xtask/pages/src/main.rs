@@ -6,6 +6,7 @@ mod diffraction;
 mod figures;
 mod hall;
 mod loudspeaker;
+mod scale;
 mod shell;
 mod validate;
 mod waves;
@@ -21,15 +22,15 @@ use clap::Parser;
 enum Page {
     /// Run the sweeps behind docs/accuracy.md and draw its plots
     Accuracy {
-        /// Only draw again what the last run left in target/accuracy
+        /// Redraw from the runs in target/accuracy
         #[arg(long)]
         redraw: bool,
     },
-    /// Draw the plots of docs/diffraction.md: laws of screens
+    /// Write docs/diffraction: insertion loss of a screen by every law
     Diffraction,
     /// Repeat the founding paper's experiment and write docs/paper
     Figures {
-        /// Only draw again what the last run left in target/paper
+        /// Redraw from the runs in target/paper
         #[arg(long)]
         redraw: bool,
     },
@@ -37,6 +38,8 @@ enum Page {
     Hall,
     /// Write scenes/loudspeaker/loudspeaker.csv from the sizes of the loudspeaker
     Loudspeaker,
+    /// Run the jobs of workflow/ on the hall and write the table of docs/scale.md; some minutes
+    Scale,
     /// Write shell completions and man pages of the programs
     Shell {
         /// The folder they go to
@@ -66,6 +69,7 @@ fn main() -> ExitCode {
         Page::Figures { redraw } => figures::run(redraw),
         Page::Hall => hall::run(),
         Page::Loudspeaker => loudspeaker::run(),
+        Page::Scale => scale::run(),
         Page::Shell { output } => shell::run(&output),
         Page::Validate { folder, room } => validate::run(&folder, room.as_deref()),
         Page::Waves { room } => waves::run(room.as_deref()),

@@ -1,4 +1,4 @@
-//! Which of our crates may know which, and where foreign packages live: both read from the manifests.
+//! Allowed dependencies between crates, and the home of each foreign package, read from the manifests.
 //!
 //! Only `[dependencies]` count, and not those of `tests/` and `fuzz/`: tests may look wherever they need to.
 

@@ -1,4 +1,4 @@
-//! What libraries leave to the programs, and to `libm`.
+//! Forbidden in libraries: input and output, clocks, environment, and std's elementary functions.
 //!
 //! Clippy has lints for single macros and methods, but not for "in these crates, outside tests". The names are looked for in
 //! the text without comments, literals and tests ([`super::rust_source`]).

@@ -1,4 +1,4 @@
-//! Rust text reduced to what the compiler would run outside tests.
+//! Rust source without comments, literals and tests.
 //!
 //! Comments and the insides of literals become blanks, line breaks stay, so that line numbers hold. This is a
 //! scanner, not a parser: it knows literals, comments and braces, which is enough to find calls by name.

@@ -1,4 +1,4 @@
-//! A row a sonel, for spreadsheets and data frames.
+//! One row per sonel, for spreadsheets and data frames.
 
 use std::io::{self, Write};
 
@@ -40,7 +40,7 @@ impl Default for Rows {
     }
 }
 
-/// Writes all sonels; `progress` hears how many have been written.
+/// Writes all sonels; `progress` receives how many have been written.
 ///
 /// # Errors
 /// When `out` cannot be written.

@@ -7,14 +7,14 @@ use std::io::{Seek, Write};
 use serde_json::json;
 use sonel_echogram::{ArchiveWriter, Number, ResponseError};
 use sonel_geometry::Side;
-use sonel_map::{Event, SonelMap};
+use sonel_map::{Event, SonelMap, hexadecimal};
 
 use crate::sonels::{Sonel, Sonels};
 
 /// Arrays with a row for each sonel: so often the map is read.
 pub const ARRAYS: u64 = 13;
 
-/// Writes all sonels and returns what they were written to; `progress` hears how many rows have been written, of [`ARRAYS`]
+/// Writes all sonels and returns what they were written to; `progress` receives how many rows have been written, of [`ARRAYS`]
 /// for each sonel.
 ///
 /// # Errors
@@ -62,10 +62,9 @@ impl<W: Write + Seek> Table<'_, '_, W> {
         let (scene, events) = (&header.scene, Event::ALL.map(super::name));
         let codes = Event::ALL.map(|event| event as u8);
         let sources: Vec<&str> = scene.sources.iter().map(|source| source.name.as_str()).collect();
-        let hexadecimal: String = map.digest().iter().map(|byte| format!("{byte:02x}")).collect();
         let metadata = json!({
             "scene": scene.name,
-            "map_digest": hexadecimal,
+            "map_digest": hexadecimal(&map.digest()),
             "tool_version": header.tool_version,
             "speed_of_sound": scene.speed_of_sound,
             "shard": [header.shard.index, header.shard.count],

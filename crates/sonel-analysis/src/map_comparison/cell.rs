@@ -1,4 +1,4 @@
-//! What two maps say about one place, window and band, before it is judged.
+//! Estimates of two maps for one place, window and band.
 
 use std::f64::consts::LN_10;
 

@@ -1,4 +1,4 @@
-//! What of two scenes corresponds: sources and materials by name, bands by centre, surfaces by where they are.
+//! Pairs corresponding parts of two scenes: sources and materials by name, bands by centre, surfaces by position.
 
 use std::collections::HashMap;
 
@@ -158,8 +158,8 @@ pub fn strangers(a: &Traced<'_>, b: &Traced<'_>, places: &Places) -> Vec<String>
         let alone = of.iter().filter(|places| places[2].is_none()).count();
         if alone > 0 {
             sentences.push(format!(
-                "{alone} of the {} surfaces of {map} have no counterpart in place and size: judged with their \
-                 materials and with the room only",
+                "{alone} of the {} surfaces of {map} have no counterpart in place and size: compared only \
+                 within their materials and the room",
                 of.len()
             ));
         }

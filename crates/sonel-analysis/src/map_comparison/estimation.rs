@@ -37,7 +37,7 @@ impl Frame<'_> {
         // A source with another number has other random numbers.
         let paired = self.pairing == Pairing::Batches && sources[0] == sources[1];
         let mut cells = vec![Cell::new(paired); observers[0].cells()];
-        let batches = observers.each_ref().map(|observer| observer.reading.layout.batches);
+        let batches = observers.each_ref().map(|observer| observer.reading.emissions.layout.batches);
         let mut first = 0;
         while first < batches[0].max(batches[1]) {
             let walked = walk(&observers, first, batches);
@@ -103,9 +103,9 @@ struct Share {
 /// By batch and column.
 fn batch_shares(observer: &Observer<'_>, map: char) -> Result<Vec<Vec<Share>>, Incomparable> {
     let reading = observer.reading;
-    let mut shares: Vec<Vec<Share>> = (0..reading.layout.batches)
+    let mut shares: Vec<Vec<Share>> = (0..reading.emissions.layout.batches)
         .map(|batch| {
-            let run = reading.batches[batch as usize].weight;
+            let run = reading.emissions.batches[batch as usize].weight;
             observer.held_part(batch).into_iter().map(|held| Share { held, weight: held * run }).collect()
         })
         .collect();
@@ -145,7 +145,7 @@ fn add_batch(cells: &mut [Cell], both: [Side<'_>; 2]) {
 
 fn add_packets(cells: &mut [Cell], side: usize, observer: &Observer<'_>) {
     let mut packets = vec![0.0; observer.columns.len()];
-    for batch in 0..observer.reading.layout.batches {
+    for batch in 0..observer.reading.emissions.layout.batches {
         packets.iter_mut().zip(observer.packets(batch)).for_each(|(sum, more)| *sum += more);
     }
     for (index, cell) in cells.iter_mut().enumerate() {

@@ -1,8 +1,8 @@
-//! What arrives in each place and window of time, batch by batch, from the paths of one source.
+//! Incident energy per place, time window and batch, from the paths of one source.
 
 use std::ops::Range;
 
-use sonel_map::{CHUNK_EMISSIONS, EmissionLayout, PathWeight};
+use sonel_map::{EmissionLayout, PathWeight};
 
 use super::counterparts::PlacesOf;
 use crate::reading::Reading;
@@ -50,12 +50,12 @@ impl Observer<'_> {
     }
 
     fn over_leads(&self, batch: u32, of: impl Fn(&sonel_map::PacketStart, usize, usize) -> f64) -> Vec<f64> {
-        let (layout, held) = (self.reading.layout, self.held());
+        let (layout, held) = (self.reading.emissions.layout, self.held());
         let led = |total, lead| EmissionLayout { total, ..layout }.lead_count(batch, lead) as f64;
         let sum = |column: usize| {
             (0..layout.bands)
                 .map(|lead| {
-                    let start = self.reading.batches[batch as usize].packet(lead);
+                    let start = self.reading.emissions.batches[batch as usize].packet(lead);
                     let each = of(start, column / 4, column % 4);
                     // A batch without packets has infinite energies and nobody to carry them.
                     let packets = led(held.end, lead) - led(held.start, lead);
@@ -68,16 +68,15 @@ impl Observer<'_> {
 
     /// Emissions that the map holds.
     fn held(&self) -> Range<u64> {
-        let total = self.reading.layout.total;
-        let chunks = self.reading.map.header().shard.chunks(total.div_ceil(CHUNK_EMISSIONS));
-        (chunks.start * CHUNK_EMISSIONS).min(total)..(chunks.end * CHUNK_EMISSIONS).min(total)
+        let layout = self.reading.emissions.layout;
+        layout.emissions(self.reading.map.header().shard.chunks(layout.chunks()))
     }
 
     /// Walks the paths of `batches` in the order in which they are stored.
     pub fn walk(&self, batches: Range<u32>) -> Vec<BatchIncidence> {
         let mut tallies: Vec<Tally> = batches.clone().map(|_| Tally::new(self)).collect();
         let mut weight = PathWeight::new(self.reading.bands);
-        let (layout, held) = (self.reading.layout, self.held());
+        let (layout, held) = (self.reading.emissions.layout, self.held());
         let (bands, stride) = (u64::from(layout.bands), u64::from(layout.bands) * u64::from(layout.batches));
         let run = u64::from(batches.start) * bands..u64::from(batches.end) * bands;
         for round in held.start / stride..held.end.div_ceil(stride) {
@@ -92,9 +91,8 @@ impl Observer<'_> {
 
     fn path(&self, emission: u64, weight: &mut PathWeight, tally: &mut Tally) {
         let Some(path) = self.reading.map.path(self.source, emission) else { return };
-        self.reading.emit(self.source, emission, 1.0, weight);
-        let expected = &self.reading.start(emission).expected;
-        self.reading.sweep(self.source, path, weight, |segment| {
+        let expected = &self.reading.emissions.start(emission).expected;
+        self.reading.follow(self.source, path, 1.0, weight, |segment| {
             let Some(arrival) = segment.arrival else { return };
             let window = self.window_ends.partition_point(|&end| end < segment.end_length);
             if window == self.window_ends.len() {

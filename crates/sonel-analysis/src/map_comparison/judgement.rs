@@ -1,4 +1,4 @@
-//! Whether a cell differs beyond noise.
+//! Tests whether a cell differs beyond noise.
 
 use std::collections::BTreeMap;
 

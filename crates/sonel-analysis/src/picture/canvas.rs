@@ -1,4 +1,4 @@
-//! Pixels to draw on, with letters.
+//! A raster of pixels with text.
 
 use std::convert::Infallible;
 

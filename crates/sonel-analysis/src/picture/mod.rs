@@ -1,4 +1,4 @@
-//! Pictures of energy on surfaces: [`exr`](exr()) writes every value for programs, [`png`](png()) draws one band for eyes.
+//! Pictures of energy on surfaces: [`exr`](exr()) writes every value for programs, [`png`](png()) draws one band.
 //!
 //! A value is the energy that arrived per area in a window of time, per unit energy that the source emits in the band [1/m²].
 //! docs/formats/image.md describes both files.

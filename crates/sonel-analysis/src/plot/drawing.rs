@@ -1,6 +1,7 @@
 //! Sheets as SVG or as pixels, drawn by plotters.
 //!
-//! plotters rounds to whole pixels, so a page is drawn on twice as many as an SVG claims to have. Its letters are measured with
+//! plotters draws lines, bands, bars and text; ticks, page and legends are ours. It rounds to whole pixels, so a page is
+//! drawn on twice as many as an SVG claims to have. Its letters are measured with
 //! DejaVu Sans, which a PNG also shows; an SVG names no font but "sans-serif".
 
 mod panel;

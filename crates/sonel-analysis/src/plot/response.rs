@@ -3,7 +3,7 @@
 use sonel_echogram::Response;
 
 use super::{Axis, Mark, Panel, Point, Series};
-use crate::batches::Parts;
+use crate::batches::{Parts, weighted};
 use crate::decay::{DecayCurve, Echogram};
 use crate::jackknife;
 use crate::parameter::LevelScale;
@@ -99,14 +99,8 @@ type Bins = (Vec<f64>, Vec<(f64, Option<f64>)>);
 fn coarse(response: &Response, (s, r, b): (usize, usize, usize)) -> Option<Bins> {
     let stored = response.batches.as_ref()?;
     let edges = response.batch_edges(s, r)?;
-    let sum: f64 = stored.weight.iter().sum();
-    let rows: Vec<(f64, &[f32])> = stored
-        .weight
-        .iter()
-        .enumerate()
-        .filter(|(_, weight)| **weight > 0.0)
-        .map(|(g, weight)| Some((weight / sum, response.batch_echogram(g, s, r, b)?)))
-        .collect::<Option<_>>()?;
+    let rows: Vec<(f64, &[f32])> =
+        weighted(&stored.weight, |g| response.batch_echogram(g, s, r, b)).collect();
     let quantile = (rows.len() > 1).then(|| student::quantile(MISSED, rows.len() as u32 - 1));
     let bins = (0..stored.bins).map(|bin| {
         let mean: f64 = rows.iter().map(|(weight, row)| weight * f64::from(row[bin])).sum();

@@ -1,4 +1,4 @@
-//! One row per parameter: what a spreadsheet or a data frame reads without further words.
+//! CSV with one row per parameter.
 
 use std::io::Write;
 

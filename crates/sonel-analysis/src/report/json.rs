@@ -1,4 +1,4 @@
-//! JSON as docs/interface.md has it, with the quality of every parameter as further keys.
+//! JSON of docs/interface.md; further keys state the quality of every parameter.
 
 use serde_json::{Map, Value, json};
 use sonel_acoustics::just_noticeable as noticeable;

@@ -1,4 +1,4 @@
-//! A table for people: a block per source and receiver, a row per band, what is uncertain or missing explained below.
+//! Text table: a block per source and receiver, a row per band, explanations of missing values below.
 
 use comfy_table::{CellAlignment, Table, presets};
 

@@ -1,4 +1,4 @@
-//! What comes over two edges of a face that is narrow to the ways beyond it.
+//! Diffraction over two edges of a face that is narrow compared with the distances of source and receiver.
 //!
 //! Where the ends are far off compared with the width a of the face, only how far two places are from one another along the edges matters, and
 //! both lines of secondary sources are one integral over η,

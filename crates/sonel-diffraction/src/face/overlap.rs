@@ -1,4 +1,4 @@
-//! Two edges that both ends of a path see near the plane of their face.
+//! Two edges where source and receiver are near the plane of their face.
 //!
 //! Each form of the product takes one edge to be lit from the other one, which is right unless the boundary of that other one's wave runs
 //! along the face: what lights the edge then comes from beyond, and is less curved. With C the product of both edges' fields over the whole

@@ -1,4 +1,4 @@
-//! The way over two edges of a face, unfolded into its plane.
+//! The path over two edges of a face, unfolded into its plane.
 
 use glam::DVec3;
 

@@ -1,6 +1,7 @@
-//! How much of each of both forms is heard.
+//! Weights of the two forms of the product.
 //!
-//! Each form has to be heard whole where the end for which it is exact crosses the plane beyond its edge, the other one not at all. A path fades
+//! Each form must count fully where the end for which it is exact crosses the plane beyond its edge, the other one not at
+//! all. A path fades
 //! where both ends are on the inner side of their edges next to the face: what grazes that is cut off by its other edges.
 
 use super::FaceEdge;

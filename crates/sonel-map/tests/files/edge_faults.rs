@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 use sonel_geometry::{Geometry, MeshTriangle, Side};
 use sonel_map::edges::whole_reach;
 use sonel_map::{
-    ChunkPaths, CoefficientTable, EdgePlace, EffectState, Event, Fates, Ledger, MapError, MapHeader,
-    MapWriter, PathWeight, SonelMap, Vertex, sweep,
+    BandClasses, ChunkPaths, EdgePlace, EffectState, Emissions, Event, Fates, Ledger, MapError, MapHeader,
+    MapWriter, PathWeight, SonelMap, Vertex,
 };
 
 use crate::{forged, hand_made};
@@ -81,20 +81,12 @@ fn read(bytes: &[u8]) -> Result<SonelMap, MapError> {
 
 /// Sweeps every path of a map that was found sound.
 fn touch(map: &SonelMap) -> usize {
-    let (scene, layout) = (&map.header().scene, map.layout());
-    let settings = &map.header().settings;
-    let bands = scene.bands.count();
-    let table = CoefficientTable::new(&scene.materials, bands, settings.survival)
-        .with_geometry(&scene.geometry().unwrap())
-        .with_edges(map.edge_table());
+    let classes = BandClasses::separate(map.header().scene.bands.count());
+    let emissions = Emissions::of_map(map, map.header().scene.geometry().unwrap().center(), &classes);
+    let (table, mut weight) = (map.coefficients(&classes), PathWeight::new(classes.count()));
     let mut finite = 0;
-    for emission in 0..2 {
-        let start = sonel_map::BatchStart::new(&layout, layout.batch(emission), settings.spectral);
-        let mut weight = PathWeight::new(bands);
-        weight.emit(1.0, 1.0, start.packet(layout.lead(emission)));
-        let path = map.path(0, emission).unwrap();
-        let position = scene.sources[0].position;
-        sweep((position, 0), path.vertices, &table, &mut weight, |segment| {
+    for path in map.chunk_paths((0, 0)) {
+        emissions.follow(0, path, 1.0, (&table, &mut weight), |segment| {
             finite += usize::from(segment.end.is_finite() && segment.end_length.is_finite());
         });
     }

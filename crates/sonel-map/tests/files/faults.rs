@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::Write;
 
-use sonel_map::{CoefficientTable, MapError, PathWeight, SonelMap, sweep};
+use sonel_map::{BandClasses, Emissions, MapError, PathWeight, SonelMap};
 
 use crate::{forged, hand_made};
 
@@ -22,20 +22,13 @@ fn read(bytes: &[u8]) -> Result<SonelMap, MapError> {
 fn touch(map: &SonelMap) {
     let _ = (map.ledger(), map.vertex_count(), map.path_count(), map.require_whole());
     let Ok(()) = map.check_paths(SURFACES) else { return };
-    let scene = &map.header().scene;
-    let settings = &map.header().settings;
-    let bands = scene.bands.count();
-    let table = CoefficientTable::new(&scene.materials, bands, settings.survival)
-        .with_geometry(&scene.geometry().unwrap());
-    let layout = map.layout();
-    for (source, position) in scene.sources.iter().map(|source| source.position).enumerate() {
-        for emission in 0..hand_made::EMISSIONS {
-            let Some(path) = map.path(source as u32, emission) else { continue };
-            let start = sonel_map::BatchStart::new(&layout, layout.batch(emission), settings.spectral);
-            let mut weight = PathWeight::new(bands);
-            weight.emit(1.0, 1.0, start.packet(layout.lead(emission)));
+    let classes = BandClasses::separate(map.header().scene.bands.count());
+    let emissions = Emissions::of_map(map, map.header().scene.geometry().unwrap().center(), &classes);
+    let (table, mut weight) = (map.coefficients(&classes), PathWeight::new(classes.count()));
+    for chunk in map.chunks() {
+        for path in map.chunk_paths(chunk) {
             let mut sonels = 0;
-            sweep((position, 0), path.vertices, &table, &mut weight, |segment| {
+            emissions.follow(chunk.0, path, 1.0, (&table, &mut weight), |segment| {
                 sonels += usize::from(segment.arrival.is_some());
             });
             assert!(sonels <= path.vertices.len());

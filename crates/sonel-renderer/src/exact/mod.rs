@@ -1,4 +1,4 @@
-//! Classes that are computed: direct sound, image sources, edges. The same for every batch, without noise.
+//! Deterministic path classes: direct sound, image sources, edges. They have no noise and are the same for every batch.
 
 pub mod direct;
 pub mod edge;

@@ -91,7 +91,7 @@ impl Paper {
             PathClass::Direct => "as the paper writes".to_owned(),
             PathClass::Edge if self.edges.is_empty() => "diffraction is off or no edge diffracts".to_owned(),
             PathClass::Edge => {
-                "as the paper writes: 3 dB too much at the shadow boundary, nothing beyond Fresnel number 1"
+                "as the paper writes: 3 dB too loud at the shadow boundary, zero beyond Fresnel number 1"
                     .to_owned()
             }
             PathClass::MirrorChain | PathClass::LongMirrorChain => {

@@ -1,11 +1,11 @@
 //! Visibility rays with the paper's roulette: mirrored until they are absorbed or reflected diffusely.
 //!
-//! A band has rays of its own, as it has sonels of its own. At every surface one number in [0, 1) decides with the coefficients
-//! of that band: diffuse reflection (δ) ends the ray in a disc that counts sonels, mirror reflection and transmission carry it
-//! on, absorption ends it. The roulette is where δ is applied; the disc counts all that arrives.
+//! Each band has its own rays and sonels. At every surface one random number selects by the coefficients of that band:
+//! diffuse reflection (δ) ends the ray in a disc that counts sonels, specular reflection and transmission continue it,
+//! absorption ends it. The roulette is where δ is applied; the disc counts all that arrives.
 //!
 //! A ray of M that meets the source's sphere of radius a brings Q/(M π a²): the sphere at distance d fills a²/(4d²) of the
-//! directions, so that on average Q/(4πd²) is heard. The sphere shades nothing.
+//! directions, so that the mean is Q/(4πd²). The sphere shades nothing.
 
 use core::f64::consts::PI;
 

@@ -6,7 +6,7 @@
 //!
 //! over the sonels on the same surface and side within h of the point, where A is the area of the disc clipped to the surface, as for
 //! visibility rays ([`crate::stochastic::gather`]). E is the time integral of the irradiance over a window, per unit emitted energy [1/m²]. Its bias is
-//! O(h²). First arrivals are sonels, so direct sound is included; what only edges bring is where packets were bent.
+//! O(h²). First arrivals are sonels, so direct sound is included; energy behind edges is included where packets were bent.
 //!
 //! The map streams past once: chunks are read side by side, and every tile of the picture takes their sonels in the order of the file.
 //!
@@ -16,12 +16,10 @@ pub mod camera;
 mod tile;
 pub mod windows;
 
-use std::ops::Range;
-
 use glam::DVec2;
 use rayon::prelude::*;
 use sonel_geometry::{Hit, Side};
-use sonel_map::{CHUNK_EMISSIONS, EmissionDirections, Lanes, PathWeight};
+use sonel_map::{Lanes, PathWeight};
 
 pub use camera::{Camera, CameraError};
 pub use windows::{WindowError, Windows};
@@ -78,7 +76,7 @@ struct SeenSonel {
 }
 
 impl Renderer<'_> {
-    /// The energy that `source` sends to what `camera` sees, in `windows` of time. `progress` hears the share of the work done so far.
+    /// The energy that `source` sends to what `camera` sees, in `windows` of time. `progress` receives the share of the work done so far.
     ///
     /// # Errors
     /// When the picture has too many values.
@@ -116,14 +114,10 @@ impl Renderer<'_> {
         for hit in tiles.iter().flat_map(|tile| tile.seen.iter().flatten()) {
             is_seen[place(hit.surface, hit.side) as usize] = true;
         }
-        let total = self.map.layout().total;
-        let chunks: Vec<u64> = (0..total.div_ceil(CHUNK_EMISSIONS)).collect();
+        let chunks: Vec<(u32, u64)> = self.map.chunks().filter(|chunk| chunk.0 == source as u32).collect();
         for (done, group) in (0..).step_by(CHUNKS_IN_FLIGHT).zip(chunks.chunks(CHUNKS_IN_FLIGHT)) {
             progress(f64::from(done) / chunks.len() as f64);
-            let arrivals = |&chunk: &u64| {
-                let emissions = chunk * CHUNK_EMISSIONS..((chunk + 1) * CHUNK_EMISSIONS).min(total);
-                self.arrivals(source, emissions, &sheets, &is_seen, windows)
-            };
+            let arrivals = |&chunk: &(u32, u64)| self.arrivals(chunk, &sheets, &is_seen, windows);
             let parts: Vec<Arrivals> = group.par_iter().map(arrivals).collect();
             tiles.par_iter_mut().for_each(|tile| parts.iter().for_each(|part| tile.gather(part)));
         }
@@ -131,23 +125,13 @@ impl Renderer<'_> {
         Ok(self.assemble(tiles, windows.count(), radius))
     }
 
-    /// The sonels of some emissions of `source` on the surfaces seen, within the windows.
-    fn arrivals(
-        &self,
-        source: usize,
-        emissions: Range<u64>,
-        sheets: &[Sheet],
-        is_seen: &[bool],
-        windows: &Windows,
-    ) -> Arrivals {
-        let (traced, layout) = (&self.map.header().settings, self.map.layout());
-        let directions = EmissionDirections::new(traced.seed, source as u32, layout, traced.spectral);
+    /// The sonels of a chunk on the surfaces seen, within the windows.
+    fn arrivals(&self, chunk: (u32, u64), sheets: &[Sheet], is_seen: &[bool], windows: &Windows) -> Arrivals {
         let mut weight = PathWeight::new(self.table.bands());
         let mut found = Arrivals::default();
-        for path in emissions.filter_map(|emission| self.map.path(source as u32, emission)) {
-            let batch = layout.batch(path.emission);
-            let unit = self.batches[batch as usize].weight;
-            self.follow_path(path, (source, batch), &directions, unit, &mut weight, |segment, arriving| {
+        for path in self.map.chunk_paths(chunk) {
+            let unit = self.emissions.share(path.emission);
+            self.follow_path(path, chunk.0 as usize, unit, &mut weight, |segment, arriving| {
                 let Some(arrival) = segment.arrival else { return };
                 let place = place(arrival.surface, arrival.side);
                 let within = self.bins.bin(segment.end_length).filter(|_| is_seen[place as usize]);

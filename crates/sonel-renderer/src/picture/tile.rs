@@ -1,4 +1,4 @@
-//! Some rows of a picture: the discs of their pixels, and what was gathered in them.
+//! Rows of a picture: the discs of their pixels, and the energy gathered in them.
 
 use std::ops::Range;
 

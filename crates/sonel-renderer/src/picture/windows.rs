@@ -1,4 +1,4 @@
-//! Windows of time that arrivals are sorted into.
+//! Time windows of a picture.
 
 use thiserror::Error;
 

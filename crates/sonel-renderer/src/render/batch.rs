@@ -1,11 +1,9 @@
-//! The classes with noise, one batch of emissions at a time.
+//! Stochastic path classes, one batch of emissions at a time.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
-use sonel_map::{
-    Arrival, EmissionDirections, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of, sweep,
-};
+use sonel_map::{Arrival, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use super::Renderer;
@@ -16,7 +14,8 @@ use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::Fading;
 use crate::rendering::{CoarseEchogram, Rendering};
-use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, Thinning, connect, normal_on, radiosity};
+use crate::settings::Estimator;
+use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::stochastic::crossing::{OthersOwn, Piece, cross, owns};
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
@@ -25,9 +24,13 @@ use crate::stochastic::gather::{GatherIndex, cast};
 use crate::stochastic::kernel::{KernelDifference, coarse_bins};
 use crate::stochastic::medium::Medium;
 use crate::stochastic::mirror_connection::ReceiverImages;
+use crate::stochastic::selection::{Selector, SonelSelection};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
-pub(crate) const BATCHES_IN_FLIGHT: u32 = 8;
+const BATCHES_IN_FLIGHT: u32 = 8;
+
+/// One of so many batches is counted to select sonels.
+const BATCHES_PER_COUNTED: usize = 8;
 
 /// One batch's estimate: all its echograms, and the sums of its classes per receiver.
 pub(crate) struct BatchEstimate {
@@ -40,19 +43,20 @@ pub(crate) struct BatchEstimate {
 }
 
 impl BatchEstimate {
-    pub fn new(borders: &[Vec<f64>], bins: usize, bands: usize, axes: Axes) -> Self {
+    fn new(tile: &Tile<'_>, bins: usize, bands: usize) -> Self {
+        let axes = axes(tile.receivers);
         let Columns { fine, coarse } = axes.columns();
         Self {
-            deposits: Deposits::new(borders.len() * fine, bins, bands),
-            kernel: KernelDifference::new(borders, coarse, bands),
+            deposits: Deposits::new(tile.receivers.len() * fine, bins, bands),
+            kernel: KernelDifference::new(tile.borders, coarse, bands),
             axes,
-            sums: PathClass::ALL.map(|_| vec![[0.0; 4]; borders.len() * lanes_of(bands)]),
+            sums: PathClass::ALL.map(|_| vec![[0.0; 4]; tile.receivers.len() * lanes_of(bands)]),
             under_way: [(); 2].map(|()| vec![[0.0; 4]; lanes_of(bands)]),
         }
     }
 
     /// Forgets the batch before. Memory is taken over from batch to batch: fresh pages would cost a tenth of the time.
-    pub fn clear(&mut self) {
+    fn clear(&mut self) {
         self.deposits.clear();
         self.sums.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
         self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
@@ -76,33 +80,37 @@ impl BatchEstimate {
         }
     }
 
-    /// Adds the estimate of `batch` of `weight` at the receivers `tile`, whose direct sound arrives at `first_arrivals` [s], to `rendering`.
-    pub fn add_to(
+    /// Adds the estimate of `batch` of `weight` at the receivers of `tile` to `rendering`.
+    fn add_to(
         &self,
         rendering: &mut Rendering,
         (batch, weight): (usize, f64),
-        tile: Range<usize>,
+        tile: &Tile<'_>,
         bins: &TimeBins,
-        borders: &[Vec<f64>],
-        first_arrivals: &[f64],
     ) {
+        let receivers = tile.receivers.len();
         for (class, sums) in PathClass::ALL.into_iter().zip(&self.sums) {
-            for (receiver, sum) in tile.clone().zip(sums.chunks_exact(sums.len() / tile.len())) {
+            for (receiver, sum) in (tile.first..).zip(sums.chunks_exact(sums.len() / receivers)) {
                 rendering.book(class, receiver, weight, sum);
             }
         }
-        if tile.start == 0 {
+        if tile.first == 0 {
             rendering.book_under_way(weight, &self.under_way);
         }
         let columns = self.axes.columns();
-        rendering.total.add_receivers(tile.start * columns.fine, &self.deposits, weight);
-        for (local, column) in (0..tile.len()).flat_map(|local| (0..columns.coarse).map(move |c| (local, c)))
-        {
-            let index = (tile.start + local) * columns.coarse + column;
+        rendering.total.add_receivers(tile.first * columns.fine, &self.deposits, weight);
+        for (local, column) in (0..receivers).flat_map(|local| (0..columns.coarse).map(move |c| (local, c))) {
+            let index = (tile.first + local) * columns.coarse + column;
             rendering.kernel_differences[batch][index].add(&self.kernel.at[local * columns.coarse + column]);
             let coarse: &mut CoarseEchogram = &mut rendering.batches[batch][index];
             let fine = local * columns.fine + column;
-            coarse.add_fine(&borders[local], &self.deposits, fine, bins, first_arrivals[local]);
+            coarse.add_fine(
+                &tile.borders[local],
+                &self.deposits,
+                fine,
+                bins,
+                bins.time(tile.direct_lengths[local]),
+            );
         }
     }
 
@@ -117,19 +125,21 @@ impl BatchEstimate {
     }
 }
 
-/// Receivers that share a sweep, with their images.
-pub(crate) struct Audience<'a> {
+/// Receivers whose echograms are estimated together.
+pub(crate) struct Tile<'a> {
+    /// Index of the first.
+    first: usize,
     /// The receivers.
     pub receivers: &'a [PreparedReceiver],
-    images: Vec<Option<ReceiverImages>>,
-    others: Vec<OthersOwn>,
-    /// For places next to receivers; none where no receiver has such places, or where edges bend what goes there.
-    source: Option<NearSource<'a>>,
+    /// Time borders of their batches [s].
+    borders: &'a [Vec<f64>],
+    /// Lengths of the straight ways from the source [m].
+    pub direct_lengths: Vec<f64>,
     /// By receiver and fine bin.
     coarse_bins: Vec<Vec<u32>>,
 }
 
-impl Audience<'_> {
+impl Tile<'_> {
     /// The coarse bin of a receiver's fine bin.
     #[inline]
     pub fn coarse_bin(&self, receiver: usize, bin: usize) -> u32 {
@@ -137,10 +147,26 @@ impl Audience<'_> {
     }
 }
 
+/// Receivers that share a sweep, with their images.
+pub(crate) struct Audience<'a> {
+    /// The receivers.
+    pub tile: &'a Tile<'a>,
+    images: Vec<Option<ReceiverImages>>,
+    others: Vec<OthersOwn>,
+    /// For places next to receivers; none where no receiver has such places, or where edges bend what goes there.
+    source: Option<NearSource<'a>>,
+    /// Which sonels reach for them.
+    selection: Option<&'a SonelSelection>,
+}
+
 /// Buffers and random numbers of one batch.
 struct Scratch {
     choices: Vec<Stream>,
-    turns: Vec<Thinning>,
+    selector: Selector,
+    /// What a selected sonel carries, with those that it stands for.
+    selected: Vec<Lanes>,
+    /// The discs of the batch's rays, where any are cast.
+    index: Option<GatherIndex<GatherPoint>>,
     radiosity: Vec<Lanes>,
     energy: Vec<Lanes>,
     /// Discs that a sonel lies in, and what each would bring.
@@ -149,66 +175,104 @@ struct Scratch {
 }
 
 impl Renderer<'_> {
-    /// Adds all batches of `source` at the receivers `tile` to `rendering`.
+    /// The receivers `range` of those with `borders`.
+    pub(crate) fn tile<'b>(
+        &self,
+        source: usize,
+        receivers: &'b [PreparedReceiver],
+        borders: &'b [Vec<f64>],
+        range: Range<usize>,
+    ) -> Tile<'b> {
+        let (receivers, borders) = (&receivers[range.clone()], &borders[range.clone()]);
+        let direct_length = |receiver| self.straight_length(source, receiver);
+        Tile {
+            first: range.start,
+            receivers,
+            borders,
+            direct_lengths: receivers.iter().map(direct_length).collect(),
+            coarse_bins: borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect(),
+        }
+    }
+
+    /// Adds all batches of `source` at the receivers of `tile` to `rendering`.
     pub(crate) fn add_batches(
         &self,
         rendering: &mut Rendering,
-        source: usize,
-        receivers: &[PreparedReceiver],
-        borders: &[Vec<f64>],
-        tile: Range<usize>,
+        (source, selection): (usize, Option<&SonelSelection>),
+        tile: &Tile<'_>,
         progress: &mut dyn FnMut(f64),
     ) {
-        let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
-        let traced = &self.map.header().settings;
-        let directions =
-            EmissionDirections::new(traced.seed, source as u32, self.map.layout(), traced.spectral);
-        let count = self.batches.len() as u32;
-        let audience =
-            self.audience((source, radiator), &receivers[tile.clone()], borders, rendering.mirror_order);
-        let first_arrivals: Vec<f64> =
-            audience.others.iter().map(|others| self.bins.time(others.direct_length)).collect();
+        let audience = Audience { selection, ..self.audience(source, tile, rendering.mirror_order) };
         rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));
+        let fill = |batch, estimate: &mut BatchEstimate| self.estimate(batch, source, &audience, estimate);
+        self.add_estimates(rendering, tile, fill, progress);
+    }
+
+    /// Adds what `fill` finds in each batch at the receivers of `tile` to `rendering`: on all cores, in the order of the batches.
+    pub(crate) fn add_estimates(
+        &self,
+        rendering: &mut Rendering,
+        tile: &Tile<'_>,
+        fill: impl Fn(u32, &mut BatchEstimate) + Sync,
+        progress: &mut dyn FnMut(f64),
+    ) {
+        let count = self.emissions.batches.len() as u32;
         let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
-            .map(|_| {
-                BatchEstimate::new(
-                    borders,
-                    self.bins.count,
-                    self.table.bands(),
-                    axes(&receivers[tile.clone()]),
-                )
-            })
+            .map(|_| BatchEstimate::new(tile, self.bins.count, self.table.bands()))
             .collect();
         for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
             let group = &mut estimates[..(count - first).min(BATCHES_IN_FLIGHT) as usize];
             group.par_iter_mut().zip(first..count).for_each(|(estimate, batch)| {
-                self.estimate(batch, source, &directions, &audience, estimate);
+                estimate.clear();
+                fill(batch, estimate);
             });
             for (batch, estimate) in (first as usize..).zip(group) {
-                let weighed = (batch, self.batches[batch].weight);
-                estimate.add_to(rendering, weighed, tile.clone(), &self.bins, borders, &first_arrivals);
+                estimate.add_to(rendering, (batch, self.emissions.batches[batch].weight), tile, &self.bins);
             }
             progress(f64::from(count.min(first + BATCHES_IN_FLIGHT)) / f64::from(count));
         }
     }
 
-    /// Prepares the images of `receivers`. K′ is a matter of each receiver: it depends on nobody who shares the call.
-    fn audience<'b>(
-        &'b self,
-        (source, radiator): (usize, Radiator<'b>),
-        receivers: &'b [PreparedReceiver],
-        borders: &[Vec<f64>],
-        mirror_order: u32,
-    ) -> Audience<'b> {
+    /// How sonels of `source` are selected, from some of its batches; none where no sonel reaches for a receiver.
+    pub(crate) fn selection(&self, source: usize) -> Option<SonelSelection> {
+        if !self.connects_diffuse() {
+            return None;
+        }
+        let empty = SonelSelection::new(lanes_of(self.table.bands()), self.bins.reach);
+        // Estimators that are asked for by name take every sonel: their sums can be checked number by number.
+        if self.settings.estimator != Estimator::Auto {
+            return Some(empty);
+        }
+        let batches: Vec<u32> =
+            (0..self.emissions.batches.len() as u32).step_by(BATCHES_PER_COUNTED).collect();
+        let count = |&batch: &u32| {
+            let mut selection = empty.clone();
+            self.each_segment(batch, source, |segment, arriving| {
+                if segment.arrival.is_some() {
+                    selection.count(segment.end_length, arriving);
+                }
+            });
+            selection
+        };
+        let counted: Vec<SonelSelection> = batches.par_iter().map(count).collect();
+        let mut selection = empty.clone();
+        counted.iter().for_each(|counted| selection.add(counted));
+        Some(selection)
+    }
+
+    /// Prepares the images of the receivers of `tile`. K′ is a matter of each receiver: it depends on nobody who shares the call.
+    fn audience<'b>(&'b self, source: usize, tile: &'b Tile<'b>, mirror_order: u32) -> Audience<'b> {
+        let Tile { receivers, direct_lengths, .. } = tile;
+        let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let images: Vec<Option<ReceiverImages>> = receivers
             .par_iter()
             .map(|receiver| ReceiverImages::new(self.geometry, &self.table, receiver, self.image_order))
             .collect();
         let others = images
             .iter()
-            .zip(receivers)
-            .map(|(images, receiver)| OthersOwn {
-                direct_length: self.straight_length(source, receiver),
+            .zip(direct_lengths)
+            .map(|(images, &direct_length)| OthersOwn {
+                direct_length,
                 mirror_order,
                 long_chains: self.mirrors_long_chains(),
                 image_order: self.owned_order(images.as_ref()),
@@ -216,11 +280,10 @@ impl Renderer<'_> {
                 bent: self.gathers_by_mirrors(),
             })
             .collect();
-        let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
         let is_near = self.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
         let source =
             (is_near && self.bends.is_none()).then(|| NearSource::new(self.geometry, &self.table, radiator));
-        Audience { receivers, images, others, source, coarse_bins }
+        Audience { tile, images, others, source, selection: None }
     }
 
     /// K′ at a receiver with `images`; without limit where rays gather.
@@ -240,7 +303,7 @@ impl Renderer<'_> {
         let (sheets, settings) = self.gather.as_ref()?;
         let medium = self.medium();
         let mut points = Vec::new();
-        for (number, receiver) in audience.receivers.iter().enumerate() {
+        for (number, receiver) in audience.tile.receivers.iter().enumerate() {
             if !settings.by_mirrors && !receiver.is_near_surface() {
                 continue;
             }
@@ -266,28 +329,27 @@ impl Renderer<'_> {
         by_rays || audience.source.as_ref().is_some_and(|source| source.finds(history))
     }
 
-    /// Adds what `segment` leaves in the discs around its end.
+    /// Adds what the selected sonel at the end of `segment` leaves in the discs around it.
     fn gather(
         &self,
-        (segment, arriving): (&Segment<'_>, &[Lanes]),
+        segment: &Segment<'_>,
         arrival: Arrival,
-        index: &GatherIndex<GatherPoint>,
         audience: &Audience<'_>,
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate,
     ) {
-        let Some((sheets, _)) = &self.gather else { return };
+        let Scratch { index, discs, brought, selected, .. } = scratch;
+        let Some(((sheets, _), index)) = self.gather.as_ref().zip(index.as_ref()) else { return };
         let medium = self.medium();
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         // Discs weigh with the diffuse mean; what this sonel's angle reflects more or less of it is its own.
         let reflected = self.table.relative_reflection(arrival.surface, segment.direction()).map(|more| {
-            let lanes = arriving.iter().zip(more);
+            let lanes = selected.iter().zip(more);
             lanes
                 .map(|(energy, more)| std::array::from_fn(|lane| energy[lane] * more[lane]))
                 .collect::<Vec<Lanes>>()
         });
-        let arriving = reflected.as_deref().unwrap_or(arriving);
-        let Scratch { discs, brought, .. } = scratch;
+        let arriving = reflected.as_deref().unwrap_or(selected);
         index.around(place(arrival.surface, arrival.side), at, discs);
         brought.clear();
         for (number, _) in discs.iter() {
@@ -307,12 +369,12 @@ impl Renderer<'_> {
             let end = segment.end.as_dvec3();
             let middle = sheets[arrival.surface.0 as usize].place(point.disc.centre);
             let leg = end.distance(point.start) - middle.distance(point.start);
-            let prepared = &audience.receivers[receiver];
+            let prepared = &audience.tile.receivers[receiver];
             let [ray, leg] = [point.length, leg].map(|length| length * prepared.stretch);
             let length = segment.end_length + ray + leg;
             let Some(bin) = self.bins.bin(length) else { continue };
             medium.receive(prepared, (ray + leg).max(0.0), brought);
-            let bins = (bin, audience.coarse_bin(receiver, bin));
+            let bins = (bin, audience.tile.coarse_bin(receiver, bin));
             let arriving = (receiver, point.towards.as_dvec3());
             estimate.class(class).add_from_kernel(arriving, bins, length, brought, gain, &medium);
         }
@@ -330,39 +392,33 @@ impl Renderer<'_> {
         }
     }
 
-    /// Fills `estimate` with what one batch says.
-    fn estimate(
-        &self,
-        batch: u32,
-        source: usize,
-        directions: &EmissionDirections,
-        audience: &Audience<'_>,
-        estimate: &mut BatchEstimate,
-    ) {
-        estimate.clear();
+    /// Fills `estimate`, which is empty, with what one batch says.
+    fn estimate(&self, batch: u32, source: usize, audience: &Audience<'_>, estimate: &mut BatchEstimate) {
         if let Some(paper) = &self.paper {
-            return self.estimate_as_paper(paper, (batch, source), directions, audience, estimate);
+            return self.estimate_as_paper(paper, (batch, source), audience, estimate);
         }
         let bands = self.table.bands();
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
-        let streams = |purpose| -> Vec<Stream> {
-            let stream = |r| receiver_stream(self.seed(), purpose, r, source, batch);
-            audience.receivers.iter().map(stream).collect()
-        };
-        let every = self.sonels_per_connection();
-        let turns = streams(Purpose::ConnectionChoice);
+        let choices = |r| receiver_stream(self.seed(), Purpose::MirrorChoice, r, source, batch);
+        let selections = StreamFamily::new(self.seed(), Purpose::SonelChoice, [source as u32, 0, 0, 0]);
         let mut scratch = Scratch {
-            choices: streams(Purpose::MirrorChoice),
-            turns: turns.into_iter().map(|mut stream| Thinning::new(every, stream.bits())).collect(),
+            choices: audience.tile.receivers.iter().map(choices).collect(),
+            selector: Selector::new(0.0),
+            selected: zeros.clone(),
+            index: None,
             radiosity: zeros.clone(),
             energy: zeros,
             discs: Vec::new(),
             brought: Vec::new(),
         };
-        let index = self.gather_index(audience, source, batch, &mut scratch.energy, estimate);
-        self.each_segment(batch, source, directions, |segment, arriving| {
-            self.hear_segment((segment, arriving), audience, index.as_ref(), &mut scratch, estimate);
-        });
+        scratch.index = self.gather_index(audience, source, batch, &mut scratch.energy, estimate);
+        let mut weight = PathWeight::new(bands);
+        for path in self.map.batch_paths(source as u32, batch) {
+            scratch.selector = Selector::new(selections.stream(path.emission).uniform_fine());
+            self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
+                self.add_segment((segment, arriving), audience, &mut scratch, estimate);
+            });
+        }
     }
 
     /// Visits every segment of every path of one batch, with its energy where it ends ([`Self::follow_path`]).
@@ -370,46 +426,40 @@ impl Renderer<'_> {
         &self,
         batch: u32,
         source: usize,
-        directions: &EmissionDirections,
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
         let mut weight = PathWeight::new(self.table.bands());
         for path in self.map.batch_paths(source as u32, batch) {
-            self.follow_path(path, (source, batch), directions, 1.0, &mut weight, &mut visit);
+            self.follow_path(path, source, 1.0, &mut weight, &mut visit);
         }
     }
 
-    /// Visits every segment of a path of `source` and `batch`, with energies in units of `unit` ([`PathWeight::emit`]), and apart with its energy
+    /// Visits every segment of a path of `source`, with energies in units of `unit` ([`PathWeight::emit`]), and apart with its energy
     /// where it ends: another one in scenes of several airs.
     pub(crate) fn follow_path(
         &self,
         path: PathView<'_>,
-        (source, batch): (usize, u32),
-        directions: &EmissionDirections,
+        source: usize,
         unit: f64,
         weight: &mut PathWeight,
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
-        let emitter = &self.map.header().scene.sources[source];
-        let start = self.batches[batch as usize].packet(self.map.layout().lead(path.emission));
-        weight.emit_from(emitter, directions.direction(path.emission), unit, start);
-        let scene = &self.map.header().scene;
-        let origin = (emitter.position - self.geometry.center(), scene.air_at_source(source));
+        let (source, carrier) = (source as u32, (&self.table, weight));
         let Some(regions) = &self.regions else {
             let visit = |segment: &Segment<'_>| visit(segment, segment.energy);
-            return sweep(origin, path.vertices, &self.table, weight, visit);
+            return self.emissions.follow(source, path, unit, carrier, visit);
         };
         let mut fading = Fading::new(regions, lanes_of(self.table.bands()), self.bins.reach);
         let visit = |segment: &Segment<'_>| fading.visit(segment, &mut visit);
-        sweep(origin, path.vertices, &self.table, weight, visit);
+        self.emissions.follow(source, path, unit, carrier, visit);
     }
 
+    /// Adds what `segment`, with energy `arriving` at its end, brings to the receivers.
     #[inline]
-    fn hear_segment(
+    fn add_segment(
         &self,
         (segment, arriving): (&Segment<'_>, &[Lanes]),
         audience: &Audience<'_>,
-        index: Option<&GatherIndex<GatherPoint>>,
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate,
     ) {
@@ -417,23 +467,25 @@ impl Renderer<'_> {
         estimate.take_stock(segment, &medium, &mut scratch.energy);
         let SegmentHistory { specular_run, bends, interfaces, .. } = segment.history;
         if specular_run > 0 || bends > 0 || interfaces > 0 || !self.connects_diffuse() {
-            let receivers = audience.receivers.iter().zip(&audience.others).enumerate();
+            let receivers = audience.tile.receivers.iter().zip(&audience.others).enumerate();
             let left = receivers.filter(|(_, (_, others))| owns(segment.history, **others));
             let receivers = left.map(|(index, (receiver, others))| (index, receiver, others.direct_length));
             let mut deposits = estimate.class(sphere_class(segment.history));
-            let coarse = |receiver, bin| audience.coarse_bin(receiver, bin);
+            let coarse = |receiver, bin| audience.tile.coarse_bin(receiver, bin);
             cross(&Piece::of(segment), receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.row(arrival.surface, segment.direction());
-        if row.is_mirror || !self.connects_diffuse() {
+        let Some(selection) = audience.selection.filter(|_| !row.is_mirror) else { return };
+        let probability = selection.probability(segment.end_length, arriving);
+        if !scratch.selector.takes(probability) {
             return;
         }
-        if let Some(index) = index {
-            self.gather((segment, arriving), arrival, index, audience, scratch, estimate);
+        for (selected, arriving) in scratch.selected.iter_mut().zip(arriving) {
+            *selected = arriving.map(|energy| energy / probability);
         }
-        let times = f64::from(self.sonels_per_connection());
-        radiosity(arriving, &row.diffuse, times, &mut scratch.radiosity);
+        self.gather(segment, arrival, audience, scratch, estimate);
+        radiosity(&scratch.selected, &row.diffuse, &mut scratch.radiosity);
         let sonel = DiffuseSonel {
             position: segment.end,
             normal: normal_on(arrival.side, self.normals[arrival.surface.0 as usize]),
@@ -443,8 +495,7 @@ impl Renderer<'_> {
         };
         connect(
             &sonel,
-            audience.receivers,
-            &mut scratch.turns,
+            audience.tile.receivers,
             &medium,
             &mut scratch.energy,
             &mut estimate.class(PathClass::Diffuse),

@@ -1,4 +1,4 @@
-//! The classes without noise, L R and L S^k R with what edges do to them, at every receiver.
+//! Deterministic path classes at every receiver: L R and L S^k R, with edge diffraction.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,11 +8,13 @@ use sonel_map::{Lanes, lanes_of};
 
 use super::Renderer;
 use crate::deposit::{Deposits, add_lanes};
+use crate::directions::Axes;
 use crate::exact::direct::{DirectWay, direct_way, spread};
 use crate::exact::edge::{Edges, Images, Listening, Place, RECEIVER_OUT, VisibleWave};
 use crate::exact::mirror::{MirrorArrival, MirrorChains, Radiator};
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
+use crate::regions::RegionAir;
 use crate::rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 
 /// Mirror arrivals up to this order are listed one by one unless an order was asked for.
@@ -21,13 +23,89 @@ const LISTED_ORDER: u32 = 6;
 /// The classes, as [`Part`] lists them.
 const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
 
-/// What one receiver hears.
-struct Part {
+/// What is common to all receivers of a source.
+struct Emitted<'a> {
+    /// Number of the air at the source.
+    air: u32,
+    radiator: Radiator<'a>,
+    chains: &'a MirrorChains<'a>,
+    /// The edges and what they see of the source, where any diffract.
+    over_edges: Option<(&'a Edges, &'a Images)>,
+}
+
+/// What arrives at one receiver.
+struct Part<'a> {
+    renderer: &'a Renderer<'a>,
+    index: usize,
+    /// Time borders of the batches [s].
+    borders: &'a [f64],
+    axes: Axes,
+    /// The air of the source where the scene has several: all of it is in that, and so is the receiver if anything arrives.
+    air: Option<&'a RegionAir>,
     fine: Deposits,
     coarse: Vec<CoarseEchogram>,
     classes: [Vec<Lanes>; CLASSES.len()],
     arrivals: Vec<DiscreteArrival>,
     edge_work: Option<EdgeWork>,
+}
+
+impl<'a> Part<'a> {
+    /// Nothing yet, at `receiver` number `index`.
+    fn new(
+        renderer: &'a Renderer<'a>,
+        (index, receiver): (usize, &PreparedReceiver),
+        air: Option<&'a RegionAir>,
+        borders: &'a [f64],
+    ) -> Self {
+        let bands = renderer.table.bands();
+        let axes = axes(std::slice::from_ref(receiver));
+        let columns = axes.columns();
+        Self {
+            renderer,
+            index,
+            borders,
+            axes,
+            air,
+            fine: Deposits::new(columns.fine, renderer.bins.count, bands),
+            coarse: vec![CoarseEchogram::new(borders.len(), bands); columns.coarse],
+            classes: CLASSES.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
+            arrivals: Vec::new(),
+            edge_work: None,
+        }
+    }
+
+    /// Adds the `energy` of an arrival of `class` by its length, direction and order, by itself where it is `listed`.
+    fn add(
+        &mut self,
+        class: usize,
+        (mut length, towards, order): (f64, DVec3, u32),
+        energy: &[Lanes],
+        listed: bool,
+    ) {
+        let own: Vec<Lanes>;
+        let mut energy = energy;
+        if let Some(air) = self.air {
+            length *= air.stretch;
+            own = energy.iter().map(|lanes| lanes.map(|band| band * air.impedance)).collect();
+            energy = &own;
+        }
+        let Renderer { bins, table, .. } = self.renderer;
+        let Some(bin) = bins.bin(length) else { return };
+        let weights = self.axes.weights(0, towards).into_iter().flatten();
+        for (column, weight) in std::iter::once(1.0).chain(weights).enumerate() {
+            self.fine.add_times(column, bin, energy, weight);
+            if let Some(coarse) = self.coarse.get_mut(column) {
+                coarse.add_arrival(self.borders, bins.time(length), energy, weight);
+            }
+        }
+        add_lanes(&mut self.classes[class], energy);
+        if listed {
+            let energy = (0..table.bands()).map(|band| energy[band / 4][band % 4]).collect();
+            let (receiver, over_edges) = (self.index, CLASSES[class] == PathClass::Edge);
+            let towards = towards.to_array();
+            self.arrivals.push(DiscreteArrival { receiver, length, energy, towards, order, over_edges });
+        }
+    }
 }
 
 impl Renderer<'_> {
@@ -44,14 +122,12 @@ impl Renderer<'_> {
         let edges = self.edges_in(air);
         let images =
             edges.map(|edges| edges.of_source(self.geometry, &self.table, radiator.position, chains));
-        let over_edges = edges.zip(images.as_ref());
-        let parts: Vec<Part> = receivers
+        let emitted = Emitted { air, radiator, chains, over_edges: edges.zip(images.as_ref()) };
+        let parts: Vec<Part<'_>> = receivers
             .par_iter()
             .zip(borders)
             .enumerate()
-            .map(|(index, (receiver, borders))| {
-                self.arrivals_at(index, (air, radiator), chains, over_edges, receiver, borders)
-            })
+            .map(|(index, (receiver, borders))| self.arrivals_at(index, &emitted, receiver, borders))
             .collect();
         for (index, part) in parts.into_iter().enumerate() {
             rendering.total.add_receivers(index * rendering.columns.fine, &part.fine, 1.0);
@@ -70,66 +146,23 @@ impl Renderer<'_> {
         }
     }
 
-    fn arrivals_at(
-        &self,
+    fn arrivals_at<'b>(
+        &'b self,
         index: usize,
-        (air, radiator): (u32, Radiator<'_>),
-        chains: &MirrorChains<'_>,
-        over_edges: Option<(&Edges, &Images)>,
+        emitted: &Emitted<'_>,
         receiver: &PreparedReceiver,
-        borders: &[f64],
-    ) -> Part {
-        let bands = self.table.bands();
-        let axes = axes(std::slice::from_ref(receiver));
-        let columns = axes.columns();
-        let mut part = Part {
-            fine: Deposits::new(columns.fine, self.bins.count, bands),
-            coarse: vec![CoarseEchogram::new(borders.len(), bands); columns.coarse],
-            classes: CLASSES.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
-            arrivals: Vec::new(),
-            edge_work: None,
-        };
-        // All of it is in the air of the source, and so is the receiver if anything arrives.
-        let own_air = self.regions.as_ref().map(|regions| regions.air(air));
-        let (stretch, impedance) = own_air.map_or((1.0, 1.0), |air| (air.stretch, air.impedance));
-        let mut deposit = |class: usize, arrival: DiscreteArrival, energy: &[Lanes], listed: bool| {
-            let arrival = DiscreteArrival { length: arrival.length * stretch, ..arrival };
-            let own: Vec<Lanes>;
-            let energy = if own_air.is_some() {
-                own = energy.iter().map(|lanes| lanes.map(|band| band * impedance)).collect();
-                &own
-            } else {
-                energy
-            };
-            let Some(bin) = self.bins.bin(arrival.length) else { return };
-            let weights = axes.weights(0, arrival.towards.into()).into_iter().flatten();
-            for (column, weight) in std::iter::once(1.0).chain(weights).enumerate() {
-                part.fine.add_times(column, bin, energy, weight);
-                if let Some(coarse) = part.coarse.get_mut(column) {
-                    coarse.add_arrival(borders, self.bins.time(arrival.length), energy, weight);
-                }
-            }
-            add_lanes(&mut part.classes[class], energy);
-            if listed {
-                let energy = (0..bands).map(|band| energy[band / 4][band % 4]).collect();
-                part.arrivals.push(DiscreteArrival { energy, ..arrival });
-            }
-        };
-        let bare = |length, towards: DVec3, order, over_edges| DiscreteArrival {
-            receiver: index,
-            length,
-            energy: vec![],
-            towards: towards.to_array(),
-            order,
-            over_edges,
-        };
+        borders: &'b [f64],
+    ) -> Part<'b> {
+        let Emitted { air, radiator, chains, over_edges } = *emitted;
+        let air = self.regions.as_ref().map(|regions| regions.air(air));
+        let mut part = Part::new(self, (index, receiver), air, borders);
         let place = self.beside_planes(receiver.exact, RECEIVER_OUT);
         let place =
             over_edges.map_or(place, |(edges, images)| edges.beside_corners(self.geometry, images, place));
         let at = Listening {
             geometry: self.geometry,
             table: &self.table,
-            attenuation: own_air.map_or(&self.attenuation, |air| &air.attenuation),
+            attenuation: air.map_or(&self.attenuation, |air| &air.attenuation),
             radiator,
             receiver: place,
             sensitivity: receiver.sensitivity,
@@ -137,37 +170,37 @@ impl Renderer<'_> {
         };
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
         let class = |order: u32| usize::from(order > 0);
-        let Some((edges, images)) = over_edges else {
-            self.visit_visible(&at, chains, air, |wave, energy| {
-                let found = bare(wave.length, wave.towards, wave.order, false);
-                deposit(class(wave.order), found, energy, wave.order <= listed);
-            });
-            part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
-            return part;
-        };
-        let mut visible = self.visible(&at, chains, air);
-        let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
-        let sound = edges.arrivals_at(&at, images, &mut visible);
-        for arrival in sound.arrivals {
-            let found = bare(arrival.length, arrival.towards, arrival.order, true);
-            // Beside a clear direct path edges are many and weak: they are heard but not listed.
-            deposit(2, found, &to_lanes(arrival.energy), !is_clear && arrival.order <= listed);
+        match over_edges {
+            None => self.visit_visible(&at, emitted, |wave, energy| {
+                let MirrorArrival { length, towards, order, .. } = *wave;
+                part.add(class(order), (length, towards, order), energy, order <= listed);
+            }),
+            Some((edges, images)) => {
+                let mut visible = self.visible(&at, emitted);
+                let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
+                let sound = edges.arrivals_at(&at, images, &mut visible);
+                for arrival in sound.arrivals {
+                    let found = (arrival.length, arrival.towards, arrival.order);
+                    // Beside a clear direct path edges are many and weak: they count but are not listed.
+                    let listed = !is_clear && arrival.order <= listed;
+                    part.add(2, found, &to_lanes(arrival.energy), listed);
+                }
+                for VisibleWave { length, towards, order, energy, .. } in visible {
+                    part.add(class(order), (length, towards, order), &to_lanes(energy), order <= listed);
+                }
+                part.edge_work = Some(sound.work);
+            }
         }
-        for wave in visible {
-            let found = bare(wave.length, wave.towards, wave.order, false);
-            deposit(class(wave.order), found, &to_lanes(wave.energy), wave.order <= listed);
-        }
-        part.edge_work = Some(sound.work);
         part.arrivals.sort_by(|a, b| a.length.total_cmp(&b.length));
         part
     }
 
     /// Direct sound and the image sources of `chains` that are visible from the receiver, without edges.
-    fn visible(&self, at: &Listening<'_>, chains: &MirrorChains<'_>, air: u32) -> Vec<VisibleWave> {
+    fn visible(&self, at: &Listening<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
         let bands = self.table.bands();
         let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
         let mut visible = Vec::new();
-        self.visit_visible(at, chains, air, |found, energy| {
+        self.visit_visible(at, emitted, |found, energy| {
             // Of an arc, the place that it begins at.
             let position = match at.table.profile() {
                 Some(_) => at.radiator.position,
@@ -190,40 +223,15 @@ impl Renderer<'_> {
     fn visit_visible(
         &self,
         at: &Listening<'_>,
-        chains: &MirrorChains<'_>,
-        air: u32,
+        emitted: &Emitted<'_>,
         mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) {
-        let own_air = self.regions.as_ref().map(|regions| regions.air(air));
+        self.visit_direct(at, &mut visit);
+        let own_air = self.regions.as_ref().map(|regions| regions.air(emitted.air));
         let reach = self.bins.reach / own_air.map_or(1.0, |air| air.stretch);
         let table = own_air.map_or(self.air.as_ref(), |air| air.table.as_ref());
-        let bands = self.table.bands();
-        let direct = direct_way(self.geometry, &self.table, at.radiator.position, at.receiver);
-        if let Some(DirectWay { length, departing, towards, spread, passed }) = direct {
-            let radiation = at.radiator.towards(departing);
-            let sensitivity = at.sensitivity.to(towards);
-            let factors: Vec<f64> = (0..bands).map(|band| radiation.factor(band) * sensitivity).collect();
-            let energy = factors.iter().zip(at.attenuation);
-            let energy = energy.map(|(factor, m)| factor * spread * libm::exp(-m * length));
-            let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
-            passed.weaken(self.geometry, &self.table, &mut factors);
-            passed.weaken(self.geometry, &self.table, &mut energy);
-            if at.table.profile().is_some() {
-                let even = self::spread(length);
-                factors.iter_mut().flatten().for_each(|factor| *factor *= spread / even);
-            }
-            let direct = MirrorArrival {
-                length,
-                towards,
-                order: 0,
-                planes: vec![],
-                factor: &factors,
-                through: passed.materials(self.geometry),
-            };
-            visit(&direct, &energy);
-        }
-        let mut energy = vec![[0.0; 4]; lanes_of(bands)];
-        chains.visit(self.geometry, &self.table, at.receiver, reach, |found| {
+        let mut energy = vec![[0.0; 4]; lanes_of(self.table.bands())];
+        emitted.chains.visit(self.geometry, &self.table, at.receiver, reach, |found| {
             let (rendered, directional);
             let found = if at.sensitivity.pattern == Pattern::Omni {
                 found
@@ -247,6 +255,34 @@ impl Renderer<'_> {
             }
             visit(found, &energy);
         });
+    }
+
+    /// Visits direct sound, where nothing hides it.
+    fn visit_direct(&self, at: &Listening<'_>, visit: &mut impl FnMut(&MirrorArrival<'_>, &[Lanes])) {
+        let direct = direct_way(self.geometry, &self.table, at.radiator.position, at.receiver);
+        let Some(DirectWay { length, departing, towards, spread, passed }) = direct else { return };
+        let radiation = at.radiator.towards(departing);
+        let sensitivity = at.sensitivity.to(towards);
+        let bands = 0..self.table.bands();
+        let factors: Vec<f64> = bands.map(|band| radiation.factor(band) * sensitivity).collect();
+        let energy = factors.iter().zip(at.attenuation);
+        let energy = energy.map(|(factor, m)| factor * spread * libm::exp(-m * length));
+        let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
+        passed.weaken(self.geometry, &self.table, &mut factors);
+        passed.weaken(self.geometry, &self.table, &mut energy);
+        if at.table.profile().is_some() {
+            let even = self::spread(length);
+            factors.iter_mut().flatten().for_each(|factor| *factor *= spread / even);
+        }
+        let direct = MirrorArrival {
+            length,
+            towards,
+            order: 0,
+            planes: vec![],
+            factor: &factors,
+            through: passed.materials(self.geometry),
+        };
+        visit(&direct, &energy);
     }
 
     /// A source's or receiver's place [m] as edges are asked about it, `out` [resolutions] of the planes that it lies in.

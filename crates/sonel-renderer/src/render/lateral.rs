@@ -1,4 +1,4 @@
-//! Which way is sideways for a receiver, and where it cannot be said.
+//! The lateral axis of a receiver, and receivers without one.
 
 use glam::DVec3;
 use sonel_acoustics::Pattern;
@@ -17,12 +17,12 @@ impl Renderer<'_> {
         if receiver.sensitivity.pattern != Pattern::Omni {
             let pattern = receiver.sensitivity.pattern;
             return Some(format!(
-                "receiver \"{name}\": lateral energies are parts of what an omnidirectional receiver takes, this one is {pattern}: leave its directivity out"
+                "receiver \"{name}\": lateral energies need an omnidirectional receiver, this one is {pattern}: leave its directivity out"
             ));
         }
         self.lateral_axis(receiver).is_none().then(|| {
             format!(
-                "receiver \"{name}\" looks straight up or down, which leaves its lateral axis open: give it an aim with a horizontal part \
+                "receiver \"{name}\" aims straight up or down, so its lateral axis is undefined: give it an aim with a horizontal part \
                  (NAME=x,y,z,omni,x,y,z)"
             )
         })

@@ -14,7 +14,7 @@ mod specular;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
-use sonel_map::{BandClasses, BatchStart, CoefficientTable, SonelMap};
+use sonel_map::{BandClasses, CoefficientTable, Emissions, SonelMap};
 use sonel_scene::{Scene, Source};
 
 use crate::air::AirTable;
@@ -31,14 +31,11 @@ use crate::settings::{Air, Estimator, RenderSettings};
 use crate::stochastic::bending::Bends;
 use crate::stochastic::gather::GatherSettings;
 use crate::stochastic::gather::disc::Sheet;
-use crate::stochastic::mirror_connection::{has_few_surfaces, image_order};
+use crate::stochastic::mirror_connection::image_order;
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
 const RECEIVERS_IN_FLIGHT: usize = 8;
-
-/// Among many surfaces one of so many sonels is connected with a receiver.
-const SONELS_PER_CONNECTION: u32 = 4;
 
 /// Most nodes of the table of attenuation: a thousand kilometres of ordinary air. Length and attenuation are those that a
 /// map states.
@@ -66,7 +63,7 @@ pub struct Renderer<'a> {
     /// The edges, where they bend packets.
     pub(crate) bends: Option<Bends>,
     pub(crate) normals: Vec<Vec3>,
-    pub(crate) batches: Vec<BatchStart>,
+    pub(crate) emissions: Emissions<'a>,
     /// Largest K′.
     pub(crate) image_order: u32,
     /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
@@ -83,7 +80,7 @@ fn attenuation(scene: &Scene, settings: &RenderSettings, bins: &TimeBins) -> Res
     };
     if AirTable::node_count(attenuation, bins.reach) > MOST_AIR_NODES {
         return Err(RenderError::Settings(format!(
-            "air that attenuates by up to {} per metre over {} m is beyond what is tabulated: trace again with a \
+            "the air attenuation of up to {} per metre over {} m exceeds the table: trace again with a \
              shorter --duration, or render with --no-air",
             attenuation.iter().copied().fold(0.0, f64::max),
             bins.reach
@@ -128,7 +125,6 @@ impl<'a> Renderer<'a> {
         let attenuation = attenuation(scene, &settings, &bins)?;
         let ray_reach = bins.reach / scene.stretches().into_iter().fold(1.0, f64::min);
         let traced = &map.header().settings;
-        let layout = map.layout();
         let diffracts =
             map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
         let classes = band_classes(map, diffracts, &attenuation);
@@ -165,9 +161,7 @@ impl<'a> Renderer<'a> {
             attenuation,
             table,
             normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
-            batches: (0..layout.batches)
-                .map(|batch| BatchStart::grouped(&layout, batch, traced.spectral, &classes))
-                .collect(),
+            emissions: Emissions::of_map(map, geometry.center(), &classes),
             classes,
             map,
             geometry,
@@ -252,7 +246,7 @@ impl<'a> Renderer<'a> {
             for source in &scene.sources {
                 if coincide(source, position, self.geometry) {
                     problems.push(format!(
-                        "receiver \"{name}\" stands at source \"{}\", where the direct sound is infinite: move it",
+                        "receiver \"{name}\" is at source \"{}\", where the direct sound is infinite: move it",
                         source.name
                     ));
                 }
@@ -265,7 +259,7 @@ impl<'a> Renderer<'a> {
         problems
     }
 
-    /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches; `progress` hears
+    /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches; `progress` receives
     /// the share of the work done so far, first 0 when everything without noise is there.
     ///
     /// # Errors
@@ -292,7 +286,7 @@ impl<'a> Renderer<'a> {
             self.bins.reach,
             if !self.enumerates_mirrors() { Some(0) } else { self.settings.mirror_order },
         );
-        let (bands, batches) = (self.table.bands(), self.batches.len());
+        let (bands, batches) = (self.table.bands(), self.emissions.batches.len());
         let mut rendering =
             Rendering::new(prepared.len(), axes(&prepared).columns(), &self.bins, bands, batches);
         rendering.mirror_order = chains.order();
@@ -300,20 +294,14 @@ impl<'a> Renderer<'a> {
         self.add_deterministic(&mut rendering, (source, radiator), &chains, &prepared, borders);
         progress(0.0);
         self.add_long_chains(&mut rendering, source, &prepared, borders);
+        let selection = self.selection(source);
         let tiles = prepared.len().div_ceil(RECEIVERS_IN_FLIGHT);
         for tile in 0..tiles {
             let range = tile * RECEIVERS_IN_FLIGHT..((tile + 1) * RECEIVERS_IN_FLIGHT).min(prepared.len());
             let done = tile as f64 / tiles as f64;
-            self.add_batches(
-                &mut rendering,
-                source,
-                &prepared,
-                &borders[range.clone()],
-                range,
-                &mut |share| {
-                    progress(done + share / tiles as f64);
-                },
-            );
+            let tile = self.tile(source, &prepared, borders, range);
+            let done = &mut |share| progress(done + share / tiles as f64);
+            self.add_batches(&mut rendering, (source, selection.as_ref()), &tile, done);
         }
         Ok(rendering.spread(&self.classes))
     }
@@ -326,13 +314,6 @@ impl<'a> Renderer<'a> {
     /// Whether connections own … D R.
     pub(crate) fn connects_diffuse(&self) -> bool {
         self.settings.estimator.connects_diffuse()
-    }
-
-    /// One of so many sonels is connected with a receiver. Where visibility rays bring what mirrors show, most noise is theirs, and among
-    /// many surfaces shadow rays would take most of the time.
-    pub(crate) fn sonels_per_connection(&self) -> u32 {
-        let is_thinned = self.settings.estimator == Estimator::Auto && !has_few_surfaces(self.geometry);
-        if is_thinned { SONELS_PER_CONNECTION } else { 1 }
     }
 
     /// Whether visibility rays own what mirrors show.
@@ -392,7 +373,7 @@ fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &Co
 }
 
 /// Rays that only share with connections next to surfaces are so many times fewer.
-const FEWER_RAYS_NEAR_SURFACES: u32 = 8;
+const FEWER_RAYS_NEAR_SURFACES: u32 = 2;
 
 fn gather_settings(
     settings: &RenderSettings,

@@ -1,4 +1,4 @@
-//! Which estimator owns which class of paths, and why.
+//! Estimator used for each path class, and the reason.
 
 use super::Renderer;
 use crate::path_class::PathClass;
@@ -24,10 +24,10 @@ impl Renderer<'_> {
             PathClass::Refracted => "receiver sphere",
             PathClass::LongMirrorChain if self.mirrors_long_chains() => "specular rays into receiver spheres",
             PathClass::Diffuse if self.bends.is_some() && self.gathers_by_mirrors() => {
-                "connection where it is straight, gather where it is bent"
+                "connection for straight paths, gather for bent paths"
             }
             PathClass::Diffuse if self.bends.is_some() && self.connects_diffuse() => {
-                "connection where it is straight, receiver sphere where it is bent"
+                "connection for straight paths, receiver sphere for bent paths"
             }
             PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
             PathClass::Diffuse if self.connects_diffuse() && self.table.profile().is_some() => {
@@ -53,23 +53,23 @@ impl Renderer<'_> {
         match class {
             PathClass::Direct => "exact".to_owned(),
             PathClass::MirrorChain => format!("exact: enumerated completely up to order K = {mirror_order}"),
-            PathClass::Refracted => "no straight way leads through an interface".to_owned(),
+            PathClass::Refracted => "no straight path passes an interface".to_owned(),
             PathClass::Edge if !self.edges.is_empty() => {
                 "rigid faces, first order, and second over thick barriers".to_owned()
             }
             PathClass::Edge => "diffraction is off or no edge diffracts".to_owned(),
             PathClass::LongMirrorChain => {
                 format!(
-                    "beyond order K = {mirror_order} chains are too many to enumerate or were not asked for"
+                    "image-source paths beyond order K = {mirror_order} are too many or were not requested"
                 )
             }
-            _ if forced => "asked for".to_owned(),
+            _ if forced => "requested".to_owned(),
             PathClass::LongDiffuseMirror if self.bends.is_some() && !self.gathers_by_mirrors() => {
-                "images do not follow what edges bend".to_owned()
+                "images of the receiver do not follow bent paths".to_owned()
             }
-            PathClass::Diffuse => "unbiased and calm but beside a surface".to_owned(),
+            PathClass::Diffuse => "unbiased, low noise except near a surface".to_owned(),
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => {
-                "calm in any room; in an empty box images of the receiver would be calmer".to_owned()
+                "low noise in any room; in an empty box images of the receiver have less".to_owned()
             }
             PathClass::DiffuseMirror => {
                 format!(
@@ -78,10 +78,10 @@ impl Renderer<'_> {
                 )
             }
             PathClass::LongDiffuseMirror if self.gathers_by_mirrors() => {
-                "nothing is left: visibility rays follow mirrors to any order".to_owned()
+                "empty: visibility rays follow specular reflections to any order".to_owned()
             }
             PathClass::LongDiffuseMirror => {
-                format!("beyond order {} images are too many", self.image_order)
+                format!("images of the receiver beyond order {} are too many", self.image_order)
             }
         }
     }
@@ -95,7 +95,7 @@ impl Renderer<'_> {
             PathClass::Edge => {
                 Some("rigid faces, along arcs, with one reflection at most before and after the edge")
             }
-            _ => Some("arcs have no mirror images"),
+            _ => Some("image sources are not computed along arcs"),
         }
     }
 }

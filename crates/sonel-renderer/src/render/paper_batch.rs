@@ -1,6 +1,7 @@
 //! One batch of the paper's pass: rays are cast, their discs indexed, the sonels stream past.
 
-use sonel_map::{Arrival, EmissionDirections, Lanes, Segment, lanes_of};
+use glam::DVec3;
+use sonel_map::{Arrival, Lanes, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
 use super::Renderer;
@@ -8,7 +9,6 @@ use super::batch::{Audience, BatchEstimate, receiver_stream};
 use crate::exact::direct::{direct_path, spread};
 use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
-use crate::receiver::PreparedReceiver;
 use crate::stochastic::gather::GatherIndex;
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::rays::GatherPoint;
@@ -27,7 +27,6 @@ impl Renderer<'_> {
         &self,
         paper: &Paper,
         (batch, source): (u32, usize),
-        directions: &EmissionDirections,
         audience: &Audience<'_>,
         estimate: &mut BatchEstimate,
     ) {
@@ -35,7 +34,7 @@ impl Renderer<'_> {
         let index = self.look(paper, (batch, source), radiator, audience, estimate);
         self.look_over_edges(paper, (batch, source), radiator, audience, estimate);
         let mut scratch = vec![[0.0; 4]; lanes_of(self.table.bands())];
-        self.each_segment(batch, source, directions, |segment, _| {
+        self.each_segment(batch, source, |segment, _| {
             estimate.take_stock(segment, &self.medium(), &mut scratch);
             if let Some(arrival) = segment.arrival {
                 self.count(paper, (segment, arrival), &index, audience, &mut scratch, estimate);
@@ -54,7 +53,7 @@ impl Renderer<'_> {
     ) -> GatherIndex<GatherPoint> {
         let (columns, medium) = (self.table.bands(), self.medium());
         let mut points = Vec::new();
-        for (number, receiver) in audience.receivers.iter().enumerate() {
+        for (number, receiver) in audience.tile.receivers.iter().enumerate() {
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
             for column in 0..columns {
                 let looking = Looking {
@@ -70,7 +69,7 @@ impl Renderer<'_> {
                     Sight::Source(sight) => {
                         let Some(bin) = self.bins.bin(sight.length) else { return };
                         let mut energy = only(column, columns, sight.fluence);
-                        let bins = (bin, audience.coarse_bin(number, bin));
+                        let bins = (bin, audience.tile.coarse_bin(number, bin));
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
                         estimate.class(PathClass::LongMirrorChain).add_from_kernel(
                             (number, sight.towards.as_dvec3()),
@@ -96,7 +95,7 @@ impl Renderer<'_> {
         audience: &Audience<'_>,
         estimate: &mut BatchEstimate,
     ) {
-        for (number, receiver) in audience.receivers.iter().enumerate() {
+        for (number, receiver) in audience.tile.receivers.iter().enumerate() {
             if paper.edges.is_empty()
                 || direct_path(self.geometry, &self.table, radiator.position, receiver.exact).is_some()
             {
@@ -110,8 +109,13 @@ impl Renderer<'_> {
             radiator.towards(offset).weigh(&mut unobstructed);
             for edge in &paper.edges {
                 let sequence = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
-                let mut energy =
-                    visibilities(self.geometry, edge, radiator, receiver, &paper.wavelengths, &sequence);
+                let mut energy = visibilities(
+                    self.geometry,
+                    edge,
+                    (radiator.position, receiver.exact),
+                    &paper.wavelengths,
+                    &sequence,
+                );
                 let place = edge.place(self.geometry, radiator.position, receiver.exact);
                 let towards = place.map(|place| place - receiver.exact);
                 let rendered =
@@ -152,7 +156,7 @@ impl Renderer<'_> {
                         scratch[lane] = energy[lane] * weight[lane];
                     }
                 }
-                let bins = (bin, audience.coarse_bin(receiver, bin));
+                let bins = (bin, audience.tile.coarse_bin(receiver, bin));
                 let arriving = (receiver, point.towards.as_dvec3());
                 estimate.class(class).add_from_kernel(arriving, bins, length, scratch, gain, &medium);
             }
@@ -164,19 +168,16 @@ impl Renderer<'_> {
 fn visibilities(
     geometry: &Geometry,
     edge: &ZoneEdge,
-    radiator: Radiator<'_>,
-    receiver: &PreparedReceiver,
+    (source, receiver): (DVec3, DVec3),
     wavelengths: &[f64],
     sequence: &ScrambledSobol,
 ) -> Vec<Lanes> {
     let mut shares = vec![[0.0; 4]; lanes_of(wavelengths.len())];
-    let Some(place) = edge.place(geometry, radiator.position, receiver.exact) else { return shares };
-    let sees = |from: glam::DVec3, to: glam::DVec3| {
-        !geometry.is_blocked(Departure::free(from.as_vec3()), to.as_vec3())
-    };
+    let Some(place) = edge.place(geometry, source, receiver) else { return shares };
+    let sees = |from: DVec3, to: DVec3| !geometry.is_blocked(Departure::free(from.as_vec3()), to.as_vec3());
     for (band, &wavelength) in wavelengths.iter().enumerate() {
-        if let Some(zone) = FirstZone::new(radiator.position, receiver.exact, place, wavelength) {
-            let seen = |point| sees(radiator.position, point) && sees(receiver.exact, point);
+        if let Some(zone) = FirstZone::new(source, receiver, place, wavelength) {
+            let seen = |point| sees(source, point) && sees(receiver, point);
             shares[band / 4][band % 4] = zone.visibility(sequence, ZONE_POINTS, seen);
         }
     }

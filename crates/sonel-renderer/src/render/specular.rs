@@ -1,40 +1,31 @@
-//! L S^k R, k > K: rays that every surface mirrors, through the balls about the receivers.
+//! L S^k R, k > K: rays with specular reflections only, counted in receiver spheres.
 //!
-//! Few packets of a map are mirrored many times in a row, and those carry much. These rays are always mirrored and carry the product of
-//! (1−α)(1−s) in every band instead: there are as many of them as the map has packets, and all of them are heard. Rays that carry little
-//! go on by roulette. Where edges bend, the rays carry what goes straight; packets of the map bring what was bent. Each batch has rays
-//! of its own, so the interval covers them.
+//! Few packets of a map are reflected specularly many times in a row, with much energy each. These rays are always
+//! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are four for each packet of the map.
+//! Rays that carry little go on by roulette. With bending, the rays carry straight paths; packets of the map carry bent
+//! ones. Each batch has rays of its own, so the interval covers them.
 
-use rayon::prelude::*;
-use sonel_geometry::Departure;
-use sonel_map::Lanes;
+use sonel_geometry::{Departure, Hit};
+use sonel_map::{Lanes, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol, Stream, StreamFamily, warp};
 
 use super::Renderer;
-use super::batch::{BATCHES_IN_FLIGHT, BatchEstimate};
+use super::batch::{BatchEstimate, Tile};
 use crate::exact::mirror::{Radiator, lattice_room};
 use crate::path_class::PathClass;
-use crate::receiver::{PreparedReceiver, axes};
+use crate::receiver::PreparedReceiver;
 use crate::rendering::Rendering;
 use crate::stochastic::bending::WayEnd;
 use crate::stochastic::connection::normal_on;
 use crate::stochastic::crossing::{Piece, cross};
 use crate::stochastic::gather::rays::strongest;
-use crate::stochastic::kernel::coarse_bins;
 
 /// Receivers that share rays: their echograms bound the memory.
 const RECEIVERS: usize = 64;
+/// Rays for each packet: they cost a tenth of it, and where walls are smooth most noise of the level is theirs.
+const RAYS_PER_PACKET: u64 = 4;
 /// A ray that carries less than this part of what it left with, in every band, goes on by roulette.
 const LIGHT: f64 = 0.01;
-
-/// Receivers of one tile.
-struct Listeners<'a> {
-    receivers: &'a [PreparedReceiver],
-    /// Lengths of the straight ways from the source [m].
-    direct_lengths: Vec<f64>,
-    /// By receiver and fine bin.
-    coarse_bins: Vec<Vec<u32>>,
-}
 
 impl Renderer<'_> {
     /// Whether rays of their own bring L S^k R, k > K. In an empty box image sources bring all that matters.
@@ -55,31 +46,14 @@ impl Renderer<'_> {
         if !self.mirrors_long_chains() {
             return;
         }
-        let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
-        let count = self.batches.len() as u32;
+        let mirror_order = rendering.mirror_order;
         for first in (0..receivers.len()).step_by(RECEIVERS) {
-            let tile = first..(first + RECEIVERS).min(receivers.len());
-            let (receivers, borders) = (&receivers[tile.clone()], &borders[tile.clone()]);
-            let direct_lengths: Vec<f64> =
-                receivers.iter().map(|receiver| self.straight_length(source, receiver)).collect();
-            let first_arrivals: Vec<f64> =
-                direct_lengths.iter().map(|&length| self.bins.time(length)).collect();
-            let coarse_bins = borders.iter().map(|borders| coarse_bins(borders, &self.bins)).collect();
-            let listeners = Listeners { receivers, direct_lengths, coarse_bins };
-            let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
-                .map(|_| BatchEstimate::new(borders, self.bins.count, self.table.bands(), axes(receivers)))
-                .collect();
-            for first in (0..count).step_by(BATCHES_IN_FLIGHT as usize) {
-                let group = &mut estimates[..(count - first).min(BATCHES_IN_FLIGHT) as usize];
-                group.par_iter_mut().zip(first..count).for_each(|(estimate, batch)| {
-                    estimate.clear();
-                    self.mirror_rays((source, batch), radiator, rendering.mirror_order, &listeners, estimate);
-                });
-                for (batch, estimate) in (first as usize..).zip(group) {
-                    let weighed = (batch, self.batches[batch].weight);
-                    estimate.add_to(rendering, weighed, tile.clone(), &self.bins, borders, &first_arrivals);
-                }
-            }
+            let range = first..(first + RECEIVERS).min(receivers.len());
+            let tile = self.tile(source, receivers, borders, range);
+            let fill = |batch, estimate: &mut BatchEstimate| {
+                self.mirror_rays((source, batch), mirror_order, &tile, estimate);
+            };
+            self.add_estimates(rendering, &tile, fill, &mut |_| {});
         }
     }
 
@@ -87,18 +61,20 @@ impl Renderer<'_> {
     fn mirror_rays(
         &self,
         (source, batch): (usize, u32),
-        radiator: Radiator<'_>,
         mirror_order: u32,
-        listeners: &Listeners<'_>,
+        tile: &Tile<'_>,
         estimate: &mut BatchEstimate,
     ) {
+        let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let traced = &self.map.header().settings;
-        let rays = traced.emissions.div_ceil(u64::from(traced.batches)) as u32;
+        let rays = (RAYS_PER_PACKET * traced.emissions)
+            .div_ceil(u64::from(traced.batches))
+            .min(u64::from(u32::MAX)) as u32;
         let family = StreamFamily::new(self.seed(), Purpose::SpecularRay, [source as u32, 0, 0, 0]);
         let mut stream = family.stream(u64::from(batch));
         let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
-        let mut energy = vec![[0.0; 4]; sonel_map::lanes_of(self.table.bands())];
-        let mut scratch = energy.clone();
+        let nothing = vec![[0.0; 4]; lanes_of(self.table.bands())];
+        let (mut energy, mut scratch) = (nothing.clone(), nothing);
         for ray in 0..rays {
             let direction = warp::uniform_sphere(directions.point(ray));
             energy.fill([1.0; 4]);
@@ -113,61 +89,60 @@ impl Renderer<'_> {
                 start: WayEnd::in_air(radiator.position),
                 reflections: 0,
             };
-            while strongest(&energy) > 0.0
-                && self.follow(
-                    &mut way,
-                    mirror_order,
-                    listeners,
-                    (&mut energy, &mut scratch),
-                    estimate,
-                    &mut stream,
-                )
-                && survives(&mut energy, light, &mut stream)
-            {}
+            while strongest(&energy) > 0.0 {
+                let hit = self.geometry.closest_hit(way.departure, way.direction);
+                if way.reflections > mirror_order {
+                    self.cross(&way, hit.as_ref(), tile, (&energy, &mut scratch), estimate);
+                }
+                let Some(hit) = hit else { break };
+                if !self.mirror(&mut way, &hit, &mut energy, &mut stream)
+                    || !survives(&mut energy, light, &mut stream)
+                {
+                    break;
+                }
+            }
         }
     }
 
-    /// Follows a ray to the next surface and mirrors it there; false where it ends.
-    fn follow(
+    /// Adds what a ray on its way to `hit`, or to the end of the run, brings to the receivers.
+    fn cross(
         &self,
-        way: &mut Way,
-        mirror_order: u32,
-        listeners: &Listeners<'_>,
-        (energy, scratch): (&mut [Lanes], &mut [Lanes]),
+        way: &Way,
+        hit: Option<&Hit>,
+        tile: &Tile<'_>,
+        (energy, scratch): (&[Lanes], &mut [Lanes]),
         estimate: &mut BatchEstimate,
-        stream: &mut Stream,
-    ) -> bool {
-        let medium = self.medium();
-        let hit = self.geometry.closest_hit(way.departure, way.direction);
+    ) {
         let start = way.departure.origin;
         let end = hit.map_or_else(
             || start + way.direction * ((self.bins.reach - way.length) / way.stretch) as f32,
             |hit| hit.position,
         );
-        if way.reflections > mirror_order {
-            let piece = Piece {
-                ends: (start, end),
-                start_length: way.length,
-                energy,
-                fades_from: 0.0,
-                unbent_from: Some(way.start),
-            };
-            let Listeners { receivers, direct_lengths, coarse_bins } = listeners;
-            let receivers = receivers.iter().zip(direct_lengths).enumerate();
-            let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));
-            let coarse = |receiver: usize, bin: usize| coarse_bins[receiver][bin];
-            let mut deposits = estimate.class(PathClass::LongMirrorChain);
-            cross(&piece, receivers, &medium, coarse, scratch, &mut deposits);
-        }
-        let Some(hit) = hit else { return false };
-        way.length += f64::from(start.distance(end)) * way.stretch;
+        let piece = Piece {
+            ends: (start, end),
+            start_length: way.length,
+            energy,
+            fades_from: 0.0,
+            unbent_from: Some(way.start),
+        };
+        let receivers = tile.receivers.iter().zip(&tile.direct_lengths).enumerate();
+        let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));
+        let coarse = |receiver, bin| tile.coarse_bin(receiver, bin);
+        let mut deposits = estimate.class(PathClass::LongMirrorChain);
+        cross(&piece, receivers, &self.medium(), coarse, scratch, &mut deposits);
+    }
+
+    /// Mirrors a ray at `hit`, or lets it through; false where the run ends before.
+    fn mirror(&self, way: &mut Way, hit: &Hit, energy: &mut [Lanes], stream: &mut Stream) -> bool {
+        let end = hit.position;
+        way.length += f64::from(way.departure.origin.distance(end)) * way.stretch;
         if way.length > self.bins.reach {
             return false;
         }
         let normal = normal_on(hit.side, self.normals[hit.surface.0 as usize]);
         let steepness = f64::from(way.direction.dot(normal).abs());
         let arrived = WayEnd::at_surface(end.as_dvec3(), steepness);
-        if let Some(bends) = medium.bends {
+        if let Some(bends) = &self.bends {
             bends.keep_straight(self.geometry, [way.start, arrived], energy);
         }
         let row = self.table.row(hit.surface, way.direction.as_dvec3());
@@ -182,7 +157,7 @@ impl Renderer<'_> {
         }
         way.start = arrived;
         if passes {
-            way.departure = self.geometry.pass(&hit, way.direction);
+            way.departure = self.geometry.pass(hit, way.direction);
             way.length += f64::from(end.distance(way.departure.origin)) * way.stretch;
             return true;
         }

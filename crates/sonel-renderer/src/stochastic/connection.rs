@@ -41,10 +41,10 @@ pub fn normal_on(side: Side, front: Vec3) -> Vec3 {
     }
 }
 
-/// e · δ / π in every band, `times` as much, written to `radiosity`.
+/// e · δ / π in every band, written to `radiosity`.
 #[inline]
-pub fn radiosity(incident: &[Lanes], diffuse: &EventRow, times: f64, radiosity: &mut [Lanes]) {
-    let times = times * core::f64::consts::FRAC_1_PI;
+pub fn radiosity(incident: &[Lanes], diffuse: &EventRow, radiosity: &mut [Lanes]) {
+    let times = core::f64::consts::FRAC_1_PI;
     for ((radiosity, incident), diffuse) in radiosity.iter_mut().zip(incident).zip(&diffuse.energy) {
         for lane in 0..4 {
             radiosity[lane] = incident[lane] * diffuse[lane] * times;
@@ -110,43 +110,16 @@ impl ClassDeposits<'_> {
     }
 }
 
-/// Which of the sonels of a batch a receiver is connected with: one of so many, from a random one on.
-#[derive(Debug, Clone, Copy)]
-pub struct Thinning {
-    every: u32,
-    until_next: u32,
-}
-
-impl Thinning {
-    /// One of `every` sonels, the first by `choice`, any number.
-    #[must_use]
-    pub fn new(every: u32, choice: u32) -> Self {
-        Self { every, until_next: choice % every }
-    }
-
-    /// Whether the next sonel is connected.
-    #[inline]
-    pub fn takes(&mut self) -> bool {
-        let takes = self.until_next == 0;
-        self.until_next = if takes { self.every - 1 } else { self.until_next - 1 };
-        takes
-    }
-}
-
-/// Connects one sonel to those receivers whose turn it is.
+/// Connects one sonel to all receivers.
 #[inline]
 pub fn connect(
     sonel: &DiffuseSonel<'_>,
     receivers: &[PreparedReceiver],
-    turns: &mut [Thinning],
     medium: &Medium<'_>,
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
-    for (index, (receiver, turns)) in receivers.iter().zip(turns).enumerate() {
-        if !turns.takes() {
-            continue;
-        }
+    for (index, receiver) in receivers.iter().enumerate() {
         if let Some(profile) = medium.table.profile() {
             connect_by_arc(sonel, (index, receiver), profile, medium, scratch, deposits);
             continue;

@@ -8,3 +8,4 @@ pub mod gather;
 pub mod kernel;
 pub mod medium;
 pub mod mirror_connection;
+pub mod selection;

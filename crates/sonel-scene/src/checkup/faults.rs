@@ -1,4 +1,4 @@
-//! Faults of a mesh: holes, cracks, crossing faces, slivers, surfaces in no air.
+//! Faults of a mesh: holes, cracks, crossing faces, slivers, surfaces inside solids.
 
 use std::collections::HashMap;
 
@@ -32,9 +32,9 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
     } else if !geometry.is_closed_room() {
         let outside = surfaces(geometry.outside().into_iter().map(|id| geometry.surface(id)));
         faults.push(format!(
-            "no closed part of the mesh contains all others, so that it has no volume: {} out of the largest: {}; remove them or cut \
-             them off",
-            count(outside.len(), "surface") + if outside.len() == 1 { " reaches" } else { " reach" },
+            "no closed part of the mesh contains all other parts, so the room has no volume; remove or separate {} beyond the \
+             largest part: {}",
+            count(outside.len(), "surface"),
             listed(&outside)
         ));
     }
@@ -49,7 +49,7 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
     if !crossings.is_empty() {
         let message =
             format!("{} of triangles cross: {}", count(crossings.len(), "pair"), listed(&crossings));
-        faults.push(format!("{message}; traced as they are, a closed volume may be wrong"));
+        faults.push(format!("{message}; they are traced as drawn, the volume may be wrong"));
     }
     let slivers = slivers(geometry);
     if !slivers.is_empty() {
@@ -174,7 +174,7 @@ fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
     let named = surfaces(geometry.surfaces().iter().filter(|surface| !is_beside(geometry, surface, sounds)));
     (!named.is_empty()).then(|| {
         format!(
-            "{} no sound reaches, inside solids or sealed off from every source: {}",
+            "{} inside solids or sealed off from every source, which no sound reaches: {}",
             count(named.len(), "surface"),
             listed(&named)
         )

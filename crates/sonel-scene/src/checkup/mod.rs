@@ -1,7 +1,7 @@
-//! A checkup: what a scene is before it is traced, and what in it needs a look.
+//! Checkup of a scene before tracing: sizes, statistical times, problems, faults of the mesh.
 //!
 //! Nothing is traced. Sizes, statistical reverberation times and areas come from the scene as far as it could be read; problems,
-//! warnings and faults of the mesh are collected. A mesh with holes or crossing faces is traced all the same.
+//! warnings and faults of the mesh are collected. A mesh with holes or crossing faces can still be traced.
 //!
 //! References: [Sabine1922], [Eyring1930], [Schroeder1962] (docs/references.md).
 
@@ -182,9 +182,7 @@ fn flat_walls(scene: &Scene, geometry: &Geometry) -> Option<String> {
     let shares = scene.bands.nominal().iter().enumerate().map(|(band, center)| (share(band), center));
     let (share, center) = shares.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(share, _)| *share > 0.5)?;
     Some(format!(
-        "{:.0} % of the surface is hard and flat (absorption below {HARD}, scattering below {FLAT}) at {center} Hz: sound between \
-         bare parallel walls decays more slowly here than in measured rooms; scattering of 0.3, or absorption_law = \
-         \"locally-reacting\" for hard walls, came nearer (docs/validation.md)",
+        "{:.0} % of the surface is hard and flat (absorption below {HARD}, scattering below {FLAT}) at {center} Hz: simulated sound between bare parallel walls decays more slowly than in measured rooms; use scattering of 0.3, or absorption_law = \"locally-reacting\" for hard walls (docs/validation.md)",
         100.0 * share
     ))
 }

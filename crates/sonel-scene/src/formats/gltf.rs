@@ -1,6 +1,7 @@
 //! glTF 2.0 files, `.glb` and `.gltf`: the triangles of the default scene with the transforms of their nodes.
 //!
-//! The `gltf` crate reads and checks the JSON; accessors are read here with every bound checked. Lengths are metres and y is up,
+//! The `gltf` crate reads and checks the JSON; accessors are read here with every bound checked, because
+//! its `utils` panic on wrong counts or strides. Lengths are metres and y is up,
 //! as the format demands. The material names the surface, else its node, else its mesh.
 //!
 //! Reference: [Khronos2021] (docs/references.md).
@@ -77,8 +78,8 @@ fn buffers(
     let read = |buffer: gltf::Buffer<'_>| match buffer.source() {
         gltf::buffer::Source::Bin => blob.take().ok_or_else(|| "the binary part is missing".to_owned()),
         gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
-            let data = uri.split_once(";base64,").ok_or("a buffer is no base64 data")?.1;
-            STANDARD.decode(data).map_err(|error| format!("a buffer is no base64 data: {error}"))
+            let data = uri.split_once(";base64,").ok_or("a buffer is not base64 data")?.1;
+            STANDARD.decode(data).map_err(|error| format!("a buffer is not base64 data: {error}"))
         }
         gltf::buffer::Source::Uri(uri) => {
             let beside = format!("{folder}{}", uri.replace("%20", " "));
@@ -106,7 +107,7 @@ struct Reader<'b> {
 impl Reader<'_> {
     fn node(&mut self, node: &Node<'_>, parent: DMat4, depth: usize) {
         if depth > DEEPEST || std::mem::replace(&mut self.seen[node.index()], true) {
-            self.collector.problem(0, format!("node {}: the nodes are no tree", node.index()));
+            self.collector.problem(0, format!("node {}: the nodes are not a tree", node.index()));
             return;
         }
         let transform = parent * local(node);
@@ -161,7 +162,7 @@ impl Reader<'_> {
 
     fn positions(&self, accessor: &Accessor<'_>) -> Result<Vec<DVec3>, String> {
         if (accessor.dimensions(), accessor.data_type()) != (Dimensions::Vec3, DataType::F32) {
-            return Err("positions are no vectors of 32-bit floats: export without quantisation".to_owned());
+            return Err("positions are not vectors of 32-bit floats: export without quantisation".to_owned());
         }
         let number = |item: &[u8], at: usize| {
             f64::from(f32::from_le_bytes([item[at], item[at + 1], item[at + 2], item[at + 3]]))
@@ -175,7 +176,7 @@ impl Reader<'_> {
             (Dimensions::Scalar, DataType::U8) => 1,
             (Dimensions::Scalar, DataType::U16) => 2,
             (Dimensions::Scalar, DataType::U32) => 4,
-            _ => return Err("indices are no unsigned integers".to_owned()),
+            _ => return Err("indices are not unsigned integers".to_owned()),
         };
         let index = |item: &[u8]| item.iter().rev().fold(0, |index, byte| index << 8 | usize::from(*byte));
         self.items(accessor, size)?.map(|item| item.map(index)).collect()

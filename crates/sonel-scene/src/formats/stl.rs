@@ -3,6 +3,8 @@
 //! A text file may hold several solids, whose names name the materials. A binary one may colour facets by its attribute: 5 bits
 //! each of blue, green and red from the lowest on where the highest bit is set (VisCAM); with `COLOR=` in the header red, green
 //! and blue where it is not set (Materialise). Normals are not read: surfaces are two-sided.
+//!
+//! The crate `stl_io` 0.11 drops the names of solids, states no lines and reads text as `f32`.
 
 use glam::{DVec3, dvec3};
 
@@ -32,7 +34,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
                 size(count)
             )
         }
-        None => "the file is no STL: it begins neither with `solid` nor with a header of 84 bytes".to_owned(),
+        None => {
+            "the file is not STL: it begins neither with `solid` nor with a header of 84 bytes".to_owned()
+        }
     };
     Err(vec![LineProblem { line: 0, message }])
 }
@@ -86,7 +90,7 @@ fn read_text(text: &str) -> Result<Polygons, Vec<LineProblem>> {
             },
             _ => collector.problem(
                 number,
-                format!("`{}` is no STL statement", word.chars().take(20).collect::<String>()),
+                format!("`{}` is not an STL statement", word.chars().take(20).collect::<String>()),
             ),
         }
     }

@@ -45,7 +45,7 @@ fn numbers<'w>(words: impl Iterator<Item = &'w str>, scale: f64) -> Result<Vec<f
     words
         .map(|word| match word.parse::<f64>() {
             Ok(value) if value.is_finite() && value >= 0.0 => Ok(value * scale),
-            _ => Err(format!("`{word}` is no coefficient; give numbers of 0 and more")),
+            _ => Err(format!("`{word}` is not a coefficient; give numbers of 0 and more")),
         })
         .collect()
 }
@@ -264,7 +264,7 @@ mod tests {
             [
                 "1: ABS a: 3 numbers; give 6 to 8 octaves from 125 Hz",
                 "2: ABS b: no ABS `nothing` before it",
-                "3: ABS c: `x` is no coefficient; give numbers of 0 and more",
+                "3: ABS c: `x` is not a coefficient; give numbers of 0 and more",
                 "4: ABS d: `T <…>` is not read; known is L <scattering>",
                 "6: ABS e: defined twice",
             ]

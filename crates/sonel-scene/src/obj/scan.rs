@@ -1,4 +1,4 @@
-//! Line by line through an OBJ file: what is wrong where, and a cleaned text for the parser.
+//! Scans an OBJ file line by line: problems with their place, and a cleaned text for the parser.
 
 use std::collections::HashMap;
 
@@ -101,7 +101,7 @@ impl Scanner {
             _ if FREE_FORM.contains(&keyword) || FREE_FORM_BODY.contains(&keyword) => {
                 self.problem(line, format!("{keyword}: curved surfaces are not read; export polygons"));
             }
-            _ => self.problem(line, format!("`{}` is no OBJ statement", shortened(keyword))),
+            _ => self.problem(line, format!("`{}` is not an OBJ statement", shortened(keyword))),
         }
     }
 
@@ -117,7 +117,7 @@ impl Scanner {
             match word.parse::<f64>() {
                 Ok(number) if number.is_finite() => {}
                 Ok(_) => self.problem(line, format!("v: {} is not a finite number", shortened(word))),
-                Err(_) => self.problem(line, format!("v: `{}` is no number", shortened(word))),
+                Err(_) => self.problem(line, format!("v: `{}` is not a number", shortened(word))),
             }
         }
         self.vertices.push_str("v ");
@@ -179,7 +179,7 @@ impl Scanner {
     fn corner(&mut self, line: usize, word: &str) -> Option<u64> {
         let index = word.split('/').next().unwrap_or("");
         let Ok(number) = index.parse::<i64>() else {
-            self.problem(line, format!("f: `{}` is no vertex index", shortened(word)));
+            self.problem(line, format!("f: `{}` is not a vertex index", shortened(word)));
             return None;
         };
         let absolute = match number {

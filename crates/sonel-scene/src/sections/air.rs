@@ -54,22 +54,11 @@ impl AirChoice {
     }
 }
 
-/// Reads the section; what it does not say is as in [`Air::default`].
-pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
-    let mut choice =
-        AirChoice { air: Air::default(), speed_of_sound: None, gradient: None, attenuates: true };
-    let Some(section) = document.get("air") else {
-        report.note("air: 20 °C, 50 %, 101.325 kPa (default)");
-        return choice;
-    };
-    let Some(table) = section.table(report) else { return choice };
-    table.allow_only(&KEYS, report);
-
-    let air = &mut choice.air;
+/// Reads temperature and humidity of `air`, and checks all of its state.
+pub(crate) fn read_state(table: &Table<'_>, air: &mut Air, report: &mut Report<'_>) {
     let quantities = [
         ("temperature_celsius", &mut air.temperature_celsius),
         ("relative_humidity_percent", &mut air.relative_humidity_percent),
-        ("pressure_kpa", &mut air.pressure_kpa),
     ];
     for (key, quantity) in quantities {
         if let Some(number) = table.get(key).and_then(|entry| entry.number(report)) {
@@ -82,6 +71,24 @@ pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
             entry.problem(report, &format!("{given} is outside {lowest} … {highest}"));
         }
     }
+}
+
+/// Reads the section; what it does not say is as in [`Air::default`].
+pub(crate) fn read(document: &Table<'_>, report: &mut Report<'_>) -> AirChoice {
+    let mut choice =
+        AirChoice { air: Air::default(), speed_of_sound: None, gradient: None, attenuates: true };
+    let Some(section) = document.get("air") else {
+        report.note("air: 20 °C, 50 %, 101.325 kPa (default)");
+        return choice;
+    };
+    let Some(table) = section.table(report) else { return choice };
+    table.allow_only(&KEYS, report);
+
+    let air = &mut choice.air;
+    if let Some(number) = table.get("pressure_kpa").and_then(|entry| entry.number(report)) {
+        air.pressure_kpa = number.value;
+    }
+    read_state(&table, air, report);
     choice.speed_of_sound = table.get("speed_of_sound").and_then(|entry| entry.positive(report));
     choice.gradient = table.get(GRADIENT).and_then(|entry| entry.number(report));
     if let Some(attenuates) = table.get("attenuation").and_then(|entry| entry.flag(report)) {

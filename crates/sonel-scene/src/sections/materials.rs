@@ -55,35 +55,19 @@ fn read_one(
     }
     let borrowed = shelves.borrow(table, bands, report);
     let count = bands.bands.count();
-    let coefficient = |key: &str, report: &mut Report<'_>| {
-        let entry = table.get(key)?;
-        let values = read_coefficient(&entry, bands, report)?;
-        Some((entry, values))
-    };
-
-    let absorption = coefficient("absorption", report);
+    let absorption = given("absorption", table, bands, report);
     if table.get("absorption").is_none() && borrowed.absorption.is_none() {
         let key = table.path_of("absorption");
         report.problem(table.at, format!("{key}: missing; give one number, one per band, or library"));
     }
     let absorption =
         absorption.map(|(_, values)| values).or(borrowed.absorption).unwrap_or_else(|| vec![0.0; count]);
-    let scattering = coefficient("scattering", report);
-    let diffuse = coefficient("diffuse", report);
+    let scattering = given("scattering", table, bands, report);
+    let diffuse = given("diffuse", table, bands, report);
     if let (Some(_), Some(entry)) = (table.get("scattering"), table.get("diffuse")) {
         entry.problem(report, "given together with scattering; keep one of the two");
     }
-    let transmission = coefficient("transmission", report);
-    let reduction = table
-        .get("sound_reduction_db")
-        .and_then(|entry| Some((read_reduction(&entry, bands, report)?, entry)));
-    if let (Some(_), Some(entry)) = (table.get("transmission"), table.get("sound_reduction_db")) {
-        entry.problem(report, "given together with transmission; keep one of the two");
-    }
-    let transmission = transmission.or_else(|| reduction.map(|(values, entry)| (entry, values)));
-    if let Some((entry, values)) = &transmission {
-        check_transmission(entry, values, &absorption, bands, report);
-    }
+    let transmission = read_transmission(table, &absorption, bands, report);
     let scattering = match (scattering, diffuse) {
         (Some((_, values)), _) => values,
         (None, Some((entry, values))) => scattering_of(&entry, &values, &absorption, bands, report),
@@ -93,20 +77,53 @@ fn read_one(
             vec![DEFAULT_SCATTERING; count]
         }
     };
-    let passes = transmission.iter().flat_map(|(_, values)| values).any(|&share| share > 0.0);
+    let passes = transmission.iter().flatten().any(|&share| share > 0.0);
     let law = read_law(table, &absorption, passes, bands, report);
     Material {
         name: name.to_owned(),
         law,
         absorption,
         scattering,
-        transmission: transmission.map_or_else(|| vec![0.0; count], |(_, values)| values),
+        transmission: transmission.unwrap_or_else(|| vec![0.0; count]),
         source: table
             .get("source")
             .and_then(|entry| entry.text(report))
             .map(str::to_owned)
             .or(borrowed.source),
     }
+}
+
+/// The coefficient that is given under `key`, and its entry.
+fn given<'a>(
+    key: &str,
+    table: &Table<'a>,
+    bands: &BandChoice,
+    report: &mut Report<'_>,
+) -> Option<(Entry<'a>, Vec<f64>)> {
+    let entry = table.get(key)?;
+    let values = read_coefficient(&entry, bands, report)?;
+    Some((entry, values))
+}
+
+/// Transmission as a coefficient or as a sound reduction; none where neither is given.
+fn read_transmission(
+    table: &Table<'_>,
+    absorption: &[f64],
+    bands: &BandChoice,
+    report: &mut Report<'_>,
+) -> Option<Vec<f64>> {
+    let transmission = given("transmission", table, bands, report);
+    let reduction = table
+        .get("sound_reduction_db")
+        .and_then(|entry| Some((read_reduction(&entry, bands, report)?, entry)));
+    if let (Some(_), Some(entry)) = (table.get("transmission"), table.get("sound_reduction_db")) {
+        entry.problem(report, "given together with transmission; keep one of the two");
+    }
+    let transmission = transmission.or_else(|| reduction.map(|(values, entry)| (entry, values)));
+    if let Some((entry, values)) = &transmission {
+        check_transmission(entry, values, absorption, bands, report);
+    }
+    transmission.map(|(_, values)| values)
 }
 
 fn read_law(
@@ -176,10 +193,8 @@ fn read_reduction(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'_>
     for number in numbers.readable.iter().filter(|number| !(number.value >= 0.0 && number.value.is_finite()))
     {
         all_sound = false;
-        report.problem(
-            number.at,
-            format!("{}: {} is no reduction; give 0 dB or more", entry.path, number.value),
-        );
+        report
+            .problem(number.at, format!("{}: {} dB is below 0; give 0 dB or more", entry.path, number.value));
     }
     let values = bands.per_band(entry, &numbers, report);
     let transmission = |reduction: f64| libm::pow(10.0, -0.1 * reduction);

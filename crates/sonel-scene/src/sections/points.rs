@@ -9,7 +9,7 @@ use crate::balloon_file;
 use crate::bands::BandChoice;
 use crate::document::{Entry, Table};
 use crate::report::Report;
-use crate::sections::walls::OpenMesh;
+use crate::sections::walls::{OpenMesh, read_file};
 use crate::suggest::suggest;
 use crate::{DEFAULT_POWER_LEVEL_DB, Receiver, Source};
 
@@ -138,14 +138,7 @@ fn read_balloon(
     open: OpenMesh<'_>,
     report: &mut Report<'_>,
 ) -> Option<Balloon> {
-    let bytes = match open(path) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            let message = format!("cannot read `{path}`: {error}; the path is relative to the scene file");
-            entry.problem(report, &message);
-            return None;
-        }
-    };
+    let bytes = read_file(entry, path, open, report)?;
     match balloon_file::read(path, &bytes, &bands.bands) {
         Ok((balloon, notes)) => {
             notes.into_iter().for_each(|note| report.note(format!("{}: `{path}`: {note}", entry.path)));

@@ -9,7 +9,7 @@ use crate::document::Table;
 use crate::media::{MediaFault, find_sides};
 use crate::report::Report;
 use crate::scene::{Source, attenuation_per_band};
-use crate::sections::air::AirChoice;
+use crate::sections::air::{AirChoice, read_state};
 use crate::sections::points::{Placed, read_names};
 use crate::{Media, Region};
 
@@ -79,20 +79,7 @@ fn read_one(
     }
     let point = inside.as_ref().and_then(|entry| entry.vector(report));
     let mut air = scene.air;
-    for (key, quantity) in [
-        ("temperature_celsius", &mut air.temperature_celsius),
-        ("relative_humidity_percent", &mut air.relative_humidity_percent),
-    ] {
-        if let Some(number) = table.get(key).and_then(|entry| entry.number(report)) {
-            *quantity = number.value;
-        }
-    }
-    for problem in air.problems() {
-        if let Some(entry) = table.get(problem.quantity) {
-            let (given, lowest, highest) = (problem.given, problem.lowest, problem.highest);
-            entry.problem(report, &format!("{given} is outside {lowest} … {highest}"));
-        }
-    }
+    read_state(table, &mut air, report);
     let stated = table.get("speed_of_sound");
     if let (Some(entry), Some(_)) = (&stated, table.get("temperature_celsius")) {
         entry.problem(report, "given together with temperature_celsius; keep one of the two");

@@ -110,6 +110,17 @@ fn read_weld(document: &Table<'_>, report: &mut Report<'_>) -> Option<f64> {
     is_allowed.then_some(weld)
 }
 
+/// The bytes of the file `path` that `entry` names.
+pub(crate) fn read_file(
+    entry: &Entry<'_>,
+    path: &str,
+    open: OpenMesh<'_>,
+    report: &mut Report<'_>,
+) -> Option<Vec<u8>> {
+    let failed = |error| format!("cannot read `{path}`: {error}; the path is relative to the scene file");
+    open(path).map_err(|error| entry.problem(report, &failed(error))).ok()
+}
+
 /// Reads the mesh; `stated` is what the scene file says of it, and the width up to which cracks are closed [m].
 fn read_mesh(
     entry: &Entry<'_>,
@@ -119,14 +130,7 @@ fn read_mesh(
     report: &mut Report<'_>,
 ) -> Option<Walls> {
     let path = entry.filled_text(report)?;
-    let bytes = match open_mesh(path) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            let message = format!("cannot read `{path}`: {error}; the path is relative to the scene file");
-            entry.problem(report, &message);
-            return None;
-        }
-    };
+    let bytes = read_file(entry, path, open_mesh, report)?;
     let unknown = Stated { unit: None, up: true };
     let read_as = stated.as_ref().map_or(&unknown, |(stated, _)| stated);
     let MeshOfFile { mesh, unknown, unit } =
@@ -157,7 +161,7 @@ fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'
     if !size.to_array().into_iter().all(is_size) {
         entry.problem(
             report,
-            &format!("{size} is no size; give three lengths above 0 m, at most {FARTHEST:e} m"),
+            &format!("{size} is not a size; give three lengths above 0 m, at most {FARTHEST:e} m"),
         );
         return None;
     }

@@ -191,7 +191,7 @@ fn mistakes_are_named_with_their_place() {
             b"solid a\nfacet normal 0 0 1\nvertex 0 0\nendfacet\n".to_vec(),
             "b.stl:3:1: vertex `0 0`: a vertex has three numbers",
         ),
-        ("c.dxf", cut(meshes::dxf(&room, false)), "no EOF: the file is cut off or no DXF"),
+        ("c.dxf", cut(meshes::dxf(&room, false)), "no EOF: the file is cut off or not DXF"),
         ("d.dxf", drawing("0 INSERT 2 c"), "INSERT: no block `c` in the file"),
         (
             "e.dxf",
@@ -221,7 +221,7 @@ fn nodes_that_are_no_tree_and_blocks_in_themselves_end() {
     let text = String::from_utf8(glb).unwrap();
     let circle = text.replace("\"mesh\":0", "\"children\":[0],\"mesh\":0");
     assert_ne!(circle, text);
-    assert!(refused("a.gltf", circle.as_bytes()).contains("the nodes are no tree"));
+    assert!(refused("a.gltf", circle.as_bytes()).contains("the nodes are not a tree"));
     let endless = String::from_utf8(drawing("0 INSERT 2 b"))
         .unwrap()
         .replace("0\nENDBLK", "0\nINSERT\n2\nb\n0\nENDBLK");

@@ -103,7 +103,7 @@ fn a_gradient_of_the_speed_of_sound_is_read_or_refused() {
     };
     refused(-120.0, "", "-20 m/s at the height 3 m");
     refused(16.1, "", "gradient times duration is at most 8");
-    refused(-0.1, "absorption_law = \"locally-reacting\"\n", "absorption by angle");
+    refused(-0.1, "absorption_law = \"locally-reacting\"\n", "absorption_law cannot be combined");
     refused(-120.0, "[[receivers]]\nposition = [4, 4, 2]\n", "the speed of sound");
 }
 

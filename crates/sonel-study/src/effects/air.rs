@@ -1,4 +1,4 @@
-//! Attenuation by air of what packets carry.
+//! Air attenuation of packets: bound of its effect.
 //!
 //! Sound that decays at a rate of k per second has e-folded after c/k metres, and air takes m of it a metre: without air T is longer by
 //! x = m c/k of itself and levels are up to 10 lg(1 + x) higher. In a closed room k is that of Eyring, c A/(4V) with A = −S ln(1 − ᾱ), and x = 4mV/A; where
@@ -6,7 +6,7 @@
 //! sound, and x is m times the longest way. No sound decays more slowly than along the diameter between the least absorbing surfaces, and that
 //! is taken where it is less.
 //!
-//! Direct sound, mirror chains and edges are computed one by one and always carry the scene's air: there it costs nothing.
+//! Direct sound, image sources and edges always have the air attenuation of the scene.
 //!
 //! References: [Eyring1930] (docs/references.md), ISO 9613-1 by way of `sonel-acoustics`.
 

@@ -1,8 +1,8 @@
-//! Bending of packets at edges: only where it was asked for.
+//! Bending of packets at edges: on only where requested.
 //!
-//! Bent packets carry late sound around edges, in every band along paths of its own. What that costs is certain: ten times the time of the
-//! hall, and intervals several times as wide. What it gains is not: a scattering coefficient of 0.1 brings straight packets as near to a
-//! wave solver (docs/effects.md). So coefficients stand for it, as in other programs, until a user asks for it.
+//! Bent packets carry late sound around edges, in every band along paths of its own. It costs ten times the CPU time in the
+//! hall, and intervals several times as wide. A scattering coefficient of 0.1 approximates a wave solver as well
+//! (docs/effects.md), so scattering represents it by default, as in other programs.
 //!
 //! The paper's mode has edges of its own. References: docs/diffraction.md, docs/effects.md.
 
@@ -37,7 +37,7 @@ pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geo
             let ends =
                 if bands > 1 { format!("{} to {}", farthest(0), farthest(bands - 1)) } else { farthest(0) };
             Decision {
-                cost: "several times the time, and bands that are bent share no paths".to_owned(),
+                cost: "several times the CPU time; bent bands share no paths".to_owned(),
                 reach,
                 ..Decision::new(
                     Effect::Bending,
@@ -47,6 +47,6 @@ pub(super) fn decide(request: Request, mode: Mode, scene: &Scene, geometry: &Geo
             }
         }
         Some(false) => off(ASKED.to_owned()),
-        None => off(format!("not asked for, scattering coefficients stand for it ({count} edges)")),
+        None => off(format!("not requested, scattering coefficients usually include it ({count} edges)")),
     }
 }

@@ -1,8 +1,8 @@
-//! What diffraction at edges is worth: a short run heard with and without it.
+//! Bound of edge diffraction, from a short run rendered with and without it.
 //!
-//! Edges change deterministic paths only, so both are heard in the same packets and their difference has no noise of its own; what
-//! the short run does not know exactly is the sound that the difference is compared with, and that is taken three standard errors below what was
-//! found. A level then changes by at most 10 lg(1 + |ΔF|/F). What edges change comes early: it moves the beginning of the decay curve against
+//! Edges change deterministic paths only, so both renderings use the same packets and their difference has no noise. The
+//! energy it is compared with has noise and is taken three standard errors below the estimate. A level then changes by at
+//! most 10 lg(1 + |ΔF|/F). What edges change comes early: it moves the beginning of the decay curve against
 //! its rest by no more than that, and the slope of a line fitted over 30 dB by at most 3/2 of it in 30. One integral serves all
 //! bands of an edge: where one band calls for it, all have it.
 
@@ -116,13 +116,13 @@ impl EdgeBound {
         let level = if level_db.is_finite() {
             format!("change levels by up to {level_db:.2} dB ({band} Hz)")
         } else {
-            format!("bring sound where there is none without them ({band} Hz)")
+            format!("are the only path to a receiver ({band} Hz)")
         };
         format!("{level} and T by up to {:.2} %, {}", 100.0 * decay, self.listeners)
     }
 }
 
-/// Hears the listeners one after the other; where nobody asks for the bound itself, until one calls for edges.
+/// Renders the receivers one after the other; where nobody asks for the bound itself, until one calls for edges.
 fn weigh_edges(
     asked: Question,
     scene: &Scene,
@@ -160,7 +160,7 @@ fn weigh_edges(
     Ok(found)
 }
 
-/// The largest change between two ways of hearing the same packets.
+/// The largest change between two renderings of the same packets.
 fn change(bands: usize, without: &Rendered, with: &Rendered) -> Bound {
     let mut bound = Bound::nothing(bands);
     for (without, with) in without.parameters.iter().zip(&with.parameters) {

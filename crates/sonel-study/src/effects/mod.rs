@@ -1,8 +1,8 @@
-//! Which effects a scene calls for, per band, and why.
+//! Decides which effects are simulated, per band, with a reason.
 //!
-//! Of each effect but bending, which `auto` leaves to the user, a bound is derived on what leaving it out changes in levels and reverberation
-//! times; `auto` leaves it out where both are below a tenth of a just-noticeable difference ([`LEVEL_DB`], [`DECAY`]) and simulates it otherwise. A new effect is a
-//! variant of [`Effect`] and an arm of [`decide`]; what tells its worth is a module of its own.
+//! For each effect except bending, which is on only where requested, a bound is derived for the change of levels and
+//! reverberation times without it. `auto` leaves it out where both are below a tenth of a just-noticeable difference
+//! ([`LEVEL_DB`], [`DECAY`]). A new effect is a variant of [`Effect`], an arm of [`decide`] and a module with its bound.
 
 mod air;
 pub(crate) mod bending;
@@ -33,7 +33,7 @@ pub const LEVEL_DB: f64 = THRESHOLD * just_noticeable::LEVEL_DB;
 pub const DECAY: f64 = THRESHOLD * just_noticeable::EARLY_DECAY_TIME;
 
 /// The reason of effects that the user decided about.
-const ASKED: &str = "asked for";
+const ASKED: &str = "requested";
 
 /// An effect that a scene may call for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -157,7 +157,7 @@ impl Question {
 }
 
 /// Decides every effect for `scene`, whose walls are `geometry` and which is traced in `mode`, and changes the scene accordingly: air switched on or off,
-/// directivities dropped. What edges are worth is heard in a short run, if the scene has any and nobody decided about them; `weigh` asks for the bounds
+/// directivities dropped. The effect of edges is rendered in a short run, if the scene has any and nobody decided about them; `weigh` asks for the bounds
 /// of effects that were decided about, too. The decision is a function of scene and `spec` alone; `clock` tells only what an effect costs.
 ///
 /// # Errors
@@ -170,7 +170,7 @@ pub fn decide(
     weigh: bool,
     clock: &dyn Clock,
 ) -> Result<Vec<Decision>, PipelineError> {
-    // Air and directivity first: the short run is heard with them.
+    // Air and directivity first: the short run is rendered with them.
     let asked = |effect| Question { request: spec.request(effect), threshold: spec.threshold(), weigh };
     let air = air::decide(asked(Effect::Air), scene, geometry);
     let directivity = decide_directivity(spec.request(Effect::Directivity), scene);
@@ -191,8 +191,7 @@ pub fn decide(
 }
 
 /// Why no edge acts where the speed of sound has a gradient.
-pub(crate) const ON_ARCS: &str =
-    "the speed of sound has a gradient, and packets bend along straight paths only";
+pub(crate) const ON_ARCS: &str = "not computed with a gradient of the speed of sound";
 
 /// Leaves regions of other air and the gradient of the speed of sound out of `scene` where `spec` or `mode` does without refraction.
 /// Returns its walls, which are `geometry` unless interfaces were left out.
@@ -222,16 +221,16 @@ fn decide_refraction(request: Request, mode: Mode, scene: &Scene) -> Decision {
     }
     let Some(media) = &scene.media else {
         let bound = Some(Bound::nothing(bands));
-        return Decision { bound, ..off("the air is one".to_owned()) };
+        return Decision { bound, ..off("the scene has one air".to_owned()) };
     };
     if request == Request::Off || mode == Mode::Paper {
-        let why = if request == Request::Off { ASKED } else { "the paper knows one air" };
+        let why = if request == Request::Off { ASKED } else { "the paper has one air" };
         return off(format!("{why}, regions have the air of the scene"));
     }
     let airs =
         media.regions.iter().map(|region| format!("\"{}\" {:.1} m/s", region.name, region.speed_of_sound));
     let reason = format!(
-        "the scene {:.1} m/s, {}; what has met an interface since its last diffuse reflection is left to receiver spheres",
+        "the scene {:.1} m/s, {}; receiver spheres estimate paths that met an interface since their last diffuse reflection",
         scene.speed_of_sound,
         airs.collect::<Vec<_>>().join(", ")
     );
@@ -242,7 +241,7 @@ fn decide_refraction(request: Request, mode: Mode, scene: &Scene) -> Decision {
 /// A gradient of the speed of sound is simulated where a scene states one.
 fn decide_gradient(scene: &Scene) -> Decision {
     let reason = format!(
-        "{:.1} m/s at height 0, {} m/s more per metre; paths are arcs, specular reflections are left to receiver spheres",
+        "{:.1} m/s at height 0, {} m/s more per metre; paths are arcs, receiver spheres estimate specular reflections",
         scene.speed_of_sound, scene.sound_speed_gradient
     );
     let cost = "several rays a segment, noise of receiver spheres".to_owned();
@@ -257,22 +256,21 @@ fn decide_transmission(request: Request, mode: Mode, scene: &mut Scene, geometry
     let off = |reason: String| Decision::new(Effect::Transmission, vec![false; bands], reason);
     if partitions.is_empty() {
         let bound = Some(Bound::nothing(bands));
-        return Decision { bound, ..off("nothing passes any material".to_owned()) };
+        return Decision { bound, ..off("no material transmits".to_owned()) };
     }
     if request == Request::Off || mode == Mode::Paper {
         for material in &mut scene.materials {
             material.transmission.fill(0.0);
         }
-        let why =
-            if request == Request::Off { ASKED } else { "the paper's receivers hear nothing through walls" };
-        return off(format!("{why}, what would pass is absorbed"));
+        let why = if request == Request::Off { ASKED } else { "the paper has no transmission" };
+        return off(format!("{why}, transmitted energy is absorbed"));
     }
     let passes = |band: usize| {
         partitions.iter().any(|s| scene.materials[s.material as usize].transmission[band] > 0.0)
     };
     let on = (0..bands).map(passes).collect();
     Decision {
-        cost: format!("{} % of the packets that go on at a partition pass it", 100.0 * LEAST_THROUGH),
+        cost: format!("{} % of the packets that survive at a partition pass it", 100.0 * LEAST_THROUGH),
         ..Decision::new(Effect::Transmission, on, describe_partitions(scene, geometry))
     }
 }

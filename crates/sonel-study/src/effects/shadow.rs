@@ -1,8 +1,8 @@
-//! Receivers that need what a map left out: those in the shadow of an edge that was judged irrelevant where others stand.
+//! Warns of receivers in the shadow of edges that the map leaves out.
 //!
 //! Sound over an edge is at most 1/(3 + 20 N) of the free field, N = 2·detour/λ: the thin screen of Kurze and Anderson in Maekawa's form shades
-//! 0.4 to 3 dB less than a rigid one. The two loudest edges are added in phase, and none is looked for behind walls: the
-//! estimate errs high, at the cost of a few square roots an edge.
+//! 0.4 to 3 dB less than a rigid one. The two loudest edges are added in phase, and occlusion by walls is ignored: the
+//! estimate errs high.
 //!
 //! References: [Maekawa1968] (docs/references.md), docs/physics.md §5.
 
@@ -51,8 +51,7 @@ pub fn missing(
                 .fold((0.0, 0), |most, gain| if gain.0 > most.0 { gain } else { most });
             if gain_db > LEVEL_DB {
                 missing.push(format!(
-                    "receiver \"{}\" stands in the shadow of source \"{}\": sound over edges, which the map leaves out, \
-                     may raise its level by up to {gain_db:.1} dB at {} Hz; trace with --effects auto,+diffraction to render_and_read it",
+                    "receiver \"{}\" is in the shadow of source \"{}\": sound over edges, which the map omits, may raise its level by up to {gain_db:.1} dB at {} Hz; trace with --effects auto,+diffraction to include it",
                     receiver.name,
                     source.name,
                     scene.bands.nominal()[band]

@@ -1,4 +1,4 @@
-//! What a scene lets the stages skip although it is no effect: events that no surface has, bands that are alike.
+//! Computations skipped because no surface needs them: events without energy, bands with equal coefficients.
 
 use sonel_map::{BandClasses, Spectral};
 use sonel_scene::Scene;
@@ -48,7 +48,7 @@ fn leads(scene: &Scene, spectral: Spectral) -> Skip {
     let skipped = kinds < bands || bands == 1;
     let reason = match (kinds, spectral) {
         _ if bands == 1 => "one band".to_owned(),
-        (_, Spectral::PerBand) => "every band has packets of its own, as asked for".to_owned(),
+        (_, Spectral::PerBand) => "every band has its own packets, as requested".to_owned(),
         (1, _) => format!("all {bands} bands share coefficients: one lead band is enough"),
         (kinds, _) if kinds == bands => format!("all {bands} bands differ in their coefficients"),
         (kinds, _) => format!("{bands} bands of {kinds} kinds of coefficients"),

@@ -16,15 +16,15 @@ pub enum EffectSpecError {
     Base(String),
     /// A threshold that is none.
     #[error(
-        "\"{0}\" is no threshold: give auto a number above 0 of just-noticeable differences, as in auto:0.5"
+        "\"{0}\" is not a threshold: write auto:X, X a number above 0 in just-noticeable differences, such as auto:0.5"
     )]
     Threshold(String),
     /// A change without a sign.
-    #[error("write +{0} or -{0}: a change of effects says whether it adds or removes")]
+    #[error("\"{0}\" has no sign: write +{0} to add or -{0} to remove the effect")]
     Sign(String),
     /// No such effect.
     #[error(
-        "there is no effect \"{0}\": choose among diffraction, bending, transmission, refraction, air, directivity"
+        "unknown effect \"{0}\": choose among diffraction, bending, transmission, refraction, air, directivity"
     )]
     Unknown(String),
 }
@@ -134,7 +134,7 @@ mod tests {
     fn wrong_specifications_say_what_is_right() {
         let error = |text: &str| text.parse::<EffectSpec>().unwrap_err().to_string();
         assert!(error("some").contains("auto, all or none"));
-        assert!(error("auto,air").contains("+air or -air"));
+        assert!(error("auto,air").contains("+air to add or -air to remove"));
         for threshold in ["", "0", "-1", "nan", "loud"] {
             assert!(error(&format!("auto:{threshold}")).contains("number above 0"));
         }

@@ -1,4 +1,4 @@
-//! How certain fitted coefficients are, and which of them the measurement does not tell apart.
+//! Intervals of fitted coefficients, and coefficients that the measurement cannot separate.
 //!
 //! With J the derivatives of the deviations in standard deviations by y, H = JᵀJ + 1/w² and K = H⁻¹Jᵀ, a change of the data changes y by K
 //! times it. The variance has three parts: K applied to the noise of the measurement, K applied to the batches of the map left out one at a

@@ -1,4 +1,4 @@
-//! Bias and standard deviation of the parameters judged, over repeats.
+//! Bias and standard deviation of the parameters over repeats.
 //!
 //! The error of a level or a clarity is a difference [dB], that of a time is relative [%]. Errors of all receivers and bands
 //! are taken together: deviations as root mean squares, biases as means. A parameter that a run with that setting and number of

@@ -1,4 +1,4 @@
-//! Straight lines through measured points, with what their slope is worth.
+//! Straight lines through measured points, with intervals of their slopes.
 
 use sonel_analysis::{jackknife, student};
 

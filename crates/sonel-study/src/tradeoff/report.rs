@@ -1,4 +1,4 @@
-//! A sweep on paper: CSV and JSON for programs, plots and a page for people.
+//! Output of a sweep: CSV, JSON, plots and a page.
 
 mod csv;
 mod json;

@@ -104,7 +104,7 @@ impl Tradeoff {
 }
 
 /// Runs `sweep` in `room` at `receivers`. Repeats are outermost, so that what else the machine does spreads over all settings;
-/// settings that trace alike share the map of each repeat, and each is charged for it. `progress` hears the share done.
+/// settings that trace alike share the map of each repeat, and each is charged for it. `progress` receives the share done.
 ///
 /// # Errors
 /// When the room leaks, a receiver is impossible, or a map cannot be stored.

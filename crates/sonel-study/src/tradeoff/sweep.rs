@@ -1,7 +1,6 @@
 //! What a sweep varies: one property at a time, about one base setting.
 //!
-//! All combinations of six properties would be thousands of runs and answer a question that nobody asks; a property that
-//! matters shows when it alone is changed.
+//! All combinations of six properties would be thousands of runs.
 
 use sonel_analysis::Parameter;
 use sonel_map::{Mode, Settings, Spectral};
@@ -47,7 +46,7 @@ pub struct Sweep {
     pub sonels: Vec<u64>,
     /// Runs of each setting with each number of sonels, each with a seed of its own; at least two.
     pub repeats: u32,
-    /// Seed of the first repeat; the others count on.
+    /// Seed of the first repeat; later repeats use the following numbers.
     pub seed: u64,
     /// Emissions of the run that is the reference where no exact answer is known.
     pub reference_sonels: u64,
@@ -93,8 +92,7 @@ enum Change {
 impl Change {
     fn name(&self) -> String {
         match self {
-            Self::Mode(Mode::Accurate) => "accurate".to_owned(),
-            Self::Mode(Mode::Paper) => "paper".to_owned(),
+            Self::Mode(mode) => mode.name().to_owned(),
             Self::Survival(survival) => format!("β {survival}"),
             Self::Estimator(estimator) => estimator.name().to_owned(),
             Self::Rays(rays) => format!("{rays} rays"),

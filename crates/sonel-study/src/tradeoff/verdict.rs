@@ -1,8 +1,8 @@
-//! What follows from a sweep: how long each setting takes to a stated accuracy, and which to choose.
+//! Recommendation of a sweep: CPU time of each setting to a stated accuracy.
 //!
-//! The accuracy is a twentieth of a just-noticeable difference in every parameter judged: 0.05 dB of level and clarity, 0.25 % of
-//! the times, as standard deviations. Noise falls as 1/√N, so the run with the most sonels tells N and seconds; bias does not
-//! fall, and a setting whose bias is larger beyond doubt never arrives.
+//! The accuracy is a twentieth of a just-noticeable difference in every parameter: 0.05 dB of level and clarity, 0.25 % of
+//! the times, as standard deviations. Noise falls as 1/√N, so N and seconds follow from the run with the most sonels. Bias
+//! does not fall: a setting whose bias is significantly larger never reaches the accuracy.
 
 use super::errors::{self, Curve};
 use super::fit::{self, Measured};
@@ -107,15 +107,10 @@ pub fn recommendation(tradeoff: &Tradeoff, verdicts: &[Verdict]) -> String {
         symbols.join(", ")
     );
     let Some((best, seconds)) = best(verdicts).and_then(|best| Some((best, best.seconds?))) else {
-        return format!(
-            "{aim} No setting tried arrives there; the table of settings says what stands against each."
-        );
+        return format!("{aim} No setting reaches it; the table of settings says why.");
     };
     if seconds.value <= 0.0 {
-        return format!(
-            "{aim} Nothing is sampled with {}: it is there at once, with any number of sonels.",
-            name(best)
-        );
+        return format!("{aim} {} samples nothing: any number of sonels reaches it.", name(best));
     }
     let mut text = format!(
         "{aim} Take {} with about {} sonels: {}.",
@@ -132,12 +127,12 @@ pub fn recommendation(tradeoff: &Tradeoff, verdicts: &[Verdict]) -> String {
 
 fn against(other: &Verdict, name: &str) -> String {
     if !other.biases.is_empty() {
-        return format!("{name} is off for good: {}.", other.biases.join(", "));
+        return format!("{name} is biased: {}.", other.biases.join(", "));
     }
     match other.times_best {
-        None => format!("{name} has no parameter of some kind that all its runs support."),
+        None => format!("{name}: some parameter is refused in one of its runs."),
         Some(times) if times.allows(1.0) => {
-            format!("{name} takes {:.1} times as long, which may be chance.", times.value)
+            format!("{name} takes {:.1} times as long (difference within noise).", times.value)
         }
         Some(times) => format!("{name} takes {:.1} times as long.", times.value),
     }

@@ -1,4 +1,4 @@
-//! A line source beside a rigid cylinder of rectangular section, by boundary elements: what no theory of edges knows of.
+//! A line source beside a rigid cylinder of rectangular section, by boundary elements, independent of edge theories.
 //!
 //! Kirchhoff and Helmholtz's integral in the plane, e^(jωt), n out of the cylinder, constant pressure on each element:
 //!

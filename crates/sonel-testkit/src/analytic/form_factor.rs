@@ -1,4 +1,4 @@
-//! How much of the energy leaving one rectangle after the cosine law arrives at another, in closed form.
+//! Form factors: share of the energy leaving one rectangle by the cosine law that arrives at another, in closed form.
 //!
 //! Both rectangles are sides of cells of one regular grid, so their exchange depends on offsets alone; it is the
 //! alternating sum of one antiderivative over the corners.

@@ -1,4 +1,4 @@
-//! A point source beside a rigid box, by boundary elements: what no theory of edges knows of.
+//! A point source beside a rigid box, by boundary elements, independent of edge theories.
 //!
 //! Kirchhoff and Helmholtz's integral, e^(jωt), n out of the box, constant pressure on each element:
 //!

@@ -1,4 +1,4 @@
-//! A point source beside a thin rigid rectangle, by boundary elements: what no theory of edges knows of.
+//! A point source beside a thin rigid rectangle, by boundary elements, independent of edge theories.
 //!
 //! The pressure jumps by μ across the sheet, and its normal derivative vanishes there, e^(jωt), G = e^(−jkr)/(4πr):
 //!

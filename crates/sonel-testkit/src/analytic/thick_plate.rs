@@ -1,4 +1,4 @@
-//! A rigid half plane as thick as it likes, source and receiver far off in its shadow: what comes over its two edges, once and again.
+//! A rigid half plane of any thickness, source and receiver far away in its shadow: multiple diffraction over its two edges.
 //!
 //! Far from both edges every line of secondary sources has one variable, η with a cosh η the way between two places on the edges, and what
 //! goes n times over the top is

@@ -20,32 +20,32 @@ use super::Format;
 The table has the columns receiver, center_frequency_hz, parameter and value, such as \"row 3\",500,t20_s,1.83, and may have source,
 ci95_low, ci95_high and receiver_x_m, receiver_y_m, receiver_z_m. What parameters --format csv prints is such a table.")]
 pub struct FitArguments {
-    /// The map; its materials are the start.
+    /// The map; the fit starts from its materials.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// Measured parameters, one a row.
+    /// Measured parameters, one per row.
     #[arg(long, value_name = "TABLE.csv")]
     pub measured: PathBuf,
-    /// Where the materials go; replaced only when the new file is complete.
+    /// Materials file to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "MATERIALS.toml")]
     pub output: PathBuf,
-    /// Fit scattering, too.
+    /// Also fit scattering.
     #[arg(long)]
     pub scattering: bool,
-    /// Parameters that are fitted to: level, g, edt, t20, t30, c50, c80, d50, ts.
+    /// Parameters to fit: level, g, edt, t20, t30, c50, c80, d50, ts.
     #[arg(long = "use", value_name = "PARAMETERS", value_delimiter = ',', default_value = "edt,t20,c80,level", value_parser = parse_parameter)]
     pub parameters: Vec<Parameter>,
     /// Standard deviation of measured values without an interval, in just-noticeable differences.
     #[arg(long, value_name = "JND", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
     pub error: f64,
-    /// How well the coefficients of the map are known: standard deviation of ln(c/(1−c)), so that 0.5 is ± 65 % of small ones and ± 0.12 in
-    /// the middle.
+    /// Uncertainty of the map's coefficients c: standard deviation of ln(c/(1−c)); 0.5 is ± 65 % of small ones and ± 0.12
+    /// in the middle.
     #[arg(long, value_name = "W", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
     pub belief: f64,
-    /// Visibility rays per receiver. A quarter of those of sonel-render: sonels limit a fit, and every rendering takes half the time.
+    /// Visibility rays per receiver. Sonels limit a fit, so a quarter of the rays of sonel-render suffices.
     #[arg(long, value_name = "M", default_value = "32768", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: u32,
-    /// How to print the coefficients.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
 }
@@ -61,7 +61,7 @@ fn parse_rays(text: &str) -> Result<u32, String> {
 
 fn parse_positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
-    number.ok_or_else(|| format!("\"{text}\" is no number above 0"))
+    number.ok_or_else(|| format!("\"{text}\" is not a number above 0"))
 }
 
 /// `optimise`.
@@ -71,13 +71,13 @@ fn parse_positive(text: &str) -> Result<f64, String> {
   sonel-analyze optimise hall.sonelmap --wish \"t30=1.8s±5%@500,1000\" --wish \"c80=0dB±1dB@1000\" -o changed.toml \\
     --change ceiling=carpet-heavy-on-felt,audience-2 --change panelling=0.05:0.6 --price panelling=2.5
 
-The cheapest is what changes the least area times its price. Wishes are for the mean over sources and receivers. sonel-trace materials
-finds entries of the library.")]
+The cost of a change is its area times its price. Wishes are for the mean over sources and receivers. sonel-trace materials
+searches the library.")]
 pub struct OptimiseArguments {
     /// The map.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// What a parameter shall be: level, g, edt, t20, t30, c50, c80, d50 or ts, with tolerance and bands; may be repeated.
+    /// Wanted value of a parameter (level, g, edt, t20, t30, c50, c80, d50 or ts) with tolerance and bands; repeatable.
     #[arg(
         long = "wish",
         value_name = "PARAMETER=VALUE±TOLERANCE@HZ,…",
@@ -85,16 +85,17 @@ pub struct OptimiseArguments {
         allow_hyphen_values = true
     )]
     pub wishes: Vec<Wish>,
-    /// A material that may change: to entries of the library, or its absorption within bounds in the bands of the wishes; may be repeated.
+    /// Allowed change of a material: to entries of the library, or absorption within bounds in the bands of the wishes;
+    /// repeatable.
     #[arg(long = "change", value_name = "MATERIAL=ENTRY,…|LOW:HIGH", required = true, value_parser = parse_change, allow_hyphen_values = true)]
     pub changes: Vec<Change>,
-    /// Price per m² of a change, 1 where none is given; may be repeated.
+    /// Price per m² of a change [default: 1]; repeatable.
     #[arg(long = "price", value_name = "MATERIAL=PRICE", value_parser = parse_price, allow_hyphen_values = true)]
     pub prices: Vec<(String, f64)>,
-    /// A receiver in the scene's axes [m]; may be repeated. Without any, those of the scene.
+    /// Receiver position in scene axes [m]; repeatable. By default the receivers of the scene.
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
-    /// Where the materials go; replaced only when the new file is complete.
+    /// Materials file to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "MATERIALS.toml")]
     pub output: PathBuf,
 }
@@ -120,7 +121,7 @@ pub enum To {
 fn parse_change(text: &str) -> Result<Change, String> {
     let wrong = || {
         format!(
-            "\"{text}\" changes nothing: write MATERIAL=LOW:HIGH such as panelling=0.05:0.6, or MATERIAL=ENTRY,ENTRY of the library"
+            "\"{text}\" is not a change: write MATERIAL=LOW:HIGH such as panelling=0.05:0.6, or MATERIAL=ENTRY,ENTRY of the library"
         )
     };
     let (name, to) = text.rsplit_once('=').ok_or_else(wrong)?;
@@ -136,7 +137,7 @@ fn parse_change(text: &str) -> Result<Change, String> {
     let bounds = [low, high].map(|bound| bound.trim().parse::<f64>().unwrap_or(f64::NAN));
     if !(0.0 <= bounds[0] && bounds[0] < bounds[1] && bounds[1] <= 1.0) {
         return Err(format!(
-            "\"{to}\" are no bounds of absorption: write LOW:HIGH within 0 … 1, the lower first"
+            "\"{to}\" are not bounds of absorption: write LOW:HIGH within 0 … 1, the lower first"
         ));
     }
     Ok(Change { name, to: To::Absorption(bounds) })
@@ -144,6 +145,6 @@ fn parse_change(text: &str) -> Result<Change, String> {
 
 fn parse_price(text: &str) -> Result<(String, f64), String> {
     let (name, price) =
-        text.rsplit_once('=').ok_or_else(|| format!("\"{text}\" is no price: write MATERIAL=PRICE"))?;
+        text.rsplit_once('=').ok_or_else(|| format!("\"{text}\" is not a price: write MATERIAL=PRICE"))?;
     Ok((name.trim().to_owned(), parse_positive(price.trim())?))
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use sonel_analysis::Parameter;
+use sonel_study::target;
 
 /// `plot`.
 #[derive(Debug, Clone, Args)]
@@ -14,27 +15,27 @@ use sonel_analysis::Parameter;
   sonel-analyze plot grid.npz hall.sonelmap --what map --parameter c80 --band 1000 -o clarity.png
   sonel-analyze plot hall.npz --what early --receiver 'row 18' -o reflections.svg")]
 pub struct Plot {
-    /// Responses written by sonel-render, side by side; parameters of all in the same panels. With --what map also the map, whose walls are
-    /// drawn.
+    /// Responses written by sonel-render, drawn side by side, parameters in the same panels. With --what map also the map,
+    /// to draw its walls.
     #[arg(value_name = "RESPONSE.npz|MAP.sonelmap", required = true)]
     pub files: Vec<PathBuf>,
-    /// Where the drawing goes, as SVG or PNG by its ending; replaced only when the new one is complete.
+    /// File to write, SVG or PNG by its ending; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "X.svg|X.png")]
     pub output: PathBuf,
-    /// What is drawn; echogram, decay and parameters where nothing is given.
+    /// What to draw; by default echogram, decay and parameters.
     #[arg(long, value_enum, value_delimiter = ',')]
     pub what: Vec<What>,
-    /// The source; the first where none is given.
+    /// Source; by default the first.
     #[arg(long, value_name = "NAME")]
     pub source: Option<String>,
-    /// The receiver; the first where none is given. Maps show all.
+    /// Receiver; by default the first. Maps show all.
     #[arg(long, value_name = "NAME")]
     pub receiver: Option<String>,
-    /// The parameter of a map, named as by `parameters`, or level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti.
+    /// Parameter of a map, named as by `parameters`, or level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti.
     #[arg(long, value_name = "NAME", default_value = "g", value_parser = Drawn::parse)]
     pub parameter: Drawn,
-    /// The band of a map or of early reflections by its nominal centre [Hz]. Without it a map shows single numbers, as `parameters` does, and
-    /// early reflections those of all bands, weighted by the power of the source.
+    /// Band of a map or of early reflections by its nominal centre [Hz]. By default a map shows single numbers, and early
+    /// reflections are summed over all bands, weighted by the power of the source.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub band: Option<f64>,
 }
@@ -82,9 +83,10 @@ impl Drawn {
             .zip(Parameter::LATERAL)
             .find(|(known, _)| *known == name)
             .map(|(_, found)| found);
-        let found = by_key.or(by_letters).or_else(|| sonel_study::target::parameter(&name).ok());
+        let found = by_key.or(by_letters).or_else(|| target::parameter(&name).ok());
         found.map(Self::Parameter).ok_or_else(|| {
-            format!("\"{text}\" is no parameter: write one of level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti")
+            let lateral = LATERAL_NAMES.join(", ");
+            format!("\"{text}\" is not a parameter: write one of {}, {lateral}, sti", target::names())
         })
     }
 

@@ -8,11 +8,11 @@ use sonel_analysis::modulation::Talk;
 /// Speech and noise for the speech transmission index.
 #[derive(Debug, Clone, Args)]
 pub struct TalkArguments {
-    /// Levels of background noise in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas between: the speech transmission index
-    /// then holds noise, masking and the reception threshold.
+    /// Levels of background noise in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas between. The
+    /// speech transmission index then includes noise, masking and the reception threshold.
     #[arg(long, value_name = "L125,…,L8000", value_parser = octaves, allow_hyphen_values = true)]
     pub noise: Option<[f64; 7]>,
-    /// Power levels of the speech in these octaves [dB re 1 pW]; without, those of the source.
+    /// Power levels of the speech in these octaves [dB re 1 pW]; by default those of the source.
     #[arg(long, value_name = "LW125,…,LW8000", value_parser = octaves, allow_hyphen_values = true, requires = "noise")]
     pub speech: Option<[f64; 7]>,
 }
@@ -36,13 +36,13 @@ pub struct OpenPlan {
     /// Levels of background noise in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas between.
     #[arg(long, value_name = "L125,…,L8000", value_parser = octaves, allow_hyphen_values = true)]
     pub noise: [f64; 7],
-    /// Power levels of the speech in these octaves [dB re 1 pW]; without, normal effort of ISO 3382-3.
+    /// Power levels of the speech in these octaves [dB re 1 pW]; by default normal effort of ISO 3382-3.
     #[arg(long, value_name = "LW125,…,LW8000", value_parser = octaves, allow_hyphen_values = true)]
     pub speech: Option<[f64; 7]>,
-    /// The talker; the first source where none is given.
+    /// Talker; by default the first source.
     #[arg(long, value_name = "NAME")]
     pub source: Option<String>,
-    /// A workstation of the line; may be repeated. Without any, all receivers.
+    /// Workstation of the line; repeatable. By default all receivers.
     #[arg(long = "receiver", value_name = "NAME")]
     pub receivers: Vec<String>,
     /// Print JSON.
@@ -60,7 +60,7 @@ fn octaves(text: &str) -> Result<[f64; 7], String> {
     let levels: Vec<f64> =
         text.split(',').map(|field| field.trim().parse().map_err(|_| wrong())).collect::<Result<_, _>>()?;
     if let Some(level) = levels.iter().find(|level| !(-100.0..=200.0).contains(*level)) {
-        return Err(format!("{level} dB is no level: give -100 … 200"));
+        return Err(format!("{level} dB is outside -100 … 200 dB"));
     }
     levels.try_into().map_err(|_| wrong())
 }

@@ -1,4 +1,4 @@
-//! Two maps: what was changed, then where, when and in which bands the energy arriving at surfaces differs beyond noise.
+//! Compares two maps: changed settings, then incident energies that differ beyond noise.
 
 use std::fmt::Write as _;
 use std::io::Write;
@@ -118,7 +118,7 @@ fn to_text(comparison: &MapComparison, changes: &[Difference], list_all: bool) -
         let _ = writeln!(text, "note: {sentence}");
     }
     let _ = writeln!(text, "noise: {}\n", pairing(comparison.pairing));
-    text.push_str("                judged  differ  sparse (energy)   half the cells show changes of\n");
+    text.push_str("                tested  differ  sparse (energy)   half the cells show changes of\n");
     for tier in &comparison.tiers {
         let _ = writeln!(
             text,
@@ -170,10 +170,10 @@ fn listing(beyond: &[&CellDifference], most: usize) -> String {
 fn verdict(comparison: &MapComparison, beyond: &[&CellDifference]) -> String {
     let judged: usize = comparison.tiers.iter().map(|tier| tier.cells.len()).sum();
     if beyond.is_empty() {
-        format!("same within noise: none of {judged} cells differs (all together err once in a hundred)\n")
+        format!("same within noise: none of {judged} cells differs (false alarm in 1 % of comparisons)\n")
     } else {
         format!(
-            "different: {} of {judged} cells differ beyond noise (all together err once in a hundred), the most \
+            "different: {} of {judged} cells differ beyond noise (false alarm in 1 % of comparisons), the most \
              significant first\n",
             beyond.len()
         )
@@ -196,7 +196,7 @@ fn pairing(pairing: Pairing) -> &'static str {
     match pairing {
         Pairing::Batches => "same random numbers, compared batch by batch",
         Pairing::SameSeed => {
-            "same seed but another numbering of emissions: taken for independent, so that small differences may go unnoticed"
+            "same seed but different numbering of emissions: treated as independent, small differences may go undetected"
         }
         Pairing::Independent => "independent runs",
     }

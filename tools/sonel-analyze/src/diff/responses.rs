@@ -1,4 +1,4 @@
-//! Two responses: same scene, code, options? Then which parameters differ beyond noise.
+//! Compares two responses: scene, version, options, then parameters that differ beyond noise.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -46,8 +46,7 @@ pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let comparison = compare(&figures_a, &figures_b, pairing);
     if comparison.differences.is_empty() {
         bail!(
-            "{} and {} have no parameter in common that can be judged: both need the same names of sources and \
-             receivers, a common band, and batches",
+            "{} and {} have no comparable parameter in common: both need the same names of sources and receivers, a common band, and batches",
             arguments.a.display(),
             arguments.other().display()
         );
@@ -158,7 +157,7 @@ fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)], argum
     let verdict = if beyond.is_empty() { "same within noise" } else { "different" };
     let _ = writeln!(
         text,
-        "\n{verdict}: {} of {} parameters differ beyond noise (equal responses: any at all in 1 % of comparisons)",
+        "\n{verdict}: {} of {} parameters differ beyond noise (false alarm in 1 % of comparisons)",
         beyond.len(),
         all.len()
     );

@@ -1,4 +1,4 @@
-//! The measured table in terms of the map: sources, receivers and bands by number.
+//! Matches a measured table with the sources, receivers and bands of a map.
 
 use std::io::Write;
 
@@ -68,7 +68,7 @@ pub fn read(arguments: &FitArguments, scene: &Scene, log: &mut dyn Write) -> any
         bail!("{label}: no row has a value of {}", names(&arguments.parameters));
     }
     if !unused.is_empty() {
-        writeln!(log, "{label}: not used: {}; choose with --use", names(&unused))?;
+        writeln!(log, "{label}: parameters not used: {}; choose them with --use", names(&unused))?;
     }
     if empty > 0 {
         writeln!(log, "{label}: {empty} rows without a value")?;
@@ -89,7 +89,7 @@ impl Measured {
         if self.measurements.iter().any(is_same) {
             let (key, receiver) = (row.parameter.key(), &row.receiver);
             return Err(format!(
-                "{key} at \"{receiver}\" and {} Hz is there twice: keep one",
+                "{key} at \"{receiver}\" and {} Hz occurs twice: keep one row",
                 row.center_frequency_hz
             ));
         }
@@ -130,16 +130,16 @@ impl Measured {
         if let Some(index) = self.receivers.iter().position(|receiver| receiver.name == *name) {
             let at = self.receivers[index].position;
             return match position {
-                Some(there) if there.distance(at) > SAME_PLACE => {
-                    Err(format!("receiver \"{name}\" is at {at} m, the table has {there} m: rename it"))
-                }
+                Some(there) if there.distance(at) > SAME_PLACE => Err(format!(
+                    "receiver \"{name}\" is at {at} m in the map and at {there} m in the table: rename it"
+                )),
                 _ => Ok(index),
             };
         }
         let position = position.ok_or_else(|| {
             let known: Vec<&str> = self.receivers.iter().map(|receiver| receiver.name.as_str()).collect();
             format!(
-                "the map has no receiver \"{name}\" (it has {}), and the table no receiver_x_m, receiver_y_m, receiver_z_m of it",
+                "the map has no receiver \"{name}\" (it has {}), and the table has no receiver_x_m, receiver_y_m, receiver_z_m for it",
                 known.join(", ")
             )
         })?;

@@ -1,4 +1,4 @@
-//! What was fitted, as a table, CSV or JSON.
+//! Output of `fit` as a table, CSV or JSON.
 
 use std::io::Write;
 
@@ -120,14 +120,14 @@ fn sentences(fit: &Fit, scene: &Scene) -> Vec<String> {
             let bands = bands.join(", ");
             sentences.push(match kind {
                 Knowledge::NotApart(others) if others.is_empty() => format!(
-                    "{own} cannot be told apart from that of the others together at {bands} Hz: it stays near the value of the map"
+                    "{own} cannot be separated from the other coefficients at {bands} Hz: it stays near the value of the map"
                 ),
                 Knowledge::NotApart(others) => {
                     let others: Vec<String> =
                         others.iter().map(|(material, coefficient)| name(*material, *coefficient)).collect();
-                    format!("{own} cannot be told apart from {} at {bands} Hz", others.join(", "))
+                    format!("{own} cannot be separated from {} at {bands} Hz", others.join(", "))
                 }
-                _ => format!("{own} hardly changes what was measured at {bands} Hz: it stays near the value of the map"),
+                _ => format!("{own} hardly changes the measured parameters at {bands} Hz: it stays near the value of the map"),
             });
         }
     }
@@ -159,7 +159,9 @@ fn left_out(fit: &Fit, scene: &Scene) -> Vec<String> {
             let bands: Vec<String> = centers.map(|(_, center)| center.to_string()).collect();
             if !bands.is_empty() {
                 let why = match coefficient {
-                    Coefficient::Scattering => "it is 0 or 1, or on no surface: start from a value between",
+                    Coefficient::Scattering => {
+                        "it is 0 or 1, or on no surface: start from a value between them"
+                    }
                     _ => "it is 1, or on no surface",
                 };
                 let bands = bands.join(", ");

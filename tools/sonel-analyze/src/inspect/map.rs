@@ -1,10 +1,11 @@
-//! What a map holds, in words and as JSON.
+//! Content of a map as text and JSON.
 
 use std::fmt::Write;
 
 use serde_json::{Value, json};
 use sonel_analysis::survey::Deposit;
-use sonel_map::{BandLedger, Fate, MapHeader, Mode, Spectral};
+use sonel_console::ledger::{balances_json, fates_json};
+use sonel_map::{Fate, MapHeader, hexadecimal};
 use sonel_scene::Region;
 
 use super::edges;
@@ -12,15 +13,6 @@ use crate::open::WalkedMap;
 
 /// Lines of the listing by surface and by order; JSON has all.
 const LISTED: usize = 12;
-
-const FATES: [(&str, Fate); 6] = [
-    ("absorbed", Fate::Absorbed),
-    ("transmitted", Fate::Transmitted),
-    ("escaped", Fate::Escaped),
-    ("expired", Fate::Expired),
-    ("extinguished", Fate::Extinguished),
-    ("lost", Fate::Lost),
-];
 
 fn region(region: &Region) -> Value {
     json!({ "name": region.name, "inside_m": region.inside.to_array(), "speed_of_sound": region.speed_of_sound,
@@ -33,9 +25,6 @@ pub fn json(walked: &WalkedMap) -> Value {
     let (scene, ledger) = (&header.scene, map.ledger());
     let point =
         |name: &str, position: glam::DVec3| json!({ "name": name, "position_m": position.to_array() });
-    let fates: serde_json::Map<String, Value> =
-        FATES.iter().map(|(name, fate)| ((*name).to_owned(), json!(ledger.fates.count(*fate)))).collect();
-    let bands = scene.bands.nominal().iter().zip(&ledger.bands);
     json!({
         "kind": "sonelmap",
         "tool_version": header.tool_version,
@@ -58,8 +47,8 @@ pub fn json(walked: &WalkedMap) -> Value {
         "emitted": map.path_count(),
         "stored": map.vertex_count(),
         "segments": ledger.segments,
-        "fates": fates,
-        "ledger": bands.map(|(frequency, band)| balance(*frequency, band, scene.sources.len())).collect::<Vec<_>>(),
+        "fates": fates_json(&ledger.fates),
+        "ledger": balances_json(&ledger, scene.bands.nominal(), scene.sources.len()),
         "surfaces": walked.survey.surfaces.iter().zip(walked.geometry.surfaces()).enumerate()
             .map(|(index, (deposit, surface))| {
                 let material = &scene.materials[surface.material as usize].name;
@@ -80,40 +69,10 @@ fn settings(header: &MapHeader) -> Value {
         "seed": settings.seed,
         "batches": settings.batches,
         "survival": settings.survival,
-        "spectral": spectral(settings.spectral),
-        "mode": mode(settings.mode),
+        "spectral": settings.spectral.name(),
+        "mode": settings.mode.name(),
         "extinction_threshold": settings.extinction_threshold,
         "shard": [header.shard.index, header.shard.count],
-    })
-}
-
-fn spectral(spectral: Spectral) -> &'static str {
-    match spectral {
-        Spectral::Shared => "shared",
-        Spectral::PerBand => "per-band",
-    }
-}
-
-fn mode(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Accurate => "accurate",
-        Mode::Paper => "paper",
-    }
-}
-
-/// One band of the ledger, as sonel-trace prints it: with S sources every band emits 1 on average over them.
-fn balance(frequency: f64, band: &BandLedger, sources: usize) -> Value {
-    let sources = sources as f64;
-    json!({
-        "center_frequency_hz": frequency,
-        "emitted": band.emitted / sources,
-        "absorbed": band.absorbed / sources,
-        "transmitted": band.transmitted / sources,
-        "escaped": band.escaped / sources,
-        "truncated": band.truncated / sources,
-        "sampling": band.sampling / sources,
-        "sampling_sigma": band.sampling_sigma() / sources,
-        "relative_residual": band.relative_residual(),
     })
 }
 
@@ -145,8 +104,8 @@ pub fn text(walked: &WalkedMap) -> String {
             settings.seed,
             settings.batches,
             settings.survival,
-            spectral(settings.spectral),
-            mode(settings.mode),
+            settings.spectral.name(),
+            settings.mode.name(),
             header.shard.index,
             header.shard.count
         ),
@@ -177,7 +136,7 @@ pub fn text(walked: &WalkedMap) -> String {
         &format!("{} paths, {} vertices, {} bytes", map.path_count(), map.vertex_count(), map.byte_length()),
     );
     let fates: Vec<String> =
-        FATES.iter().map(|(name, fate)| format!("{} {name}", ledger.fates.count(*fate))).collect();
+        Fate::ALL.iter().map(|&fate| format!("{} {}", ledger.fates.count(fate), fate.name())).collect();
     line("fates", &fates.join(", "));
     let _ = writeln!(text, "\nenergy relative to what one source emits");
     text.push_str(&balances(walked));
@@ -254,8 +213,4 @@ fn mean(energies: &[f64]) -> f64 {
 
 fn numbers(values: &[f64]) -> String {
     values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,4 +1,4 @@
-//! What a response holds, in words and as JSON.
+//! Content of a response as text and JSON.
 
 use std::fmt::Write;
 

@@ -63,7 +63,7 @@ fn plan(
     if plan.hidden > 0 {
         writeln!(
             log,
-            "note: {}: {} receivers are not shown, another stands at the same place of the plan: render one height to see them",
+            "note: {}: {} receivers are hidden by another at the same place of the plan: render one height to show them",
             subject.name, plan.hidden
         )?;
     }
@@ -92,7 +92,7 @@ fn value(
 ) -> anyhow::Result<ParameterValue> {
     Ok(match (arguments.parameter, arguments.band) {
         (Drawn::Speech, None) => receiver.speech_transmission_index.clone(),
-        (Drawn::Speech, Some(_)) => bail!("the speech transmission index is one number: leave --band out"),
+        (Drawn::Speech, Some(_)) => bail!("the speech transmission index has no bands: omit --band"),
         (Drawn::Parameter(parameter), None) => single_number(receiver, parameter),
         (Drawn::Parameter(parameter), Some(band)) => {
             receiver.bands[subject.band(band)?].parameter(parameter).clone()
@@ -113,9 +113,5 @@ fn log_what_is_missing(
         bail!("{}: no receiver has a value: {first}", subject.path.display());
     }
     let (count, all) = (reasons.len(), values.len());
-    Ok(writeln!(
-        log,
-        "note: {}: {count} of {all} receivers are grey, they have no value: {first}",
-        subject.name
-    )?)
+    Ok(writeln!(log, "note: {}: {count} of {all} receivers have no value (grey): {first}", subject.name)?)
 }

@@ -1,4 +1,4 @@
-//! What the page says, section by section.
+//! The sections of the report.
 
 use serde_json::{Value, json};
 use sonel_acoustics::just_noticeable as noticeable;
@@ -123,15 +123,15 @@ pub fn remarks(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
         let digest = &map.json["digest"];
         for subject in subjects.iter().filter(|subject| subject.response.metadata["map_digest"] != *digest) {
             remarks.push(format!(
-                "{} was not rendered from this map: room, effects and ledger below are those of another run.",
+                "{} was not rendered from this map: room, effects and ledger below belong to another run.",
                 subject.name
             ));
         }
     }
     if subjects.iter().any(|subject| subject.parameters.len() > 1) {
-        remarks.push("All places share one calculation: their errors go together, and each interval holds for its value alone.".to_owned());
+        remarks.push("All receivers share one simulation, so their errors are correlated; each interval holds for one value.".to_owned());
     }
-    remarks.push("The calculation is of energies. It is not valid below the Schroeder frequency of a room, where single modes dominate.".to_owned());
+    remarks.push("The simulation computes energies. It is not valid below the Schroeder frequency of a room, where single modes dominate.".to_owned());
     page.list(&remarks);
 }
 
@@ -302,7 +302,7 @@ pub fn ledger(page: &mut Page, map: &Traced) {
         })
         .collect();
     page.table("", &head, &rows);
-    page.note("Shares of the emitted energy. Truncated is what packets carried when the simulated time ended; sampling is random and zero in the mean.");
+    page.note("Shares of the emitted energy. Truncated is the energy of packets at the end of the simulated time; sampling is random with mean zero.");
     let fates = map.json["fates"].as_object().into_iter().flatten();
     let fates: Vec<String> = fates.map(|(name, count)| format!("{name} {count}")).collect();
     page.text(&format!("Packets by fate: {}.", fates.join(", ")));

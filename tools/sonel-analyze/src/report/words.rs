@@ -1,4 +1,4 @@
-//! What is missing or uncertain, in the words of somebody who does not simulate rooms.
+//! Missing and uncertain values in plain words, for clients.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ pub fn remarks<'a>(parameters: impl Iterator<Item = &'a ReceiverParameters>) -> 
 fn missing(reason: &Unsupported) -> &'static str {
     match reason {
         Unsupported::NoEnergy | Unsupported::NoReverberation => {
-            "no sound arrives at this place and frequency, so there is nothing to state."
+            "no sound arrives at this place and frequency."
         }
         Unsupported::NothingEarly { .. } | Unsupported::NothingLate { .. } => {
             "all sound arrives early, or all late, so a ratio of both has no value."

@@ -3,26 +3,7 @@
 use serde_json::Value;
 use sonel_testkit::test_folder::TestFolder;
 
-use crate::{analyze, trace};
-
-const SCENE: &str = r#"
-name = "test room"
-shoebox = [6.0, 5.0, 4.0]
-duration_s = 0.2
-[bands]
-center_frequencies_hz = [250, 1000]
-[materials.walls]
-absorption = [0.2, 0.9]
-scattering = [0.5, 0.05]
-[[sources]]
-name = "stage, left"
-position = [1.5, 1.2, 1.3]
-directivity = "cardioid"
-aim = [1.0, 0.0, 0.0]
-[[sources]]
-name = "pit"
-position = [4.5, 3.2, 2.3]
-"#;
+use crate::{SCENE, analyze, trace};
 
 /// Exports `map` to a file called `output`.
 fn export(folder: &TestFolder, map: &str, output: &str, options: &[&str]) -> Vec<u8> {

@@ -2,25 +2,13 @@
 
 use sonel_testkit::test_folder::TestFolder;
 
-use crate::{analyze, trace};
+use crate::{SCENE, analyze, trace};
 
-const SCENE: &str = r#"
-name = "test room"
-shoebox = [6.0, 5.0, 4.0]
-duration_s = 0.2
-[bands]
-center_frequencies_hz = [250, 1000]
-[materials.walls]
-absorption = [0.2, 0.9]
-scattering = [0.5, 0.05]
-[[sources]]
-name = "stage"
-position = [1.5, 1.2, 1.3]
-"#;
 const CAMERA: [&str; 8] = ["--eye", "1,1,1", "--look", "5,4,2", "--fov", "80", "--size", "40x30"];
 
 fn folder() -> TestFolder {
-    let folder = TestFolder::with(SCENE);
+    let (one_source, _) = SCENE.rsplit_once("[[sources]]").expect("two sources");
+    let folder = TestFolder::with(one_source);
     trace(&folder, "a.sonelmap", &["--sonels", "1500"]);
     folder
 }
@@ -85,13 +73,13 @@ fn everything_that_is_wrong_is_said() {
         "from 0 to 0.03 s and from 0.02 to 0.04 s overlap",
         "from 0.1 to 0.9 s is not within the 0.2 s",
         "no band \"500\"; choose sum or one of 250, 1000 Hz",
-        "no source \"pit\"; it has stage",
+        "no source \"pit\"; it has stage, left",
     ] {
         assert!(all.contains(problem), "{problem}: {all}");
     }
     let with = |options: &[&str]| refused(&[&CAMERA[..], options].concat());
     assert!(with(&["--windows", "20"]).contains("write FROM-TO with a unit"));
-    assert!(with(&["--radius", "0"]).contains("radius above 0"));
+    assert!(with(&["--radius", "0"]).contains("must be above 0 m"));
     assert!(with(&["--range", "0:-40"]).contains("the lower first"));
     let ended = analyze(&folder, &[&["image", "a.sonelmap", "-o", "e.npz"], &CAMERA[..]].concat());
     assert!(ended.err.contains("does not end in .exr"), "{ended:?}");

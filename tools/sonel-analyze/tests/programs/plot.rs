@@ -66,7 +66,7 @@ fn a_grid_is_a_plan_with_walls_and_receivers_without_a_value_are_grey() {
     trace(&folder, "room.sonelmap", &["--sonels", "200"]);
     let map = ["--what", "map", "--band", "1000", "-o", "map.svg"];
     let without = plot(&folder, &[&map[..], &["--parameter", "t30"]].concat()).done();
-    assert!(without.err.contains("1 of 6 receivers are grey"), "{without:?}");
+    assert!(without.err.contains("1 of 6 receivers have no value"), "{without:?}");
     let lines = |text: &str| text.matches("stroke-width=\"3\"").count();
     let bare = folder.text("map.svg");
     assert!(
@@ -89,9 +89,9 @@ fn maps_that_cannot_be_drawn_say_why() {
         (&["--what", "map"][..], "no receiver has a value"),
         (&["--what", "map", "--band", "500"], "no band of 500 Hz; it has 1000"),
         (&["--what", "map", "--parameter", "lf", "--band", "1000"], "--directions"),
-        (&["--what", "map", "--parameter", "sti", "--band", "1000"], "leave --band out"),
-        (&["--what", "map", "--parameter", "rt60"], "is no parameter: write one of"),
-        (&["--what", "decay", "room.sonelmap"], "--what map alone"),
+        (&["--what", "map", "--parameter", "sti", "--band", "1000"], "omit --band"),
+        (&["--what", "map", "--parameter", "rt60"], "is not a parameter: write one of"),
+        (&["--what", "decay", "room.sonelmap"], "only --what map uses a map"),
         (&["--what", "map", "room.sonelmap", "room.sonelmap"], "second map"),
         (&["--what", "early"], "lists no arrival"),
     ] {
@@ -111,7 +111,7 @@ fn two_receivers_at_one_place_are_one_dot_and_a_note() {
         response.energy = response.energy.repeat(2);
     });
     let ended = plot(&folder, &["--what", "map", "--band", "1000", "-o", "map.svg"]).done();
-    assert!(ended.err.contains("1 receivers are not shown"), "{ended:?}");
+    assert!(ended.err.contains("1 receivers are hidden"), "{ended:?}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What a straight rigid screen takes from the sound behind it, by every law that is around.
+//! Insertion loss of a straight rigid screen by every law.
 //!
 //! The screen ends at the origin and reaches down from there without end; source and receiver lie in one plane across its edge.
 //!

@@ -1,4 +1,4 @@
-//! The plots and the table of docs/diffraction.md: what a screen takes by every law that is around.
+//! The plots and the table of docs/diffraction/README.md: insertion loss of a screen by every law.
 
 mod laws;
 
@@ -11,7 +11,7 @@ use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 use laws::{Arrangement, LAWS, Losses};
 use xtask::workspace;
 
-const PAGE: &str = "docs/diffraction.md";
+const PAGE: &str = "docs/diffraction/README.md";
 const PLOTS: &str = "docs/diffraction";
 
 /// Bands of the second plot [Hz].

@@ -65,7 +65,7 @@ impl<'text> File<'text> {
         word.trim()
             .parse()
             .ok()
-            .with_context(|| self.at(&format!("{word:?} is no number of the kind needed")))
+            .with_context(|| self.at(&format!("{word:?} is not a number of the kind needed")))
     }
 
     /// The next `count` lines, the first words of each as numbers.

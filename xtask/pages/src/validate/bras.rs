@@ -155,7 +155,7 @@ fn measured(folder: &Folder, scene: &str) -> Result<Vec<Values>> {
 /// Lines of numbers with commas between.
 fn rows(text: &str) -> Result<Vec<Vec<f64>>> {
     let lines = text.lines().filter(|line| !line.trim().is_empty());
-    let number = |word: &str| word.trim().parse::<f64>().with_context(|| format!("{word:?} is no number"));
+    let number = |word: &str| word.trim().parse::<f64>().with_context(|| format!("{word:?} is not a number"));
     lines.map(|line| line.split(',').map(number).collect()).collect()
 }
 

@@ -1,4 +1,4 @@
-//! Where an end of a path over an edge appears to be from the edge, where paths are arcs.
+//! Apparent positions of source and receiver seen from an edge, where paths are arcs.
 //!
 //! With c₀ ds/c as length, arcs are the shortest ways of a hyperbolic space. Seen from a place P an end is put where its arc leaves P, as far as
 //! c₀ t: arcs through P are straight there, and the edge has the field of even air. Directions, times, the boundary of the shadow and the sum

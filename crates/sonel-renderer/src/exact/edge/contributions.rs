@@ -1,4 +1,4 @@
-//! Which ways over edges are computed: those that matter most, within a budget.
+//! Selects the paths over edges that are computed: those with the largest energy bounds, within a budget.
 //!
 //! A contribution is an image of the source, an edge or two edges of a convex face, and an image of the receiver. Its energy is at most about
 //! 1/(4 + 20 N) of the free field over its way, N the Fresnel number of the detour: the formula of [Maekawa1968] at its upper side, where half a

@@ -1,7 +1,8 @@
-//! Image sources of one end of a path, and which part of each edge is visible from them.
+//! Image sources of one end of a path, and the part of each edge visible from them.
 //!
 //! A source has images in the mirrors that its sound meets before an edge, a receiver in those between the edge and itself. All images up
-//! to the highest order whose number times that of the edges is affordable are taken. Visibility is found when it is asked for, and kept.
+//! to the highest order whose number times that of the edges is affordable are taken. Visibility is computed on demand and
+//! cached.
 
 use std::borrow::Cow;
 use std::collections::HashMap;

@@ -1,4 +1,4 @@
-//! L E R and L S E R: what edges do to direct sound and to image sources.
+//! L E R and L S E R: diffraction of direct sound and image sources at edges.
 //!
 //! One rule: an image of the source × an edge × an image of the receiver, at any order of images, and the same with two edges of a convex face in
 //! the place of the edge. Both ends see a part of the edge ([`images`]), which radiates as a finite edge does. Which contributions are computed is

@@ -1,11 +1,12 @@
-//! Edges that are grazed together, as those of rows of seats.
+//! Rows of parallel edges grazed by one path, such as seats: they count as one edge.
 //!
 //! Parallel edges of different objects are each lit as if the others were not there. Where a path grazes many of them their sum would be several
 //! times the field. So they count as one edge, each with the share that its clearance c has among theirs,
 //!
 //!   share = 1/(1 + Σ q exp((c − c′)/s)),  s = λ/20,
 //!
-//! over the others, c′ their clearances: how much longer the way over an edge is than the straight one, negative where the edge shades it.
+//! over the others, c′ their clearances: how much longer the path over an edge is than the straight one, negative where the
+//! edge shades it.
 //! The one that shades most counts; two in line count half each. q is 1 for others that the way over the edge passes within a Fresnel number
 //! of 1/4 and 0 from 1/2 on. Next to its own boundary, |c| < s/4, an edge counts wholly, or the wave would step there.
 //!

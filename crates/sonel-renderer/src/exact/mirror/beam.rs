@@ -1,8 +1,8 @@
-//! Beams: the space an image shines into through the mirrors of its chain.
+//! Beams: the region that an image source can reach through its reflecting surfaces.
 //!
 //! The beam of an image is the cone from the image through the part of the last mirror that the beam before it lights.
-//! Apertures are taken convex (the convex hull of a surface that is not) and everything is judged with an outward
-//! tolerance, so a beam is never smaller than the true one: what it leaves out can carry nothing.
+//! Apertures are taken convex (the convex hull of a surface that is not) and every test has an outward tolerance, so a beam
+//! is never smaller than the true one: what it leaves out can carry nothing.
 //!
 //! Reference: [HeckbertHanrahan1984] (docs/references.md).
 

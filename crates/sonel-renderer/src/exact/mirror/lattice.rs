@@ -1,4 +1,4 @@
-//! The images of a source in an empty box: a lattice, every point of which is seen from everywhere inside.
+//! Image sources of an empty box: a lattice, all visible from everywhere inside.
 
 use glam::DVec3;
 use sonel_geometry::{Geometry, Shoebox};

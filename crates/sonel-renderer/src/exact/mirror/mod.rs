@@ -1,7 +1,7 @@
-//! L S^k R, k ≤ K: image sources over completely enumerated mirror chains.
+//! L S^k R, k ≤ K: image sources, completely enumerated.
 //!
-//! Complete means: every chain of up to K planar surfaces that can carry energy is tried at every receiver and validated
-//! exactly there, so the class has neither bias nor noise. In an empty box the images form a lattice and need no
+//! Every sequence of up to K planar surfaces that can carry energy is validated exactly at every receiver, so the class has
+//! neither bias nor noise. In an empty box the images form a lattice and need no
 //! validation; elsewhere they form a tree, whose depth K is the last that fits a fixed budget of nodes. K depends on the
 //! scene and the source alone, never on the receivers (docs/physics.md §4).
 //!

@@ -1,6 +1,7 @@
 //! Images of a source over the planar surfaces of any geometry, validated at every receiver.
 //!
-//! A node is an image reached over a chain of surfaces. A chain is left out only where it can carry nothing: no band
+//! A node is an image source with its sequence of reflecting surfaces. A sequence is omitted only where it can carry no
+//! energy: no band
 //! reflects there as a mirror, the surface shows its solid side to the image, or the beam of the chain before it misses
 //! the surface. What stands in the way is found out at every receiver.
 

@@ -97,7 +97,7 @@ impl Grid {
 impl<P: AsRef<Disc>> GatherIndex<P> {
     /// Indexes discs of `radius` [m].
     #[must_use]
-    pub fn new(mut points: Vec<P>, radius: f64) -> Self {
+    pub fn new(points: Vec<P>, radius: f64) -> Self {
         let places = points.iter().map(|point| point.as_ref().place as usize + 1).max().unwrap_or(0);
         let mut grids = vec![Grid::EMPTY; places];
         for disc in points.iter().map(AsRef::as_ref) {
@@ -108,28 +108,33 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
             cells += grid.divide(radius, cells);
         }
         // Neighbours in the room are neighbours in memory: sonels come from everywhere, and what is not in the cache costs most of a visit.
-        points.sort_by_cached_key(|point| {
-            let disc = point.as_ref();
+        let mut order: Vec<usize> = (0..points.len()).collect();
+        order.sort_by_cached_key(|&point| {
+            let disc = points[point].as_ref();
             grids[disc.place as usize].number(disc.centre)
         });
-        let discs = || points.iter().map(AsRef::as_ref);
-        // Each list is filled from its end, so that its start is found on the way.
+        let mut numbers = vec![0_u32; points.len()];
+        (0..).zip(&order).for_each(|(number, &point)| numbers[point] = number);
+        // Each list is filled from its end, so that its start is found on the way, and in the order of the points: no point changes the order of
+        // others, which sums would show in their last bit.
         let mut starts = vec![0_u32; cells + 1];
         let touched = |disc: &Disc| grids[disc.place as usize].touched(disc.centre, radius);
-        discs().flat_map(touched).for_each(|cell| starts[cell] += 1);
+        points.iter().map(AsRef::as_ref).flat_map(touched).for_each(|cell| starts[cell] += 1);
         let mut end = 0;
         for start in &mut starts {
             end += *start;
             *start = end;
         }
         let mut listed = vec![Listed::default(); end as usize];
-        for (number, disc) in (0..).zip(discs()) {
+        for (&number, disc) in numbers.iter().zip(points.iter().map(AsRef::as_ref)) {
             for cell in touched(disc) {
                 starts[cell] -= 1;
                 let centre = (disc.centre - grids[disc.place as usize].low).as_vec2();
                 listed[starts[cell] as usize] = Listed { centre, number };
             }
         }
+        let mut unsorted: Vec<Option<P>> = points.into_iter().map(Some).collect();
+        let points = order.iter().map(|&point| unsorted[point].take().expect("each point once")).collect();
         Self { points, grids, starts, listed, radius }
     }
 

@@ -28,7 +28,8 @@ pub struct GatherSettings {
 
 /// Turns weigh bands differently: a ray that carries so many times what it left with goes on in parts.
 const HEAVY: f64 = 4.0;
-/// A ray from next to the receiver that carries less than this part of what it left with goes on by roulette.
+/// A ray that carries less than this part of what it left with goes on by roulette. Where hard walls face each other, few rays bring most of
+/// the late energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30.
 const LIGHT: f64 = 0.1;
 
 /// One disc that gathers.
@@ -167,23 +168,15 @@ pub fn cast(
                 found(Found::Near(on.near_place(hit.surface, normal, choices.point(near_places)[0])));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
                 let on = on.scattered(normal, point).met_at_its_angle(table, hit.surface);
-                rays.extend(on.thinned(settings, stream));
+                rays.extend(on.balanced(settings, stream));
                 near_places += 1;
             }
             if mirrors && row.is_partition && ray.passes(medium, &hit, row, stream) {
                 rays.push(ray);
             } else if mirrors {
-                // With the strongest band's reflection no band's throughput grows; next to the receiver few rays stand for much.
-                let is_near = ray.is_scattered || observer.receiver.is_near_along(ray.length);
-                let survival = if is_near { 1.0 } else { strongest(&row.specular.energy) };
                 let met = table.row(hit.surface, ray.direction.as_dvec3());
-                if !ray.reflect(medium, &hit, normal, (&met.specular.energy, survival), stream) {
-                    continue;
-                }
-                match medium.bends {
-                    Some(_) => rays.extend(ray.balanced(settings, stream)),
-                    None if is_near => rays.extend(ray.thinned(settings, stream)),
-                    None => rays.push(ray),
+                if ray.reflect(medium, &hit, normal, &met.specular.energy) {
+                    rays.extend(ray.balanced(settings, stream));
                 }
             }
         }
@@ -304,14 +297,14 @@ impl Ray {
         strongest(&self.throughput)
     }
 
-    /// Several of it that carry less each, where it carries much more than when it left, and few where it carries less.
+    /// The ray as it is; several that carry less each, where it carries much more than when it left; by roulette, where it carries little.
     fn balanced(
         mut self,
         settings: &GatherSettings,
         stream: &mut Stream,
     ) -> impl Iterator<Item = Self> + use<> {
         let weight = self.weight() * f64::from(settings.rays) / 4.0;
-        let parts = if weight > 1.0 { libm::ceil(weight / HEAVY) } else { weight };
+        let parts = if weight > HEAVY { libm::ceil(weight / HEAVY) } else { (weight / LIGHT).min(1.0) };
         let copies = copies(parts, stream);
         if copies > 0 {
             self.throughput.iter_mut().flatten().for_each(|energy| *energy /= parts);
@@ -399,17 +392,6 @@ impl Ray {
         self
     }
 
-    /// The ray, but for roulette where it carries little of what it left with.
-    fn thinned(mut self, settings: &GatherSettings, stream: &mut Stream) -> Option<Self> {
-        let survival = self.weight() * f64::from(settings.rays) / 4.0 / LIGHT;
-        if survival >= 1.0 {
-            return Some(self);
-        }
-        let survives = stream.uniform_fine() < survival;
-        self.throughput.iter_mut().flatten().for_each(|energy| *energy /= survival);
-        survives.then_some(self)
-    }
-
     /// Keeps what comes this way from `hit` on a surface with unit `normal`, where edges bend.
     fn keep(&mut self, medium: &Medium<'_>, hit: &Hit, normal: Vec3) {
         let Some(bends) = medium.bends else { return };
@@ -434,22 +416,12 @@ impl Ray {
         passes
     }
 
-    /// Goes on as a mirror with the `specular` factors has it; false where it ends, by roulette with `survival` or as nothing is left.
-    fn reflect(
-        &mut self,
-        medium: &Medium<'_>,
-        hit: &Hit,
-        normal: Vec3,
-        (specular, survival): (&[Lanes], f64),
-        stream: &mut Stream,
-    ) -> bool {
-        if self.throughput.iter().flatten().all(|&band| band <= 0.0) {
+    /// Goes on as a mirror with the `specular` factors has it; false where nothing is left.
+    fn reflect(&mut self, medium: &Medium<'_>, hit: &Hit, normal: Vec3, specular: &[Lanes]) -> bool {
+        self.throughput = product(&self.throughput, specular, 1.0);
+        if self.weight() <= 0.0 {
             return false;
         }
-        if stream.uniform_fine() >= survival {
-            return false;
-        }
-        self.throughput = product(&self.throughput, specular, 1.0 / survival);
         self.end = WayEnd::at_surface(hit.position.as_dvec3(), f64::from(self.direction.dot(normal).abs()));
         self.direction = (self.direction - 2.0 * self.direction.dot(normal) * normal).normalize();
         self.departure = medium.geometry.leave(hit.position, hit.surface, hit.side);

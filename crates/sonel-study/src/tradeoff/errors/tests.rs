@@ -143,7 +143,7 @@ fn the_fastest_setting_without_bias_is_recommended_and_the_others_are_told_what_
     let findings = Findings::of(&tradeoff);
     let text = recommendation(&tradeoff, &findings.verdicts);
     assert!(text.contains("Take setting 1 with about"), "{text}");
-    assert!(text.contains("setting 2 is off for good: L by +0.2"), "{text}");
+    assert!(text.contains("setting 2 is biased: L by +0.2"), "{text}");
     let times = text.split("setting 0 takes ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
     assert!((times.parse::<f64>().unwrap() - 4.0).abs() < 1.7, "{text}");
     let seconds = findings.verdicts[1].seconds.unwrap();
@@ -177,11 +177,11 @@ fn refused_figures_are_left_out_and_counted_and_many_leave_no_point() {
     let findings = Findings::of(&tradeoff);
     let text = recommendation(&tradeoff, &findings.verdicts);
     assert!(
-        text.contains("Take setting 0") && text.contains("setting 1 has no parameter of some kind"),
+        text.contains("Take setting 0") && text.contains("setting 1: some parameter is refused"),
         "{text}"
     );
     assert!(crate::tradeoff::report::markdown(&findings, "x").contains("1 of 32 points are missing"));
     tradeoff.reference.values.fill(None);
     let findings = Findings::of(&tradeoff);
-    assert!(recommendation(&tradeoff, &findings.verdicts).contains("No setting tried arrives there"));
+    assert!(recommendation(&tradeoff, &findings.verdicts).contains("No setting reaches it"));
 }

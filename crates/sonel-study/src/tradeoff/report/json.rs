@@ -63,9 +63,9 @@ fn setting(findings: &Findings<'_>, index: usize) -> Value {
 /// Why a setting has no line through its seconds.
 const ONE_COUNT: &str = "a line needs two numbers of sonels";
 /// Why a setting has no cost to an accuracy.
-const MISSING: &str = "a parameter judged is refused in one of the runs or in the reference";
+const MISSING: &str = "a parameter is refused in one of the runs or in the reference";
 /// Why a setting cannot be compared with the best.
-const NO_BEST: &str = "no setting arrives, the best takes no time, or parameters are missing";
+const NO_BEST: &str = "no setting reaches the aim, the best takes no time, or parameters are missing";
 /// Why errors have no deviation.
 const NO_SCATTER: &str = "nothing scatters, or too many parameters are refused";
 

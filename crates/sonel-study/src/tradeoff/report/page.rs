@@ -16,7 +16,7 @@ pub fn markdown(findings: &Findings<'_>, command: &str) -> String {
     let recommended = verdict::recommendation(tradeoff, &findings.verdicts);
     let against = match tradeoff.reference.sonels {
         Some(sonels) => format!("a run of the best method with {sonels} sonels and another seed"),
-        None => "the exact answer: nothing in it is sampled".to_owned(),
+        None => "the exact answer (nothing is sampled)".to_owned(),
     };
     let sweep = &tradeoff.sweep;
     // Writing to a string cannot fail.
@@ -53,7 +53,7 @@ fn settings(findings: &Findings<'_>) -> String {
             cell(per_sonel),
         );
     }
-    table.push_str("\n## Noise over time\n\nSlope of the standard deviation over CPU seconds, log–log (−0.5 where nothing but sonels costs), and 1/(variance × CPU-s) with the most sonels.\n\n| setting |");
+    table.push_str("\n## Noise over time\n\nSlope of the standard deviation over CPU seconds, log–log (−0.5 where only sonels take time), and 1/(variance × CPU-s) with the most sonels.\n\n| setting |");
     for parameter in JUDGED {
         let (symbol, unit) = (parameter.heading().0, errors::unit(parameter));
         let _ = write!(table, " {symbol}: slope | efficiency [1/({unit}² s)] |");

@@ -1,18 +1,19 @@
-//! `--until`: the run goes on until its parameters are certain enough, and says how far it came.
+//! `--until`: adds sonels until the targets are met.
 
 use std::io::Write;
 
-use sonel_console::Stopwatch;
+use serde_json::{Value, json};
 use sonel_console::clock::CpuClock;
 use sonel_console::output::Output;
-use sonel_console::plan::{Comparison, Names};
+use sonel_console::plan::{Comparison, overrun, reached, verdict, verdict_json};
 use sonel_console::progress::Audience;
-use sonel_map::{MapHeader, SonelMap};
+use sonel_console::{Outcome, Stopwatch};
+use sonel_map::{MapHeader, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
 use sonel_study::pipeline::{Rendered, render_and_read};
-use sonel_study::plan::{LEAST_PER_BATCH, pairs};
+use sonel_study::plan::{LEAST_PER_BATCH, Names};
 use sonel_study::spread::{Reading, readings};
 use sonel_study::target::Targets;
 use sonel_study::until::{MARGIN, Verdict, WORTH_WHILE};
@@ -26,20 +27,6 @@ const MOST_SEGMENTS: f64 = 2.7e8;
 /// The part of the time left that a first look is planned for: prices are predictions.
 const RESERVE: f64 = 0.85;
 
-/// A run that was judged.
-pub struct Judged {
-    /// The map.
-    pub traced: Traced,
-    /// What was found of the targets.
-    pub verdict: Verdict,
-    /// What was predicted and what came of it.
-    pub comparison: Comparison,
-    /// Visibility rays with which the targets are kept.
-    pub rays: u32,
-    /// How often the parameters were looked at.
-    pub looks: u32,
-}
-
 /// What a run goes on for, and how far.
 pub struct Goal<'a> {
     /// How certain the parameters shall be.
@@ -52,74 +39,104 @@ pub struct Goal<'a> {
     pub watch: &'a Stopwatch,
     /// Who follows the progress.
     pub audience: Audience<'a>,
+    /// Begins an output.
+    pub create: &'a dyn Fn() -> anyhow::Result<Output>,
 }
 
-/// Traces and looks, until the targets are kept or a bound is met.
+/// Traces and looks, until the targets are kept or a bound is met, and says how far it came.
 pub fn until(
     planner: &Planner<'_>,
     header: &MapHeader,
-    beginning: Option<SonelMap>,
+    mut beginning: Option<SonelMap>,
     goal: &Goal<'_>,
-    create: &dyn Fn() -> anyhow::Result<Output>,
     log: &mut dyn Write,
-) -> anyhow::Result<Judged> {
+) -> anyhow::Result<(Traced, Value, Outcome)> {
     let Goal { targets, watch, .. } = *goal;
-    let parameters = targets.parameters();
-    let pairs = pairs(&header.scene, &planner.evaluation_receivers);
-    let names = Names { pairs: &pairs, center_frequencies_hz: header.scene.bands.nominal() };
+    let names = Names::of(&header.scene, &planner.evaluation_receivers);
+    let known = beginning.as_ref().map_or(1, |map| map.header().settings.emissions);
+    let Start { pilot, first, most } = start(planner, &header.settings, known, goal, log)?;
+    let Effort { mut emissions, rays, batches } = first;
+    let (mut looks, mut trace_seconds) = (0, 0.0);
+    let mut previous: Option<(Output, SonelMap)> = None;
+    let (traced, found, comparison) = loop {
+        let (begin, cpu) = watch.seconds();
+        let mut header = header.clone();
+        header.settings.emissions = emissions;
+        let known = previous.as_ref().map(|(_, map)| map).or(beginning.as_ref());
+        let mut traced = trace(header, planner.room.geometry(), known, (goal.create)()?, goal.audience)?;
+        trace_seconds += watch.seconds().1 - cpu;
+        beginning = None;
+        drop(previous);
+        let map = SonelMap::open(traced.output.file()?)?;
+        let (found, figures, rendered) = look(planner, &map, targets, rays)?;
+        looks += 1;
+        writeln!(log, "{emissions} sonels: {}", verdict(&names, &found))?;
+        let affordable = goal.seconds.map(|seconds| {
+            affordable(seconds - watch.seconds().0, (watch.seconds().0 - begin) / emissions as f64)
+        });
+        let Some(next) = next_number(&found, emissions, most, affordable) else {
+            let effort = Effort { emissions, rays, batches };
+            let costs = (trace_seconds, &rendered);
+            break (traced, found, compared(&pilot, effort, &figures, costs, map.byte_length()));
+        };
+        (previous, emissions) = (Some((traced.output, map)), next);
+    };
+    writeln!(
+        log,
+        "{} with {emissions} sonels and {rays} rays: {targets}\n{}",
+        reached(&found),
+        comparison.line()
+    )?;
+    if let Some(overrun) = overrun(goal.seconds, watch.seconds().0) {
+        writeln!(log, "{overrun}")?;
+    }
+    let mut told = comparison.json();
+    told["until"] = verdict_json(&names, &found, targets);
+    told["until"]["sonels"] = json!(emissions);
+    told["until"]["rays"] = json!(rays);
+    told["until"]["looks"] = json!(looks);
+    Ok((traced, told, if found.is_reached() { Outcome::Done } else { Outcome::Missed }))
+}
+
+/// Where a run begins.
+struct Start {
+    pilot: Pilot,
+    /// What is traced first, and with how many rays it is looked at.
+    first: Effort,
+    /// Emissions at the most.
+    most: u64,
+}
+
+/// Runs the pilot and chooses the first number of emissions, at least those `known`.
+fn start(
+    planner: &Planner<'_>,
+    settings: &Settings,
+    known: u64,
+    goal: &Goal<'_>,
+    log: &mut dyn Write,
+) -> anyhow::Result<Start> {
+    let Goal { targets, watch, .. } = *goal;
     let before_pilot = watch.seconds();
     let left = goal.seconds.map(|seconds| SHARE_OF_TIME * (seconds - before_pilot.0).max(0.0));
-    let pilot = planner.pilot(&parameters, left)?;
+    let pilot = planner.pilot(&targets.parameters(), left)?;
     let after_pilot = watch.seconds();
     // How many processors work for us: CPU seconds of the pilot per second by the clock.
     let processors = (after_pilot.1 - before_pilot.1) / (after_pilot.0 - before_pilot.0).max(1e-3);
-    let batches = header.settings.batches;
+    let batches = settings.batches;
     let need = pilot.need(targets, batches, RenderSettings::default().rays).effort;
     let most = goal.sonels.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
-    let known = beginning.as_ref().map_or(1, |map| map.header().settings.emissions);
     writeln!(
         log,
-        "{targets}: about {} sonels and {} rays needed, as a pilot of {} sonels and {:.2} s says",
+        "{targets}: about {} sonels and {} rays needed (pilot of {} sonels, {:.2} s)",
         need.emissions,
         need.rays,
         pilot.emissions,
         after_pilot.0 - before_pilot.0
     )?;
     let wanted = Effort { emissions: (need.emissions as f64 * MARGIN) as u64, ..need };
-    let Effort { emissions, rays, .. } = first_look(&pilot, wanted, goal, processors);
-    let mut emissions = emissions.max(LEAST_PER_BATCH * u64::from(batches)).min(most).max(known);
-    let (mut looks, mut trace_seconds) = (0, 0.0);
-    let mut previous: Option<(Output, SonelMap)> = None;
-    let mut beginning = beginning;
-    loop {
-        let (begin, cpu) = watch.seconds();
-        let mut header = header.clone();
-        header.settings.emissions = emissions;
-        let known = previous.as_ref().map(|(_, map)| map).or(beginning.as_ref());
-        let mut traced = trace(header, planner.room.geometry(), known, create()?, goal.audience)?;
-        trace_seconds += watch.seconds().1 - cpu;
-        beginning = None;
-        drop(previous);
-        let map = SonelMap::open(traced.output.file()?)?;
-        let (verdict, found, rendered) = look(planner, &map, targets, rays)?;
-        looks += 1;
-        writeln!(log, "{emissions} sonels: {}", names.verdict(&verdict))?;
-        let next = next_number(
-            &verdict,
-            emissions,
-            most,
-            goal.seconds.map(|seconds| {
-                affordable(seconds - watch.seconds().0, (watch.seconds().0 - begin) / emissions as f64)
-            }),
-        );
-        let Some(next) = next else {
-            let effort = Effort { emissions, rays, batches };
-            let comparison = compared(&pilot, effort, &found, (trace_seconds, &rendered), map.byte_length());
-            return Ok(Judged { traced, verdict, comparison, rays, looks });
-        };
-        previous = Some((traced.output, map));
-        emissions = next;
-    }
+    let affordable = first_look(&pilot, wanted, goal, processors);
+    let emissions = affordable.emissions.max(LEAST_PER_BATCH * u64::from(batches)).min(most).max(known);
+    Ok(Start { pilot, first: Effort { emissions, batches, ..affordable }, most })
 }
 
 /// What is affordable of `wanted` by `processors`, where the seconds are limited.

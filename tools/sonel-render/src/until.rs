@@ -1,13 +1,13 @@
-//! `--until`: rays are added until the parameters are certain enough; else it is said how far they came, and what it would take.
+//! `--until`: adds rays until the targets are met, else states the rays or sonels required.
 
 use std::io::Write;
 
 use serde_json::{Value, json};
-use sonel_console::plan::{Names, extension, overrun};
+use sonel_console::plan::{extension, overrun, reached, verdict, verdict_json};
 use sonel_renderer::RenderSettings;
 use sonel_study::forecast::MOST_RAYS;
 use sonel_study::pilot::Pilot;
-use sonel_study::plan::pairs;
+use sonel_study::plan::Names;
 use sonel_study::render_need::{Look, RenderNeed};
 use sonel_study::spread::readings;
 use sonel_study::target::Targets;
@@ -29,8 +29,8 @@ pub struct Goal<'a> {
     pub seconds: Option<f64>,
 }
 
-/// A rendering that was judged.
-pub struct Judged<'a> {
+/// A rendering whose parameters were looked at.
+pub struct Finished<'a> {
     /// The last one.
     pub run: Run<'a>,
     /// What was found of the targets.
@@ -46,10 +46,9 @@ pub fn until<'a>(
     settings: &RenderSettings,
     goal: &Goal<'_>,
     log: &mut dyn Write,
-) -> anyhow::Result<Judged<'a>> {
+) -> anyhow::Result<Finished<'a>> {
     let header = job.map.header();
-    let (parameters, pairs) = (goal.targets.parameters(), pairs(&header.scene, job.receivers));
-    let names = Names { pairs: &pairs, center_frequencies_hz: header.scene.bands.nominal() };
+    let (parameters, names) = (goal.targets.parameters(), Names::of(&header.scene, job.receivers));
     let most = goal.rays.unwrap_or(MOST_RAYS);
     let (mut rays, mut looks) = (RenderSettings::default().rays.min(most), 0);
     let mut before: Option<Look> = None;
@@ -58,9 +57,9 @@ pub fn until<'a>(
         let run = job.render(RenderSettings { rays, ..settings.clone() })?;
         let look = Look { rays, parameters: sonel_analysis::parameters(&run.response) };
         looks += 1;
-        let verdict = Verdict::new(&readings(&look.parameters, &parameters), goal.targets);
-        writeln!(log, "{rays} rays: {}", names.verdict(&verdict))?;
-        let outlook = if verdict.is_inside() {
+        let found = Verdict::new(&readings(&look.parameters, &parameters), goal.targets);
+        writeln!(log, "{rays} rays: {}", verdict(&names, &found))?;
+        let outlook = if found.is_inside() {
             Outlook::Inside
         } else if before.is_none() && run.renderer.casts_rays(job.receivers) {
             Outlook::Unknown
@@ -76,19 +75,17 @@ pub fn until<'a>(
         match outlook.next(rays, most.min(affordable.max(0.0) as u32)) {
             Some(next) => (rays, before) = (next, Some(look)),
             None => {
-                let mut told = names.verdict_json(&verdict);
-                told["targets"] = json!(goal.targets.to_string());
+                let mut told = verdict_json(&names, &found, goal.targets);
                 told["rays"] = json!(rays);
                 told["looks"] = json!(looks);
                 told["rays_wanted"] = json!(outlook.rays_wanted());
                 told["sonels_wanted"] = json!(outlook.sonels_wanted());
-                let said = if verdict.is_reached() { "reached" } else { "NOT reached" };
-                writeln!(log, "{said} with {rays} rays: {}", goal.targets)?;
+                writeln!(log, "{} with {rays} rays: {}", reached(&found), goal.targets)?;
                 for sentence in [outlook.advice(job.label), overrun(goal.seconds, now)].into_iter().flatten()
                 {
                     writeln!(log, "{sentence}")?;
                 }
-                return Ok(Judged { run, verdict, told: json!({ "until": told }) });
+                return Ok(Finished { run, verdict: found, told: json!({ "until": told }) });
             }
         }
     }
@@ -140,14 +137,14 @@ impl Outlook {
         match self {
             Self::Inside => None,
             Self::Unknown => Some(
-                "one look does not tell whether rays or sonels are wanting: allow more of either".to_owned(),
+                "one rendering does not show whether more rays or more sonels are needed: allow more of either".to_owned(),
             ),
             Self::Known(RenderNeed { lacking: Some(sonels), effort, .. }) => Some(format!(
-                "rays alone cannot, the map has too few sonels: about {sonels} and {} rays would do: {}",
+                "more rays are not enough: about {sonels} sonels and {} rays are needed: {}",
                 effort.rays,
                 extension(label, sonels)
             )),
-            Self::Known(render_need) => Some(format!("about {} rays would do", render_need.effort.rays)),
+            Self::Known(render_need) => Some(format!("about {} rays are needed", render_need.effort.rays)),
         }
     }
 }
