@@ -1,8 +1,8 @@
-//! Faces that lie over one another: drawn twice, or one on the other as a carpet on a floor.
+//! Overlapping parallel faces: a face drawn twice, or one on another, such as a carpet on a floor.
 //!
 //! Two faces overlap where they are parallel, no farther apart than a given gap, and share more than a thousandth of the smaller
-//! one's area, seen along their normal. Where an object touches a wall, the ground or another object, or a panel has two sides,
-//! faces of closed shells look at each other or away from each other: those do not count.
+//! one's area, projected along their normal. Faces of closed shells with opposite normals do not count: there an object touches a
+//! wall, the ground or another object, or a panel has two sides.
 //!
 //! Reference: [Sutherland1974] (docs/references.md).
 
@@ -22,11 +22,11 @@ pub struct Overlap {
     pub surfaces: [SurfaceId; 2],
     /// Area in which they overlap [m²].
     pub area: f64,
-    /// Centre of that area, in world coordinates [m].
+    /// Centroid of that area, in world coordinates [m].
     pub center: DVec3,
 }
 
-/// The corners of a triangle that others cut.
+/// Corners of a clipped triangle.
 type Polygon = SmallVec<[DVec3; 8]>;
 
 impl Geometry {
@@ -53,7 +53,7 @@ impl Geometry {
         overlaps
     }
 
-    /// Whether two triangles lie in parallel planes within `gap` [m] and are no contact of objects.
+    /// Whether two triangles lie in parallel planes within `gap` [m] and are not the contact of two objects.
     fn may_overlap(&self, first: u32, second: u32, gap: f64) -> bool {
         let [here, there] = [first, second].map(|triangle| self.surface(self.triangle_surface(triangle)));
         let cosine = here.normal.dot(there.normal);
@@ -71,7 +71,7 @@ impl Geometry {
             && self.mesh().corners(second).iter().all(is_near)
     }
 
-    /// Area [m²] and centre [m] of what two parallel triangles share; none where that is next to nothing.
+    /// Area [m²] and centroid [m] of the overlap of two parallel triangles; none where it is below [`LEAST_SHARE`].
     fn shared_area(&self, first: u32, second: u32) -> Option<(f64, DVec3)> {
         let normals = [first, second].map(|triangle| self.mesh().vector_area(triangle));
         let least = LEAST_SHARE * normals[0].length().min(normals[1].length());

@@ -304,7 +304,7 @@ fn build(
         }
         if mended.doubled > 0 {
             report.repaired_fault(format!(
-                "{path}: triangles left out because others have their corners, but for rounding: {}",
+                "{path}: triangles with the corners of another within rounding left out: {}",
                 mended.doubled
             ));
         }

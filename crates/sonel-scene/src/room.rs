@@ -5,7 +5,7 @@ use sonel_acoustics::mean_free_path;
 use sonel_geometry::{Crack, Geometry};
 
 use crate::Scene;
-use crate::notation::{number, place};
+use crate::notation::{count, number, place};
 use crate::report::Report;
 use crate::sections::walls::UNITS;
 
@@ -102,9 +102,9 @@ pub(crate) fn cracks(geometry: &Geometry) -> String {
         false => "; a room may have at most 0.1 %",
     };
     format!(
-        "{} cracks, {} m² or {} % of the surface: {}; their rims do not diffract{escape}; raise mesh_weld above their width \
+        "{}, {} m² or {} % of the surface: {}; their rims do not diffract{escape}; raise mesh_weld above their width \
          or mend the mesh",
-        cracks.len(),
+        count(cracks.len(), "crack"),
         number(area),
         number(100.0 * area / surface),
         list.join("; ")

@@ -119,7 +119,8 @@ fn fix(checkup: &Checkup, path: &Path, files: &[PathBuf], log: &mut dyn Write) -
     let text = repaired.to_obj().map_err(unfit)?;
     output.write(|out| out.write_all(text.as_bytes()))?;
     let repairs = match &checkup.repairs[..] {
-        [] => "no repairs were needed".to_owned(),
+        [] if checkup.faults.is_empty() => "no repairs were needed".to_owned(),
+        [] => "nothing could be repaired".to_owned(),
         repairs => repairs.join("\n  "),
     };
     writeln!(log, "wrote {}, in metres:\n  {repairs}", path.display())?;

@@ -1,4 +1,4 @@
-//! The air of a closed room: what is in it, its volume, the area exposed to it, and what lies outside.
+//! The air of a closed room: its volume, the area exposed to it, the points in it and the surfaces outside it.
 
 use super::Geometry;
 use crate::enclosure::winding_number;
@@ -30,7 +30,7 @@ impl Geometry {
         self.index.is_of_shell(triangle)
     }
 
-    /// The surfaces that reach out of the box about the largest closed shell, which is no room for that reason.
+    /// Surfaces beyond the bounding box of the largest closed shell. Where there are any, the scene is not a closed room.
     pub fn outside(&self) -> Vec<SurfaceId> {
         let volume = |shell: &&Shell| shell.volume;
         let Some(hull) = self.shells.iter().max_by(|a, b| volume(a).total_cmp(&volume(b))) else {

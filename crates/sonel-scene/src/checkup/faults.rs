@@ -1,4 +1,4 @@
-//! Faults of a mesh: holes, cracks, crossing faces, slivers, surfaces inside solids.
+//! Faults of a mesh: holes, surfaces outside the room, crossing and overlapping faces, slivers, unreachable surfaces.
 
 use std::collections::HashMap;
 
@@ -6,17 +6,17 @@ use glam::DVec3;
 use sonel_geometry::{Geometry, Surface};
 
 use crate::Scene;
-use crate::notation::{number, place};
+use crate::notation::{count, number, place};
 
 /// How many of a kind are named.
 const NAMED: usize = 5;
 /// A sliver is lower than this [m] and this part of its longest side.
 const SLIVER_HEIGHT: f64 = 1e-3;
 const SLIVER_SHARE: f64 = 1e-3;
-/// Faces nearer than this count as lying over one another [m].
+/// Largest distance of overlapping faces [m].
 const WIDEST_OVERLAP: f64 = 1e-3;
-/// Solid angles that may be spent on looking for surfaces in no air.
-const MOST_LOOKS: usize = 200_000_000;
+/// Solid angles computed at most in the search for unreachable surfaces.
+const MOST_SOLID_ANGLES: usize = 200_000_000;
 
 /// One sentence for each kind of fault of the walls of a scene.
 pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
@@ -58,10 +58,6 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
     faults.extend(overlaps(geometry));
     faults.extend(unreachable(geometry, scene));
     faults
-}
-
-fn count(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// The first of some places.
@@ -149,13 +145,13 @@ fn overlaps(geometry: &Geometry) -> Option<String> {
     })
 }
 
-/// Surfaces of a closed room with no air on either side, or none that sound of a source reaches, in a sentence.
+/// Surfaces of a closed room with no air on either side, or only air that is sealed off from every source, in a sentence.
 fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
     if !geometry.is_closed_room() {
         return None;
     }
     let triangles = geometry.mesh().triangles.len();
-    if geometry.surfaces().len().saturating_mul(triangles) > MOST_LOOKS {
+    if geometry.surfaces().len().saturating_mul(triangles) > MOST_SOLID_ANGLES {
         return None;
     }
     let is_air = |point: DVec3| geometry.contains(point);
