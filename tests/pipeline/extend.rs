@@ -141,7 +141,7 @@ fn traced_by(folder: &TestFolder, version: String) -> Result<(), Box<dyn std::er
         writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
     };
     Tracer::of(&header, &geometry).run(ShardRange::WHOLE, sink)?;
-    folder.write("a.sonelmap", writer.finish(&header)?.into_inner());
+    folder.write("a.sonelmap", writer.finish(&header, &geometry)?.into_inner());
     Ok(())
 }
 

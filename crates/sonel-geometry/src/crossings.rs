@@ -24,7 +24,7 @@ impl Geometry {
         let tolerance = f64::from(self.resolution());
         let mut found = Vec::new();
         for first in 0..self.mesh().triangles.len() as u32 {
-            self.visit_near(first, |second| {
+            self.visit_near(first, 0.0, |second| {
                 let corners = |triangle| self.mesh().corners(triangle);
                 if first < second
                     && let Some(ends) = crossing(corners(first), corners(second), tolerance)

@@ -3,7 +3,7 @@
 use crate::block::Facet;
 use crate::cracks::{find_cracks, joined_up};
 use crate::edges::{Edge, Survey};
-use crate::enclosure::{closest_on_triangle, winding_number};
+use crate::enclosure::closest_on_triangle;
 use crate::index::Index;
 use crate::nesting::Shell;
 use crate::orient::{Oriented, orient};
@@ -18,6 +18,7 @@ use crate::{AirSector, Crack, Departure, GeometryError, Hit, Mesh, PlaneId, Side
 use glam::{DVec3, Vec3};
 use std::fmt;
 
+mod air;
 mod junction;
 
 /// Partitions that a straight way passes at most.
@@ -25,7 +26,7 @@ const MOST_PARTITIONS: usize = 1024;
 /// Thickness [m] up to which two faces in the open that belong together are one partition.
 const THICKEST_PARTITION: f64 = 1.0;
 /// Cosine between normals from which on two faces are parallel.
-const PARALLEL: f64 = 1.0 - 1e-6;
+pub(crate) const PARALLEL: f64 = 1.0 - 1e-6;
 
 /// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
 pub struct Geometry {
@@ -85,7 +86,7 @@ impl Geometry {
             mesh.triangles.iter().map(|triangle| is_interface(triangle.material)).collect();
         let all_edges = is_interface.contains(&true).then(|| edges.clone());
         if all_edges.is_some() {
-            edges.iter_mut().for_each(|edge| edge.faces.retain(|&face| !is_interface[face as usize]));
+            edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_interface[*face as usize]));
             edges.retain(|edge| !edge.faces.is_empty());
         }
         let facing = find_cracks(&mesh, &mut edges, tolerance);
@@ -264,12 +265,12 @@ impl Geometry {
         })
     }
 
-    /// Calls `visit` for every triangle whose box may meet that of another one, which is visited too.
-    pub(crate) fn visit_near(&self, triangle: u32, visit: impl FnMut(u32)) {
+    /// Calls `visit` for every triangle whose box may come within `reach` [m] of that of another one, which is visited too.
+    pub(crate) fn visit_near(&self, triangle: u32, reach: f32, visit: impl FnMut(u32)) {
         let corners =
             self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize]);
         let [low, high] = [Vec3::min, Vec3::max].map(|pick| pick(pick(corners[0], corners[1]), corners[2]));
-        self.index.near_box(low, high, visit);
+        self.index.near_box(low - reach, high + reach, visit);
     }
 
     /// Leaves an edge: the start of a ray from a local position on it, within a right angle of the middle of one of its sectors.
@@ -412,42 +413,6 @@ impl Geometry {
         self.open_edges.iter().map(|ends| ends.map(at)).collect()
     }
 
-    /// Whether a world position [m] is in the air of the closed room: within its hull, and in no closed object but in a
-    /// cavity of it.
-    pub fn contains(&self, point: DVec3) -> bool {
-        self.is_closed_room() && self.nesting(&self.shells_around(point)).is_some_and(|depth| depth % 2 == 0)
-    }
-
-    /// The closed shells around a world position [m], in the order of the mesh.
-    pub(crate) fn shells_around(&self, point: DVec3) -> Vec<usize> {
-        let around =
-            |shell: &usize| winding_number(&self.mesh, &self.shells[*shell].triangles, point).abs() > 0.5;
-        (0..self.shells.len()).filter(around).collect()
-    }
-
-    /// How many others the innermost of some shells lies in; none without a shell.
-    pub(crate) fn nesting(&self, shells: &[usize]) -> Option<u32> {
-        shells.iter().map(|&shell| self.shells[shell].depth).max()
-    }
-
-    /// Volume of the air in the closed room [m³]: its hull's less that of the closed objects in it, which must not
-    /// overlap. `None` when the scene is no closed room.
-    pub fn volume(&self) -> Option<f64> {
-        let hull = self.shells[self.room?].volume;
-        let objects = self.shells.iter().filter(|shell| shell.depth == 1);
-        Some(hull - objects.map(|shell| shell.volume).sum::<f64>())
-    }
-
-    /// Area exposed to the air [m²]: surfaces of closed shells count once, free panels with both sides, borders between airs not at all.
-    pub fn area(&self) -> f64 {
-        self.surfaces.iter().map(exposed).sum()
-    }
-
-    /// Area of one material exposed to the air [m²]: closed shells count once, free panels with both sides.
-    pub fn exposed_area(&self, material: u32) -> f64 {
-        self.surfaces.iter().filter(|surface| surface.material == material).map(exposed).sum()
-    }
-
     /// Distance from a world position to the nearest point of any surface [m].
     pub fn distance_to_nearest_surface(&self, point: DVec3) -> f64 {
         self.closest_point(point).1.distance(point)
@@ -478,14 +443,6 @@ fn cut(corners: &[Vec3; 3], plane: &LocalPlane) -> Option<[DVec3; 2]> {
             .then(|| corners[first].as_dvec3().lerp(corners[(first + 1) % 3].as_dvec3(), share))
     });
     Some([ends.next()?, ends.next()?])
-}
-
-fn exposed(surface: &Surface) -> f64 {
-    match (surface.interface, surface.closed) {
-        (true, _) => 0.0,
-        (false, true) => surface.area,
-        (false, false) => 2.0 * surface.area,
-    }
 }
 
 pub(crate) fn validate(mesh: &Mesh) -> Result<(), GeometryError> {

@@ -7,6 +7,7 @@ use crate::Mesh;
 use crate::topology::SharedEdge;
 use foldhash::HashMap;
 use glam::DVec3;
+use std::iter::successors;
 
 /// Index of a [`Surface`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -116,7 +117,7 @@ fn grow_regions(mesh: &Mesh, neighbours: &[Vec<u32>], tolerance: f64) -> Vec<Vec
     let count = mesh.triangles.len() as u32;
     let areas: Vec<f64> = (0..count).map(|i| mesh.vector_area(i).length()).collect();
     let mut seeds: Vec<u32> = (0..count).collect();
-    seeds.sort_by(|&a, &b| areas[b as usize].total_cmp(&areas[a as usize]).then(a.cmp(&b)));
+    seeds.sort_unstable_by(|&a, &b| areas[b as usize].total_cmp(&areas[a as usize]).then(a.cmp(&b)));
     let mut taken = vec![false; count as usize];
     let mut regions = Vec::new();
     for seed in seeds {
@@ -181,7 +182,7 @@ fn surface(mesh: &Mesh, triangles: Vec<u32>, closed: &[bool], interface: &[bool]
 /// Gives coplanar surfaces a common plane, judged over all their vertices; the largest surface of each plane names it.
 fn share_planes(mesh: &Mesh, surfaces: &mut [Surface], tolerance: f64) -> Vec<(DVec3, f64)> {
     let mut order: Vec<usize> = (0..surfaces.len()).collect();
-    order.sort_by(|&a, &b| surfaces[b].area.total_cmp(&surfaces[a].area).then(a.cmp(&b)));
+    order.sort_unstable_by(|&a, &b| surfaces[b].area.total_cmp(&surfaces[a].area).then(a.cmp(&b)));
     let (low, high) = mesh.bounds();
     let center = 0.5 * (low + high);
     let mut lattice = PlaneLattice::new(center, (high - center).length());
@@ -202,7 +203,10 @@ fn share_planes(mesh: &Mesh, surfaces: &mut [Surface], tolerance: f64) -> Vec<(D
 /// Planes hashed by normal and distance from the scene's centre. Each is filed under both of its normals.
 struct PlaneLattice {
     planes: Vec<(DVec3, f64)>,
-    cells: HashMap<[i32; 4], Vec<u32>>,
+    /// The last filing of each cell; filings 2 i and 2 i + 1 are those of plane i.
+    last: HashMap<[i32; 4], u32>,
+    /// For each filing the one before it in its cell.
+    previous: Vec<Option<u32>>,
     center: DVec3,
     radius: f64,
 }
@@ -216,7 +220,7 @@ const SPREADS_PER_CELL: f64 = 8.0;
 
 impl PlaneLattice {
     fn new(center: DVec3, radius: f64) -> Self {
-        Self { planes: Vec::new(), cells: HashMap::default(), center, radius }
+        Self { planes: Vec::new(), last: HashMap::default(), previous: Vec::new(), center, radius }
     }
 
     /// The first plane that `on` accepts, or a new one.
@@ -228,7 +232,9 @@ impl PlaneLattice {
             for y in span[1].clone() {
                 for z in span[2].clone() {
                     for w in span[3].clone() {
-                        for &candidate in self.cells.get(&[x, y, z, w]).into_iter().flatten() {
+                        let last = self.last.get(&[x, y, z, w]).copied();
+                        for filing in successors(last, |&filing| self.previous[filing as usize]) {
+                            let candidate = filing / 2;
                             if candidate < found && on(&self.planes[candidate as usize]) {
                                 found = candidate;
                             }
@@ -241,7 +247,8 @@ impl PlaneLattice {
             found = self.planes.len() as u32;
             self.planes.push((normal, offset));
             for place in [place, place.map(|x| -x)] {
-                self.cells.entry(place.map(cell)).or_default().push(found);
+                let filing = self.previous.len() as u32;
+                self.previous.push(self.last.insert(place.map(cell), filing));
             }
         }
         PlaneId(found)

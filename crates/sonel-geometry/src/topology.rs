@@ -3,6 +3,7 @@
 use crate::Mesh;
 use foldhash::HashMap;
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// The triangles around one edge of a welded mesh.
 #[derive(Debug, Clone)]
@@ -10,7 +11,7 @@ pub(crate) struct SharedEdge {
     /// Its two vertices, the lower index first.
     pub ends: [u32; 2],
     /// Triangles with this edge in ascending order.
-    pub faces: Vec<u32>,
+    pub faces: SmallVec<[u32; 2]>,
     /// Whether it is the rim of a crack.
     pub is_crack: bool,
 }
@@ -51,7 +52,7 @@ pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
             let (from, to) = (triangle.corners[side], triangle.corners[(side + 1) % 3]);
             let ends = [from.min(to), from.max(to)];
             let slot = *known.entry(ends).or_insert_with(|| {
-                edges.push(SharedEdge { ends, faces: Vec::new(), is_crack: false });
+                edges.push(SharedEdge { ends, faces: SmallVec::new(), is_crack: false });
                 edges.len() - 1
             });
             edges[slot].faces.push(index as u32);

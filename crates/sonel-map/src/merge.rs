@@ -211,7 +211,8 @@ impl Merger {
                 }
             }
         }
-        writer.finish(&self.header).map_err(MergeError::Output)
+        let geometry = self.header.scene.geometry().map_err(|error| MergeError::Output(error.into()))?;
+        writer.finish(&self.header, &geometry).map_err(MergeError::Output)
     }
 }
 

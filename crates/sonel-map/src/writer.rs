@@ -3,6 +3,7 @@
 use std::io::{Seek, SeekFrom, Write};
 
 use bytemuck::Zeroable;
+use sonel_geometry::Geometry;
 
 use crate::codec::{self, SectionRecord};
 use crate::directivity;
@@ -101,12 +102,11 @@ impl<W: Write + Seek> MapWriter<W> {
         self.entries.iter().map(|entry| entry.vertex_count).sum()
     }
 
-    /// Completes the map and returns what it was written to.
+    /// Completes the map and returns what it was written to. `geometry` is that of the scene in `header`.
     ///
     /// # Errors
-    /// When `out` cannot be written, the header is too large, or the scene has no walls.
-    pub fn finish(mut self, header: &MapHeader) -> Result<W, MapError> {
-        let geometry = header.scene.geometry()?;
+    /// When `out` cannot be written or the header is too large.
+    pub fn finish(mut self, header: &MapHeader, geometry: &Geometry) -> Result<W, MapError> {
         if geometry.surfaces().len() >= SURFACE_LIMIT as usize {
             return Err(MapError::Limit(format!(
                 "a map names fewer than {SURFACE_LIMIT} surfaces; join walls"
@@ -116,13 +116,13 @@ impl<W: Write + Seek> MapWriter<W> {
         let mut sections = vec![
             self.section("mesh.vertices", bytemuck::cast_slice(&corners))?,
             self.section("mesh.triangles", bytemuck::cast_slice(&triangles))?,
-            self.section("surfaces", bytemuck::cast_slice(&surfaces::rows(&geometry)))?,
+            self.section("surfaces", bytemuck::cast_slice(&surfaces::rows(geometry)))?,
             self.take_section("chunks", |writer| std::mem::take(&mut writer.entries))?,
             self.take_section("chunk.fates", |writer| std::mem::take(&mut writer.fates))?,
             self.take_section("chunk.ledger", |writer| std::mem::take(&mut writer.terms))?,
         ];
         if let Some(reach) = header.bending_reach() {
-            let (rows, faces) = edges::rows(&geometry, &header.scene.wavelengths());
+            let (rows, faces) = edges::rows(geometry, &header.scene.wavelengths());
             sections.push(self.section("edges", bytemuck::cast_slice(&rows))?);
             sections.push(self.section("edges.faces", bytemuck::cast_slice(&faces))?);
             sections.push(self.section("edges.reach", bytemuck::cast_slice(reach))?);

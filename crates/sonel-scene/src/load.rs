@@ -213,6 +213,7 @@ fn compile(
         .and_then(|geometry| regions::compile(regions, &interfaces, &sources, geometry, report));
 
     let unknown = walls.as_mut().map(|walls| std::mem::take(&mut walls.unknown)).unwrap_or_default();
+    let unit = walls.as_ref().and_then(|walls| walls.unit);
     let (mesh, mesh_digest) = walls.map_or((Mesh::default(), [0; 32]), |walls| (walls.mesh, walls.digest));
     note_unused(&materials, &mesh, report);
     let mut scene = Scene {
@@ -234,7 +235,7 @@ fn compile(
     };
     scene.digest = digest(document, toml_text, &scene.sources);
     if let Some(geometry) = &geometry {
-        room::describe(&scene, geometry, document.get("mesh").is_some(), report);
+        room::describe(&scene, geometry, unit, report);
     }
     scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
     if let Some(geometry) = &geometry {
@@ -293,12 +294,20 @@ fn build(
     let mut before = walls.mesh.vertices.len();
     let mut dropped = 0;
     if let Some(mended) = walls.mesh.mended(walls.weld) {
-        report.note(format!(
-            "{path}: cracks up to {} mm closed: {} corners joined to others, {} put on edges; mesh_weld sets the width",
-            crate::notation::number(1e3 * walls.weld),
-            mended.joined,
-            mended.attached
-        ));
+        if mended.joined + mended.attached > 0 {
+            report.repair(format!(
+                "{path}: cracks up to {} mm closed: {} corners joined to others, {} put on edges; mesh_weld sets the width",
+                crate::notation::number(1e3 * walls.weld),
+                mended.joined,
+                mended.attached
+            ));
+        }
+        if mended.doubled > 0 {
+            report.repaired_fault(format!(
+                "{path}: triangles with the corners of another within rounding left out: {}",
+                mended.doubled
+            ));
+        }
         before -= mended.joined;
         dropped = mended.dropped;
         walls.mesh = mended.mesh;
@@ -313,11 +322,11 @@ fn build(
     };
     let joined = before.saturating_sub(geometry.mesh().vertices.len());
     if joined > 0 {
-        report.note(format!("{path}: vertices joined to others at the same place: {joined}"));
+        report.repair(format!("{path}: vertices joined to others at the same place: {joined}"));
     }
     let dropped = dropped + geometry.dropped_triangles();
     if dropped > 0 {
-        report.note(format!("{path}: triangles without area dropped: {dropped}"));
+        report.repair(format!("{path}: triangles without area dropped: {dropped}"));
     }
     tell_leaks(&geometry, path, closed, report);
     Some(geometry)

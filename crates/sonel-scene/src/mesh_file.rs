@@ -25,8 +25,16 @@ pub(crate) struct Stated {
     pub(crate) up: bool,
 }
 
-/// Reads a mesh and the names in it that no material has; `None` when its faces have problems. `file` is its name in messages.
-/// The unknown materials are problems too; triangles index them behind the known ones.
+/// A mesh [m], and what its file says of it.
+pub(crate) struct MeshOfFile {
+    pub(crate) mesh: Mesh,
+    /// Names that are no material of the scene; triangles index them behind the materials.
+    pub(crate) unknown: Vec<String>,
+    /// Length of the unit of the file [m].
+    pub(crate) unit: f64,
+}
+
+/// Reads a mesh; `None` when its faces have problems. `file` is its name in messages. Unknown materials are problems too.
 pub(crate) fn read(
     bytes: &[u8],
     file: &str,
@@ -34,7 +42,7 @@ pub(crate) fn read(
     materials: &[Material],
     open: Open<'_>,
     report: &mut Report<'_>,
-) -> Option<(Mesh, Vec<String>)> {
+) -> Option<MeshOfFile> {
     let polygons = match formats::read(file, bytes, open) {
         Ok(polygons) => polygons,
         Err(problems) => {
@@ -44,7 +52,7 @@ pub(crate) fn read(
     };
     let mut problems = Vec::new();
     let (material_of_name, unknown) = match_materials(&polygons, materials, file, report);
-    let vertices = in_metres(&polygons, file, stated, report);
+    let (vertices, unit) = in_metres(&polygons, file, stated, report);
     let terms = &polygons.terms;
     let mut oddities = Oddities { file, terms, bent: Vec::new(), flat: Vec::new(), doubled: Vec::new() };
     let mut triangles = Vec::new();
@@ -88,11 +96,11 @@ pub(crate) fn read(
     for (place, note) in &polygons.notes {
         report.note(format!("{}: {note}", terms.label(file, *place)));
     }
-    Some((Mesh { vertices, triangles }, unknown))
+    Some(MeshOfFile { mesh: Mesh { vertices, triangles }, unknown, unit })
 }
 
-/// The vertices in metres, with z up where the file says that y is and the scene file says nothing.
-fn in_metres(polygons: &Polygons, file: &str, stated: &Stated, report: &mut Report<'_>) -> Vec<DVec3> {
+/// The vertices in metres, with z up where the file says that y is and the scene file says nothing; and the length of the unit [m].
+fn in_metres(polygons: &Polygons, file: &str, stated: &Stated, report: &mut Report<'_>) -> (Vec<DVec3>, f64) {
     let mut unit = stated.unit.unwrap_or(1.0);
     if let (None, Some((length, name))) = (stated.unit, polygons.terms.unit) {
         unit = length;
@@ -107,7 +115,7 @@ fn in_metres(polygons: &Polygons, file: &str, stated: &Stated, report: &mut Repo
         let DVec3 { x, y, z } = *vertex * unit;
         if turns { DVec3::new(x, -z, y) + DVec3::ZERO } else { DVec3::new(x, y, z) }
     };
-    polygons.vertices.iter().map(place).collect()
+    (polygons.vertices.iter().map(place).collect(), unit)
 }
 
 fn report_problems(mut problems: Vec<LineProblem>, file: &str, report: &mut Report<'_>) {
@@ -188,7 +196,7 @@ impl Oddities<'_> {
         for (lines, what) in kinds {
             if let Some(first) = lines.first() {
                 let place = self.terms.label(self.file, *first);
-                report.note(format!("{place}: {what}{}", obj::and_more(lines.len())));
+                report.repair(format!("{place}: {what}{}", obj::and_more(lines.len())));
             }
         }
         if let Some((line, first, _)) = self.doubled.first() {
@@ -199,7 +207,9 @@ impl Oddities<'_> {
             } else {
                 format!("face {first}")
             };
-            report.fault(format!("{place}: the face has the corners of {other} and is left out{more}"));
+            report.repaired_fault(format!(
+                "{place}: the face has the corners of {other} and is left out{more}"
+            ));
         }
         let mut conflicts =
             self.doubled.iter().filter_map(|(line, _, materials)| Some((line, (*materials)?)));

@@ -2,9 +2,14 @@
 
 use glam::DVec3;
 
-/// Three coordinates.
+/// A number of things.
+pub(crate) fn count(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Three coordinates [m], to a micrometre.
 pub(crate) fn place(point: DVec3) -> String {
-    point.to_array().map(number).join(", ")
+    point.to_array().map(|x| number((x * 1e6).round() / 1e6)).join(", ")
 }
 
 /// Four significant digits; as a power of ten where it has many zeros.

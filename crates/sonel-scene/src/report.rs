@@ -17,6 +17,8 @@ pub(crate) struct Remarks {
     pub(crate) notes: Vec<String>,
     /// Which notes are about faults of the mesh.
     pub(crate) faults: Vec<usize>,
+    /// Which notes are about repairs of the mesh.
+    pub(crate) repairs: Vec<usize>,
     /// What is likely a mistake.
     pub(crate) warnings: Vec<String>,
 }
@@ -42,6 +44,18 @@ impl<'t> Report<'t> {
     /// Something to say in the log.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
         self.remarks.notes.push(note.into());
+    }
+
+    /// A repair of the mesh.
+    pub(crate) fn repair(&mut self, note: impl Into<String>) {
+        self.remarks.repairs.push(self.remarks.notes.len());
+        self.note(note);
+    }
+
+    /// A fault of the mesh that was repaired.
+    pub(crate) fn repaired_fault(&mut self, note: impl Into<String>) {
+        self.remarks.repairs.push(self.remarks.notes.len());
+        self.fault(note);
     }
 
     /// A fault of the mesh, with which it can be traced.

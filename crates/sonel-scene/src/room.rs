@@ -5,17 +5,19 @@ use sonel_acoustics::mean_free_path;
 use sonel_geometry::{Crack, Geometry};
 
 use crate::Scene;
-use crate::notation::{number, place};
+use crate::notation::{count, number, place};
 use crate::report::Report;
+use crate::sections::walls::UNITS;
 
 /// Volumes of rooms that are not warned of [m³]: from a small booth to a large stadium.
 const PLAUSIBLE_VOLUMES: [f64; 2] = [1.0, 3e6];
-/// Longest extents of open scenes that are not warned of [m].
+/// Longest extents of rooms, and of open scenes, that are not warned of [m].
+const LONGEST_ROOM: f64 = 1e3;
 const PLAUSIBLE_LENGTHS: [f64; 2] = [1.0, 1e4];
 
-/// Notes extents, volume, surface, mean free path and Sabine time, and warns of an implausible size. `is_mesh` tells a mesh
-/// from a shoebox.
-pub(crate) fn describe(scene: &Scene, geometry: &Geometry, is_mesh: bool, report: &mut Report<'_>) {
+/// Notes extents, volume, surface, mean free path and Sabine time, and warns of an implausible size. `unit` is the length of
+/// the unit of a mesh file [m].
+pub(crate) fn describe(scene: &Scene, geometry: &Geometry, unit: Option<f64>, report: &mut Report<'_>) {
     let (low, high) = geometry.bounds();
     let extents = high - low;
     let DVec3 { x, y, z } = extents;
@@ -35,19 +37,44 @@ pub(crate) fn describe(scene: &Scene, geometry: &Geometry, is_mesh: bool, report
         }
     }
     report.note(note);
-    let (size, [least, most], unit) = match geometry.volume() {
+    let longest = extents.max_element();
+    let (size, [least, most], of) = match geometry.volume() {
+        Some(volume) if volume <= PLAUSIBLE_VOLUMES[1] && longest > LONGEST_ROOM => {
+            (longest, [PLAUSIBLE_LENGTHS[0], LONGEST_ROOM], "m")
+        }
         Some(volume) => (volume, PLAUSIBLE_VOLUMES, "m³"),
-        None => (extents.max_element(), PLAUSIBLE_LENGTHS, "m"),
+        None => (longest, PLAUSIBLE_LENGTHS, "m"),
     };
     if size < least || size > most {
         let judgement = if size > most { "large" } else { "small" };
-        let remedy = if is_mesh { "check mesh_unit" } else { "shoebox is in metres" };
+        let remedy = match unit {
+            Some(unit) => format!("check mesh_unit{}", other_units(geometry, unit)),
+            None => "shoebox is in metres".to_owned(),
+        };
         report.warn(format!(
-            "the room is implausibly {judgement}: {} m, {} {unit} (usual: {least} … {most} {unit}); {remedy}",
-            [x, y, z].map(number).join(" × "),
+            "the room is implausibly {judgement}: {}, {} {of} (usual: {least} … {most} {of}); {remedy}",
+            lengths(extents),
             number(size)
         ));
     }
+}
+
+fn lengths(extents: DVec3) -> String {
+    format!("{} m", extents.to_array().map(number).join(" × "))
+}
+
+/// Sizes of a mesh in units that make a plausible room of it, after the unit that it was read in [m].
+fn other_units(geometry: &Geometry, unit: f64) -> String {
+    let (low, high) = geometry.bounds();
+    let plausible = UNITS.iter().filter_map(|(name, length)| {
+        let extents = length / unit * (high - low);
+        let [least, most] = PLAUSIBLE_VOLUMES;
+        let is_room =
+            (least..=most).contains(&extents.element_product()) && extents.max_element() <= LONGEST_ROOM;
+        is_room.then(|| format!("\"{name}\" makes it {}", lengths(extents)))
+    });
+    let sizes: Vec<String> = plausible.collect();
+    if sizes.is_empty() { String::new() } else { format!(": {}", sizes.join(", ")) }
 }
 
 /// How many cracks are named.
@@ -75,9 +102,9 @@ pub(crate) fn cracks(geometry: &Geometry) -> String {
         false => "; a room may have at most 0.1 %",
     };
     format!(
-        "{} cracks, {} m² or {} % of the surface: {}; their rims do not diffract{escape}; raise mesh_weld above their width \
+        "{}, {} m² or {} % of the surface: {}; their rims do not diffract{escape}; raise mesh_weld above their width \
          or mend the mesh",
-        cracks.len(),
+        count(cracks.len(), "crack"),
         number(area),
         number(100.0 * area / surface),
         list.join("; ")

@@ -278,7 +278,7 @@ pub(crate) fn trace(
     })?;
     let traced = clock.process() - begin - write;
     let before = clock.process();
-    let written = writer.finish(&header)?;
+    let written = writer.finish(&header, geometry)?;
     let finished = clock.process();
     let map = store.open(written)?;
     let seconds =

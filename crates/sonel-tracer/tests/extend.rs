@@ -96,7 +96,8 @@ fn map(scene: &Scene, settings: Settings, stated: Settings) -> SonelMap {
     for chunk in chunks(scene, settings, None).unwrap() {
         writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books).unwrap();
     }
-    SonelMap::from_bytes(writer.finish(&header(scene, stated)).unwrap().get_ref()).unwrap()
+    let bytes = writer.finish(&header(scene, stated), &scene.geometry().unwrap()).unwrap().into_inner();
+    SonelMap::from_bytes(&bytes).unwrap()
 }
 
 fn has(chunks: &[TracedChunk], event: Event) -> bool {

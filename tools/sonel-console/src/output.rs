@@ -33,6 +33,8 @@ pub struct Kind {
 enum Begin {
     With(&'static [u8]),
     Like(fn(&[u8]) -> bool),
+    /// Users edit them: none is replaced.
+    Edited,
 }
 
 impl Kind {
@@ -48,11 +50,12 @@ impl Kind {
         match self.begin {
             Begin::With(known) => begin.starts_with(known),
             Begin::Like(is_known) => is_known(begin),
+            Begin::Edited => false,
         }
     }
 
     /// What `sonel-trace new` writes. A scene file is edited, so that none is replaced.
-    pub const SCENE: Self = Self::like("a scene file (choose a name that is free)", "toml", |_| false);
+    pub const SCENE: Self = Self { name: "a scene file", ending: "toml", begin: Begin::Edited };
     /// What fit and optimise write: never a file edited by hand, whose first line is another.
     pub const MATERIALS: Self = Self::with("materials written by sonel-analyze", "toml", b"# sonel-analyze ");
     /// What `sonel-trace check --fix` writes.
@@ -173,6 +176,9 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
     let read = File::open(target).and_then(|file| file.take(LONGEST_BEGIN).read_to_end(&mut begin));
     read.with_context(|| format!("cannot read {}, which would be replaced", target.display()))?;
     if !begin.is_empty() && !kind.is_begun_by(&begin) {
+        if matches!(kind.begin, Begin::Edited) {
+            bail!("{} exists: delete it first, or choose another output", target.display());
+        }
         bail!(
             "{} exists and is not {}: delete it first, or choose another output",
             target.display(),
@@ -395,6 +401,8 @@ mod tests {
         std::fs::write(path("letter"), "dear").unwrap();
         let error = Output::create(&path("letter"), Kind::MAP, &[]).unwrap_err();
         assert!(error.to_string().contains("exists and is not a sonel map"), "{error}");
+        let error = Output::create(&path("scene.toml"), Kind::SCENE, &[]).unwrap_err();
+        assert!(error.to_string().contains("scene.toml exists: delete it first"), "{error}");
         for (target, kind) in
             [("scene.toml", Kind::MAP), ("a.sonelmap", Kind::RESPONSE), ("new.NPZ", Kind::DRAWING)]
         {

@@ -25,7 +25,7 @@ pub struct Checked {
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
     /// Write the mesh as it would be traced, in metres, to this OBJ file: corners joined, cracks up to mesh_weld closed,
-    /// doubled faces and faces without area left out. Prints the changes.
+    /// doubled faces and faces without area left out. Prints the changes to the log.
     #[arg(long, value_name = "MESH.obj")]
     fix: Option<PathBuf>,
     /// Print the same as JSON.
@@ -37,11 +37,11 @@ pub struct Checked {
 ///
 /// # Errors
 /// When the scene file cannot be read or is no TOML.
-pub fn run(checked: &Checked, out: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (checkup, files) =
         scene::with_file(&checked.scene, Audience::Terminal, |text, label, open| check(text, label, open))?;
     if let Some(path) = &checked.fix {
-        fix(&checkup, path, &files)?;
+        fix(&checkup, path, &files, log)?;
     }
     let outcome = if checkup.is_clean() { Outcome::Done } else { Outcome::Missed };
     if checked.json {
@@ -109,15 +109,22 @@ fn room_json(room: &Room) -> Value {
     })
 }
 
-/// Writes the repaired mesh.
-fn fix(checkup: &Checkup, path: &Path, files: &[PathBuf]) -> anyhow::Result<()> {
+/// Writes the repaired mesh, and the repairs to the log.
+fn fix(checkup: &Checkup, path: &Path, files: &[PathBuf], log: &mut dyn Write) -> anyhow::Result<()> {
     let output = Output::create(path, Kind::REPAIRED_MESH, files)?;
     let Some(repaired) = &checkup.repaired else {
         bail!("the mesh cannot be read, see sonel-trace check without --fix")
     };
     let unfit = |name| anyhow!("an OBJ file cannot hold the material name \"{name}\": rename it in the mesh");
     let text = repaired.to_obj().map_err(unfit)?;
-    output.write(|out| out.write_all(text.as_bytes()))
+    output.write(|out| out.write_all(text.as_bytes()))?;
+    let repairs = match &checkup.repairs[..] {
+        [] if checkup.faults.is_empty() => "no repairs were needed".to_owned(),
+        [] => "nothing could be repaired".to_owned(),
+        repairs => repairs.join("\n  "),
+    };
+    writeln!(log, "wrote {}, in metres:\n  {repairs}", path.display())?;
+    Ok(())
 }
 
 fn describe(room: &Room) -> String {

@@ -225,7 +225,7 @@ fn trace(
     progress.end();
     let books = books.map_err(|error| describe(error, &target))?;
     let stored = writer.vertex_count();
-    writer.finish(&header).map_err(|error| describe(TraceError::Sink(error), &target))?;
+    writer.finish(&header, geometry).map_err(|error| describe(TraceError::Sink(error), &target))?;
     Ok(Traced { books, stored, output, header })
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use sonel_console::output::{Kind, Output};
+use sonel_console::progress::{Audience, Progress};
 use sonel_console::{Outcome, input};
 
 /// Write a scene file for a mesh: its materials, the nearest library entries, a source and a receiver
@@ -31,7 +32,10 @@ pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let path = beside(&new.mesh, &new.output)?;
     let name = new.mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
-    let text = sonel_scene::draft(&path, &name, &mut |path| input::read(&folder.join(path)))?;
+    let progress = Progress::wait("reading", Audience::Terminal);
+    let text = sonel_scene::draft(&path, &name, &mut |path| input::read(&folder.join(path)));
+    progress.end();
+    let text = text?;
     output.write(|out| out.write_all(text.as_bytes()))?;
     writeln!(log, "wrote {}: edit it, then run sonel-trace check {0}", new.output.display())?;
     Ok(Outcome::Done)

@@ -49,7 +49,7 @@ impl Program {
     /// As the command says.
     pub fn run(&self, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
         match (&self.command, &self.trace) {
-            (Some(Command::Check(checked)), _) => check::run(checked, out),
+            (Some(Command::Check(checked)), _) => check::run(checked, out, log),
             (Some(Command::New(new)), _) => new::run(new, log),
             (Some(Command::Materials(words)), _) => materials::run(words, out),
             (None, Some(trace)) => crate::run(trace, out, log),

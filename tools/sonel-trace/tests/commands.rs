@@ -64,6 +64,7 @@ fn a_check_ends_with_code_1_where_something_needs_a_look() {
     let fixed = folder.run(PROGRAM, &["check", "scene.toml", "--fix", "fixed.obj"]);
     assert_eq!(fixed.code, Some(1), "{}", fixed.err);
     assert_eq!(folder.text("fixed.obj").matches("\nf ").count(), 12);
+    assert!(fixed.err.ends_with("wrote fixed.obj, in metres:\n  no repairs were needed\n"), "{}", fixed.err);
     assert!(
         folder
             .run(PROGRAM, &["check", "scene.toml", "--fix", "scene.toml"])

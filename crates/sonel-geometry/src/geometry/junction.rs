@@ -134,8 +134,10 @@ pub(super) fn stood_on(
                     && edge.faces.iter().any(|&face| planes[face as usize] != plane)
             };
             if !stood_on[triangle as usize] && is_other() {
-                let corners = mesh.triangles[triangle as usize].corners.map(|c| local[c as usize].as_dvec3());
-                stood_on[triangle as usize] = touches_inside(ends, corners, margin);
+                let [a, b, c] =
+                    mesh.triangles[triangle as usize].corners.map(|c| local[c as usize].as_dvec3());
+                let is_beside = a.max(b).max(c).cmplt(low).any() || a.min(b).min(c).cmpgt(high).any();
+                stood_on[triangle as usize] = !is_beside && touches_inside(ends, [a, b, c], margin);
             }
         });
     }
@@ -146,26 +148,24 @@ pub(super) fn stood_on(
 fn touches_inside([from, to]: [DVec3; 2], [a, b, c]: [DVec3; 3], margin: f64) -> bool {
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let height = |point: DVec3| normal.dot(point - a);
-    if height(from).min(height(to)) > margin || height(from).max(height(to)) < -margin {
-        return false;
-    }
-    let inward = |p: DVec3, q: DVec3| (normal.cross(q - p).normalize_or_zero(), p);
     // Each bound is an affine function of the place along the segment that must not be negative.
-    let rim = [inward(a, b), inward(b, c), inward(c, a)]
-        .map(|(inward, corner)| move |point: DVec3| inward.dot(point - corner) - margin);
     let mut range = [0.0, 1.0];
-    let mut clip = |start: f64, end: f64| {
+    let mut is_any_left = |start: f64, end: f64| {
         let share = start / (start - end);
         if start < 0.0 && end < 0.0 {
-            range = [1.0, 0.0];
+            return false;
         } else if start < 0.0 {
             range[0] = f64::max(range[0], share);
         } else if end < 0.0 {
             range[1] = f64::min(range[1], share);
         }
+        range[0] <= range[1]
     };
-    rim.iter().for_each(|bound| clip(bound(from), bound(to)));
-    clip(margin - height(from), margin - height(to));
-    clip(margin + height(from), margin + height(to));
-    range[0] <= range[1]
+    is_any_left(margin - height(from), margin - height(to))
+        && is_any_left(margin + height(from), margin + height(to))
+        && [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| {
+            let inward = normal.cross(q - p).normalize_or_zero();
+            let bound = |point: DVec3| inward.dot(point - p) - margin;
+            is_any_left(bound(from), bound(to))
+        })
 }

@@ -30,7 +30,7 @@ fn bytes(header: &MapHeader) -> Vec<u8> {
         let paths = hand_made::paths(&geometry, source);
         writer.push_chunk(source, 0, &paths, &hand_made::books(source)).unwrap();
     }
-    writer.finish(header).unwrap().into_inner()
+    writer.finish(header, &geometry).unwrap().into_inner()
 }
 
 #[test]

@@ -69,7 +69,7 @@ fn bytes(bends: bool) -> Vec<u8> {
     for source in 0..2 {
         writer.push_chunk(source, 0, &paths(&geometry), &books).unwrap();
     }
-    writer.finish(&header).unwrap().into_inner()
+    writer.finish(&header, &geometry).unwrap().into_inner()
 }
 
 fn read(bytes: &[u8]) -> Result<SonelMap, MapError> {

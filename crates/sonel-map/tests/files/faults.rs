@@ -189,7 +189,7 @@ fn a_full_disk_is_an_error_of_the_writer_wherever_it_strikes() {
         for source in 0..2 {
             writer.push_chunk(source, 0, &hand_made::paths(&geometry, source), &hand_made::books(source))?;
         }
-        Ok(writer.finish(&header)?.bytes.into_inner().len())
+        Ok(writer.finish(&header, &geometry)?.bytes.into_inner().len())
     };
     for room in (0..whole).step_by(7).chain([whole - 1]) {
         let error = write(room).expect_err("no room");
@@ -204,7 +204,8 @@ fn a_full_disk_is_an_error_of_the_writer_wherever_it_strikes() {
 #[test]
 fn a_map_without_paths_is_a_map() {
     let writer = sonel_map::MapWriter::begin(std::io::Cursor::new(Vec::new())).unwrap();
-    let bytes = writer.finish(&hand_made::header(0)).unwrap().into_inner();
+    let bytes =
+        writer.finish(&hand_made::header(0), &hand_made::scene().geometry().unwrap()).unwrap().into_inner();
     let map = read(&bytes).unwrap();
     assert_eq!((map.path_count(), map.vertex_count(), map.ledger().segments), (0, 0, 0));
     assert!(map.path(0, 0).is_none() && map.batch_paths(0, 1).next().is_none());
@@ -213,7 +214,8 @@ fn a_map_without_paths_is_a_map() {
 #[test]
 fn a_run_with_chunks_missing_is_refused() {
     let writer = sonel_map::MapWriter::begin(std::io::Cursor::new(Vec::new())).unwrap();
-    let bytes = writer.finish(&hand_made::header(1)).unwrap().into_inner();
+    let bytes =
+        writer.finish(&hand_made::header(1), &hand_made::scene().geometry().unwrap()).unwrap().into_inner();
     assert!(matches!(read(&bytes), Err(MapError::Damaged { .. })));
 }
 

@@ -47,7 +47,7 @@ fn bytes(first: Event, at_interface: bool) -> Vec<u8> {
     for source in 0..2 {
         writer.push_chunk(source, 0, &paths, &books).unwrap();
     }
-    writer.finish(&header).unwrap().into_inner()
+    writer.finish(&header, &geometry).unwrap().into_inner()
 }
 
 fn read(bytes: &[u8]) -> Result<(SonelMap, Geometry), MapError> {
@@ -127,7 +127,7 @@ fn a_gradient_of_the_speed_of_sound_is_read_as_it_was_written_or_refused() {
                 .push_chunk(source, 0, &hand_made::paths(&geometry, source), &hand_made::books(source))
                 .unwrap();
         }
-        (writer.finish(&header).unwrap().into_inner(), header)
+        (writer.finish(&header, &geometry).unwrap().into_inner(), header)
     };
     let (bytes, header) = write(-0.1);
     let map = SonelMap::from_bytes(&bytes).unwrap();

@@ -100,5 +100,5 @@ pub fn bytes() -> Vec<u8> {
     for source in 0..2 {
         writer.push_chunk(source, 0, &paths(&geometry, source), &books(source)).unwrap();
     }
-    writer.finish(&header).unwrap().into_inner()
+    writer.finish(&header, &geometry).unwrap().into_inner()
 }

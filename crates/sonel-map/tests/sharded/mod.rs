@@ -49,5 +49,5 @@ pub fn write<W: Write + Seek>(header: &MapHeader, out: W) -> W {
             writer.push_chunk(source, first, &paths, &books(&paths, first)).unwrap();
         }
     }
-    writer.finish(header).unwrap()
+    writer.finish(header, &geometry).unwrap()
 }

@@ -1,22 +1,25 @@
-//! Faults of a mesh: holes, cracks, crossing faces, slivers, surfaces inside solids.
+//! Faults of a mesh: holes, surfaces outside the room, crossing and overlapping faces, slivers, unreachable surfaces.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 use sonel_geometry::{Geometry, Surface};
 
-use crate::notation::{number, place};
+use crate::Scene;
+use crate::notation::{count, number, place};
 
 /// How many of a kind are named.
 const NAMED: usize = 5;
 /// A sliver is lower than this [m] and this part of its longest side.
 const SLIVER_HEIGHT: f64 = 1e-3;
 const SLIVER_SHARE: f64 = 1e-3;
-/// Solid angles that may be spent on looking for surfaces in no air.
-const MOST_LOOKS: usize = 200_000_000;
+/// Largest distance of overlapping faces [m].
+const WIDEST_OVERLAP: f64 = 1e-3;
+/// Solid angles computed at most in the search for unreachable surfaces.
+const MOST_SOLID_ANGLES: usize = 200_000_000;
 
-/// One sentence for each kind of fault.
-pub(super) fn of(geometry: &Geometry) -> Vec<String> {
+/// One sentence for each kind of fault of the walls of a scene.
+pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
     let mut faults = Vec::new();
     let holes = holes(&geometry.open_edges());
     if !holes.is_empty() {
@@ -27,7 +30,13 @@ pub(super) fn of(geometry: &Geometry) -> Vec<String> {
             listed(&holes)
         ));
     } else if !geometry.is_closed_room() {
-        faults.push("no closed part of the mesh contains all other parts: energy escapes".to_owned());
+        let outside = surfaces(geometry.outside().into_iter().map(|id| geometry.surface(id)));
+        faults.push(format!(
+            "no closed part of the mesh contains all other parts, so the room has no volume; remove or separate {} beyond the \
+             largest part: {}",
+            count(outside.len(), "surface"),
+            listed(&outside)
+        ));
     }
     let crossings: Vec<String> = geometry
         .crossings()
@@ -46,12 +55,9 @@ pub(super) fn of(geometry: &Geometry) -> Vec<String> {
     if !slivers.is_empty() {
         faults.push(format!("{}: {}", count(slivers.len(), "sliver"), listed(&slivers)));
     }
-    faults.extend(unreachable(geometry));
+    faults.extend(overlaps(geometry));
+    faults.extend(unreachable(geometry, scene));
     faults
-}
-
-fn count(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// The first of some places.
@@ -116,28 +122,63 @@ fn slivers(geometry: &Geometry) -> Vec<String> {
     found
 }
 
-/// Surfaces of a closed room with air on neither side, in a sentence.
-fn unreachable(geometry: &Geometry) -> Option<String> {
+/// Area and place of some surfaces.
+fn surfaces<'g>(surfaces: impl Iterator<Item = &'g Surface>) -> Vec<String> {
+    surfaces
+        .map(|surface| format!("{} m² about ({}) m", number(surface.area), place(surface.centroid)))
+        .collect()
+}
+
+/// Faces that lie over others, in a sentence.
+fn overlaps(geometry: &Geometry) -> Option<String> {
+    let named: Vec<String> = geometry
+        .overlaps(WIDEST_OVERLAP)
+        .iter()
+        .map(|overlap| format!("{} m² about ({}) m", number(overlap.area), place(overlap.center)))
+        .collect();
+    (!named.is_empty()).then(|| {
+        format!(
+            "faces lie over others within {} mm: {}; their areas count twice: remove one of each",
+            number(1e3 * WIDEST_OVERLAP),
+            listed(&named)
+        )
+    })
+}
+
+/// Surfaces of a closed room with no air on either side, or only air that is sealed off from every source, in a sentence.
+fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
     if !geometry.is_closed_room() {
         return None;
     }
     let triangles = geometry.mesh().triangles.len();
-    if geometry.surfaces().len().saturating_mul(triangles) > MOST_LOOKS {
+    if geometry.surfaces().len().saturating_mul(triangles) > MOST_SOLID_ANGLES {
         return None;
     }
-    let hidden: Vec<&Surface> =
-        geometry.surfaces().iter().filter(|surface| !is_in_air(geometry, surface)).collect();
-    let named: Vec<String> = hidden
+    let is_air = |point: DVec3| geometry.contains(point);
+    let at_sources: Vec<Vec<usize>> = scene
+        .sources
         .iter()
-        .map(|surface| format!("{} m² about ({}) m", number(surface.area), place(surface.centroid)))
+        .map(|source| source.position)
+        .filter(|position| is_air(*position))
+        .map(|position| geometry.shells_around(position))
         .collect();
+    let transmits =
+        scene.materials.iter().any(|material| material.transmission.iter().any(|&share| share > 0.0));
+    let anywhere = transmits || at_sources.is_empty();
+    let sounds =
+        |point: DVec3| is_air(point) && (anywhere || at_sources.contains(&geometry.shells_around(point)));
+    let named = surfaces(geometry.surfaces().iter().filter(|surface| !is_beside(geometry, surface, sounds)));
     (!named.is_empty()).then(|| {
-        format!("{} inside solids, which no sound reaches: {}", count(named.len(), "surface"), listed(&named))
+        format!(
+            "{} inside solids or sealed off from every source, which no sound reaches: {}",
+            count(named.len(), "surface"),
+            listed(&named)
+        )
     })
 }
 
-/// Whether there is air on a side of the largest triangle of a surface.
-fn is_in_air(geometry: &Geometry, surface: &Surface) -> bool {
+/// Whether `sounds` holds beside the largest triangle of a surface, on one side at least.
+fn is_beside(geometry: &Geometry, surface: &Surface, sounds: impl Fn(DVec3) -> bool) -> bool {
     let mesh = geometry.mesh();
     let corners = |triangle: &u32| {
         mesh.triangles[*triangle as usize].corners.map(|corner| mesh.vertices[corner as usize])
@@ -147,5 +188,5 @@ fn is_in_air(geometry: &Geometry, surface: &Surface) -> bool {
     let Some([a, b, c]) = largest else { return true };
     let middle = (a + b + c) / 3.0;
     let step = 2.0 * geometry.clearance() * surface.normal;
-    [step, -step].into_iter().any(|step| geometry.contains(middle + step))
+    [step, -step].into_iter().any(|step| sounds(middle + step))
 }

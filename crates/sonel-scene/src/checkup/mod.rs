@@ -35,6 +35,8 @@ pub struct Checkup {
     pub faults: Vec<String>,
     /// Defaults taken, repairs made: one sentence each.
     pub notes: Vec<String>,
+    /// What of the notes and faults was repaired in the mesh.
+    pub repairs: Vec<String>,
     /// The room, where its walls could be read.
     pub room: Option<Room>,
     /// Its mesh as it is traced, where its walls could be read.
@@ -111,8 +113,10 @@ pub fn check(
     let attempt = attempt(toml_text, file_label, open_mesh)?;
     let room = attempt.geometry.as_ref().map(|geometry| room(&attempt, geometry));
     let repaired = attempt.geometry.as_ref().map(|geometry| Repaired::of(geometry, names(&attempt)));
-    let mut faults = attempt.geometry.as_ref().map_or(Vec::new(), faults::of);
-    let Remarks { notes, faults: marked, warnings } = attempt.remarks;
+    let mut faults =
+        attempt.geometry.as_ref().map_or(Vec::new(), |geometry| faults::of(geometry, &attempt.scene));
+    let Remarks { notes, faults: marked, repairs, warnings } = attempt.remarks;
+    let repairs = repairs.into_iter().map(|index| notes[index].clone()).collect();
     let (of_mesh, notes): (Vec<_>, Vec<_>) =
         notes.into_iter().enumerate().partition(|(index, _)| marked.contains(index));
     // Holes are listed one by one.
@@ -122,7 +126,7 @@ pub fn check(
     let mut notes: Vec<String> = notes.into_iter().map(|(_, note)| note).collect();
     let sound = attempt.geometry.as_ref().filter(|_| attempt.problems.is_empty());
     notes.extend(sound.and_then(|geometry| flat_walls(&attempt.scene, geometry)));
-    Ok(Checkup { problems: attempt.problems, warnings, faults, notes, room, repaired })
+    Ok(Checkup { problems: attempt.problems, warnings, faults, notes, repairs, room, repaired })
 }
 
 /// Names of the materials, then of those that the scene lacks.

@@ -1,7 +1,7 @@
 //! Material files of other programs.
 //!
 //! - CATT-Acoustic, any text with lines `ABS name = <12 10 8 7 5 4> L <30 40 50 60 70 80> {r g b}`: percent, octaves from 125 Hz,
-//!   L is scattering; `ABS name = other` repeats another one, `;` begins a comment, other statements are not looked at.
+//!   L is scattering, 8 and 16 kHz may follow a colon; `ABS name = other` repeats another one, `;` begins a comment, other statements are not looked at.
 //! - ODEON, `.Li8`: a line with number and description, then a line with α in the octaves 63 … 8000 Hz. Both name it.
 //! - pyroomacoustics, `.json`: `center_freqs`, then `absorption` and `scattering` by group and name, each with `description` and
 //!   `coeffs`.
@@ -108,7 +108,8 @@ fn catt_value(
     let mut rest = value;
     while let Some((label, after)) = rest.split_once('<') {
         let (list, next) = after.split_once('>').ok_or("`<` without `>`")?;
-        let values = numbers(list.split_whitespace(), 0.01)?;
+        let words = list.split(|c: char| c.is_whitespace() || c == ':').filter(|word| !word.is_empty());
+        let values = numbers(words, 0.01)?;
         let is_single = values.len() == 1 && label.trim() == "L";
         if !is_single && !(6..=8).contains(&values.len()) {
             return Err(format!("{} numbers; give 6 to 8 octaves from 125 Hz", values.len()));
@@ -119,11 +120,14 @@ fn catt_value(
             "L" => scattering = octaves,
             unknown => return Err(format!("`{unknown} <…>` is not read; known is L <scattering>")),
         }
-        rest = next.trim_start();
+        rest = next.trim();
         // Colours follow in braces.
         if let Some((_, behind)) = rest.strip_prefix('{').and_then(|rest| rest.split_once('}')) {
-            rest = behind;
+            rest = behind.trim_start();
         }
+    }
+    if !rest.is_empty() {
+        return Err(format!("`{rest}` is not read; give scattering as L <30 40 50 60 70 80>"));
     }
     Ok((absorption.ok_or("no numbers")?, scattering))
 }
@@ -244,20 +248,21 @@ mod tests {
     fn catt_lines_are_read_in_percent() {
         let text = "GLOBAL h = 9\nABS wood   = <12 10 8 7 5 4>  {213 220 160}\n;ABS old = <1 2 3 4 5 6>\n\
                     ABS audience = <68 75 82 85 86 86 > L <30 40 50 60 70 80> {128 128 0} ; seats\nABS wallabs = wood\n\
-                    ABS long = <1 2 3\n 4 5 6> L <25>\n";
+                    ABS long = <1 2 3\n 4 5 6> L <25>\nABS eight = <1 2 3 4 5 6 : 7 8> L <9 9 9 9 9 9:9 9>\n";
         let entries = catt(text).unwrap();
         let names: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
-        assert_eq!(names, ["wood", "audience", "wallabs", "long"]);
+        assert_eq!(names, ["wood", "audience", "wallabs", "long", "eight"]);
         assert_eq!(entries[0].absorption.as_ref().unwrap().at(125.0), (0.12, false));
         assert_eq!(entries[1].scattering.as_ref().unwrap().at(4000.0), (0.8, false));
         assert_eq!(entries[2].absorption, entries[0].absorption);
         assert_eq!(entries[3].scattering.as_ref().unwrap().at(500.0), (0.25, true));
+        assert_eq!(entries[4].absorption.as_ref().unwrap().at(8000.0), (0.07, false));
     }
 
     #[test]
     fn catt_mistakes_have_their_lines() {
         let text = "ABS a = <1 2 3>\nABS b = nothing\nABS c = <1 2 3 4 5 x>\nABS d = <1 2 3 4 5 6> T <1 2 3 4 5 6>\n\
-                    ABS e = <1 2 3 4 5 6>\nABS e = <1 2 3 4 5 6>\n";
+                    ABS e = <1 2 3 4 5 6>\nABS e = <1 2 3 4 5 6>\nABS f = <1 2 3 4 5 6> {1 2 3} L = estimate(0.1)\n";
         let problems = catt(text).unwrap_err();
         assert_eq!(
             problems,
@@ -267,6 +272,7 @@ mod tests {
                 "3: ABS c: `x` is not a coefficient; give numbers of 0 and more",
                 "4: ABS d: `T <…>` is not read; known is L <scattering>",
                 "6: ABS e: defined twice",
+                "7: ABS f: `L = estimate(0.1)` is not read; give scattering as L <30 40 50 60 70 80>",
             ]
         );
     }

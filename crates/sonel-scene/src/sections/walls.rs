@@ -5,7 +5,7 @@ use sonel_acoustics::Material;
 use sonel_geometry::Mesh;
 
 use crate::document::{Entry, Table};
-use crate::mesh_file::{self, FARTHEST, Stated};
+use crate::mesh_file::{self, FARTHEST, MeshOfFile, Stated};
 use crate::report::Report;
 use crate::suggest::suggest;
 
@@ -23,7 +23,8 @@ const SHOEBOX_WALLS: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
 const SHOEBOX_MATERIAL: &str = "walls";
 
 /// Units of a mesh file and their length [m].
-const UNITS: [(&str, f64); 5] = [("m", 1.0), ("mm", 0.001), ("cm", 0.01), ("in", 0.0254), ("ft", 0.3048)];
+pub(crate) const UNITS: [(&str, f64); 5] =
+    [("m", 1.0), ("mm", 0.001), ("cm", 0.01), ("in", 0.0254), ("ft", 0.3048)];
 
 /// The walls, the digest of what they were read from and where the file names them.
 pub(crate) struct Walls {
@@ -31,6 +32,8 @@ pub(crate) struct Walls {
     pub(crate) digest: [u8; 32],
     pub(crate) at: usize,
     pub(crate) path: &'static str,
+    /// Length of the unit of a mesh file [m]; none for a shoebox.
+    pub(crate) unit: Option<f64>,
     /// Distance up to which cracks are closed [m].
     pub(crate) weld: f64,
     /// Names of the mesh that are no material of the scene; triangles index them behind the materials.
@@ -130,11 +133,12 @@ fn read_mesh(
     let bytes = read_file(entry, path, open_mesh, report)?;
     let unknown = Stated { unit: None, up: true };
     let read_as = stated.as_ref().map_or(&unknown, |(stated, _)| stated);
-    let (mesh, unknown) = mesh_file::read(&bytes, path, read_as, materials, open_mesh, report)?;
+    let MeshOfFile { mesh, unknown, unit } =
+        mesh_file::read(&bytes, path, read_as, materials, open_mesh, report)?;
     // Read for its own problems; in an unknown unit nothing can be said about positions in it.
     let (_, weld) = stated?;
     let digest = digest(&mesh);
-    Some(Walls { mesh, digest, at: entry.at, path: "mesh", weld, unknown })
+    Some(Walls { mesh, digest, at: entry.at, path: "mesh", unit: Some(unit), weld, unknown })
 }
 
 /// Of the mesh as it was read, in whatever format.
@@ -168,6 +172,7 @@ fn read_shoebox(entry: &Entry<'_>, materials: &[Material], report: &mut Report<'
         digest: *blake3::hash(&[]).as_bytes(),
         at: entry.at,
         path: "shoebox",
+        unit: None,
         weld: 0.0,
         unknown: Vec::new(),
     })

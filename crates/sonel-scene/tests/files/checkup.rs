@@ -113,9 +113,69 @@ fn surfaces_in_solids_are_named() {
     let solid = box_between([5.0, 2.0, 0.5], [7.0, 4.0, 2.0]);
     let message = fault(&[empty(), solid, panel.to_vec()].concat());
     assert!(
-        message.contains("1 surface inside solids, which no sound reaches: 0.5 m² about (6, 3, 1.25) m"),
+        message.contains(
+            "1 surface inside solids or sealed off from every source, which no sound reaches: 0.5 m² about (6, 3, 1.25) m"
+        ),
         "{message}"
     );
+}
+
+/// Furniture that is closed in itself has air in it, which no source is in.
+#[test]
+fn surfaces_of_sealed_rooms_are_named_unless_a_source_is_there_or_walls_transmit() {
+    let closet =
+        [box_between([6.0, 3.0, 0.5], [8.0, 5.0, 2.0]), box_between([6.1, 3.1, 0.6], [7.9, 4.9, 1.9])];
+    let triangles = [empty(), closet.concat()].concat();
+    assert!(fault(&triangles).starts_with("6 surfaces inside solids or sealed off from every source"));
+    let within = SCENE.to_owned() + "[[sources]]\nposition = [7.0, 4.0, 1.0]\n";
+    assert_eq!(checked(&within, &triangles).faults, Vec::<String>::new());
+    let thin = SCENE.replace("walls.scattering", "walls.transmission = 0.01\nwalls.scattering");
+    assert_eq!(checked(&thin, &triangles).faults, Vec::<String>::new());
+}
+
+#[test]
+fn what_lies_outside_the_room_is_placed() {
+    let outside = quad([[15.0, 2.5, 1.0], [15.0, 3.5, 1.0], [15.0, 3.5, 1.5], [15.0, 2.5, 1.5]]);
+    let message = fault(&[empty(), outside.to_vec()].concat());
+    assert!(message.contains("1 surface beyond the largest part: 0.5 m² about (15, 3, 1.25) m"), "{message}");
+}
+
+#[test]
+fn faces_that_lie_over_others_are_placed() {
+    let carpet = quad([[2.0, 2.0, 0.0003], [5.0, 2.0, 0.0003], [5.0, 5.0, 0.0003], [2.0, 5.0, 0.0003]]);
+    let message = fault(&[empty(), carpet.to_vec()].concat());
+    assert!(message.contains("within 1 mm: 9 m² about (3.5, 3.5,"), "{message}");
+}
+
+/// Exporters round the copies of a face differently: the room stays closed, and the repaired mesh has one of each.
+#[test]
+fn faces_doubled_but_for_rounding_are_left_out() {
+    let moved = |(corners, name): &Triangle| (corners.map(|[x, y, z]| [x + 1e-6, y, z]), *name);
+    let triangles = [empty(), empty().iter().take(2).map(moved).collect()].concat();
+    let checkup = checked(SCENE, &triangles);
+    assert_eq!(checkup.repairs.len(), 2, "{:?}", checkup.repairs);
+    assert!(checkup.repairs[0].ends_with("within rounding left out: 2"), "{:?}", checkup.repairs);
+    assert_eq!(checkup.faults[..], checkup.repairs[..1]);
+    assert!((checkup.room.unwrap().volume.unwrap() - 210.0).abs() < 1e-3);
+    assert_eq!(checkup.repaired.unwrap().to_obj().unwrap().matches("\nf ").count(), 12);
+}
+
+#[test]
+fn units_that_make_a_room_of_the_mesh_are_proposed() {
+    let larger = |factor: [f64; 3]| -> Vec<String> {
+        let scaled = |[x, y, z]: [f64; 3]| [factor[0] * x, factor[1] * y, factor[2] * z];
+        let triangles: Vec<Triangle> =
+            empty().into_iter().map(|(corners, name)| (corners.map(scaled), name)).collect();
+        checked(SCENE, &triangles).warnings
+    };
+    let [warning] = &larger([1000.0; 3])[..] else { panic!("a warning") };
+    assert!(
+        warning.ends_with("check mesh_unit: \"mm\" makes it 10 × 7 × 3 m, \"cm\" makes it 100 × 70 × 30 m"),
+        "{warning}"
+    );
+    let [warning] = &larger([500.0, 1.0, 1.0])[..] else { panic!("a warning") };
+    assert!(warning.contains("5000 m (usual: 1 … 1000 m); check mesh_unit"), "{warning}");
+    assert_eq!(larger([50.0, 1.0, 1.0]), Vec::<String>::new());
 }
 
 #[test]
