@@ -62,7 +62,7 @@ const HOMES: [(&str, &[&str]); 40] = [
         ],
     ),
     ("signal-hook", &["tools/sonel-console"]),
-    ("smallvec", &["crates/sonel-geometry"]),
+    ("smallvec", &["crates/sonel-geometry", "crates/sonel-renderer"]),
     ("sofar", &["crates/sonel-sound"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["tools/", "python", "crates/sonel-testkit"]),
