@@ -117,7 +117,8 @@ fn room(mesh: Mesh, walls: &[[f64; 2]], source: [f64; 3], receivers: [[f64; 3]; 
         .with_receiver("farther", receivers[1])
 }
 
-/// Over so many seeds and all receivers and bands, intervals of the late decay cover the mean in 92 to 99 of a hundred, where they are given.
+/// Over so many seeds and all receivers and bands, intervals of the late decay cover the mean in nine of ten runs at least, where they are
+/// given.
 fn check_late(scene: &Scene, seeds: u64) {
     let runs: Vec<_> = (1..=seeds)
         .map(|seed| {
@@ -146,8 +147,8 @@ fn check_late(scene: &Scene, seeds: u64) {
         }
         let [coverage, of_half] = [covered, half].map(|count| count / given);
         println!("{parameter:?}: coverage {coverage:.3} of {given}, of half the width {of_half:.3}");
-        assert!((0.92..=0.995).contains(&coverage), "{parameter:?}: coverage {coverage}");
-        assert!(of_half < 0.92, "{parameter:?}: an interval of half the width is found out");
+        assert!((0.90..=0.995).contains(&coverage), "{parameter:?}: coverage {coverage}");
+        assert!(of_half < 0.90, "{parameter:?}: an interval of half the width is found out");
     }
 }
 

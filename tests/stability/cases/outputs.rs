@@ -227,7 +227,9 @@ fn plans_of_hopeless_rooms_have_reasons() {
         let folder = TestFolder::with(&scene);
         folder.write("room.obj", mesh);
         trace(&folder, "a.sonelmap", tracing).expect("a sound scene");
-        for options in [&["--plan"][..], &["--until", "level<0.1dB,t30<1%", "--rays", "512"]] {
+        for options in
+            [&["--plan"][..], &["--until", "level<0.1dB,t30<1%", "--rays", "512", "--at-most", "1s"]]
+        {
             let what = format!("{name}, render {}", options[0]);
             for is_json in [false, true] {
                 let json = is_json.then_some("--json");
