@@ -21,7 +21,7 @@ const RAYS: u32 = 8192;
 /// Part of the way to the nearest surface that a ball takes in an open scene.
 const CLEARANCE: f64 = 0.95;
 /// By how much the radius grows, and from which path length on [mean free paths].
-const GROWTH: [(f64, f64); 4] = [(1.0, 0.0), (1.25, 8.0), (1.6, 16.0), (2.0, 32.0)];
+const GROWTH: [(f64, f64); 4] = [(1.0, 0.0), (1.25, 16.0), (1.6, 32.0), (2.0, 64.0)];
 
 /// The balls of a receiver, one for each range of path lengths.
 #[derive(Debug, Clone, Copy, Default)]
