@@ -220,7 +220,7 @@ fn packets_on_arcs_bring_what_the_direct_arc_does() {
 /// As in regions of different air: where nothing is lost, the energy per volume of a diffuse field goes as 1/c³, fluence as 1/c².
 #[test]
 fn the_diffuse_field_in_a_gradient_is_even_per_mode() {
-    let emissions = 2600;
+    let emissions = 5200;
     for scattering in [1.0, 0.4] {
         let traced = Traced::new(room(0.0, scattering, STEEP), settings(emissions));
         assert!(traced.books.worst_residual() < 1e-9);
