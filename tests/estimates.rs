@@ -1,7 +1,8 @@
 //! Energies of a rendering with their standard errors, and the comparison of two renderings.
 
+use sonel_analysis::estimate::KernelShift;
 use sonel_map::Settings;
-use sonel_renderer::{PathClass, RenderSettings, Rendering};
+use sonel_renderer::{CoarseEchogram, PathClass, RenderSettings, Rendering};
 use sonel_scene::Scene;
 use sonel_testkit::z_test::{Disagreement, Estimate, Within, agree};
 
@@ -10,18 +11,48 @@ use crate::Traced;
 /// Fluences of one receiver and band in successive windows of time [1/m²].
 pub type Windows = Vec<Estimate>;
 
+/// Largest distance of two estimates that agree [standard errors of their difference].
+const SIGMAS: f64 = 4.0;
+
 /// Fluence between successive `borders` [s], which are borders of bins: `[receiver][band][window]`, with errors from the
 /// batches.
 #[must_use]
 pub fn windows(traced: &Traced, settings: RenderSettings, borders: &[f64]) -> Vec<Vec<Windows>> {
+    estimates(traced, settings, borders, |energy, _| Estimate::of(energy))
+}
+
+/// As [`windows`], with the bias of discs and spheres in the errors: what intervals of parameters include, as far as noise lets see,
+/// is the tolerance that [`agree_in_windows`] adds.
+#[must_use]
+pub fn windows_with_bias(traced: &Traced, settings: RenderSettings, borders: &[f64]) -> Vec<Vec<Windows>> {
+    estimates(traced, settings, borders, |energy, difference| {
+        let (energy, difference) = (Estimate::of(energy), Estimate::of(difference));
+        let shift = KernelShift { shift: 2.0 * difference.value, sigma: 2.0 * difference.sigma };
+        Estimate { sigma: energy.sigma + shift.bias() / SIGMAS, ..energy }
+    })
+}
+
+/// The same of energies in batches and of what kernels of half the area would have added to them.
+fn estimates(
+    traced: &Traced,
+    settings: RenderSettings,
+    borders: &[f64],
+    estimate: impl Fn(&[f64], &[f64]) -> Estimate,
+) -> Vec<Vec<Windows>> {
     let scene = &traced.map.header().scene;
     let all_borders = vec![borders.to_vec(); scene.receivers.len()];
     let (rendering, _) = traced.render_with(settings, &all_borders);
     let band = |receiver: usize, band: usize| -> Windows {
-        let batches: Vec<Vec<f64>> =
-            rendering.batches.iter().map(|batch| batch[receiver].band(band).collect()).collect();
+        let of_window = |batches: &[Vec<CoarseEchogram>], window: usize| -> Vec<f64> {
+            batches.iter().filter_map(|batch| batch[receiver].band(band).nth(window)).collect()
+        };
         (0..borders.len() - 1)
-            .map(|window| Estimate::of(&batches.iter().map(|batch| batch[window]).collect::<Vec<_>>()))
+            .map(|window| {
+                estimate(
+                    &of_window(&rendering.batches, window),
+                    &of_window(&rendering.kernel_differences, window),
+                )
+            })
             .collect()
     };
     (0..scene.receivers.len())
@@ -41,7 +72,7 @@ pub fn agree_in_windows(first: &Windows, second: &Windows, largest_error: f64) -
     let all: f64 = second.iter().map(|window| window.value).sum();
     first.iter().zip(second).try_for_each(|(&first, &second)| {
         let maximal_sigma = largest_error * second.value.max(LITTLE * all);
-        agree(first, second, Within { sigmas: 4.0, maximal_sigma })
+        agree(first, second, Within { sigmas: SIGMAS, maximal_sigma })
     })
 }
 

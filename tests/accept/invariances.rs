@@ -5,7 +5,7 @@ use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_tests::change::{exchanged, moved};
-use sonel_tests::estimates::{Windows, agree_in_windows, windows};
+use sonel_tests::estimates::{Windows, agree_in_windows, windows_with_bias};
 use sonel_tests::{Traced, shipped};
 
 /// Borders of the windows [s].
@@ -26,7 +26,7 @@ fn hall(receiver: usize) -> Scene {
 fn received(scene: Scene, seed: u64) -> Vec<Windows> {
     let traced = Traced::new(scene, Settings { emissions: 600_000, seed, ..Settings::default() });
     let settings = RenderSettings { rays: 32_768, ..RenderSettings::default() };
-    windows(&traced, settings, &BORDERS).swap_remove(0)
+    windows_with_bias(&traced, settings, &BORDERS).swap_remove(0)
 }
 
 /// Disagreements, one sentence each.

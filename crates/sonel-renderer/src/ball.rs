@@ -6,6 +6,7 @@
 //! (docs/physics.md §4).
 //!
 //! Late sound varies less from place to place and its paths are rarer: the ball grows with the length that a path has gone.
+//! Early paths with specular reflections alone are beams with sharp borders: they have a ball of half the radius.
 
 use core::f64::consts::PI;
 
@@ -22,11 +23,15 @@ const RAYS: u32 = 8192;
 const CLEARANCE: f64 = 0.95;
 /// By how much the radius grows, and from which path length on [mean free paths].
 const GROWTH: [(f64, f64); 4] = [(1.0, 0.0), (1.25, 16.0), (1.6, 32.0), (2.0, 64.0)];
+/// Part of the first radius for paths that were reflected specularly alone.
+const MIRRORED: f64 = 0.5;
 
 /// The balls of a receiver, one for each range of path lengths.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Balls {
     balls: [Ball; GROWTH.len()],
+    /// The first one for paths that were reflected specularly alone.
+    mirrored: Ball,
     mean_free_path: f64,
 }
 
@@ -40,7 +45,7 @@ impl Balls {
         let is_cut = GROWTH.iter().any(|&(growth, _)| radius(growth) > nearest);
         let distances = if is_cut { distances(geometry, center) } else { Vec::new() };
         let ball = |(growth, _)| Ball::new(center, radius(growth), nearest, &distances);
-        Self { balls: GROWTH.map(ball), mean_free_path }
+        Self { balls: GROWTH.map(ball), mirrored: ball((MIRRORED, 0.0)), mean_free_path }
     }
 
     /// Radius for early sound [m].
@@ -49,12 +54,15 @@ impl Balls {
         self.balls[0].radius
     }
 
-    /// The ball for paths that have gone `length` [m].
+    /// The ball for paths that have gone `length` [m], and whether they were reflected specularly alone.
     #[inline]
     #[must_use]
-    pub fn at(&self, length: f64) -> &Ball {
+    pub fn at(&self, length: f64, is_mirrored: bool) -> &Ball {
         let grown = |(_, from): &(f64, f64)| from * self.mean_free_path <= length;
-        &self.balls[GROWTH.iter().rposition(grown).unwrap_or(0)]
+        match GROWTH.iter().rposition(grown).unwrap_or(0) {
+            0 if is_mirrored => &self.mirrored,
+            growth => &self.balls[growth],
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! L S^k R, k > K: rays with specular reflections only, counted in receiver spheres.
 //!
 //! Few packets of a map are reflected specularly many times in a row, with much energy each. These rays are always
-//! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are four for each packet of the map.
+//! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are six for each packet of the map.
 //! Rays that carry little go on by roulette. With bending, the rays carry straight paths; packets of the map carry bent
 //! ones. Each batch has rays of its own, so the interval covers them.
 
@@ -23,9 +23,9 @@ use crate::stochastic::gather::rays::strongest;
 /// Receivers that share rays: their echograms bound the memory.
 const RECEIVERS: usize = 64;
 /// Rays for each packet: they cost a tenth of it, and where walls are smooth most noise of the level is theirs.
-const RAYS_PER_PACKET: u64 = 4;
+const RAYS_PER_PACKET: u64 = 6;
 /// A ray that carries less than this part of what it left with, in every band, goes on by roulette.
-const LIGHT: f64 = 0.01;
+const LIGHT: f64 = 0.02;
 
 impl Renderer<'_> {
     /// Whether rays of their own bring L S^k R, k > K. In an empty box image sources bring all that matters.
@@ -124,6 +124,7 @@ impl Renderer<'_> {
             energy,
             fades_from: 0.0,
             unbent_from: Some(way.start),
+            is_mirrored: true,
         };
         let receivers = tile.receivers.iter().zip(&tile.direct_lengths).enumerate();
         let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));

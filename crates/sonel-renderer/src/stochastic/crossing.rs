@@ -57,6 +57,8 @@ pub struct Piece<'a> {
     pub fades_from: f64,
     /// Where its straight way began, where edges still have to take from it what they bend.
     pub unbent_from: Option<WayEnd>,
+    /// Whether its path was reflected specularly alone.
+    pub is_mirrored: bool,
 }
 
 impl<'a> Piece<'a> {
@@ -65,7 +67,14 @@ impl<'a> Piece<'a> {
     pub fn of(segment: &Segment<'a>) -> Self {
         let ends = (segment.start, segment.end);
         let start_length = segment.start_length;
-        Self { ends, start_length, energy: segment.energy, fades_from: start_length, unbent_from: None }
+        Self {
+            ends,
+            start_length,
+            energy: segment.energy,
+            fades_from: start_length,
+            unbent_from: None,
+            is_mirrored: false,
+        }
     }
 }
 
@@ -81,7 +90,7 @@ pub fn cross<'a>(
     deposits: &mut ClassDeposits<'_>,
 ) {
     for (index, receiver, direct_length) in receivers {
-        let ball = receiver.balls.at(piece.start_length);
+        let ball = receiver.balls.at(piece.start_length, piece.is_mirrored);
         let Some(chord) = ball.chord(medium.geometry, piece.ends) else { continue };
         let along = (piece.ends.1 - piece.ends.0).as_dvec3();
         let fluence = chord.fluence * receiver.sensitivity.to(-along);
