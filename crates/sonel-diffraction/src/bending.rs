@@ -2,7 +2,7 @@
 //!
 //! A packet that passes an edge at the distance b is turned about the edge by an angle θ whose tangent is normal with mean 0
 //! and standard deviation γ/(2kb), k the wave number: the nearer, the less is known of its direction. Summed over all distances that
-//! gives the energy of a Kirchhoff knife edge, within 0.4 dB for deflections below 30°; of a rigid screen it is another model
+//! gives the energy of a Kirchhoff knife edge, within 0.5 dB for deflections below 30°; of a rigid screen it is another model
 //! (docs/diffraction.md). Energy is kept: the density integrates to one.
 //!
 //! Beyond [`REACH`] wavelengths nothing is turned: by less than a degree it would be.

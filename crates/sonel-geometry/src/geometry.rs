@@ -13,7 +13,7 @@ use crate::scale::Scale;
 use crate::shoebox::{Shoebox, recognise};
 use crate::stitch::stitch;
 use crate::surfaces::{Partition, partition};
-use crate::topology::shared_edges;
+use crate::topology::{SharedEdge, shared_edges};
 use crate::{AirSector, Crack, Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
 use glam::{DVec3, Vec3};
 use std::fmt;
@@ -81,13 +81,12 @@ impl Geometry {
         let scale = Scale::of_bounds(bounds.0, bounds.1);
         let tolerance = f64::from(scale.resolution());
         stitch(&mut mesh, tolerance);
-        let mut edges = shared_edges(&mesh);
         let is_interface: Vec<bool> =
             mesh.triangles.iter().map(|triangle| is_interface(triangle.material)).collect();
+        let mut edges = shared_edges(&mesh);
         let all_edges = is_interface.contains(&true).then(|| edges.clone());
         if all_edges.is_some() {
-            edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_interface[*face as usize]));
-            edges.retain(|edge| !edge.faces.is_empty());
+            edges = of_walls(edges, &is_interface);
         }
         let facing = find_cracks(&mesh, &mut edges, tolerance);
         let oriented = orient(&mut mesh, &edges, &facing, &is_interface, tolerance);
@@ -101,18 +100,11 @@ impl Geometry {
         let all_edges = all_edges.as_deref().unwrap_or(&edges);
         let Partition { surfaces, of_triangle, planes } =
             partition(&mesh, all_edges, closed, &is_interface, tolerance);
-        let planes = planes
-            .into_iter()
-            .map(|(normal, offset)| LocalPlane { normal, offset: offset - normal.dot(scale.center) })
-            .collect();
+        let local_plane =
+            |(normal, offset): (DVec3, f64)| LocalPlane { normal, offset: offset - normal.dot(scale.center) };
+        let planes = planes.into_iter().map(local_plane).collect();
         let local: Vec<Vec3> = mesh.vertices.iter().map(|&v| scale.to_local(v)).collect();
-        let facets: Vec<Facet> = (0..mesh.triangles.len())
-            .map(|t| Facet {
-                corners: mesh.triangles[t].corners.map(|corner| local[corner as usize]),
-                triangle: t as u32,
-                plane: surfaces[of_triangle[t].0 as usize].plane,
-            })
-            .collect();
+        let facets = facets(&mesh, &local, &surfaces, &of_triangle);
         let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
         let rims = rims(&mesh, all_edges, &plane_of, f64::from(scale.lift()));
         let index = Index::build(&facets, planes, in_shell, scale.lift(), scale.resolution());
@@ -137,21 +129,26 @@ impl Geometry {
             dropped: welded.dropped,
             shoebox: None,
         };
-        let recognised =
-            || recognise(&geometry.surfaces, bounds.0, bounds.1, f64::from(geometry.resolution()));
-        geometry.shoebox = geometry.room.and_then(|_| recognised());
-        let survey = Survey {
-            mesh: &geometry.mesh,
-            shared: &edges,
-            surfaces: &geometry.surfaces,
-            of_triangle: &geometry.of_triangle,
-            tolerance,
-            reach: f64::from(scale.lift()),
-        };
-        geometry.edges = survey.edges(|from, to, plane| {
-            geometry.crosses(geometry.to_local(from), geometry.to_local(to), [plane, None], 0.0)
+        geometry.shoebox = geometry.room.and_then(|_| {
+            recognise(&geometry.surfaces, bounds.0, bounds.1, f64::from(geometry.resolution()))
         });
+        geometry.edges = geometry.survey(&edges, tolerance);
         Ok(geometry)
+    }
+
+    /// The edges at which sound may diffract, of those that triangles share.
+    fn survey(&self, shared: &[SharedEdge], tolerance: f64) -> Vec<Edge> {
+        let survey = Survey {
+            mesh: &self.mesh,
+            shared,
+            surfaces: &self.surfaces,
+            of_triangle: &self.of_triangle,
+            tolerance,
+            reach: f64::from(self.scale.lift()),
+        };
+        survey.edges(|from, to, plane| {
+            self.crosses(self.to_local(from), self.to_local(to), [plane, None], 0.0)
+        })
     }
 
     /// The welded and oriented mesh, in world coordinates. Its triangles are those of the original in their order, less
@@ -431,6 +428,23 @@ impl Geometry {
     pub fn as_shoebox(&self) -> Option<Shoebox> {
         self.shoebox
     }
+}
+
+/// Those of `edges` that walls share, without the faces of interfaces.
+fn of_walls(mut edges: Vec<SharedEdge>, is_interface: &[bool]) -> Vec<SharedEdge> {
+    edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_interface[*face as usize]));
+    edges.retain(|edge| !edge.faces.is_empty());
+    edges
+}
+
+/// The triangles as the index takes them, with their corners about the scene's centre.
+fn facets(mesh: &Mesh, local: &[Vec3], surfaces: &[Surface], of_triangle: &[SurfaceId]) -> Vec<Facet> {
+    let facet = |(number, surface): (u32, &SurfaceId)| Facet {
+        corners: mesh.triangles[number as usize].corners.map(|corner| local[corner as usize]),
+        triangle: number,
+        plane: surfaces[surface.0 as usize].plane,
+    };
+    (0..).zip(of_triangle).map(facet).collect()
 }
 
 /// The segment in which a triangle cuts a plane; none where it only touches it.

@@ -50,12 +50,33 @@ pub(crate) fn read(
             return None;
         }
     };
-    let mut problems = Vec::new();
     let (material_of_name, unknown) = match_materials(&polygons, materials, file, report);
     let (vertices, unit) = in_metres(&polygons, file, stated, report);
     let terms = &polygons.terms;
     let mut oddities = Oddities { file, terms, bent: Vec::new(), flat: Vec::new(), doubled: Vec::new() };
-    let mut triangles = Vec::new();
+    match triangles(&polygons, &vertices, &material_of_name, &mut oddities) {
+        Ok(triangles) => {
+            oddities.tell(report);
+            for (place, note) in &polygons.notes {
+                report.note(format!("{}: {note}", terms.label(file, *place)));
+            }
+            Some(MeshOfFile { mesh: Mesh { vertices, triangles }, unknown, unit })
+        }
+        Err(problems) => {
+            report_problems(problems, file, report);
+            None
+        }
+    }
+}
+
+/// The faces of a file in triangles, each face once, with the materials of their names.
+fn triangles<'f>(
+    polygons: &'f Polygons,
+    vertices: &[DVec3],
+    material_of_name: &[u32],
+    oddities: &mut Oddities<'f>,
+) -> Result<Vec<MeshTriangle>, Vec<LineProblem>> {
+    let (mut triangles, mut problems) = (Vec::new(), Vec::new());
     // The corners of each face in an order that does not depend on where it begins and which way it turns.
     let mut sorted = polygons.corners.clone();
     polygons.faces.iter().for_each(|face| sorted[face.corners.clone()].sort_unstable());
@@ -67,7 +88,7 @@ pub(crate) fn read(
         if farthest > FARTHEST {
             let message =
                 format!("f: a coordinate of {farthest:e} m is beyond {FARTHEST:e} m; check mesh_unit");
-            problems.push(terms.problem(face.line, &message));
+            problems.push(polygons.terms.problem(face.line, &message));
             continue;
         }
         let first = *known.entry(&sorted[face.corners.clone()]).or_insert(face);
@@ -85,18 +106,10 @@ pub(crate) fn read(
                     material,
                 }));
             }
-            Err(error) => problems.push(terms.problem(face.line, &error.to_string())),
+            Err(error) => problems.push(polygons.terms.problem(face.line, &error.to_string())),
         }
     }
-    if !problems.is_empty() {
-        report_problems(problems, file, report);
-        return None;
-    }
-    oddities.tell(report);
-    for (place, note) in &polygons.notes {
-        report.note(format!("{}: {note}", terms.label(file, *place)));
-    }
-    Some(MeshOfFile { mesh: Mesh { vertices, triangles }, unknown, unit })
+    if problems.is_empty() { Ok(triangles) } else { Err(problems) }
 }
 
 /// The vertices in metres, with z up where the file says that y is and the scene file says nothing; and the length of the unit [m].

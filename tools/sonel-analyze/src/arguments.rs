@@ -325,7 +325,7 @@ pub struct Image {
     /// Band of the PNG by its nominal centre [Hz], or sum: all bands, weighted by the power of the source.
     #[arg(long, value_name = "HZ|sum", default_value = "sum")]
     pub band: String,
-    /// Levels of the first and last colour of the PNG in dB re 1/m\u{b2}; by default the highest 40 dB.
+    /// Levels of the first and last colour of the PNG in dB re 1/m²; by default the highest 40 dB.
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_range, allow_hyphen_values = true)]
     pub range: Option<[f64; 2]>,
     /// Source; by default the first.

@@ -60,8 +60,8 @@ pub struct Arguments {
     /// Print the predicted cost and intervals for several accuracies; with --output, run and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add sonels until the half-width of every 95 % interval at the scene's receivers is below its target. Exit code 1 if
-    /// a target is not reached. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    /// Add sonels until the half-width of every 95 % interval at the scene's receivers, without any at a point in mid-room, is
+    /// below its target. Exit code 1 if a target is not reached. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
     /// Time limit of --until: 60s, 5min, 2h.

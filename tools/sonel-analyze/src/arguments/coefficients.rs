@@ -42,7 +42,7 @@ pub struct FitArguments {
     /// in the middle.
     #[arg(long, value_name = "W", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
     pub belief: f64,
-    /// Visibility rays per receiver. Sonels limit a fit, so a quarter of the rays of sonel-render suffices.
+    /// Visibility rays per receiver.
     #[arg(long, value_name = "M", default_value = "32768", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: u32,
     /// Output format.

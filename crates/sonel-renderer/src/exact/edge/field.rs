@@ -4,7 +4,7 @@
 //! that in the faces of the edge. All waves of an image source are added coherently, with itself where it is visible: so nothing steps where it
 //! is cut off. Different image sources add by their energies, as in the rest of the room. In shadow, where neither an image in a face is visible
 //! nor its boundary near, its waves are those of a rigid face and are added coherently to the image source seen past the edge: with N the Fresnel
-//! number of the clearance from the boundary they pass from the one to the other with the amplitude N²/(1 + N²).
+//! number of the clearance from the boundary they pass from the one to the other with the amplitude N²/(N² + 0.04).
 //!
 //! What passes partitions is not in phase with what goes around them: it belongs to an image source of its own for every set of their materials.
 //!
