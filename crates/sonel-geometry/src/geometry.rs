@@ -146,9 +146,8 @@ impl Geometry {
             tolerance,
             reach: f64::from(self.scale.lift()),
         };
-        survey.edges(|from, to, plane| {
-            self.crosses(self.to_local(from), self.to_local(to), [plane, None], 0.0)
-        })
+        survey
+            .edges(|from, to, plane| self.crosses(self.to_local(from), self.to_local(to), [plane, None], 0.0))
     }
 
     /// The welded and oriented mesh, in world coordinates. Its triangles are those of the original in their order, less
