@@ -1,13 +1,13 @@
-//! Other sample rates, by `rubato`'s synchronous resampler.
+//! Other sample rates, by `rubato`'s interpolation with a windowed sinc.
 
 use rubato::audioadapter_buffers::direct::InterleavedSlice;
-use rubato::{Fft, FixedSync, Resampler};
+use rubato::{Async, FixedAsync, Resampler, SincInterpolationParameters};
 
 use crate::SoundError;
 
 /// Frames that are converted at a time.
 const CHUNK: usize = 1024;
-/// Beyond this ratio of rates the transforms are longer than any recording is worth: 192 kHz is the usual maximum.
+/// No recording has a higher rate: 192 kHz is the usual maximum.
 const HIGHEST_RATE_HZ: u32 = 768_000;
 
 /// One channel at another rate, of the same duration and level, in time to a sample.
@@ -23,7 +23,8 @@ pub fn resample(signal: &[f32], from_hz: u32, to_hz: u32) -> Result<Vec<f32>, So
         return Err(refused(format!("the highest rate is {HIGHEST_RATE_HZ} Hz")));
     }
     let samples: Vec<f64> = signal.iter().map(|sample| f64::from(*sample)).collect();
-    let mut resampler = Fft::<f64>::new(from_hz as usize, to_hz as usize, CHUNK, 1, FixedSync::Both)
+    let (ratio, filter) = (f64::from(to_hz) / f64::from(from_hz), SincInterpolationParameters::default());
+    let mut resampler = Async::<f64>::new_sinc(ratio, 1.0, &filter, CHUNK, 1, FixedAsync::Input)
         .map_err(|error| refused(error.to_string()))?;
     let input =
         InterleavedSlice::new(&samples, 1, samples.len()).map_err(|error| refused(error.to_string()))?;
@@ -31,7 +32,8 @@ pub fn resample(signal: &[f32], from_hz: u32, to_hz: u32) -> Result<Vec<f32>, So
         resampler.process_all(&input, samples.len(), None).map_err(|error| refused(error.to_string()))?;
     // The library rounds the length up in floating point.
     let count = (samples.len() as u64 * u64::from(to_hz)).div_ceil(u64::from(from_hz)) as usize;
-    Ok(output.take_data().into_iter().take(count).map(|sample| sample as f32).collect())
+    // Its first frame is that of one step after the beginning.
+    Ok(std::iter::once(0.0).chain(output.take_data()).take(count).map(|sample| sample as f32).collect())
 }
 
 #[cfg(test)]
