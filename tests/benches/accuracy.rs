@@ -14,7 +14,7 @@ use sonel_map::Settings;
 use sonel_scene::{Receiver, Scene};
 use sonel_study::pipeline::{InMemory, PipelineSettings, Room};
 use sonel_study::response::receivers_of;
-use sonel_tests::shipped;
+use sonel_tests::{meshes, shipped};
 
 /// Sonels in the hall: about those of the default, where sonels and visibility rays bring noise alike.
 const HALL_SONELS: u64 = 100_000;
@@ -48,16 +48,7 @@ fn main() {
 fn tessellated(mesh: &Mesh, count: usize) -> Mesh {
     let mut mesh = mesh.clone();
     while 4 * mesh.triangles.len() <= count {
-        let coarse = std::mem::take(&mut mesh.triangles);
-        for triangle in coarse {
-            let corners = triangle.corners.map(|corner| mesh.vertices[corner as usize]);
-            let first = mesh.vertices.len() as u32;
-            // Halves of a shared edge are equal to the bit, and welded.
-            mesh.vertices.extend([0, 1, 2].map(|k| 0.5 * (corners[k] + corners[(k + 1) % 3])));
-            let ([a, b, c], [ab, bc, ca]) = (triangle.corners, [first, first + 1, first + 2]);
-            let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
-            mesh.triangles.extend(parts.map(|corners| MeshTriangle { corners, ..triangle }));
-        }
+        mesh = meshes::tessellated(&mesh, 1);
     }
     for number in 0..(count.saturating_sub(mesh.triangles.len())).div_ceil(2) {
         let triangle = mesh.triangles[number];
