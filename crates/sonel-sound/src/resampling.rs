@@ -7,6 +7,8 @@ use crate::SoundError;
 
 /// Frames that are converted at a time.
 const CHUNK: usize = 1024;
+/// Steps of the filter between two samples: its table is off by one of them.
+const STEPS: usize = 4096;
 /// No recording has a higher rate: 192 kHz is the usual maximum.
 const HIGHEST_RATE_HZ: u32 = 768_000;
 
@@ -23,7 +25,8 @@ pub fn resample(signal: &[f32], from_hz: u32, to_hz: u32) -> Result<Vec<f32>, So
         return Err(refused(format!("the highest rate is {HIGHEST_RATE_HZ} Hz")));
     }
     let samples: Vec<f64> = signal.iter().map(|sample| f64::from(*sample)).collect();
-    let (ratio, filter) = (f64::from(to_hz) / f64::from(from_hz), SincInterpolationParameters::default());
+    let ratio = f64::from(to_hz) / f64::from(from_hz);
+    let filter = SincInterpolationParameters::default().oversampling_factor(STEPS);
     let mut resampler = Async::<f64>::new_sinc(ratio, 1.0, &filter, CHUNK, 1, FixedAsync::Input)
         .map_err(|error| refused(error.to_string()))?;
     let input =
