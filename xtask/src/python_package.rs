@@ -23,6 +23,7 @@ const NOTEBOOK: &str = "python/first-hour.ipynb";
 /// Tests the package as the workspace compiles it.
 pub fn check() -> Result<()> {
     let python = python_reader::environment()?.join("python");
+    workspace::libraries()?;
     let programs = workspace::programs(Profile::Dev)?;
     let root = workspace::root();
     let package = root.join(PACKAGE).join("sonel");

@@ -67,7 +67,18 @@ pub enum Profile {
     Release,
 }
 
-/// Builds the three programs and, for development, the Python module; returns the folder they lie in.
+/// Builds all libraries with the dev profile, the Python module among them.
+///
+/// # Errors
+/// When one does not build.
+pub fn libraries() -> Result<()> {
+    let mut build = cargo(&["build", "--quiet", "--workspace", "--lib"]);
+    let status = build.status().with_context(|| format!("cannot run {build:?}"))?;
+    ensure!(status.success(), "{build:?}: {status}");
+    Ok(())
+}
+
+/// Builds the three programs; returns the folder they lie in.
 ///
 /// They are selected from the whole workspace: a package built alone unifies fewer features of its dependencies, and cargo would
 /// build most of them once more.
@@ -77,7 +88,9 @@ pub enum Profile {
 pub fn programs(profile: Profile) -> Result<PathBuf> {
     let mut build = cargo(&["build", "--quiet", "--workspace"]);
     build.args(["sonel-trace", "sonel-render", "sonel-analyze"].iter().flat_map(|name| ["--bin", name]));
-    build.arg(if profile == Profile::Release { "--release" } else { "--lib" });
+    if profile == Profile::Release {
+        build.arg("--release");
+    }
     let status = build.status().with_context(|| format!("cannot run {build:?}"))?;
     ensure!(status.success(), "{build:?}: {status}");
     // Chores are built with the dev profile.
