@@ -53,7 +53,8 @@ pub fn screened(absorption: [f64; 4], scattering: [f64; 4], duration: f64) -> Sc
 /// Energy at each receiver in each band, estimated with so many rays where the estimator has any.
 #[must_use]
 pub fn received(traced: &Traced, estimator: Estimator, rays: u32) -> Vec<Vec<Estimate>> {
-    let settings = RenderSettings { estimator, mirror_order: Some(0), rays, ..RenderSettings::default() };
+    let settings =
+        RenderSettings { estimator, mirror_order: Some(0), rays: Some(rays), ..RenderSettings::default() };
     let rendering = traced.render(settings);
     let scene = &traced.map.header().scene;
     let (receivers, bands) = (scene.receivers.len(), scene.bands.count());

@@ -73,7 +73,7 @@ pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
     let room = Room::new(&scene, states).expect("walls");
     let settings = PipelineSettings {
         trace: Settings { emissions, seed: 7, ..Settings::default() },
-        render: RenderSettings { rays: 4096, ..RenderSettings::default() },
+        render: RenderSettings { rays: Some(4096), ..RenderSettings::default() },
     };
     let run = room.run(&settings, &receivers_of(&scene), &mut InMemory, &CpuClock).expect("a run");
     Run {

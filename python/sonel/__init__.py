@@ -209,7 +209,7 @@ def trace(
 ) -> Map:
     """Traces `scene`; the map is that of sonel-trace with the options of the same names (docs/interface.md).
 
-    sonels: emissions per source; by default three million path segments. With `until` the maximum, with `extend` those of the whole
+    sonels: emissions per source; by default 100 000. With `until` the maximum, with `extend` those of the whole
         new map.
     until: adds sonels until the intervals are narrow enough: "t30<1%,level<0.1dB". `Map.report["until"]["reached"]` says
         whether they are.

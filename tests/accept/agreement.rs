@@ -21,7 +21,7 @@ fn estimators_agree_in_every_shipped_scene() {
                 let settings = RenderSettings {
                     estimator,
                     mirror_order: order,
-                    rays: 65_536,
+                    rays: Some(65_536),
                     ..RenderSettings::default()
                 };
                 traced.render(settings)

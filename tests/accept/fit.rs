@@ -55,7 +55,7 @@ fn room(absorption: [f64; 4]) -> Scene {
 }
 
 fn few_rays() -> RenderSettings {
-    RenderSettings { rays: 4096, ..RenderSettings::default() }
+    RenderSettings { rays: Some(4096), ..RenderSettings::default() }
 }
 
 fn trace(absorption: [f64; 4], seed: u64) -> Traced {
@@ -155,7 +155,7 @@ fn in_the_hall_too_where_measured_values_have_errors_of_their_own() {
         let settings = Settings { emissions: 30_000, seed, ..Settings::default() };
         let mut traced = Traced::new(shipped("hall"), settings);
         let receivers = receivers_of(&traced.map.header().scene);
-        let render = RenderSettings { rays: 16_384, ..RenderSettings::default() };
+        let render = RenderSettings { rays: Some(16_384), ..RenderSettings::default() };
         let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief: BELIEF };
         let map = traced.varied(&receivers, render);
         let found = fit(map, &measurements, &settings, &mut InMemory, &mut |_| ());

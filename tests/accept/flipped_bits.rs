@@ -15,7 +15,8 @@ fn a_response_with_any_bit_flipped_is_refused_or_the_same() {
     scene.duration = 0.2;
     let traced = Traced::new(scene, Settings { emissions: 8, batches: 2, ..Settings::default() });
     // Few bins and arrivals: the time goes with the square of the size.
-    let settings = RenderSettings { bin: 0.1, rays: 4, mirror_order: Some(1), ..RenderSettings::default() };
+    let settings =
+        RenderSettings { bin: 0.1, rays: Some(4), mirror_order: Some(1), ..RenderSettings::default() };
     let response = traced.respond(settings);
     let good = response.write(Cursor::new(Vec::new())).unwrap().into_inner();
     let response = Response::read(Cursor::new(&good)).unwrap();

@@ -25,7 +25,7 @@ fn hall(receiver: usize) -> Scene {
 
 fn received(scene: Scene, seed: u64) -> Vec<Windows> {
     let traced = Traced::new(scene, Settings { emissions: 600_000, seed, ..Settings::default() });
-    let settings = RenderSettings { rays: 32_768, ..RenderSettings::default() };
+    let settings = RenderSettings { rays: Some(32_768), ..RenderSettings::default() };
     windows_with_bias(&traced, settings, &BORDERS).swap_remove(0)
 }
 
@@ -44,7 +44,7 @@ fn compare(first: &[Windows], second: &[Windows]) -> Vec<String> {
 #[test]
 fn mirror_chains_of_the_hall_are_the_same_from_both_ends() {
     let arrivals = |scene: Scene| {
-        let settings = RenderSettings { mirror_order: Some(3), rays: 64, ..RenderSettings::default() };
+        let settings = RenderSettings { mirror_order: Some(3), rays: Some(64), ..RenderSettings::default() };
         Traced::new(scene, Settings { emissions: 64, ..Settings::default() }).render(settings).arrivals
     };
     for receiver in 0..6 {

@@ -21,8 +21,12 @@ fn places([start, along]: [DVec3; 2]) -> Vec<ReceiverPoint> {
 }
 
 fn render(traced: &Traced, receivers: &[ReceiverPoint], estimator: Estimator) -> Rendering {
-    let settings =
-        RenderSettings { estimator, rays: 1 << 14, mirror_order: Some(ORDER), ..RenderSettings::default() };
+    let settings = RenderSettings {
+        estimator,
+        rays: Some(1 << 14),
+        mirror_order: Some(ORDER),
+        ..RenderSettings::default()
+    };
     let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
     let borders = vec![vec![0.0, traced.map.header().scene.duration]; receivers.len()];
     renderer.render(0, receivers, &borders, &mut |_| {}).expect("sound receivers")

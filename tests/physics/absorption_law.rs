@@ -93,7 +93,11 @@ fn estimators_agree_about_locally_reacting_walls() {
     let traced = Traced::new(scene, Settings { emissions: 12_000, ..Settings::default() });
     assert!(traced.books.worst_residual() < 1e-9);
     let by = |estimator| {
-        windows(&traced, RenderSettings { estimator, rays: 16_384, ..RenderSettings::default() }, &BORDERS)
+        windows(
+            &traced,
+            RenderSettings { estimator, rays: Some(16_384), ..RenderSettings::default() },
+            &BORDERS,
+        )
     };
     let reference = by(Estimator::Auto);
     for (estimator, largest) in

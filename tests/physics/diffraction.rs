@@ -46,7 +46,7 @@ pub(crate) fn open_scene(mesh: Mesh, absorption: f64, source: [f64; 3], receiver
 
 pub(crate) fn rendered(scene: Scene) -> Rendering {
     Traced::diffracting(scene, Settings { emissions: 32, ..Settings::default() })
-        .render(RenderSettings { rays: 512, ..RenderSettings::default() })
+        .render(RenderSettings { rays: Some(512), ..RenderSettings::default() })
 }
 
 /// Energy of everything at each of `receivers`: `[receiver][band]`. Without scattering nothing of it is noise.
@@ -276,9 +276,9 @@ fn a_room_without_edges_pays_nothing() {
         .with_receiver("receiver", [4.0, 3.0, 2.0]);
     let settings = Settings { emissions: 200, ..Settings::default() };
     let with = Traced::diffracting(room.clone(), settings)
-        .render(RenderSettings { rays: 512, ..RenderSettings::default() });
+        .render(RenderSettings { rays: Some(512), ..RenderSettings::default() });
     let without =
-        Traced::new(room, settings).render(RenderSettings { rays: 512, ..RenderSettings::default() });
+        Traced::new(room, settings).render(RenderSettings { rays: Some(512), ..RenderSettings::default() });
     assert_eq!((with.classes, with.arrivals), (without.classes, without.arrivals));
 }
 

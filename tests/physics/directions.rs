@@ -34,7 +34,7 @@ fn traced(scene: Scene, emissions: u64) -> Traced {
 }
 
 fn with_directions(estimator: Estimator) -> RenderSettings {
-    RenderSettings { rays: 4_096, directions: true, ..RenderSettings::of(estimator) }
+    RenderSettings { rays: Some(4_096), directions: true, ..RenderSettings::of(estimator) }
 }
 
 /// Lateral energy, lateral cross energy and the moment of the only receiver in band 0, over all time.

@@ -58,7 +58,7 @@ fn render(mut scene: Scene, directivity: Directivity, aim: DVec3, estimator: Est
     } else {
         Traced::diffracting(scene, settings)
     };
-    let rendering = traced.render(RenderSettings { rays: 256, ..RenderSettings::of(estimator) });
+    let rendering = traced.render(RenderSettings { rays: Some(256), ..RenderSettings::of(estimator) });
     [0, 1].map(|band| fluence(&rendering, 150, 0, band))
 }
 
@@ -135,7 +135,7 @@ fn six_ways(mut scene: Scene, pattern: Pattern) -> Scene {
 
 fn traced(scene: Scene, emissions: u64, estimator: Estimator) -> Rendering {
     let settings = Settings { emissions, ..Settings::default() };
-    Traced::new(scene, settings).render(RenderSettings { rays: 1_024, ..RenderSettings::of(estimator) })
+    Traced::new(scene, settings).render(RenderSettings { rays: Some(1_024), ..RenderSettings::of(estimator) })
 }
 
 /// Whatever the field, cardioids along six axes take 1/3 on average: Σ (1 + cos)²/4 over them is 2. So no energy comes from nowhere.
@@ -219,7 +219,7 @@ fn source_and_receiver_may_change_places() {
 fn the_shipped_loudspeaker_has_its_directivity_index() {
     let scene = sonel_tests::shipped("loudspeaker").without_air_attenuation();
     let traced = Traced::new(scene, Settings { emissions: 100, batches: 2, ..Settings::default() });
-    let settings = RenderSettings { mirror_order: Some(0), rays: 2, ..RenderSettings::default() };
+    let settings = RenderSettings { mirror_order: Some(0), rays: Some(2), ..RenderSettings::default() };
     let rendering = traced.render(settings);
     let direct = |receiver: usize| {
         let found = rendering.arrivals.iter().find(|arrival| arrival.receiver == receiver);

@@ -29,7 +29,7 @@ fn room(absorption: [[f64; 2]; 3]) -> Scene {
 }
 
 fn few_rays() -> RenderSettings {
-    RenderSettings { rays: 8192, ..RenderSettings::default() }
+    RenderSettings { rays: Some(8192), ..RenderSettings::default() }
 }
 
 fn trace(scene: Scene, seed: u64) -> Traced {

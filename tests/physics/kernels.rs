@@ -83,7 +83,8 @@ fn beside_a_wall_connections_share_with_rays() {
 fn what_connections_leave_rays_bring() {
     let traced = one_dead_wall(100_000, [1.5, 1.2, 1.3], [4.2, 0.3, 2.1]);
     let (alone, _) = render(&traced, connection_alone());
-    let wide = RenderSettings { gather_radius: Some(0.125), rays: 524_288, ..RenderSettings::default() };
+    let wide =
+        RenderSettings { gather_radius: Some(0.125), rays: Some(524_288), ..RenderSettings::default() };
     let (shared, _) = render(&traced, wide);
     let off = |factor: f64| -> Estimate {
         let batches = shared.iter().zip(&alone).map(|(shared, alone)| factor * shared / alone - 1.0);

@@ -83,7 +83,7 @@ impl Field {
     /// Energies at each of `places` [1/m²].
     pub fn received(&self, places: &[DVec3]) -> Vec<[f64; BANDS]> {
         let settings =
-            RenderSettings { mirror_order: Some(self.order), rays: 512, ..RenderSettings::default() };
+            RenderSettings { mirror_order: Some(self.order), rays: Some(512), ..RenderSettings::default() };
         let Traced { map, geometry, .. } = &self.traced;
         let renderer = Renderer::new(map, geometry, settings).expect("a sound map");
         let at = |&position: &DVec3| {

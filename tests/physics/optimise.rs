@@ -30,7 +30,7 @@ fn trace(ceiling: f64, seed: u64) -> Traced {
 }
 
 fn few_rays() -> RenderSettings {
-    RenderSettings { rays: 8192, ..RenderSettings::default() }
+    RenderSettings { rays: Some(8192), ..RenderSettings::default() }
 }
 
 /// The mean T20 at 1 kHz of a room whose ceiling absorbs 0.6, within 3 %.

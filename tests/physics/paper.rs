@@ -30,7 +30,7 @@ fn as_the_paper_traces(emissions: u64) -> Settings {
 }
 
 fn by_the_paper(rays: u32) -> RenderSettings {
-    RenderSettings { estimator: Estimator::Paper, rays, bin: 0.01, ..RenderSettings::default() }
+    RenderSettings { estimator: Estimator::Paper, rays: Some(rays), bin: 0.01, ..RenderSettings::default() }
 }
 
 fn by_the_best() -> RenderSettings {

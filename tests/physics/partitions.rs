@@ -190,7 +190,11 @@ fn estimators_agree_in_both_rooms() {
     let traced = Traced::new(scene, Settings { emissions: 60_000, ..Settings::default() });
     let borders = [0.0, 0.05, 0.2, 0.5];
     let by = |estimator| {
-        windows(&traced, RenderSettings { estimator, rays: 16_384, ..RenderSettings::default() }, &borders)
+        windows(
+            &traced,
+            RenderSettings { estimator, rays: Some(16_384), ..RenderSettings::default() },
+            &borders,
+        )
     };
     let reference = by(Estimator::Auto);
     for estimator in [Estimator::Connection, Estimator::Gather, Estimator::Sphere] {

@@ -246,7 +246,7 @@ fn the_diffuse_field_of_two_airs_is_even_per_mode() {
         let traced = Traced::new(with(plain, vec![region]), settings(emissions));
         assert!(traced.books.worst_residual() < 1e-9);
         assert_eq!(traced.books.fates.count(Fate::Expired), emissions, "nothing is lost");
-        let rendering = traced.render(RenderSettings { rays: 1 << 13, ..RenderSettings::default() });
+        let rendering = traced.render(RenderSettings { rays: Some(1 << 13), ..RenderSettings::default() });
         let volumes = [1.8, 1.2].map(|height| height * SIZE.x * SIZE.y);
         let share = volumes[0] + volumes[1] * (speeds[0] / speeds[1]).powi(3);
         for (receiver, speed) in speeds.into_iter().enumerate() {
@@ -277,7 +277,7 @@ fn source_and_receiver_in_two_airs_change_places() {
     let [low, high] = [[1.2, 1.6, 0.7], [3.6, 2.4, 2.4]];
     let received = |from, to| {
         let traced = Traced::new(absorbing(0.5, from, &[to]), settings(60_000));
-        let rendering = traced.render(RenderSettings { rays: 1 << 14, ..RenderSettings::default() });
+        let rendering = traced.render(RenderSettings { rays: Some(1 << 14), ..RenderSettings::default() });
         (estimate(&rendering, 0, 0), traced)
     };
     let [(up, traced), (down, _)] = [received(low, high), received(high, low)];
@@ -300,8 +300,9 @@ fn source_and_receiver_in_two_airs_change_places() {
 fn all_estimators_agree_in_two_airs() {
     let traced =
         Traced::new(absorbing(0.4, [1.2, 1.6, 0.7], &[[3.4, 2.5, 0.8], [3.6, 2.4, 2.4]]), settings(40_000));
-    let received =
-        |estimator| traced.render(RenderSettings { estimator, rays: 1 << 14, ..RenderSettings::default() });
+    let received = |estimator| {
+        traced.render(RenderSettings { estimator, rays: Some(1 << 14), ..RenderSettings::default() })
+    };
     let auto = received(Estimator::Auto);
     let of = |class: PathClass| auto.classes[class as usize].1[0];
     assert!(of(PathClass::Refracted) > 0.1 * of(PathClass::Diffuse));

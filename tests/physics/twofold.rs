@@ -27,7 +27,8 @@ pub(super) fn add_sheet(mesh: &mut Mesh, x: f64, [y0, y1]: [f64; 2], [z0, z1]: [
 }
 
 pub(super) fn arrivals(field: &Field, place: DVec3) -> Vec<DiscreteArrival> {
-    let settings = RenderSettings { mirror_order: Some(field.order), rays: 512, ..RenderSettings::default() };
+    let settings =
+        RenderSettings { mirror_order: Some(field.order), rays: Some(512), ..RenderSettings::default() };
     let Traced { map, geometry, .. } = &field.traced;
     let renderer = Renderer::new(map, geometry, settings).expect("a sound map");
     let receiver = ReceiverPoint { position: place, ..field.ear.clone() };

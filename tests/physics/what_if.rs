@@ -51,7 +51,7 @@ fn as_if(scene: &Scene, other: &Scene) -> (Traced, Fitness) {
 
 /// Enough for a room in which little energy needs rays.
 fn few_rays() -> RenderSettings {
-    RenderSettings { rays: 16_384, ..RenderSettings::default() }
+    RenderSettings { rays: Some(16_384), ..RenderSettings::default() }
 }
 
 fn windows_of(traced: &Traced) -> Vec<Vec<Vec<sonel_testkit::z_test::Estimate>>> {

@@ -58,16 +58,6 @@ fn a_map_goes_on_until_a_target() {
 }
 
 #[test]
-fn the_default_number_is_a_function_of_the_scene() {
-    let folder = test_folder();
-    let report = json(&trace(&folder, "a.sonelmap", &["--json"]).unwrap());
-    let [sonels, segments] = ["emitted", "segments"].map(|key| report[key].as_f64().unwrap());
-    assert!(sonels >= 50_000.0 && (2.5e6..4e6).contains(&segments), "{sonels} {segments}");
-    trace(&folder, "b.sonelmap", &["--sonels", &sonels.to_string()]).unwrap();
-    assert!(folder.bytes("a.sonelmap") == folder.bytes("b.sonelmap"));
-}
-
-#[test]
 fn plans_ask_for_more_where_less_uncertainty_is_wanted() {
     let folder = test_folder();
     let scene = folder.path("scene.toml").display().to_string();

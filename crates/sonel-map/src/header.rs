@@ -45,11 +45,11 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Fifty thousand emissions, seed 1, 32 batches, β = 0.15, shared bands, threshold 1e-9 (−90 dB of a packet; its
+    /// A hundred thousand emissions, seed 1, 32 batches, β = 0.15, shared bands, threshold 1e-9 (−90 dB of a packet; its
     /// truncated energy is bounded by the same share of what was emitted).
     fn default() -> Self {
         Self {
-            emissions: 50_000,
+            emissions: 100_000,
             seed: 1,
             batches: 32,
             survival: 0.15,

@@ -28,7 +28,7 @@
 
 /// Revision of the echograms: raised by every change after which the same command may write another response to the same map.
 /// `tests/pipeline` keeps digests of some. Responses of two revisions are never joined.
-pub const REVISION: u32 = 6;
+pub const REVISION: u32 = 7;
 
 mod air;
 mod ball;
@@ -56,4 +56,4 @@ pub use receiver::{ReceiverPoint, Sensitivity};
 pub use regions::straight_length;
 pub use render::{RAYS_IN_FLIGHT, Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
-pub use settings::{Air, Estimator, RenderSettings};
+pub use settings::{Air, Estimator, MOST_RAYS, RenderSettings};

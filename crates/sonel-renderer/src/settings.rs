@@ -4,6 +4,13 @@
 /// that a map states is limited otherwise, and 64 MB a receiver are enough for either.
 const MOST_BINS: f64 = (1_u32 << 20) as f64;
 
+/// Sonels of a map for each visibility ray of a receiver.
+const SONELS_PER_RAY: u64 = 2;
+/// Most rays that are taken unasked: the discs of a batch's fill hundreds of megabytes.
+pub const MOST_RAYS: u32 = 1 << 22;
+/// Rays of the founding paper's pass.
+const PAPER_RAYS: u32 = 1 << 14;
+
 /// How a map is rendered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenderSettings {
@@ -13,9 +20,8 @@ pub struct RenderSettings {
     pub estimator: Estimator,
     /// Order K of the mirror chains; chosen where none is given.
     pub mirror_order: Option<u32>,
-    /// Visibility rays of one receiver over all batches, where rays go on by mirrors; where they only share with connections next to
-    /// surfaces, half of them.
-    pub rays: u32,
+    /// Visibility rays of one receiver over all batches; as [`Self::rays`] has it where none is given.
+    pub rays: Option<u32>,
     /// Radius of the discs in which rays gather [m]; chosen where none is given.
     pub gather_radius: Option<f64>,
     /// Seed of the rendering; by default that of the map.
@@ -108,6 +114,17 @@ impl RenderSettings {
         Ok(())
     }
 
+    /// Visibility rays of one receiver for a map of so many emissions per source. Half as many rays as sonels cost as much as what else a
+    /// receiver takes of the sonels, and from a quarter to as many again the time for an accuracy is the same (docs/accuracy.md).
+    #[must_use]
+    pub fn rays(&self, emissions: u64) -> u32 {
+        let usual = match self.estimator {
+            Estimator::Paper => PAPER_RAYS,
+            _ => emissions.div_ceil(SONELS_PER_RAY).min(MOST_RAYS.into()) as u32,
+        };
+        self.rays.unwrap_or(usual)
+    }
+
     /// What `estimator` renders with where nothing else is asked for.
     #[must_use]
     pub fn of(estimator: Estimator) -> Self {
@@ -115,7 +132,7 @@ impl RenderSettings {
             bin: 0.001,
             estimator,
             mirror_order: None,
-            rays: if estimator == Estimator::Paper { 1 << 14 } else { 1 << 15 },
+            rays: None,
             gather_radius: None,
             seed: None,
             air: Air::OfScene,

@@ -4,13 +4,12 @@
 //! spheres shrink as N^(−1/3), and with them their bias; the sonels on them grow as N^(2/3) only. The noise of visibility
 //! rays is mainly that of their directions: it falls as 1/M.
 
+use sonel_renderer::RenderSettings;
+
 use crate::kurtosis;
 use crate::pilot::{Costs, Linear, Pilot, Spread};
 use crate::split::Variance;
 use crate::spread::{HalfWidth, student_factor};
-
-/// Most visibility rays of a plan: the discs of a batch's fill hundreds of megabytes.
-pub const MOST_RAYS: u32 = 1 << 22;
 
 /// A run as it is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +20,14 @@ pub struct Effort {
     pub rays: u32,
     /// Batches.
     pub batches: u32,
+}
+
+impl Effort {
+    /// Tracing so many `emissions`, and rendering with the rays that they have unless others are asked for.
+    #[must_use]
+    pub fn of_trace(emissions: u64, batches: u32) -> Self {
+        Self { emissions, rays: RenderSettings::default().rays(emissions), batches }
+    }
 }
 
 /// The next number with two digits and zeros.

@@ -36,10 +36,6 @@ const WORK_FOR_TAILS: f64 = 1e7;
 const SHORTER: u32 = 4;
 /// A part of the rays tells the noise of all.
 const FEWER_RAYS: u32 = 2;
-/// A pilot of so many emissions has all rays that are asked for.
-const EMISSIONS_FOR_ALL_RAYS: u64 = 1 << 17;
-/// Rays for each of its batches at least.
-const LEAST_RAYS_PER_BATCH: u32 = 16;
 /// Emissions of [`segments`].
 pub const FEW: u64 = 256;
 /// What tells the seeds of pilots from those of users: the golden ratio's bits.
@@ -57,8 +53,6 @@ pub struct Pilot {
     pub batches: u32,
     /// Visibility rays of a receiver.
     pub rays: u32,
-    /// Those of the run that is planned, as far as it is known.
-    pub asked_rays: u32,
     /// Whether visibility rays are cast: then more of them help.
     pub casts_rays: bool,
     /// Columns of a receiver's echograms: more where directions are asked for.
@@ -140,6 +134,8 @@ pub struct PilotConfig<'a> {
     pub trace: Settings,
     /// How it will be heard.
     pub render: RenderSettings,
+    /// Whether the sonels are those of a map, and more rays or fewer shall be planned. Else rays follow from the sonels.
+    pub is_traced: bool,
     /// Where.
     pub receivers: &'a [ReceiverPoint],
     /// Which parameters matter.
@@ -150,11 +146,10 @@ pub struct PilotConfig<'a> {
 }
 
 impl PilotConfig<'_> {
-    /// Rays of a pilot of so many emissions in so many batches.
-    fn rays(&self, emissions: u64, batches: u32) -> u32 {
-        let asked = u64::from(self.render.rays);
-        let rays = (asked * emissions / EMISSIONS_FOR_ALL_RAYS) as u32;
-        rays.max(LEAST_RAYS_PER_BATCH * batches).min(self.render.rays)
+    /// Rays of a pilot of so many `emissions`: in proportion to those of the run that is planned.
+    fn rays(&self, emissions: u64) -> u32 {
+        let asked = f64::from(self.render.rays(self.trace.emissions));
+        (asked * emissions as f64 / self.trace.emissions as f64).ceil() as u32
     }
 }
 
@@ -178,18 +173,18 @@ impl Run {
         let settings = Settings { emissions, seed, batches, ..config.trace };
         let effects = if with_edges { room.effects().to_vec() } else { edges::left_out(room.effects()) };
         let traced = trace(room.scene(), room.geometry(), effects, settings, &mut InMemory, clock)?;
-        let rays = config.rays(emissions, batches);
-        let render = RenderSettings { seed: None, rays, ..config.render.clone() };
+        let rays = config.rays(emissions);
+        let render = RenderSettings { seed: None, rays: Some(rays), ..config.render.clone() };
         let rendered = render_and_read(&traced.map, room.geometry(), receivers, &render, clock)?;
         Ok(Self { emissions: settings.emissions as f64, rays, traced, rendered })
     }
 
     /// CPU seconds of a run of so many emissions in [`BATCHES`] batches that is heard twice where rays are cast; at the most, as every
     /// phase but that of the deterministic parts is taken to grow in proportion.
-    fn seconds_of(&self, emissions: u64) -> f64 {
+    fn seconds_of(&self, emissions: u64, config: &PilotConfig<'_>) -> f64 {
         let (traced, rendered) = (self.traced.seconds, self.rendered.seconds);
         let more = emissions as f64 / self.emissions;
-        let renderings = if self.rendered.casts_rays { 2.0 } else { 1.0 };
+        let renderings = if config.is_traced && self.rendered.casts_rays { 2.0 } else { 1.0 };
         let render_need =
             rendered.deterministic + f64::from(SHORTER) * rendered.parameters + more * rendered.sweep;
         more * (traced.total() + rendered.prepare) + renderings * render_need
@@ -207,7 +202,7 @@ pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, Pipelin
     let shorter = Run::of(config, length, true, clock)?;
     let ends_in_time = |emissions| {
         let end = config.seconds.map_or(f64::INFINITY, |seconds| begin + seconds);
-        clock.process() + shorter.seconds_of(emissions) <= end
+        clock.process() + shorter.seconds_of(emissions, config) <= end
     };
     let mut run = None;
     if !is_heavy(config, &shorter)
@@ -223,7 +218,8 @@ pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, Pipelin
         }
     }
     let Some(run) = run else { return Ok(found(config, &shorter, &shorter, None)) };
-    let fewer = run.rendered.casts_rays.then(|| render_with_fewer_rays(config, &run, clock)).transpose()?;
+    let tells_rays = config.is_traced && run.rendered.casts_rays;
+    let fewer = tells_rays.then(|| render_with_fewer_rays(config, &run, clock)).transpose()?;
     Ok(found(config, &shorter, &run, fewer.as_ref()))
 }
 
@@ -243,7 +239,6 @@ fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rend
         emissions,
         batches,
         rays: run.rays,
-        asked_rays: config.render.rays,
         casts_rays: run.rendered.casts_rays,
         columns: if config.render.directions { Columns::DIRECTED } else { Columns::PLAIN },
         spreads: spreads(&found, (emissions, batches), share),
@@ -284,7 +279,7 @@ fn render_with_fewer_rays(
     let map = &run.traced.map;
     let seed = map.header().settings.seed.wrapping_mul(SEED);
     let rays = run.rays.div_ceil(FEWER_RAYS);
-    let render = RenderSettings { seed: Some(seed), rays, ..config.render.clone() };
+    let render = RenderSettings { seed: Some(seed), rays: Some(rays), ..config.render.clone() };
     Ok(render_and_read(map, config.room.geometry(), config.receivers, &render, clock)?)
 }
 
@@ -365,6 +360,7 @@ mod tests {
             room: &room,
             trace: Settings::default(),
             render: RenderSettings::default(),
+            is_traced: false,
             receivers: &receivers,
             parameters: &PLANNED,
             seconds,

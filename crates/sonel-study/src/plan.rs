@@ -2,11 +2,10 @@
 
 use sonel_acoustics::Bands;
 use sonel_analysis::Parameter;
-use sonel_map::Settings;
 use sonel_renderer::{RAYS_IN_FLIGHT, ReceiverPoint};
 use sonel_scene::Scene;
 
-use crate::forecast::{Effort, MOST_RAYS, Price, two_digits_up};
+use crate::forecast::{Effort, Price, two_digits_up};
 use crate::pilot::{Pilot, Spread};
 use crate::render_need::RenderNeed;
 use crate::spread::{PLANNED, Place};
@@ -14,11 +13,6 @@ use crate::target::Targets;
 
 /// Accuracies of a plan's rows [JND].
 pub const STEPS: [f64; 5] = [1.0, 0.5, 0.2, 0.1, 0.05];
-/// Segments of a run that nobody sized: a second to trace, and a map of about 50 MB. More sonels than these hardly help before rays do.
-const DEFAULT_SEGMENTS: f64 = 3e6;
-/// More rays are taken where they have more than this part of the variance of the parameter that decides: sonels and rays cost alike, and
-/// halves are never far from the optimum.
-const SHARE_OF_RAYS: f64 = 0.5;
 /// Emissions of a batch at least: fewer make no estimate of their own.
 pub const LEAST_PER_BATCH: u64 = 32;
 /// Emissions beyond which nobody plans.
@@ -73,41 +67,19 @@ pub struct Need {
 }
 
 impl Pilot {
-    /// What it takes to keep `targets` in `batches` batches with at least `rays` visibility rays.
+    /// What it takes to keep `targets` in `batches` batches.
     #[must_use]
-    pub fn need(&self, targets: &Targets, batches: u32, rays: u32) -> Need {
-        let mut need = self.need_with(targets, Effort { emissions: 0, rays, batches });
-        while let Some(place) = need.limited_by
-            && need.effort.rays < MOST_RAYS
-            && self.ray_share(place, need.effort) > SHARE_OF_RAYS
-        {
-            need = self.need_with(targets, Effort { rays: 2 * need.effort.rays, ..need.effort });
-        }
-        need
-    }
-
-    /// As [`Self::need`], with the rays of `effort`.
-    fn need_with(&self, targets: &Targets, effort: Effort) -> Need {
-        let emissions = LEAST_PER_BATCH * u64::from(effort.batches);
-        let mut need = Need { effort: Effort { emissions, ..effort }, limited_by: None };
+    pub fn need(&self, targets: &Targets, batches: u32) -> Need {
+        let fewest = Effort::of_trace(LEAST_PER_BATCH * u64::from(batches), batches);
+        let mut need = Need { effort: fewest, limited_by: None };
         for spread in &self.spreads {
             let Some(limit) = targets.limit(spread.place, spread.value) else { continue };
             if self.exceeds(spread, need.effort, limit) {
-                need.effort.emissions = self.fewest(spread, need.effort, limit);
+                need.effort = self.fewest(spread, need.effort, limit);
                 need.limited_by = Some(spread.place);
             }
         }
         need
-    }
-
-    /// The share of visibility rays in the variance of the parameter at `place`.
-    fn ray_share(&self, place: Place, effort: Effort) -> f64 {
-        let spread = self.spreads.iter().find(|spread| spread.place == place);
-        let variance = spread.and_then(|spread| spread.variance.as_ref().ok());
-        variance.map_or(0.0, |variance| {
-            let [sonels, areas, rays] = self.parts(variance, effort);
-            rays / (sonels + areas + rays)
-        })
     }
 
     /// Whether half of the interval of `spread` is wider than `limit`.
@@ -115,29 +87,23 @@ impl Pilot {
         self.half_width(spread, effort).is_ok_and(|width| width.total() > limit)
     }
 
-    /// The fewest emissions, in two digits, with which the parameter of `spread` keeps `limit`.
-    fn fewest(&self, spread: &Spread, effort: Effort, limit: f64) -> u64 {
-        let (mut low, mut high) = (effort.emissions, effort.emissions);
-        while self.exceeds(spread, Effort { emissions: high, ..effort }, limit) && high < MOST_EMISSIONS {
+    /// The least effort above `least`, with emissions in two digits, with which the parameter of `spread` keeps `limit`.
+    fn fewest(&self, spread: &Spread, least: Effort, limit: f64) -> Effort {
+        let exceeds = |emissions| self.exceeds(spread, Effort::of_trace(emissions, least.batches), limit);
+        let (mut low, mut high) = (least.emissions, least.emissions);
+        while exceeds(high) && high < MOST_EMISSIONS {
             (low, high) = (high, 2 * high);
         }
         while high - low > 1 + low / 1000 {
             let middle = low + (high - low) / 2;
-            if self.exceeds(spread, Effort { emissions: middle, ..effort }, limit) {
+            if exceeds(middle) {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        two_digits_up(high)
+        Effort::of_trace(two_digits_up(high), least.batches)
     }
-}
-
-/// Emissions where nobody says how many: three million path segments, where each emission has `segments` of them, but at least those of
-/// [`Settings::default`].
-#[must_use]
-pub fn default_emissions(segments: f64) -> u64 {
-    two_digits_up((DEFAULT_SEGMENTS / segments.max(1.0)) as u64).max(Settings::default().emissions)
 }
 
 impl Plan {
@@ -151,7 +117,7 @@ impl Plan {
         bin: f64,
     ) -> Self {
         let rows = STEPS.map(|step| {
-            let need = pilot.need(&Targets::just_noticeable(step), batches, pilot.asked_rays);
+            let need = pilot.need(&Targets::just_noticeable(step), batches);
             let render_need = RenderNeed { effort: need.effort, limited_by: need.limited_by, lacking: None };
             Row::new(step, render_need, &pilot, scene, evaluation_receivers.len(), bin)
         });
@@ -328,8 +294,7 @@ pub(crate) mod tests {
         Pilot {
             emissions: 10_000,
             batches: 96,
-            rays: 1000,
-            asked_rays: 1000,
+            rays: 5000,
             casts_rays: rays > 0.0,
             columns: sonel_renderer::Columns::PLAIN,
             spreads,
@@ -340,8 +305,8 @@ pub(crate) mod tests {
     #[test]
     fn a_tenth_of_the_width_takes_a_hundred_times_the_sonels() {
         let pilot = pilot(0.01, 0.0);
-        let wide = pilot.need(&Targets::just_noticeable(0.2), 32, 1000).effort.emissions as f64;
-        let narrow = pilot.need(&Targets::just_noticeable(0.02), 32, 1000).effort.emissions as f64;
+        let wide = pilot.need(&Targets::just_noticeable(0.2), 32).effort.emissions as f64;
+        let narrow = pilot.need(&Targets::just_noticeable(0.02), 32).effort.emissions as f64;
         assert!((wide / (10_000.0 * (0.1 * student_factor(32) / 0.2).powi(2)) - 1.0).abs() < 0.1, "{wide}");
         assert!((narrow / wide / 100.0 - 1.0).abs() < 0.1, "{narrow} {wide}");
     }
@@ -349,25 +314,24 @@ pub(crate) mod tests {
     #[test]
     fn what_is_needed_keeps_the_target_and_little_less_does_not() {
         let pilot = pilot(0.01, 0.0);
-        let need = pilot.need(&Targets::just_noticeable(0.1), 32, 1000);
+        let need = pilot.need(&Targets::just_noticeable(0.1), 32);
         let spread = &pilot.spreads[0];
         assert!(pilot.half_width(spread, need.effort).unwrap().total() <= 0.1);
-        let less = Effort { emissions: need.effort.emissions * 4 / 5, ..need.effort };
+        let less = Effort::of_trace(need.effort.emissions * 4 / 5, 32);
         assert!(pilot.half_width(spread, less).unwrap().total() > 0.1);
     }
 
     #[test]
-    fn rays_are_added_where_they_make_the_noise() {
-        let rays =
-            |sonels, rays| pilot(sonels, rays).need(&Targets::just_noticeable(0.1), 32, 1000).effort.rays;
-        assert_eq!(rays(0.01, 0.0), 1000);
-        assert_eq!(rays(0.0095, 0.0005), 1000);
-        assert!(rays(0.001, 0.009) >= 4000);
+    fn rays_follow_sonels_whatever_makes_the_noise() {
+        let effort = |sonels, rays| pilot(sonels, rays).need(&Targets::just_noticeable(0.1), 32).effort;
+        let of_sonels = effort(0.01, 0.0);
+        assert_eq!(u64::from(of_sonels.rays), of_sonels.emissions / 2);
+        assert_eq!(effort(0.001, 0.009), of_sonels);
+        assert_ne!(effort(0.001, 0.005), of_sonels);
     }
 
     #[test]
-    fn defaults_are_as_many_segments_in_any_room_but_no_fewer_than_in_a_live_one() {
-        assert_eq!([1.0, 20.0, 40.0, 500.0].map(default_emissions), [3_000_000, 150_000, 75_000, 50_000]);
+    fn planned_numbers_have_two_digits() {
         assert_eq!([1, 99, 100, 101, 12_345].map(two_digits_up), [1, 99, 100, 110, 13_000]);
     }
 }

@@ -4,9 +4,9 @@
 //! only sonels help.
 
 use sonel_analysis::{Parameter, ReceiverParameters};
-use sonel_renderer::Columns;
+use sonel_renderer::{Columns, MOST_RAYS};
 
-use crate::forecast::{Effort, MOST_RAYS, two_digits_up};
+use crate::forecast::{Effort, two_digits_up};
 use crate::pilot::{Costs, Pilot, Spread, spreads};
 use crate::split::RenderedTwice;
 use crate::spread::{Place, readings};
@@ -54,7 +54,6 @@ impl Pilot {
             emissions: map.emissions,
             batches: map.batches,
             rays: last.rays,
-            asked_rays: last.rays,
             casts_rays: twice.is_some(),
             columns: Columns::PLAIN,
             spreads: spreads(&found, (map.emissions, map.batches), share),
@@ -85,8 +84,9 @@ impl Pilot {
 
     /// The same where rays are not enough.
     fn lacking(&self, targets: &Targets, map: Effort) -> RenderNeed {
-        let need = self.need(targets, map.batches, map.rays);
-        let effort = Effort { rays: need.effort.rays, ..map };
+        let need = self.need(targets, map.batches);
+        let rays = if self.casts_rays { need.effort.rays } else { map.rays };
+        let effort = Effort { rays, ..map };
         RenderNeed { effort, limited_by: need.limited_by, lacking: Some(need.effort.emissions) }
     }
 
@@ -115,7 +115,7 @@ mod tests {
     use crate::plan::tests::pilot;
     use crate::spread::student_factor;
 
-    const MAP: Effort = Effort { emissions: 10_000, rays: 1000, batches: 32 };
+    const MAP: Effort = Effort { emissions: 10_000, rays: 5000, batches: 32 };
 
     fn render_need(pilot: &Pilot, limit: f64) -> RenderNeed {
         pilot.render_need(&Targets::just_noticeable(limit), MAP)
@@ -127,7 +127,7 @@ mod tests {
         let limit = 0.1_f64;
         let square = (limit / student_factor(32)).powi(2);
         let found = render_need(&pilot(0.5 * square, square), limit);
-        assert_eq!((found.effort.rays, found.lacking), (2000, None));
+        assert_eq!((found.effort.rays, found.lacking), (10_000, None));
         assert_eq!(found.limited_by.unwrap().parameter, Parameter::T30);
     }
 

@@ -27,7 +27,7 @@ fn scene(mesh: Mesh, scattering: f64, receiver: [f64; 3]) -> Scene {
 fn rendering(scene: Scene, settings: Settings, estimator: Estimator) -> Rendering {
     Traced::new(scene, settings).render(RenderSettings {
         estimator,
-        rays: 4_096,
+        rays: Some(4_096),
         ..RenderSettings::default()
     })
 }
@@ -224,7 +224,7 @@ fn largest_contribution(estimator: Estimator) -> f64 {
     let position = spot.expect("one of hundreds of arrivals").with_x(1e-3);
     let settings = RenderSettings {
         estimator,
-        rays: form(4_096, 65_536),
+        rays: Some(form(4_096, 65_536)),
         gather_radius: Some(DISC),
         ..RenderSettings::default()
     };

@@ -88,7 +88,7 @@ fn scene(mesh: Mesh, source: DVec3) -> Scene {
 /// Fluence at each of `places` [1/m²].
 fn fluences(traced: &Traced, places: &[DVec3], estimator: Estimator) -> Vec<f64> {
     let mirror_order = Some(form(3, 4));
-    let settings = RenderSettings { estimator, rays: 32, mirror_order, ..RenderSettings::default() };
+    let settings = RenderSettings { estimator, rays: Some(32), mirror_order, ..RenderSettings::default() };
     let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
     let named = |(index, &position): (usize, &DVec3)| ReceiverPoint::omni(&index.to_string(), position);
     let receivers: Vec<ReceiverPoint> = places.iter().enumerate().map(named).collect();
@@ -132,7 +132,7 @@ fn nothing_passes_a_sealed_partition() {
 
 /// What reaches `place` [1/m²] from each image of the source without edges, by the place of the image [µm].
 fn images(traced: &Traced, place: DVec3) -> BTreeMap<[i64; 3], f64> {
-    let settings = RenderSettings { rays: 64, mirror_order: Some(3), ..RenderSettings::default() };
+    let settings = RenderSettings { rays: Some(64), mirror_order: Some(3), ..RenderSettings::default() };
     let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
     let receiver = ReceiverPoint::omni("here", place);
     let rendering =

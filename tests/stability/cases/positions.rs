@@ -88,8 +88,12 @@ fn every_place_is_heard_or_refused() {
     let mut refused = Vec::new();
     for estimator in Estimator::COMPARABLE {
         let mirror_order = form(Some(4), None);
-        let settings =
-            RenderSettings { estimator, rays: form(256, 1_024), mirror_order, ..RenderSettings::default() };
+        let settings = RenderSettings {
+            estimator,
+            rays: Some(form(256, 1_024)),
+            mirror_order,
+            ..RenderSettings::default()
+        };
         let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
         for (place, position) in places() {
             match received(&renderer, position) {

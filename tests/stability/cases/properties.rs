@@ -95,7 +95,7 @@ fn received(scene: Scene, settings: Settings, estimator: Estimator) -> Vec<Windo
 fn heard_with(effects: &[&str], scene: Scene, settings: Settings, estimator: Estimator) -> Vec<Windows> {
     let borders = borders(scene.duration);
     let traced = Traced::with(effects, scene, settings);
-    let settings = RenderSettings { estimator, rays: 4_096, ..RenderSettings::default() };
+    let settings = RenderSettings { estimator, rays: Some(4_096), ..RenderSettings::default() };
     windows(&traced, settings, &borders).swap_remove(0)
 }
 
@@ -362,7 +362,8 @@ fn edges_keep_books_and_bits_in_any_room() {
             pool.install(|| {
                 let few = Settings { emissions: form(600, 6_000), ..settings(seed) };
                 let traced = Traced::with(&EDGES, scene.clone(), few);
-                let response = traced.respond(RenderSettings { rays: 512, ..RenderSettings::default() });
+                let response =
+                    traced.respond(RenderSettings { rays: Some(512), ..RenderSettings::default() });
                 let bits: Vec<u64> = response.energy.iter().map(|energy| energy.to_bits()).collect();
                 (traced.map.digest(), bits, response, traced.books)
             })

@@ -32,7 +32,12 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
     }
     let warned = parameters.iter().map(warnings).sum::<usize>();
     if warned > 0 {
-        writeln!(log, "warning: {warned} intervals may be unreliable (outlier batches): trace more sonels")?;
+        let place = match arguments.format {
+            Format::Table => "footnotes",
+            Format::Csv => "column \"warning\"",
+            Format::Json => "keys \"warning\"",
+        };
+        writeln!(log, "warning: {warned} parameters carry a warning ({place})")?;
     }
     Ok(Outcome::Done)
 }

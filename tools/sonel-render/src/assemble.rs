@@ -91,7 +91,7 @@ impl Run<'_> {
                 "bin_s": self.settings.bin,
                 "estimator": self.settings.estimator.name(),
                 "order": self.settings.mirror_order,
-                "rays": self.settings.rays,
+                "rays": self.settings.rays(header.settings.emissions),
                 "radius_m": self.settings.gather_radius,
                 "air_attenuation": self.renderer.attenuation(),
             },

@@ -233,7 +233,7 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<Rende
     Ok(RenderSettings {
         bin: arguments.bin,
         mirror_order: arguments.order,
-        rays: arguments.rays.unwrap_or(default.rays),
+        rays: arguments.rays,
         gather_radius: arguments.radius,
         seed: arguments.seed,
         air: air(arguments, scene)?,

@@ -12,10 +12,10 @@ use sonel_study::spread::{PLANNED, readings};
 
 use crate::assemble::{Job, Run};
 
-/// The sonels and batches of the map, rendered with `rays` rays.
-pub fn effort(job: &Job<'_>, rays: u32) -> Effort {
+/// The sonels and batches of the map, rendered with the rays of `settings`.
+pub fn effort(job: &Job<'_>, settings: &RenderSettings) -> Effort {
     let traced = job.map.header().settings;
-    Effort { emissions: traced.emissions, rays, batches: traced.batches }
+    Effort { emissions: traced.emissions, rays: settings.rays(traced.emissions), batches: traced.batches }
 }
 
 /// The plan for rendering the map with `settings`: its scene is traced again, shortly and with other random numbers, and judged at the
@@ -28,12 +28,13 @@ pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> a
         room: &room,
         trace: header.settings,
         render: settings.clone(),
+        is_traced: true,
         receivers: &evaluation_receivers,
         parameters: &PLANNED,
         seconds: at_most.map(|seconds| SHARE_OF_TIME * seconds),
     };
     let pilot = pilot::run(&config, &CpuClock)?;
-    let map = effort(job, settings.rays);
+    let map = effort(job, settings);
     Ok(Plan::of_map(pilot, &header.scene, &evaluation_receivers, job.receivers.len(), map, settings.bin))
 }
 
@@ -42,6 +43,6 @@ pub fn compare(plan: &Plan, job: &Job<'_>, run: &Run<'_>, opened: f64) -> Compar
     let found = readings(&sonel_analysis::parameters(&run.response), &PLANNED);
     Comparison {
         render: Some(opened + run.seconds),
-        ..Comparison::of_widths(&plan.pilot, effort(job, run.settings.rays), &found)
+        ..Comparison::of_widths(&plan.pilot, effort(job, &run.settings), &found)
     }
 }

@@ -4,8 +4,7 @@ use std::io::Write;
 
 use serde_json::{Value, json};
 use sonel_console::plan::{extension, overrun, reached, verdict, verdict_json};
-use sonel_renderer::RenderSettings;
-use sonel_study::forecast::MOST_RAYS;
+use sonel_renderer::{MOST_RAYS, RenderSettings};
 use sonel_study::pilot::Pilot;
 use sonel_study::plan::Names;
 use sonel_study::render_need::{Look, RenderNeed};
@@ -50,11 +49,13 @@ pub fn until<'a>(
     let header = job.map.header();
     let (parameters, names) = (goal.targets.parameters(), Names::of(&header.scene, job.receivers));
     let most = goal.rays.unwrap_or(MOST_RAYS);
-    let (mut rays, mut looks) = (RenderSettings::default().rays.min(most), 0);
+    let (mut rays, mut looks) = (RenderSettings::default().rays(header.settings.emissions).min(most), 0);
     let mut before: Option<Look> = None;
     loop {
         let begin = job.watch.seconds().0;
-        let run = job.render(RenderSettings { rays, ..settings.clone() })?;
+        let settings = RenderSettings { rays: Some(rays), ..settings.clone() };
+        let map = effort(job, &settings);
+        let run = job.render(settings)?;
         let look = Look { rays, parameters: sonel_analysis::parameters(&run.response) };
         looks += 1;
         let found = Verdict::new(&readings(&look.parameters, &parameters), goal.targets);
@@ -64,7 +65,6 @@ pub fn until<'a>(
         } else if before.is_none() && run.renderer.casts_rays(job.receivers) {
             Outlook::Unknown
         } else {
-            let map = effort(job, rays);
             let pilot = Pilot::of_looks(before.as_ref(), &look, &parameters, map);
             Outlook::Known(pilot.render_need(goal.targets, map))
         };

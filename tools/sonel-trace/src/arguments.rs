@@ -24,8 +24,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
     /// Emissions per source (per source and band with --spectral per-band); with --shard of all shards, with --extend of
-    /// the whole new map, with --until the maximum. The default makes three million path segments, but at least 50k
-    /// emissions; --plan shows what accuracies take.
+    /// the whole new map, with --until the maximum [default: 100k; --plan shows what accuracies take].
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub sonels: Option<u64>,
     /// Seed of every random number [default: 1].

@@ -160,10 +160,7 @@ impl Once<'_> {
         output: Output,
         log: &mut dyn Write,
     ) -> anyhow::Result<(Traced, Value, Outcome)> {
-        let Self { arguments, mut header, beginning, pilot, watch, audience } = self;
-        if arguments.sonels.is_none() && arguments.extend.is_none() {
-            header.settings.emissions = planner.default_emissions(log)?;
-        }
+        let Self { arguments, header, beginning, pilot, watch, audience } = self;
         let before = watch.seconds().1;
         let mut traced = trace(header, planner.room.geometry(), beginning.as_ref(), output, audience)?;
         let seconds = watch.seconds().1 - before;

@@ -1,17 +1,14 @@
 //! Plans of a trace: a pilot predicts the sonels required.
 
-use std::io::Write;
-
 use anyhow::bail;
 use sonel_analysis::Parameter;
 use sonel_console::clock::CpuClock;
 use sonel_console::feasible::Demand;
-use sonel_map::{Mode, Settings, ShardRange};
+use sonel_map::{Settings, ShardRange};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_study::evaluation_receivers::evaluation_receivers;
 use sonel_study::pilot::{self, Pilot, PilotConfig};
 use sonel_study::pipeline::{Clock, PipelineError, Room};
-use sonel_study::plan::default_emissions;
 use sonel_study::spread::PLANNED;
 
 /// Fewer emissions than this are feasible in any scene.
@@ -47,6 +44,7 @@ impl<'a> Planner<'a> {
             room: self.room,
             trace: self.settings,
             render: RenderSettings::default(),
+            is_traced: false,
             receivers: &self.evaluation_receivers,
             parameters,
             seconds,
@@ -76,19 +74,5 @@ impl<'a> Planner<'a> {
             );
         }
         Ok(())
-    }
-
-    /// Emissions where nobody says how many: a function of scene and settings alone.
-    pub fn default_emissions(&self, log: &mut dyn Write) -> anyhow::Result<u64> {
-        if self.settings.mode == Mode::Paper {
-            return Ok(Settings::default().emissions);
-        }
-        let segments = pilot::segments(&self.config(&PLANNED, None))?;
-        let emissions = default_emissions(segments);
-        writeln!(
-            log,
-            "{emissions} sonels: default for paths of {segments:.0} segments (--plan and --until choose by accuracy)"
-        )?;
-        Ok(emissions)
     }
 }

@@ -55,7 +55,7 @@ pub fn until(
     let names = Names::of(&header.scene, &planner.evaluation_receivers);
     let known = beginning.as_ref().map_or(1, |map| map.header().settings.emissions);
     let Start { pilot, first, most } = start(planner, &header.settings, known, goal, log)?;
-    let Effort { mut emissions, rays, batches } = first;
+    let Effort { mut emissions, batches, .. } = first;
     let (mut looks, mut trace_seconds) = (0, 0.0);
     let mut previous: Option<(Output, SonelMap)> = None;
     let (traced, found, comparison) = loop {
@@ -68,32 +68,27 @@ pub fn until(
         beginning = None;
         drop(previous);
         let map = SonelMap::open(traced.output.file()?)?;
-        let (found, figures, rendered) = look(planner, &map, targets, rays)?;
+        let (found, figures, rendered) = look(planner, &map, targets)?;
         looks += 1;
         writeln!(log, "{emissions} sonels: {}", verdict(&names, &found))?;
         let affordable = goal.seconds.map(|seconds| {
             affordable(seconds - watch.seconds().0, (watch.seconds().0 - begin) / emissions as f64)
         });
         let Some(next) = next_number(&found, emissions, most, affordable) else {
-            let effort = Effort { emissions, rays, batches };
+            let effort = Effort::of_trace(emissions, batches);
             let costs = (trace_seconds, &rendered);
             break (traced, found, compared(&pilot, effort, &figures, costs, map.byte_length()));
         };
         (previous, emissions) = (Some((traced.output, map)), next);
     };
-    writeln!(
-        log,
-        "{} with {emissions} sonels and {rays} rays: {targets}\n{}",
-        reached(&found),
-        comparison.line()
-    )?;
+    writeln!(log, "{} with {emissions} sonels: {targets}\n{}", reached(&found), comparison.line())?;
     if let Some(overrun) = overrun(goal.seconds, watch.seconds().0) {
         writeln!(log, "{overrun}")?;
     }
     let mut told = comparison.json();
     told["until"] = verdict_json(&names, &found, targets);
     told["until"]["sonels"] = json!(emissions);
-    told["until"]["rays"] = json!(rays);
+    told["until"]["rays"] = json!(Effort::of_trace(emissions, batches).rays);
     told["until"]["looks"] = json!(looks);
     Ok((traced, told, if found.is_reached() { Outcome::Done } else { Outcome::Missed }))
 }
@@ -101,7 +96,7 @@ pub fn until(
 /// Where a run begins.
 struct Start {
     pilot: Pilot,
-    /// What is traced first, and with how many rays it is looked at.
+    /// What is traced first.
     first: Effort,
     /// Emissions at the most.
     most: u64,
@@ -123,37 +118,32 @@ fn start(
     // How many processors work for us: CPU seconds of the pilot per second by the clock.
     let processors = (after_pilot.1 - before_pilot.1) / (after_pilot.0 - before_pilot.0).max(1e-3);
     let batches = settings.batches;
-    let need = pilot.need(targets, batches, RenderSettings::default().rays).effort;
+    let need = pilot.need(targets, batches).effort;
     let most = goal.sonels.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
     writeln!(
         log,
-        "{targets}: about {} sonels and {} rays needed (pilot of {} sonels, {:.2} s)",
+        "{targets}: about {} sonels needed (pilot of {} sonels, {:.2} s)",
         need.emissions,
-        need.rays,
         pilot.emissions,
         after_pilot.0 - before_pilot.0
     )?;
-    let wanted = Effort { emissions: (need.emissions as f64 * MARGIN) as u64, ..need };
-    let affordable = first_look(&pilot, wanted, goal, processors);
-    let emissions = affordable.emissions.max(LEAST_PER_BATCH * u64::from(batches)).min(most).max(known);
-    Ok(Start { pilot, first: Effort { emissions, batches, ..affordable }, most })
+    let wanted = (need.emissions as f64 * MARGIN) as u64;
+    let affordable = first_look(&pilot, Effort::of_trace(wanted, batches), goal, processors);
+    let emissions = affordable.max(LEAST_PER_BATCH * u64::from(batches)).min(most).max(known);
+    Ok(Start { pilot, first: Effort::of_trace(emissions, batches), most })
 }
 
-/// What is affordable of `wanted` by `processors`, where the seconds are limited.
-fn first_look(pilot: &Pilot, wanted: Effort, goal: &Goal<'_>, processors: f64) -> Effort {
-    let Some(seconds) = goal.seconds else { return wanted };
-    let Effort { emissions, mut rays, batches } = wanted;
+/// Emissions of `wanted` that are affordable by `processors`, where the seconds are limited.
+fn first_look(pilot: &Pilot, wanted: Effort, goal: &Goal<'_>, processors: f64) -> u64 {
+    let Effort { emissions, batches, .. } = wanted;
+    let Some(seconds) = goal.seconds else { return emissions };
     let processor_seconds = RESERVE * (seconds - goal.watch.seconds().0) * processors;
-    let cpu = |emissions, rays| {
-        let price = pilot.price(Effort { emissions, rays, batches });
+    let cpu = |emissions| {
+        let price = pilot.price(Effort::of_trace(emissions, batches));
         price.trace + price.render + pilot.costs.parameters * f64::from(batches)
     };
-    // Rays are paid for before the first sonel: no more than half of the time may go to them.
-    while rays > RenderSettings::default().rays && cpu(0, rays) > 0.5 * processor_seconds {
-        rays /= 2;
-    }
-    let each = (cpu(1_000_000, rays) - cpu(0, rays)) / 1e6;
-    Effort { emissions: emissions.min(affordable(processor_seconds - cpu(0, rays), each)), rays, batches }
+    let each = (cpu(1_000_000) - cpu(0)) / 1e6;
+    emissions.min(affordable(processor_seconds - cpu(0), each))
 }
 
 /// How many sonels of so many seconds `each` there are in `seconds`.
@@ -175,9 +165,8 @@ fn look(
     planner: &Planner<'_>,
     map: &SonelMap,
     targets: &Targets,
-    rays: u32,
 ) -> anyhow::Result<(Verdict, Vec<Reading>, Rendered)> {
-    let settings = RenderSettings { rays, ..RenderSettings::default() };
+    let settings = RenderSettings::default();
     let rendered =
         render_and_read(map, planner.room.geometry(), &planner.evaluation_receivers, &settings, &CpuClock)?;
     let found = readings(&rendered.parameters, &targets.parameters());
@@ -192,9 +181,9 @@ pub fn compare_planned(
     seconds: f64,
 ) -> anyhow::Result<Comparison> {
     let map = SonelMap::open(traced.output.file()?)?;
-    let (_, found, rendered) = look(planner, &map, &Targets::just_noticeable(1.0), pilot.asked_rays)?;
+    let (_, found, rendered) = look(planner, &map, &Targets::just_noticeable(1.0))?;
     let settings = traced.header.settings;
-    let effort = Effort { emissions: settings.emissions, rays: pilot.asked_rays, batches: settings.batches };
+    let effort = Effort::of_trace(settings.emissions, settings.batches);
     Ok(compared(pilot, effort, &found, (seconds, &rendered), map.byte_length()))
 }
 

@@ -50,7 +50,8 @@ impl Paper {
     #[must_use]
     pub fn new(geometry: &Geometry, header: &sonel_map::MapHeader, settings: &RenderSettings) -> Self {
         let (scene, traced) = (&header.scene, &header.settings);
-        let shrink = libm::pow(f64::from(settings.rays) / REFERENCE_RAYS, -1.0 / 6.0);
+        let rays = settings.rays(traced.emissions);
+        let shrink = libm::pow(f64::from(rays) / REFERENCE_RAYS, -1.0 / 6.0);
         let sphere = SPHERE_PER_FREE_PATH * free_path(geometry) * shrink;
         let wavelengths = header.diffracted_wavelengths();
         let clearance = |position| CLEARANCE * geometry.distance_to_nearest_surface(position);
@@ -58,7 +59,7 @@ impl Paper {
             sheets: Sheet::all(geometry),
             disc_radius: disc_radius(DISC_PER_FREE_PATH, settings, geometry, traced),
             source_radius: scene.sources.iter().map(|s| sphere.min(clearance(s.position))).collect(),
-            rays: settings.rays.div_ceil(traced.batches),
+            rays: rays.div_ceil(traced.batches),
             edges: if wavelengths.is_some() { ZoneEdge::all(geometry) } else { Vec::new() },
             wavelengths: wavelengths.unwrap_or_default(),
         }

@@ -381,21 +381,16 @@ fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &Co
     settings.estimator.has_rays() && !(by_choice && lattice_room(geometry, table).is_some())
 }
 
-/// Rays that only share with connections next to surfaces are so many times fewer.
-const FEWER_RAYS_NEAR_SURFACES: u32 = 2;
-
 fn gather_settings(
     settings: &RenderSettings,
     (geometry, table): (&Geometry, &CoefficientTable),
     traced: &sonel_map::Settings,
     reach: f64,
 ) -> GatherSettings {
-    let by_mirrors = gathers_by_mirrors(settings, geometry, table);
-    let rays = if by_mirrors { settings.rays } else { settings.rays.div_ceil(FEWER_RAYS_NEAR_SURFACES) };
     GatherSettings {
-        rays: rays.div_ceil(traced.batches),
+        rays: settings.rays(traced.emissions).div_ceil(traced.batches),
         radius: disc_radius(DISC_PER_FREE_PATH, settings, geometry, traced),
         reach,
-        by_mirrors,
+        by_mirrors: gathers_by_mirrors(settings, geometry, table),
     }
 }

@@ -139,7 +139,7 @@ fn weigh_edges(
     let maps = [traced(false)?, traced(true)?];
     // Arcs have no mirror chains.
     let mirror_order = (scene.sound_speed_gradient == 0.0).then_some(MIRROR_ORDER);
-    let render = RenderSettings { rays: RAYS, mirror_order, ..RenderSettings::default() };
+    let render = RenderSettings { rays: Some(RAYS), mirror_order, ..RenderSettings::default() };
     let mut found = EdgeBound { bound: Bound::nothing(scene.bands.count()), listeners: all, seconds: 0.0 };
     let mut seconds = 0.0;
     for (number, listener) in (1..).zip(&listeners) {

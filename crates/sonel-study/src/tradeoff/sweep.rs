@@ -115,7 +115,7 @@ impl Change {
             }
             Self::Survival(survival) => setting.trace.survival = *survival,
             Self::Estimator(estimator) => setting.render.estimator = *estimator,
-            Self::Rays(rays) => setting.render.rays = *rays,
+            Self::Rays(rays) => setting.render.rays = Some(*rays),
             Self::Radius(radius) => setting.render.gather_radius = Some(*radius),
         }
     }
@@ -136,7 +136,7 @@ mod tests {
         let settings = levels.settings(&base());
         let names: Vec<&str> = settings.iter().map(|setting| setting.name.as_str()).collect();
         assert_eq!(names, ["default", "β 0", "1000 rays", "16000 rays"]);
-        assert_eq!((settings[1].render.rays, settings[2].render.rays), (4000, 1000));
+        assert_eq!((settings[1].render.rays, settings[2].render.rays), (Some(4000), Some(1000)));
         assert!(settings[1].trace.survival == 0.0 && (settings[2].trace.survival - 0.15).abs() < 1e-12);
     }
 
@@ -149,7 +149,7 @@ mod tests {
         };
         let settings = levels.settings(&base());
         assert_eq!(settings.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["auto", "sphere"]);
-        assert!(settings.iter().all(|setting| setting.render.rays == 99));
+        assert!(settings.iter().all(|setting| setting.render.rays == Some(99)));
         assert_eq!(Levels::default().settings(&base()), [base()]);
     }
 }

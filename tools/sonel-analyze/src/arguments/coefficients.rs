@@ -42,9 +42,9 @@ pub struct FitArguments {
     /// in the middle.
     #[arg(long, value_name = "W", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
     pub belief: f64,
-    /// Visibility rays per receiver.
-    #[arg(long, value_name = "M", default_value = "32768", value_parser = parse_rays, allow_negative_numbers = true)]
-    pub rays: u32,
+    /// Visibility rays per receiver [default: half as many as the map has sonels per source].
+    #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
+    pub rays: Option<u32>,
     /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,

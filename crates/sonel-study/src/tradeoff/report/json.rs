@@ -42,7 +42,6 @@ fn setting(findings: &Findings<'_>, index: usize) -> Value {
         "mode": format!("{:?}", trace.mode).to_lowercase(),
         "spectral": format!("{:?}", trace.spectral).to_lowercase(),
         "estimator": render.estimator.name(),
-        "rays": render.rays,
         "radius_m": render.gather_radius,
         "seconds_per_sonel": measured(line.map(|line| line.slope), ONE_COUNT),
         "overhead_s": measured(line.map(|line| line.intercept), ONE_COUNT),
@@ -56,6 +55,9 @@ fn setting(findings: &Findings<'_>, index: usize) -> Value {
     });
     if !verdict.sonels.is_finite() {
         value["to_a_twentieth_jnd"]["reason"] = json!(MISSING);
+    }
+    if let Some(rays) = render.rays {
+        value["rays"] = json!(rays);
     }
     value
 }
