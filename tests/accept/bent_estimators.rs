@@ -8,7 +8,7 @@ use sonel_tests::Traced;
 use sonel_tests::bent::{received, screened};
 
 /// Emissions of a run.
-const EMISSIONS: u64 = 200_000;
+const EMISSIONS: u64 = 400_000;
 /// Rays of a receiver.
 const RAYS: u32 = 1 << 15;
 /// Largest joint standard error, as a part of the energy.

@@ -125,18 +125,18 @@ fn compare(name: &str, scene: &Scene) -> Record {
     let room = Room::new(scene, Vec::new()).expect("walls");
     let receivers = evaluation_receivers(scene, room.geometry());
     let trace = Settings { emissions: EMISSIONS, ..Settings::default() };
-    let render = RenderSettings::default();
-    let effort = Effort { emissions: EMISSIONS, rays: render.rays, batches: trace.batches };
-    let mission = PilotConfig {
+    let effort = Effort::of_trace(EMISSIONS, trace.batches);
+    let config = PilotConfig {
         room: &room,
         trace,
-        render,
+        render: RenderSettings::default(),
+        is_traced: false,
         receivers: &receivers,
         parameters: &PLANNED,
         seconds: None,
     };
     let before = CpuClock.process();
-    let pilot = pilot::run(&mission, &CpuClock).expect("a pilot");
+    let pilot = pilot::run(&config, &CpuClock).expect("a pilot");
     let spent = CpuClock.process() - before;
     let settings = PipelineSettings { trace, ..PipelineSettings::default() };
     let run = room.run(&settings, &receivers, &mut InMemory, &CpuClock).expect("a run");
