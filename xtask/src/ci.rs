@@ -52,7 +52,7 @@ fn steps() -> [Step; 7] {
                 "--no-fail-fast",
             ]))?;
             // Not among all targets, as nobody runs it by the way.
-            succeed(workspace::cargo(&["test", "--package", "sonel-tests", "--test", "accept", "--no-run"]))
+            succeed(workspace::cargo(&["test", "--workspace", "--test", "accept", "--no-run"]))
         }),
         ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--tests", "--no-fail-fast"]))),
         ("python reader", python_reader::check),
