@@ -83,7 +83,7 @@ fn intervals_hold_in_the_mixed_shoebox() {
 
 #[test]
 fn intervals_hold_where_rays_gather() {
-    check(&shipped("shoebox"), Run { emissions: 4_000, band: 4, estimator: Estimator::Gather });
+    check(&shipped("shoebox"), Run { emissions: 16_000, band: 4, estimator: Estimator::Gather });
 }
 
 /// Rays take over from connections at all distances there.
@@ -94,7 +94,7 @@ fn intervals_hold_next_to_walls() {
         scene.receivers.clear();
         check(
             &scene.with_receiver("near", place),
-            Run { emissions: 4_000, band: 4, estimator: Estimator::Auto },
+            Run { emissions: 16_000, band: 4, estimator: Estimator::Auto },
         );
     }
 }
