@@ -114,8 +114,8 @@ impl RenderSettings {
         Ok(())
     }
 
-    /// Visibility rays of one receiver for a map of so many emissions per source. Half as many rays as sonels cost as much as what else a
-    /// receiver takes of the sonels, and from a quarter to as many again the time for an accuracy is the same (docs/accuracy.md).
+    /// Visibility rays of one receiver for a map of so many emissions per source. Unless a number is given they are half as many: in the hall
+    /// and an office, any number from a quarter of the emissions to as many takes the same time for an accuracy (docs/planning.md).
     #[must_use]
     pub fn rays(&self, emissions: u64) -> u32 {
         let usual = match self.estimator {

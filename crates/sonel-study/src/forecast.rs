@@ -1,8 +1,8 @@
 //! Predicts intervals and cost of a run from a pilot.
 //!
-//! Variances fall as 1/N: batches are independent, and deterministic parts have none (docs/physics.md §7). Areas of discs and
-//! spheres shrink as N^(−1/3), and with them their bias; the sonels on them grow as N^(2/3) only. The noise of visibility
-//! rays is mainly that of their directions: it falls as 1/M.
+//! Variances fall as 1/N: batches are independent, and deterministic parts have none (docs/physics.md §7). That of spheres falls more
+//! slowly, as they shrink, and that of discs faster, as the rays that end in them grow with N too. Areas of discs and spheres shrink as
+//! N^(−1/3), and with them their bias. The noise of visibility rays is mainly that of their directions: it falls as 1/M.
 
 use sonel_renderer::RenderSettings;
 
@@ -64,10 +64,9 @@ impl Pilot {
     /// Why nobody can say.
     pub fn half_width<'a>(&self, spread: &'a Spread, effort: Effort) -> Result<HalfWidth, &'a str> {
         let variance = spread.variance.as_ref().map_err(String::as_str)?;
-        let [sonels, areas, rays] = self.parts(variance, effort);
-        let noise = (sonels + areas + rays).sqrt();
-        let bias = variance.bias * self.fewer_on_areas(effort) + SPURIOUS * SPURIOUS * 4.0 * areas;
-        Ok(HalfWidth { noise: student_factor(effort.batches) * noise, bias: bias.sqrt() })
+        let [all, areas] = self.noise(variance, effort);
+        let bias = self.squared_bias(variance, effort) + SPURIOUS * SPURIOUS * 4.0 * areas;
+        Ok(HalfWidth { noise: student_factor(effort.batches) * all.sqrt(), bias: bias.sqrt() })
     }
 
     /// Between which bounds that half-width is found in 19 of 20 runs, in just-noticeable differences. The standard errors of pilot and run
@@ -81,22 +80,22 @@ impl Pilot {
         let scatter = kurtosis::scatter(self.batches, self.emissions, spread.tail)
             + kurtosis::scatter(effort.batches, effort.emissions, spread.tail);
         let factor = libm::exp(MOST_SIGMAS * scatter.sqrt());
-        let [_, areas, _] = self.parts(variance, effort);
+        let [_, areas] = self.noise(variance, effort);
         let shift = 2.0 * areas.sqrt() * (MOST_SIGMAS * MOST_SIGMAS - 1.0).sqrt();
-        let real = (variance.bias * self.fewer_on_areas(effort)).sqrt();
+        let real = self.squared_bias(variance, effort).sqrt();
         Ok([width.noise / factor, (width.noise + shift + real) * factor])
     }
 
-    /// Variance from sonels, from the sonels on discs and in spheres, and from visibility rays.
-    pub(crate) fn parts(&self, variance: &Variance, effort: Effort) -> [f64; 3] {
-        let (fewer, rays) = (self.fewer_on_areas(effort), f64::from(self.rays) / f64::from(effort.rays));
-        let sonels = variance.sonels * self.emissions as f64 / effort.emissions as f64;
-        [sonels, variance.areas * fewer, variance.rays * rays]
+    /// Variance, and the part of it that discs and spheres show.
+    fn noise(&self, variance: &Variance, effort: Effort) -> [f64; 2] {
+        let sonels = self.emissions as f64 / effort.emissions as f64;
+        let rays = f64::from(self.rays) / f64::from(effort.rays);
+        [(variance.sonels + variance.areas) * sonels + variance.rays * rays, variance.areas * sonels]
     }
 
-    /// How many times fewer sonels were on an area in the pilot.
-    fn fewer_on_areas(&self, effort: Effort) -> f64 {
-        libm::pow(self.emissions as f64 / effort.emissions as f64, 2.0 / 3.0)
+    /// The square of the bias: it grows with the areas of discs and spheres.
+    fn squared_bias(&self, variance: &Variance, effort: Effort) -> f64 {
+        variance.bias * libm::pow(self.emissions as f64 / effort.emissions as f64, 2.0 / 3.0)
     }
 
     /// The same with the costs of rendering `receivers` receivers where there were `evaluation_receivers`.

@@ -2,13 +2,12 @@
 //!
 //! - Its random numbers are not those of the run that it plans, so that the number of emissions it asks for and the run's
 //!   own estimates are independent: intervals of a run planned by a pilot cover as ever.
-//! - It has 96 batches, so that the variance of a parameter is good to 15 %, and is longer where that costs little, or where the kurtosis of the
-//!   batches says that few strong paths carry a parameter, whose variance itself scatters (`kurtosis`).
-//! - The variance of visibility rays is separated by rendering the same map with other and fewer rays; that of sonels in
-//!   shrinking discs and spheres by the inner and outer halves of the areas.
+//! - It has 32 batches, as a run has: rays fill their directions the better the more of them a batch has. It is longer where that costs
+//!   little, or where the kurtosis of the batches says that few strong paths carry a parameter, whose variance itself scatters (`kurtosis`).
+//! - Its rays follow its sonels as those of a run do. Where a map is given and rays are planned, their variance is separated by rendering the
+//!   same map with other and fewer rays.
 //! - A shorter run before it tells fixed times from times per emission.
-//! - Its rays are fewer than the run's as its emissions are, and edges, which bring no noise, are heard by the shorter run alone, for
-//!   their time.
+//! - Edges, which bring no noise, are heard by the shorter run alone, for their time.
 //!
 //! Everything but the seconds is a function of scene and settings.
 
@@ -24,16 +23,16 @@ use crate::pipeline::{
 use crate::split::{self, RenderedTwice, Variance};
 use crate::spread::{Place, Reading, pooled_kurtosis, readings};
 
-/// Batches of the pilot.
-const BATCHES: u32 = 96;
+/// Batches of each of its runs.
+const BATCHES: u32 = 32;
 /// Emissions of pilots, the most first.
 const EMISSIONS: [u64; 3] = [49_152, 24_576, 12_288];
 /// A pilot longer than the shortest has at most so many segments times rays to evaluation receivers and along the path.
 const WORK: f64 = 1.2e6;
 /// The same where few strong paths carry a parameter.
 const WORK_FOR_TAILS: f64 = 1e7;
-/// The shorter run has this part of the shortest pilot's emissions and of its batches.
-const SHORTER: u32 = 4;
+/// The shorter run has this part of the shortest pilot's emissions.
+const SHORTER: u64 = 4;
 /// A part of the rays tells the noise of all.
 const FEWER_RAYS: u32 = 2;
 /// Emissions of [`segments`].
@@ -164,13 +163,13 @@ struct Run {
 impl Run {
     fn of(
         config: &PilotConfig<'_>,
-        (emissions, batches): (u64, u32),
+        emissions: u64,
         with_edges: bool,
         clock: &dyn Clock,
     ) -> Result<Self, PipelineError> {
         let PilotConfig { room, receivers, .. } = *config;
         let seed = config.trace.seed.wrapping_add(1).wrapping_mul(SEED);
-        let settings = Settings { emissions, seed, batches, ..config.trace };
+        let settings = Settings { emissions, seed, batches: BATCHES, ..config.trace };
         let effects = if with_edges { room.effects().to_vec() } else { edges::left_out(room.effects()) };
         let traced = trace(room.scene(), room.geometry(), effects, settings, &mut InMemory, clock)?;
         let rays = config.rays(emissions);
@@ -179,15 +178,14 @@ impl Run {
         Ok(Self { emissions: settings.emissions as f64, rays, traced, rendered })
     }
 
-    /// CPU seconds of a run of so many emissions in [`BATCHES`] batches that is heard twice where rays are cast; at the most, as every
+    /// CPU seconds of a run of so many emissions that is heard twice where rays are planned; at the most, as every
     /// phase but that of the deterministic parts is taken to grow in proportion.
     fn seconds_of(&self, emissions: u64, config: &PilotConfig<'_>) -> f64 {
         let (traced, rendered) = (self.traced.seconds, self.rendered.seconds);
         let more = emissions as f64 / self.emissions;
         let renderings = if config.is_traced && self.rendered.casts_rays { 2.0 } else { 1.0 };
-        let render_need =
-            rendered.deterministic + f64::from(SHORTER) * rendered.parameters + more * rendered.sweep;
-        more * (traced.total() + rendered.prepare) + renderings * render_need
+        let once = rendered.deterministic + rendered.parameters + more * rendered.sweep;
+        more * (traced.total() + rendered.prepare) + renderings * once
     }
 }
 
@@ -198,8 +196,7 @@ impl Run {
 pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, PipelineError> {
     let begin = clock.process();
     let least = EMISSIONS[EMISSIONS.len() - 1];
-    let length = (least / u64::from(SHORTER), BATCHES / SHORTER);
-    let shorter = Run::of(config, length, true, clock)?;
+    let shorter = Run::of(config, least / SHORTER, true, clock)?;
     let ends_in_time = |emissions| {
         let end = config.seconds.map_or(f64::INFINITY, |seconds| begin + seconds);
         clock.process() + shorter.seconds_of(emissions, config) <= end
@@ -208,13 +205,13 @@ pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, Pipelin
     if !is_heavy(config, &shorter)
         && let Some(emissions) = lengths(config, &shorter, WORK).find(|&emissions| ends_in_time(emissions))
     {
-        run = Some(Run::of(config, (emissions, BATCHES), false, clock)?);
+        run = Some(Run::of(config, emissions, false, clock)?);
     }
     if is_heavy(config, run.as_ref().unwrap_or(&shorter)) {
         let known = run.as_ref().map_or(0.0, |run| run.emissions);
         let longer = |emissions: &u64| *emissions as f64 > known && ends_in_time(*emissions);
         if let Some(emissions) = lengths(config, &shorter, WORK_FOR_TAILS).find(longer) {
-            run = Some(Run::of(config, (emissions, BATCHES), false, clock)?);
+            run = Some(Run::of(config, emissions, false, clock)?);
         }
     }
     let Some(run) = run else { return Ok(found(config, &shorter, &shorter, None)) };
@@ -327,6 +324,7 @@ mod tests {
     use crate::plan::Plan;
     use crate::spread::PLANNED;
     use sonel_acoustics::{BandWidth, Bands, Material};
+    use sonel_renderer::Estimator;
     use sonel_scene::Scene;
     use std::sync::Mutex;
 
@@ -346,10 +344,10 @@ mod tests {
         }
     }
 
-    /// A pilot of a box with as much `scattering` that may take `seconds`.
-    fn pilot(scattering: f64, seconds: Option<f64>) -> Pilot {
+    /// A pilot of a box with walls that scatter by half, heard by `estimator`, that may take `seconds`.
+    fn pilot(estimator: Estimator, seconds: Option<f64>) -> Pilot {
         let bands = Bands::new(vec![500.0], BandWidth::Octave).expect("an octave");
-        let walls = Material::uniform("walls", 0.3, scattering, bands.count());
+        let walls = Material::uniform("walls", 0.3, 0.5, bands.count());
         let scene = Scene::shoebox([6.0, 5.0, 3.0], walls, bands)
             .with_duration(0.8)
             .with_source("source", [1.0, 1.0, 1.5])
@@ -359,7 +357,7 @@ mod tests {
         let config = PilotConfig {
             room: &room,
             trace: Settings::default(),
-            render: RenderSettings::default(),
+            render: RenderSettings::of(estimator),
             is_traced: false,
             receivers: &receivers,
             parameters: &PLANNED,
@@ -373,15 +371,15 @@ mod tests {
 
     #[test]
     fn pilots_are_as_long_as_their_time_and_what_they_find_let_them() {
-        assert!(pilot(0.9, None).emissions >= 12_288);
-        assert_eq!(pilot(0.9, None).emissions, pilot(0.9, Some(1e6)).emissions);
-        let hasty = pilot(0.9, Some(3.0));
-        assert_eq!((hasty.emissions, hasty.batches), (3072, 24));
+        assert!(pilot(Estimator::Auto, None).emissions >= 12_288);
+        assert_eq!(pilot(Estimator::Auto, None).emissions, pilot(Estimator::Auto, Some(1e6)).emissions);
+        let hasty = pilot(Estimator::Auto, Some(3.0));
+        assert_eq!((hasty.emissions, hasty.batches), (3072, 32));
     }
 
-    /// Hardly any scattering: few paths reach the sphere late.
+    /// Spheres alone: few paths reach them late.
     #[test]
     fn heavy_tails_make_pilots_longer() {
-        assert!(pilot(0.01, None).emissions > pilot(0.9, None).emissions);
+        assert!(pilot(Estimator::Sphere, None).emissions > pilot(Estimator::Auto, None).emissions);
     }
 }

@@ -12,7 +12,7 @@ use crate::spread::{Place, Reading, student_factor};
 pub struct Variance {
     /// What shrinks with the number of emissions.
     pub sonels: f64,
-    /// What shrinks with the number of sonels on a disc or in a sphere.
+    /// What shows in the halves of discs and spheres: their shift can be taken for bias.
     pub areas: f64,
     /// What shrinks with the number of visibility rays.
     pub rays: f64,
