@@ -60,19 +60,21 @@ pub fn derived<'a>(
     let spread = jackknife::spread(centre, &without, &first.weight);
     // What the parameters' own intervals hold beside noise (bias of discs, the end of the run) does not average out.
     let values: Vec<f64> = estimates.iter().map(|estimate| estimate.value).collect();
-    let moved = |(at, estimate): (usize, &&Estimate)| {
-        let mut values = values.clone();
-        values[at] += beyond_noise(estimate);
-        (of(&values) - value).abs()
-    };
-    let beside: f64 = estimates.iter().enumerate().map(moved).sum();
-    let half_width = spread.half_width + beside;
+    let mut interval = [value - spread.half_width, value + spread.half_width];
+    for (at, estimate) in estimates.iter().enumerate() {
+        for beyond in beyond_noise(estimate) {
+            let mut values = values.clone();
+            values[at] += beyond;
+            let moved = of(&values) - value;
+            interval[usize::from(moved > 0.0)] += moved;
+        }
+    }
     Ok(Estimate {
         error: Some(spread.error),
         without,
         weight: first.weight.clone(),
         warning: spread.warning,
-        ..bare(Ok([value - half_width, value + half_width]))
+        ..bare(Ok(interval))
     })
 }
 
@@ -84,12 +86,12 @@ pub fn average<'a>(parameters: impl IntoIterator<Item = &'a ParameterValue>) -> 
     derived(mean, parameters)
 }
 
-/// How much wider than its noise an interval is, to its wider side.
-fn beyond_noise(estimate: &Estimate) -> f64 {
-    let Ok([low, high]) = &estimate.interval else { return 0.0 };
-    let half = (high - estimate.value).max(estimate.value - low);
+/// How far an interval reaches beyond its noise: below, negative or zero, and above.
+fn beyond_noise(estimate: &Estimate) -> [f64; 2] {
+    let Ok([low, high]) = &estimate.interval else { return [0.0; 2] };
     let centre = estimate.without.iter().zip(&estimate.weight).map(|(value, weight)| value * weight).sum();
-    (half - jackknife::spread(centre, &estimate.without, &estimate.weight).half_width).max(0.0)
+    let noise = jackknife::spread(centre, &estimate.without, &estimate.weight).half_width;
+    [(low - estimate.value + noise).min(0.0), (high - estimate.value - noise).max(0.0)]
 }
 
 /// The single number of a parameter at one receiver: the mean over 500 and 1000 Hz, of lateral energy over 125 to 1000 Hz, of support over

@@ -151,7 +151,8 @@ pub fn estimate(
         return without_interval(NoInterval::TooQuiet);
     }
     let PartSpread { half_width, error, warning, without, weight, kernel } = spread(parts, read)?;
-    let interval = [value - half_width, value + half_width];
+    let noise = [value - half_width, value + half_width];
+    let interval = kernel.map_or(noise, |kernel| kernel.extend(noise));
     if !interval.iter().all(|end| end.is_finite()) {
         return without_interval(NoInterval::BeyondNumbers);
     }
@@ -187,14 +188,13 @@ fn spread(
     let without: Vec<f64> =
         (0..weight.len()).map(|g| take(&|part| &part.without[g])).collect::<Result<_, _>>()?;
     let spread = jackknife::spread(all, &without, weight);
-    let kernel = kernel_shift(parts, &read, all, &without);
     Ok(PartSpread {
-        half_width: spread.half_width + kernel.map_or(0.0, KernelShift::bias),
+        half_width: spread.half_width,
+        kernel: kernel_shift(parts, &read, all, &without),
         error: spread.error,
         warning: spread.warning,
         without,
         weight: weight.clone(),
-        kernel,
     })
 }
 

@@ -42,6 +42,12 @@ impl KernelShift {
     pub fn bias(self) -> f64 {
         (self.shift * self.shift - self.sigma * self.sigma).max(0.0).sqrt()
     }
+
+    /// `interval` extended by the bias to the side of the shift: the true value lies there.
+    #[must_use]
+    pub fn extend(self, [low, high]: [f64; 2]) -> [f64; 2] {
+        if self.shift < 0.0 { [low - self.bias(), high] } else { [low, high + self.bias()] }
+    }
 }
 
 /// An interval of more than this many just-noticeable differences to either side says nothing, and its linear theory does not

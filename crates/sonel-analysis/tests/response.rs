@@ -1,10 +1,11 @@
 //! Whole responses: intervals from batches, reasons where there are none, the shape of the output.
 
 use serde_json::Value;
+use sonel_analysis::average::single_number;
 use sonel_analysis::comparison::{Pairing, compare};
 use sonel_analysis::estimate::NoInterval;
 use sonel_analysis::modulation::SPEECH_OCTAVES;
-use sonel_analysis::{Parameter, Unsupported, parameters, report};
+use sonel_analysis::{Estimate, Parameter, ParameterValue, Unsupported, parameters, report};
 use sonel_echogram::{Arrivals, Batches, Response, batch_time_edges};
 use sonel_testkit::exponential::ExponentialDecay;
 use sonel_testkit::uniform::Uniform;
@@ -57,21 +58,27 @@ fn certain(mean: &[f64]) -> Vec<f32> {
     mean.iter().map(|energy| *energy as f32).collect()
 }
 
-/// Discs of half the area find one part in a hundred less: the bias is two, the interval says so. A decay that is off by the
-/// same part everywhere is as steep as before.
+/// Discs of half the area find one part in a hundred less: the bias is two, and the interval extends to its side, for a band and for a mean of
+/// bands. A decay that is off by the same part everywhere is as steep as before.
 #[test]
-fn the_bias_of_discs_widens_the_interval() {
+fn the_bias_of_discs_extends_the_interval_to_its_side() {
     let mut biased = response(&[0.25; 4], certain);
     let batches = biased.batches.as_mut().expect("four batches");
     batches.kernel_difference = batches.energy.iter().map(|energy| -0.01 * energy).collect();
-    let half_width = |parameter: Parameter| {
-        let parameters = parameters(&biased);
-        let [low, high] = parameters[0].bands[3].parameter(parameter).clone().unwrap().interval.unwrap();
-        0.5 * (high - low)
+    let parameters = parameters(&biased);
+    let sides = |estimate: ParameterValue| {
+        let Estimate { value, interval, .. } = estimate.unwrap();
+        interval.unwrap().map(|end| end - value)
     };
-    let expected = -10.0 * 0.98_f64.log10();
-    assert!((half_width(Parameter::Level) / expected - 1.0).abs() < 1e-4);
-    assert!(half_width(Parameter::T30) < 1e-6);
+    let expected = 10.0 * 0.98_f64.log10();
+    let level = parameters[0].bands[3].parameter(Parameter::Level).clone();
+    for level in [level, single_number(&parameters[0], Parameter::Level)] {
+        let [below, above] = sides(level);
+        assert!((below / expected - 1.0).abs() < 1e-4 && above.abs() < 1e-6, "{below} {above}");
+    }
+    assert!(
+        sides(parameters[0].bands[3].parameter(Parameter::T30).clone()).iter().all(|side| side.abs() < 1e-6)
+    );
 }
 
 #[test]

@@ -31,12 +31,12 @@ const SHORTEST: f64 = 1e-3;
 /// Nearest that a path comes to the boundary of a wave [rad]: the wave's half is complete there.
 const BOUNDARY: f64 = 1e-9;
 
-/// Whether the waves that an edge may cut off are there, as far as somebody else knows; the angles decide the rest.
+/// Whether the waves that an edge may cut off reach the receiver, as far as the caller knows; the angles decide the rest.
 ///
-/// On a boundary itself rounding decides on which side a receiver is, and the answer must be the same for the wave and
-/// for the edge, or half of the wave is missing or there twice.
+/// On a boundary itself rounding decides on which side the receiver is. The wave and the edge must use the same answer:
+/// otherwise half of the wave is missing or counted twice.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Lit {
+pub struct Visibility {
     /// The direct wave.
     pub direct: Option<bool>,
     /// The mirror images in the first and in the second face.
@@ -92,10 +92,10 @@ impl EdgePath {
         source: WedgePoint,
         receiver: WedgePoint,
         part: [f64; 2],
-        lit: Lit,
+        visible: Visibility,
         smallest_k: f64,
     ) -> Self {
-        Self::by(TEN, wedge, source, receiver, part, lit, smallest_k)
+        Self::by(TEN, wedge, source, receiver, part, visible, smallest_k)
     }
 
     /// The same with the nodes of `rule`.
@@ -105,13 +105,13 @@ impl EdgePath {
         source: WedgePoint,
         receiver: WedgePoint,
         part: [f64; 2],
-        lit: Lit,
+        visible: Visibility,
         smallest_k: f64,
     ) -> Self {
         let way = apex(source, receiver);
         // An edge that the shortest way passes beside cuts nothing off: whether a wave is there is not its concern.
-        let lit = if part[0] <= way && way <= part[1] { lit } else { Lit::default() };
-        let path = Unfolded::new(wedge.angle(), source, receiver, lit);
+        let visible = if part[0] <= way && way <= part[1] { visible } else { Visibility::default() };
+        let path = Unfolded::new(wedge.angle(), source, receiver, visible);
         let [low, high] = part.map(|z| rapidity(path.source, path.receiver, z));
         let mut pieces = Vec::with_capacity(3);
         let nodes = (rule, smallest_k);
@@ -133,10 +133,10 @@ impl EdgePath {
         rule: &Rule,
         angle: f64,
         [source, receiver]: [WedgePoint; 2],
-        lit: Lit,
+        visible: Visibility,
         smallest_k: f64,
     ) -> Self {
-        let path = Unfolded::new(angle, source, receiver, lit);
+        let path = Unfolded::new(angle, source, receiver, visible);
         let nodes = (rule, smallest_k);
         Self { detour: path.shortest, pieces: vec![path.piece(0.0, path.shortest, 2.0, nodes)] }
     }
@@ -204,13 +204,13 @@ impl EdgePath {
 }
 
 impl Unfolded {
-    fn new(angle: f64, mut source: WedgePoint, mut receiver: WedgePoint, lit: Lit) -> Self {
+    fn new(angle: f64, mut source: WedgePoint, mut receiver: WedgePoint, visible: Visibility) -> Self {
         let offset = receiver.along - source.along;
         let nearest = NEAREST * (source.radius + receiver.radius + offset.abs()).max(SHORTEST);
         source.radius = source.radius.max(nearest);
         receiver.radius = receiver.radius.max(nearest);
         Self {
-            secondary: Secondary::new(angle, source.angle, receiver.angle, lit),
+            secondary: Secondary::new(angle, source.angle, receiver.angle, visible),
             shortest: libm::hypot(source.radius + receiver.radius, offset),
             source,
             receiver,
@@ -265,23 +265,23 @@ impl Unfolded {
 
 impl Secondary {
     /// About air of `angle`, from a source to a receiver at these angles [rad].
-    pub(crate) fn new(angle: f64, source: f64, receiver: f64, lit: Lit) -> Self {
+    pub(crate) fn new(angle: f64, source: f64, receiver: f64, visible: Visibility) -> Self {
         let index = index(angle);
         let half = |turn: f64, lit_by: Option<bool>| {
             let half = 0.5 * index * turn;
             let half = half - PI * libm::round(half / PI);
             // A wave is there where the half angle is positive.
             let size = half.abs().max(BOUNDARY);
-            let close = 2.0 * size <= index * lit.within;
+            let close = 2.0 * size <= index * visible.within;
             let positive = lit_by.filter(|_| close).unwrap_or(half >= 0.0);
             if positive { size } else { -size }
         };
         let (between, sum) = (receiver - source, receiver + source);
         let halves = [
-            half(PI - between, lit.direct),
-            half(PI + between, lit.direct),
-            half(PI - sum, lit.faces[0]),
-            half(PI + sum, lit.faces[1]),
+            half(PI - between, visible.direct),
+            half(PI + between, visible.direct),
+            half(PI - sum, visible.faces[0]),
+            half(PI + sum, visible.faces[1]),
         ];
         Self { turns: halves.map(libm::sincos), halves, index }
     }

@@ -24,7 +24,7 @@ use glam::DVec3;
 
 use crate::complex::Complex;
 use crate::contour::SIX;
-use crate::edge_path::{EdgePath, Lit, Secondary, WAVES};
+use crate::edge_path::{EdgePath, Secondary, Visibility, WAVES};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::{Wedge, WedgePoint, apex};
 use overlap::{Light, Overlap};
@@ -62,10 +62,10 @@ impl FaceEdge<'_> {
     }
 
     /// Which waves `end` sees that come along the face from the other edge.
-    fn lit(&self, end: End, within: f64) -> Lit {
+    fn lit(&self, end: End, within: f64) -> Visibility {
         let front = Some(end.before);
         let faces = if self.at_second { [None, front] } else { [front, None] };
-        Lit { direct: front, faces, within }
+        Visibility { direct: front, faces, within }
     }
 
     /// What its secondary sources send to `end` of what comes along the face from the other edge.
@@ -99,7 +99,7 @@ struct Asked {
 }
 
 impl Asked {
-    fn path(self, edge: &FaceEdge<'_>, from: WedgePoint, to: WedgePoint, lit: Lit) -> EdgePath {
+    fn path(self, edge: &FaceEdge<'_>, from: WedgePoint, to: WedgePoint, lit: Visibility) -> EdgePath {
         EdgePath::by(SIX, edge.wedge, from, to, edge.part, lit, self.smallest_k)
     }
 }
@@ -211,7 +211,7 @@ impl Form {
             return None;
         }
         let turned = before.wedge.in_plane(last.beyond(receiver), before.face());
-        let first = asked.path(before, source.point, turned, Lit::default());
+        let first = asked.path(before, source.point, turned, Visibility::default());
         let way = FaceWay::new([before, last], source.point, receiver);
         let lit = last.lit(receiver, asked.within);
         let beam =

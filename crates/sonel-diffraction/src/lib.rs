@@ -17,7 +17,7 @@ pub mod wave_numbers;
 pub mod wedge;
 
 pub use complex::Complex;
-pub use edge_path::{EdgePath, Lit, WAVES};
+pub use edge_path::{EdgePath, Visibility, WAVES};
 pub use face::FacePath;
 pub use spectrum::{Cell, Spectrum, Wave};
 pub use wave_numbers::WaveNumbers;

@@ -33,9 +33,11 @@ pub fn convolve(signal: &[f32], response: &[f32]) -> Vec<f32> {
         for (value, factor) in spectrum.iter_mut().zip(&filter) {
             *value *= factor / length as f64;
         }
-        let mut heard = backward.make_output_vec();
-        backward.process(&mut spectrum, &mut heard).expect("the ends of a real signal's spectrum are real");
-        for (sum, value) in sum[index * block..].iter_mut().zip(heard) {
+        let mut convolved = backward.make_output_vec();
+        backward
+            .process(&mut spectrum, &mut convolved)
+            .expect("the ends of a real signal's spectrum are real");
+        for (sum, value) in sum[index * block..].iter_mut().zip(convolved) {
             *sum += value;
         }
     }
@@ -58,24 +60,24 @@ mod tests {
         };
         for (long, short) in [(40_000, 700), (3, 5), (20_000, 9000)] {
             let (signal, response) = (noise(long, 1), noise(short, 2));
-            let heard = convolve(&signal, &response);
-            assert_eq!(heard.len(), long + short - 1);
-            for at in (0..heard.len()).step_by(997) {
+            let convolved = convolve(&signal, &response);
+            assert_eq!(convolved.len(), long + short - 1);
+            for at in (0..convolved.len()).step_by(997) {
                 let first = (at + 1).saturating_sub(short);
                 let expected: f64 = (first..=at.min(long - 1))
                     .map(|index| f64::from(signal[index]) * f64::from(response[at - index]))
                     .sum();
-                assert!((f64::from(heard[at]) - expected).abs() < 1e-5, "{at}");
+                assert!((f64::from(convolved[at]) - expected).abs() < 1e-5, "{at}");
             }
         }
     }
 
     #[test]
     fn a_pulse_gives_the_recording_back_and_nothing_gives_nothing() {
-        for (heard, expected) in
+        for (convolved, expected) in
             convolve(&[0.5, -2.0, 3.0], &[0.0, 1.0]).into_iter().zip([0.0, 0.5, -2.0, 3.0])
         {
-            assert!((heard - expected).abs() < 1e-12_f32, "{heard} instead of {expected}");
+            assert!((convolved - expected).abs() < 1e-12_f32, "{convolved} instead of {expected}");
         }
         assert!(convolve(&[], &[1.0]).is_empty() && convolve(&[1.0], &[]).is_empty());
     }

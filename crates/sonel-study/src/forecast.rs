@@ -43,6 +43,9 @@ pub(crate) fn two_digits_up(number: u64) -> u64 {
 /// √(x² − 1), where that is real, for a normal x.
 const SPURIOUS: f64 = 0.325;
 
+/// A bias extends an interval to one side, which makes half of it longer by half the bias.
+const ONE_SIDE: f64 = 0.5;
+
 /// Standard deviations that are exceeded once in 20 times.
 const MOST_SIGMAS: f64 = 1.96;
 
@@ -66,7 +69,8 @@ impl Pilot {
         let variance = spread.variance.as_ref().map_err(String::as_str)?;
         let [all, areas] = self.noise(variance, effort);
         let bias = self.squared_bias(variance, effort) + SPURIOUS * SPURIOUS * 4.0 * areas;
-        Ok(HalfWidth { noise: student_factor(effort.batches) * all.sqrt(), bias: bias.sqrt() })
+        let noise = student_factor(effort.batches) * all.sqrt();
+        Ok(HalfWidth { noise, bias: ONE_SIDE * bias.sqrt() })
     }
 
     /// Between which bounds that half-width is found in 19 of 20 runs, in just-noticeable differences. The standard errors of pilot and run
@@ -83,7 +87,7 @@ impl Pilot {
         let [_, areas] = self.noise(variance, effort);
         let shift = 2.0 * areas.sqrt() * (MOST_SIGMAS * MOST_SIGMAS - 1.0).sqrt();
         let real = self.squared_bias(variance, effort).sqrt();
-        Ok([width.noise / factor, (width.noise + shift + real) * factor])
+        Ok([width.noise / factor, (width.noise + ONE_SIDE * (shift + real)) * factor])
     }
 
     /// Variance, and the part of it that discs and spheres show.
@@ -100,7 +104,7 @@ impl Pilot {
 
     /// The same with the costs of rendering `receivers` receivers where there were `evaluation_receivers`.
     #[must_use]
-    pub fn heard_at(mut self, receivers: usize, evaluation_receivers: usize) -> Self {
+    pub fn rendered_at(mut self, receivers: usize, evaluation_receivers: usize) -> Self {
         let times = receivers as f64 / evaluation_receivers.max(1) as f64;
         let Linear { fixed, each } = self.costs.render;
         self.costs.render = Linear { fixed: times * fixed, each: times * each };

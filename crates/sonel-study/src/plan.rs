@@ -135,7 +135,7 @@ impl Plan {
         map: Effort,
         bin: f64,
     ) -> Self {
-        let pilot = pilot.heard_at(receivers, evaluation_receivers.len());
+        let pilot = pilot.rendered_at(receivers, evaluation_receivers.len());
         let rows = STEPS.map(|step| {
             let render_need = pilot.render_need(&Targets::just_noticeable(step), map);
             Row::new(step, render_need, &pilot, scene, receivers, bin)

@@ -23,11 +23,11 @@ pub struct Variance {
 /// A shift is a bias where it is beyond so many of its standard errors; less is found once in three times where there is none.
 const BEYOND_NOISE: f64 = 3.0;
 
-/// The parameters of the same sonels, heard twice.
+/// The parameters of the same sonels, rendered twice.
 pub(crate) struct RenderedTwice<'a> {
     /// Those whose variance is asked for.
     pub parameters: &'a [ReceiverParameters],
-    /// Those heard otherwise.
+    /// Those rendered with other rays.
     pub others: &'a [ReceiverParameters],
     /// The variance of the difference between the two, over that which rays bring to `parameters`.
     pub excess: f64,

@@ -67,7 +67,7 @@ fn a_screen_shades_as_known() {
             at(radius, angle, 2000.0),
             at(radius, 360.0 - angle, 2000.0),
             [0.0, 4000.0],
-            Lit::default(),
+            Visibility::default(),
             1.0,
         );
         assert_close(&loss_db(&path, 20.0), expected, 0.012);
@@ -78,7 +78,8 @@ fn a_screen_shades_as_known() {
 #[test]
 fn a_corner_shades_as_known() {
     let (source, receiver) = (at(8.0, 30.0, 200.0), at(6.0, 235.0, 202.0));
-    let path = EdgePath::new(&wedge(1.5 * PI, 400.0), source, receiver, [0.0, 400.0], Lit::default(), 1.0);
+    let path =
+        EdgePath::new(&wedge(1.5 * PI, 400.0), source, receiver, [0.0, 400.0], Visibility::default(), 1.0);
     let distance = (64.0 + 36.0 - 96.0 * 205f64.to_radians().cos() + 4.0).sqrt();
     assert_close(&loss_db(&path, distance), [7.13, 9.49, 12.11, 14.94, 17.88, 20.87], 0.012);
 }
@@ -89,7 +90,7 @@ fn total(angle: f64, source: WedgePoint, receiver: WedgePoint, spectrum: &Spectr
         source,
         receiver,
         [0.0, 4000.0],
-        Lit::default(),
+        Visibility::default(),
         spectrum.smallest_k(),
     );
     let mut waves = waves(&path, spectrum);
@@ -147,7 +148,8 @@ fn finite_edges_are_the_sum_of_their_parts() {
         for part in [[0.0, 30.0], [14.9, 15.1], [15.3, 20.0], [2.0, 11.0]] {
             let wedge_angle = f64::to_radians(degrees);
             let (source, receiver) = (at(4.0, 20.0, 13.0), at(6.0, angle.min(degrees - 30.0), 18.0));
-            let path = EdgePath::new(&wedge(wedge_angle, 30.0), source, receiver, part, Lit::default(), 1.0);
+            let path =
+                EdgePath::new(&wedge(wedge_angle, 30.0), source, receiver, part, Visibility::default(), 1.0);
             let found = spectrum.energy(&waves(&path, &spectrum));
             let parts = sonel_testkit::analytic::wedge_edge::WedgeEdge {
                 angle: wedge_angle,
@@ -187,8 +189,14 @@ fn largest_step(all_on_the_direct_path: bool) -> f64 {
         for step in -40..=40 {
             let angle = boundary + f64::from(step) * 0.001 / radius;
             let receiver = WedgePoint { radius, angle, along: 21.0 };
-            let path =
-                EdgePath::new(&wedge, source, receiver, [0.0, 40.0], Lit::default(), spectrum.smallest_k());
+            let path = EdgePath::new(
+                &wedge,
+                source,
+                receiver,
+                [0.0, 40.0],
+                Visibility::default(),
+                spectrum.smallest_k(),
+            );
             let group = |of_group: [f64; WAVES], turn: f64| {
                 let mut waves: Vec<Wave> = path
                     .lengths()
@@ -239,7 +247,7 @@ fn on_the_edge_the_field_is_that_of_the_solid_angle() {
             at(0.0, 0.0, 2e4),
             at(3.0, 100.0, 2e4 + 1.0),
             [0.0, 4e4],
-            Lit::default(),
+            Visibility::default(),
             1.0,
         );
         let way = 10f64.sqrt();
@@ -265,7 +273,7 @@ fn everything(angle: f64, source: WedgePoint, receiver: WedgePoint, k: f64) -> C
     let (between, sum) = (receiver.angle - source.angle, receiver.angle + source.angle);
     let turns = [between, sum, 2.0 * angle - sum];
     let [direct, first, second] = turns.map(|turn| Some(turn.abs() < PI));
-    let lit = Lit { direct, faces: [first, second], within: 1e-6 };
+    let lit = Visibility { direct, faces: [first, second], within: 1e-6 };
     let path = EdgePath::new(&wedge(angle, 4e4), source, receiver, [0.0, 4e4], lit, 1.0);
     let wave = |turn: f64| {
         let across = source.radius.powi(2) + receiver.radius.powi(2)
@@ -316,8 +324,14 @@ fn on_the_line_of_an_edge_nothing_arrives_from_it() {
         for k in [2.0, 70.0] {
             let field = |radius: f64| {
                 let (source, receiver) = (at(3.0, 60.0, 1.0), at(radius, degrees, 5.0));
-                let path =
-                    EdgePath::new(&wedge(angle, 2.0), source, receiver, [0.0, 2.0], Lit::default(), 1.0);
+                let path = EdgePath::new(
+                    &wedge(angle, 2.0),
+                    source,
+                    receiver,
+                    [0.0, 2.0],
+                    Visibility::default(),
+                    1.0,
+                );
                 path.field(k).into_iter().fold(Complex::ZERO, |a, b| a + b).modulus()
             };
             assert!(field(0.0) < 1e-3 * field(0.1), "{}", field(0.0));
@@ -338,7 +352,7 @@ fn an_edge_shorter_than_the_wavelength_fades_with_its_length() {
             at(4.0, 70.0, 25.0),
             at(3.0, 300.0, 25.5),
             part,
-            Lit::default(),
+            Visibility::default(),
             k,
         );
         path.field(k).into_iter().fold(Complex::ZERO, |a, b| a + b).modulus()
@@ -353,7 +367,8 @@ fn an_edge_shorter_than_the_wavelength_fades_with_its_length() {
 #[test]
 fn exchange_of_source_and_receiver_changes_nothing() {
     let (a, b) = (at(4.0, 20.0, 3.0), at(0.7, 250.0, 8.0));
-    let path = |from, to| EdgePath::new(&wedge(1.5 * PI, 9.0), from, to, [0.0, 9.0], Lit::default(), 1.0);
+    let path =
+        |from, to| EdgePath::new(&wedge(1.5 * PI, 9.0), from, to, [0.0, 9.0], Visibility::default(), 1.0);
     for k in [1.0, 20.0] {
         for (there, back) in path(a, b).field(k).into_iter().zip(path(b, a).field(k)) {
             assert!((there - back).modulus() < 1e-12 * there.modulus().max(1e-3));
@@ -372,7 +387,7 @@ proptest::proptest! {
         along in proptest::array::uniform2(proptest::prop_oneof![proptest::strategy::Just(0.0), -60.0..60.0]),
     ) {
         let point = |i: usize| WedgePoint { radius: radii[i], angle: shares[i] * angle, along: along[i] };
-        let path = EdgePath::new(&wedge(angle, length), point(0), point(1), [0.0, length], Lit::default(), 0.5);
+        let path = EdgePath::new(&wedge(angle, length), point(0), point(1), [0.0, length], Visibility::default(), 0.5);
         let way = (point(0).radius - point(1).radius).hypot(along[0] - along[1]);
         for k in [0.5, 20.0, 200.0] {
             for term in path.field(k) {

@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 use super::{Asked, End, FaceEdge};
 use crate::complex::Complex;
 use crate::contour::{Integral, SIX};
-use crate::edge_path::{EdgePath, Lit, Secondary};
+use crate::edge_path::{EdgePath, Secondary, Visibility};
 use crate::wave_numbers::WaveNumbers;
 use crate::wedge::WedgePoint;
 
@@ -107,7 +107,7 @@ impl Back {
         let on_face = |radius: f64| WedgePoint { radius, angle: 0.0, along: 0.0 };
         let paths = [width, FAR * width].map(|from| {
             let ends = [from, width].map(on_face);
-            (EdgePath::endless(SIX, angle, ends, Lit::default(), asked.smallest_k), from + width)
+            (EdgePath::endless(SIX, angle, ends, Visibility::default(), asked.smallest_k), from + width)
         });
         Self { paths }
     }

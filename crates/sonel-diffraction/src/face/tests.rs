@@ -56,7 +56,8 @@ impl Sheet {
         let rims = self.rims();
         for (i, first) in rims.iter().enumerate() {
             let ends = [source, receiver].map(|point| first.locate(point).unwrap());
-            let over = EdgePath::new(first, ends[0], ends[1], [0.0, first.length()], Lit::default(), K);
+            let over =
+                EdgePath::new(first, ends[0], ends[1], [0.0, first.length()], Visibility::default(), K);
             orders[0] = over.field(K).into_iter().fold(orders[0], |sum, term| sum + term);
             for (_, second) in rims.iter().enumerate().filter(|(j, _)| *j != i) {
                 if let Some(path) = path([first, second], source, receiver) {

@@ -56,20 +56,20 @@ impl Request {
 /// What the user asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectSpec {
-    wishes: [Request; 6],
+    requests: [Request; 6],
     threshold: f64,
 }
 
 impl Default for EffectSpec {
     fn default() -> Self {
-        Self { wishes: [Request::Auto; 6], threshold: THRESHOLD }
+        Self { requests: [Request::Auto; 6], threshold: THRESHOLD }
     }
 }
 
 impl EffectSpec {
     /// What was asked for `effect`.
     pub(super) fn request(&self, effect: Effect) -> Request {
-        self.wishes[effect as usize]
+        self.requests[effect as usize]
     }
 
     /// Just-noticeable differences below which `auto` leaves an effect out.
@@ -92,7 +92,7 @@ impl FromStr for EffectSpec {
                 None => return Err(EffectSpecError::Base(other.to_owned())),
             },
         };
-        let mut wishes = [base; 6];
+        let mut requests = [base; 6];
         for word in words {
             let (request, name) = match (word.strip_prefix('+'), word.strip_prefix('-')) {
                 (Some(name), _) => (Request::On, name),
@@ -101,9 +101,9 @@ impl FromStr for EffectSpec {
             };
             let effect = Effect::ALL.into_iter().find(|effect| effect.name() == name);
             let effect = effect.ok_or_else(|| EffectSpecError::Unknown(name.to_owned()))?;
-            wishes[effect as usize] = request;
+            requests[effect as usize] = request;
         }
-        Ok(Self { wishes, threshold })
+        Ok(Self { requests, threshold })
     }
 }
 
@@ -119,14 +119,14 @@ mod tests {
     #[test]
     fn specifications_are_read_in_order() {
         let spec: EffectSpec = "auto,-air,+diffraction".parse().unwrap();
-        assert_eq!(spec.wishes[Effect::Air as usize], Request::Off);
-        assert_eq!(spec.wishes[Effect::Diffraction as usize], Request::On);
-        assert_eq!(spec.wishes[Effect::Bending as usize], Request::Auto);
+        assert_eq!(spec.requests[Effect::Air as usize], Request::Off);
+        assert_eq!(spec.requests[Effect::Diffraction as usize], Request::On);
+        assert_eq!(spec.requests[Effect::Bending as usize], Request::Auto);
         assert!((spec.threshold() - 0.1).abs() < 1e-12);
         let coarse: EffectSpec = "auto:1,-air".parse().unwrap();
         assert_eq!(
-            (coarse.threshold(), coarse.wishes),
-            (1.0, "auto,-air".parse::<EffectSpec>().unwrap().wishes)
+            (coarse.threshold(), coarse.requests),
+            (1.0, "auto,-air".parse::<EffectSpec>().unwrap().requests)
         );
     }
 

@@ -7,7 +7,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2, TAU};
 
 use glam::{DVec2, DVec3};
-use sonel_diffraction::{Complex, EdgePath, Lit, Spectrum, Wave, Wedge, bending};
+use sonel_diffraction::{Complex, EdgePath, Spectrum, Visibility, Wave, Wedge, bending};
 use sonel_testkit::analytic::knife_edge::kirchhoff;
 
 /// Speed of sound of all figures [m/s].
@@ -75,7 +75,7 @@ impl Arrangement {
             about(self.source),
             about(self.receiver),
             [0.0, wedge.length()],
-            Lit::default(),
+            Visibility::default(),
             spectrum.smallest_k(),
         );
         let amplitude = |piece: usize, k: f64| {

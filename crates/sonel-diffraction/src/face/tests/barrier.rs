@@ -77,7 +77,7 @@ fn near_product(source: (f64, f64), receiver: (f64, f64), width: f64, offset: f6
     let lights = WedgePoint { radius: width, angle: 0.0, along: crate::wedge::apex(from, turned) };
     let reach = (width + to.radius).hypot(to.along - lights.along);
     let total = |wedge: &Wedge, from, to| {
-        let path = EdgePath::new(wedge, from, to, [0.0, 2.0 * HALF], Lit::default(), 0.5);
+        let path = EdgePath::new(wedge, from, to, [0.0, 2.0 * HALF], Visibility::default(), 0.5);
         path.field(k).into_iter().fold(Complex::ZERO, |sum, term| sum + term)
     };
     total(&first, from, turned) * total(&second, lights, to) * Complex::unit(k * reach) * (0.5 * reach)
@@ -143,7 +143,7 @@ fn a_barrier_of_no_width_is_a_sheet() {
     let at = |angle| WedgePoint { radius: RADIUS, angle, along: HALF };
     for below in [[0.3, 0.3], [0.3, 0.9], [0.8, 0.8], [1.2, 1.0]] {
         let (from, to) = (at(0.5 * PI - below[0]), at(1.5 * PI + below[1]));
-        let thin = EdgePath::new(&sheet, from, to, [0.0, 2.0 * HALF], Lit::default(), 1.0);
+        let thin = EdgePath::new(&sheet, from, to, [0.0, 2.0 * HALF], Visibility::default(), 1.0);
         for k in [2.0, 9.0, 40.0] {
             let double = field_at(&over((RADIUS, PI + below[0]), (RADIUS, PI + below[1]), 1e-3, 0.0), k);
             let single = thin.field(k).into_iter().fold(Complex::ZERO, |sum, term| sum + term);

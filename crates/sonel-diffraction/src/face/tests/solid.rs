@@ -63,7 +63,7 @@ fn orders_of_box(source: DVec3, receiver: DVec3) -> [Complex; 2] {
         let [Some(from), Some(to)] = [source, receiver].map(|point| edge.wedge.locate(point)) else {
             continue;
         };
-        let over = EdgePath::new(&edge.wedge, from, to, [0.0, edge.wedge.length()], Lit::default(), K);
+        let over = EdgePath::new(&edge.wedge, from, to, [0.0, edge.wedge.length()], Visibility::default(), K);
         orders[0] = over.field(K).into_iter().fold(orders[0], |sum, term| sum + term);
     }
     for first in &edges {

@@ -252,15 +252,15 @@ impl<'a> Field<'a> {
         let together = SAME_ARRIVAL[usize::from(group.visible.is_some())];
         let mut sent: Vec<(&Wave, f64, DVec3)> =
             group.sent.iter().map(|sent| (&sent.wave, sent.way, sent.towards)).collect();
-        let lit = group.visible.map(|index| self.visible(&visible[index]));
-        if let (Some(index), Some(lit)) = (group.visible, &lit) {
-            sent.push((lit, 0.0, visible[index].towards));
+        let direct = group.visible.map(|index| self.visible(&visible[index]));
+        if let (Some(index), Some(direct)) = (group.visible, &direct) {
+            sent.push((direct, 0.0, visible[index].towards));
         }
         sent.sort_by(|one, other| one.1.total_cmp(&other.1));
         let mut energies: Vec<(f64, DVec3, Vec<f64>)> = Vec::new();
         let mut first = 0;
         for next in 1..=sent.len() {
-            let start = if first == 0 && lit.is_some() { sent[0].0.length } else { sent[first].1 };
+            let start = if first == 0 && direct.is_some() { sent[0].0.length } else { sent[first].1 };
             if next == sent.len() || sent[next].1 > start + together {
                 let waves: Vec<&Wave> = sent[first..next].iter().map(|sent| sent.0).collect();
                 energies.push((start, sent[first].2, self.spectrum.energy(&waves)));

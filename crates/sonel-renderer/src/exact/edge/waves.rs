@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use sonel_diffraction::face::{End, FaceEdge};
-use sonel_diffraction::{Complex, EdgePath, FacePath, Lit, WAVES, Wave, WedgePoint, apex};
+use sonel_diffraction::{Complex, EdgePath, FacePath, Visibility, WAVES, Wave, WedgePoint, apex};
 use sonel_geometry::SAGITTA;
 
 use super::arcs::Appearance;
@@ -173,14 +173,14 @@ impl Waves<'_> {
         let group = self.group(contribution);
         let over = edge.wedge.at(apex(from, to).clamp(0.0, edge.wedge.length()));
         let faces = [0, 1].map(|face| self.image(contribution, &edge.faces[face], over, ends));
-        let lit = Lit {
+        let visible = Visibility {
             direct: Some(self.field.is_visible(group)),
             faces: faces.map(|image| image.group.map(|group| self.field.is_visible(group))),
             within: self.doubt(contribution, from, to),
         };
         let rows = self.row_shares(contribution, index, [from, to], ends.map(|end| end.position));
         for part in source.common(receiver) {
-            let path = EdgePath::new(&edge.wedge, from, to, part, lit, all.spectrum.smallest_k());
+            let path = EdgePath::new(&edge.wedge, from, to, part, visible, all.spectrum.smallest_k());
             let along = apex(from, to).clamp(part[0], part[1]);
             let share = source.share * receiver.share;
             let place = edge.wedge.at(along);

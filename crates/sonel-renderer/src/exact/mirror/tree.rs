@@ -316,10 +316,10 @@ impl<'t> ImageTree<'t> {
         departure: Departure,
         mut passes: Option<Passes<'_>>,
     ) -> Option<DVec3> {
-        let lit = &self.sides[leaf.sides.0 as usize..leaf.sides.1 as usize];
+        let sides = &self.sides[leaf.sides.0 as usize..leaf.sides.1 as usize];
         let offset = from - leaf.image;
         let outside = -BEAM_SLACK * offset.length();
-        if lit.iter().any(|side| side.dot(offset) < outside) {
+        if sides.iter().any(|side| side.dot(offset) < outside) {
             return None;
         }
         let (mut point, mut departure) = (from, departure);
@@ -487,6 +487,6 @@ fn lit_part(geometry: &Geometry, parent: &Grown, facet: &Facet) -> Option<Vec<DV
     }
     let tolerance = f64::from(geometry.resolution());
     let above = clip(&facet.outline, |corner| height(geometry, last, corner) - tolerance);
-    let lit = parent.beam.clip(above, tolerance);
-    (!lit.is_empty()).then_some(lit)
+    let rest = parent.beam.clip(above, tolerance);
+    (!rest.is_empty()).then_some(rest)
 }
