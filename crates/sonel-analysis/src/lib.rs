@@ -46,6 +46,7 @@ pub mod receiver;
 pub mod regression;
 pub mod report;
 pub mod sensitivity;
+mod skewness;
 pub mod sonels;
 pub mod student;
 mod support;

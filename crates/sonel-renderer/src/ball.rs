@@ -29,9 +29,9 @@ const MIRRORED: f64 = 0.5;
 /// The balls of a receiver, one for each range of path lengths.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Balls {
-    balls: [Ball; GROWTH.len()],
+    balls: [ReceiverSphere; GROWTH.len()],
     /// The first one for paths that were reflected specularly alone.
-    mirrored: Ball,
+    mirrored: ReceiverSphere,
     mean_free_path: f64,
 }
 
@@ -44,7 +44,7 @@ impl Balls {
         let radius = |growth| if closed { growth * radius } else { radius.min(CLEARANCE * nearest) };
         let is_cut = GROWTH.iter().any(|&(growth, _)| radius(growth) > nearest);
         let distances = if is_cut { distances(geometry, center) } else { Vec::new() };
-        let ball = |(growth, _)| Ball::new(center, radius(growth), nearest, &distances);
+        let ball = |(growth, _)| ReceiverSphere::new(center, radius(growth), nearest, &distances);
         Self { balls: GROWTH.map(ball), mirrored: ball((MIRRORED, 0.0)), mean_free_path }
     }
 
@@ -57,7 +57,7 @@ impl Balls {
     /// The ball for paths that have gone `length` [m], and whether they were reflected specularly alone.
     #[inline]
     #[must_use]
-    pub fn at(&self, length: f64, is_mirrored: bool) -> &Ball {
+    pub fn at(&self, length: f64, is_mirrored: bool) -> &ReceiverSphere {
         let grown = |(_, from): &(f64, f64)| from * self.mean_free_path <= length;
         match GROWTH.iter().rposition(grown).unwrap_or(0) {
             0 if is_mirrored => &self.mirrored,
@@ -68,7 +68,7 @@ impl Balls {
 
 /// A ball about a receiver.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Ball {
+pub struct ReceiverSphere {
     /// Its centre about the scene's centre [m].
     center: DVec3,
     /// Its radius [m].
@@ -103,7 +103,7 @@ fn distances(geometry: &Geometry, center: DVec3) -> Vec<f64> {
     (0..RAYS).map(distance).collect()
 }
 
-impl Ball {
+impl ReceiverSphere {
     /// The ball of `radius` [m] about `center` (about the scene's centre [m]), `nearest` [m] away from all surfaces. `distances` are how far
     /// one sees from there; they do not matter to a ball that no surface reaches into.
     fn new(center: DVec3, radius: f64, nearest: f64, distances: &[f64]) -> Self {
@@ -183,7 +183,7 @@ mod tests {
     fn of_unit_fluence(height: f64) -> (f64, f64) {
         let geometry = Geometry::build(Mesh::shoebox([4.0, 4.0, 4.0], [0; 6])).unwrap();
         let center = dvec3(0.1, -0.2, -2.0 + height);
-        let ball = Ball::new(center, 0.5, height, &distances(&geometry, center));
+        let ball = ReceiverSphere::new(center, 0.5, height, &distances(&geometry, center));
         let mut random = Uniform::new(5);
         let count = 40_000;
         let (mut sum, mut inner) = (0.0, 0.0);

@@ -91,7 +91,7 @@ pub fn axes(receivers: &[PreparedReceiver]) -> Axes {
 const RADIUS_PER_FREE_PATH: f64 = 0.12;
 /// Radii shrink as N^(−1/6) from here, so that its O(r²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub const REFERENCE_EMISSIONS: f64 = 50_000.0;
-/// A surface is near within this many radii of a disc: nearer, few sonels bring much, and rays are calmer than connections.
+/// A surface is near within this many radii of a disc: nearer, few sonels bring much, and rays are less noisy than connections.
 const NEAR_PER_DISC: f64 = 8.0;
 
 impl PreparedReceiver {

@@ -140,7 +140,7 @@ impl Rendering {
     }
 
     /// Books `energy` under way, times `weight`.
-    pub fn book_under_way(&mut self, weight: f64, energy: &[Vec<Lanes>; 2]) {
+    pub fn add_energy_in_flight(&mut self, weight: f64, energy: &[Vec<Lanes>; 2]) {
         for (sums, energy) in self.under_way.iter_mut().zip(energy) {
             for (band, sum) in sums.iter_mut().enumerate() {
                 *sum += weight * energy[band / 4][band % 4];

@@ -70,7 +70,7 @@ impl Pilot {
         let [all, areas] = self.noise(variance, effort);
         let bias = self.squared_bias(variance, effort) + SPURIOUS * SPURIOUS * 4.0 * areas;
         let noise = student_factor(effort.batches) * all.sqrt();
-        Ok(HalfWidth { noise, bias: ONE_SIDE * bias.sqrt() })
+        Ok(HalfWidth { noise, beside: ONE_SIDE * bias.sqrt() })
     }
 
     /// Between which bounds that half-width is found in 19 of 20 runs, in just-noticeable differences. The standard errors of pilot and run

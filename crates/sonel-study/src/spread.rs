@@ -52,15 +52,15 @@ pub struct Reading {
 pub struct HalfWidth {
     /// From the spread of the batches.
     pub noise: f64,
-    /// From the areas of discs and spheres.
-    pub bias: f64,
+    /// From the bias of discs and spheres, the skewness of the batches and the end of the run.
+    pub beside: f64,
 }
 
 impl HalfWidth {
     /// Both.
     #[must_use]
     pub fn total(self) -> f64 {
-        self.noise + self.bias
+        self.noise + self.beside
     }
 }
 
@@ -100,7 +100,7 @@ fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Res
     let estimate = match estimate {
         Ok(estimate) => estimate,
         Err(Unsupported::Noisy { just_noticeable }) => {
-            return (None, Ok(HalfWidth { noise: *just_noticeable, bias: 0.0 }));
+            return (None, Ok(HalfWidth { noise: *just_noticeable, beside: 0.0 }));
         }
         Err(reason) => return (None, Err(reason.to_string())),
     };
@@ -108,7 +108,7 @@ fn reading(estimate: &ParameterValue, parameter: Parameter) -> (Option<f64>, Res
         (Ok([low, high]), Some(error)) => {
             let unit = parameter.just_noticeable(estimate.value);
             let noise = student::quantile(MISSED, error.freedom) * error.sigma;
-            Ok(HalfWidth { noise: noise / unit, bias: ((0.5 * (high - low) - noise) / unit).max(0.0) })
+            Ok(HalfWidth { noise: noise / unit, beside: ((0.5 * (high - low) - noise) / unit).max(0.0) })
         }
         (Err(reason), _) => Err(reason.to_string()),
         (_, None) => Err("its batches give no standard error".to_owned()),

@@ -104,7 +104,7 @@ mod tests {
 
     fn reading(parameter: Parameter, noise: f64) -> Reading {
         let place = Place { row: 0, band: 0, parameter };
-        let half_width = Ok(HalfWidth { noise, bias: 0.0 });
+        let half_width = Ok(HalfWidth { noise, beside: 0.0 });
         Reading { place, value: Some(1.0), half_width, kernel: None, excess_kurtosis: 0.0 }
     }
 

@@ -28,8 +28,8 @@ pub struct WaveRoom {
     admittance: Vec<f64>,
 }
 
-/// What sounds and who listens, each a cell.
-pub struct Listening<'a> {
+/// Source and receivers, each a cell.
+pub struct Places<'a> {
     /// Cell of the source.
     pub source: [usize; 3],
     /// Cells of the receivers.
@@ -88,19 +88,19 @@ impl WaveRoom {
 
     /// Pressure at the receivers at every step after a unit pulse at the source: `[receiver][step]`. A step takes h/(√3 c).
     #[must_use]
-    pub fn responses(&self, listening: &Listening<'_>, steps: usize) -> Vec<Vec<f64>> {
+    pub fn responses(&self, places: &Places<'_>, steps: usize) -> Vec<Vec<f64>> {
         let mut now = vec![0.0; self.open.len()];
         let mut before = now.clone();
-        now[self.index(listening.source)] = 1.0;
-        let mut heard = vec![Vec::with_capacity(steps); listening.receivers.len()];
+        now[self.index(places.source)] = 1.0;
+        let mut responses = vec![Vec::with_capacity(steps); places.receivers.len()];
         for _ in 0..steps {
-            for (heard, &receiver) in heard.iter_mut().zip(listening.receivers) {
-                heard.push(now[self.index(receiver)]);
+            for (responses, &receiver) in responses.iter_mut().zip(places.receivers) {
+                responses.push(now[self.index(receiver)]);
             }
             self.advance(&now, &mut before);
             std::mem::swap(&mut now, &mut before);
         }
-        heard
+        responses
     }
 
     /// Puts the pressures after `now` in place of those before.
@@ -225,7 +225,7 @@ mod tests {
         let room = WaveRoom::new(COUNTS, [0; 3], |cell, axis| (axis == 0 && cell[0] == 5).then_some(0.2));
         assert_eq!(room.cells(), 6 * COUNTS[1] * COUNTS[2]);
         let receivers = [[2, 4, 3], [9, 4, 3]];
-        let heard = room.responses(&Listening { source: [1, 1, 1], receivers: &receivers }, 60);
-        assert!(heard[0].iter().any(|&p| p.abs() > 1e-3) && heard[1].iter().all(|&p| p.abs() <= 0.0));
+        let responses = room.responses(&Places { source: [1, 1, 1], receivers: &receivers }, 60);
+        assert!(responses[0].iter().any(|&p| p.abs() > 1e-3) && responses[1].iter().all(|&p| p.abs() <= 0.0));
     }
 }

@@ -341,7 +341,7 @@ impl Surroundings<'_> {
     ///
     /// Energies depend on how many packets a run has, so books of a shorter run are of no use for a longer one.
     #[must_use]
-    pub fn relive(
+    pub fn replay(
         &self,
         emission: &Emission<'_>,
         path: &[Vertex],

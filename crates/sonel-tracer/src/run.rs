@@ -277,7 +277,7 @@ impl<'a> Tracer<'a> {
             match known.and_then(|map| map.path(source, index)) {
                 None => self.surroundings.trace_packet(&emission, &mut stream, &mut records),
                 Some(path) => {
-                    if !self.surroundings.relive(&emission, path.vertices, &mut stream, &mut records) {
+                    if !self.surroundings.replay(&emission, path.vertices, &mut stream, &mut records) {
                         return Err(ForeignPath { source_index: source, emission: index });
                     }
                 }

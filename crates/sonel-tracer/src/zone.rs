@@ -47,7 +47,7 @@ pub(crate) struct Way<'a> {
 }
 
 /// Where a packet was caught.
-pub(crate) struct Caught<'a> {
+pub(crate) struct ZoneHit<'a> {
     /// Number of the edge among those that diffract.
     pub edge: u32,
     /// The place on the edge, about the scene's centre [m].
@@ -82,7 +82,7 @@ impl DiffractionZones {
 
     /// The zone of `band` that `way` comes into first; [`None`] where it comes into none.
     #[must_use]
-    pub fn catch(&self, geometry: &Geometry, way: &Way<'_>, band: usize) -> Option<Caught<'_>> {
+    pub fn catch(&self, geometry: &Geometry, way: &Way<'_>, band: usize) -> Option<ZoneHit<'_>> {
         let width = self.widths[band];
         let length = way.from.distance(way.to);
         let mut first: Option<Candidate<'_>> = None;
@@ -109,7 +109,7 @@ impl DiffractionZones {
             _ => Departure::free(way.from.lerp(way.to, share).as_vec3()),
         };
         // No zone reaches through a wall.
-        (!geometry.is_blocked(from, place)).then_some(Caught { edge: rim.edge, place, sector: &rim.sector })
+        (!geometry.is_blocked(from, place)).then_some(ZoneHit { edge: rim.edge, place, sector: &rim.sector })
     }
 
     /// Where `way` crosses the continuation of a face beyond its rim.
@@ -127,7 +127,7 @@ impl DiffractionZones {
     }
 }
 
-impl Caught<'_> {
+impl ZoneHit<'_> {
     /// How the packet goes on, by two uniform numbers: any direction of the hemisphere about the middle of the air.
     #[must_use]
     pub fn onward(&self, geometry: &Geometry, u: [f32; 2]) -> (Departure, Vec3) {
@@ -269,7 +269,7 @@ mod tests {
         }
         let edge = geometry.diffracting_edges().next().unwrap();
         let place = geometry.to_local(0.5 * (edge.ends[0] + edge.ends[1]));
-        let caught = Caught { edge: 0, place, sector: &edge.sectors[0] };
+        let caught = ZoneHit { edge: 0, place, sector: &edge.sectors[0] };
         for step in 0..1000_u16 {
             let u = [f32::from(step) / 1000.0, f32::from(step * 37 % 1000) / 1000.0];
             let (departure, direction) = caught.onward(&geometry, u);
@@ -284,7 +284,7 @@ mod tests {
         let geometry = screened();
         let edge = geometry.diffracting_edges().next().unwrap();
         let sector = &edge.sectors[0];
-        let caught = Caught { edge: 0, place: geometry.to_local(edge.ends[0]), sector };
+        let caught = ZoneHit { edge: 0, place: geometry.to_local(edge.ends[0]), sector };
         let cells = 64_u16;
         let grid = (0..cells * cells).map(|cell| {
             [

@@ -16,7 +16,7 @@ use sonel_acoustics::absorption_law::impedance;
 use sonel_geometry::{Departure, Geometry};
 use sonel_scene::Scene;
 use sonel_testkit::decay::reverberation_time;
-use sonel_testkit::waves::{Listening, WaveRoom, step};
+use sonel_testkit::waves::{Places, WaveRoom, step};
 use xtask::workspace;
 
 use rooms::Room;
@@ -115,7 +115,7 @@ fn solve(scene: &Scene, geometry: &Geometry, admittances: &[f64]) -> Vec<Vec<f64
     let receivers: Vec<[usize; 3]> =
         scene.receivers.iter().map(|receiver| cell_of(receiver.position)).collect();
     let steps = (scene.duration / step(CELL, scene.speed_of_sound)) as usize;
-    WaveRoom::new(counts, source, wall).responses(&Listening { source, receivers: &receivers }, steps)
+    WaveRoom::new(counts, source, wall).responses(&Places { source, receivers: &receivers }, steps)
 }
 
 /// The first surface between a cell's middle and that of the next along an axis.

@@ -16,7 +16,7 @@ use crate::regions::Fading;
 use crate::rendering::{CoarseEchogram, Rendering};
 use crate::settings::Estimator;
 use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
-use crate::stochastic::crossing::{OthersOwn, Piece, cross, owns};
+use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
 use crate::stochastic::gather::rays::{Found, GatherPoint, Observer, Sonels};
@@ -64,7 +64,7 @@ impl BatchEstimate {
     }
 
     /// Counts what `segment` carries at [`TimeBins::marks`](crate::deposit::TimeBins::marks). What escapes brings nothing any more.
-    pub fn take_stock(&mut self, segment: &Segment<'_>, medium: &Medium<'_>, scratch: &mut [Lanes]) {
+    pub fn record_segment(&mut self, segment: &Segment<'_>, medium: &Medium<'_>, scratch: &mut [Lanes]) {
         for (sum, mark) in self.under_way.iter_mut().zip(medium.bins.marks()) {
             if segment.escapes || mark < segment.start_length || mark >= segment.end_length {
                 continue;
@@ -95,7 +95,7 @@ impl BatchEstimate {
             }
         }
         if tile.first == 0 {
-            rendering.book_under_way(weight, &self.under_way);
+            rendering.add_energy_in_flight(weight, &self.under_way);
         }
         let columns = self.axes.columns();
         rendering.total.add_receivers(tile.first * columns.fine, &self.deposits, weight);
@@ -148,14 +148,14 @@ impl Tile<'_> {
 }
 
 /// Receivers that share a sweep, with their images.
-pub(crate) struct Audience<'a> {
+pub(crate) struct ReceiverGroup<'a> {
     /// The receivers.
     pub tile: &'a Tile<'a>,
     images: Vec<Option<ReceiverImages>>,
-    others: Vec<OthersOwn>,
+    others: Vec<AssignedClasses>,
     /// For places next to receivers; none where no receiver has such places, or where edges bend what goes there.
     source: Option<NearSource<'a>>,
-    /// Which sonels reach for them.
+    /// Which sonels are connected to them.
     selection: Option<&'a SonelSelection>,
 }
 
@@ -202,9 +202,9 @@ impl Renderer<'_> {
         tile: &Tile<'_>,
         progress: &mut dyn FnMut(f64),
     ) {
-        let audience = Audience { selection, ..self.audience(source, tile, rendering.mirror_order) };
-        rendering.image_order.extend(audience.others.iter().map(|others| others.image_order));
-        let fill = |batch, estimate: &mut BatchEstimate| self.estimate(batch, source, &audience, estimate);
+        let group = ReceiverGroup { selection, ..self.group(source, tile, rendering.mirror_order) };
+        rendering.image_order.extend(group.others.iter().map(|others| others.image_order));
+        let fill = |batch, estimate: &mut BatchEstimate| self.estimate(batch, source, &group, estimate);
         self.add_estimates(rendering, tile, fill, progress);
     }
 
@@ -261,7 +261,7 @@ impl Renderer<'_> {
     }
 
     /// Prepares the images of the receivers of `tile`. K′ is a matter of each receiver: it depends on nobody who shares the call.
-    fn audience<'b>(&'b self, source: usize, tile: &'b Tile<'b>, mirror_order: u32) -> Audience<'b> {
+    fn group<'b>(&'b self, source: usize, tile: &'b Tile<'b>, mirror_order: u32) -> ReceiverGroup<'b> {
         let Tile { receivers, direct_lengths, .. } = tile;
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let images: Vec<Option<ReceiverImages>> = receivers
@@ -271,7 +271,7 @@ impl Renderer<'_> {
         let others = images
             .iter()
             .zip(direct_lengths)
-            .map(|(images, &direct_length)| OthersOwn {
+            .map(|(images, &direct_length)| AssignedClasses {
                 direct_length,
                 mirror_order,
                 long_chains: self.mirrors_long_chains(),
@@ -283,7 +283,7 @@ impl Renderer<'_> {
         let is_near = self.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
         let source =
             (is_near && self.bends.is_none()).then(|| NearSource::new(self.geometry, &self.table, radiator));
-        Audience { tile, images, others, source, selection: None }
+        ReceiverGroup { tile, images, others, source, selection: None }
     }
 
     /// K′ at a receiver with `images`; without limit where rays gather.
@@ -294,7 +294,7 @@ impl Renderer<'_> {
     /// The discs of all visibility rays of one batch. Direct sound that rays find next to receivers is added to `estimate`.
     fn gather_index(
         &self,
-        audience: &Audience<'_>,
+        group: &ReceiverGroup<'_>,
         source: usize,
         batch: u32,
         scratch: &mut [Lanes],
@@ -303,17 +303,17 @@ impl Renderer<'_> {
         let (sheets, settings) = self.gather.as_ref()?;
         let medium = self.medium();
         let mut points = Vec::new();
-        for (number, receiver) in audience.tile.receivers.iter().enumerate() {
+        for (number, receiver) in group.tile.receivers.iter().enumerate() {
             if !settings.by_mirrors && !receiver.is_near_surface() {
                 continue;
             }
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
-            let image_order = audience.others[number].image_order;
+            let image_order = group.others[number].image_order;
             let observer = Observer { number: number as u32, receiver, image_order };
             cast(&medium, &self.table, sheets, observer, settings, &mut stream, |found| match found {
                 Found::Disc(point) => points.push(point),
                 Found::Near(place) => {
-                    let Some(source) = &audience.source else { return };
+                    let Some(source) = &group.source else { return };
                     let mut deposits = estimate.class(last_class(place.seen_directly));
                     source.connect(&place, (number, receiver), &medium, scratch, &mut deposits);
                 }
@@ -323,10 +323,10 @@ impl Renderer<'_> {
     }
 
     /// Whether a ray that goes on from a surface next to the receiver finds a sonel with `history` where it came from.
-    fn is_followed(&self, history: SegmentHistory, audience: &Audience<'_>) -> bool {
+    fn is_followed(&self, history: SegmentHistory, group: &ReceiverGroup<'_>) -> bool {
         let by_rays =
             history.diffused && history.interfaces == 0 && (history.bends == 0 || self.gathers_by_mirrors());
-        by_rays || audience.source.as_ref().is_some_and(|source| source.finds(history))
+        by_rays || group.source.as_ref().is_some_and(|source| source.finds(history))
     }
 
     /// Adds what the selected sonel at the end of `segment` leaves in the discs around it.
@@ -334,7 +334,7 @@ impl Renderer<'_> {
         &self,
         segment: &Segment<'_>,
         arrival: Arrival,
-        audience: &Audience<'_>,
+        group: &ReceiverGroup<'_>,
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate,
     ) {
@@ -361,7 +361,7 @@ impl Renderer<'_> {
         for (&(number, gain), brought) in discs.iter().zip(brought.chunks_exact_mut(arriving.len())) {
             let point = index.point(number);
             let receiver = point.receiver as usize;
-            if point.sonels == Sonels::NotFollowed && self.is_followed(segment.history, audience) {
+            if point.sonels == Sonels::NotFollowed && self.is_followed(segment.history, group) {
                 continue;
             }
             let class = last_class(point.seen_directly);
@@ -369,12 +369,12 @@ impl Renderer<'_> {
             let end = segment.end.as_dvec3();
             let middle = sheets[arrival.surface.0 as usize].place(point.disc.centre);
             let leg = end.distance(point.start) - middle.distance(point.start);
-            let prepared = &audience.tile.receivers[receiver];
+            let prepared = &group.tile.receivers[receiver];
             let [ray, leg] = [point.length, leg].map(|length| length * prepared.stretch);
             let length = segment.end_length + ray + leg;
             let Some(bin) = self.bins.bin(length) else { continue };
             medium.receive(prepared, (ray + leg).max(0.0), brought);
-            let bins = (bin, audience.tile.coarse_bin(receiver, bin));
+            let bins = (bin, group.tile.coarse_bin(receiver, bin));
             let arriving = (receiver, point.towards.as_dvec3());
             estimate.class(class).add_from_kernel(arriving, bins, length, brought, gain, &medium);
         }
@@ -393,16 +393,16 @@ impl Renderer<'_> {
     }
 
     /// Fills `estimate`, which is empty, with what one batch says.
-    fn estimate(&self, batch: u32, source: usize, audience: &Audience<'_>, estimate: &mut BatchEstimate) {
+    fn estimate(&self, batch: u32, source: usize, group: &ReceiverGroup<'_>, estimate: &mut BatchEstimate) {
         if let Some(paper) = &self.paper {
-            return self.estimate_as_paper(paper, (batch, source), audience, estimate);
+            return self.estimate_as_paper(paper, (batch, source), group, estimate);
         }
         let bands = self.table.bands();
         let zeros = vec![[0.0; 4]; lanes_of(bands)];
         let choices = |r| receiver_stream(self.seed(), Purpose::MirrorChoice, r, source, batch);
         let selections = StreamFamily::new(self.seed(), Purpose::SonelChoice, [source as u32, 0, 0, 0]);
         let mut scratch = Scratch {
-            choices: audience.tile.receivers.iter().map(choices).collect(),
+            choices: group.tile.receivers.iter().map(choices).collect(),
             selector: Selector::new(0.0),
             selected: zeros.clone(),
             index: None,
@@ -411,12 +411,12 @@ impl Renderer<'_> {
             discs: Vec::new(),
             brought: Vec::new(),
         };
-        scratch.index = self.gather_index(audience, source, batch, &mut scratch.energy, estimate);
+        scratch.index = self.gather_index(group, source, batch, &mut scratch.energy, estimate);
         let mut weight = PathWeight::new(bands);
         for path in self.map.batch_paths(source as u32, batch) {
             scratch.selector = Selector::new(selections.stream(path.emission).uniform_fine());
             self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
-                self.add_segment((segment, arriving), audience, &mut scratch, estimate);
+                self.add_segment((segment, arriving), group, &mut scratch, estimate);
             });
         }
     }
@@ -459,24 +459,24 @@ impl Renderer<'_> {
     fn add_segment(
         &self,
         (segment, arriving): (&Segment<'_>, &[Lanes]),
-        audience: &Audience<'_>,
+        group: &ReceiverGroup<'_>,
         scratch: &mut Scratch,
         estimate: &mut BatchEstimate,
     ) {
         let medium = self.medium();
-        estimate.take_stock(segment, &medium, &mut scratch.energy);
+        estimate.record_segment(segment, &medium, &mut scratch.energy);
         let SegmentHistory { specular_run, bends, interfaces, .. } = segment.history;
         if specular_run > 0 || bends > 0 || interfaces > 0 || !self.connects_diffuse() {
-            let receivers = audience.tile.receivers.iter().zip(&audience.others).enumerate();
-            let left = receivers.filter(|(_, (_, others))| owns(segment.history, **others));
+            let receivers = group.tile.receivers.iter().zip(&group.others).enumerate();
+            let left = receivers.filter(|(_, (_, others))| is_left_to_sphere(segment.history, **others));
             let receivers = left.map(|(index, (receiver, others))| (index, receiver, others.direct_length));
             let mut deposits = estimate.class(sphere_class(segment.history));
-            let coarse = |receiver, bin| audience.tile.coarse_bin(receiver, bin);
+            let coarse = |receiver, bin| group.tile.coarse_bin(receiver, bin);
             cross(&Piece::of(segment), receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.row(arrival.surface, segment.direction());
-        let Some(selection) = audience.selection.filter(|_| !row.is_mirror) else { return };
+        let Some(selection) = group.selection.filter(|_| !row.is_mirror) else { return };
         let probability = selection.probability(segment.end_length, arriving);
         if !scratch.selector.takes(probability) {
             return;
@@ -484,7 +484,7 @@ impl Renderer<'_> {
         for (selected, arriving) in scratch.selected.iter_mut().zip(arriving) {
             *selected = arriving.map(|energy| energy / probability);
         }
-        self.gather(segment, arrival, audience, scratch, estimate);
+        self.gather(segment, arrival, group, scratch, estimate);
         radiosity(&scratch.selected, &row.diffuse, &mut scratch.radiosity);
         let sonel = DiffuseSonel {
             position: segment.end,
@@ -495,12 +495,12 @@ impl Renderer<'_> {
         };
         connect(
             &sonel,
-            audience.tile.receivers,
+            group.tile.receivers,
             &medium,
             &mut scratch.energy,
             &mut estimate.class(PathClass::Diffuse),
         );
-        for (index, images) in audience.images.iter().enumerate() {
+        for (index, images) in group.images.iter().enumerate() {
             if let Some(images) = images {
                 let choice = scratch.choices[index].uniform_fine();
                 images.connect(

@@ -10,7 +10,7 @@ use super::Renderer;
 use crate::deposit::{Deposits, add_lanes};
 use crate::directions::Axes;
 use crate::exact::direct::{DirectWay, direct_way, spread};
-use crate::exact::edge::{Edges, Images, Listening, Place, RECEIVER_OUT, VisibleWave};
+use crate::exact::edge::{Edges, Images, Place, RECEIVER_OUT, ReceiverContext, VisibleWave};
 use crate::exact::mirror::{MirrorArrival, MirrorChains, Radiator};
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
@@ -159,7 +159,7 @@ impl Renderer<'_> {
         let place = self.beside_planes(receiver.exact, RECEIVER_OUT);
         let place =
             over_edges.map_or(place, |(edges, images)| edges.beside_corners(self.geometry, images, place));
-        let at = Listening {
+        let at = ReceiverContext {
             geometry: self.geometry,
             table: &self.table,
             attenuation: air.map_or(&self.attenuation, |air| &air.attenuation),
@@ -196,7 +196,7 @@ impl Renderer<'_> {
     }
 
     /// Direct sound and the image sources of `chains` that are visible from the receiver, without edges.
-    fn visible(&self, at: &Listening<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
+    fn visible(&self, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
         let bands = self.table.bands();
         let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
         let mut visible = Vec::new();
@@ -222,7 +222,7 @@ impl Renderer<'_> {
     /// energy after air [1/m²].
     fn visit_visible(
         &self,
-        at: &Listening<'_>,
+        at: &ReceiverContext<'_>,
         emitted: &Emitted<'_>,
         mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) {
@@ -258,7 +258,7 @@ impl Renderer<'_> {
     }
 
     /// Visits direct sound, where nothing hides it.
-    fn visit_direct(&self, at: &Listening<'_>, visit: &mut impl FnMut(&MirrorArrival<'_>, &[Lanes])) {
+    fn visit_direct(&self, at: &ReceiverContext<'_>, visit: &mut impl FnMut(&MirrorArrival<'_>, &[Lanes])) {
         let direct = direct_way(self.geometry, &self.table, at.radiator.position, at.receiver);
         let Some(DirectWay { length, departing, towards, spread, passed }) = direct else { return };
         let radiation = at.radiator.towards(departing);

@@ -375,7 +375,7 @@ fn coincide(source: &Source, position: DVec3, geometry: &Geometry) -> bool {
 }
 
 /// Whether rays gather by mirrors: where asked for, and where the images of a receiver are no lattice. Where planes are few, rays are as
-/// fast as connections to images and twice as calm.
+/// fast as connections to images and half as noisy.
 fn gathers_by_mirrors(settings: &RenderSettings, geometry: &Geometry, table: &CoefficientTable) -> bool {
     let by_choice = settings.estimator == Estimator::Auto;
     settings.estimator.has_rays() && !(by_choice && lattice_room(geometry, table).is_some())

@@ -5,7 +5,7 @@ use sonel_map::{Arrival, Lanes, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
 use super::Renderer;
-use super::batch::{Audience, BatchEstimate, receiver_stream};
+use super::batch::{BatchEstimate, ReceiverGroup, receiver_stream};
 use crate::exact::direct::{direct_path, spread};
 use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
@@ -27,17 +27,17 @@ impl Renderer<'_> {
         &self,
         paper: &Paper,
         (batch, source): (u32, usize),
-        audience: &Audience<'_>,
+        group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate,
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
-        let index = self.look(paper, (batch, source), radiator, audience, estimate);
-        self.look_over_edges(paper, (batch, source), radiator, audience, estimate);
+        let index = self.look(paper, (batch, source), radiator, group, estimate);
+        self.look_over_edges(paper, (batch, source), radiator, group, estimate);
         let mut scratch = vec![[0.0; 4]; lanes_of(self.table.bands())];
         self.each_segment(batch, source, |segment, _| {
-            estimate.take_stock(segment, &self.medium(), &mut scratch);
+            estimate.record_segment(segment, &self.medium(), &mut scratch);
             if let Some(arrival) = segment.arrival {
-                self.count(paper, (segment, arrival), &index, audience, &mut scratch, estimate);
+                self.count(paper, (segment, arrival), &index, group, &mut scratch, estimate);
             }
         });
     }
@@ -48,12 +48,12 @@ impl Renderer<'_> {
         paper: &Paper,
         (batch, source): (u32, usize),
         radiator: Radiator<'_>,
-        audience: &Audience<'_>,
+        group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate,
     ) -> GatherIndex<GatherPoint> {
         let (columns, medium) = (self.table.bands(), self.medium());
         let mut points = Vec::new();
-        for (number, receiver) in audience.tile.receivers.iter().enumerate() {
+        for (number, receiver) in group.tile.receivers.iter().enumerate() {
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
             for column in 0..columns {
                 let looking = Looking {
@@ -69,7 +69,7 @@ impl Renderer<'_> {
                     Sight::Source(sight) => {
                         let Some(bin) = self.bins.bin(sight.length) else { return };
                         let mut energy = only(column, columns, sight.fluence);
-                        let bins = (bin, audience.tile.coarse_bin(number, bin));
+                        let bins = (bin, group.tile.coarse_bin(number, bin));
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
                         estimate.class(PathClass::LongMirrorChain).add_from_kernel(
                             (number, sight.towards.as_dvec3()),
@@ -92,10 +92,10 @@ impl Renderer<'_> {
         paper: &Paper,
         (batch, source): (u32, usize),
         radiator: Radiator<'_>,
-        audience: &Audience<'_>,
+        group: &ReceiverGroup<'_>,
         estimate: &mut BatchEstimate,
     ) {
-        for (number, receiver) in audience.tile.receivers.iter().enumerate() {
+        for (number, receiver) in group.tile.receivers.iter().enumerate() {
             if paper.edges.is_empty()
                 || direct_path(self.geometry, &self.table, radiator.position, receiver.exact).is_some()
             {
@@ -135,7 +135,7 @@ impl Renderer<'_> {
         paper: &Paper,
         (segment, arrival): (&Segment<'_>, Arrival),
         index: &GatherIndex<GatherPoint>,
-        audience: &Audience<'_>,
+        group: &ReceiverGroup<'_>,
         scratch: &mut [Lanes],
         estimate: &mut BatchEstimate,
     ) {
@@ -156,7 +156,7 @@ impl Renderer<'_> {
                         scratch[lane] = energy[lane] * weight[lane];
                     }
                 }
-                let bins = (bin, audience.tile.coarse_bin(receiver, bin));
+                let bins = (bin, group.tile.coarse_bin(receiver, bin));
                 let arriving = (receiver, point.towards.as_dvec3());
                 estimate.class(class).add_from_kernel(arriving, bins, length, scratch, gain, &medium);
             }

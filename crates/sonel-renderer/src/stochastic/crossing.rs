@@ -12,18 +12,18 @@ use crate::stochastic::bending::WayEnd;
 use crate::stochastic::connection::ClassDeposits;
 use crate::stochastic::medium::Medium;
 
-/// What other estimators own of the reflected sound at one receiver.
+/// Path classes of reflected sound that other estimators bring to one receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OthersOwn {
+pub struct AssignedClasses {
     /// K: mirror chains from the source.
     pub mirror_order: u32,
-    /// Whether rays of their own own longer chains that no edge bent.
+    /// Whether the late specular rays bring longer chains that no edge bent.
     pub long_chains: bool,
     /// K′: mirror images of the receiver.
     pub image_order: u32,
-    /// Whether connections own … D R.
+    /// Whether connections bring … D R.
     pub diffuse: bool,
-    /// Whether visibility rays own what was bent behind its last diffuse reflection.
+    /// Whether visibility rays bring what was bent behind its last diffuse reflection.
     pub bent: bool,
     /// Length of the straight way from the source, see [`crate::straight_length`] [m].
     pub direct_length: f64,
@@ -33,7 +33,7 @@ pub struct OthersOwn {
 /// reflection always is, since no straight way leads there.
 #[inline]
 #[must_use]
-pub fn owns(history: SegmentHistory, others: OthersOwn) -> bool {
+pub fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bool {
     if history.interfaces > 0 {
         return true;
     }
@@ -126,7 +126,7 @@ mod tests {
             interfaces: 0,
         };
         let history = |specular_run, diffused| bent(specular_run, diffused, 0);
-        let others = OthersOwn {
+        let others = AssignedClasses {
             mirror_order: 2,
             long_chains: false,
             image_order: 1,
@@ -134,28 +134,39 @@ mod tests {
             bent: false,
             direct_length: 0.0,
         };
-        assert!(!owns(history(0, false), others), "direct sound");
-        assert!(!owns(history(2, false), others), "mirror chain");
-        assert!(owns(history(3, false), others));
-        assert!(!owns(history(0, true), others), "connection");
-        assert!(!owns(history(1, true), others), "mirror connection");
-        assert!(owns(history(2, true), others));
-        assert!(owns(bent(0, true, 1), others), "connections are straight");
-        assert!(owns(bent(1, true, 1), others), "images do not follow bends");
-        assert!(!owns(bent(0, false, 1), others), "direct sound is left to the edges");
-        let rays = OthersOwn { bent: true, ..others };
-        assert!(!owns(bent(0, true, 2), rays) && !owns(bent(1, true, 1), rays), "visibility rays turn");
-        assert!(owns(bent(2, true, 1), rays) && owns(bent(3, false, 1), rays));
-        let mirrored = OthersOwn { long_chains: true, ..others };
-        assert!(!owns(history(3, false), mirrored) && owns(bent(3, false, 1), mirrored));
-        let alone = OthersOwn { mirror_order: 0, image_order: 0, diffuse: false, ..others };
-        assert!(!owns(history(0, false), alone), "direct sound");
+        assert!(!is_left_to_sphere(history(0, false), others), "direct sound");
+        assert!(!is_left_to_sphere(history(2, false), others), "mirror chain");
+        assert!(is_left_to_sphere(history(3, false), others));
+        assert!(!is_left_to_sphere(history(0, true), others), "connection");
+        assert!(!is_left_to_sphere(history(1, true), others), "mirror connection");
+        assert!(is_left_to_sphere(history(2, true), others));
+        assert!(is_left_to_sphere(bent(0, true, 1), others), "connections are straight");
+        assert!(is_left_to_sphere(bent(1, true, 1), others), "images do not follow bends");
+        assert!(!is_left_to_sphere(bent(0, false, 1), others), "direct sound is left to the edges");
+        let rays = AssignedClasses { bent: true, ..others };
+        assert!(
+            !is_left_to_sphere(bent(0, true, 2), rays) && !is_left_to_sphere(bent(1, true, 1), rays),
+            "visibility rays turn"
+        );
+        assert!(is_left_to_sphere(bent(2, true, 1), rays) && is_left_to_sphere(bent(3, false, 1), rays));
+        let mirrored = AssignedClasses { long_chains: true, ..others };
+        assert!(
+            !is_left_to_sphere(history(3, false), mirrored) && is_left_to_sphere(bent(3, false, 1), mirrored)
+        );
+        let alone = AssignedClasses { mirror_order: 0, image_order: 0, diffuse: false, ..others };
+        assert!(!is_left_to_sphere(history(0, false), alone), "direct sound");
         for (run, diffused) in [(0, false), (1, false), (0, true), (1, true)] {
             let refracted = SegmentHistory { interfaces: 1, ..history(run, diffused) };
-            assert!(owns(refracted, others) && owns(refracted, rays) && owns(refracted, alone));
+            assert!(
+                is_left_to_sphere(refracted, others)
+                    && is_left_to_sphere(refracted, rays)
+                    && is_left_to_sphere(refracted, alone)
+            );
         }
         assert!(
-            owns(history(1, false), alone) && owns(history(0, true), alone) && owns(history(1, true), alone)
+            is_left_to_sphere(history(1, false), alone)
+                && is_left_to_sphere(history(0, true), alone)
+                && is_left_to_sphere(history(1, true), alone)
         );
     }
 }

@@ -95,7 +95,7 @@ impl ReceiverImages {
             Some(room) => {
                 let lattice = ImageLattice::new(geometry, &room, table, origin, f64::INFINITY, Some(most));
                 let images = lattice.images();
-                let weights = blind_weights(geometry, &images, receiver.exact);
+                let weights = weights_without_visibility(geometry, &images, receiver.exact);
                 (images, weights, None)
             }
             None => {
@@ -206,7 +206,7 @@ fn keep_straight(
 /// What an image brings if nothing hides it, up to a factor: its mirrors' energy times the solid angle under which the room is seen from
 /// it. A room of surface S looks from afar like a body of the mean projection S/4, and fills all directions from inside:
 /// S/4 / (D² + S/(16π)), D the distance of the image from the receiver.
-fn blind_weights(geometry: &Geometry, images: &[Image], receiver: DVec3) -> Vec<f64> {
+fn weights_without_visibility(geometry: &Geometry, images: &[Image], receiver: DVec3) -> Vec<f64> {
     let inside = geometry.area() / (16.0 * core::f64::consts::PI);
     let weight =
         |image: &Image| mirrored_energy(image) / (image.position.distance_squared(receiver) + inside);
@@ -217,7 +217,7 @@ fn mirrored_energy(image: &Image) -> f64 {
     image.factor.iter().flatten().sum()
 }
 
-/// What an image brings as seen by rays from the receiver, with a share of [`blind_weights`].
+/// What an image brings as seen by rays from the receiver, with a share of [`weights_without_visibility`].
 fn pilot_weights(geometry: &Geometry, tree: &ImageTree<'_>, images: &[Image], receiver: DVec3) -> Vec<f64> {
     let mut seen = vec![0.0; images.len()];
     let directions = ScrambledSobol::numbered(0, 0, 0);
@@ -225,7 +225,7 @@ fn pilot_weights(geometry: &Geometry, tree: &ImageTree<'_>, images: &[Image], re
         let direction = warp::uniform_sphere(directions.point(ray)).as_dvec3();
         tree.follow(geometry, direction, |image| seen[image] += mirrored_energy(&images[image]));
     }
-    let blind = blind_weights(geometry, images, receiver);
+    let blind = weights_without_visibility(geometry, images, receiver);
     let (seen_total, blind_total) = (seen.iter().sum::<f64>(), blind.iter().sum::<f64>());
     if seen_total <= 0.0 || blind_total <= 0.0 {
         return blind;

@@ -1,7 +1,7 @@
-//! Which sonels reach for the receivers, and how many each of them stands for.
+//! Which sonels are connected to the receivers, and the weight of each.
 //!
 //! Late in a room of unequal surfaces few packets carry nearly all energy, and the others take nearly all time. A sonel of energy e is
-//! selected with probability p = min(1, e / ē) and then stands for 1/p, so that the mean stays: threshold sampling [DuffieldLundThorup2005].
+//! selected with probability p = min(1, e / ē) and then weighted by 1/p, so that the mean stays: threshold sampling [DuffieldLundThorup2005].
 //! With ē = Σe² / Σe over the sonels about its time no more of them are selected than equal ones would have the same variance,
 //! (Σe)² / Σe², and the variance that they bring is at most doubled. Of several bands the one with the largest e / ē decides.
 

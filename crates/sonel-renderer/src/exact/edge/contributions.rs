@@ -17,7 +17,7 @@ use sonel_diffraction::Wedge;
 use super::faces::Pair;
 use super::field::{Field, Key, Place};
 use super::images::{Image, Images};
-use super::{Edges, Listening, RoomEdge, VisibleWave};
+use super::{Edges, ReceiverContext, RoomEdge, VisibleWave};
 
 /// Share of a receiver's energy in every band that is left out: 0.05 dB.
 const DROPPED: f64 = 0.0116;
@@ -67,7 +67,7 @@ pub(super) struct Ranked {
 /// Searches for all contributions at a receiver.
 pub(super) struct Search<'a> {
     pub edges: &'a Edges,
-    pub at: &'a Listening<'a>,
+    pub at: &'a ReceiverContext<'a>,
     pub from: &'a Images,
     pub to: &'a Images,
     pub field: &'a Field<'a>,

@@ -108,8 +108,8 @@ pub(crate) struct EdgeSound {
     pub work: EdgeWork,
 }
 
-/// Where sound is heard, and what is known of it.
-pub(crate) struct Listening<'a> {
+/// A receiver with what its exact field depends on.
+pub(crate) struct ReceiverContext<'a> {
     pub geometry: &'a Geometry,
     pub table: &'a CoefficientTable,
     /// m per band [1/m].
@@ -199,7 +199,12 @@ impl Edges {
     }
 
     /// What edges bring to one receiver; sets the energies of the `visible` waves that they change.
-    pub fn arrivals_at(&self, at: &Listening<'_>, from: &Images, visible: &mut [VisibleWave]) -> EdgeSound {
+    pub fn arrivals_at(
+        &self,
+        at: &ReceiverContext<'_>,
+        from: &Images,
+        visible: &mut [VisibleWave],
+    ) -> EdgeSound {
         let listener = Radiator::omni(at.receiver);
         let budget = images::most_images(self.all.len());
         let tree = ImageTree::new(at.geometry, at.table, listener, budget, Some(from.order()));

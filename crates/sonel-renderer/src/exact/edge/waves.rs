@@ -15,7 +15,7 @@ use super::images::{Image, Images, OFF_THE_MIRROR, View, specular};
 use super::mirror::Mirror;
 use super::rows::in_row;
 use super::visibility::smooth;
-use super::{Edges, Listening, RoomEdge};
+use super::{Edges, ReceiverContext, RoomEdge};
 
 /// So many lifts beside its way a path may go on from a mirror; seen from an edge, so far on both of its sides.
 const LEFT: f64 = 2.0;
@@ -32,7 +32,7 @@ const STEPS_OF_PAIR: usize = 3;
 /// Computes contributions at a receiver.
 pub(super) struct Waves<'a> {
     pub edges: &'a Edges,
-    pub at: &'a Listening<'a>,
+    pub at: &'a ReceiverContext<'a>,
     pub from: &'a Images,
     pub to: &'a Images,
     pub field: Field<'a>,

@@ -69,7 +69,7 @@ pub fn likelihood(near: &Nearby, concentration: f64, reach: f64) -> f64 {
 }
 
 /// A packet that is turned into the ray.
-pub struct TurnedBack {
+pub struct ReverseBend {
     /// Unit direction of the packet before.
     pub before: DVec3,
     /// b [m].
@@ -80,7 +80,7 @@ pub struct TurnedBack {
     spread: f64,
 }
 
-impl TurnedBack {
+impl ReverseBend {
     /// The packet with the foot `place` and the nearest `point` of the edge along `line` that goes on against `direction`; [`None`] where it
     /// would have to turn by a right angle and more.
     #[must_use]
@@ -135,10 +135,10 @@ mod tests {
     }
 
     /// The packet that is turned into the ray at `at`.
-    fn turned(of: &(Nearby, DVec3, DVec3), at: f64) -> Option<TurnedBack> {
+    fn turned(of: &(Nearby, DVec3, DVec3), at: f64) -> Option<ReverseBend> {
         let (line, place) = (line(), of.1 + at * of.2);
         let nearest = line.point((place - line.origin).dot(line.along));
-        TurnedBack::new(&line, nearest, place, of.2)
+        ReverseBend::new(&line, nearest, place, of.2)
     }
 
     #[test]
@@ -153,14 +153,14 @@ mod tests {
             let forward = side.sign() * line.along.cross(outward).normalize();
             let before = 0.6 * forward + 0.8 * line.along;
             let after = line.turned(foot, before, side, tangent);
-            let back = TurnedBack::new(&line, point, foot, -after).unwrap();
+            let back = ReverseBend::new(&line, point, foot, -after).unwrap();
             assert!(back.before.distance(before) < 1e-12 && (back.distance - 0.4).abs() < 1e-12);
             assert!((back.tangent - tangent).abs() < 1e-9 * (1.0 + tangent * tangent), "{}", back.tangent);
         }
     }
 
     /// What is turned into rays at all distances, of light that is the same everywhere, less what went straight [m].
-    fn gained(weight: impl Fn(&TurnedBack) -> f64) -> f64 {
+    fn gained(weight: impl Fn(&ReverseBend) -> f64) -> f64 {
         let concentration = bending::concentration(1.0);
         let (nearest, farthest, steps, width) = (1e-5_f64, 60.0_f64, 1500, 0.012);
         let stretch = (farthest / nearest).ln() / f64::from(steps);

@@ -16,7 +16,7 @@ use sonel_map::Lanes;
 use sonel_map::bend_history::MOST_BENDS;
 use sonel_sampling::{Stream, warp};
 
-use super::backwards::{TurnedBack, density, likelihood, place};
+use super::backwards::{ReverseBend, density, likelihood, place};
 use crate::stochastic::bending::{Bends, Turn};
 
 /// Share of the turns that ask all edges nearby, and not only those that turn most often.
@@ -173,7 +173,7 @@ impl Turning {
         if turns.iter().any(|turn| turn.edge == edge) {
             return None;
         }
-        let back = TurnedBack::new(&bends.lines()[edge as usize], point, place, self.look.direction)?;
+        let back = ReverseBend::new(&bends.lines()[edge as usize], point, place, self.look.direction)?;
         let turn = Turn { edge, closest: place, distance: back.distance, before: back.before };
         let seen = bends.sizes_seen(&turn, back.tangent);
         let inverse = passed.len() as f64 / self.density(at);
