@@ -281,8 +281,9 @@ class Map:
     ) -> Response:
         """Renders echograms; the response is that of sonel-render with the options of the same names (docs/interface.md).
 
-        receivers: positions [m], shape [3] or [R, 3] (named "receiver 1" …), or a mapping from names to positions; without
-            any, those of the scene.
+        receivers: positions [m], shape [3] or [R, 3] (named "receiver 1" …), or a mapping from names to positions or to
+            mappings with the keys of [[receivers]], such as {"mic": {"position": [6, 4, 1.2], "directivity": "cardioid",
+            "aim": [1, 0, 0]}}, aim required unless omni; without any, those of the scene.
         set: other coefficients on the same map: {"materials.walls.absorption": 0.4}, one number or one per band; also
             scattering, diffuse, transmission, sound_reduction_db, and "sources.NAME.directivity".
         materials: a TOML file of [materials.NAME], before `set`.
@@ -314,8 +315,7 @@ class Map:
             at_most=at_most,
         )
         for receiver in [] if receivers is None else _points(receivers, "receiver"):
-            place = ",".join(_word(number) for number in _numbers(receiver["position"]))
-            words.append(f"--receiver={receiver['name']}={place}")
+            words.append(f"--receiver={_receiver(**receiver)}")
         for name, value in (set or {}).items():
             value = value if isinstance(value, str) else ",".join(map(_word, np.atleast_1d(value).tolist()))
             words.append(f"--set={name}={value}")
@@ -349,7 +349,8 @@ class Map:
 class Response:
     """Echograms of S sources at R receivers in B bands and T time bins. Made by `Map.render` or `Response.load`.
 
-    Arrays are read-only views of the response's own memory. `response[key]` is the array that docs/formats/response.md calls so.
+    Arrays are read-only views of the response's own memory. `response[key]` is the array that docs/formats/response.md calls so;
+    only files have `format_version` and `digest`.
     """
 
     def __init__(self, inner: _sonel.Response) -> None:
@@ -365,7 +366,15 @@ class Response:
         self._inner.save(os.fspath(path))
 
     def __getitem__(self, key: str) -> NDArray[Any]:
-        """One of the arrays of numbers in docs/formats/response.md; KeyError where the response has no such array."""
+        """One of the arrays in docs/formats/response.md; KeyError where the response has no such array."""
+        texts = {
+            "source_name": self.sources,
+            "receiver_name": self.receivers,
+            "receiver_directivity": self._inner.receiver_directivities,
+            "metadata_json": self._inner.metadata,
+        }
+        if texts.get(key):
+            return np.array(texts[key])
         return np.asarray(self._inner.array(key))
 
     @property
@@ -606,6 +615,20 @@ def _points(points: _Points, kind: str) -> list[dict[str, Any]]:
     if positions.ndim != 2 or positions.shape[1] != 3:
         raise Error(f"the {kind}s are not positions: give an array of shape [3] or [N, 3] in metres, or a mapping from names")
     return [{"name": f"{kind} {i}", "position": row} for i, row in enumerate(positions.tolist(), 1)]
+
+
+def _receiver(name: str, position: Any = None, directivity: str = "omni", aim: Any = None, **others: Any) -> str:
+    """A receiver as the command line writes it."""
+    if others:
+        raise Error(f"receiver {name!r}: unknown key {next(iter(others))!r}; known: position, directivity, aim")
+    if position is None:
+        raise Error(f"receiver {name!r}: position is missing; give three numbers [x, y, z] in metres")
+    if aim is None and directivity != "omni":
+        raise Error(f"receiver {name!r}: aim is missing; a {directivity} receiver needs aim = [x, y, z]")
+    fields = [*map(_word, _numbers(position))]
+    if aim is not None:
+        fields += [str(directivity), *map(_word, _numbers(aim))]
+    return f"{name}={','.join(fields)}"
 
 
 def _obj(

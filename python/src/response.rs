@@ -5,6 +5,7 @@
 
 use std::io::BufReader;
 use std::path::PathBuf;
+use std::slice;
 use std::sync::Arc;
 
 use anyhow::Context;
@@ -15,7 +16,7 @@ use pyo3::types::{PyDict, PyTuple};
 use rayon::prelude::*;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
-use sonel_echogram::{LATERAL_KEYS, Response as Echograms};
+use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
 use sonel_sound::{Head, Synthesizer};
 
 use crate::error;
@@ -132,6 +133,13 @@ impl Response {
             "time_edges_s" => self.view(&e.time_edges_s, &[e.bins() + 1]),
             "receiver_position_m" => self.view(e.receiver_positions.as_flattened(), &[r, 3]),
             "source_position_m" => self.view(e.source_positions.as_flattened(), &[s, 3]),
+            "receiver_aim" => self.of_directivities(|found| found.aim.to_vec(), &[3]),
+            "receiver_diffuse_sensitivity" => {
+                self.of_directivities(|found| vec![found.diffuse_sensitivity], &[])
+            }
+            "speed_of_sound" => self.view(slice::from_ref(&e.speed_of_sound), &[]),
+            "characteristic_impedance" => self.view(slice::from_ref(&e.characteristic_impedance), &[]),
+            "direct_time_s" => self.view(&e.direct_times_s, &[s, r]).filter(|_| !e.direct_times_s.is_empty()),
             "source_power_level_db" => self.view(&e.source_power_level_db, &[s, b]),
             "energy" => self.view(&e.energy, &[s, r, b, e.bins()]),
             "batch_weight" => batches.and_then(|g| self.view(&g.weight, &[e.batch_count()])),
@@ -151,6 +159,18 @@ impl Response {
             "arrival_kind" => self.view(&e.arrivals.kind, &[a]),
             _ => self.find_by_direction(key),
         }
+    }
+
+    /// Numbers of shape [R, …`shape`], where a receiver is not omnidirectional.
+    fn of_directivities(
+        &self,
+        numbers: impl Fn(&ReceiverDirectivity) -> Vec<f64>,
+        shape: &[usize],
+    ) -> Option<Array> {
+        let directivities = Some(&self.echograms.receiver_directivities).filter(|found| !found.is_empty())?;
+        let values: Arc<Vec<f64>> = Arc::new(directivities.iter().flat_map(numbers).collect());
+        let shape = [&[directivities.len()], shape].concat();
+        Some(Array::of(Arc::<Vec<f64>>::clone(&values), &values, &shape))
     }
 
     fn find_by_direction(&self, key: &str) -> Option<Array> {
@@ -199,7 +219,7 @@ impl Response {
         py.detach(write).map_err(error)
     }
 
-    /// One of the arrays of numbers in docs/formats/response.md.
+    /// One of the arrays of numbers in docs/formats/response.md, of those that a response has outside its file.
     fn array(&self, key: &str) -> PyResult<Array> {
         self.find(key).ok_or_else(|| PyKeyError::new_err(key.to_owned()))
     }
@@ -245,6 +265,12 @@ impl Response {
     #[getter]
     fn receivers(&self) -> Vec<String> {
         self.echograms.receiver_names.clone()
+    }
+
+    /// Names of the patterns; empty where all receivers are omnidirectional.
+    #[getter]
+    fn receiver_directivities(&self) -> Vec<&str> {
+        self.echograms.receiver_directivities.iter().map(|found| found.name.as_str()).collect()
     }
 
     #[getter]

@@ -136,20 +136,23 @@ impl DecayCurve {
     /// Energy arriving after `time` since the direct sound [s]; [`None`] beyond the record.
     #[must_use]
     pub fn remaining(&self, time: f64) -> Option<f64> {
+        match self.piece_at(time) {
+            Some(piece) => Some(piece.at(time)),
+            None if time < self.duration() => Some(self.total()),
+            None => (time <= self.duration()).then(|| self.remaining[self.remaining.len() - 1]),
+        }
+    }
+
+    /// The piece that holds `time` since the direct sound [s], its begin included.
+    #[must_use]
+    pub fn piece_at(&self, time: f64) -> Option<Piece> {
         let next = self.times.partition_point(|&edge| edge <= time);
-        if next == 0 {
-            return Some(self.total());
-        }
-        if next == self.times.len() {
-            return (time <= self.duration()).then(|| self.remaining[next - 1]);
-        }
-        let piece = Piece {
+        (next > 0 && next < self.times.len()).then(|| Piece {
             begin: self.times[next - 1],
             end: self.times[next],
             before: self.remaining[next - 1],
             after: self.remaining[next],
-        };
-        Some(piece.at(time))
+        })
     }
 
     /// Borders as (time since the direct sound [s], level relative to the start [dB]) as far as there is energy to come.

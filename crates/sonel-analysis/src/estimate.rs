@@ -233,6 +233,21 @@ pub enum Unsupported {
         /// Bin borders within the range.
         borders: usize,
     },
+    /// The bins are too wide for a time that the parameter depends on.
+    #[error(
+        "time bins are too coarse: {width_ms:.1} ms wide, at most {most_ms:.1} ms are allowed: render with a shorter --bin"
+    )]
+    BinTooWide {
+        /// [ms].
+        width_ms: f64,
+        /// [ms].
+        most_ms: f64,
+    },
+    /// A decay needs two bins.
+    #[error(
+        "time bins are too coarse: a single one follows the direct sound: render with a shorter --bin, or simulate a longer duration"
+    )]
+    SingleBin,
     /// The limit between early and late lies outside the record.
     #[error("the echogram ends before {limit_ms:.0} ms after the direct sound: simulate a longer duration")]
     LimitOutside {

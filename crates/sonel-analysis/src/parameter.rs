@@ -8,7 +8,7 @@
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_acoustics::{level_db, strength_db};
 
-use crate::decay::{DecayCurve, Echogram};
+use crate::decay::{DecayCurve, Echogram, Piece};
 use crate::estimate::{DecayQuality, Unsupported};
 use crate::regression::{self, DecayLine, DecayRange};
 
@@ -195,7 +195,7 @@ impl Values {
             Parameter::ClarityC50 => on_curve(&|curve| clarity(curve, 0.050)),
             Parameter::ClarityC80 => on_curve(&|curve| clarity(curve, 0.080)),
             Parameter::DefinitionD50 => on_curve(&|curve| Ok(1.0 - late(curve, 0.050)? / curve.total())),
-            Parameter::CenterTime => on_curve(&|curve| Ok(curve.center_time())),
+            Parameter::CenterTime => on_curve(&center_time),
             // Read from several echograms, or at some receivers only.
             Parameter::LateralFraction | Parameter::LateralFractionCosine | Parameter::LateLateralLevel => {
                 Err(Unsupported::NoDirections)
@@ -225,9 +225,34 @@ impl Values {
     }
 }
 
+/// Bins before a limit between early and late, at the least. Within a bin the energy counts as that of an exponential decay: of bins of
+/// 12.5 ms 6.25 ms may be on the wrong side of 50 ms, 0.75 dB of the late energy at T = 0.5 s.
+const BINS_BEFORE_LIMIT: f64 = 4.0;
+/// Shares of widths that are rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// Energy later than `limit` [s] after the direct sound.
 pub(crate) fn late(curve: &DecayCurve, limit: f64) -> Result<f64, Unsupported> {
-    curve.remaining(limit).ok_or(Unsupported::LimitOutside { limit_ms: 1000.0 * limit })
+    let to_border =
+        |piece: Piece| (piece.width(), 2.0 * (limit - piece.begin).min(piece.end - limit).max(0.0));
+    let most = limit / BINS_BEFORE_LIMIT;
+    match curve.piece_at(limit).map(to_border) {
+        Some((width, apart)) if apart > most * (1.0 + ROUNDING) => Err(too_wide(width, most)),
+        _ => curve.remaining(limit).ok_or(Unsupported::LimitOutside { limit_ms: 1000.0 * limit }),
+    }
+}
+
+/// Ts [s]: the first bin spreads the direct sound over its width.
+fn center_time(curve: &DecayCurve) -> Result<f64, Unsupported> {
+    let width = curve.pieces().next().map_or(0.0, |piece| piece.width());
+    if width > noticeable::CENTER_TIME * (1.0 + ROUNDING) {
+        return Err(too_wide(width, noticeable::CENTER_TIME));
+    }
+    Ok(curve.center_time())
+}
+
+fn too_wide(width: f64, most: f64) -> Unsupported {
+    Unsupported::BinTooWide { width_ms: 1000.0 * width, most_ms: 1000.0 * most }
 }
 
 /// Early-to-late index with the given limit [s]: 10 lg(early / late) [dB].

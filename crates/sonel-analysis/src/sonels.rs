@@ -7,7 +7,7 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use sonel_geometry::Geometry;
+use sonel_geometry::{Arc, Geometry, SpeedProfile};
 use sonel_map::{Arrival, Lanes, PathView, PathWeight, SegmentHistory, SonelMap};
 
 use crate::reading::Reading;
@@ -113,12 +113,14 @@ impl<'a> Sonels<'a> {
         visit: &mut dyn FnMut(&Sonel<'_>),
     ) {
         let (emissions, emission) = (&self.reading.emissions, path.emission);
-        let mut direction = Some(emissions.direction(source, emission));
+        // Where the speed of sound has a gradient, sound does not arrive in the direction in which it left.
+        let profile = self.reading.table.profile().map(|(profile, _)| profile);
+        let mut left = Some(emissions.direction(source, emission)).filter(|_| profile.is_none());
         self.reading.follow(source, path, emissions.share(emission), weight, |segment| {
-            let between =
-                || (segment.end.as_dvec3() - segment.start.as_dvec3()).normalize_or_zero().as_vec3();
-            let direction = direction.take().unwrap_or_else(between);
+            let left = left.take();
             let Some(arrival) = segment.arrival else { return };
+            let direction =
+                left.unwrap_or_else(|| arriving(profile, segment.start.as_dvec3(), segment.end.as_dvec3()));
             visit(&Sonel {
                 source,
                 emission,
@@ -132,4 +134,13 @@ impl<'a> Sonels<'a> {
             });
         });
     }
+}
+
+/// Unit direction in which sound from `start` arrives at `end`, about the middle of the scene [m]; zero where they are the same.
+fn arriving(profile: Option<SpeedProfile>, start: DVec3, end: DVec3) -> Vec3 {
+    let direction = match profile {
+        Some(profile) if start != end => -Arc::between(profile, end, start).direction(0.0),
+        _ => (end - start).normalize_or_zero(),
+    };
+    direction.as_vec3()
 }

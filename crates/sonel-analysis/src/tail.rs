@@ -45,8 +45,11 @@ impl Tail {
 /// Fits the tail to bins with borders `times` [s] and `energy` between them, at least one bin and some energy.
 ///
 /// # Errors
-/// When the record as a whole does not decay.
+/// When there is a single bin, or the record as a whole does not decay.
 pub fn fit(times: &[f64], energy: &[f64]) -> Result<Tail, Unsupported> {
+    if energy.len() < 2 {
+        return Err(Unsupported::SingleBin);
+    }
     let (begin, end) = (times[0], times[times.len() - 1]);
     let mut shorter: Option<Tail> = None;
     for step in 1..=WINDOW_STEPS {

@@ -18,11 +18,63 @@ const SHARES: [f64; 7] = [0.3, 0.7, 0.5, 0.2, 0.8, 0.4, 0.6];
 /// Heights above the lowest point [m], then as shares.
 const SOURCE_HEIGHT: f64 = 1.5;
 const RECEIVER_HEIGHT: f64 = 1.2;
-/// Words of a material's name shorter than this say nothing.
+/// Words of names shorter than this say nothing.
 const SHORTEST_WORD: usize = 3;
-/// Words that are in names of any material.
-const EMPTY_WORDS: [&str; 10] =
-    ["wall", "walls", "room", "surface", "face", "material", "color", "colour", "layer", "default"];
+/// Words that mean another.
+const SYNONYMS: [(&str, &str); 16] = [
+    ("wooden", "wood"),
+    ("timber", "wood"),
+    ("hardwood", "wood"),
+    ("oak", "wood"),
+    ("gypsum", "plasterboard"),
+    ("drywall", "plasterboard"),
+    ("brickwork", "brick"),
+    ("masonry", "brick"),
+    ("seat", "chair"),
+    ("seating", "chair"),
+    ("glazing", "glass"),
+    ("mirror", "glass"),
+    ("steel", "metal"),
+    ("lino", "linoleum"),
+    ("gras", "grass"),
+    ("lawn", "grass"),
+];
+/// Plain entries for names with all these words, the first that fits.
+const ORDINARY: [(&[&str], &str); 30] = [
+    (&["curtain", "wall"], "glass-pane-thick"),
+    (&["ceiling", "tile"], "ceiling-mineral-tile-suspended"),
+    (&["acoustic", "ceiling"], "ceiling-mineral-tile-suspended"),
+    (&["acoustic", "panel"], "panel-fabric-96kg"),
+    (&["perforated"], "plasterboard-perforated-16"),
+    (&["carpet"], "carpet-heavy-on-concrete"),
+    (&["curtain"], "curtain-folded-at-wall"),
+    (&["blind"], "blinds-half-open"),
+    (&["people"], "audience"),
+    (&["chair"], "chairs-light"),
+    (&["wool"], "rock-wool-50mm-40kg"),
+    (&["grass"], "soil-covered"),
+    (&["soil"], "soil-bare"),
+    (&["gravel"], "ballast-32mm-150mm"),
+    (&["window"], "glass-window"),
+    (&["glass"], "glass-pane-thick"),
+    (&["door"], "door-wooden"),
+    (&["plasterboard"], "plasterboard-13mm-empty"),
+    (&["parquet"], "floor-parquet"),
+    (&["linoleum"], "floor-linoleum"),
+    (&["vinyl"], "floor-vinyl"),
+    (&["rubber"], "floor-rubber-5mm"),
+    (&["terrazzo"], "floor-terrazzo"),
+    (&["tile"], "ceramic-tiles"),
+    (&["brick"], "brick-unglazed"),
+    (&["stone"], "limestone"),
+    (&["concrete", "block"], "concrete-block-painted"),
+    (&["concrete"], "concrete-smooth"),
+    (&["plaster"], "plaster-painted"),
+    (&["metal"], "hard-surfaces"),
+];
+/// Hard entries for names that state a place alone.
+const PLACES: [(&[&str], &str); 3] =
+    [(&["floor"], "floor-concrete"), (&["ceiling"], "plaster-painted"), (&["wall"], "plaster-painted")];
 
 /// The text of a scene file for the mesh at `path`, relative to the scene file; `open` opens it and what lies beside it.
 ///
@@ -73,45 +125,50 @@ pub fn draft(
     Ok(text)
 }
 
-/// The table of a material with the entry whose words are nearest to its name.
+/// The table of a material with an entry for its name.
 fn table(name: &str) -> String {
     let head = format!("\n[materials.{}]\n", quoted_key(name));
-    match nearest(name) {
-        Some(entry) => format!("{head}library = \"{}\"    # {}\n", entry.name, entry.text),
-        None => format!(
-            "{head}absorption = 0.1    # chosen: no library entry has a similar name, see sonel-trace materials\n"
-        ),
+    let words = words(name);
+    let line = |entry: &LibraryEntry, guess: &str| {
+        format!("{head}library = \"{}\"    # {guess}{}\n", entry.name, entry.text)
+    };
+    if let Some(entry) = nearest(&words) {
+        return line(entry, "");
+    }
+    if let Some(entry) = listed(&PLACES, &words) {
+        return line(entry, "guess, the name states no material: ");
+    }
+    format!(
+        "{head}absorption = 0.1    # guess: no library entry has a similar name, see sonel-trace materials\n"
+    )
+}
+
+/// The entry for the words of a name: one that states nothing else, else a plain one. An entry of a single word comes last: another word of
+/// the name may say more.
+fn nearest(words: &[String]) -> Option<&'static LibraryEntry> {
+    let shared = |entry: &LibraryEntry| {
+        let own = crate::draft::words(&entry.name);
+        own.iter().all(|word| words.contains(word)).then_some(own.len()).filter(|shared| *shared > 0)
+    };
+    let stated = shipped()
+        .iter()
+        .filter(|entry| entry.absorption.is_some())
+        .filter_map(|entry| Some((shared(entry)?, entry)))
+        .reduce(|best, next| if next.0 > best.0 { next } else { best });
+    match stated {
+        Some((shared, entry)) if shared > 1 => Some(entry),
+        stated => listed(&ORDINARY, words).or(stated.map(|(_, entry)| entry)),
     }
 }
 
-/// The entry that shares the most words with a name, the first of equals; none where it shares no word.
-fn nearest(name: &str) -> Option<&'static LibraryEntry> {
-    let words: Vec<String> = words(name);
-    let score = |entry: &LibraryEntry| {
-        let (own, text) = (crate::draft::words(&entry.name), crate::draft::words(&entry.text));
-        let of_word = |word: &String| match word {
-            word if own.contains(word) => 6,
-            word if own
-                .iter()
-                .any(|own| own.starts_with(word.as_str()) || word.starts_with(own.as_str())) =>
-            {
-                4
-            }
-            word if text.contains(word) => 2,
-            _ => 0,
-        };
-        let shared: usize = words.iter().map(of_word).sum();
-        // Of equals the shorter name says less that was not asked for.
-        (shared > 0).then(|| (10 * shared).saturating_sub(own.len()))
-    };
-    let scored = shipped()
-        .iter()
-        .filter(|entry| entry.absorption.is_some())
-        .filter_map(|entry| Some((score(entry)?, entry)));
-    scored.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, entry)| entry)
+/// The entry of the first row whose words all are in a name.
+fn listed(rows: &[(&[&str], &str)], words: &[String]) -> Option<&'static LibraryEntry> {
+    let is_in_name = |wanted: &&str| words.iter().any(|word| word == wanted);
+    let (_, found) = rows.iter().find(|(wanted, _)| wanted.iter().all(&is_in_name))?;
+    shipped().iter().find(|entry| entry.name == *found)
 }
 
-/// Words of letters in lower case; a capital after a small letter begins one.
+/// Words of letters in lower case and the singular, synonyms as one; a capital after a small letter begins a word.
 fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut was_small = false;
@@ -124,8 +181,15 @@ fn words(name: &str) -> Vec<String> {
             word.extend(letter.to_lowercase());
         }
     }
-    words.retain(|word| word.chars().count() >= SHORTEST_WORD && !EMPTY_WORDS.contains(&word.as_str()));
-    words
+    words.retain(|word| word.chars().count() >= SHORTEST_WORD);
+    words.iter().map(|word| plain(word).to_owned()).collect()
+}
+
+/// The singular of a word, or what it means.
+fn plain(word: &str) -> &str {
+    let singular = word.strip_suffix('s').filter(|stem| !stem.ends_with('s')).unwrap_or(word);
+    let meant = SYNONYMS.iter().find(|(synonym, _)| *synonym == word || *synonym == singular);
+    meant.map_or(singular, |(_, meant)| meant)
 }
 
 /// A free place at a height [m] over the lowest point, or somewhere in between; `taken` are the positions of sources.
@@ -163,14 +227,81 @@ fn vector(point: DVec3) -> String {
 mod tests {
     use super::*;
 
+    /// What a drafted table proposes for a name: an entry, "?" before a guess.
+    fn proposed(name: &str) -> String {
+        let table = table(name);
+        let guess = if table.contains("# guess") { "?" } else { "" };
+        let value = table.lines().last().unwrap().split(['=', '#']).nth(1).unwrap();
+        format!("{guess}{}", value.trim().trim_matches('"'))
+    }
+
     #[test]
-    fn entries_are_chosen_by_their_words() {
-        let found = |name: &str| nearest(name).map(|entry| entry.name.as_str());
-        assert_eq!(found("Carpet_heavy_01"), Some("carpet-heavy-latex"));
-        assert_eq!(found("roughConcrete"), Some("concrete-rough"));
-        assert_eq!(found("GLASS-WINDOW"), Some("glass-window"));
-        assert_eq!(found("Layer 12"), None);
-        assert_eq!((found("walls"), found("color 3")), (None, None));
-        assert_eq!(words("MyWall_02 oakFloor"), ["oak", "floor"]);
+    fn ordinary_names_get_plain_entries() {
+        for (name, entry) in [
+            ("plaster", "plaster-painted"),
+            ("Plaster_white", "plaster-painted"),
+            ("acoustic plaster", "acoustic-plaster"),
+            ("concrete", "concrete-smooth"),
+            ("roughConcrete", "concrete-rough"),
+            ("Painted concrete", "concrete-painted"),
+            ("concrete floor", "floor-concrete"),
+            ("brick", "brick-unglazed"),
+            ("painted brickwork", "brickwork-painted"),
+            ("glass", "glass-pane-thick"),
+            ("Windows", "glass-window"),
+            ("GLASS-WINDOW", "glass-window"),
+            ("curtain wall", "glass-pane-thick"),
+            ("door", "door-wooden"),
+            ("carpet", "carpet-heavy-on-concrete"),
+            ("Carpet_heavy_01", "carpet-heavy-on-concrete"),
+            ("Curtains", "curtain-folded-at-wall"),
+            ("velvet curtain", "curtain-velvet"),
+            ("wood floor", "floor-wood"),
+            ("oakFloor", "floor-wood"),
+            ("parquet", "floor-parquet"),
+            ("Wooden tables", "wood-50mm"),
+            ("seats", "chairs-light"),
+            ("wooden seats", "chairs-wooden"),
+            ("audience", "audience"),
+            ("gypsum board", "plasterboard-13mm-empty"),
+            ("Plasterboard", "plasterboard-13mm-empty"),
+            ("plasterboard ceiling", "plasterboard-ceiling"),
+            ("tiles", "ceramic-tiles"),
+            ("acoustic tile", "acoustic-tile-13mm"),
+            ("Acoustic ceiling tiles", "acoustic-tile-13mm"),
+            ("ceiling tiles", "ceiling-mineral-tile-suspended"),
+            ("marble", "marble"),
+            ("Linoleum floor", "floor-linoleum"),
+            ("metal", "hard-surfaces"),
+            ("perforated panel", "plasterboard-perforated-16"),
+            ("glass wool", "rock-wool-50mm-40kg"),
+            ("gras", "soil-covered"),
+            ("grass", "soil-covered"),
+            ("water", "water"),
+            ("hall walls", "?plaster-painted"),
+            ("hall ceiling", "?plaster-painted"),
+            ("foyer ceiling", "?plaster-painted"),
+            ("ceiling", "?plaster-painted"),
+            ("walls", "?plaster-painted"),
+            ("hall floor", "?floor-concrete"),
+            ("desk", "?0.1"),
+            ("Layer 12", "?0.1"),
+            ("color 3", "?0.1"),
+        ] {
+            assert_eq!(proposed(name), entry, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_listed_entry_is_in_the_library() {
+        for (words, entry) in ORDINARY.iter().chain(&PLACES) {
+            let found = shipped().iter().find(|shipped| shipped.name == *entry);
+            assert!(found.is_some_and(|found| found.absorption.is_some()), "{words:?}: {entry}");
+        }
+    }
+
+    #[test]
+    fn words_are_split_and_singular() {
+        assert_eq!(words("MyWalls_02 glassDoors"), ["wall", "glass", "door"]);
     }
 }

@@ -1,20 +1,23 @@
 //! Reads the text of a scene file into a [`Scene`].
 
+use std::collections::HashSet;
 use std::io;
 
+use glam::DVec3;
 use sonel_acoustics::{Bands, Directivity, Material};
 use sonel_geometry::{Geometry, Mesh};
 use toml::de::DeTable;
 
 use crate::bands::{self, BandChoice};
-use crate::document::{Entry, Table};
+use crate::document::{Entry, Table, quoted_key};
 use crate::inspection::inspect;
 use crate::library;
 use crate::report::{Remarks, Report};
 use crate::room;
+use crate::scene::LONGEST_DEFAULT_DURATION;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
-use crate::sections::walls::{self, Walls};
+use crate::sections::walls::{self, Walls, is_side};
 use crate::sections::{air, materials, regions};
 use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
@@ -36,6 +39,9 @@ const KEYS: [&str; 15] = [
     "sources",
     "receivers",
 ];
+
+/// What the parser says of a key that is given twice.
+const DUPLICATE_KEY: &str = "duplicate key";
 
 /// A scene and what is to be said about how it was read.
 #[derive(Debug)]
@@ -136,10 +142,13 @@ fn read_all<'t, T>(
     let mut report = Report::new(file_label, toml_text);
     let (document, errors) = DeTable::parse_recoverable(toml_text);
     // A key given twice leaves a sound document; after any other error the rest is guesswork.
-    let is_readable = errors.iter().all(|error| error.message() == "duplicate key");
+    let is_readable = errors.iter().all(|error| error.message() == DUPLICATE_KEY);
     for error in &errors {
-        let at = error.span().map_or(0, |span| span.start);
-        report.problem(at, error.message());
+        let span = error.span().unwrap_or(0..0);
+        match toml_text.get(span.clone()).filter(|_| error.message() == DUPLICATE_KEY) {
+            Some(key) => report.problem(span.start, format!("{key}: given twice; keep one of the two")),
+            None => report.problem(span.start, error.message()),
+        }
     }
     if !is_readable {
         return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
@@ -212,10 +221,12 @@ fn compile(
         .as_ref()
         .and_then(|geometry| regions::compile(regions, &interfaces, &sources, geometry, report));
 
+    if let Some(walls) = &walls {
+        note_unused(&materials, walls, up, report);
+    }
     let unknown = walls.as_mut().map(|walls| std::mem::take(&mut walls.unknown)).unwrap_or_default();
     let unit = walls.as_ref().and_then(|walls| walls.unit);
     let (mesh, mesh_digest) = walls.map_or((Mesh::default(), [0; 32]), |walls| (walls.mesh, walls.digest));
-    note_unused(&materials, &mesh, report);
     let mut scene = Scene {
         name,
         speed_of_sound: air.speed_of_sound(),
@@ -357,15 +368,20 @@ fn read_closed<'t>(document: &Table<'t>, report: &mut Report<'_>) -> Option<Entr
     document.get("closed").filter(|entry| entry.flag(report) == Some(true))
 }
 
-fn note_unused(materials: &[Material], mesh: &Mesh, report: &mut Report<'_>) {
-    let mut is_used = vec![false; materials.len()];
-    for triangle in &mesh.triangles {
-        if let Some(is_used) = is_used.get_mut(triangle.material as usize) {
-            *is_used = true;
+/// Notes materials that cover nothing; in a shoebox one whose name is not that of a side is a mistake.
+fn note_unused(materials: &[Material], walls: &Walls, up: DVec3, report: &mut Report<'_>) {
+    let used: HashSet<u32> = walls.mesh.triangles.iter().map(|triangle| triangle.material).collect();
+    for (_, Material { name, .. }) in (0_u32..).zip(materials).filter(|(index, _)| !used.contains(index)) {
+        let table = format!("materials.{}", quoted_key(name));
+        if walls.is_shoebox() && !is_side(name) {
+            let [floor, ceiling] = if up == DVec3::Y { ["y0", "y1"] } else { ["z0", "z1"] };
+            report.warn(format!(
+                "{table}: covers no side of the shoebox; its sides are x0, x1, y0, y1, z0, z1 (floor {floor}, ceiling {ceiling}), \
+                 and walls for those without a table: rename this table, or remove it"
+            ));
+        } else {
+            report.note(format!("{table}: the material is not used"));
         }
-    }
-    for (material, _) in materials.iter().zip(is_used).filter(|(_, is_used)| !is_used) {
-        report.note(format!("materials.{}: the material is not used", material.name));
     }
 }
 
@@ -393,13 +409,12 @@ fn read_duration(
         return 0.0;
     };
     let duration = libm::ceil(100.0 * DURATION_PER_SABINE_TIME * sabine) / 100.0;
-    if duration > LONGEST_DURATION {
-        report.problem(
-            0,
-            format!(
-                "duration_s: missing, and 1.2 times the largest Sabine time, {sabine:.0} s, is more than an hour; give it"
-            ),
+    if duration > LONGEST_DEFAULT_DURATION {
+        let message = format!(
+            "duration_s: missing, and the default, 1.2 times the largest Sabine time of {sabine:.0} s, exceeds {LONGEST_DEFAULT_DURATION} s; \
+             check the size of the room and its absorption (sonel-trace check), or give duration_s"
         );
+        report.problem(0, message);
     }
     report.note(format!(
         "duration_s: {duration:.2} (default: 1.2 times the largest Sabine time, {sabine:.3} s)"

@@ -19,6 +19,9 @@ pub const DURATION_PER_SABINE_TIME: f64 = 1.2;
 
 /// Longest duration of a scene [s]: an hour. No room reverberates for more than a few minutes, and a lossless one never ends.
 pub const LONGEST_DURATION: f64 = 3600.0;
+/// Longest duration taken unless the scene states one [s]: large cathedrals have T of 10 to 13 s, reverberation chambers up to 15 s at low
+/// frequencies, which makes 18 s.
+pub(crate) const LONGEST_DEFAULT_DURATION: f64 = 30.0;
 
 /// A scene after loading: no path, no unit but SI, every list as long as there are bands.
 ///

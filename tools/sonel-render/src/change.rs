@@ -11,6 +11,8 @@ use sonel_scene::{Scene, Source, is_balloon_file, load_balloon, load_materials};
 /// One `--set`: what it changes and the value as written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assignment {
+    /// As it was written.
+    text: String,
     section: Section,
     name: String,
     key: String,
@@ -55,7 +57,8 @@ impl Assignment {
         if !known.contains(&key) {
             return Err(format!("`{key}` cannot be changed on a map; can be: {}", known.join(", ")));
         }
-        Ok(Self { section, name: name.to_owned(), key: key.to_owned(), value: value.trim().to_owned() })
+        let text = text.to_owned();
+        Ok(Self { text, section, name: name.to_owned(), key: key.to_owned(), value: value.trim().to_owned() })
     }
 
     /// The file that it names.
@@ -94,7 +97,13 @@ pub fn changed(
     for (name, assignments) in tables {
         let material = find(&mut materials, name, |material| &material.name, "material")?;
         let text = as_toml(material, &assignments)?;
-        let read = load_materials(&text, "--set", &scene.bands)?;
+        let options: Vec<String> =
+            assignments.iter().map(|assignment| format!("--set {}", assignment.text)).collect();
+        let read = load_materials(&text, &options.join(" "), &scene.bands).map_err(|mut errors| {
+            // The lines of the table are not the user's.
+            errors.problems.iter_mut().for_each(|problem| problem.place.line = 0);
+            errors
+        })?;
         *material = read.into_iter().next().context("a table of one material")?;
     }
     if let Some(at) = (0..materials.len()).find(|&at| materials[at].law != scene.materials[at].law) {
@@ -216,7 +225,10 @@ mod tests {
     fn what_cannot_be_set_is_refused_by_name() {
         for (text, expected) in [
             ("materials.roof.absorption=0.1", "it has \"wall.north\""),
-            ("materials.wall.north.absorption=1.5", "outside 0 … 1"),
+            (
+                "materials.wall.north.absorption=1.5",
+                "--set materials.wall.north.absorption=1.5: materials.\"wall.north\".absorption: 1.5 is outside 0 … 1; give 1",
+            ),
             ("materials.wall.north.transmission=0.5", "exceeds absorption"),
             ("sources.left.directivity=narrow", "unknown directivity"),
         ] {

@@ -93,6 +93,41 @@ fn exponential_decays_have_their_closed_forms() {
     }
 }
 
+/// Direct sound with a decay behind it: wide bins put it on the wrong side of limits and delay it.
+#[test]
+fn bins_too_wide_for_a_limit_are_refused() {
+    let decay = ExponentialDecay { reverberation_time: 0.5, energy: 0.5 };
+    let values = |width: f64| {
+        let edges = equal_edges(width, 2.0);
+        let mut energy = bins(decay, 0.02, &edges);
+        energy[(0.02 / width).floor() as usize] += 0.5;
+        Values::read(Echogram { edges: &edges, energy: &energy, direct_time: 0.02 }, SCALE).values
+    };
+    let [c50, c80] = [0.05, 0.08].map(|limit: f64| {
+        let late = 0.5 * (-decay.rate() * limit).exp();
+        10.0 * ((1.0 - late) / late).log10()
+    });
+    let expected = [c50, c80, 1.0 - 0.5 * (-decay.rate() * 0.05).exp(), 0.5 / decay.rate()];
+    for width in [0.001, 0.008] {
+        for ((value, expected), parameter) in
+            values(width)[5..].iter().zip(expected).zip(&Parameter::ALL[5..])
+        {
+            let error = (value.clone().unwrap() - expected).abs();
+            assert!(error < parameter.just_noticeable(expected), "{parameter:?}, {width} s: {error}");
+        }
+    }
+    let reasons: Vec<String> =
+        values(0.2)[5..].iter().map(|value| value.clone().unwrap_err().to_string()).collect();
+    for (reason, most) in reasons.iter().zip(["12.5", "20.0", "12.5", "10.0"]) {
+        assert!(
+            reason.contains(&format!("at most {most} ms are allowed: render with a shorter --bin")),
+            "{reason}"
+        );
+    }
+    let single = values(2.0)[2..].iter().map(|value| value.clone().unwrap_err()).collect::<Vec<_>>();
+    assert_eq!(single, vec![Unsupported::SingleBin; PARAMETER_COUNT - 2]);
+}
+
 #[test]
 fn another_decay_has_other_figures() {
     let decay = ExponentialDecay { reverberation_time: 1.0, energy: 0.02 };

@@ -182,9 +182,11 @@ fn a_panel_of_each_parameter_shows_its_value_and_leaves_out_what_was_refused() {
     let figures = [crate::parameters(&response(&[0.9, 1.0, 1.0, 1.1])), crate::parameters(&short)];
     let panels = parameters(&[("whole".to_owned(), &figures[0][0]), ("short".to_owned(), &figures[1][0])]);
     assert_eq!(panels.len(), Parameter::ALL.len());
-    let panel = &panels[Parameter::CenterTime as usize];
-    assert_eq!(panel.y.label, "Ts [ms]");
-    assert!((panel.series[0].points[0].y - 1000.0 / RATE).abs() < 1e-3);
+    let panel = &panels[Parameter::EarlyDecayTime as usize];
+    assert_eq!(panel.y.label, "EDT [s]");
+    assert!((panel.series[0].points[0].y - 6.0 * std::f64::consts::LN_10 / RATE).abs() < 1e-6);
+    // Its batches have bins of 20 ms.
+    assert!(panels[Parameter::CenterTime as usize].series[0].points[0].y.is_nan());
     assert!(panels[Parameter::T30 as usize].series[1].points[0].y.is_nan());
     drawn(&Sheet::new("", panels.chunks(3).map(<[Panel]>::to_vec).collect()));
 }

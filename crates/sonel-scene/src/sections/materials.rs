@@ -180,7 +180,9 @@ fn read_coefficient(entry: &Entry<'_>, bands: &BandChoice, report: &mut Report<'
     let mut all_inside = true;
     for number in numbers.readable.iter().filter(outside) {
         all_inside = false;
-        report.problem(number.at, format!("{}: {} is outside 0 … 1", entry.path, number.value));
+        let above = entry.path.ends_with("absorption") && number.value > 1.0;
+        let remedy = if above { "; give 1 for measured values above 1 (ISO 354)" } else { "" };
+        report.problem(number.at, format!("{}: {} is outside 0 … 1{remedy}", entry.path, number.value));
     }
     let values = bands.per_band(entry, &numbers, report);
     (all_inside && numbers.is_complete).then_some(values)

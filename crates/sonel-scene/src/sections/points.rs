@@ -110,6 +110,9 @@ fn read_directivity(
         (None, Some(entry)) => read_pattern(entry, report).unwrap_or_default(),
         _ => Pattern::Omni,
     };
+    if let (None, Some(aim)) = (&entry, table.get("aim")) {
+        aim.problem(report, "a source without directivity is omnidirectional and has no aim; add directivity, or remove this key");
+    }
     if (file.is_some() || pattern != Pattern::Omni) && table.get("aim").is_none() {
         let kind = file.map_or(pattern.name(), |_| "directional");
         let message = format!("{}: missing; a {kind} source needs aim = [x, y, z]", table.path_of("aim"));

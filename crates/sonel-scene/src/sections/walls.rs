@@ -40,6 +40,18 @@ pub(crate) struct Walls {
     pub(crate) unknown: Vec<String>,
 }
 
+impl Walls {
+    /// Whether they are those of a shoebox.
+    pub(crate) fn is_shoebox(&self) -> bool {
+        self.unit.is_none()
+    }
+}
+
+/// Whether a material of this name covers sides of a shoebox.
+pub(crate) fn is_side(name: &str) -> bool {
+    name == SHOEBOX_MATERIAL || SHOEBOX_WALLS.contains(&name)
+}
+
 /// Which way is up in the axes of the scene.
 pub(crate) fn read_up(document: &Table<'_>, report: &mut Report<'_>) -> DVec3 {
     let Some(entry) = document.get("mesh_up") else { return DVec3::Z };

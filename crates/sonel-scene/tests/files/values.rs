@@ -160,7 +160,7 @@ fn walls_of_a_shoebox_take_their_own_material() {
         let index = scene.materials.iter().position(|material| material.name == name).unwrap();
         geometry.exposed_area(index as u32)
     };
-    assert_near(&["walls", "z0", "y1", "spare"].map(area), &[142.0, 70.0, 30.0, 0.0]);
+    assert_near(&["walls", "z0", "y1", "ceiling"].map(area), &[142.0, 70.0, 30.0, 0.0]);
     assert_eq!(scene.bands.count(), 24);
     assert_near(&scene.air_attenuation, &[0.0; 24]);
     // δ = 0.3 beside α = 0.7 is all that is reflected; nothing is where α = 1.

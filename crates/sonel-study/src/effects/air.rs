@@ -135,5 +135,5 @@ fn reason(scene: &Scene, losses: &[Loss]) -> String {
     let last = losses.len() - 1;
     let of = |band: usize| format!("{:.2} % at {} Hz", percent(band), nominal[band]);
     let range = if last == 0 { of(0) } else { format!("{} to {}", of(0), of(last)) };
-    format!("air takes {range} of what surfaces absorb (4mV/A)")
+    format!("air adds {range} to the absorption of surfaces (4mV/A)")
 }

@@ -41,8 +41,8 @@ fn missing(reason: &Unsupported) -> &'static str {
         | Unsupported::LimitOutside { .. } => {
             "the simulated time is too short for this value. A longer duration gives one."
         }
-        Unsupported::TooSteep { .. } => {
-            "the sound dies away within very few time steps. Finer time steps (--bin) give a value."
+        Unsupported::TooSteep { .. } | Unsupported::BinTooWide { .. } | Unsupported::SingleBin => {
+            "the time steps of the calculation are too long for this value. Finer time steps (--bin) give one."
         }
         Unsupported::BandsMissing { .. } | Unsupported::NotOctaves | Unsupported::OctavesMissing { .. } => {
             "the simulation does not cover all octaves that this value needs."
