@@ -23,7 +23,7 @@ pub use speech::{OpenPlan, TalkArguments};
 /// Inspects maps and responses, reads room-acoustic parameters.
 #[derive(Debug, Clone, Parser)]
 #[command(
-    version,
+    version = crate::VERSION.as_str(),
     after_help = "Example:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap\n  \
                   sonel-render room.sonelmap -o room.npz\n  sonel-analyze parameters room.npz\n  \
                   sonel-analyze verify room.sonelmap"

@@ -9,6 +9,8 @@ use comfy_table::{CellAlignment, Table, presets};
 use sonel_console::{Outcome, input};
 use sonel_scene::library::{LibraryEntry, Octaves, read_file, shipped};
 
+use crate::program::Common;
+
 /// Octaves that are printed [Hz].
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 
@@ -27,6 +29,8 @@ pub struct Words {
     /// Search this material file (CATT, ODEON .Li8, pyroomacoustics .json) instead of the shipped library; repeatable.
     #[arg(long, value_name = "FILE")]
     file: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }
 
 /// Prints what matches.

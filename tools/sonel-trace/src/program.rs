@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
-use clap::{Parser, Subcommand};
-use sonel_console::Outcome;
+use clap::{Args, Parser, Subcommand};
+use sonel_console::{Outcome, parse_threads, use_threads};
 
 use crate::{Arguments, check, materials, new};
 
@@ -36,11 +36,35 @@ enum Command {
     Materials(materials::Words),
 }
 
+/// Options that every command shares with a trace.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct Common {
+    /// Print only errors on stderr.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Threads; by default all cores. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+}
+
+impl Command {
+    fn common(&self) -> &Common {
+        match self {
+            Self::Check(checked) => &checked.common,
+            Self::New(new) => &new.common,
+            Self::Materials(words) => &words.common,
+        }
+    }
+}
+
 impl Program {
     /// Whether nothing is said on stderr but errors.
     #[must_use]
     pub fn is_quiet(&self) -> bool {
-        self.trace.as_ref().is_some_and(|trace| trace.quiet)
+        match &self.command {
+            Some(command) => command.common().quiet,
+            None => self.trace.as_ref().is_some_and(|trace| trace.quiet),
+        }
     }
 
     /// Runs it: data to `out`, everything else to `log`.
@@ -48,6 +72,9 @@ impl Program {
     /// # Errors
     /// As the command says.
     pub fn run(&self, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+        if let Some(command) = &self.command {
+            use_threads(command.common().threads)?;
+        }
         match (&self.command, &self.trace) {
             (Some(Command::Check(checked)), _) => check::run(checked, out, log),
             (Some(Command::New(new)), _) => new::run(new, log),

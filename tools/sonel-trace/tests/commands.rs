@@ -98,6 +98,18 @@ fn materials_are_found_by_their_words() {
 }
 
 #[test]
+fn commands_take_the_common_options() {
+    let folder = TestFolder::with(SCENE);
+    folder.write("room.obj", meshes::obj(&room()));
+    let common = ["--quiet", "--threads", "1"];
+    for words in [&["check", "scene.toml"][..], &["new", "room.obj", "-o", "n.toml"], &["materials", "felt"]] {
+        let ended = folder.run(PROGRAM, &[words, &common].concat());
+        assert_eq!((ended.code, ended.err.as_str()), (Some(0), ""), "{words:?}");
+    }
+    assert!(folder.run(PROGRAM, &["materials", "--threads", "0"]).refused().contains("1 … 1024"));
+}
+
+#[test]
 fn scenes_may_have_the_names_of_commands() {
     let folder = TestFolder::with(SCENE);
     for name in ["check.toml", "new.toml", "materials.toml", "check"] {

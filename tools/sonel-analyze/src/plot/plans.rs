@@ -26,6 +26,10 @@ pub fn of(
 ) -> anyhow::Result<Plans> {
     let map = map.map(open::map).transpose()?;
     let scene = map.as_ref().map(|(map, _)| &map.header().scene);
+    if let Some(scene) = scene {
+        let named = subjects.iter().map(|subject| (subject.name.as_str(), &subject.response));
+        open::check_scene(named, scene, log)?;
+    }
     let each =
         subjects.iter().map(|subject| plan(subject, scene, arguments, log)).collect::<Result<_, _>>()?;
     let (symbol, unit, _) = arguments.parameter.heading();

@@ -6,7 +6,7 @@ use sonel_testkit::test_folder::TestFolder;
 
 use crate::{analyze, trace};
 
-const MAP: &str = "room.sonelmap";
+pub const MAP: &str = "room.sonelmap";
 pub const RESPONSE: &str = "room.npz";
 
 /// Colourful walls, two sources, one of them directional: every term of the books of a closed room is at work.
@@ -67,6 +67,23 @@ pub fn render(folder: &TestFolder) {
     response
         .write(std::fs::File::create(folder.path(RESPONSE)).expect("a folder for tests"))
         .expect("written");
+}
+
+#[test]
+fn the_version_has_revision_and_build() {
+    let printed = analyze(&TestFolder::with(""), &["--version"]).done().out;
+    let version = format!("sonel-analyze {}+{}.", env!("CARGO_PKG_VERSION"), sonel_renderer::REVISION);
+    assert!(printed.starts_with(&version), "{printed}");
+}
+
+#[test]
+fn a_wish_out_of_reach_is_missed_and_nothing_is_written() {
+    let folder = traced(&["--sonels", "2k"]);
+    let words = ["optimise", MAP, "--wish", "t20=9s±5%@1000", "--change", "z0=0.4:0.6", "-o", "c.toml"];
+    let ended = analyze(&folder, &words);
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    assert!(ended.out.contains("no combination is predicted to approach"), "{ended:?}");
+    assert!(!folder.path("c.toml").exists());
 }
 
 fn inspected(folder: &TestFolder) -> Value {
