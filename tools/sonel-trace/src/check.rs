@@ -12,7 +12,7 @@ use sonel_console::progress::Audience;
 use sonel_console::{Outcome, scene};
 use sonel_scene::checkup::{Checkup, Covering, Room, check};
 
-use crate::program::Common;
+use crate::arguments::Common;
 
 /// Check a scene without tracing; exit code 1 if there are errors, warnings or faults
 ///

@@ -9,7 +9,7 @@ use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Audience, Progress};
 use sonel_console::{Outcome, input};
 
-use crate::program::Common;
+use crate::arguments::Common;
 
 /// Write a scene file for a mesh: its materials, the nearest library entries, a source and a receiver
 ///

@@ -2,9 +2,10 @@
 
 use std::io::Write;
 
-use clap::{Args, Parser, Subcommand};
-use sonel_console::{Outcome, parse_threads, use_threads};
+use clap::{Parser, Subcommand};
+use sonel_console::{Outcome, use_threads};
 
+use crate::arguments::Common;
 use crate::{Arguments, check, materials, new};
 
 /// Traces sonels through a scene and saves the sonel map.
@@ -14,10 +15,10 @@ use crate::{Arguments, check, materials, new};
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     disable_help_subcommand = true,
-    after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --sonels 200k --seed 7\n  \
+    after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --sonels 200k --seed 7\n  \
                   sonel-trace scenes/hall/scene.toml --plan\n  \
-                  sonel-trace scenes/hall/scene.toml -o hall.sonelmap --until \"level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
-                  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --extend room.sonelmap --sonels 1M\n  \
+                  sonel-trace scenes/hall/scene.toml -o hall.sonelmap \\\n    --until \"level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
+                  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --extend room.sonelmap --sonels 1M\n  \
                   sonel-trace new hall.glb -o scene.toml\n  sonel-trace check scene.toml\n  \
                   sonel-trace materials carpet felt"
 )]
@@ -34,17 +35,6 @@ enum Command {
     Check(check::Checked),
     New(new::New),
     Materials(materials::Words),
-}
-
-/// Options that every command shares with a trace.
-#[derive(Debug, Clone, Args)]
-pub(crate) struct Common {
-    /// Print only errors on stderr.
-    #[arg(long)]
-    pub quiet: bool,
-    /// Threads; by default all cores. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
-    pub threads: Option<usize>,
 }
 
 impl Command {
