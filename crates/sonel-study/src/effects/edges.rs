@@ -112,7 +112,7 @@ impl EdgeBound {
         let (change, are, path) =
             if count == 1 { ("changes", "is", "path") } else { ("change", "are", "paths") };
         if let Some((receiver, band)) = &self.alone {
-            return format!("{are} the only {path} to {receiver} at {} Hz", scene.bands.nominal()[*band]);
+            return format!("{are} the only {path} to \"{receiver}\" at {} Hz", scene.bands.nominal()[*band]);
         }
         let (level_db, band) = self
             .bound
@@ -165,7 +165,7 @@ fn weigh_edges(
         let is_sure =
             asked.request == Request::Auto && !asked.weigh && asked.exceeding(&found.bound).contains(&true);
         if is_sure && (number as usize) < listeners.len() {
-            found.listeners = format!("already at {}", listener.name);
+            found.listeners = format!("already at \"{}\"", listener.name);
             break;
         }
     }
@@ -257,14 +257,14 @@ mod tests {
         let bands = Bands::new(vec![500.0, 1000.0], BandWidth::Octave).unwrap();
         let scene = Scene::shoebox([5.0, 4.0, 3.0], Material::uniform("walls", 0.2, 0.5, 2), bands);
         let bound = Bound { level_db: vec![0.5, 2.0], decay: vec![0.01, 0.1] };
-        let listeners = "already at seat".to_owned();
+        let listeners = "already at \"seat\"".to_owned();
         let mut found = EdgeBound { bound, listeners, alone: None, seconds: 0.0 };
-        let finite = "levels by up to 2.00 dB (1000 Hz) and T by up to 10.00 %, already at seat";
+        let finite = "levels by up to 2.00 dB (1000 Hz) and T by up to 10.00 %, already at \"seat\"";
         assert_eq!(found.describe(7, &scene), format!("change {finite}"));
         assert_eq!(found.describe(1, &scene), format!("changes {finite}"));
         found.bound = Bound { level_db: vec![f64::INFINITY; 2], decay: vec![f64::INFINITY; 2] };
         found.alone = Some(("seat".to_owned(), 1));
-        assert_eq!(found.describe(7, &scene), "are the only paths to seat at 1000 Hz");
-        assert_eq!(found.describe(1, &scene), "is the only path to seat at 1000 Hz");
+        assert_eq!(found.describe(7, &scene), "are the only paths to \"seat\" at 1000 Hz");
+        assert_eq!(found.describe(1, &scene), "is the only path to \"seat\" at 1000 Hz");
     }
 }

@@ -62,7 +62,7 @@ pub fn render(folder: &TestFolder) {
         missing: None,
         arrivals: Arrivals::default(),
         directions: None,
-        metadata: serde_json::json!({ "scene": "test room" }),
+        metadata: serde_json::json!({ "scene": "test room", "map_tool_version": "0.1.0" }),
     };
     response
         .write(std::fs::File::create(folder.path(RESPONSE)).expect("a folder for tests"))
@@ -84,6 +84,14 @@ fn a_wish_out_of_reach_is_missed_and_nothing_is_written() {
     assert_eq!(ended.code, Some(1), "{ended:?}");
     assert!(ended.out.contains("no combination is predicted to approach"), "{ended:?}");
     assert!(!folder.path("c.toml").exists());
+}
+
+#[test]
+fn the_longest_key_of_a_response_has_a_blank_behind_it() {
+    let folder = TestFolder::with(SCENE);
+    render(&folder);
+    let text = analyze(&folder, &["inspect", RESPONSE]).done().out;
+    assert!(text.contains("map_tool_version \"0.1.0\"") && text.contains("1 source, 1 receiver"), "{text}");
 }
 
 fn inspected(folder: &TestFolder) -> Value {
