@@ -25,7 +25,7 @@ pub fn run(arguments: &Listen, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let response = open::recording(impulse_response)?;
     let dry = open::recording(recording)?;
     let [signal] = &dry.channels[..] else {
-        bail!("{}: channels of the recording: {}; mix them to one", recording.display(), dry.channels.len());
+        bail!("{} has {} channels: mix them to one", recording.display(), dry.channels.len());
     };
     let rate = response.sample_rate_hz;
     if dry.sample_rate_hz != rate {
