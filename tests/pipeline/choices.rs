@@ -51,9 +51,23 @@ fn endings_of_other_files_and_streams_are_no_outputs() {
 }
 
 #[test]
+fn examples_of_the_help_fit_a_terminal_of_80_columns() {
+    fn check(command: &clap::Command) {
+        let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        for line in help.lines().filter(|line| line.starts_with("  ")) {
+            assert!(line.chars().count() <= 80, "{}: {line}", command.get_name());
+        }
+        command.get_subcommands().for_each(check);
+    }
+    check(&sonel_trace::Program::command());
+    check(&sonel_render::Arguments::command());
+    check(&sonel_analyze::Arguments::command());
+}
+
+#[test]
 fn a_limit_without_unit_is_said_to_have_none() {
     let error = refusal(trace(&test_folder(), "a.sonelmap", &["--until", "level<0.1"]));
-    assert!(error.contains("the limit of level has the unit \"\": write level<0.1dB"), "{error}");
+    assert!(error.contains("the limit of level has no unit: write level<0.1dB"), "{error}");
 }
 
 #[test]

@@ -100,10 +100,16 @@ fn responses_stand_side_by_side_and_a_foreign_map_is_remarked() {
 #[test]
 fn what_makes_no_report_is_refused() {
     let folder = rendered();
+    // What-if responses are of the scene of their map.
+    render(&folder, "a.sonelmap", "changed.npz", &["--set", "materials.walls.absorption=0.5"]).unwrap();
+    analyze(&folder, &["report", "changed.npz", "a.sonelmap", "-o", "changed.html"]).unwrap();
+    folder.write("scene.toml", SCENE.replace("4.0, 3.0]", "4.0, 2.9]"));
+    trace(&folder, "other.sonelmap", &["--sonels", "1k"]).unwrap();
     folder.write("notes.html", "mine");
     for (words, message) in [
         (&["report", "a.sonelmap", "-o", "a.html"][..], "no response among the files"),
         (&["report", "a.npz", "a.sonelmap", "a.sonelmap", "-o", "a.html"], "second map"),
+        (&["report", "a.npz", "other.sonelmap", "-o", "a.html"], "a is of another scene than the map"),
         (&["report", "a.npz", "-o", "a.pdf"], "does not end in .html"),
         (&["report", "a.npz", "-o", "notes.html"], "exists and is not a report"),
     ] {

@@ -130,6 +130,8 @@ fn two_ears_are_those_of_the_head_and_a_file_that_is_no_head_is_refused_before_t
         &analyze(&folder, &["iacc", "ears/1-speaker_1-listener_binaural.wav", "--json"]).unwrap(),
     )
     .unwrap();
+    let table = analyze(&folder, &["iacc", "ears/1-speaker_1-listener_binaural.wav"]).unwrap();
+    assert!(table.lines().all(|line| line == line.trim_end()), "{table}");
     let [early, late] =
         ["early", "late"].map(|key| found["recordings"][0]["means"][key]["value"].as_f64().unwrap());
     assert!(0.0 < late && late < early && early < 1.0, "{early} {late}");

@@ -120,11 +120,18 @@ impl DecayQuality {
     fn excess(&self, times: f64) -> Option<String> {
         let (linear, curved) = (times * LARGEST_NON_LINEARITY, times * LARGEST_CURVATURE);
         if self.non_linearity_permille > linear {
-            return Some(format!("ξ = {:.0} ‰, limit {linear:.0} ‰", self.non_linearity_permille));
+            let found = above(self.non_linearity_permille, linear);
+            return Some(format!("ξ = {found} ‰, limit {linear:.0} ‰"));
         }
         let curvature = self.curvature_percent.filter(|curvature| curvature.abs() > curved)?;
-        Some(format!("C = {curvature:.0} %, limit {curved:.0} %"))
+        Some(format!("C = {} %, limit {curved:.0} %", above(curvature, curved)))
     }
+}
+
+/// `value`, whose size exceeds `limit`, with the digits that show it.
+fn above(value: f64, limit: f64) -> String {
+    let digits = (0..3).find(|&digits| format!("{:.digits$}", value.abs()) != format!("{limit:.digits$}"));
+    format!("{value:.*}", digits.unwrap_or(3))
 }
 
 impl Estimate {
@@ -223,7 +230,7 @@ pub enum Unsupported {
     },
     /// The decay is too fast for the bins.
     #[error(
-        "time bins are too coarse: {borders} bin borders between {from_db:.0} and {to_db:.0} dB of the decay, 3 are needed: render with a shorter --bin"
+        "time bins are too coarse: {borders} of the 3 bin borders needed lie between {from_db:.0} and {to_db:.0} dB of the decay: render with a shorter --bin"
     )]
     TooSteep {
         /// [dB].
@@ -366,7 +373,9 @@ mod tests {
     fn curved_decays_are_warned_of_and_refused_beyond_ten_times_the_limits() {
         assert_eq!(time(9.0, -9.0).unwrap().warning, None);
         assert!(time(11.0, 0.0).unwrap().warning.unwrap().contains("ξ = 11 ‰"));
+        assert!(time(10.04, 0.0).unwrap().warning.unwrap().contains("ξ = 10.04 ‰, limit 10 ‰"));
         assert!(time(0.0, -11.0).unwrap().warning.unwrap().contains("C = -11 %"));
+        assert!(time(0.0, -10.2).unwrap().warning.unwrap().contains("C = -10.2 %"));
         for refused in [time(101.0, 0.0), time(0.0, 101.0)] {
             assert!(matches!(refused, Err(Unsupported::NotStraight { .. })), "{refused:?}");
         }

@@ -57,7 +57,7 @@ pub enum SoundError {
     },
     /// A recording without two ears.
     #[error(
-        "the recording has {channels} channels, and IACC is of two, left and right: render it with --wav and --hrtf"
+        "channels of the recording: {channels}; IACC needs two, left and right: render it with --wav and --hrtf"
     )]
     NotBinaural {
         /// Found.

@@ -43,7 +43,8 @@ pub enum TargetError {
     ParameterValue(String),
     /// A unit that this parameter does not have.
     #[error(
-        "the limit of {estimate} has the unit \"{unit}\": write {estimate}<{example} or {estimate}<0.2jnd"
+        "the limit of {estimate} has {}: write {estimate}<{example} or {estimate}<0.2jnd",
+        if unit.is_empty() { "no unit".to_owned() } else { format!("the unit \"{unit}\"") }
     )]
     Unit {
         /// The parameter.
@@ -214,6 +215,7 @@ mod tests {
             ("t30<1dB", "t30<1%"),
             ("level<1%", "level<0.1dB"),
             ("t30<1", "t30<1%"),
+            ("d50<0.01", "the limit of d50 has no unit: write d50<1%"),
             ("t30<0%", "above 0"),
             ("t30<-1%", "above 0"),
             ("t30<nan%", "above 0"),

@@ -25,7 +25,7 @@ pub struct Wish {
 pub enum WishError {
     /// Not a wish at all.
     #[error(
-        "\"{0}\" is not a wish: write PARAMETER=VALUE±TOLERANCE@BANDS such as \"t30=1.8s±5%@500,1000\" (+- for ±; all bands without @)"
+        "\"{0}\" is not a wish: write PARAMETER=VALUE±TOLERANCE@BANDS, each number with its unit (s, ms, dB; d50: %), such as \"t30=1.8s±5%@500,1000\" or \"d50=70%±5%\" (+- for ±; all bands without @)"
     )]
     Form(String),
     /// No such parameter.
@@ -81,6 +81,8 @@ mod tests {
         assert!(
             (wish.value + 1.0).abs() + (wish.tolerance - 1.0).abs() < 1e-12 && wish.centers_hz.is_empty()
         );
+        let wish: Wish = "d50=70%±5%".parse().unwrap();
+        assert!((wish.value - 0.7).abs() + (wish.tolerance - 0.05).abs() < 1e-12);
     }
 
     #[test]
@@ -93,6 +95,7 @@ mod tests {
             "t30=-1s±5%",
             "t30=1s±5%@x",
             "c80=1%±1dB",
+            "d50=0.7±5%",
             "t30=1%±5%",
         ] {
             assert!(matches!(text.parse::<Wish>(), Err(WishError::Form(_))), "{text}");

@@ -23,7 +23,7 @@ pub use speech::{OpenPlan, TalkArguments};
 /// Inspects maps and responses, reads room-acoustic parameters.
 #[derive(Debug, Clone, Parser)]
 #[command(
-    version,
+    version = crate::VERSION.as_str(),
     after_help = "Example:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap\n  \
                   sonel-render room.sonelmap -o room.npz\n  sonel-analyze parameters room.npz\n  \
                   sonel-analyze verify room.sonelmap"
@@ -97,7 +97,8 @@ pub struct Report {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
   sonel-render hall.sonelmap -o hall.npz --wav impulses
-  sonel-analyze listen 'impulses/1-soloist_4-row 18.wav' speech.wav -o rendered.wav
+  sonel-analyze listen 'impulses/1-stage_3-stalls rear.wav' speech.wav \\
+    -o heard.wav
 
 Nothing is normalised: at 1 m from the source in a free field the recording keeps its level.")]
 pub struct Listen {
@@ -118,8 +119,8 @@ pub struct Listen {
   sonel-render hall.sonelmap -o hall.npz --wav impulses --hrtf head.sofa
   sonel-analyze iacc impulses/*_binaural.wav --json
 
-IACC is 1 for equal sound at both ears and small for a diffuse field. It differs between realisations of late sound (--seed of
-sonel-render).")]
+IACC is 1 for equal sound at both ears and small for a diffuse field. It differs between realisations of late \
+sound (--seed of sonel-render).")]
 pub struct IaccArguments {
     /// Binaural impulse responses: WAV files of two channels, left and right.
     #[arg(value_name = "IR_binaural.wav", required = true)]
@@ -133,11 +134,13 @@ pub struct IaccArguments {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
   sonel-analyze tradeoff scenes/shoebox/scene.toml -o shoebox-tradeoff
-  sonel-analyze tradeoff scenes/hall/scene.toml -o hall --vary sonels,survival --repeats 12
-  sonel-analyze tradeoff scenes/hall/scene.toml -o hall --estimator gather --rays 16k,4k,64k
+  sonel-analyze tradeoff scenes/hall/scene.toml -o survival \\
+    --vary sonels,survival --repeats 12
+  sonel-analyze tradeoff scenes/hall/scene.toml -o rays \\
+    --estimator gather --rays 16k,4k,64k
 
-Properties are varied one at a time about the base setting, which has the first value of each list. The folder then has README.md
-with a recommendation, plots, tradeoff.csv, figures.csv and tradeoff.json.")]
+Properties are varied one at a time about the base setting, which has the first value of each list. The folder then \
+has README.md with a recommendation, plots, tradeoff.csv, figures.csv and tradeoff.json.")]
 pub struct Tradeoff {
     /// Scene file; errors are evaluated at its receivers.
     #[arg(value_name = "SCENE.toml")]
@@ -206,7 +209,8 @@ pub enum Property {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
   sonel-analyze sensitivity hall.sonelmap
-  sonel-analyze sensitivity hall.sonelmap --receiver 'row 3=0,12,1.2' --format csv > sensitivity.csv")]
+  sonel-analyze sensitivity hall.sonelmap --receiver 'stalls=0,14,1.5' \\
+    --format csv > sensitivity.csv")]
 pub struct SensitivityArguments {
     /// The map.
     #[arg(value_name = "MAP.sonelmap")]
@@ -222,16 +226,16 @@ pub struct SensitivityArguments {
 /// `diff`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
-  sonel-analyze diff before.sonelmap after.sonelmap    # which surfaces, bands and times, in dB
+  sonel-analyze diff before.sonelmap after.sonelmap
   sonel-analyze diff before.npz after.npz || echo different
-  sonel-analyze diff hall.npz --between 'row 3' 'row 18'
+  sonel-analyze diff hall.npz --between 'stalls front' 'balcony rear'
 
-Both compare beyond noise: two seeds of one scene differ in 1 % of comparisons.")]
+Maps are compared by surfaces, bands and times, responses by parameters. Both compare beyond noise: two seeds of one scene differ in 1 % of comparisons.")]
 pub struct Diff {
     /// A map written by sonel-trace, or a response written by sonel-render.
     #[arg(value_name = "A")]
     pub a: PathBuf,
-    /// A second file of the same kind; by default A. Sources and receivers are compared by name.
+    /// A second file of the same kind; with --between by default A. Sources and receivers are compared by name.
     #[arg(value_name = "B", required_unless_present = "between")]
     pub b: Option<PathBuf>,
     /// Compare a receiver of A with another receiver of B, by name.
@@ -256,15 +260,15 @@ impl Diff {
 /// `merge`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
-  sonel-trace hall.toml -o 1.sonelmap --sonels 1M --shard 1/2
-  sonel-trace hall.toml -o 2.sonelmap --sonels 1M --shard 2/2
+  sonel-trace scenes/hall/scene.toml -o 1.sonelmap --sonels 1M --shard 1/2
+  sonel-trace scenes/hall/scene.toml -o 2.sonelmap --sonels 1M --shard 2/2
   sonel-analyze merge 1.sonelmap 2.sonelmap -o hall.sonelmap
   sonel-render hall.sonelmap -o 1.npz --shard 1/2
   sonel-render hall.sonelmap -o 2.npz --shard 2/2
   sonel-analyze merge 1.npz 2.npz -o hall.npz
 
-The result is what sonel-trace or sonel-render writes in one piece, byte for byte. Neighbouring shards of a map such as 1/4 and
-2/4 make the larger shard 1/2.")]
+The result is what sonel-trace or sonel-render writes in one piece, byte for byte. Neighbouring shards of a map such \
+as 1/4 and 2/4 make the larger shard 1/2.")]
 pub struct Merge {
     /// Shards of one map or of one response, in any order.
     #[arg(value_name = "SHARD", required = true)]
@@ -278,11 +282,11 @@ pub struct Merge {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
   sonel-analyze export room.sonelmap -o sonels.npz
-  python -c 'import numpy; f = numpy.load(\"sonels.npz\"); print(f[\"position_m\"][f[\"order\"] == 0])'
+  python -c 'import numpy; f = numpy.load(\"sonels.npz\"); print(f[\"position_m\"])'
   sonel-analyze export room.npz -o echograms.csv
 
-Columns: docs/formats/sonels.md and docs/formats/response.md. An archive takes 75 bytes per sonel and 8 more per band, CSV about
-twice that. The table of a response has a row for every source, receiver, band and time bin.")]
+Columns: docs/formats/sonels.md and docs/formats/response.md. An archive takes 75 bytes per sonel and 8 more per \
+band, CSV about twice that. The table of a response has a row for every source, receiver, band and time bin.")]
 pub struct Export {
     /// A map written by sonel-trace, or a response written by sonel-render.
     #[arg(value_name = "MAP.sonelmap|RESPONSE.npz")]
@@ -295,11 +299,12 @@ pub struct Export {
 /// `image`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
-  sonel-analyze image hall.sonelmap -o energy.exr --eye 2,10,3 --look 25,10,6 --fov 80 --windows 0-20ms,20-50ms,50-100ms
+  sonel-analyze image hall.sonelmap -o energy.exr --eye 0,25,6 --look 0,5,5 \\
+    --fov 80 --windows 0-20ms,20-50ms,50-100ms
 
-writes energy.exr, with a layer per window and a channel per band, and energy.png, with a scale of colours.
-Values are incident energy per area and unit emitted energy in 1/m\u{b2}, direct sound included. A camera outside a
-closed room sees into it.")]
+writes energy.exr, with a layer per window and a channel per band, and energy.png, with a scale of colours. Values \
+are incident energy per area and unit emitted energy in 1/m\u{b2}, direct sound included. A camera outside a closed \
+room sees into it.")]
 pub struct Image {
     /// A map written by sonel-trace.
     #[arg(value_name = "MAP.sonelmap")]
@@ -431,9 +436,9 @@ pub struct Parameters {
 pub enum Format {
     /// Aligned columns for people.
     Table,
-    /// A row per parameter.
+    /// Rows of comma-separated values.
     Csv,
-    /// An object per receiver.
+    /// One JSON object.
     Json,
 }
 

@@ -9,6 +9,7 @@ use sonel_analysis::sonels::Sonels;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::progress::{Audience, Progress};
+use sonel_console::quantity;
 
 use crate::arguments::Export;
 use crate::open;
@@ -55,6 +56,7 @@ fn echograms(response: &Path, output: &Path, log: &mut dyn Write) -> anyhow::Res
     let target = Output::create(output, Kind::ECHOGRAM_TABLE, &[response.to_owned()])?;
     let response = open::response(response)?;
     target.write(|out| export::echogram_csv(&response, out))?;
-    writeln!(log, "written to {}", output.display())?;
+    let bytes = std::fs::metadata(output)?.len();
+    writeln!(log, "{}; written to {}", quantity::bytes(bytes as f64), output.display())?;
     Ok(Outcome::Done)
 }

@@ -11,6 +11,7 @@ use sonel_acoustics::{Coefficient, Material};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Audience, Progress};
+use sonel_console::quantity::counted;
 use sonel_console::store::TemporaryMaps;
 use sonel_renderer::RenderSettings;
 use sonel_scene::materials_toml;
@@ -68,7 +69,8 @@ pub fn run(
     let source = format!("fitted to {}", arguments.measured.display());
     write_materials(output, &found.materials, &scene.materials, (&head, &source))?;
     report::print(&found, &scene, arguments.format, out)?;
-    writeln!(log, "{} renderings; written to {}", found.rounds, arguments.output.display())?;
+    let renderings = counted(found.rounds as usize, "rendering");
+    writeln!(log, "{renderings}; written to {}", arguments.output.display())?;
     if !found.is_settled {
         writeln!(log, "warning: the coefficients did not settle: fit again from the result")?;
     }

@@ -56,7 +56,7 @@ fn value(found: Option<f64>) -> Value {
     found.map_or_else(|| json!({ "value": null, "reason": NOTHING }), |value| json!({ "value": value }))
 }
 
-fn table(found: &Iacc) -> Table {
+fn table(found: &Iacc) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING).set_header(["f [Hz]", "IACC early", "IACC late", "IACC all"]);
     let cell = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"));
@@ -67,5 +67,5 @@ fn table(found: &Iacc) -> Table {
     let [early, late, all] = found.means().map(cell);
     table.add_row([MEAN.to_owned(), early, late, all]);
     table.column_iter_mut().for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    table
+    table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }

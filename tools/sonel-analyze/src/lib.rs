@@ -20,13 +20,18 @@ mod tradeoff;
 mod verify;
 
 use std::io::Write;
+use std::sync::LazyLock;
 
+use sonel_console::version::version;
 use sonel_console::{Outcome, use_threads};
 
 pub use arguments::{
     Arguments, Command, Diff, Export, FitArguments, Format, IaccArguments, Image, Inspect, Listen, Merge,
     OptimiseArguments, Parameters, Plot, Report, Verify, What,
 };
+
+/// Of this program: the revision is that of what it renders.
+static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVISION));
 
 /// Runs the program: data to `out`, everything else to `log`.
 ///

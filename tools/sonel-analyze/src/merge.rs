@@ -8,6 +8,7 @@ use sonel_console::Outcome;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Audience, Progress};
+use sonel_console::quantity::counted;
 use sonel_echogram::join;
 use sonel_map::{Merger, ShardRange};
 
@@ -31,8 +32,8 @@ fn join_responses(arguments: &Merge, log: &mut dyn Write) -> anyhow::Result<Outc
     let parts: Vec<_> = shards.iter().map(part).collect::<anyhow::Result<_>>()?;
     let whole = join(parts).map_err(|problems| together(&problems))?;
     Output::create(output, Kind::RESPONSE, shards)?.write(|out| whole.write(out).map(drop))?;
-    let (count, receivers) = (shards.len(), whole.receivers());
-    writeln!(log, "{count} responses joined, {receivers} receivers; written to {}", output.display())?;
+    let (count, receivers) = (counted(shards.len(), "response"), counted(whole.receivers(), "receiver"));
+    writeln!(log, "{count} joined, {receivers}; written to {}", output.display())?;
     Ok(Outcome::Done)
 }
 
@@ -51,7 +52,8 @@ fn join_maps(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Res
         written
     })?;
     let what = if count == 1 { "the whole run".to_owned() } else { format!("shard {index} of {count}") };
-    writeln!(log, "{} maps joined, {paths} paths: {what}; written to {}", maps.len(), output.display())?;
+    let count = counted(maps.len(), "map");
+    writeln!(log, "{count} joined, {paths} paths: {what}; written to {}", output.display())?;
     Ok(Outcome::Done)
 }
 

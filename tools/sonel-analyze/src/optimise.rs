@@ -10,7 +10,7 @@ use sonel_console::output::{Kind, Output};
 use sonel_console::store::TemporaryMaps;
 use sonel_renderer::RenderSettings;
 use sonel_scene::{Scene, load_materials};
-use sonel_study::optimise::{Candidate, Choice, Proposal};
+use sonel_study::optimise::{Candidate, Choice, OptimiseError, Proposal};
 use sonel_study::response::receivers_of;
 use sonel_study::sensitivity::VariedMap;
 use sonel_study::wish::Wish;
@@ -22,7 +22,7 @@ use crate::open;
 /// Prints what is proposed and writes the materials.
 ///
 /// # Errors
-/// When the map is unusable, a wish or change does not fit it, nothing comes near, or the output cannot be written.
+/// When the map is unusable, a wish or change does not fit it, or the output cannot be written.
 pub fn run(
     arguments: &OptimiseArguments,
     quiet: bool,
@@ -51,6 +51,10 @@ pub fn run(
         &mut |stage| stages.tell(stage),
     );
     stages.end();
+    if let Err(error @ OptimiseError::OutOfReach(_)) = found {
+        writeln!(out, "{error}; no file is written")?;
+        return Ok(Outcome::Missed);
+    }
     let found = found.with_context(|| label.clone())?;
     print(&found, arguments, &candidates, &scene, out)?;
     let head = format!(

@@ -37,7 +37,7 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
             Format::Csv => "column \"warning\"",
             Format::Json => "keys \"warning\"",
         };
-        writeln!(log, "warning: {warned} parameters carry a warning ({place})")?;
+        writeln!(log, "warning: parameters with a warning: {warned} ({place})")?;
     }
     Ok(Outcome::Done)
 }

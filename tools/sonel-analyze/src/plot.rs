@@ -10,6 +10,7 @@ use sonel_analysis::plot::{self, Panel, PlotError, Sheet};
 use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
+use sonel_console::quantity::counted;
 use sonel_echogram::Response;
 
 use crate::arguments::{Plot, What};
@@ -167,9 +168,11 @@ impl Subject {
         } else if !only_map && sources * receivers > 1 {
             writeln!(
                 log,
-                "note: {}: {sources} sources and {receivers} receivers; drawn are \"{source}\" and \"{receiver}\": choose others with --source \
+                "note: {}: {} and {}; drawn are \"{source}\" and \"{receiver}\": choose others with --source \
                  and --receiver",
-                self.name
+                self.name,
+                counted(sources, "source"),
+                counted(receivers, "receiver")
             )?;
         }
         Ok(())

@@ -43,7 +43,7 @@ struct Traced {
 /// Writes the report.
 ///
 /// # Errors
-/// When a file is unusable, there is no response or more than one map, or the output cannot be written.
+/// When a file is unusable, there is no response, more than one map or a map of another scene, or the output cannot be written.
 pub fn run(arguments: &Report, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let output = &arguments.output;
     if !has_ending(output, "html") {
@@ -51,6 +51,10 @@ pub fn run(arguments: &Report, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     }
     let target = Output::create(output, Kind::REPORT_PAGE, &arguments.files)?;
     let (subjects, map) = open_all(&arguments.files)?;
+    if let Some(Traced { walked, .. }) = &map {
+        let named = subjects.iter().map(|subject| (subject.name.as_str(), &subject.response));
+        open::check_scene(named, &walked.map.header().scene, log)?;
+    }
     let pairs: usize = subjects.iter().map(|subject| subject.parameters.len()).sum();
     if pairs > MOST_PAIRS {
         writeln!(

@@ -81,7 +81,8 @@ impl Kind {
     /// What render --wav and listen write: 32-bit float samples. Recordings of integers are never taken for it.
     pub const SOUND: Self = Self::like("a WAV file of 32-bit float samples", "wav", is_float_sound);
     /// What plot and tradeoff draw.
-    pub const DRAWING: Self = Self::with("a drawing (SVG)", "svg", b"<svg");
+    pub const DRAWING: Self =
+        Self::with("a drawing of sonel-analyze (SVG)", "svg", b"<!-- sonel-analyze -->");
     /// What image writes for programs.
     pub const PICTURE: Self = Self::like("a picture of sonel-analyze (OpenEXR)", "exr", |begin| {
         is_picture(begin, b"\x76\x2f\x31\x01")

@@ -11,6 +11,12 @@ pub fn count(number: u64) -> String {
     }
 }
 
+/// A number of things: `1 receiver`, `2 receivers`.
+#[must_use]
+pub fn counted(number: usize, thing: &str) -> String {
+    format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
+}
+
 /// A time in the unit that suits it.
 #[must_use]
 pub fn seconds(seconds: f64) -> String {
@@ -30,5 +36,15 @@ pub fn bytes(bytes: f64) -> String {
         b if b < 1e9 => format!("{:.1} MB", b / 1e6),
         b if b < 1e12 => format!("{:.1} GB", b / 1e9),
         b => format!("{:.1} TB", b / 1e12),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_thing_is_no_plural() {
+        assert_eq!([0, 1, 2].map(|number| counted(number, "row")), ["0 rows", "1 row", "2 rows"]);
     }
 }

@@ -21,9 +21,9 @@ use crate::change::Assignment;
 #[derive(Debug, Clone, Parser)]
 #[command(
     version = crate::VERSION.as_str(),
-    after_help = "Examples:\n  sonel-render room.sonelmap -o room.npz --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
+    after_help = "Examples:\n  sonel-render room.sonelmap -o room.npz \\\n    --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
                   sonel-render hall.sonelmap --plan\n  \
-                  sonel-render hall.sonelmap -o hall.npz --until \"t30<1%,level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
+                  sonel-render hall.sonelmap -o hall.npz \\\n    --until \"t30<1%,level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
                   sonel-render hall.sonelmap -o hall.npz --wav hall-impulses --hrtf head.sofa"
 )]
 pub struct Arguments {

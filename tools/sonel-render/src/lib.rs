@@ -19,6 +19,7 @@ use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan as console;
 use sonel_console::progress::Audience;
+use sonel_console::quantity::counted;
 use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, input, use_threads};
 use sonel_echogram::Response;
@@ -81,10 +82,12 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     if let Some(sounds) = sounds {
         let seed = run.settings.seed.unwrap_or(map.header().settings.seed);
         sounds.write(&Synthesizer::new(&run.response, geometry.volume(), seed), scene.up)?;
-        writeln!(log, "{} impulse responses written to {}", sounds.count(), sounds.folder.display())?;
+        let files = counted(sounds.count(), "impulse response");
+        writeln!(log, "{files} written to {}", sounds.folder.display())?;
     }
     let (wall, cpu) = watch.seconds();
-    let counts = format!("{} receivers, {} sources", receivers.len(), scene.sources.len());
+    let counts =
+        format!("{}, {}", counted(receivers.len(), "receiver"), counted(scene.sources.len(), "source"));
     let seconds = format!("{wall:.2} s ({cpu:.2} CPU seconds)");
     writeln!(log, "{}: {counts}; {seconds}; written to {target}", scene.name)?;
     told["warnings"] = remark(&job, &run, warnings, log)?.into();

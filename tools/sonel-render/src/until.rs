@@ -80,7 +80,9 @@ pub fn until<'a>(
                 told["looks"] = json!(looks);
                 told["rays_wanted"] = json!(outlook.rays_wanted());
                 told["sonels_wanted"] = json!(outlook.sonels_wanted());
-                writeln!(log, "{} with {rays} rays: {}", reached(&found), goal.targets)?;
+                let has_time = outlook.next(rays, most).is_none();
+                let end = if has_time { "" } else { " (time limit of --at-most)" };
+                writeln!(log, "{} with {rays} rays{end}: {}", reached(&found), goal.targets)?;
                 for sentence in [outlook.advice(job.label), overrun(goal.seconds, now)].into_iter().flatten()
                 {
                     writeln!(log, "{sentence}")?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use clap::Parser;
+use clap::{Args, Parser};
 use sonel_console::choices::{mode, spectral};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
@@ -73,6 +73,17 @@ pub struct Arguments {
     /// Print counts, fates and the energy ledger as JSON.
     #[arg(long)]
     pub json: bool,
+    /// Print only errors on stderr.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Threads; by default all cores. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = parse_threads, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+}
+
+/// Options of the commands beside the trace, as of the trace.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct Common {
     /// Print only errors on stderr.
     #[arg(long)]
     pub quiet: bool,

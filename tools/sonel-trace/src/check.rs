@@ -12,6 +12,8 @@ use sonel_console::progress::Audience;
 use sonel_console::{Outcome, scene};
 use sonel_scene::checkup::{Checkup, Covering, Room, check};
 
+use crate::arguments::Common;
+
 /// Check a scene without tracing; exit code 1 if there are errors, warnings or faults
 ///
 /// Prints sizes, statistical reverberation times, materials by area, and faults of the mesh with their places. A mesh with
@@ -31,6 +33,8 @@ pub struct Checked {
     /// Print the same as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }
 
 /// Prints the checkup of a scene.
@@ -38,8 +42,9 @@ pub struct Checked {
 /// # Errors
 /// When the scene file cannot be read or is no TOML.
 pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    let audience = Audience::unless(checked.common.quiet);
     let (checkup, files) =
-        scene::with_file(&checked.scene, Audience::Terminal, |text, label, open| check(text, label, open))?;
+        scene::with_file(&checked.scene, audience, |text, label, open| check(text, label, open))?;
     if let Some(path) = &checked.fix {
         fix(&checkup, path, &files, log)?;
     }
@@ -58,8 +63,11 @@ pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut dyn Write) -> anyho
     for problem in problems {
         writeln!(out, "error: {problem}")?;
     }
-    for warning in warnings.iter().chain(faults) {
+    for warning in warnings {
         writeln!(out, "warning: {warning}")?;
+    }
+    for fault in faults {
+        writeln!(out, "fault: {fault}")?;
     }
     let count = problems.len() + warnings.len() + faults.len();
     match count {

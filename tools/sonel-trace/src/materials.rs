@@ -9,6 +9,8 @@ use comfy_table::{CellAlignment, Table, presets};
 use sonel_console::{Outcome, input};
 use sonel_scene::library::{LibraryEntry, Octaves, read_file, shipped};
 
+use crate::arguments::Common;
+
 /// Octaves that are printed [Hz].
 const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 
@@ -27,6 +29,8 @@ pub struct Words {
     /// Search this material file (CATT, ODEON .Li8, pyroomacoustics .json) instead of the shipped library; repeatable.
     #[arg(long, value_name = "FILE")]
     file: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }
 
 /// Prints what matches.
@@ -43,13 +47,21 @@ pub fn run(words: &Words, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     if words.file.is_empty() {
         entries = shipped().to_vec();
     }
-    let found: Vec<&LibraryEntry> = entries.iter().filter(|entry| entry.matches(&words.words)).collect();
+    let mut found: Vec<&LibraryEntry> = entries.iter().filter(|entry| entry.matches(&words.words)).collect();
+    found.sort_by_key(|entry| !is_called(entry, &words.words));
     if found.is_empty() {
         writeln!(out, "none of {} materials matches {}", entries.len(), words.words.join(" "))?;
         return Ok(Outcome::Missed);
     }
     write!(out, "{}", table(&found))?;
     Ok(Outcome::Done)
+}
+
+/// Whether name or text of `entry` has all `words` as whole words: such entries are printed first.
+fn is_called(entry: &LibraryEntry, words: &[String]) -> bool {
+    let text = format!("{} {}", entry.name, entry.text).to_lowercase();
+    let whole: Vec<&str> = text.split(|letter: char| !letter.is_alphanumeric()).collect();
+    words.iter().all(|word| whole.contains(&word.to_lowercase().as_str()))
 }
 
 fn table(entries: &[&LibraryEntry]) -> String {

@@ -9,6 +9,8 @@ use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Audience, Progress};
 use sonel_console::{Outcome, input};
 
+use crate::arguments::Common;
+
 /// Write a scene file for a mesh: its materials, the nearest library entries, a source and a receiver
 ///
 /// Edit the result: check materials, unit and positions, then run `sonel-trace check`.
@@ -21,6 +23,8 @@ pub struct New {
     /// Scene file to write; an existing file is not replaced.
     #[arg(short, long, value_name = "SCENE.toml")]
     output: PathBuf,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }
 
 /// Writes the scene file.
@@ -32,7 +36,7 @@ pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let path = beside(&new.mesh, &new.output)?;
     let name = new.mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
-    let progress = Progress::wait("reading", Audience::Terminal);
+    let progress = Progress::wait("reading", Audience::unless(new.common.quiet));
     let text = sonel_scene::draft(&path, &name, &mut |path| input::read(&folder.join(path)));
     progress.end();
     let text = text?;

@@ -3,8 +3,9 @@
 use std::io::Write;
 
 use clap::{Parser, Subcommand};
-use sonel_console::Outcome;
+use sonel_console::{Outcome, use_threads};
 
+use crate::arguments::Common;
 use crate::{Arguments, check, materials, new};
 
 /// Traces sonels through a scene and saves the sonel map.
@@ -14,10 +15,10 @@ use crate::{Arguments, check, materials, new};
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     disable_help_subcommand = true,
-    after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --sonels 200k --seed 7\n  \
+    after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --sonels 200k --seed 7\n  \
                   sonel-trace scenes/hall/scene.toml --plan\n  \
-                  sonel-trace scenes/hall/scene.toml -o hall.sonelmap --until \"level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
-                  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap --extend room.sonelmap --sonels 1M\n  \
+                  sonel-trace scenes/hall/scene.toml -o hall.sonelmap \\\n    --until \"level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
+                  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --extend room.sonelmap --sonels 1M\n  \
                   sonel-trace new hall.glb -o scene.toml\n  sonel-trace check scene.toml\n  \
                   sonel-trace materials carpet felt"
 )]
@@ -36,11 +37,24 @@ enum Command {
     Materials(materials::Words),
 }
 
+impl Command {
+    fn common(&self) -> &Common {
+        match self {
+            Self::Check(checked) => &checked.common,
+            Self::New(new) => &new.common,
+            Self::Materials(words) => &words.common,
+        }
+    }
+}
+
 impl Program {
     /// Whether nothing is said on stderr but errors.
     #[must_use]
     pub fn is_quiet(&self) -> bool {
-        self.trace.as_ref().is_some_and(|trace| trace.quiet)
+        match &self.command {
+            Some(command) => command.common().quiet,
+            None => self.trace.as_ref().is_some_and(|trace| trace.quiet),
+        }
     }
 
     /// Runs it: data to `out`, everything else to `log`.
@@ -48,6 +62,9 @@ impl Program {
     /// # Errors
     /// As the command says.
     pub fn run(&self, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+        if let Some(command) = &self.command {
+            use_threads(command.common().threads)?;
+        }
         match (&self.command, &self.trace) {
             (Some(Command::Check(checked)), _) => check::run(checked, out, log),
             (Some(Command::New(new)), _) => new::run(new, log),

@@ -75,8 +75,7 @@ pub fn weighed(header: &MapHeader, decisions: &[Decision], skips: &[Skip]) -> St
         let done = if skip.skipped { "skipped" } else { "done" };
         format!("  {}: {done}, {}", skip.what, skip.reason)
     });
-    let lines: Vec<String> =
-        of_effects.chain(["skipped, because no surface needs it:".to_owned()]).chain(of_skips).collect();
+    let lines: Vec<String> = of_effects.chain(["computations:".to_owned()]).chain(of_skips).collect();
     lines.join("\n")
 }
 

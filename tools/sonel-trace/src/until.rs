@@ -58,7 +58,7 @@ pub fn until(
     let Effort { mut emissions, batches, .. } = first;
     let (mut looks, mut trace_seconds) = (0, 0.0);
     let mut previous: Option<(Output, SonelMap)> = None;
-    let (traced, found, comparison) = loop {
+    let (traced, found, comparison, end) = loop {
         let (begin, cpu) = watch.seconds();
         let mut header = header.clone();
         header.settings.emissions = emissions;
@@ -77,11 +77,13 @@ pub fn until(
         let Some(next) = next_number(&found, emissions, most, affordable) else {
             let effort = Effort::of_trace(emissions, batches);
             let costs = (trace_seconds, &rendered);
-            break (traced, found, compared(&pilot, effort, &figures, costs, map.byte_length()));
+            let comparison = compared(&pilot, effort, &figures, costs, map.byte_length());
+            let end = why_ended(&found, emissions, most);
+            break (traced, found, comparison, end);
         };
         (previous, emissions) = (Some((traced.output, map)), next);
     };
-    writeln!(log, "{} with {emissions} sonels: {targets}\n{}", reached(&found), comparison.line())?;
+    writeln!(log, "{} with {emissions} sonels{end}: {targets}\n{}", reached(&found), comparison.line())?;
     if let Some(overrun) = overrun(goal.seconds, watch.seconds().0) {
         writeln!(log, "{overrun}")?;
     }
@@ -158,6 +160,17 @@ fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: Option<
     }
     let next = verdict.next(emissions).min(most).min(affordable.unwrap_or(u64::MAX));
     (next as f64 >= WORTH_WHILE * emissions as f64).then_some(next)
+}
+
+/// What ended a run that time or number did not allow to go on, in brackets.
+fn why_ended(verdict: &Verdict, emissions: u64, most: u64) -> &'static str {
+    if next_number(verdict, emissions, most, None).is_some() {
+        " (time limit of --at-most)"
+    } else if next_number(verdict, emissions, u64::MAX, None).is_some() {
+        " (largest number, see --sonels)"
+    } else {
+        ""
+    }
 }
 
 /// Looks at the parameters of `map`.

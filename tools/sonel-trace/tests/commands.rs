@@ -90,11 +90,42 @@ fn materials_are_found_by_their_words() {
     assert_eq!(found.code, Some(0));
     assert!(found.out.contains("felt-5mm") && found.out.contains("0.02*"), "{}", found.out);
     assert!(found.out.lines().count() == 3, "{}", found.out);
+    // Not the outdoor soils that stand before it in the library.
+    let doors = folder.run(PROGRAM, &["materials", "door"]).out;
+    assert!(doors.lines().nth(1).is_some_and(|line| line.contains("door-wooden")), "{doors}");
+    assert!(doors.contains("soil-bare"), "{doors}");
     assert_eq!(folder.run(PROGRAM, &["materials", "unobtainium"]).code, Some(1));
     folder.write("m.geo", "ABS oak = <1 2 3 4 5 6>\n");
     assert!(folder.run(PROGRAM, &["materials", "--file", "m.geo"]).out.contains("oak"));
     folder.write("m.geo", "ABS oak = <1 2 3>\n");
     assert!(folder.run(PROGRAM, &["materials", "--file", "m.geo"]).refused().contains("m.geo:1:1: ABS oak"));
+}
+
+#[test]
+fn commands_take_the_common_options() {
+    let folder = TestFolder::with(SCENE);
+    folder.write("room.obj", meshes::obj(&room()));
+    let common = ["--quiet", "--threads", "1"];
+    for words in [&["check", "scene.toml"][..], &["new", "room.obj", "-o", "n.toml"], &["materials", "felt"]]
+    {
+        let ended = folder.run(PROGRAM, &[words, &common].concat());
+        assert_eq!((ended.code, ended.err.as_str()), (Some(0), ""), "{words:?}");
+    }
+    assert!(folder.run(PROGRAM, &["materials", "--threads", "0"]).refused().contains("1 … 1024"));
+}
+
+#[test]
+fn a_target_out_of_reach_comes_with_the_limit_that_ended_the_run() {
+    let folder = TestFolder::with(SCENE);
+    for (limit, said) in
+        [(["--at-most", "1s"], "time limit of --at-most"), (["--sonels", "2k"], "see --sonels")]
+    {
+        let words = ["scene.toml", "-o", "a.sonelmap", "--until", "level<0.0001dB"];
+        let ended = folder.run(PROGRAM, &[&words[..], &limit].concat());
+        assert_eq!(ended.code, Some(1), "{ended:?}");
+        let line = ended.err.lines().find(|line| line.starts_with("NOT reached")).unwrap();
+        assert!(line.contains(said), "{line}");
+    }
 }
 
 #[test]

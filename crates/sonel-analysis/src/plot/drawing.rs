@@ -20,7 +20,7 @@ use thiserror::Error;
 
 use super::Sheet;
 use super::axis::Ruler;
-use crate::pixels;
+use crate::pixels::{self, SOFTWARE};
 use panel::Row;
 use plan::PlanRow;
 
@@ -57,7 +57,7 @@ const LINE_PER_LETTER: f64 = 1.24;
 /// The font, as plotters and SVG call it.
 const FONT: &str = "sans-serif";
 
-/// Writes `sheet` to `out` as SVG.
+/// Writes `sheet` to `out` as SVG that begins with the name of the program.
 ///
 /// # Errors
 /// When it cannot be drawn or written.
@@ -67,7 +67,7 @@ pub fn svg(sheet: &Sheet, out: &mut dyn Write) -> Result<(), PlotError> {
     let mut text = String::new();
     draw(&layout, SVGBackend::with_string(&mut text, fine).into_drawing_area()).map_err(failed)?;
     let drawn = format!("<svg width=\"{}\" height=\"{}\"", fine.0, fine.1);
-    let claimed = format!("<svg width=\"{}\" height=\"{}\"", size.0, size.1);
+    let claimed = format!("<!-- {SOFTWARE} -->\n<svg width=\"{}\" height=\"{}\"", size.0, size.1);
     out.write_all(text.replacen(&drawn, &claimed, 1).as_bytes())?;
     Ok(())
 }

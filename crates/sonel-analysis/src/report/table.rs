@@ -33,11 +33,11 @@ fn block(receiver: &ReceiverParameters, (title, noise): (&str, &str), notes: &mu
     });
     let quality = ["ξ T30 [‰]", "C [%]"].map(str::to_owned);
     table.set_header(std::iter::once("f [Hz]".to_owned()).chain(headings).chain(quality));
-    for band in &receiver.bands {
-        table.add_row(row(band, notes));
-    }
-    table.add_row(single_numbers(receiver, &parameters, notes));
-    table.add_row(just_noticeable(&parameters));
+    let mut rows: Vec<Vec<String>> = receiver.bands.iter().map(|band| row(band, notes)).collect();
+    rows.push(single_numbers(receiver, &parameters, notes));
+    rows.push(just_noticeable(&parameters));
+    make_room_for_marks(&mut rows);
+    table.add_rows(rows);
     for column in table.column_iter_mut() {
         column.set_cell_alignment(CellAlignment::Right);
     }
@@ -50,6 +50,20 @@ fn block(receiver: &ReceiverParameters, (title, noise): (&str, &str), notes: &mu
         receiver.name,
         lines.join("\n")
     )
+}
+
+/// Blanks after numbers without a mark, so that those of a column stand below one another.
+fn make_room_for_marks(rows: &mut [Vec<String>]) {
+    let mark = |cell: &String| cell.find(MARK).map_or(0, |at| cell.len() - at);
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    for column in 0..columns {
+        let mut cells: Vec<&mut String> = rows.iter_mut().filter_map(|row| row.get_mut(column)).collect();
+        let widest = cells.iter().map(|cell| mark(cell)).max().unwrap_or(0);
+        for cell in &mut cells {
+            let room = widest - mark(cell);
+            cell.push_str(&" ".repeat(room));
+        }
+    }
 }
 
 fn row(band: &BandParameters, notes: &mut Notes) -> Vec<String> {
@@ -117,6 +131,9 @@ fn digits(value: f64, half: f64) -> usize {
     wanted.clamp(1.0, f64::from(most)) as usize
 }
 
+/// How a mark of a remark begins.
+const MARK: &str = " [";
+
 /// Remarks, numbered in the order they are first made. Those that differ in numbers alone share one.
 #[derive(Default)]
 struct Notes {
@@ -138,7 +155,7 @@ impl Notes {
         });
         let known = &mut self.remarks[index];
         known.has_other_numbers |= known.first != remark;
-        format!(" [{}]", index + 1)
+        format!("{MARK}{}]", index + 1)
     }
 
     fn text(&self) -> String {
@@ -157,6 +174,14 @@ fn without_numbers(remark: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_with_and_without_a_mark_stand_below_one_another() {
+        let mut rows = [["1.25 ±0.10", "–"], ["2.50 ±0.10 [12]", "3"], ["–", "4"]]
+            .map(|row| row.map(str::to_owned).to_vec());
+        make_room_for_marks(&mut rows);
+        assert_eq!(rows, [["1.25 ±0.10     ", "–"], ["2.50 ±0.10 [12]", "3"], ["–     ", "4"]]);
+    }
 
     #[test]
     fn remarks_that_differ_in_numbers_alone_are_printed_once() {

@@ -42,12 +42,13 @@ pub enum CameraError {
     #[error("a picture of {0}x{1} pixels cannot be drawn: give 1 … {MOST_PIXELS} each way")]
     Size(u32, u32),
     /// A place from which nothing is seen.
-    #[error("the camera at {eye} m is {distance} m from a surface: move it at least {clearance} m away")]
+    #[error(
+        "the camera at {eye} m is nearer than {:.2} mm to a surface: move it away",
+        libm::ceil(1e5 * clearance) / 100.0
+    )]
     OnSurface {
         /// Where it is [m].
         eye: DVec3,
-        /// Distance to the nearest surface [m].
-        distance: f64,
         /// Least distance [m].
         clearance: f64,
     },
@@ -81,7 +82,7 @@ impl Camera {
         let clearance = geometry.clearance();
         let distance = if eye.is_finite() { geometry.distance_to_nearest_surface(eye) } else { clearance };
         if distance < clearance {
-            errors.push(CameraError::OnSurface { eye, distance, clearance });
+            errors.push(CameraError::OnSurface { eye, clearance });
         }
         let Some(forward) = forward.filter(|_| errors.is_empty()) else { return Err(errors) };
         let level = forward.cross(DVec3::Z);

@@ -63,7 +63,7 @@ pub(super) fn decide(
     let found = weigh_edges(asked, scene, geometry, clock)?;
     let on = request.decided().unwrap_or_else(|| asked.exceeding(&found.bound).contains(&true));
     let why = if request == Request::Auto { String::new() } else { format!("{ASKED}, ") };
-    let reason = format!("{why}{} {}", describe(count, scene, geometry), found.describe(scene));
+    let reason = format!("{why}{} {}", describe(count, scene, geometry), found.describe(count, scene));
     let cost = format!("{:.2} CPU-s a receiver", found.seconds);
     Ok(Decision { bound: Some(found.bound), cost, ..decision(on, reason) })
 }
@@ -100,12 +100,20 @@ fn describe(count: usize, scene: &Scene, geometry: &Geometry) -> String {
 struct EdgeBound {
     bound: Bound,
     listeners: String,
+    /// A receiver that no sound reaches without edges, and the index of the highest such band.
+    alone: Option<(String, usize)>,
     /// CPU seconds a receiver.
     seconds: f64,
 }
 
 impl EdgeBound {
-    fn describe(&self, scene: &Scene) -> String {
+    /// Predicate of a sentence on `count` edges.
+    fn describe(&self, count: usize, scene: &Scene) -> String {
+        let (change, are, path) =
+            if count == 1 { ("changes", "is", "path") } else { ("change", "are", "paths") };
+        if let Some((receiver, band)) = &self.alone {
+            return format!("{are} the only {path} to \"{receiver}\" at {} Hz", scene.bands.nominal()[*band]);
+        }
         let (level_db, band) = self
             .bound
             .level_db
@@ -113,12 +121,11 @@ impl EdgeBound {
             .zip(scene.bands.nominal())
             .fold((0.0, 0.0), |most, (&level, &band)| if level >= most.0 { (level, band) } else { most });
         let decay = self.bound.decay.iter().copied().fold(0.0, f64::max);
-        let level = if level_db.is_finite() {
-            format!("change levels by up to {level_db:.2} dB ({band} Hz)")
-        } else {
-            format!("are the only path to a receiver ({band} Hz)")
-        };
-        format!("{level} and T by up to {:.2} %, {}", 100.0 * decay, self.listeners)
+        format!(
+            "{change} levels by up to {level_db:.2} dB ({band} Hz) and T by up to {:.2} %, {}",
+            100.0 * decay,
+            self.listeners
+        )
     }
 }
 
@@ -140,7 +147,8 @@ fn weigh_edges(
     // Arcs have no mirror chains.
     let mirror_order = (scene.sound_speed_gradient == 0.0).then_some(MIRROR_ORDER);
     let render = RenderSettings { rays: Some(RAYS), mirror_order, ..RenderSettings::default() };
-    let mut found = EdgeBound { bound: Bound::nothing(scene.bands.count()), listeners: all, seconds: 0.0 };
+    let bound = Bound::nothing(scene.bands.count());
+    let mut found = EdgeBound { bound, listeners: all, alone: None, seconds: 0.0 };
     let mut seconds = 0.0;
     for (number, listener) in (1..).zip(&listeners) {
         let render_and_read = |traced: &TracedMap| {
@@ -148,12 +156,16 @@ fn weigh_edges(
         };
         let (without, with) = (render_and_read(&maps[0])?, render_and_read(&maps[1])?);
         seconds += (with.seconds.deterministic - without.seconds.deterministic).max(0.0);
-        found.bound.extend(&change(scene.bands.count(), &without, &with));
+        let change = change(scene.bands.count(), &without, &with);
+        if let Some(band) = change.level_db.iter().rposition(|level| level.is_infinite()) {
+            found.alone.get_or_insert((listener.name.clone(), band));
+        }
+        found.bound.extend(&change);
         found.seconds = seconds / f64::from(number) / scene.sources.len().max(1) as f64;
         let is_sure =
             asked.request == Request::Auto && !asked.weigh && asked.exceeding(&found.bound).contains(&true);
         if is_sure && (number as usize) < listeners.len() {
-            found.listeners = format!("already at {}", listener.name);
+            found.listeners = format!("already at \"{}\"", listener.name);
             break;
         }
     }
@@ -233,4 +245,26 @@ fn radical_inverse(mut number: u32, base: u32) -> f64 {
         number /= base;
     }
     inverse
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sonel_acoustics::{BandWidth, Bands, Material};
+
+    #[test]
+    fn edges_that_are_the_only_path_have_no_change_in_decibels() {
+        let bands = Bands::new(vec![500.0, 1000.0], BandWidth::Octave).unwrap();
+        let scene = Scene::shoebox([5.0, 4.0, 3.0], Material::uniform("walls", 0.2, 0.5, 2), bands);
+        let bound = Bound { level_db: vec![0.5, 2.0], decay: vec![0.01, 0.1] };
+        let listeners = "already at \"seat\"".to_owned();
+        let mut found = EdgeBound { bound, listeners, alone: None, seconds: 0.0 };
+        let finite = "levels by up to 2.00 dB (1000 Hz) and T by up to 10.00 %, already at \"seat\"";
+        assert_eq!(found.describe(7, &scene), format!("change {finite}"));
+        assert_eq!(found.describe(1, &scene), format!("changes {finite}"));
+        found.bound = Bound { level_db: vec![f64::INFINITY; 2], decay: vec![f64::INFINITY; 2] };
+        found.alone = Some(("seat".to_owned(), 1));
+        assert_eq!(found.describe(7, &scene), "are the only paths to \"seat\" at 1000 Hz");
+        assert_eq!(found.describe(1, &scene), "is the only path to \"seat\" at 1000 Hz");
+    }
 }

@@ -59,7 +59,8 @@ pub fn line(points: &[(f64, f64, f64)]) -> Option<Line> {
     };
     let (x_mean, y_mean) = (mean(&|x, _| x), mean(&|_, y| y));
     let spread = mean(&|x, _| (x - x_mean) * (x - x_mean));
-    if points.len() < 2 || spread <= 0.0 {
+    // The spread of equal x is rounding.
+    if points.iter().all(|(x, ..)| x.total_cmp(&points[0].0).is_eq()) {
         return None;
     }
     let slope = mean(&|x, y| (x - x_mean) * (y - y_mean)) / spread;
@@ -125,6 +126,8 @@ mod tests {
         assert!((bent.slope.half_width().unwrap() - expected).abs() < 1e-9);
         assert_eq!(line(&[(1.0, 2.0, 1.0)]), None);
         assert_eq!(line(&[(1.0, 2.0, 1.0), (1.0, 3.0, 1.0)]), None);
+        // The mean of equal x is another number by rounding.
+        assert_eq!(line(&[(1000.0, 2.0, 1e-6); 3]), None);
         assert_eq!(line(&[(1.0, 2.0, 1.0), (2.0, 3.0, 1.0)]).unwrap().slope.interval, None);
     }
 

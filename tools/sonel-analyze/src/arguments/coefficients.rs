@@ -17,8 +17,9 @@ use super::Format;
   sonel-analyze fit hall.sonelmap --measured measured.csv -o fitted.toml
   sonel-render hall.sonelmap -o fitted.npz --materials fitted.toml
 
-The table has the columns receiver, center_frequency_hz, parameter and value, such as \"row 3\",500,t20_s,1.83, and may have source,
-ci95_low, ci95_high and receiver_x_m, receiver_y_m, receiver_z_m. What parameters --format csv prints is such a table.")]
+The table has the columns receiver, center_frequency_hz, parameter and value, such as \"stalls rear\",500,t20_s,1.83, \
+and may have source, ci95_low, ci95_high and receiver_x_m, receiver_y_m, receiver_z_m. What parameters --format csv \
+prints is such a table.")]
 pub struct FitArguments {
     /// The map; the fit starts from its materials.
     #[arg(value_name = "MAP.sonelmap")]
@@ -67,17 +68,21 @@ fn parse_positive(text: &str) -> Result<f64, String> {
 /// `optimise`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
-  sonel-analyze optimise hall.sonelmap --wish \"t30=1.8s±5%@500,1000\" --change panelling=0.05:0.6 -o changed.toml
-  sonel-analyze optimise hall.sonelmap --wish \"t30=1.8s±5%@500,1000\" --wish \"c80=0dB±1dB@1000\" -o changed.toml \\
-    --change ceiling=carpet-heavy-on-felt,audience-2 --change panelling=0.05:0.6 --price panelling=2.5
+  sonel-analyze optimise hall.sonelmap -o changed.toml \\
+    --wish \"t30=1.8s±5%@500,1000\" --change panelling=0.05:0.6
+  sonel-analyze optimise hall.sonelmap -o changed.toml \\
+    --wish \"t30=1.8s±5%@500,1000\" --wish \"c80=0dB±1dB@1000\" \\
+    --change ceiling=carpet-heavy-on-felt,audience-2 \\
+    --change panelling=0.05:0.6 --price panelling=2.5
 
-The cost of a change is its area times its price. Wishes are for the mean over sources and receivers. sonel-trace materials
-searches the library.")]
+The cost of a change is its area times its price. Wishes are for the mean over sources and receivers. sonel-trace \
+materials searches the library.")]
 pub struct OptimiseArguments {
     /// The map.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// Wanted value of a parameter (level, g, edt, t20, t30, c50, c80, d50 or ts) with tolerance and bands; repeatable.
+    /// Wanted value of a parameter (level, g, edt, t20, t30, c50, c80, d50 or ts) with tolerance, units and bands;
+    /// repeatable.
     #[arg(
         long = "wish",
         value_name = "PARAMETER=VALUE±TOLERANCE@HZ,…",

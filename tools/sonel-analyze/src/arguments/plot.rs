@@ -10,10 +10,12 @@ use sonel_study::target;
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
   sonel-analyze plot hall.npz -o hall.svg
-  sonel-analyze plot before.npz after.npz --what parameters --receiver 'row 18' -o renovation.png
+  sonel-analyze plot before.npz after.npz --what parameters \\
+    --receiver 'stalls rear' -o renovation.png
   sonel-render hall.sonelmap -o grid.npz --grid -10:10:21,2:30:29,1.2
-  sonel-analyze plot grid.npz hall.sonelmap --what map --parameter c80 --band 1000 -o clarity.png
-  sonel-analyze plot hall.npz --what early --receiver 'row 18' -o reflections.svg")]
+  sonel-analyze plot grid.npz hall.sonelmap --what map --parameter c80 \\
+    --band 1000 -o clarity.png
+  sonel-analyze plot hall.npz --what early --receiver 'stalls rear' -o early.svg")]
 pub struct Plot {
     /// Responses written by sonel-render, drawn side by side, parameters in the same panels. With --what map also the map,
     /// to draw its walls.

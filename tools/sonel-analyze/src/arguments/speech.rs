@@ -28,7 +28,8 @@ impl TalkArguments {
 /// `open-plan`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
-  sonel-analyze open-plan office.npz --receiver desk1 --receiver desk2 --receiver desk3 --receiver desk4 --noise 42,38,35,32,28,24,20")]
+  sonel-analyze open-plan office.npz --noise 42,38,35,32,28,24,20 \\
+    --receiver desk1 --receiver desk2 --receiver desk3 --receiver desk4")]
 pub struct OpenPlan {
     /// A response written by sonel-render.
     #[arg(value_name = "RESPONSE.npz")]

@@ -17,6 +17,8 @@ use crate::open;
 
 /// Digits of a digest.
 const DIGEST_DIGITS: usize = 64;
+/// Letters of other values that are printed.
+const SHOWN: usize = 60;
 
 /// What decided a response, as its metadata name it.
 const PROVENANCE: [&str; 9] = [
@@ -122,7 +124,7 @@ fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)], argum
         let _ = writeln!(text, "same: {}", same.join(", "));
     }
     for (key, a, b) in provenance {
-        let _ = writeln!(text, "different {key}: {} in A, {} in B", shortened(a), shortened(b));
+        write_difference(&mut text, key, (a, b));
     }
     let _ = writeln!(
         text,
@@ -167,18 +169,36 @@ fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)], argum
     text
 }
 
+/// A line for each key in which `a` and `b` differ, also within objects that both have.
+fn write_difference(text: &mut String, key: &str, (a, b): (&Value, &Value)) {
+    let (Value::Object(in_a), Value::Object(in_b)) = (a, b) else {
+        let _ = writeln!(text, "different {key}: {} in A, {} in B", shortened(a), shortened(b));
+        return;
+    };
+    for name in in_a.keys().chain(in_b.keys().filter(|name| !in_a.contains_key(*name))) {
+        let (a, b) = (&a[name], &b[name]);
+        if a != b {
+            write_difference(text, &format!("{key}.{name}"), (a, b));
+        }
+    }
+}
+
 /// How many of `values` are different.
 fn distinct<T: Eq + Hash>(values: impl Iterator<Item = T>) -> usize {
     values.collect::<HashSet<T>>().len()
 }
 
-/// A digest by its first digits, everything else as it is.
+/// A digest by its first digits, other long values by their beginning.
 fn shortened(value: &Value) -> String {
     match value.as_str() {
         Some(text) if text.len() == DIGEST_DIGITS => format!("{}…", &text[..8]),
         Some(text) => text.to_owned(),
         None if value.is_null() => "nothing".to_owned(),
-        None => value.to_string(),
+        None => {
+            let whole = value.to_string();
+            let begin: String = whole.chars().take(SHOWN).collect();
+            if begin.len() < whole.len() { format!("{begin}… (--json prints all)") } else { whole }
+        }
     }
 }
 
@@ -192,4 +212,22 @@ fn measured(difference: &Difference) -> String {
         difference.source,
         difference.receiver
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_options_that_differ_are_printed_and_long_ones_are_cut() {
+        let long = vec![0.25; 40];
+        let (a, b) =
+            (json!({ "bin_s": 0.001, "rays": 10, "changed": long }), json!({ "bin_s": 0.001, "rays": 20 }));
+        let mut text = String::new();
+        write_difference(&mut text, "options", (&a, &b));
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "different options.rays: 10 in A, 20 in B");
+        assert!(lines[1].ends_with("… (--json prints all) in A, nothing in B") && lines[1].len() < 140);
+        assert_eq!(lines.len(), 2, "{text}");
+    }
 }

@@ -7,6 +7,7 @@ use glam::DVec3;
 use sonel_analysis::Parameter;
 use sonel_analysis::measured::{MeasuredRow, read as read_rows};
 use sonel_console::input;
+use sonel_console::quantity::counted;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 use sonel_study::fit::Measurement;
@@ -71,7 +72,7 @@ pub fn read(arguments: &FitArguments, scene: &Scene, log: &mut dyn Write) -> any
         writeln!(log, "{label}: parameters not used: {}; choose them with --use", names(&unused))?;
     }
     if empty > 0 {
-        writeln!(log, "{label}: {empty} rows without a value")?;
+        writeln!(log, "{label}: {} without a value", counted(empty, "row"))?;
     }
     Ok(measured)
 }

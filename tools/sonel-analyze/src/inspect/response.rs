@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
+use sonel_console::quantity::counted;
 use sonel_echogram::{ArrivalKind, Response};
 
 /// The kinds of arrivals by name.
@@ -43,10 +44,11 @@ pub fn text(response: &Response) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "{name:<16}{value}");
+        let _ = writeln!(text, "{name:<17}{value}");
     };
     let (bins, duration) = (response.bins(), duration(response));
-    line("response", format!("{} sources, {} receivers", response.sources(), response.receivers()));
+    let sources = counted(response.sources(), "source");
+    line("response", format!("{sources}, {}", counted(response.receivers(), "receiver")));
     line("bands", format!("{} Hz", list(&response.center_frequency_hz)));
     line("time", format!("{duration} s in {bins} bins of {:.4} s on average", duration / bins.max(1) as f64));
     line(

@@ -7,6 +7,7 @@ use anyhow::bail;
 use sonel_analysis::average::single_number;
 use sonel_analysis::plot::{Axis, Place, Plan, Plans, Section};
 use sonel_analysis::{ParameterValue, ReceiverParameters, parameters};
+use sonel_console::quantity::counted;
 use sonel_geometry::section;
 use sonel_scene::Scene;
 
@@ -26,6 +27,10 @@ pub fn of(
 ) -> anyhow::Result<Plans> {
     let map = map.map(open::map).transpose()?;
     let scene = map.as_ref().map(|(map, _)| &map.header().scene);
+    if let Some(scene) = scene {
+        let named = subjects.iter().map(|subject| (subject.name.as_str(), &subject.response));
+        open::check_scene(named, scene, log)?;
+    }
     let each =
         subjects.iter().map(|subject| plan(subject, scene, arguments, log)).collect::<Result<_, _>>()?;
     let (symbol, unit, _) = arguments.parameter.heading();
@@ -63,8 +68,9 @@ fn plan(
     if plan.hidden > 0 {
         writeln!(
             log,
-            "note: {}: {} receivers are hidden by another at the same place of the plan: render one height to show them",
-            subject.name, plan.hidden
+            "note: {}: hidden by another at the same place of the plan: {}; render one height to show all",
+            subject.name,
+            counted(plan.hidden, "receiver")
         )?;
     }
     plan.sources = vec![section_plane.flat(response.source_positions[subject.source])];
@@ -113,5 +119,5 @@ fn log_what_is_missing(
         bail!("{}: no receiver has a value: {first}", subject.path.display());
     }
     let (count, all) = (reasons.len(), values.len());
-    Ok(writeln!(log, "note: {}: {count} of {all} receivers have no value (grey): {first}", subject.name)?)
+    Ok(writeln!(log, "note: {}: no value at {count} of {all} receivers (grey): {first}", subject.name)?)
 }

@@ -6,7 +6,7 @@ use sonel_testkit::test_folder::TestFolder;
 
 use crate::{analyze, trace};
 
-const MAP: &str = "room.sonelmap";
+pub const MAP: &str = "room.sonelmap";
 pub const RESPONSE: &str = "room.npz";
 
 /// Colourful walls, two sources, one of them directional: every term of the books of a closed room is at work.
@@ -62,11 +62,36 @@ pub fn render(folder: &TestFolder) {
         missing: None,
         arrivals: Arrivals::default(),
         directions: None,
-        metadata: serde_json::json!({ "scene": "test room" }),
+        metadata: serde_json::json!({ "scene": "test room", "map_tool_version": "0.1.0" }),
     };
     response
         .write(std::fs::File::create(folder.path(RESPONSE)).expect("a folder for tests"))
         .expect("written");
+}
+
+#[test]
+fn the_version_has_revision_and_build() {
+    let printed = analyze(&TestFolder::with(""), &["--version"]).done().out;
+    let version = format!("sonel-analyze {}+{}.", env!("CARGO_PKG_VERSION"), sonel_renderer::REVISION);
+    assert!(printed.starts_with(&version), "{printed}");
+}
+
+#[test]
+fn a_wish_out_of_reach_is_missed_and_nothing_is_written() {
+    let folder = traced(&["--sonels", "2k"]);
+    let words = ["optimise", MAP, "--wish", "t20=9s±5%@1000", "--change", "z0=0.4:0.6", "-o", "c.toml"];
+    let ended = analyze(&folder, &words);
+    assert_eq!(ended.code, Some(1), "{ended:?}");
+    assert!(ended.out.contains("no combination is predicted to approach"), "{ended:?}");
+    assert!(!folder.path("c.toml").exists());
+}
+
+#[test]
+fn the_longest_key_of_a_response_has_a_blank_behind_it() {
+    let folder = TestFolder::with(SCENE);
+    render(&folder);
+    let text = analyze(&folder, &["inspect", RESPONSE]).done().out;
+    assert!(text.contains("map_tool_version \"0.1.0\"") && text.contains("1 source, 1 receiver"), "{text}");
 }
 
 fn inspected(folder: &TestFolder) -> Value {

@@ -1,9 +1,12 @@
 //! `plot` from outside: curves, early reflections, plans, and what it lacks.
 
+use std::fs::File;
+
 use sonel_echogram::{Arrivals, Response};
+use sonel_map::{SonelMap, hexadecimal};
 use sonel_testkit::test_folder::{Ended, TestFolder};
 
-use crate::commands::{RESPONSE, SCENE, render};
+use crate::commands::{MAP, RESPONSE, SCENE, render};
 use crate::{analyze, trace};
 
 fn plot(folder: &TestFolder, options: &[&str]) -> Ended {
@@ -14,15 +17,20 @@ fn plot(folder: &TestFolder, options: &[&str]) -> Ended {
 fn rendered(change: impl FnOnce(&mut Response)) -> TestFolder {
     let folder = TestFolder::with(SCENE);
     render(&folder);
-    let mut response = Response::read(std::io::Cursor::new(folder.bytes(RESPONSE))).expect("a response");
-    change(&mut response);
-    response.write(std::fs::File::create(folder.path(RESPONSE)).expect("a folder")).expect("written");
+    self::change(&folder, change);
     folder
 }
 
-/// Six receivers on a grid of three by two, the last of which gets nothing.
+/// Changes the response in `folder`.
+fn change(folder: &TestFolder, change: impl FnOnce(&mut Response)) {
+    let mut response = Response::read(std::io::Cursor::new(folder.bytes(RESPONSE))).expect("a response");
+    change(&mut response);
+    response.write(File::create(folder.path(RESPONSE)).expect("a folder")).expect("written");
+}
+
+/// Six receivers on a grid of three by two, the last of which gets nothing, and the map of their scene.
 fn grid() -> TestFolder {
-    rendered(|response| {
+    let folder = rendered(|response| {
         let positions = (0..6).map(|i| [f64::from(1 + i % 3), f64::from(1 + i / 3), 1.2]);
         response.receiver_positions = positions.collect();
         response.receiver_names = (0..6).map(|i| format!("grid {i}")).collect();
@@ -30,7 +38,15 @@ fn grid() -> TestFolder {
         response.energy = response.energy.repeat(6);
         response.energy[5 * bins..].fill(0.0);
         response.source_positions = vec![[1.5, 1.2, 1.3]];
-    })
+    });
+    trace(&folder, MAP, &["--sonels", "200"]);
+    let map = SonelMap::open(&File::open(folder.path(MAP)).expect("a map")).expect("a map");
+    let scene = &map.header().scene;
+    change(&folder, |response| {
+        response.metadata["scene_digest"] = hexadecimal(&scene.digest).into();
+        response.metadata["mesh_digest"] = hexadecimal(&scene.mesh_digest).into();
+    });
+    folder
 }
 
 #[test]
@@ -57,16 +73,18 @@ fn a_response_is_drawn_and_what_it_lacks_is_named() {
             .refused()
             .contains("exists and is not a picture of sonel-analyze")
     );
+    folder.write("logo.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"/>");
+    let refused = plot(&folder, &["-o", "logo.svg"]).refused();
+    assert!(refused.contains("exists and is not a drawing of sonel-analyze"), "{refused}");
     assert_eq!(folder.text("room.svg"), text, "the older drawing is untouched");
 }
 
 #[test]
 fn a_grid_is_a_plan_with_walls_and_receivers_without_a_value_are_grey() {
     let folder = grid();
-    trace(&folder, "room.sonelmap", &["--sonels", "200"]);
     let map = ["--what", "map", "--band", "1000", "-o", "map.svg"];
     let without = plot(&folder, &[&map[..], &["--parameter", "t30"]].concat()).done();
-    assert!(without.err.contains("1 of 6 receivers have no value"), "{without:?}");
+    assert!(without.err.contains("no value at 1 of 6 receivers"), "{without:?}");
     let lines = |text: &str| text.matches("stroke-width=\"3\"").count();
     let bare = folder.text("map.svg");
     assert!(
@@ -83,7 +101,8 @@ fn a_grid_is_a_plan_with_walls_and_receivers_without_a_value_are_grey() {
 #[test]
 fn maps_that_cannot_be_drawn_say_why() {
     let folder = grid();
-    trace(&folder, "room.sonelmap", &["--sonels", "200"]);
+    folder.write("scene.toml", SCENE.replace("5.0, 4.0]", "5.0, 3.9]"));
+    trace(&folder, "other.sonelmap", &["--sonels", "200"]);
     let refused = |options: &[&str]| plot(&folder, &[options, &["-o", "map.svg"]].concat()).refused();
     for (options, message) in [
         (&["--what", "map"][..], "no receiver has a value"),
@@ -93,6 +112,7 @@ fn maps_that_cannot_be_drawn_say_why() {
         (&["--what", "map", "--parameter", "rt60"], "is not a parameter: write one of"),
         (&["--what", "decay", "room.sonelmap"], "only --what map uses a map"),
         (&["--what", "map", "room.sonelmap", "room.sonelmap"], "second map"),
+        (&["--what", "map", "--band", "1000", "other.sonelmap"], "room is of another scene than the map"),
         (&["--what", "early"], "lists no arrival"),
     ] {
         let found = refused(options);
@@ -111,7 +131,7 @@ fn two_receivers_at_one_place_are_one_dot_and_a_note() {
         response.energy = response.energy.repeat(2);
     });
     let ended = plot(&folder, &["--what", "map", "--band", "1000", "-o", "map.svg"]).done();
-    assert!(ended.err.contains("1 receivers are hidden"), "{ended:?}");
+    assert!(ended.err.contains("same place of the plan: 1 receiver;"), "{ended:?}");
 }
 
 #[test]
