@@ -60,7 +60,7 @@ pub fn derived<'a>(
     let spread = jackknife::spread(centre, &without, &first.weight);
     // What the parameters' own intervals hold beside noise (bias of discs, the end of the run) does not average out.
     let values: Vec<f64> = estimates.iter().map(|estimate| estimate.value).collect();
-    let mut interval = spread.interval.map(|end| value + end);
+    let mut interval = [value - spread.half_width, value + spread.half_width];
     for (at, estimate) in estimates.iter().enumerate() {
         for beyond in beyond_noise(estimate) {
             let mut values = values.clone();
@@ -90,8 +90,8 @@ pub fn average<'a>(parameters: impl IntoIterator<Item = &'a ParameterValue>) -> 
 fn beyond_noise(estimate: &Estimate) -> [f64; 2] {
     let Ok([low, high]) = &estimate.interval else { return [0.0; 2] };
     let centre = estimate.without.iter().zip(&estimate.weight).map(|(value, weight)| value * weight).sum();
-    let noise = jackknife::spread(centre, &estimate.without, &estimate.weight).interval;
-    [(low - estimate.value - noise[0]).min(0.0), (high - estimate.value - noise[1]).max(0.0)]
+    let noise = jackknife::spread(centre, &estimate.without, &estimate.weight).half_width;
+    [(low - estimate.value + noise).min(0.0), (high - estimate.value - noise).max(0.0)]
 }
 
 /// The single number of a parameter at one receiver: the mean over 500 and 1000 Hz, of lateral energy over 125 to 1000 Hz, of support over
@@ -126,7 +126,7 @@ mod tests {
         let spread = jackknife::spread(value, without, &weight);
         Ok(Estimate {
             value,
-            interval: Ok(spread.interval.map(|end| value + end)),
+            interval: Ok([value - spread.half_width, value + spread.half_width]),
             error: Some(spread.error),
             without: without.to_vec(),
             weight,

@@ -150,8 +150,8 @@ pub fn estimate(
     if parts.iter().any(|part| part.is_silent) {
         return without_interval(NoInterval::TooQuiet);
     }
-    let PartSpread { noise, error, warning, without, weight, kernel } = spread(parts, read)?;
-    let noise = noise.map(|end| value + end);
+    let PartSpread { half_width, error, warning, without, weight, kernel } = spread(parts, read)?;
+    let noise = [value - half_width, value + half_width];
     let interval = kernel.map_or(noise, |kernel| kernel.extend(noise));
     if !interval.iter().all(|end| end.is_finite()) {
         return without_interval(NoInterval::BeyondNumbers);
@@ -166,8 +166,7 @@ fn finite(value: Result<f64, Unsupported>) -> Result<f64, Unsupported> {
 
 /// What the parts say of a parameter.
 struct PartSpread {
-    /// The ends of the interval less the parameter.
-    noise: [f64; 2],
+    half_width: f64,
     error: StandardError,
     warning: Option<String>,
     without: Vec<f64>,
@@ -190,7 +189,7 @@ fn spread(
         (0..weight.len()).map(|g| take(&|part| &part.without[g])).collect::<Result<_, _>>()?;
     let spread = jackknife::spread(all, &without, weight);
     Ok(PartSpread {
-        noise: spread.interval,
+        half_width: spread.half_width,
         kernel: kernel_shift(parts, &read, all, &without),
         error: spread.error,
         warning: spread.warning,

@@ -14,7 +14,7 @@ use crate::missing::{self, Bounds};
 use crate::modulation::{self, SPEECH_OCTAVES, Talk};
 use crate::parameter::{LevelScale, Parameter, Values};
 use crate::window::{WINDOW_COUNT, WINDOWS, Window};
-use crate::{lateral, support};
+use crate::{lateral, skewness, support};
 
 /// Figures of one source at one receiver.
 #[derive(Debug, Clone, PartialEq)]
@@ -181,7 +181,10 @@ fn band_parameters(band: &Band, on_stage: bool) -> Vec<(Parameter, ParameterValu
 
 fn band_parameter(band: &Reading, parameter: Parameter) -> ParameterValue {
     let read = |values: &[&Values]| values[0].values[parameter as usize].clone();
-    let straight = parameter_of(&[band], read)?.if_straight(band.fine.quality(parameter))?;
+    let estimate = parameter_of(&[band], read)?;
+    let is_late = matches!(parameter, Parameter::T20 | Parameter::T30);
+    let estimate = if is_late { skewness::followed(estimate) } else { estimate };
+    let straight = estimate.if_straight(band.fine.quality(parameter))?;
     refused_or_widened(straight, &[band], parameter, read)
 }
 

@@ -66,7 +66,7 @@ fn slope(before: &ParameterValue, after: &ParameterValue, step: f64) -> Option<S
     let by_step = |(before, after): (&f64, &f64)| (after - before) / step;
     let slope = by_step((&before.value, &after.value));
     let without: Vec<f64> = before.without.iter().zip(&after.without).map(by_step).collect();
-    let half_width = jackknife::spread(slope, &without, &before.weight).half_width();
+    let half_width = jackknife::spread(slope, &without, &before.weight).half_width;
     Some(Slope { value: before.value, slope, half_width })
 }
 

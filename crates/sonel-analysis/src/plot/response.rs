@@ -55,8 +55,8 @@ pub fn decay(response: &Response, s: usize, r: usize) -> Panel {
         times
             .map(|time| {
                 let y = level_db(&curve, time).unwrap_or(f64::NAN);
-                let ends = parts.as_ref().and_then(|parts| interval(parts, time));
-                Point { x: time, y, interval: ends.map(|ends| ends.map(|end| y + end)) }
+                let half_width = parts.as_ref().and_then(|parts| half_width(parts, time));
+                Point { x: time, y, interval: half_width.map(|half| [y - half, y + half]) }
             })
             .collect()
     });
@@ -81,15 +81,15 @@ fn level_db(curve: &DecayCurve, time: f64) -> Option<f64> {
     Some(10.0 * libm::log10(curve.remaining(time)? / curve.total()))
 }
 
-/// The ends of the 95 % interval of the decay at `time`, less the decay, where every part of the batches reaches so far.
-fn interval(parts: &Parts, time: f64) -> Option<[f64; 2]> {
+/// Half of the 95 % interval of the decay at `time`, where every part of the batches reaches so far.
+fn half_width(parts: &Parts, time: f64) -> Option<f64> {
     let all = level_db(parts.all.curve.as_ref().ok()?, time)?;
     let without: Vec<f64> = parts
         .without
         .iter()
         .map(|values| level_db(values.curve.as_ref().ok()?, time).filter(|level| level.is_finite()))
         .collect::<Option<_>>()?;
-    all.is_finite().then(|| jackknife::spread(all, &without, &parts.weight).interval)
+    all.is_finite().then(|| jackknife::spread(all, &without, &parts.weight).half_width)
 }
 
 /// Borders, and energy with the half of its interval between them.

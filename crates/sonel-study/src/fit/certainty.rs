@@ -104,7 +104,7 @@ pub(super) fn of(local: &Local, y: &[f64], noise: &[f64], estimates: &[Estimate]
         let believed: f64 = local.unknowns.iter().enumerate().map(belief).sum();
         let sampled = batches.as_ref().map_or(0.0, |(shifts, weight)| {
             let shifts: Vec<f64> = shifts.iter().map(|shift| shift[k]).collect();
-            jackknife::spread(0.0, &shifts, weight).half_width()
+            jackknife::spread(0.0, &shifts, weight).half_width
         });
         let information = column(k).norm_squared() * unknown.sigma * unknown.sigma;
         Certainty {

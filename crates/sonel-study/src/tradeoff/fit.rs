@@ -87,9 +87,8 @@ pub fn over_repeats(repeats: usize, read: impl Fn(Option<usize>) -> Option<f64>)
     let without: Option<Vec<f64>> =
         (0..repeats).map(|repeat| read(Some(repeat)).filter(|value| value.is_finite())).collect();
     let weight = vec![1.0 / repeats as f64; repeats];
-    let half_width = without
-        .filter(|_| repeats > 2)
-        .map(|without| jackknife::spread(value, &without, &weight).half_width());
+    let half_width =
+        without.filter(|_| repeats > 2).map(|without| jackknife::spread(value, &without, &weight).half_width);
     Some(Measured::within(value, half_width))
 }
 
