@@ -125,8 +125,8 @@ mod tests {
         assert!((bent.slope.half_width().unwrap() - expected).abs() < 1e-9);
         assert_eq!(line(&[(1.0, 2.0, 1.0)]), None);
         assert_eq!(line(&[(1.0, 2.0, 1.0), (1.0, 3.0, 1.0)]), None);
-        // The mean of equal x is another number by rounding.
-        assert_eq!(line(&[(1000.0, 2.0, 1e-6); 3]), None);
+        // By rounding the mean of these equal x is another number.
+        assert_eq!(line(&[(1000.0, 2.0, 1e-6); 4]), None);
         assert_eq!(line(&[(1.0, 2.0, 1.0), (2.0, 3.0, 1.0)]).unwrap().slope.interval, None);
     }
 
