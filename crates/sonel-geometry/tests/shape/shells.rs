@@ -105,6 +105,23 @@ fn steps_of_flush_boxes_leave_the_air_above_them() {
     }
 }
 
+/// The floor has a corner within the edge that the end wall shares with a stage.
+#[test]
+fn an_edge_of_four_faces_may_have_a_t_junction() {
+    for shift in [None, Some(dvec3(0.0, 1e3, 0.0))] {
+        let mut mesh = Mesh::shoebox([8.0, 6.0, 3.0], [0; 6]);
+        mesh.triangles.retain(|triangle| triangle.corners.iter().any(|&c| mesh.vertices[c as usize].z > 1.0));
+        for [from, to] in [[0.0, 2.5], [2.5, 6.0]] {
+            add_polygon(&mut mesh, &[[0.0, from, 0.0], [8.0, from, 0.0], [8.0, to, 0.0], [0.0, to, 0.0]]);
+        }
+        add_box(&mut mesh, dvec3(5.0, 0.0, 0.0), dvec3(8.0, 6.0, 0.9));
+        let mesh = shift.map_or(mesh.clone(), |shift| rooms::turned(mesh, shift));
+        let geometry = Geometry::build(mesh).unwrap();
+        assert!((geometry.volume().unwrap() - 127.8).abs() < 1e-6);
+        assert!((geometry.area() - 174.6).abs() < 1e-6, "{}", geometry.area());
+    }
+}
+
 /// The slab's bottom has the corners of the floor and is dropped: the floor left is in no air.
 #[test]
 fn a_slab_over_the_whole_floor_hides_it() {
