@@ -65,6 +65,11 @@ impl Geometry {
         self.surfaces.iter().zip(&self.exposed).filter(of_material).map(|(_, area)| area).sum()
     }
 
+    /// Area of one surface exposed to the air [m²], counted as in [`Geometry::area`].
+    pub fn exposed(&self, surface: SurfaceId) -> f64 {
+        self.exposed[surface.0 as usize]
+    }
+
     /// Area of each surface exposed to the air [m²].
     pub(super) fn exposed_areas(&self) -> Vec<f64> {
         let mut exposed: Vec<f64> = self.surfaces.iter().map(|surface| self.uncovered(surface)).collect();
