@@ -20,7 +20,7 @@ use smallvec::SmallVec;
 use std::f64::consts::TAU;
 
 /// A shell is closed if its cracks have at most this share of its area.
-pub(crate) const LARGEST_CRACKED_SHARE: f64 = 1e-3;
+const LARGEST_CRACKED_SHARE: f64 = 1e-3;
 
 /// The closed shells in the order of their lowest triangle, their triangles turned so that the normals point out of them.
 ///
@@ -98,11 +98,7 @@ impl Sides<'_> {
         let mut faces: SmallVec<[u32; 2]> =
             edge.faces.iter().copied().filter(|&face| !is_sheet[face as usize]).collect();
         if faces.len() > 2 {
-            faces = self.sorted(edge, faces);
-            while let Some(pair) = coinciding(self.mesh, edge, &faces, tolerance) {
-                self.join_in_order(edge, &pair);
-                faces.retain(|face| !pair.contains(face));
-            }
+            faces = self.join_coinciding(edge, self.sorted(edge, faces), tolerance);
         }
         if !edge.is_crack {
             self.join_in_order(edge, &faces);
@@ -121,6 +117,34 @@ impl Sides<'_> {
         let mut turns: Vec<(f64, u32)> = faces.into_iter().map(|face| (turn(face), face)).collect();
         turns.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         turns.into_iter().map(|(_, face)| face).collect()
+    }
+
+    /// Joins pairs of successive faces about an edge that lie on one another; returns the others.
+    fn join_coinciding(
+        &mut self,
+        edge: &SharedEdge,
+        faces: SmallVec<[u32; 2]>,
+        tolerance: f64,
+    ) -> SmallVec<[u32; 2]> {
+        let mut others: SmallVec<[u32; 2]> = SmallVec::new();
+        for face in faces {
+            match others.last() {
+                Some(&last) if coincide(self.mesh, edge, [last, face], tolerance) => {
+                    self.join_in_order(edge, &[last, face]);
+                    others.pop();
+                }
+                _ => others.push(face),
+            }
+        }
+        // Rounding may put one of a pair at the other end of the circle.
+        if let [first, .., last] = others[..]
+            && coincide(self.mesh, edge, [first, last], tolerance)
+        {
+            self.join_in_order(edge, &[first, last]);
+            others.pop();
+            others.remove(0);
+        }
+        others
     }
 
     /// Joins the sides in the wedges between successive faces about an edge, the last and the first too.
@@ -178,14 +202,11 @@ impl Sides<'_> {
     }
 }
 
-/// The first two of some faces at an edge that lie on one another.
-fn coinciding(mesh: &Mesh, edge: &SharedEdge, faces: &[u32], tolerance: f64) -> Option<[u32; 2]> {
-    let pairs = (0..faces.len()).flat_map(|i| (i + 1..faces.len()).map(move |j| [faces[i], faces[j]]));
-    pairs.into_iter().find(|pair| {
-        let [a, b] = pair.map(|face| edge.height(mesh, face));
-        let height = a.length().min(b.length());
-        a.dot(b) > 0.0 && a.normalize_or_zero().cross(b.normalize_or_zero()).length() * height <= tolerance
-    })
+/// Whether two faces at an edge lie on one another.
+fn coincide(mesh: &Mesh, edge: &SharedEdge, pair: [u32; 2], tolerance: f64) -> bool {
+    let [a, b] = pair.map(|face| edge.height(mesh, face));
+    let height = a.length().min(b.length());
+    a.dot(b) > 0.0 && a.normalize_or_zero().cross(b.normalize_or_zero()).length() * height <= tolerance
 }
 
 /// Sides that face one region, of triangles whose other side faces another one.
