@@ -7,7 +7,7 @@ use glam::DVec3;
 /// Directions that differ by less than 10° count as one: its cosine.
 pub(crate) const ALIKE: f64 = 0.984_807_753_012_208;
 
-/// An edge with a single face.
+/// An edge as the side of one of its faces, the only one where it is open.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OpenEdge {
     /// Its place among the edges of the mesh.
@@ -16,7 +16,7 @@ pub(crate) struct OpenEdge {
     pub ends: [u32; 2],
     /// Positions of its vertices [m].
     pub points: [DVec3; 2],
-    /// Its face.
+    /// The face.
     pub face: u32,
     /// Unit vector from its first end to its second.
     pub along: DVec3,
@@ -28,19 +28,26 @@ pub(crate) struct OpenEdge {
 
 /// The open edges of a mesh whose edges are `edges`.
 pub(crate) fn open_edges(mesh: &Mesh, edges: &[SharedEdge]) -> Vec<OpenEdge> {
-    let open = |(index, edge): (usize, &SharedEdge)| {
-        let &[face] = &edge.faces[..] else { return None };
-        Some(OpenEdge {
-            index,
-            ends: edge.ends,
-            points: edge.ends.map(|end| mesh.vertices[end as usize]),
-            face,
-            along: edge.along(mesh),
-            inward: edge.inward(mesh, face),
-            height: edge.height(mesh, face).length(),
-        })
+    sides_of_faces(mesh, edges, |faces| faces == 1)
+}
+
+/// The sides of faces at those of a mesh's `edges` whose number of faces `is_taken`.
+pub(crate) fn sides_of_faces(
+    mesh: &Mesh,
+    edges: &[SharedEdge],
+    is_taken: impl Fn(usize) -> bool,
+) -> Vec<OpenEdge> {
+    let side = |index: usize, edge: &SharedEdge, face: u32| OpenEdge {
+        index,
+        ends: edge.ends,
+        points: edge.ends.map(|end| mesh.vertices[end as usize]),
+        face,
+        along: edge.along(mesh),
+        inward: edge.inward(mesh, face),
+        height: edge.height(mesh, face).length(),
     };
-    edges.iter().enumerate().filter_map(open).collect()
+    let taken = edges.iter().enumerate().filter(|(_, edge)| is_taken(edge.faces.len()));
+    taken.flat_map(|(index, edge)| edge.faces.iter().map(move |&face| side(index, edge, face))).collect()
 }
 
 impl OpenEdge {

@@ -46,10 +46,18 @@ pub(crate) struct Facing {
     pub rims: [usize; 2],
     /// Their faces.
     pub faces: [u32; 2],
-    /// Whether these are oriented alike.
-    pub agree: bool,
+    /// Whether the second rim's ends are in the order of the first one's.
+    pub is_parallel: bool,
     /// What is between.
     pub crack: Crack,
+}
+
+impl Facing {
+    /// Whether the faces are oriented alike.
+    pub fn agree(&self, mesh: &Mesh, edges: &[SharedEdge]) -> bool {
+        let [here, there] = [0, 1].map(|i| edges[self.rims[i]].is_ahead(mesh, self.faces[i]));
+        (here != there) == self.is_parallel
+    }
 }
 
 /// Finds where open edges face one another, and marks those that are rims of cracks; `tolerance` [m] is below which positions are
@@ -74,7 +82,7 @@ pub(crate) fn find_cracks(mesh: &Mesh, edges: &mut [SharedEdge], tolerance: f64)
             }
             covered[here].push([span.from - span.width(), span.to + span.width()]);
             if here < span.other {
-                facing.push(pair(mesh, [&open[here], &open[span.other]], edges, span));
+                facing.push(pair([&open[here], &open[span.other]], span));
             }
         }
     }
@@ -161,16 +169,15 @@ fn is_strip(edge: &OpenEdge, other: &OpenEdge, along: f64) -> bool {
     over_a_face && edge.height.max(other.height) < HEIGHTS_PER_WIDTH * distance
 }
 
-fn pair(mesh: &Mesh, [a, b]: [&OpenEdge; 2], edges: &[SharedEdge], span: &Span) -> Facing {
+fn pair([a, b]: [&OpenEdge; 2], span: &Span) -> Facing {
     let middle = |along: f64| {
         let point = a.at(along);
         0.5 * (point + b.at(b.project(point).clamp(0.0, b.length())))
     };
-    let [here, there] = [a, b].map(|edge| edges[edge.index].is_ahead(mesh, edge.face));
     let area = (span.to - span.from) * 0.5 * (span.widths[0] + span.widths[1]);
     let crack = Crack { ends: [middle(span.from), middle(span.to)], width: span.width(), area };
-    let agree = (here == there) == (a.along.dot(b.along) < 0.0);
-    Facing { rims: [a.index, b.index], faces: [a.face, b.face], agree, crack }
+    let is_parallel = a.along.dot(b.along) > 0.0;
+    Facing { rims: [a.index, b.index], faces: [a.face, b.face], is_parallel, crack }
 }
 
 /// Whether each open edge is the rim of a crack, given which have partners along all of them.

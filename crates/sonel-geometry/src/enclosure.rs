@@ -7,16 +7,17 @@ use crate::Mesh;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Signed volume enclosed by some triangles [m³], positive where the normals point outward.
-pub(crate) fn signed_volume(mesh: &Mesh, triangles: &[u32]) -> f64 {
+/// Signed volume enclosed by some sides of triangles [m³], positive where they face outward; 2 t is the front of triangle t, 2 t + 1 its back.
+pub(crate) fn signed_volume(mesh: &Mesh, sides: &[u32]) -> f64 {
     // Relative to one of the corners, so that a scene far from the origin loses no digits.
-    let Some(&first) = triangles.first() else { return 0.0 };
-    let origin = mesh.corners(first)[0];
-    let sixfold: f64 = triangles
+    let Some(&first) = sides.first() else { return 0.0 };
+    let origin = mesh.corners(first / 2)[0];
+    let sixfold: f64 = sides
         .iter()
-        .map(|&triangle| {
-            let [a, b, c] = mesh.corners(triangle).map(|v| v - origin);
-            a.dot(b.cross(c))
+        .map(|&side| {
+            let [a, b, c] = mesh.corners(side / 2).map(|v| v - origin);
+            let part = a.dot(b.cross(c));
+            if side % 2 == 0 { part } else { -part }
         })
         .sum();
     sixfold / 6.0

@@ -45,6 +45,7 @@ pub struct Geometry {
     open_edges: Vec<[u32; 2]>,
     cracks: Vec<Crack>,
     edges: Vec<Edge>,
+    exposed: Vec<f64>,
     dropped: usize,
     shoebox: Option<Shoebox>,
 }
@@ -126,6 +127,7 @@ impl Geometry {
             open_edges,
             cracks: joined_up(&edges, &facing),
             edges: Vec::new(),
+            exposed: Vec::new(),
             dropped: welded.dropped,
             shoebox: None,
         };
@@ -133,6 +135,7 @@ impl Geometry {
             recognise(&geometry.surfaces, bounds.0, bounds.1, f64::from(geometry.resolution()))
         });
         geometry.edges = geometry.survey(&edges, tolerance);
+        geometry.exposed = geometry.exposed_areas();
         Ok(geometry)
     }
 

@@ -37,6 +37,7 @@ mod rim;
 mod scale;
 mod section;
 mod sectors;
+mod shells;
 mod shoebox;
 mod stitch;
 mod surfaces;

@@ -14,6 +14,8 @@ pub(crate) struct Shell {
     pub depth: u32,
     /// Volume it encloses [m³].
     pub volume: f64,
+    /// Whether it is but two sheets back to back: it has no inside.
+    pub is_flat: bool,
 }
 
 /// For each shell, how many others it lies in.

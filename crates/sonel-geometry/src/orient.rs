@@ -1,20 +1,19 @@
 //! Consistent orientation: across every edge that joins two triangles, and towards the air.
 //!
 //! Triangles are joined across an edge when it has two faces, or when among more faces exactly two continue one
-//! another in the same plane (a screen welded onto a floor does not cut the floor), and across cracks. Components whose
-//! every edge is joined are closed shells if their cracks are below a thousandth of their area. The scene is a room if one of them holds all the rest. Then a shell within an even number of
+//! another in the same plane (a screen welded onto a floor does not cut the floor), and across cracks: joined ones agree. Closed shells face
+//! away from what they enclose or into it. The scene is a room if one of them holds all the rest. Then a shell within an even number of
 //! others is a room and faces inward, one within an odd number is an object and faces outward, so that the normals point to
 //! the air between them. In the open it is the other way round: what stands there is an object. But a room of which only a
 //! corner pokes out looks the same, and the source may be in it: there is air on both sides of every shell then.
 
 use crate::Mesh;
 use crate::cracks::Facing;
-use crate::enclosure::signed_volume;
 use crate::nesting::{Shell, nesting_depths};
+use crate::shells::closed_shells;
 use crate::topology::{Connected, SharedEdge};
-
-/// A shell is closed if its cracks have at most this share of its area.
-pub(crate) const LARGEST_CRACKED_SHARE: f64 = 1e-3;
+use foldhash::HashMap;
+use glam::DVec3;
 
 /// What orientation found: shells and which triangles belong to one.
 pub(crate) struct Oriented {
@@ -24,8 +23,7 @@ pub(crate) struct Oriented {
     pub in_shell: Vec<bool>,
     /// The shell that holds everything else.
     pub room: Option<usize>,
-    /// Edges at which the component of the largest extents is open, as indices of vertices; none where that is a closed shell
-    /// or all are rims of cracks.
+    /// Edges at which the component of the largest extents is open, as indices of vertices; none in a room or where all are rims of cracks.
     pub open_edges: Vec<[u32; 2]>,
 }
 
@@ -39,35 +37,29 @@ pub(crate) fn orient(
     tolerance: f64,
 ) -> Oriented {
     let mut joints: Vec<Vec<Joint>> = edges.iter().map(|edge| joints(mesh, edge, tolerance)).collect();
-    for &Facing { rims, faces: [a, b], agree, .. } in cracks {
-        joints[rims[0]].push(Joint { a, b, agree });
+    for facing in cracks {
+        let [a, b] = facing.faces;
+        joints[facing.rims[0]].push(Joint { a, b, agree: facing.agree(mesh, edges) });
     }
-    let orientable = unify(mesh, &joints);
-    let Components { closed, open_edges } =
-        components(mesh, edges, cracks, &joints, &orientable, is_interface);
-    let mut shells: Vec<Shell> = closed
-        .into_iter()
-        .map(|triangles| Shell { volume: signed_volume(mesh, &triangles), triangles, depth: 0 })
-        .collect();
+    unify(mesh, &joints);
+    let mut shells = closed_shells(mesh, edges, cracks, is_interface, tolerance);
     for (shell, depth) in nesting_depths(mesh, &shells).into_iter().enumerate() {
         shells[shell].depth = depth;
     }
     let room = room(mesh, &shells, tolerance);
     let mut in_shell = vec![false; mesh.triangles.len()];
-    for shell in &mut shells {
+    for shell in &shells {
         for &triangle in &shell.triangles {
             in_shell[triangle as usize] = true;
         }
         let is_object = (shell.depth % 2 == 1) == room.is_some();
-        // A positive signed volume means that the normals point out of the shell.
-        let inside_out = (shell.volume > 0.0) != is_object;
-        if inside_out && !is_flat(mesh, shell, tolerance) {
+        if !is_object && !shell.is_flat {
             for &triangle in &shell.triangles {
                 mesh.triangles[triangle as usize].corners.swap(1, 2);
             }
         }
-        shell.volume = shell.volume.abs();
     }
+    let open_edges = if room.is_some() { Vec::new() } else { open_edges(mesh, edges, &joints) };
     Oriented { shells, in_shell, room, open_edges }
 }
 
@@ -80,12 +72,6 @@ fn room(mesh: &Mesh, shells: &[Shell], tolerance: f64) -> Option<usize> {
             && (low - bounds.0).max_element() <= tolerance
             && (bounds.1 - high).max_element() <= tolerance
     })
-}
-
-/// Whether a shell is but two sheets back to back: it has no inside, and its sheets face where they were made to.
-fn is_flat(mesh: &Mesh, shell: &Shell, tolerance: f64) -> bool {
-    let area: f64 = shell.triangles.iter().map(|&triangle| mesh.vector_area(triangle).length()).sum();
-    shell.volume.abs() <= tolerance * area
 }
 
 /// Two triangles joined across an edge, and whether they agree in orientation as they are.
@@ -129,34 +115,29 @@ fn continuing_pair(mesh: &Mesh, edge: &SharedEdge, faces: &[u32], tolerance: f64
     None
 }
 
-/// Turns triangles over until joined ones agree; tells for each triangle whether its component could be unified.
-fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) -> Vec<bool> {
+/// Turns triangles over until joined ones agree, as far as they can.
+fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) {
     let mut across: Vec<Vec<(u32, bool)>> = vec![Vec::new(); mesh.triangles.len()];
     for joint in joints.iter().flatten() {
         across[joint.a as usize].push((joint.b, joint.agree));
         across[joint.b as usize].push((joint.a, joint.agree));
     }
     let mut flipped: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
-    let mut orientable = vec![true; mesh.triangles.len()];
     for seed in 0..mesh.triangles.len() {
         if flipped[seed].is_some() {
             continue;
         }
         flipped[seed] = Some(false);
         let mut component = vec![seed];
-        let mut consistent = true;
         let mut next = 0;
         while next < component.len() {
             let here = component[next];
             let turned = flipped[here] == Some(true);
             for &(other, agree) in &across[here] {
                 let wanted = turned == agree;
-                match flipped[other as usize] {
-                    None => {
-                        flipped[other as usize] = Some(wanted);
-                        component.push(other as usize);
-                    }
-                    Some(is) => consistent &= is == wanted,
+                if flipped[other as usize].is_none() {
+                    flipped[other as usize] = Some(wanted);
+                    component.push(other as usize);
                 }
             }
             next += 1;
@@ -170,69 +151,33 @@ fn unify(mesh: &mut Mesh, joints: &[Vec<Joint>]) -> Vec<bool> {
             })
             .sum();
         for &triangle in &component {
-            orientable[triangle] = consistent;
             if flipped[triangle] == Some(turned <= 0.0) {
                 mesh.triangles[triangle].corners.swap(1, 2);
             }
         }
     }
-    orientable
 }
 
-/// What triangles that are joined make up.
-struct Components {
-    /// The closed ones: every edge joined or the rim of a crack, cracks small, orientation consistent.
-    closed: Vec<Vec<u32>>,
-    /// Edges with a face that is not joined and no rims of cracks, of the component of the largest extents.
-    open_edges: Vec<[u32; 2]>,
-}
-
-fn components(
-    mesh: &Mesh,
-    edges: &[SharedEdge],
-    cracks: &[Facing],
-    joints: &[Vec<Joint>],
-    orientable: &[bool],
-    is_interface: &[bool],
-) -> Components {
+/// Edges with a single face that are no rims of cracks, of the component of joined triangles with the largest extents.
+fn open_edges(mesh: &Mesh, edges: &[SharedEdge], joints: &[Vec<Joint>]) -> Vec<[u32; 2]> {
     let mut connected = Connected::new(mesh.triangles.len());
     for joint in joints.iter().flatten() {
         connected.join(joint.a, joint.b);
     }
-    let mut open: Vec<Vec<[u32; 2]>> = vec![Vec::new(); mesh.triangles.len()];
-    for (edge, joints) in edges.iter().zip(joints) {
-        for &face in &edge.faces {
-            let open = &mut open[connected.root(face) as usize];
-            // A partner along a part of an open edge does not close the rest.
-            let is_joined = edge.is_crack
-                || edge.faces.len() > 1 && joints.iter().any(|joint| joint.a == face || joint.b == face);
-            if !is_joined && open.last() != Some(&edge.ends) {
-                open.push(edge.ends);
-            }
+    let mut bounds: HashMap<u32, (DVec3, DVec3)> = HashMap::default();
+    for &face in edges.iter().flat_map(|edge| &edge.faces) {
+        let (low, high) =
+            bounds.entry(connected.root(face)).or_insert((DVec3::INFINITY, DVec3::NEG_INFINITY));
+        for corner in mesh.corners(face) {
+            (*low, *high) = (low.min(corner), high.max(corner));
         }
     }
-    let mut members: Vec<Vec<u32>> = vec![Vec::new(); mesh.triangles.len()];
-    for triangle in (0..mesh.triangles.len() as u32).filter(|&triangle| !is_interface[triangle as usize]) {
-        members[connected.root(triangle) as usize].push(triangle);
-    }
-    let extents = |root: usize| {
-        let (low, high) = mesh.bounds_of(&members[root]);
-        (high - low).length()
+    let extents = bounds.into_iter().map(|(root, (low, high))| ((high - low).length(), root));
+    let largest = extents.max_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let is_open = |edge: &&SharedEdge| {
+        edge.faces.len() == 1
+            && !edge.is_crack
+            && largest.is_some_and(|(_, root)| connected.root(edge.faces[0]) == root)
     };
-    let roots = (0..members.len()).filter(|&root| !members[root].is_empty());
-    let largest = roots.map(|root| (extents(root), root)).max_by(|a, b| a.0.total_cmp(&b.0));
-    let open_edges = largest.map_or(Vec::new(), |(_, root)| open[root].clone());
-    let mut cracked = vec![0.0; mesh.triangles.len()];
-    for Facing { faces, crack, .. } in cracks {
-        cracked[connected.root(faces[0]) as usize] += crack.area;
-    }
-    let area = |members: &[u32]| members.iter().map(|&face| mesh.vector_area(face).length()).sum::<f64>();
-    let closed = |(root, members): &(usize, Vec<u32>)| {
-        !members.is_empty()
-            && open[*root].is_empty()
-            && orientable[*root]
-            && (cracked[*root] <= 0.0 || cracked[*root] <= LARGEST_CRACKED_SHARE * area(members))
-    };
-    let closed = members.into_iter().enumerate().filter(closed).map(|(_, members)| members).collect();
-    Components { closed, open_edges }
+    edges.iter().filter(is_open).map(|edge| edge.ends).collect()
 }

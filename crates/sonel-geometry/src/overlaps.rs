@@ -72,7 +72,7 @@ impl Geometry {
     }
 
     /// Area [m²] and centroid [m] of the overlap of two parallel triangles; none where it is below [`LEAST_SHARE`].
-    fn shared_area(&self, first: u32, second: u32) -> Option<(f64, DVec3)> {
+    pub(crate) fn shared_area(&self, first: u32, second: u32) -> Option<(f64, DVec3)> {
         let normals = [first, second].map(|triangle| self.mesh().vector_area(triangle));
         let least = LEAST_SHARE * normals[0].length().min(normals[1].length());
         let corners = self.mesh().corners(first);

@@ -69,15 +69,21 @@ pub(crate) fn diffracting(
         })
         .collect();
     around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-    let solid =
-        |(surface, side): (SurfaceId, Side)| surfaces[surface.0 as usize].closed && side == Side::Back;
+    // Of faces that coincide, as where a solid stands flush against a wall, any may have the solid behind it.
+    let is_solid = |turn: f64, ends: bool| {
+        around.iter().any(|&(other, _, surface, ahead)| {
+            let apart = (other - turn).rem_euclid(TAU);
+            let side = if ends { ahead.opposite() } else { ahead };
+            apart.min(TAU - apart) < NEARLY_FLAT && surfaces[surface.0 as usize].closed && side == Side::Back
+        })
+    };
     (0..around.len())
         .filter_map(|at| {
             let (from, inward, surface, side) = around[at];
             let (to, _, next, ahead) = around[(at + 1) % around.len()];
             let angle = if around.len() == 1 { TAU } else { (to - from).rem_euclid(TAU) };
             let faces = [(surface, side), (next, ahead.opposite())];
-            let open = angle > PI + NEARLY_FLAT && !faces.into_iter().any(solid);
+            let open = angle > PI + NEARLY_FLAT && !is_solid(from, false) && !is_solid(to, true);
             open.then(|| AirSector { faces, inward, normal: along.cross(inward), angle })
         })
         .collect()

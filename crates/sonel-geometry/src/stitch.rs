@@ -1,11 +1,11 @@
 //! Closing T-junctions: where a vertex lies on the rim of a triangle that does not have it.
 //!
 //! Drawing programs leave them wherever one wall ends in the middle of another. Rays may slip through, and a room with
-//! one is not closed. The triangle is divided at the vertex; only rims are, so a screen that merely stands on a floor
-//! divides nothing.
+//! one is not closed. The triangle is divided at the vertex; only open edges are and those of more than two faces, as where a solid stands
+//! flush against a wall, so a screen that merely stands on a floor divides nothing.
 
 use crate::Mesh;
-use crate::boundary::{OpenEdge, open_edges};
+use crate::boundary::{OpenEdge, sides_of_faces};
 use crate::grid::BoxGrid;
 use crate::topology::shared_edges;
 use glam::DVec3;
@@ -48,10 +48,12 @@ fn vertices_on_rims(
     tolerance: f64,
     accepts: impl Fn(&OpenEdge, u32, f64) -> bool,
 ) -> Vec<(u32, [u32; 2], Vec<u32>)> {
-    let rims = open_edges(mesh, &shared_edges(mesh));
+    let edges = shared_edges(mesh);
+    let rims = sides_of_faces(mesh, &edges, |faces| faces != 2);
     let at = |vertex: u32| mesh.vertices[vertex as usize];
     let grid = edge_grid(&rims, tolerance);
-    let mut candidates: Vec<u32> = rims.iter().flat_map(|rim| rim.ends).collect();
+    let open = edges.iter().filter(|edge| edge.faces.len() == 1);
+    let mut candidates: Vec<u32> = open.flat_map(|edge| edge.ends).collect();
     candidates.sort_unstable();
     candidates.dedup();
     let mut found: Vec<Vec<(f64, u32)>> = vec![Vec::new(); rims.len()];

@@ -84,7 +84,7 @@ pub(crate) fn partition(
     interface: &[bool],
     tolerance: f64,
 ) -> Partition {
-    let regions = grow_regions(mesh, &neighbours(mesh, edges), tolerance);
+    let regions = grow_regions(mesh, &neighbours(mesh, edges, closed), tolerance);
     let mut of_triangle = vec![SurfaceId(0); mesh.triangles.len()];
     let mut surfaces = Vec::with_capacity(regions.len());
     for region in regions {
@@ -97,13 +97,14 @@ pub(crate) fn partition(
     Partition { surfaces, of_triangle, planes }
 }
 
-/// For each triangle those of its material with which it shares an edge.
-fn neighbours(mesh: &Mesh, edges: &[SharedEdge]) -> Vec<Vec<u32>> {
+/// For each triangle those of its material with which it shares an edge, all `closed` or none.
+fn neighbours(mesh: &Mesh, edges: &[SharedEdge], closed: &[bool]) -> Vec<Vec<u32>> {
     let mut neighbours = vec![Vec::new(); mesh.triangles.len()];
     for edge in edges {
         for &a in &edge.faces {
             for &b in &edge.faces {
-                if a != b && mesh.triangles[a as usize].material == mesh.triangles[b as usize].material {
+                let kind = |face: u32| (mesh.triangles[face as usize].material, closed[face as usize]);
+                if a != b && kind(a) == kind(b) {
                     neighbours[a as usize].push(b);
                 }
             }

@@ -23,8 +23,10 @@ mod problem;
 mod report;
 mod room;
 mod scene;
+mod seclusion;
 mod sections;
 mod suggest;
+mod walk;
 
 pub use balloon_file::{is_balloon_file, load_balloon, rolled};
 pub use draft::draft;

@@ -12,9 +12,11 @@ use crate::bands::{self, BandChoice};
 use crate::document::{Entry, Table, quoted_key};
 use crate::inspection::inspect;
 use crate::library;
+use crate::notation::{count, number};
 use crate::report::{Remarks, Report};
 use crate::room;
 use crate::scene::LONGEST_DEFAULT_DURATION;
+use crate::seclusion;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls, is_side};
@@ -251,6 +253,7 @@ fn compile(
     scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
     if let Some(geometry) = &geometry {
         air.check_gradient(&scene, geometry, report);
+        seclusion::warn(&scene, geometry, report);
     }
     Compiled { scene, geometry, unknown }
 }
@@ -307,9 +310,9 @@ fn build(
     if let Some(mended) = walls.mesh.mended(walls.weld) {
         if mended.joined + mended.attached > 0 {
             report.repair(format!(
-                "{path}: cracks up to {} mm closed: {} corners joined to others, {} put on edges; mesh_weld sets the width",
-                crate::notation::number(1e3 * walls.weld),
-                mended.joined,
+                "{path}: cracks up to {} mm closed: {} joined to others, {} put on edges; mesh_weld sets the width",
+                number(1e3 * walls.weld),
+                count(mended.joined, "corner"),
                 mended.attached
             ));
         }

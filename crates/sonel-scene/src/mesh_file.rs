@@ -91,7 +91,11 @@ fn triangles<'f>(
             problems.push(polygons.terms.problem(face.line, &message));
             continue;
         }
-        let first = *known.entry(&sorted[face.corners.clone()]).or_insert(face);
+        // Faces without area are dropped later: they double none.
+        let first = match obj::is_line(&positions) {
+            true => face,
+            false => *known.entry(&sorted[face.corners.clone()]).or_insert(face),
+        };
         if !std::ptr::eq(first, face) {
             let [used, left_out] = [first, face].map(|face| polygons.names[face.name].name.as_str());
             oddities.doubled.push((face.line, first.line, (used != left_out).then_some([used, left_out])));

@@ -121,9 +121,9 @@ pub(crate) fn leak(geometry: &Geometry) -> String {
     };
     let [from, to] = longest.map(place);
     format!(
-        "the mesh is not watertight: {} open edges, the longest from ({from}) to ({to}) m, {} m long, of triangle {}; \
+        "the mesh is not watertight: {}, the longest from ({from}) to ({to}) m, {} m long, of triangle {}; \
          energy can escape",
-        edges.len(),
+        count(edges.len(), "open edge"),
         number(length(longest)),
         triangle_at(geometry, *longest)
     )

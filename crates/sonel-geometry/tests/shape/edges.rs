@@ -142,7 +142,8 @@ fn room_without(low: DVec3, high: DVec3) -> sonel_geometry::Mesh {
 
 const SIZE: DVec3 = dvec3(6.0, 5.0, 3.0);
 
-/// In a corner, at a wall, between two walls, at a wall above the floor.
+/// In a corner, at a wall, between two walls, at a wall above the floor; with a whole edge of the hull: at an end wall from wall to wall
+/// on the floor and below the ceiling, over the whole floor.
 #[test]
 fn a_solid_drawn_flush_into_a_hull_has_the_edges_of_one_mesh() {
     let cases = [
@@ -150,6 +151,9 @@ fn a_solid_drawn_flush_into_a_hull_has_the_edges_of_one_mesh() {
         ([2.0, 0.0, 0.0], [3.5, 0.7, 0.9], 5),
         ([0.0, 2.0, 0.0], [6.0, 2.6, 0.9], 2),
         ([2.0, 0.0, 0.5], [3.5, 0.7, 0.9], 8),
+        ([4.0, 0.0, 0.0], [6.0, 5.0, 0.9], 1),
+        ([5.0, 0.0, 2.5], [6.0, 5.0, 3.0], 1),
+        ([0.0, 0.0, 0.0], [6.0, 5.0, 0.2], 0),
     ];
     for (low, high, count) in cases {
         let (low, high) = (DVec3::from_array(low), DVec3::from_array(high));
@@ -164,6 +168,11 @@ fn a_solid_drawn_flush_into_a_hull_has_the_edges_of_one_mesh() {
         }
         let turned = diffracting(rooms::turned(flush.clone(), dvec3(0.0, 1e3, 0.0)));
         assert_eq!(turned.len(), count, "{low} {high}, turned");
+        let [drawn, cut] =
+            [flush.clone(), room_without(low, high)].map(|mesh| Geometry::build(mesh).unwrap());
+        assert!((drawn.volume().unwrap() - cut.volume().unwrap()).abs() < 1e-9, "{low} {high}");
+        assert!((drawn.area() - cut.area()).abs() < 1e-9, "{low} {high}: {} {}", drawn.area(), cut.area());
+        assert!(!drawn.contains(0.5 * (low + high)));
         let found = diffracting(flush);
         assert_eq!(found, diffracting(room_without(low, high)), "{low} {high}");
         assert_eq!(found.len(), count, "{low} {high}");

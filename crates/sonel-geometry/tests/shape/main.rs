@@ -12,3 +12,4 @@ mod numbers;
 mod room;
 #[path = "../rays/rooms.rs"]
 mod rooms;
+mod shells;

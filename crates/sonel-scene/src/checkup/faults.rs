@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use sonel_geometry::{Geometry, Surface};
+use sonel_geometry::{Geometry, Surface, SurfaceId};
 
 use crate::Scene;
 use crate::notation::{count, number, place};
@@ -15,6 +15,8 @@ const SLIVER_HEIGHT: f64 = 1e-3;
 const SLIVER_SHARE: f64 = 1e-3;
 /// Largest distance of overlapping faces [m].
 const WIDEST_OVERLAP: f64 = 1e-3;
+/// A face of a solid touches others with all of it if at most this share does not.
+const LARGEST_BARE_SHARE: f64 = 0.01;
 /// Solid angles computed at most in the search for unreachable surfaces.
 const MOST_SOLID_ANGLES: usize = 200_000_000;
 
@@ -96,7 +98,7 @@ fn holes(edges: &[[DVec3; 2]]) -> Vec<String> {
         let middle = place(0.5 * (low + high));
         holes.push((
             length,
-            format!("{size} m about ({middle}) m, {} edges, rim {} m", rim.len(), number(length)),
+            format!("{size} m about ({middle}) m, {}, rim {} m", count(rim.len(), "edge"), number(length)),
         ));
     }
     holes.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -145,7 +147,8 @@ fn overlaps(geometry: &Geometry) -> Option<String> {
     })
 }
 
-/// Surfaces of a closed room with no air on either side, or only air that is sealed off from every source, in a sentence.
+/// Surfaces of a closed room with no air on either side, or only air that is sealed off from every source, in a sentence. Where a solid stands
+/// flush against a wall or another solid is no fault.
 fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
     if !geometry.is_closed_room() {
         return None;
@@ -167,7 +170,12 @@ fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
     let anywhere = transmits || at_sources.is_empty();
     let sounds =
         |point: DVec3| is_air(point) && (anywhere || at_sources.contains(&geometry.shells_around(point)));
-    let named = surfaces(geometry.surfaces().iter().filter(|surface| !is_beside(geometry, surface, sounds)));
+    let is_contact = |(surface, id): (&Surface, SurfaceId)| {
+        surface.closed && geometry.exposed(id) <= LARGEST_BARE_SHARE * surface.area
+    };
+    let all = geometry.surfaces().iter().zip((0..).map(SurfaceId));
+    let unreached = all.filter(|&surface| !is_contact(surface) && !is_beside(geometry, surface.0, sounds));
+    let named = surfaces(unreached.map(|(surface, _)| surface));
     (!named.is_empty()).then(|| {
         format!(
             "{} inside solids or sealed off from every source, which no sound reaches: {}",
@@ -189,4 +197,15 @@ fn is_beside(geometry: &Geometry, surface: &Surface, sounds: impl Fn(DVec3) -> b
     let middle = (a + b + c) / 3.0;
     let step = 2.0 * geometry.clearance() * surface.normal;
     [step, -step].into_iter().any(|step| sounds(middle + step))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_edge_is_singular() {
+        let edge = |x: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x, 2.0, 0.0)];
+        assert_eq!(holes(&[edge(1.0)]), ["0 × 2 × 0 m about (1, 1, 0) m, 1 edge, rim 2 m"]);
+    }
 }

@@ -12,4 +12,4 @@ mod triangulate;
 
 pub(crate) use polygons::{Face, FileTerms, Polygons, Vertices, read};
 pub(crate) use scan::{LineProblem, MaterialName, NAMELESS, and_more};
-pub(crate) use triangulate::{Triangulation, triangulate};
+pub(crate) use triangulate::{Triangulation, is_line, triangulate};

@@ -16,6 +16,8 @@ use thiserror::Error;
 const BENT: f64 = 1e-4;
 /// By more than this part it is no plane wall however it is cut, and which diagonal to fold is the author's choice.
 const TOO_BENT: f64 = 0.02;
+/// A polygon whose area is at most this part of its diameter squared may be a line written in single precision.
+const LINE: f64 = 1e-6;
 /// The triangles of a simple polygon cover its area to rounding; overlaps of a self-crossing one are larger.
 const AREA_ROUNDING: f64 = 1e-9;
 
@@ -64,6 +66,11 @@ pub(crate) fn triangulate(corners: &[DVec3]) -> Result<Triangulation, NoWall> {
         return Err(NoWall::Crossing);
     }
     Ok(Triangulation { triangles, is_bent: by > BENT * diameter })
+}
+
+/// Whether a polygon is so narrow that only rounding may give it an area.
+pub(crate) fn is_line(corners: &[DVec3]) -> bool {
+    vector_area(corners).length() <= LINE * diameter(corners).powi(2)
 }
 
 /// Newell's vector area of a polygon [m²]: normal to it, as long as its area.

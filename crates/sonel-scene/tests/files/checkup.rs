@@ -120,6 +120,54 @@ fn surfaces_in_solids_are_named() {
     );
 }
 
+/// A stage from wall to wall at the end wall has a whole edge of the room.
+#[test]
+fn flush_solids_are_no_faults() {
+    let stage = box_between([7.0, 0.0, 0.0], [10.0, 7.0, 0.9]);
+    let triangles = [empty(), stage].concat();
+    let scene = SCENE.replace("duration_s", "closed = true\nduration_s");
+    let checkup = checked(&scene, &triangles);
+    assert!(checkup.is_clean(), "{checkup:?}");
+    let room = checkup.room.unwrap();
+    assert!((room.volume.unwrap() - (210.0 - 18.9)).abs() < 1e-9);
+    assert!((room.area - (242.0 - 2.0 * 2.7)).abs() < 1e-9, "{}", room.area);
+    let within = scene + "[[receivers]]\nposition = [8.0, 3.0, 0.5]\n";
+    let problem = &checked(&within, &triangles).problems[0].message;
+    assert!(problem.contains("receivers[1].position: [8, 3, 0.5] is inside a closed object"), "{problem}");
+}
+
+#[test]
+fn receivers_behind_an_opaque_partition_are_warned_of() {
+    let partition = |top| quad([[5.0, 0.0, 0.0], [5.0, 7.0, 0.0], [5.0, 7.0, top], [5.0, 0.0, top]]).to_vec();
+    let scene = SCENE.to_owned()
+        + "[[receivers]]\nposition = [3.0, 2.0, 1.5]\n[[receivers]]\nposition = [8.0, 2.0, 1.5]\n";
+    let sealed = [empty(), partition(3.0)].concat();
+    let warnings = checked(&scene, &sealed).warnings;
+    assert_eq!(load(&scene, "scene.toml", &mut |_| Ok(meshes::obj(&sealed))).unwrap().warnings, warnings);
+    let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+    let sentence =
+        "receivers[2].position: [8, 2, 1.5] is sealed off from every source, so no sound arrives; ";
+    assert!(warning.starts_with(sentence), "{warning}");
+    // A gap of 0.1 m below the ceiling, a wall that transmits, a source on the other side, no closed room.
+    let none = Vec::<String>::new();
+    assert_eq!(checked(&scene, &[empty(), partition(2.9)].concat()).warnings, none);
+    let thin = scene.replace("walls.scattering", "walls.transmission = 0.01\nwalls.scattering");
+    assert_eq!(checked(&thin, &sealed).warnings, none);
+    let beyond = scene.clone() + "[[sources]]\nposition = [9.0, 2.0, 1.5]\n";
+    assert_eq!(checked(&beyond, &sealed).warnings, none);
+    assert_eq!(checked(&scene, &sealed[1..]).warnings, none);
+}
+
+/// Exporters cut a polygon with corners in one line into triangles without area, the same ones on both sides of the line.
+#[test]
+fn triangles_without_area_double_none() {
+    let line = [[10.0, 0.0, 3.0], [10.0, 2.0, 3.0], [10.0, 7.0, 3.0]];
+    let triangles = [empty(), vec![(line, "walls"), (line, "floor")]].concat();
+    let checkup = checked(SCENE, &triangles);
+    assert!(checkup.is_clean(), "{checkup:?}");
+    assert_eq!(checkup.repairs, ["mesh: triangles without area dropped: 2"]);
+}
+
 /// Furniture that is closed in itself has air in it, which no source is in.
 #[test]
 fn surfaces_of_sealed_rooms_are_named_unless_a_source_is_there_or_walls_transmit() {
