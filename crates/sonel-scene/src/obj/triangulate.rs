@@ -70,7 +70,8 @@ pub(crate) fn triangulate(corners: &[DVec3]) -> Result<Triangulation, NoWall> {
 
 /// Whether a polygon is so narrow that only rounding may give it an area.
 pub(crate) fn is_line(corners: &[DVec3]) -> bool {
-    vector_area(corners).length() <= LINE * diameter(corners).powi(2)
+    let diameter = diameter(corners);
+    vector_area(corners).length() <= LINE * diameter * diameter
 }
 
 /// Newell's vector area of a polygon [m²]: normal to it, as long as its area.
