@@ -56,7 +56,7 @@ pub fn trace(
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Map> {
     let (loaded, inputs) = (scene.get().loaded.clone(), scene.get().inputs.clone());
-    work(py, &Followers { progress, log }, threads, move |audience, log| {
+    work(py, &Followers { progress, log }, threads, move |progress, log| {
         let folder = tempfile::Builder::new().prefix("sonel-").tempdir()?;
         let path = folder.path().join("traced.sonelmap");
         let options = [loaded.name.clone(), format!("--output={}", path.display()), "--json".to_owned()];
@@ -68,7 +68,7 @@ pub fn trace(
                 Ok((loaded, geometry, inputs))
             },
             &arguments,
-            audience,
+            progress,
             &mut report,
             log,
         )?;
@@ -126,10 +126,10 @@ impl Map {
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Response> {
         let (mut map, label) = (self.map()?, self.label.clone());
-        work(py, &Followers { progress, log }, threads, move |audience, log| {
+        work(py, &Followers { progress, log }, threads, move |progress, log| {
             let options = [label.clone(), "--output=response.npz".to_owned()];
             let arguments = arguments("sonel-render", words.into_iter().chain(options).collect())?;
-            let (response, report) = sonel_render::respond(&mut map, &label, &arguments, audience, log)?;
+            let (response, report) = sonel_render::respond(&mut map, &label, &arguments, progress, log)?;
             let (scene, settings) = (&map.header().scene, &map.header().settings);
             let volume = scene.geometry().with_context(|| label.clone())?.volume();
             let room = Room { volume, up: scene.up, seed: arguments.seed.unwrap_or(settings.seed) };

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use pyo3::prelude::*;
-use sonel_console::progress::Audience;
+use sonel_console::progress::ProgressSink;
 use sonel_console::{input, scene};
 
 use crate::work::{Followers, work};
@@ -26,7 +26,7 @@ impl Origin {
     fn load(&self, log: &mut dyn io::Write) -> anyhow::Result<(sonel_scene::Scene, Vec<PathBuf>)> {
         match self {
             Self::File(path) => {
-                let (scene, _, files) = scene::load(path, Audience::Nobody, log)?;
+                let (scene, _, files) = scene::load(path, ProgressSink::Nobody, log)?;
                 Ok((scene, files))
             }
             Self::Text(text, files) => {
@@ -39,7 +39,7 @@ impl Origin {
     fn check(&self) -> anyhow::Result<String> {
         let checkup = match self {
             Self::File(path) => {
-                scene::with_file(path, Audience::Nobody, |text, label, open| {
+                scene::with_file(path, ProgressSink::Nobody, |text, label, open| {
                     sonel_scene::checkup::check(text, label, open)
                 })?
                 .0

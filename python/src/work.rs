@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
-use sonel_console::progress::Audience;
+use sonel_console::progress::ProgressSink;
 
 use crate::error;
 
@@ -27,7 +27,7 @@ pub struct Followers<'py> {
 }
 
 /// What the thread that works says.
-enum News<T> {
+enum WorkMessage<T> {
     Progress(String, f64),
     Line(String),
     Done(anyhow::Result<T>),
@@ -41,13 +41,13 @@ pub fn work<T: Send + 'static>(
     py: Python<'_>,
     followers: &Followers<'_>,
     threads: Option<usize>,
-    job: impl FnOnce(Audience<'_>, &mut dyn Write) -> anyhow::Result<T> + Send + 'static,
+    job: impl FnOnce(ProgressSink<'_>, &mut dyn Write) -> anyhow::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (sender, mut news) = channel();
     let worker = thread::Builder::new().name("sonel".to_owned()).spawn(move || {
         let result = on_threads(threads, &sender, job);
         // Whoever was interrupted does not want it any more.
-        let _ = sender.send(News::Done(result));
+        let _ = sender.send(WorkMessage::Done(result));
     })?;
     loop {
         let heard;
@@ -56,15 +56,15 @@ pub fn work<T: Send + 'static>(
             (news, heard)
         });
         match heard {
-            Ok(News::Progress(what, share)) => {
+            Ok(WorkMessage::Progress(what, share)) => {
                 if let Some(progress) = &followers.progress {
                     progress.call1((what, share))?;
                 }
             }
-            Ok(News::Line(line)) => {
+            Ok(WorkMessage::Line(line)) => {
                 followers.log.call1((line,))?;
             }
-            Ok(News::Done(result)) => return result.map_err(error),
+            Ok(WorkMessage::Done(result)) => return result.map_err(error),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => match worker.join() {
                 Err(panic) => resume_unwind(panic),
@@ -77,15 +77,15 @@ pub fn work<T: Send + 'static>(
 
 fn on_threads<T: Send>(
     threads: Option<usize>,
-    sender: &Sender<News<T>>,
-    job: impl FnOnce(Audience<'_>, &mut dyn Write) -> anyhow::Result<T> + Send,
+    sender: &Sender<WorkMessage<T>>,
+    job: impl FnOnce(ProgressSink<'_>, &mut dyn Write) -> anyhow::Result<T> + Send,
 ) -> anyhow::Result<T> {
     let listener = |what: &str, share: f64| {
-        if sender.send(News::Progress(what.to_owned(), share)).is_err() {
+        if sender.send(WorkMessage::Progress(what.to_owned(), share)).is_err() {
             resume_unwind(Box::new("interrupted"));
         }
     };
-    let work = || job(Audience::Listener(&listener), &mut Log { sender, begun: Vec::new() });
+    let work = || job(ProgressSink::Listener(&listener), &mut Log { sender, begun: Vec::new() });
     match threads {
         Some(threads) => ThreadPoolBuilder::new().num_threads(threads).build()?.install(work),
         None => work(),
@@ -94,7 +94,7 @@ fn on_threads<T: Send>(
 
 /// Sends complete lines.
 struct Log<'a, T> {
-    sender: &'a Sender<News<T>>,
+    sender: &'a Sender<WorkMessage<T>>,
     begun: Vec<u8>,
 }
 
@@ -104,7 +104,7 @@ impl<T> Write for Log<'_, T> {
         while let Some(end) = self.begun.iter().position(|&byte| byte == b'\n') {
             let line: Vec<u8> = self.begun.drain(..=end).collect();
             let line = String::from_utf8_lossy(&line[..end]).into_owned();
-            self.sender.send(News::Line(line)).map_err(|_| std::io::ErrorKind::Interrupted)?;
+            self.sender.send(WorkMessage::Line(line)).map_err(|_| std::io::ErrorKind::Interrupted)?;
         }
         Ok(bytes.len())
     }

@@ -35,7 +35,7 @@ use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, Spectral, provenance};
 use thiserror::Error;
 
-use self::counterparts::{Places, band_groups, common_sources, strangers};
+use self::counterparts::{Places, band_groups, common_sources, unmatched};
 use self::estimation::Frame;
 use self::judgement::judge;
 use crate::reading::Reading;
@@ -248,7 +248,7 @@ pub fn compare(a: Traced<'_>, b: Traced<'_>) -> Result<MapComparison, Incomparab
     if tiers.iter().all(|tier| tier.cells.is_empty()) {
         return Err(Incomparable::Sparse);
     }
-    Ok(MapComparison { tiers, pairing: frame.pairing, without_counterpart: strangers(&a, &b, &frame.places) })
+    Ok(MapComparison { tiers, pairing: frame.pairing, without_counterpart: unmatched(&a, &b, &frame.places) })
 }
 
 /// What was changed between the maps in program, settings, scene and shard.

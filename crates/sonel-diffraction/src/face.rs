@@ -92,13 +92,13 @@ pub struct End {
 
 /// What all paths are asked for with.
 #[derive(Debug, Clone, Copy)]
-struct Asked {
+struct FaceQuery {
     /// Angle from a plane [rad] within which [`End::before`] is believed.
     within: f64,
     smallest_k: f64,
 }
 
-impl Asked {
+impl FaceQuery {
     fn path(self, edge: &FaceEdge<'_>, from: WedgePoint, to: WedgePoint, lit: Visibility) -> EdgePath {
         EdgePath::by(SIX, edge.wedge, from, to, edge.part, lit, self.smallest_k)
     }
@@ -150,7 +150,7 @@ impl FacePath {
     /// [`None`] where nothing comes over both.
     #[must_use]
     pub fn new(edges: [FaceEdge<'_>; 2], ends: [End; 2], within: f64, smallest_k: f64) -> Option<Self> {
-        let asked = Asked { within, smallest_k };
+        let asked = FaceQuery { within, smallest_k };
         let [first, last] = edges;
         let [source, receiver] = ends;
         let weights = weights(edges, ends.map(|end| end.point));
@@ -205,7 +205,7 @@ impl Form {
         [before, last]: [&FaceEdge<'_>; 2],
         [source, receiver]: [End; 2],
         weight: f64,
-        asked: Asked,
+        asked: FaceQuery,
     ) -> Option<Self> {
         if weight <= 0.0 {
             return None;

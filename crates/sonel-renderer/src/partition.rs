@@ -94,7 +94,7 @@ impl Partitions {
 
     /// Takes from `energy` what they hold back.
     #[inline]
-    pub fn weaken(&self, geometry: &Geometry, table: &CoefficientTable, energy: &mut [Lanes]) {
+    pub fn attenuate(&self, geometry: &Geometry, table: &CoefficientTable, energy: &mut [Lanes]) {
         for &surface in &self.0 {
             let row = table.material(geometry.surface(surface).material);
             for (energy, transmitted) in energy.iter_mut().zip(&row.transmitted.energy) {

@@ -108,7 +108,7 @@ pub fn load_materials(
         let materials = materials::read(
             document,
             &BandChoice::certain(bands.clone()),
-            &library::Shelves::default(),
+            &library::MaterialSources::default(),
             report,
         );
         for interface in regions::read_interfaces(document, report) {
@@ -204,8 +204,8 @@ fn compile(
     let name = read_name(document, report);
     let bands = bands::read(document, report);
     let air = air::read(document, report);
-    let shelves = library::read_shelves(document, open_mesh, report);
-    let materials = materials::read(document, &bands, &shelves, report);
+    let material_sources = library::read_material_sources(document, open_mesh, report);
+    let materials = materials::read(document, &bands, &material_sources, report);
     let interfaces = regions::read_interfaces(document, report);
     let regions = regions::read(document, &air, &bands, report);
     let up = walls::read_up(document, report);
@@ -342,12 +342,12 @@ fn build(
     if dropped > 0 {
         report.repair(format!("{path}: triangles without area dropped: {dropped}"));
     }
-    tell_leaks(&geometry, path, closed, report);
+    report_leaks(&geometry, path, closed, report);
     Some(geometry)
 }
 
 /// Tells where sound can escape: an error in a scene that states to be `closed`.
-fn tell_leaks(geometry: &Geometry, path: &str, closed: Option<&Entry<'_>>, report: &mut Report<'_>) {
+fn report_leaks(geometry: &Geometry, path: &str, closed: Option<&Entry<'_>>, report: &mut Report<'_>) {
     let mut leaks = Vec::new();
     if !geometry.cracks().is_empty() {
         leaks.push((room::cracks(geometry), ""));

@@ -98,7 +98,7 @@ fn analyze(folder: &TestFolder, words: &[&str]) -> Result<[String; 2], String> {
 }
 
 /// What is no number in a text.
-fn strangers(text: &str) -> Vec<&str> {
+fn unmatched(text: &str) -> Vec<&str> {
     let words = text.split(|letter: char| !letter.is_alphanumeric());
     let none = ["nan", "inf", "infinity"];
     words.filter(|word| none.contains(&word.to_ascii_lowercase().as_str())).collect()
@@ -155,7 +155,7 @@ fn judge(what: &str, text: &str, is_json: bool) -> Vec<String> {
             serde_json::from_str(text).unwrap_or_else(|error| panic!("{what}: {error}\n{text}"));
         unexplained(&value, "", false, &mut wrong);
     } else {
-        wrong.extend(strangers(text).into_iter().map(str::to_owned));
+        wrong.extend(unmatched(text).into_iter().map(str::to_owned));
     }
     wrong.into_iter().map(|found| format!("{what}: {found}")).collect()
 }

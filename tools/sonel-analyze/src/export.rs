@@ -8,7 +8,7 @@ use sonel_analysis::export;
 use sonel_analysis::sonels::Sonels;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::progress::{Audience, Progress};
+use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::quantity;
 
 use crate::arguments::Export;
@@ -33,7 +33,7 @@ pub fn run(arguments: &Export, quiet: bool, log: &mut dyn Write) -> anyhow::Resu
     let sonels = Sonels::new(&map, &geometry);
     let target = Output::create(output, kind, &inputs)?;
     let (count, passes) = (sonels.count(), if as_archive { export::ARRAYS } else { 1 });
-    let progress = Progress::begin("exporting", count * passes, Audience::unless(quiet));
+    let progress = Progress::begin("exporting", count * passes, ProgressSink::unless(quiet));
     let reach = &mut |rows| progress.reach(rows);
     if as_archive {
         target.write(|out| export::npz(&sonels, out, reach).map(drop))?;

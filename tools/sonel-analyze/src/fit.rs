@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use sonel_acoustics::{Coefficient, Material};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
-use sonel_console::progress::{Audience, Progress};
+use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::quantity::counted;
 use sonel_console::store::TemporaryMaps;
 use sonel_renderer::RenderSettings;
@@ -118,7 +118,7 @@ impl<'a> Stages<'a> {
                 if self.bar.as_ref().is_none_or(|(shown, _)| *shown != number) {
                     self.end();
                     let what = format!("rendering {number}");
-                    self.bar = Some((number, Progress::begin(what, STEPS, Audience::unless(self.quiet))));
+                    self.bar = Some((number, Progress::begin(what, STEPS, ProgressSink::unless(self.quiet))));
                 }
                 let (_, bar) = self.bar.as_ref().expect("begun above");
                 bar.reach((STEPS as f64 * share) as u64);

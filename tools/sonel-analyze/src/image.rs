@@ -9,7 +9,7 @@ use sonel_acoustics::energy_from_level_db;
 use sonel_analysis::picture::{self, DecibelScale, Drawing, Picture, WindowPicture};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
-use sonel_console::progress::{Audience, Progress};
+use sonel_console::progress::{Progress, ProgressSink};
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::picture::{Camera, Windows};
@@ -37,7 +37,7 @@ pub fn run(arguments: &Image, quiet: bool, log: &mut dyn Write) -> anyhow::Resul
     let renderer = Renderer::new(&map, &geometry, settings).with_context(named)?;
     let values = Output::create(&arguments.output, Kind::PICTURE, &inputs)?;
     let mut drawing = Output::create(&drawn, Kind::DRAWN_PICTURE, &inputs)?;
-    let progress = Progress::begin("counting", STEPS as u64, Audience::unless(quiet));
+    let progress = Progress::begin("counting", STEPS as u64, ProgressSink::unless(quiet));
     let seen = renderer.picture(request.source, &request.camera, &request.windows, &mut |share| {
         progress.reach((STEPS * share) as u64);
     })?;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use sonel_console::Outcome;
 use sonel_console::input;
 use sonel_console::output::{Kind, Output};
-use sonel_console::progress::{Audience, Progress};
+use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::quantity::counted;
 use sonel_echogram::join;
 use sonel_map::{Merger, ShardRange};
@@ -45,7 +45,7 @@ fn join_maps(arguments: &Merge, quiet: bool, log: &mut dyn Write) -> anyhow::Res
     let (paths, ShardRange { index, count }) = (merger.path_count(), merger.header().shard);
 
     let target = Output::create(output, Kind::MAP, maps)?;
-    let progress = Progress::begin("merging", paths, Audience::unless(quiet));
+    let progress = Progress::begin("merging", paths, ProgressSink::unless(quiet));
     target.write(|out| {
         let written = merger.write(out, &mut open, &mut |copied| progress.reach(copied)).map(drop);
         progress.end();

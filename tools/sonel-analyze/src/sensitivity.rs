@@ -5,7 +5,7 @@ use std::io::Write;
 use anyhow::Context;
 use sonel_analysis::{Parameter, sensitivity};
 use sonel_console::Outcome;
-use sonel_console::progress::{Audience, Progress};
+use sonel_console::progress::{Progress, ProgressSink};
 use sonel_renderer::RenderSettings;
 use sonel_study::response::receivers_of;
 use sonel_study::sensitivity::{VariedMap, sensitivities};
@@ -28,7 +28,8 @@ pub fn run(arguments: &SensitivityArguments, quiet: bool, out: &mut dyn Write) -
     let scene = map.header().scene.clone();
     let receivers =
         if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
-    let progress = Progress::begin("rendering", STEPS * scene.sources.len() as u64, Audience::unless(quiet));
+    let progress =
+        Progress::begin("rendering", STEPS * scene.sources.len() as u64, ProgressSink::unless(quiet));
     let (geometry, receivers) = (&geometry, &receivers[..]);
     let varied = VariedMap { map: &mut map, geometry, receivers, render: RenderSettings::default() };
     let mut reach = |source, share| progress.reach(source as u64 * STEPS + (share * STEPS as f64) as u64);

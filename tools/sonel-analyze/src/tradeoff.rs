@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use sonel_analysis::plot::{self, Sheet};
 use sonel_console::clock::CpuClock;
 use sonel_console::output::{self, Kind, Output};
-use sonel_console::progress::{Audience, Progress};
+use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::store::TemporaryMaps;
 use sonel_console::{Outcome, scene};
 use sonel_geometry::Geometry;
@@ -47,7 +47,7 @@ pub fn run(
     if !problems.is_empty() {
         bail!("{}", problems.join("\nerror: "));
     }
-    let (mut scene, geometry, inputs) = scene::load(&arguments.scene, Audience::unless(quiet), log)?;
+    let (mut scene, geometry, inputs) = scene::load(&arguments.scene, ProgressSink::unless(quiet), log)?;
     let folder = &arguments.output;
     // Whatever is wrong with the output shall be said before the work is done.
     check_folder(folder, &inputs)?;
@@ -68,7 +68,7 @@ pub fn run(
         std::fs::create_dir(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    let progress = Progress::begin("running", PROGRESS_STEPS as u64, Audience::unless(quiet));
+    let progress = Progress::begin("running", PROGRESS_STEPS as u64, ProgressSink::unless(quiet));
     let mut store = TemporaryMaps::new(folder.clone());
     let conducted = conduct(&room, &receivers, &sweep, &mut store, &CpuClock, &mut |share| {
         progress.reach((share * PROGRESS_STEPS) as u64);

@@ -8,7 +8,7 @@ use sonel_geometry::Geometry;
 use sonel_scene::{Loaded, Scene, SceneErrors};
 
 use crate::input;
-use crate::progress::{Audience, Progress};
+use crate::progress::{Progress, ProgressSink};
 
 /// Runs `read` with the text of the scene file in `path`, its name in messages, and what opens files beside it. Returns the
 /// files that were read too.
@@ -17,7 +17,7 @@ use crate::progress::{Audience, Progress};
 /// When it cannot be read, and those of `read`.
 pub fn with_file<T>(
     path: &Path,
-    audience: Audience<'_>,
+    progress: ProgressSink<'_>,
     read: impl FnOnce(&str, &str, &mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>) -> Result<T, SceneErrors>,
 ) -> anyhow::Result<(T, Vec<PathBuf>)> {
     let text =
@@ -29,7 +29,7 @@ pub fn with_file<T>(
         input::read(&folder.join(beside))
     };
     // A mesh of a million triangles takes its time.
-    let progress = Progress::wait("reading", audience);
+    let progress = Progress::wait("reading", progress);
     let result = read(&text, &path.display().to_string(), &mut open);
     progress.end();
     Ok((result?, files))
@@ -41,11 +41,11 @@ pub fn with_file<T>(
 /// When it cannot be read; every mistake in it, with file and line.
 pub fn load(
     path: &Path,
-    audience: Audience<'_>,
+    progress: ProgressSink<'_>,
     log: &mut dyn Write,
 ) -> anyhow::Result<(Scene, Geometry, Vec<PathBuf>)> {
     let (loaded, files) =
-        with_file(path, audience, |text, label, open| sonel_scene::load(text, label, open))?;
+        with_file(path, progress, |text, label, open| sonel_scene::load(text, label, open))?;
     let (scene, geometry) = tell(loaded, log)?;
     Ok((scene, geometry, files))
 }

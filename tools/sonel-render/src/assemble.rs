@@ -6,7 +6,7 @@ use anyhow::Context;
 use serde_json::{Value, json};
 use sonel_acoustics::{Directivity, Material, energy_to_level_db};
 use sonel_console::Stopwatch;
-use sonel_console::progress::{Audience, Progress};
+use sonel_console::progress::{Progress, ProgressSink};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
@@ -29,7 +29,7 @@ pub struct Job<'a> {
     /// Runs since the program began.
     pub watch: &'a Stopwatch,
     /// Who follows the progress.
-    pub audience: Audience<'a>,
+    pub progress: ProgressSink<'a>,
 }
 
 /// What was rendered, and how.
@@ -53,12 +53,12 @@ pub struct Run<'a> {
 impl<'a> Job<'a> {
     /// Renders with `settings`.
     pub fn render(&self, settings: RenderSettings) -> anyhow::Result<Run<'a>> {
-        let Self { map, geometry, label, receivers, watch, audience } = *self;
+        let Self { map, geometry, label, receivers, watch, progress } = *self;
         let begin = watch.seconds().1;
         let renderer = Renderer::new(map, geometry, settings.clone()).with_context(|| label.to_owned())?;
         let opened = watch.seconds();
         let steps = PROGRESS_STEPS * map.header().scene.sources.len() as u64;
-        let progress = Progress::begin("rendering", steps, audience);
+        let progress = Progress::begin("rendering", steps, progress);
         let renderings = response::render(map, &renderer, receivers, &mut |source, share| {
             progress.reach(source as u64 * PROGRESS_STEPS + (share * PROGRESS_STEPS as f64) as u64);
         })?;

@@ -18,7 +18,7 @@ use sonel_acoustics::Air as AirState;
 use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan as console;
-use sonel_console::progress::Audience;
+use sonel_console::progress::ProgressSink;
 use sonel_console::quantity::counted;
 use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, input, use_threads};
@@ -53,9 +53,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     let Prepared { warnings, geometry, settings, receivers, grid } =
         prepare(&mut map, &label, arguments, log)?;
     let opened = watch.seconds().1;
-    let (map, geometry, audience) = (&map, &geometry, Audience::unless(arguments.quiet));
+    let (map, geometry, progress) = (&map, &geometry, ProgressSink::unless(arguments.quiet));
     let scene = &map.header().scene;
-    let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, audience };
+    let job = Job { map, geometry, label: &label, receivers: &receivers, watch: &watch, progress };
     // Whatever is wrong with the output shall be said before the work is done.
     let inputs = inputs(arguments);
     let create = |target: &Path| Output::create(target, Kind::RESPONSE, &inputs);
@@ -160,12 +160,12 @@ pub fn respond(
     map: &mut SonelMap,
     label: &str,
     arguments: &Arguments,
-    audience: Audience<'_>,
+    progress: ProgressSink<'_>,
     log: &mut dyn Write,
 ) -> anyhow::Result<(Response, Value)> {
     let watch = Stopwatch::start();
     let Prepared { warnings, geometry, settings, receivers, grid } = prepare(map, label, arguments, log)?;
-    let job = Job { map, geometry: &geometry, label, receivers: &receivers, watch: &watch, audience };
+    let job = Job { map, geometry: &geometry, label, receivers: &receivers, watch: &watch, progress };
     let (run, mut told, _) = render(&job, &settings, arguments, log)?;
     told["warnings"] = remark(&job, &run, warnings, log)?.into();
     if let Some(grid) = grid {

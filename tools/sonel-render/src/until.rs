@@ -60,30 +60,30 @@ pub fn until<'a>(
         looks += 1;
         let found = Verdict::new(&readings(&look.parameters, &parameters), goal.targets);
         writeln!(log, "{rays} rays: {}", verdict(&names, &found))?;
-        let outlook = if found.is_inside() {
-            Outlook::Inside
+        let forecast = if found.is_inside() {
+            RayForecast::Inside
         } else if before.is_none() && run.renderer.casts_rays(job.receivers) {
-            Outlook::Unknown
+            RayForecast::Unknown
         } else {
             let pilot = Pilot::of_looks(before.as_ref(), &look, &parameters, map);
-            Outlook::Known(pilot.render_need(goal.targets, map))
+            RayForecast::Known(pilot.render_need(goal.targets, map))
         };
         let now = job.watch.seconds().0;
         // A look costs no more than in proportion to its rays.
         let affordable =
             goal.seconds.map_or(f64::INFINITY, |end| f64::from(rays) * (end - now) / (now - begin).max(1e-3));
-        match outlook.next(rays, most.min(affordable.max(0.0) as u32)) {
+        match forecast.next(rays, most.min(affordable.max(0.0) as u32)) {
             Some(next) => (rays, before) = (next, Some(look)),
             None => {
                 let mut told = verdict_json(&names, &found, goal.targets);
                 told["rays"] = json!(rays);
                 told["looks"] = json!(looks);
-                told["rays_wanted"] = json!(outlook.rays_wanted());
-                told["sonels_wanted"] = json!(outlook.sonels_wanted());
-                let has_time = outlook.next(rays, most).is_none();
+                told["rays_wanted"] = json!(forecast.rays_wanted());
+                told["sonels_wanted"] = json!(forecast.sonels_wanted());
+                let has_time = forecast.next(rays, most).is_none();
                 let end = if has_time { "" } else { " (time limit of --at-most)" };
                 writeln!(log, "{} with {rays} rays{end}: {}", reached(&found), goal.targets)?;
-                for sentence in [outlook.advice(job.label), overrun(goal.seconds, now)].into_iter().flatten()
+                for sentence in [forecast.advice(job.label), overrun(goal.seconds, now)].into_iter().flatten()
                 {
                     writeln!(log, "{sentence}")?;
                 }
@@ -95,7 +95,7 @@ pub fn until<'a>(
 
 /// What the looks so far say of the next.
 #[derive(Debug, Clone, Copy)]
-enum Outlook {
+enum RayForecast {
     /// Nothing is wanting, as far as parameters can be read.
     Inside,
     /// One look does not tell whether rays would help.
@@ -104,7 +104,7 @@ enum Outlook {
     Known(RenderNeed),
 }
 
-impl Outlook {
+impl RayForecast {
     /// The rays of the next look after one with `rays`, where one with at most `most` is worth while.
     fn next(self, rays: u32, most: u32) -> Option<u32> {
         let wanted = match self {
@@ -156,24 +156,24 @@ mod tests {
     use super::*;
     use sonel_study::forecast::Effort;
 
-    fn known(rays: u32, lacking: Option<u64>) -> Outlook {
+    fn known(rays: u32, lacking: Option<u64>) -> RayForecast {
         let effort = Effort { emissions: 1000, rays, batches: 32 };
-        Outlook::Known(RenderNeed { effort, limited_by: None, lacking })
+        RayForecast::Known(RenderNeed { effort, limited_by: None, lacking })
     }
 
     #[test]
     fn a_second_look_tells_what_rays_bring_and_the_third_aims_beyond() {
-        assert_eq!(Outlook::Unknown.next(1000, 9999), Some(2000));
+        assert_eq!(RayForecast::Unknown.next(1000, 9999), Some(2000));
         assert_eq!(known(4000, None).next(2000, 9999), Some(4600));
         assert_eq!(known(4000, None).next(2000, 3000), Some(3000));
     }
 
     #[test]
     fn nobody_looks_again_in_vain() {
-        assert_eq!(Outlook::Inside.next(1000, 9999), None);
+        assert_eq!(RayForecast::Inside.next(1000, 9999), None);
         assert_eq!(known(4000, Some(9)).next(1000, 9999), None);
         assert_eq!(known(4000, None).next(1000, 1050), None);
-        assert_eq!(Outlook::Unknown.next(1000, 0), None);
+        assert_eq!(RayForecast::Unknown.next(1000, 0), None);
     }
 
     #[test]
@@ -181,6 +181,6 @@ mod tests {
         let advice = known(4000, Some(70_000)).advice("a.sonelmap").unwrap();
         assert!(advice.contains("--extend a.sonelmap --sonels 70000"), "{advice}");
         assert!(known(4000, None).advice("a.sonelmap").unwrap().contains("4000 rays"));
-        assert_eq!(Outlook::Inside.advice("a.sonelmap"), None);
+        assert_eq!(RayForecast::Inside.advice("a.sonelmap"), None);
     }
 }

@@ -8,7 +8,7 @@ use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_console::output::{Kind, Output};
-use sonel_console::progress::Audience;
+use sonel_console::progress::ProgressSink;
 use sonel_console::{Outcome, scene};
 use sonel_scene::checkup::{Checkup, Covering, Room, check};
 
@@ -42,9 +42,9 @@ pub struct Checked {
 /// # Errors
 /// When the scene file cannot be read or is no TOML.
 pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let audience = Audience::unless(checked.common.quiet);
+    let progress = ProgressSink::unless(checked.common.quiet);
     let (checkup, files) =
-        scene::with_file(&checked.scene, audience, |text, label, open| check(text, label, open))?;
+        scene::with_file(&checked.scene, progress, |text, label, open| check(text, label, open))?;
     if let Some(path) = &checked.fix {
         fix(&checkup, path, &files, log)?;
     }

@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use sonel_console::clock::CpuClock;
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan as console;
-use sonel_console::progress::{Audience, Progress};
+use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
 use sonel_geometry::Geometry;
@@ -48,8 +48,8 @@ static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_tracer::REVISI
 /// # Errors
 /// When the scene, the options or the output are unusable, or the room leaks.
 pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
-    let audience = Audience::unless(arguments.quiet);
-    run_on(|log| scene::load(&arguments.scene, audience, log), arguments, audience, out, log)
+    let progress = ProgressSink::unless(arguments.quiet);
+    run_on(|log| scene::load(&arguments.scene, progress, log), arguments, progress, out, log)
 }
 
 /// Runs the program on the scene that `load` returns with its walls and the files it was read from, instead of the one that
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
 pub fn run_on(
     load: impl FnOnce(&mut dyn Write) -> anyhow::Result<(Scene, Geometry, Vec<PathBuf>)>,
     arguments: &Arguments,
-    audience: Audience<'_>,
+    progress: ProgressSink<'_>,
     out: &mut dyn Write,
     log: &mut dyn Write,
 ) -> anyhow::Result<Outcome> {
@@ -91,11 +91,11 @@ pub fn run_on(
     let (traced, mut told, outcome) = match &arguments.until {
         Some(targets) => {
             let (sonels, seconds) = (arguments.sonels, arguments.at_most);
-            let goal = Goal { targets, sonels, seconds, watch: &watch, audience, create: &create };
+            let goal = Goal { targets, sonels, seconds, watch: &watch, progress, create: &create };
             until::until(&planner, &header, beginning, &goal, log)?
         }
         None => {
-            let once = Once { arguments, header, beginning, pilot, watch: &watch, audience };
+            let once = Once { arguments, header, beginning, pilot, watch: &watch, progress };
             once.run(&planner, create()?, log)?
         }
     };
@@ -149,7 +149,7 @@ struct Once<'a> {
     /// The pilot of a plan.
     pilot: Option<Pilot>,
     watch: &'a Stopwatch,
-    audience: Audience<'a>,
+    progress: ProgressSink<'a>,
 }
 
 impl Once<'_> {
@@ -160,9 +160,9 @@ impl Once<'_> {
         output: Output,
         log: &mut dyn Write,
     ) -> anyhow::Result<(Traced, Value, Outcome)> {
-        let Self { arguments, header, beginning, pilot, watch, audience } = self;
+        let Self { arguments, header, beginning, pilot, watch, progress } = self;
         let before = watch.seconds().1;
-        let mut traced = trace(header, planner.room.geometry(), beginning.as_ref(), output, audience)?;
+        let mut traced = trace(header, planner.room.geometry(), beginning.as_ref(), output, progress)?;
         let seconds = watch.seconds().1 - before;
         // A map that is replaced by its extension must not be open meanwhile.
         drop(beginning);
@@ -201,13 +201,13 @@ fn trace(
     geometry: &Geometry,
     beginning: Option<&SonelMap>,
     mut output: Output,
-    audience: Audience<'_>,
+    progress: ProgressSink<'_>,
 ) -> anyhow::Result<Traced> {
     let (scene, shard) = (&header.scene, header.shard);
     let target = output.target().to_owned();
     let tracer = Tracer::of(&header, geometry);
     let total = tracer.packets(shard) * scene.sources.len() as u64;
-    let progress = Progress::begin("tracing", total, audience);
+    let progress = Progress::begin("tracing", total, progress);
     let mut writer = MapWriter::begin(output.writer())?;
     let mut done = 0;
     let sink = |chunk: TracedChunk| {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use sonel_console::output::{Kind, Output};
-use sonel_console::progress::{Audience, Progress};
+use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::{Outcome, input};
 
 use crate::arguments::Common;
@@ -36,7 +36,7 @@ pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let path = beside(&new.mesh, &new.output)?;
     let name = new.mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
-    let progress = Progress::wait("reading", Audience::unless(new.common.quiet));
+    let progress = Progress::wait("reading", ProgressSink::unless(new.common.quiet));
     let text = sonel_scene::draft(&path, &name, &mut |path| input::read(&folder.join(path)));
     progress.end();
     let text = text?;

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use sonel_console::clock::CpuClock;
 use sonel_console::output::Output;
 use sonel_console::plan::{Comparison, overrun, reached, verdict, verdict_json};
-use sonel_console::progress::Audience;
+use sonel_console::progress::ProgressSink;
 use sonel_console::{Outcome, Stopwatch};
 use sonel_map::{MapHeader, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
@@ -37,8 +37,8 @@ pub struct Goal<'a> {
     pub seconds: Option<f64>,
     /// Runs since the program began.
     pub watch: &'a Stopwatch,
-    /// Who follows the progress.
-    pub audience: Audience<'a>,
+    /// Where the progress is shown.
+    pub progress: ProgressSink<'a>,
     /// Begins an output.
     pub create: &'a dyn Fn() -> anyhow::Result<Output>,
 }
@@ -63,7 +63,7 @@ pub fn until(
         let mut header = header.clone();
         header.settings.emissions = emissions;
         let known = previous.as_ref().map(|(_, map)| map).or(beginning.as_ref());
-        let mut traced = trace(header, planner.room.geometry(), known, (goal.create)()?, goal.audience)?;
+        let mut traced = trace(header, planner.room.geometry(), known, (goal.create)()?, goal.progress)?;
         trace_seconds += watch.seconds().1 - cpu;
         beginning = None;
         drop(previous);

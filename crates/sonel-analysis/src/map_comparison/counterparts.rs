@@ -152,7 +152,7 @@ fn source_names(side: &Traced<'_>) -> String {
 }
 
 /// What could not be compared, a sentence each.
-pub fn strangers(a: &Traced<'_>, b: &Traced<'_>, places: &Places) -> Vec<String> {
+pub fn unmatched(a: &Traced<'_>, b: &Traced<'_>, places: &Places) -> Vec<String> {
     let mut sentences = Vec::new();
     for (map, of, side) in [("A", &places.of_a, a), ("B", &places.of_b, b)] {
         let alone = of.iter().filter(|places| places[2].is_none()).count();

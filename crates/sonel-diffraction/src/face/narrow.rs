@@ -21,7 +21,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Asked, End, FaceEdge};
+use super::{End, FaceEdge, FaceQuery};
 use crate::complex::Complex;
 use crate::contour::{Integral, SIX};
 use crate::edge_path::{EdgePath, Secondary, Visibility};
@@ -68,7 +68,7 @@ impl Narrow {
         [first, last]: [FaceEdge<'_>; 2],
         [source, receiver]: [End; 2],
         width: f64,
-        asked: Asked,
+        asked: FaceQuery,
     ) -> Self {
         let width = width.max(NARROWEST);
         let edges = [last.secondary(receiver, asked.within), first.secondary(source, asked.within)];
@@ -103,7 +103,7 @@ impl Narrow {
 
 impl Back {
     /// Of an edge with air of `angle` [rad] on a face that is `width` [m] wide.
-    fn new(angle: f64, width: f64, asked: Asked) -> Self {
+    fn new(angle: f64, width: f64, asked: FaceQuery) -> Self {
         let on_face = |radius: f64| WedgePoint { radius, angle: 0.0, along: 0.0 };
         let paths = [width, FAR * width].map(|from| {
             let ends = [from, width].map(on_face);

@@ -21,7 +21,7 @@
 
 use super::narrow::{Narrow, Narrowness, ONE};
 use super::way::FaceWay;
-use super::{Asked, End, FaceEdge};
+use super::{End, FaceEdge, FaceQuery};
 use crate::complex::Complex;
 use crate::contour::SIX;
 use crate::edge_path::EdgePath;
@@ -62,7 +62,7 @@ struct Transition {
 
 impl Overlap {
     /// The overlap on two edges.
-    pub fn new([first, last]: [FaceEdge<'_>; 2], [source, receiver]: [End; 2], asked: Asked) -> Self {
+    pub fn new([first, last]: [FaceEdge<'_>; 2], [source, receiver]: [End; 2], asked: FaceQuery) -> Self {
         let there = Transition::new([&first, &last], [source, receiver], asked);
         let back = Transition::new([&last, &first], [receiver, source], asked);
         let width = 0.5 * (there.width + back.width);
@@ -83,7 +83,7 @@ impl Overlap {
 
 impl Transition {
     /// At the receiver's end.
-    fn new([first, last]: [&FaceEdge<'_>; 2], [source, receiver]: [End; 2], asked: Asked) -> Self {
+    fn new([first, last]: [&FaceEdge<'_>; 2], [source, receiver]: [End; 2], asked: FaceQuery) -> Self {
         let way = FaceWay::new([first, last], source.point, receiver);
         let (far, longer) = way.afar([first, last], source);
         let lit = last.lit(receiver, asked.within);

@@ -6,7 +6,7 @@
 //! passed; an edge of a smaller limit hides none of a larger one, so that an edge that matters to long waves is not lost behind a small one that
 //! does not.
 //!
-//! Both searches, for feet on a way and for rivals about a closest point, walk a hierarchy of boxes over blocks of edges and leave with the
+//! Both searches, for feet on a way and for competing about a closest point, walk a hierarchy of boxes over blocks of edges and leave with the
 //! first few they find; rays are cast last, and towards the likeliest rival first. What is left out cannot be found, so the
 //! answer is that of the definition.
 
@@ -27,7 +27,7 @@ use faces::Regions;
 use glam::DVec3;
 use hierarchy::Hierarchy;
 pub use line::EdgeLine;
-use search::{Feet, Neighbours, Rivals};
+use search::{CompetingEdges, Feet, Neighbours};
 use top_k::Near;
 
 /// How a straight way passes an edge.
@@ -250,18 +250,18 @@ impl EdgeIndex {
     fn rival(&self, geometry: &Geometry, closest: &ClosestPoint) -> Option<Near> {
         let mut behind = top_k::BEFORE_ALL;
         loop {
-            let mut rivals = Rivals::new(self, closest, behind);
+            let mut competing = CompetingEdges::new(self, closest, behind);
             for group in self.groups.iter().take_while(|group| group.limit >= closest.least_limit) {
-                group.hierarchy.search(&mut rivals);
+                group.hierarchy.search(&mut competing);
             }
             let is_seen = |near: &&Near| {
                 self.air_holds(closest.position, near.edge, near.along)
                     && self.is_clear(geometry, closest.position, near.edge, near.along)
             };
-            if let Some(near) = rivals.few.found().iter().find(is_seen) {
+            if let Some(near) = competing.few.found().iter().find(is_seen) {
                 return Some(*near);
             }
-            behind = rivals.few.next()?;
+            behind = competing.few.next()?;
         }
     }
 

@@ -1,4 +1,4 @@
-//! What is looked for among edges: feet on a way, rivals about a closest point, and all that a way comes near.
+//! What is looked for among edges: feet on a way, competing about a closest point, and all that a way comes near.
 
 use super::boxes::Boxes;
 use super::hierarchy::Search;
@@ -14,7 +14,7 @@ const ABREAST: f64 = 2e-3;
 
 /// Feet looked for at a time: of most ways one of the first is passed.
 const FEET: usize = 8;
-/// Rivals looked for at a time: one of the nearest is in sight most often.
+/// CompetingEdges looked for at a time: one of the nearest is in sight most often.
 const RIVALS: usize = 4;
 
 /// The first feet on a way, of edges that `counts` accepts.
@@ -72,7 +72,7 @@ impl<C: Fn(u32, f64) -> bool> Search for Feet<'_, C> {
 }
 
 /// The edges nearest to a closest point, of those nearer than the one that is passed there.
-pub(super) struct Rivals<'a> {
+pub(super) struct CompetingEdges<'a> {
     index: &'a EdgeIndex,
     position: DVec3,
     point: Point,
@@ -82,7 +82,7 @@ pub(super) struct Rivals<'a> {
     pub few: TopK<RIVALS>,
 }
 
-impl<'a> Rivals<'a> {
+impl<'a> CompetingEdges<'a> {
     /// Those behind a square of a distance and an edge.
     pub fn new(index: &'a EdgeIndex, closest: &ClosestPoint, behind: (f64, u32)) -> Self {
         let point = Point::new(closest.position, index.extent);
@@ -90,14 +90,14 @@ impl<'a> Rivals<'a> {
         Self { index, position, point, edge, limit, few: TopK::behind(behind) }
     }
 
-    /// Square of the distance within which rivals are still looked for [m²], never less for being in f32.
+    /// Square of the distance within which competing are still looked for [m²], never less for being in f32.
     #[inline]
     fn within(&self) -> f32 {
         self.few.limit(self.limit) as f32 * (1.0 + 4.0 * f32::EPSILON)
     }
 }
 
-impl Search for Rivals<'_> {
+impl Search for CompetingEdges<'_> {
     #[inline]
     fn enters(&self, boxes: &Boxes) -> u32 {
         boxes.about(&self.point, self.within())

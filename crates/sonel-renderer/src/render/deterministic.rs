@@ -268,8 +268,8 @@ impl Renderer<'_> {
         let energy = factors.iter().zip(at.attenuation);
         let energy = energy.map(|(factor, m)| factor * spread * libm::exp(-m * length));
         let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
-        passed.weaken(self.geometry, &self.table, &mut factors);
-        passed.weaken(self.geometry, &self.table, &mut energy);
+        passed.attenuate(self.geometry, &self.table, &mut factors);
+        passed.attenuate(self.geometry, &self.table, &mut energy);
         if at.table.profile().is_some() {
             let even = self::spread(length);
             factors.iter_mut().flatten().for_each(|factor| *factor *= spread / even);

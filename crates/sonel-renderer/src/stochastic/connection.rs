@@ -144,7 +144,7 @@ pub fn connect(
                 scratch[lane] = radiosity[lane] * solid_angle;
             }
         }
-        passed.weaken(medium.geometry, medium.table, scratch);
+        passed.attenuate(medium.geometry, medium.table, scratch);
         medium.receive(receiver, leg, scratch);
         if let Some(bends) = medium.bends {
             let from = WayEnd::at_surface(sonel.position.as_dvec3(), f64::from(projected) / distance);
@@ -177,6 +177,6 @@ fn connect_by_arc(
     for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
         *scratch = radiosity.map(|radiosity| radiosity * solid_angle);
     }
-    passed.weaken(medium.geometry, medium.table, scratch);
+    passed.attenuate(medium.geometry, medium.table, scratch);
     deposits.add((index, towards), bin, length, scratch, medium);
 }

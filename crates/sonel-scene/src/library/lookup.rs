@@ -13,7 +13,7 @@ const MOST_NAMES: usize = 12;
 
 /// What a scene can take entries from: its own files, then the shipped library.
 #[derive(Default)]
-pub(crate) struct Shelves {
+pub(crate) struct MaterialSources {
     /// Those of its files.
     entries: Vec<LibraryEntry>,
     /// Whether a file was not readable, so that a missing name means nothing.
@@ -29,12 +29,12 @@ pub(crate) struct Borrowed {
 }
 
 /// Reads `material_files`.
-pub(crate) fn read_shelves(
+pub(crate) fn read_material_sources(
     document: &Table<'_>,
     open: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
     report: &mut Report<'_>,
-) -> Shelves {
-    let mut shelves = Shelves::default();
+) -> MaterialSources {
+    let mut sources = MaterialSources::default();
     let paths = document.get("material_files").map_or(Vec::new(), |entry| entry.texts(report));
     for (path, entry) in paths {
         match open(path) {
@@ -42,12 +42,12 @@ pub(crate) fn read_shelves(
                 let message =
                     format!("cannot read `{path}`: {error}; the path is relative to the scene file");
                 entry.problem(report, &message);
-                shelves.lacks_files = true;
+                sources.lacks_files = true;
             }
             Ok(bytes) => match read(path, &bytes) {
-                Ok(entries) => shelves.entries.extend(entries),
+                Ok(entries) => sources.entries.extend(entries),
                 Err(problems) => {
-                    shelves.lacks_files = true;
+                    sources.lacks_files = true;
                     for problem in problems {
                         report.problem_in_mesh(path, problem.line, problem.message);
                     }
@@ -55,10 +55,10 @@ pub(crate) fn read_shelves(
             },
         }
     }
-    shelves
+    sources
 }
 
-impl Shelves {
+impl MaterialSources {
     fn all(&self) -> impl Iterator<Item = &LibraryEntry> {
         self.entries.iter().chain(shipped())
     }

@@ -18,7 +18,7 @@ use crate::obj::LineProblem;
 use crate::{Place, Problem, SceneErrors};
 
 pub(crate) use files::read;
-pub(crate) use lookup::{Shelves, read_shelves};
+pub(crate) use lookup::{MaterialSources, read_material_sources};
 
 /// The shipped entries.
 const SHIPPED: &str = include_str!("materials.toml");

@@ -5,7 +5,7 @@ use sonel_acoustics::{AbsorptionLaw, Material};
 use crate::DEFAULT_SCATTERING;
 use crate::bands::BandChoice;
 use crate::document::{Entry, Number, Table};
-use crate::library::Shelves;
+use crate::library::MaterialSources;
 use crate::report::Report;
 use crate::scene::opaque;
 
@@ -28,7 +28,7 @@ const ROUNDING: f64 = 1e-12;
 pub(crate) fn read(
     document: &Table<'_>,
     bands: &BandChoice,
-    shelves: &Shelves,
+    material_sources: &MaterialSources,
     report: &mut Report<'_>,
 ) -> Vec<Material> {
     let Some(section) = document.get("materials") else { return Vec::new() };
@@ -36,7 +36,7 @@ pub(crate) fn read(
     let mut materials = Vec::new();
     for (name, entry) in table.in_file_order() {
         if let Some(table) = entry.table(report) {
-            materials.push(read_one(name, &table, bands, shelves, report));
+            materials.push(read_one(name, &table, bands, material_sources, report));
         }
     }
     materials
@@ -46,14 +46,14 @@ fn read_one(
     name: &str,
     table: &Table<'_>,
     bands: &BandChoice,
-    shelves: &Shelves,
+    material_sources: &MaterialSources,
     report: &mut Report<'_>,
 ) -> Material {
     table.allow_only(&KEYS, report);
     if table.get("interface").and_then(|entry| entry.flag(report)) == Some(true) {
         return read_interface(name, table, bands, report);
     }
-    let borrowed = shelves.borrow(table, bands, report);
+    let borrowed = material_sources.borrow(table, bands, report);
     let count = bands.bands.count();
     let absorption = given("absorption", table, bands, report);
     if table.get("absorption").is_none() && borrowed.absorption.is_none() {

@@ -99,7 +99,7 @@ fn describe(count: usize, scene: &Scene, geometry: &Geometry) -> String {
 /// What edges are worth.
 struct EdgeBound {
     bound: Bound,
-    listeners: String,
+    listening_points: String,
     /// A receiver that no sound reaches without edges, and the index of the highest such band.
     alone: Option<(String, usize)>,
     /// CPU seconds a receiver.
@@ -124,7 +124,7 @@ impl EdgeBound {
         format!(
             "{change} levels by up to {level_db:.2} dB ({band} Hz) and T by up to {:.2} %, {}",
             100.0 * decay,
-            self.listeners
+            self.listening_points
         )
     }
 }
@@ -136,7 +136,7 @@ fn weigh_edges(
     geometry: &Geometry,
     clock: &dyn Clock,
 ) -> Result<EdgeBound, PipelineError> {
-    let (listeners, all) = listeners(scene, geometry);
+    let (listening_points, all) = listening_points(scene, geometry);
     let traced = |on: bool| -> Result<TracedMap, PipelineError> {
         let settings = Settings { emissions: EMISSIONS, ..Settings::default() };
         let state =
@@ -148,9 +148,9 @@ fn weigh_edges(
     let mirror_order = (scene.sound_speed_gradient == 0.0).then_some(MIRROR_ORDER);
     let render = RenderSettings { rays: Some(RAYS), mirror_order, ..RenderSettings::default() };
     let bound = Bound::nothing(scene.bands.count());
-    let mut found = EdgeBound { bound, listeners: all, alone: None, seconds: 0.0 };
+    let mut found = EdgeBound { bound, listening_points: all, alone: None, seconds: 0.0 };
     let mut seconds = 0.0;
-    for (number, listener) in (1..).zip(&listeners) {
+    for (number, listener) in (1..).zip(&listening_points) {
         let render_and_read = |traced: &TracedMap| {
             render_and_read(&traced.map, geometry, std::slice::from_ref(listener), &render, clock)
         };
@@ -164,8 +164,8 @@ fn weigh_edges(
         found.seconds = seconds / f64::from(number) / scene.sources.len().max(1) as f64;
         let is_sure =
             asked.request == Request::Auto && !asked.weigh && asked.exceeding(&found.bound).contains(&true);
-        if is_sure && (number as usize) < listeners.len() {
-            found.listeners = format!("already at \"{}\"", listener.name);
+        if is_sure && (number as usize) < listening_points.len() {
+            found.listening_points = format!("already at \"{}\"", listener.name);
             break;
         }
     }
@@ -199,7 +199,7 @@ fn level_change(without: &ParameterValue, with: &ParameterValue) -> f64 {
 }
 
 /// Where the room is listened to, and how to say that.
-fn listeners(scene: &Scene, geometry: &Geometry) -> (Vec<ReceiverPoint>, String) {
+fn listening_points(scene: &Scene, geometry: &Geometry) -> (Vec<ReceiverPoint>, String) {
     let named = receivers_of(scene);
     match named.len() {
         0 => {
@@ -257,8 +257,8 @@ mod tests {
         let bands = Bands::new(vec![500.0, 1000.0], BandWidth::Octave).unwrap();
         let scene = Scene::shoebox([5.0, 4.0, 3.0], Material::uniform("walls", 0.2, 0.5, 2), bands);
         let bound = Bound { level_db: vec![0.5, 2.0], decay: vec![0.01, 0.1] };
-        let listeners = "already at \"seat\"".to_owned();
-        let mut found = EdgeBound { bound, listeners, alone: None, seconds: 0.0 };
+        let listening_points = "already at \"seat\"".to_owned();
+        let mut found = EdgeBound { bound, listening_points, alone: None, seconds: 0.0 };
         let finite = "levels by up to 2.00 dB (1000 Hz) and T by up to 10.00 %, already at \"seat\"";
         assert_eq!(found.describe(7, &scene), format!("change {finite}"));
         assert_eq!(found.describe(1, &scene), format!("changes {finite}"));

@@ -163,7 +163,7 @@ impl<'t> ImageTree<'t> {
                 continue;
             };
             self.mirror(table, node, node.image - receiver, &mut factor);
-            passed.weaken(geometry, table, &mut factor);
+            passed.attenuate(geometry, table, &mut factor);
             self.radiator.towards(leaving).weigh(&mut factor);
             let offset = node.image - receiver;
             let length = offset.length();

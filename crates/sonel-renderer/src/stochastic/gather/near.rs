@@ -94,7 +94,7 @@ impl<'a> NearSource<'a> {
                 *scratch *= more;
             }
         }
-        passed.weaken(medium.geometry, medium.table, scratch);
+        passed.attenuate(medium.geometry, medium.table, scratch);
         medium.receive(prepared, length, scratch);
         deposits.add((receiver, place.towards), bin, length, scratch, medium);
     }
