@@ -217,7 +217,7 @@ def test_binaural_responses_and_iacc_are_those_of_the_programs_and_of_the_defini
             expected = iacc(*ears[:, window].astype(float), band["center_frequency_hz"])
             assert band[name]["value"] == pytest.approx(expected, abs=0.01), (band, name)
     _, said = run("sonel-analyze", "iacc", tmp_path / "wav/1-source_1-near.wav", code=2)
-    assert "1 channels" in said and "--hrtf" in said
+    assert "channels of the recording: 1" in said and "--hrtf" in said
 
 
 @pytest.mark.parametrize(("rate", "off"), [(32_000, 1e-4), (44_100, 0.12), (96_000, 1e-4)])
