@@ -65,10 +65,9 @@ fn begun(folder: &TestFolder) -> Child {
         .spawn()
         .unwrap();
     let begun = Instant::now();
-    let written = || {
-        let sizes = others(folder).into_iter().map(|name| folder.path(&name).metadata().unwrap().len());
-        sizes.sum::<u64>() > 1 << 20
-    };
+    // A file may be gone between listing and asking: outputs are probed before the run.
+    let size = |name: String| folder.path(&name).metadata().map_or(0, |data| data.len());
+    let written = || others(folder).into_iter().map(size).sum::<u64>() > 1 << 20;
     while !written() {
         assert!(child.try_wait().unwrap().is_none(), "it ended before it could be killed");
         assert!(begun.elapsed() < Duration::from_secs(60), "nothing was written");
