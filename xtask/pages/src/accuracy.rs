@@ -1,18 +1,22 @@
 //! The sweeps behind docs/accuracy.md: what accuracy costs in the shipped scenes, by estimator, by β, and by receivers.
 //!
-//! Everything goes to target/accuracy; pages, plots and tables are copied to docs/accuracy.
+//! Everything goes to target/accuracy. Plots and CSV files that the page links are copied to docs/accuracy; costs of all sweeps go
+//! to the table of the page.
 
-use anyhow::{Context, Result};
+use std::fmt::Write;
+
+use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 
 use xtask::workspace::{self, Profile};
 
 const FOLDER: &str = "target/accuracy";
-const PAGES: &str = "docs/accuracy";
-/// What a sweep leaves that a page shows; the rest is large.
-const KEPT: [&str; 6] =
-    ["README.md", "deviation.svg", "bias.svg", "efficiency.svg", "cost.svg", "tradeoff.csv"];
+const PAGE: &str = "docs/accuracy.md";
+const BLOCK: &str = "costs";
+const COPIES: &str = "docs/accuracy";
+/// Files of a sweep that the page shows or links.
+const KEPT: [&str; 2] = ["deviation.svg", "tradeoff.csv"];
 
 const ESTIMATORS: [&str; 4] = ["--estimator", "auto,connection,gather,sphere", "--mode", "accurate,paper"];
 const SURVIVALS: [&str; 2] = ["--survival", "0.15,0,0.05,0.4,1"];
@@ -28,18 +32,26 @@ const GRIDS: [(&str, &str, [&str; 4]); 3] = [
     ("hall", "1k", ["0,20,4", "-5:5:5,15:20:2,4", "-5:5:10,12:22:10,4", "-5:5:10,12:22:10,4:7:10"]),
 ];
 
-/// Runs all sweeps, about twenty minutes on a quiet machine, unless older runs are to be drawn again; then copies what the pages
-/// show.
+/// Runs all sweeps, about twenty minutes on a quiet machine, unless older runs are to be drawn again; then writes what the page
+/// shows.
 pub fn run(redraw: bool) -> Result<()> {
     std::fs::create_dir_all(workspace::root().join(FOLDER))?;
-    for (scene, sonels, repeats) in SCENES {
-        for (what, varied) in [("estimators", &ESTIMATORS[..]), ("survival", &SURVIVALS)] {
+    let mut rows = String::new();
+    for (what, varied) in [("estimators", &ESTIMATORS[..]), ("survival", &SURVIVALS)] {
+        let mut sweeps = Vec::new();
+        for (scene, sonels, repeats) in SCENES {
             if !redraw {
                 sweep(scene, what, varied, sonels, repeats)?;
             }
-            keep(&format!("{scene}-{what}"))?;
+            let name = format!("{scene}-{what}");
+            keep(&name)?;
+            sweeps.push(serde_json::from_str(&workspace::read(&format!("{FOLDER}/{name}/tradeoff.json"))?)?);
         }
+        rows += &costs(&sweeps)?;
     }
+    let scenes = SCENES.map(|(scene, ..)| scene).join(" | ");
+    let table = format!("| setting | {scenes} |\n|---|{}\n{rows}", "---|".repeat(SCENES.len()));
+    workspace::write(PAGE, workspace::with_block(&workspace::read(PAGE)?, BLOCK, &table)?)?;
     for (scene, sonels, grids) in GRIDS {
         if !redraw {
             render(scene, sonels, grids)?;
@@ -65,12 +77,44 @@ fn sweep(scene: &str, what: &str, varied: &[&str], sonels: &str, repeats: &str) 
     workspace::program(Profile::Release, "sonel-analyze", &[&words[..], varied, &options].concat()).map(drop)
 }
 
-/// Copies what a page shows of the sweep called `name`.
+/// Copies what the page shows of the sweep called `name`.
 fn keep(name: &str) -> Result<()> {
     KEPT.iter().try_for_each(|kept| {
         let text = workspace::read(&format!("{FOLDER}/{name}/{kept}"))?;
-        workspace::write(&format!("{PAGES}/{name}/{kept}"), text)
+        workspace::write(&format!("{COPIES}/{name}/{kept}"), text)
     })
+}
+
+/// A table row per setting, a column per sweep: CPU seconds to a twentieth of a JND, or the bias that rules the setting out.
+fn costs(sweeps: &[Value]) -> Result<String> {
+    let settings = |sweep: &Value| sweep["settings"].as_array().cloned().context("the sweep has no settings");
+    let columns: Vec<Vec<Value>> = sweeps.iter().map(settings).collect::<Result<_>>()?;
+    let mut rows = String::new();
+    for (row, setting) in columns.first().context("no sweeps")?.iter().enumerate() {
+        write!(rows, "| {} |", setting["name"].as_str().context("a setting has no name")?)?;
+        for column in &columns {
+            let other = column.get(row).unwrap_or(&Value::Null);
+            ensure!(other["name"] == setting["name"], "the sweeps have different settings: run them again");
+            write!(rows, " {} |", cost(&other["to_a_twentieth_jnd"]))?;
+        }
+        rows.push('\n');
+    }
+    Ok(rows)
+}
+
+/// Three significant places with the interval; a dash where some run refused a parameter.
+fn cost(verdict: &Value) -> String {
+    let biases = verdict["biases"].as_array().map_or(&[][..], Vec::as_slice);
+    if !biases.is_empty() {
+        let biases: Vec<&str> = biases.iter().filter_map(Value::as_str).collect();
+        return format!("biased: {}", biases.join(", "));
+    }
+    let seconds = &verdict["cpu_s"];
+    let Some(value) = seconds["value"].as_f64() else { return "–".to_owned() };
+    let places = (2.0 - libm::log10(value.max(1e-9)).floor()).clamp(0.0, 9.0) as usize;
+    let [low, high] = [0, 1].map(|end| seconds["ci95"][end].as_f64());
+    let interval = low.zip(high).map(|(low, high)| format!(" ({low:.places$} … {high:.places$})"));
+    format!("{value:.places$}{}", interval.unwrap_or_default())
 }
 
 /// Renders one map of `scene` on each of `grids` and leaves the reports.
@@ -117,6 +161,35 @@ fn draw_receivers() -> Result<()> {
         series,
     };
     plot::svg(&Sheet::single(panel), &mut svg).context("cannot draw")?;
-    workspace::write(&format!("{PAGES}/receivers.svg"), svg)?;
-    workspace::write(&format!("{PAGES}/receivers.csv"), table)
+    workspace::write(&format!("{COPIES}/receivers.svg"), svg)?;
+    workspace::write(&format!("{COPIES}/receivers.csv"), table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn sweep(name: &str, verdict: &Value) -> Value {
+        json!({ "settings": [{ "name": name, "to_a_twentieth_jnd": verdict }] })
+    }
+
+    #[test]
+    fn costs_have_three_places_and_biased_settings_none() {
+        let seconds =
+            |value: f64, ci95: [f64; 2]| json!({ "cpu_s": { "value": value, "ci95": ci95 }, "biases": [] });
+        let refused = json!({ "cpu_s": { "value": null, "ci95": null }, "biases": [] });
+        let biased = json!({ "cpu_s": { "value": 2.0 }, "biases": ["L by +0.23 ± 0.11 dB"] });
+        let cells = [seconds(0.4381, [0.327, 0.5859]), seconds(149.77, [87.02, 257.79]), refused, biased];
+        let sweeps = cells.map(|verdict| sweep("gather", &verdict));
+        assert_eq!(
+            costs(&sweeps).unwrap(),
+            "| gather | 0.438 (0.327 … 0.586) | 150 (87 … 258) | – | biased: L by +0.23 ± 0.11 dB |\n"
+        );
+    }
+
+    #[test]
+    fn sweeps_of_different_settings_are_an_error() {
+        assert!(costs(&[sweep("gather", &Value::Null), sweep("sphere", &Value::Null)]).is_err());
+    }
 }

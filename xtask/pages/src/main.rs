@@ -46,7 +46,7 @@ enum Page {
         #[arg(short, long, default_value = "target/shell")]
         output: PathBuf,
     },
-    /// Compare packets with measured rooms and write the tables of docs/validation.md; the page says which data sets it reads
+    /// Compare packets with measured rooms and write docs/validation and the table of docs/validation.md; the page says which data sets it reads
     Validate {
         /// The folder with the data sets
         folder: PathBuf,
@@ -54,7 +54,7 @@ enum Page {
         #[arg(long)]
         room: Option<String>,
     },
-    /// Compare packets with the wave equation and write the table of docs/validation.md; about half an hour
+    /// Compare packets with the wave equation and write docs/validation and the table of docs/validation.md; about half an hour
     Waves {
         /// Only this room, printed: empty, screens, boxes, rows, door-1, door-4, hall
         #[arg(long)]

@@ -25,6 +25,7 @@ use room::Room;
 
 const PAGE: &str = "docs/validation.md";
 const BLOCK: &str = "measured rooms";
+const TABLE: &str = "docs/validation/measured-rooms.csv";
 /// Lines beside the measured ones in the drawing of a room.
 const DRAWN: usize = 3;
 
@@ -39,7 +40,8 @@ const SITES: [Site; 5] = [
     ("studio-closed", studio::with_closed_curtains),
 ];
 
-/// Traces all rooms of `folder` in every way and writes tables and drawings; `only` names one room, whose table is then printed.
+/// Traces all rooms of `folder` in every way and writes CSV file, summary and drawings; `only` names one room, whose part of the CSV
+/// file is then printed.
 pub fn run(folder: &Path, only: Option<&str>) -> Result<()> {
     let sites: Vec<Site> =
         SITES.into_iter().filter(|(name, _)| only.is_none_or(|only| only == *name)).collect();
@@ -52,15 +54,21 @@ pub fn run(folder: &Path, only: Option<&str>) -> Result<()> {
     let folder = Folder::open(folder)?;
     // Everything is read before anything is traced: a missing file is told at once.
     let rooms: Vec<Room> = sites.iter().map(|(_, read)| read(&folder)).collect::<Result<_>>()?;
-    let mut tables = Vec::new();
+    let mut table = comparison::csv_head(&rooms[0]);
+    let mut summary = comparison::summary_head();
     for room in &rooms {
         let begun = Instant::now();
         let mut runs = Vec::new();
         for variant in room.variants {
-            runs.push(Run { title: variant.title, pairs: packets::pairs(room, variant)? });
+            runs.push(Run {
+                name: variant.name,
+                title: variant.title,
+                pairs: packets::pairs(room, variant)?,
+            });
         }
         eprintln!("{}: {:.0} s", room.name, begun.elapsed().as_secs_f64());
-        tables.push(comparison::table(room, &runs)?);
+        table += &comparison::csv(room, &runs);
+        summary += &comparison::summary(room, &runs)?;
         if only.is_none() {
             let drawn: Vec<&Run> = runs.iter().take(DRAWN).collect();
             workspace::write(
@@ -69,10 +77,10 @@ pub fn run(folder: &Path, only: Option<&str>) -> Result<()> {
             )?;
         }
     }
-    let tables = tables.join("\n");
     if only.is_some() {
-        println!("{tables}");
+        print!("{table}");
         return Ok(());
     }
-    workspace::write(PAGE, workspace::with_block(&workspace::read(PAGE)?, BLOCK, &tables)?)
+    workspace::write(TABLE, table)?;
+    workspace::write(PAGE, workspace::with_block(&workspace::read(PAGE)?, BLOCK, &summary)?)
 }

@@ -5,9 +5,9 @@
 
 mod packets;
 mod rooms;
+mod tables;
 
 use std::f64::consts::{PI, SQRT_2};
-use std::fmt::Write;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow};
@@ -26,41 +26,38 @@ const CELL: f64 = 0.125;
 /// Pressure below this frequency is steady [Hz].
 const STEADY: f64 = 5.0;
 const PAGE: &str = "docs/validation.md";
-
-/// Quantities compared, with the unit and the figures after the point.
-const QUANTITIES: [(&str, usize); 3] = [("T30 [s]", 2), ("EDT [s]", 2), ("G [dB]", 1)];
+const TABLE: &str = "docs/validation/waves.csv";
 
 /// T30 [s], EDT [s] and strength G [dB] of a band, means over the receivers.
-type Row = [f64; QUANTITIES.len()];
+type Row = [f64; 3];
 
-/// Solves all rooms, traces them in every way, and writes the tables; `only` names one room, which is then printed alone.
+/// Rows per band: of waves, and of packets in the order of [`packets::VARIANTS`].
+type Columns = Vec<Vec<Row>>;
+
+/// Solves all rooms, traces them in every way, and writes CSV file and summary; `only` names one room, whose part of the CSV file
+/// is then printed.
 pub fn run(only: Option<&str>) -> Result<()> {
-    let head = "| room | band [Hz] | waves | packets | locally reacting | bent | bent, locally reacting |\n|---|---|---|---|---|---|---|\n";
-    let mut tables = QUANTITIES.map(|(title, _)| format!("{title}:\n\n{head}"));
+    let mut table = tables::CSV_HEAD.to_owned();
+    let mut boxes = Vec::new();
     for room in rooms::all()?.iter().filter(|room| only.is_none_or(|only| only == room.name)) {
         let begun = Instant::now();
-        let waves = of_waves(room)?;
+        let mut columns = vec![of_waves(room)?];
         eprintln!("{}: {:.0} s of waves", room.name, begun.elapsed().as_secs_f64());
-        let mut columns = vec![waves];
         for variant in packets::VARIANTS {
             columns.push(packets::rows(room, variant)?);
         }
-        let bands = room.bands.iter().map(ToString::to_string).collect::<Vec<_>>().join(" / ");
-        for (quantity, (table, (_, decimals))) in tables.iter_mut().zip(QUANTITIES).enumerate() {
-            write!(table, "| {} | {bands}", room.title)?;
-            for column in &columns {
-                let values = column.iter().map(|row| format!("{:.decimals$}", row[quantity]));
-                write!(table, " | {}", values.collect::<Vec<_>>().join(" / "))?;
-            }
-            table.push_str(" |\n");
+        table += &tables::csv(room.name, room.bands, &columns);
+        if room.is_box() {
+            boxes.push(columns);
         }
     }
-    let tables = tables.join("\n");
     if only.is_some() {
-        println!("{tables}");
+        print!("{table}");
         return Ok(());
     }
-    workspace::write(PAGE, workspace::with_figures(&workspace::read(PAGE)?, &tables)?)
+    workspace::write(TABLE, table)?;
+    let summary = tables::summary(rooms::BOX_BANDS, &boxes);
+    workspace::write(PAGE, workspace::with_figures(&workspace::read(PAGE)?, &summary)?)
 }
 
 /// What the wave equation says, per band of the room.

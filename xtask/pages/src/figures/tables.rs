@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
 use super::{Condition, MODES};
@@ -124,40 +124,30 @@ pub fn times_csv(conditions: &[Condition]) -> Result<String> {
     Ok(text)
 }
 
-/// Both as tables for the page: levels as means over the bands with what they range over.
+/// Both as a table for the page, a line per condition and mode.
 pub fn markdown(conditions: &[Condition]) -> Result<String> {
     let mut text = String::from(
-        "### Levels\n\nMean over the six bands [dB], range over the bands, and the half-width that one band's run states.\n\n\
-         | condition | mode | sonels | level | lowest … highest band | ± |\n|---|---|---|---|---|---|\n",
-    );
-    for condition in conditions {
-        for (mode, _) in MODES {
-            let levels = levels(&condition.json, mode)?;
-            for of_count in levels.chunk_by(|a, b| a.sonels.total_cmp(&b.sonels).is_eq()) {
-                let count = of_count.len() as f64;
-                let mean = of_count.iter().map(|level| level.mean).sum::<f64>() / count;
-                let stated = of_count.iter().map(|level| level.half_width).sum::<f64>() / count;
-                let least = of_count.iter().map(|level| level.mean).fold(f64::MAX, f64::min);
-                let most = of_count.iter().map(|level| level.mean).fold(f64::MIN, f64::max);
-                writeln!(
-                    text,
-                    "| {} | {mode} | {} | {mean:.2} | {least:.2} … {most:.2} | {stated:.2} |",
-                    condition.name, of_count[0].sonels
-                )?;
-            }
-        }
-    }
-    text.push_str(
-        "\n### Times\n\nCPU seconds, for one band in paper mode and for all six in accurate mode.\n\n\
-         | condition | mode | tracing and rendering, µs per sonel | tracing alone, µs per sonel | without a sonel [s] |\n|---|---|---|---|---|\n",
+        "| condition | mode | level, mean over bands [dB] | half-width, fewest and most sonels [dB] | \
+         tracing and rendering [µs per sonel] | tracing alone [µs per sonel] | without a sonel [s] |\n|---|---|---|---|---|---|---|\n",
     );
     for condition in conditions {
         for (mode, packets) in MODES {
+            let levels = levels(&condition.json, mode)?;
+            let over_bands = |value: fn(&Level) -> f64| -> Vec<f64> {
+                let counts = levels.chunk_by(|a, b| a.sonels.total_cmp(&b.sonels).is_eq());
+                counts
+                    .map(|of_count| of_count.iter().map(value).sum::<f64>() / of_count.len() as f64)
+                    .collect()
+            };
+            let (means, stated) = (over_bands(|level| level.mean), over_bands(|level| level.half_width));
+            let least = means.iter().copied().fold(f64::MAX, f64::min);
+            let most = means.iter().copied().fold(f64::MIN, f64::max);
+            let [fewest, .., best] = stated[..] else { bail!("{mode} needs two numbers of sonels") };
             let times = times(&condition.json, mode, packets)?;
             let last = times.points.last().context("no times")?;
             writeln!(
                 text,
-                "| {} | {mode} | {:.2} ± {:.2} | {:.2} | {:.2} |",
+                "| {} | {mode} | {least:.2} … {most:.2} | {fewest:.2}, {best:.2} | {:.2} ± {:.2} | {:.2} | {:.2} |",
                 condition.name,
                 1e6 * times.per_sonel[0],
                 1e6 * times.per_sonel[1],

@@ -1,9 +1,9 @@
-//! Deviations of simulated from measured parameters in just-noticeable differences, as table and plot.
+//! Deviations of simulated from measured parameters in just-noticeable differences, as CSV, summary and plot.
 //!
 //! 5 % of a reverberation time or EDT, 1 dB of C80, 0.05 of D50 [ISO3382-1]. Values are means over the pairs, and over the thirds
 //! of an octave where the data have thirds.
 
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 
 use anyhow::{Context, Result};
 use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
@@ -12,14 +12,28 @@ use super::room::{Pairs, Room, Values};
 
 /// What packets say in one variant.
 pub struct Run {
+    /// That of the variant.
+    pub name: &'static str,
     pub title: &'static str,
     pub pairs: Pairs,
 }
 
-/// Names, and figures after the point, of the values of [`Values`].
-fn quantities(room: &Room) -> [(String, usize); 4] {
-    let time = room.reverberation_time.0;
-    [(format!("{time} [s]"), 2), ("EDT [s]".into(), 2), ("C80 [dB]".into(), 1), ("D50".into(), 2)]
+/// Columns of the summary: names of runs, and headings.
+const SETUPS: [(&str, &str); 7] = [
+    ("plain", "published or fitted α"),
+    ("initial", "initial α"),
+    ("angles", "locally reacting"),
+    ("straight", "diffraction off"),
+    ("rough", "s at least 0.3"),
+    ("diffuse", "s = 1"),
+    (OTHERS, "median of others"),
+];
+/// Name of the simulations by others.
+const OTHERS: &str = "others";
+
+/// Names, units, and figures after the point, of the values of [`Values`].
+fn quantities(room: &Room) -> [(&'static str, &'static str, usize); 4] {
+    [(room.reverberation_time.0, "s", 2), ("EDT", "s", 2), ("C80", "dB", 1), ("D50", "1", 2)]
 }
 
 /// Deviations of one quantity in one simulation.
@@ -32,47 +46,63 @@ struct Row {
     per_pair: Option<f64>,
 }
 
-/// A table of the room: measured values, under them the deviations of every run and those of simulations by others.
-pub fn table(room: &Room, runs: &[Run]) -> Result<String> {
-    let octaves = octaves(room);
-    let has_pairs = room.measured.len() > 1;
-    let names: Vec<String> = octaves.iter().map(ToString::to_string).collect();
-    let (head, rule) = if has_pairs { (" per pair |", "---|") } else { ("", "") };
-    let mut text = format!(
-        "| {} | | {} Hz | mean |{head}\n|---|---|{}---|{rule}\n",
-        room.title,
-        names.join(" | "),
-        "---|".repeat(names.len())
-    );
+/// The first line of the CSV file.
+pub fn csv_head(room: &Room) -> String {
+    let columns: Vec<String> = octaves(room).iter().map(|octave| format!("at_{octave}_hz")).collect();
+    format!("room,parameter,unit,setup,{},mean_size_jnd,mean_size_per_pair_jnd\n", columns.join(","))
+}
+
+/// Lines of the CSV file: measured values, under them the deviations of every run and those of simulations by others.
+pub fn csv(room: &Room, runs: &[Run]) -> String {
     let measured = per_octave(room, &means(&room.measured));
-    for (quantity, (name, decimals)) in quantities(room).into_iter().enumerate() {
-        write!(text, "| {name} | measured |")?;
-        for values in &measured {
-            write!(text, " {:.decimals$} |", values[quantity])?;
+    let mut text = String::new();
+    for (quantity, (name, unit, decimals)) in quantities(room).into_iter().enumerate() {
+        let values = joined(measured.iter().map(|values| format!("{:.decimals$}", values[quantity])));
+        text += &format!("{},{name},{unit},measured,{values},,\n", room.name);
+        for (_, setup, row) in rows(room, runs, quantity) {
+            let octaves = joined(row.octaves.iter().map(|deviation| format!("{deviation:.1}")));
+            let per_pair = row.per_pair.map(|size| format!("{size:.1}")).unwrap_or_default();
+            text += &format!("{},{name},JND,{setup},{octaves},{:.1},{per_pair}\n", room.name, row.mean);
         }
-        text.push_str(if has_pairs { " | |\n" } else { " |\n" });
-        for run in runs {
-            write_row(&mut text, run.title, &row(room, quantity, &run.pairs))?;
+    }
+    text
+}
+
+/// The head of the summary.
+pub fn summary_head() -> String {
+    let headings = SETUPS.map(|(_, heading)| heading).join(" | ");
+    format!("| room | | {headings} |\n|---|---|{}\n", "---|".repeat(SETUPS.len()))
+}
+
+/// Lines of the summary: mean sizes of the deviations, a line per parameter, a column per setup.
+pub fn summary(room: &Room, runs: &[Run]) -> Result<String> {
+    let mut text = String::new();
+    for (quantity, (name, ..)) in quantities(room).into_iter().enumerate() {
+        let title = if quantity == 0 { format!("{} ", room.title) } else { String::new() };
+        write!(text, "| {title}| {name} |")?;
+        let rows = rows(room, runs, quantity);
+        for (setup, _) in SETUPS {
+            match rows.iter().find(|(name, ..)| *name == setup) {
+                Some((_, _, row)) => write!(text, " {:.1} |", row.mean)?,
+                None => text.push_str(" |"),
+            }
         }
-        if !room.others.is_empty() {
-            let rows: Vec<Row> = room.others.iter().map(|pairs| row(room, quantity, pairs)).collect();
-            write_row(&mut text, &format!("median of {} others", rows.len()), &median_row(&rows))?;
-        }
+        text.push('\n');
     }
     Ok(text)
 }
 
-fn write_row(text: &mut String, title: &str, row: &Row) -> Result<()> {
-    write!(text, "| | {title} |")?;
-    for deviation in &row.octaves {
-        write!(text, " {deviation:+.1} |")?;
-    }
-    write!(text, " {:.1} |", row.mean)?;
-    if let Some(per_pair) = row.per_pair {
-        write!(text, " {per_pair:.1} |")?;
-    }
-    text.push('\n');
-    Ok(())
+/// Names, titles and deviations of all simulations.
+fn rows(room: &Room, runs: &[Run], quantity: usize) -> Vec<(&'static str, String, Row)> {
+    let ours = runs.iter().map(|run| (run.name, run.title.to_owned(), row(room, quantity, &run.pairs)));
+    let others: Vec<Row> = room.others.iter().map(|pairs| row(room, quantity, pairs)).collect();
+    let title = format!("median of {} others", others.len());
+    let median = (!others.is_empty()).then(|| (OTHERS, title, median_row(&others)));
+    ours.chain(median).collect()
+}
+
+fn joined(fields: impl Iterator<Item = impl Display>) -> String {
+    fields.map(|field| field.to_string()).collect::<Vec<_>>().join(",")
 }
 
 fn row(room: &Room, quantity: usize, pairs: &Pairs) -> Row {
@@ -118,12 +148,17 @@ pub fn drawing(room: &Room, runs: &[&Run]) -> Result<Vec<u8>> {
         }
     };
     let mut panels: Vec<Panel> =
-        quantities(room).into_iter().enumerate().map(|(quantity, (name, _))| panel(quantity, name)).collect();
+        quantities(room).into_iter().enumerate().map(|(quantity, of)| panel(quantity, label(of))).collect();
     let lower = panels.split_off(2);
     let mut svg = Vec::new();
     plot::svg(&Sheet::new(room.title, vec![panels, lower]), &mut svg)
         .with_context(|| format!("cannot draw {}", room.name))?;
     Ok(svg)
+}
+
+/// The label of an axis.
+fn label((name, unit, _): (&str, &str, usize)) -> String {
+    if unit == "1" { name.to_owned() } else { format!("{name} [{unit}]") }
 }
 
 /// Nominal centres of the octaves [Hz].
@@ -181,18 +216,20 @@ mod tests {
     }
 
     #[test]
-    fn the_table_has_means_over_pairs_and_thirds() {
+    fn tables_have_means_over_pairs_and_thirds() {
         let mut room = cube();
         let pair =
             |time: f64| vec![[time, 1.0, 0.0, 0.5], [time, 1.0, 0.0, 0.5], [time + 0.3, 1.0, 0.0, 0.5]];
-        let runs = [Run { title: "ours", pairs: vec![pair(0.9), pair(1.1)] }];
-        let text = table(&room, &runs).unwrap();
-        assert!(text.contains("| cube | | 1000 Hz | mean |"), "{text}");
-        assert!(text.contains("| T20 [s] | measured | 1.00 | |\n| | ours | +2.0 | 2.0 |"), "{text}");
+        let runs = [Run { name: "angles", title: "ours", pairs: vec![pair(0.9), pair(1.1)] }];
+        assert!(csv_head(&room).starts_with("room,parameter,unit,setup,at_1000_hz,mean_size_jnd,"));
+        let text = csv(&room, &runs);
+        assert!(text.starts_with("cube,T20,s,measured,1.00,,\ncube,T20,JND,ours,2.0,2.0,\n"), "{text}");
+        let text = summary(&room, &runs).unwrap();
+        assert!(text.starts_with("| cube | T20 | | | 2.0 | | | | |\n| | EDT | | | 0.0 |"), "{text}");
         room.measured = vec![pair(1.0), pair(1.0)];
-        let text = table(&room, &runs).unwrap();
+        let text = csv(&room, &runs);
         // Means agree, and each pair is off by 0.1 s of 1 s, 1 s and 1.3 s.
-        assert!(text.contains("| | ours | +0.0 | 0.0 | 1.8 |"), "{text}");
+        assert!(text.contains("cube,T20,JND,ours,0.0,0.0,1.8\n"), "{text}");
     }
 
     #[test]
@@ -202,14 +239,14 @@ mod tests {
         assert_eq!((median.octaves, median.mean, median.per_pair), (vec![-1.0], 3.0, None));
         let mut room = cube();
         room.others = vec![vec![vec![[1.1, 1.0, 0.0, 0.5]; 3]]];
-        let text = table(&room, &[]).unwrap();
-        assert!(text.contains("| | median of 1 others | +2.0 | 2.0 |"), "{text}");
+        let text = csv(&room, &[]);
+        assert!(text.contains("cube,T20,JND,median of 1 others,2.0,2.0,\n"), "{text}");
     }
 
     #[test]
     fn the_drawing_names_what_it_shows() {
         let room = cube();
-        let run = Run { title: "ours", pairs: room.measured.clone() };
+        let run = Run { name: "plain", title: "ours", pairs: room.measured.clone() };
         let svg = String::from_utf8(drawing(&room, &[&run]).unwrap()).unwrap();
         assert!(["measured", "ours", "D50", "EDT [s]"].iter().all(|name| svg.contains(name)));
     }

@@ -13,17 +13,20 @@ const KEYS: [&str; 3] = ["t30_s", "early_decay_time_s", "strength_g_db"];
 /// How a room is traced.
 #[derive(Clone, Copy)]
 pub struct Variant {
+    /// In file names.
     name: &'static str,
+    /// In tables.
+    pub title: &'static str,
     is_locally_reacting: bool,
     is_bent: bool,
 }
 
-/// Columns of the table.
+/// All ways to trace a room.
 pub const VARIANTS: [Variant; 4] = [
-    Variant { name: "packets", is_locally_reacting: false, is_bent: false },
-    Variant { name: "angles", is_locally_reacting: true, is_bent: false },
-    Variant { name: "bent", is_locally_reacting: false, is_bent: true },
-    Variant { name: "bent-angles", is_locally_reacting: true, is_bent: true },
+    Variant { name: "packets", title: "uniform", is_locally_reacting: false, is_bent: false },
+    Variant { name: "angles", title: "locally reacting", is_locally_reacting: true, is_bent: false },
+    Variant { name: "bent", title: "uniform bent", is_locally_reacting: false, is_bent: true },
+    Variant { name: "bent-angles", title: "locally reacting bent", is_locally_reacting: true, is_bent: true },
 ];
 
 /// What packets say, per band of the room.

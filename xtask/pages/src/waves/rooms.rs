@@ -11,10 +11,8 @@ const FOLDER: &str = "target/waves";
 
 /// A room and how much work it is worth.
 pub struct Room {
-    /// In options and file names.
+    /// In options, file names and the table.
     pub name: &'static str,
-    /// In the table.
-    pub title: &'static str,
     /// Octaves compared [Hz].
     pub bands: &'static [f64],
     /// Sonels of straight and of bent packets.
@@ -24,11 +22,13 @@ pub struct Room {
     obj: String,
 }
 
+/// Octaves of the boxes [Hz].
+pub const BOX_BANDS: &[f64] = &[63.0, 125.0, 250.0];
+
 /// All rooms of the table.
 pub fn all() -> Result<Vec<Room>> {
     let hall = Room {
         name: "hall",
-        title: "the shipped hall",
         bands: &[63.0, 125.0],
         sonels: "30k",
         bent_sonels: "20k",
@@ -36,17 +36,20 @@ pub fn all() -> Result<Vec<Room>> {
         obj: workspace::read("scenes/hall/hall.obj")?,
     };
     let boxes = [
-        ("empty", "empty", Mesh::room()),
-        ("screens", "two screens and a balcony", screens()),
-        ("boxes", "12 boxes of 1 m, six hung panels", boxes()),
-        ("rows", "18 rows of seats", rows()),
-        ("door-1", "two rooms, door of 1 m", two_rooms(1.0)),
-        ("door-4", "two rooms, door of 4 m", two_rooms(4.0)),
+        ("empty", Mesh::room()),
+        // Two screens and a balcony.
+        ("screens", screens()),
+        // 12 boxes of 1 m and six hung panels.
+        ("boxes", boxes()),
+        // 18 rows of seats.
+        ("rows", rows()),
+        // Two rooms and a door of 1 m or 4 m.
+        ("door-1", two_rooms(1.0)),
+        ("door-4", two_rooms(4.0)),
     ];
-    let boxes = boxes.map(|(name, title, mesh)| Room {
+    let boxes = boxes.map(|(name, mesh)| Room {
         name,
-        title,
-        bands: &[63.0, 125.0, 250.0],
+        bands: BOX_BANDS,
         sonels: "30k",
         bent_sonels: "20k",
         toml: PLAIN.to_owned(),
@@ -90,6 +93,11 @@ position = [13.4, 12.9, 5.2]
 "#;
 
 impl Room {
+    /// Whether it is one of the boxes; else it is the hall.
+    pub fn is_box(&self) -> bool {
+        self.name != "hall"
+    }
+
     /// Writes scene and mesh below target; the name of the scene file.
     pub fn write(&self, variant: &str, is_locally_reacting: bool) -> Result<String> {
         let folder = format!("{FOLDER}/{}", self.name);
