@@ -88,7 +88,7 @@ pub type ClassSums = [f64; 3];
 pub fn class_sums(rendering: &Rendering, band: usize) -> ClassSums {
     let energy = |class: PathClass| rendering.classes[class as usize].1[band];
     [
-        energy(PathClass::MirrorChain) + energy(PathClass::LongMirrorChain),
+        energy(PathClass::ImageSource) + energy(PathClass::LateSpecular),
         energy(PathClass::Diffuse),
         energy(PathClass::DiffuseMirror) + energy(PathClass::LongDiffuseMirror),
     ]

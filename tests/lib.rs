@@ -5,11 +5,11 @@ pub mod change;
 pub mod coupled_door;
 pub mod effect_scenes;
 pub mod estimates;
-pub mod judged;
 pub mod meshes;
 pub mod octaves;
 pub mod two_rooms;
 pub mod uneven_box;
+pub mod wrong_levels;
 
 use std::path::Path;
 
@@ -42,8 +42,8 @@ pub struct Traced {
     pub geometry: Geometry,
     /// Its map.
     pub map: SonelMap,
-    /// The books as the tracer kept them.
-    pub books: Ledger,
+    /// The ledger as the tracer kept them.
+    pub ledger: Ledger,
 }
 
 impl Traced {
@@ -80,9 +80,9 @@ impl Traced {
 
     fn with_effects(scene: Scene, settings: Settings, effects: Vec<EffectState>) -> Self {
         let room = Room::new(&scene, effects).expect("a sound mesh");
-        let TracedMap { map, books, .. } =
+        let TracedMap { map, ledger, .. } =
             room.trace(settings, &mut InMemory, &NoClock).expect("a tight room");
-        Self { geometry: room.into_geometry(), map, books }
+        Self { geometry: room.into_geometry(), map, ledger }
     }
 
     /// Ready to be compared with another map.

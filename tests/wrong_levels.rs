@@ -1,11 +1,11 @@
-//! Known-wrong ways to judge the cells of two maps, which tests of the right one must be able to reject.
+//! Known-wrong ways to test the cells of two maps, which tests of the right one must be able to reject.
 
 use sonel_analysis::map_comparison::{CellDifference, MapComparison};
 
 /// What a normal value exceeds in either direction once in a hundred times.
 const ONE_PERCENT: f64 = 2.575_829;
 
-/// Whether any cell differs when each is judged as if it were the only one.
+/// Whether any cell differs when each is tested as if it were the only one.
 #[must_use]
 pub fn one_by_one(comparison: &MapComparison) -> bool {
     any(comparison, |_| ONE_PERCENT)

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sonel_analysis::map_comparison::{MapComparison, compare};
 use sonel_map::Settings;
 use sonel_scene::Scene;
-use sonel_tests::{Traced, judged, shipped};
+use sonel_tests::{Traced, shipped, wrong_levels};
 
 const PAIRS: u64 = 100;
 /// Of a hundred pairs one is expected to differ at most; four or more do with a probability below 2 %.
@@ -28,14 +28,14 @@ fn pairs(scene: &Scene, settings: Settings, uneven: bool) -> Vec<MapComparison> 
 fn check(scene: &Scene, settings: Settings, uneven: bool) {
     let found = pairs(scene, settings, uneven);
     let same = found.iter().filter(|pair| pair.beyond_noise().is_empty()).count();
-    let wrong = found.iter().filter(|pair| !judged::one_by_one(pair)).count();
-    let judged: usize = found[0].tiers.iter().map(|tier| tier.cells.len()).sum();
+    let wrong = found.iter().filter(|pair| !wrong_levels::one_by_one(pair)).count();
+    let tested: usize = found[0].tiers.iter().map(|tier| tier.cells.len()).sum();
     println!(
-        "{}, {} emissions, uneven {uneven}: {judged} cells, same in {same} of {PAIRS}; one by one in {wrong}",
+        "{}, {} emissions, uneven {uneven}: {tested} cells, same in {same} of {PAIRS}; one by one in {wrong}",
         scene.name, settings.emissions
     );
     assert!(same >= FEWEST_SAME);
-    assert!(wrong < FEWEST_SAME, "judging every cell at 1 % goes unnoticed");
+    assert!(wrong < FEWEST_SAME, "testing every cell at 1 % goes unnoticed");
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn seeds_in_four_batches_are_the_same() {
     let scene = shipped("shoebox");
     check(&scene, settings, false);
     let found = pairs(&scene, settings, false);
-    let normal = found.iter().filter(|pair| !judged::by_the_normal_distribution(pair)).count();
+    let normal = found.iter().filter(|pair| !wrong_levels::by_the_normal_distribution(pair)).count();
     println!("by the normal distribution: same in {normal} of {PAIRS}");
     assert!(normal < FEWEST_SAME);
 }

@@ -11,7 +11,7 @@ use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::fit::{FitSettings, Fitted, Knowledge, Measurement, fit};
+use sonel_study::fit::{FitSettings, Fitted, Identifiability, Measurement, fit};
 use sonel_study::pipeline::InMemory;
 use sonel_study::response::receivers_of;
 use sonel_testkit::uniform::Uniform;
@@ -86,7 +86,7 @@ fn told(repetition: u64) -> Vec<(f64, Fitted)> {
     let map = traced.varied(&receivers, few_rays());
     let found = fit(map, &measurements, &settings, &mut InMemory, &mut |_| ());
     let coefficients = found.expect("a decay").coefficients;
-    let told = coefficients.into_iter().filter(|one| one.knowledge == Knowledge::Told);
+    let told = coefficients.into_iter().filter(|one| one.identifiability == Identifiability::Identified);
     told.map(|one| (truth[one.material], one)).collect()
 }
 
@@ -160,7 +160,7 @@ fn in_the_hall_too_where_measured_values_have_errors_of_their_own() {
         let map = traced.varied(&receivers, render);
         let found = fit(map, &measurements, &settings, &mut InMemory, &mut |_| ());
         for one in found.expect("a decay").coefficients {
-            if one.knowledge == Knowledge::Told {
+            if one.identifiability == Identifiability::Identified {
                 let off = deviation(&(truth[one.material].absorption[one.band], one)).abs();
                 count += 1;
                 inside += u32::from(off <= 1.0);

@@ -40,7 +40,7 @@ fn compare(first: &[Windows], second: &[Windows]) -> Vec<String> {
         .collect()
 }
 
-/// Direct sound and mirror chains have no noise: each is there from both ends, to rounding.
+/// Direct sound and image-source paths have no noise: each is there from both ends, to rounding.
 #[test]
 fn mirror_chains_of_the_hall_are_the_same_from_both_ends() {
     let arrivals = |scene: Scene| {

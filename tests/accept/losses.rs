@@ -10,14 +10,14 @@ fn no_packet_slips_out_of_a_shipped_room() {
         let scene = shipped(name);
         let geometry = scene.geometry().unwrap();
         let settings = Settings { emissions, ..Settings::default() };
-        let books = Tracer::new(&scene, &geometry, settings)
+        let ledger = Tracer::new(&scene, &geometry, settings)
             .run(ShardRange::WHOLE, |_| Ok::<(), std::convert::Infallible>(()))
             .unwrap();
-        println!("{name}: {} segments, residual {:.1e}", books.segments, books.worst_residual());
-        assert!(books.segments >= 10_000_000, "{name}: {} segments", books.segments);
-        assert_eq!(books.fates.count(Fate::Lost), 0, "{name}");
-        assert!(books.worst_residual() < 1e-9, "{name}");
-        for band in &books.bands {
+        println!("{name}: {} segments, residual {:.1e}", ledger.segments, ledger.worst_residual());
+        assert!(ledger.segments >= 10_000_000, "{name}: {} segments", ledger.segments);
+        assert_eq!(ledger.fates.count(Fate::Lost), 0, "{name}");
+        assert!(ledger.worst_residual() < 1e-9, "{name}");
+        for band in &ledger.bands {
             assert!(band.sampling.abs() <= 4.0 * band.sampling_sigma() + 1e-12, "{name}: {band:?}");
         }
     }

@@ -37,7 +37,7 @@ fn rest(effects: &[&str], places: &[ReceiverPoint]) -> Vec<f64> {
     let traced =
         Traced::with(effects, shipped("hall"), Settings { emissions: 20_000, ..Settings::default() });
     let rendering = render(&traced, &places[PLACES / 2..=PLACES / 2], Estimator::Auto);
-    let exact = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+    let exact = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
     let mut sums = vec![0.0; traced.map.header().scene.bands.count()];
     for (_, energies) in rendering.classes.iter().filter(|(class, _)| !exact.contains(class)) {
         sums.iter_mut().zip(energies).for_each(|(sum, energy)| *sum += energy);

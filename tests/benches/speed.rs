@@ -186,11 +186,11 @@ fn measure_bending(scene: &Scene, geometry: &Geometry, settings: Settings) {
     let reach = sonel_map::edges::whole_reach(&scene.wavelengths());
     let segments = |reach: Option<&[f64]>| {
         let tracer = sonel_tracer::Tracer::bending(scene, geometry, settings, reach);
-        let books = tracer.run(sonel_map::ShardRange::WHOLE, |chunk| {
+        let ledger = tracer.run(sonel_map::ShardRange::WHOLE, |chunk| {
             black_box(&chunk);
             Ok::<(), std::convert::Infallible>(())
         });
-        books.expect("a tight room").segments
+        ledger.expect("a tight room").segments
     };
     let straight_segments = segments(None) as f64;
     let (bent, straight, bent_segments) = in_turn(|| segments(Some(&reach)), || segments(None));
@@ -211,7 +211,7 @@ fn measure_bent_rendering(scene: &Scene, settings: Settings) {
         || black_box(straight.render(settings.clone())),
     );
     let ratio = with.as_secs_f64() / without.as_secs_f64();
-    let segments = |traced: &Traced| traced.books.segments as f64;
+    let segments = |traced: &Traced| traced.ledger.segments as f64;
     println!(
         "  with bending rendering takes {:.2} of the time per segment, {ratio:.2} of the time",
         ratio * segments(&straight) / segments(&bent)
@@ -224,7 +224,7 @@ fn measure_edges(scene: &Scene) {
     let settings = Settings { emissions: 4_000, ..Settings::default() };
     let segments = |traced: &Traced| {
         black_box(traced.render(RenderSettings::default()));
-        traced.books.segments
+        traced.ledger.segments
     };
     type Trace = fn(Scene, Settings) -> Traced;
     for (name, trace) in [("exact edges", Traced::diffracting as Trace), ("bending", Traced::bending)] {
@@ -247,7 +247,7 @@ fn measure_writing(scene: &Scene, geometry: &Geometry, settings: Settings) {
         let mut writer = MapWriter::begin(file).expect("a disk with room");
         tracer
             .run(sonel_map::ShardRange::WHOLE, |chunk| {
-                writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
+                writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger)
             })
             .expect("a tight room")
     };

@@ -64,7 +64,7 @@ fn an_empty_box_has_the_sum_over_its_images() {
     let scene = room(0.0);
     let speed = scene.speed_of_sound;
     let traced = Traced::new(scene, Settings { emissions: 20_000, ..Settings::default() });
-    assert!(traced.books.worst_residual() < 1e-9);
+    assert!(traced.ledger.worst_residual() < 1e-9);
     let found = &windows(&traced, RenderSettings::default(), &BORDERS)[0];
     for (band, absorption) in ABSORPTION.into_iter().enumerate() {
         let impedance = impedance(absorption).expect("no more than the law allows");
@@ -91,7 +91,7 @@ fn an_empty_box_has_the_sum_over_its_images() {
 fn estimators_agree_about_locally_reacting_walls() {
     let scene = room(0.3).with_receiver("near", [2.2, 0.04, 1.3]);
     let traced = Traced::new(scene, Settings { emissions: 12_000, ..Settings::default() });
-    assert!(traced.books.worst_residual() < 1e-9);
+    assert!(traced.ledger.worst_residual() < 1e-9);
     let by = |estimator| {
         windows(
             &traced,

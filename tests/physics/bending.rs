@@ -97,18 +97,21 @@ fn the_ledger_closes_past_edges_in_every_band() {
         let scene = screened([0.2, 0.3, 0.1, 0.4], [0.5, 0.3, 0.7, 0.9], 1.0);
         let traced = Traced::bending(scene, settings);
         let bends = traced.map.ledger();
-        assert_eq!(bends, traced.books);
-        for (band, books) in traced.books.bands.iter().enumerate() {
-            assert!(books.relative_residual() < 1e-9, "{spectral:?} band {band}: {books:?}");
-            assert!(books.sampling_sigma() < 0.05, "{spectral:?} band {band}: {books:?}");
+        assert_eq!(bends, traced.ledger);
+        for (band, ledger) in traced.ledger.bands.iter().enumerate() {
+            assert!(ledger.relative_residual() < 1e-9, "{spectral:?} band {band}: {ledger:?}");
+            assert!(ledger.sampling_sigma() < 0.05, "{spectral:?} band {band}: {ledger:?}");
             assert!(
-                books.sampling.abs() <= 4.0 * books.sampling_sigma() + 1e-12,
-                "{spectral:?} band {band}: {books:?}"
+                ledger.sampling.abs() <= 4.0 * ledger.sampling_sigma() + 1e-12,
+                "{spectral:?} band {band}: {ledger:?}"
             );
         }
         let survey = sonel_analysis::survey::survey(&traced.map, &traced.geometry);
         let frequencies = [125.0, 250.0, 1000.0, 4000.0];
-        assert_eq!(sonel_analysis::survey::differences(&traced.books, &survey.ledger, &frequencies), [""; 0]);
+        assert_eq!(
+            sonel_analysis::survey::differences(&traced.ledger, &survey.ledger, &frequencies),
+            [""; 0]
+        );
     }
 }
 

@@ -35,15 +35,15 @@ fn the_ledger_closes_in_every_band() {
     ] {
         let settings = Settings { emissions, spectral, survival, ..Settings::default() };
         let traced = Traced::new(room(colourful(), 2.0), settings);
-        assert_eq!(traced.map.ledger(), traced.books, "the map carries the tracer's books");
-        assert_eq!(traced.books.fates.count(Fate::Lost), 0);
-        for (band, books) in traced.books.bands.iter().enumerate() {
-            assert!((books.emitted - 1.0).abs() < 1e-9, "{settings:?} band {band}: {books:?}");
-            assert!(books.relative_residual() < 1e-9, "{settings:?} band {band}: {books:?}");
-            assert!(books.sampling_sigma() < 0.05, "{settings:?} band {band}: {books:?}");
+        assert_eq!(traced.map.ledger(), traced.ledger, "the map carries the tracer's ledger");
+        assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
+        for (band, ledger) in traced.ledger.bands.iter().enumerate() {
+            assert!((ledger.emitted - 1.0).abs() < 1e-9, "{settings:?} band {band}: {ledger:?}");
+            assert!(ledger.relative_residual() < 1e-9, "{settings:?} band {band}: {ledger:?}");
+            assert!(ledger.sampling_sigma() < 0.05, "{settings:?} band {band}: {ledger:?}");
             assert!(
-                books.sampling.abs() <= 4.0 * books.sampling_sigma() + 1e-12,
-                "{settings:?} band {band}: {books:?}"
+                ledger.sampling.abs() <= 4.0 * ledger.sampling_sigma() + 1e-12,
+                "{settings:?} band {band}: {ledger:?}"
             );
         }
     }
@@ -58,12 +58,12 @@ fn directional_sources_emit_what_they_should_in_every_band() {
         scene.sources[0].directivity = Pattern::Cardioid.into();
         scene.sources[0].aim = glam::DVec3::new(0.6, 0.0, 0.8);
         let traced = Traced::new(scene, Settings { emissions: 8_000, spectral, ..Settings::default() });
-        for (band, books) in traced.books.bands.iter().enumerate() {
-            assert!(books.relative_residual() < 1e-9);
-            assert!(books.sampling_sigma() < 0.05, "{spectral:?} band {band}: {books:?}");
+        for (band, ledger) in traced.ledger.bands.iter().enumerate() {
+            assert!(ledger.relative_residual() < 1e-9);
+            assert!(ledger.sampling_sigma() < 0.05, "{spectral:?} band {band}: {ledger:?}");
             assert!(
-                books.sampling.abs() <= 4.0 * books.sampling_sigma(),
-                "{spectral:?} band {band}: {books:?}"
+                ledger.sampling.abs() <= 4.0 * ledger.sampling_sigma(),
+                "{spectral:?} band {band}: {ledger:?}"
             );
         }
     }
@@ -75,8 +75,8 @@ fn nothing_is_sampled_where_nothing_is_random() {
     let material = Material { scattering: vec![0.4; 8], ..colourful() };
     let settings = Settings { emissions: 2_000, survival: 0.0, ..Settings::default() };
     let traced = Traced::new(room(material, 1.0), settings);
-    for books in &traced.books.bands {
-        assert!(books.sampling.abs() < 1e-12, "{books:?}");
+    for ledger in &traced.ledger.bands {
+        assert!(ledger.sampling.abs() < 1e-12, "{ledger:?}");
     }
 }
 
@@ -88,20 +88,20 @@ fn a_wrong_absorption_leaves_a_residual() {
     let table = CoefficientTable::new(&[Material::uniform("walls", 0.2, 0.5, 1)], 1, 0.0);
     let wrong = CoefficientTable::new(&[Material::uniform("walls", 0.25, 0.5, 1)], 1, 0.0);
     let residual = |absorbing: &CoefficientTable| {
-        let (mut weight, mut books) = (PathWeight::new(1), ChunkLedger::new(1));
+        let (mut weight, mut ledger) = (PathWeight::new(1), ChunkLedger::new(1));
         let layout = EmissionLayout { total: 1, bands: 1, batches: 1 };
         let batch = BatchStart::new(&layout, 0, Spectral::Shared);
         weight.emit(1.0, 1.0, batch.packet(0));
-        books.emitted(1.0, &batch.packet(0).expected, weight.energy());
+        ledger.emitted(1.0, &batch.packet(0).expected, weight.energy());
         for _ in 0..10 {
-            books.segment(weight.energy());
+            ledger.segment(weight.energy());
             let row = table.material(0);
             let dissipated = absorbing.material(0).dissipated.clone();
-            books.arrived(weight.energy(), &MaterialRow { dissipated, ..row.clone() });
+            ledger.arrived(weight.energy(), &MaterialRow { dissipated, ..row.clone() });
             weight.pass(&row.diffuse);
         }
-        books.ended(Event::Expired, weight.energy());
-        books.finish(&sonel_map::BandClasses::separate(1)).worst_residual()
+        ledger.ended(Event::Expired, weight.energy());
+        ledger.finish(&sonel_map::BandClasses::separate(1)).worst_residual()
     };
     assert!(residual(&table) < 1e-12);
     assert!(residual(&wrong) > 1e-3);
@@ -122,8 +122,8 @@ fn a_lossless_box_keeps_its_energy() {
             }
         });
         assert!(arrivals > 64 * 400);
-        assert_eq!(traced.books.fates.count(Fate::Expired), 64);
-        assert!(traced.books.bands.iter().all(|books| (books.truncated - 1.0).abs() < 1e-9));
+        assert_eq!(traced.ledger.fates.count(Fate::Expired), 64);
+        assert!(traced.ledger.bands.iter().all(|ledger| (ledger.truncated - 1.0).abs() < 1e-9));
     }
 }
 
@@ -133,8 +133,8 @@ fn black_walls_swallow_everything_at_once() {
     let settings = Settings { emissions: 1_000, ..Settings::default() };
     let traced = Traced::new(room(Material::uniform("walls", 1.0, 0.5, 8), 1.0), settings);
     assert_eq!(traced.map.vertex_count(), 1_000);
-    for books in &traced.books.bands {
-        assert!((books.absorbed - 1.0).abs() < 1e-12 && books.sampling.abs() < 1e-12, "{books:?}");
+    for ledger in &traced.ledger.bands {
+        assert!((ledger.absorbed - 1.0).abs() < 1e-12 && ledger.sampling.abs() < 1e-12, "{ledger:?}");
     }
 }
 

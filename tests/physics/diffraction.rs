@@ -58,7 +58,7 @@ pub(crate) fn received(rendering: &Rendering, receivers: usize) -> Vec<Vec<f64>>
 
 /// Energy of the direct path, mirror images and edges, all receivers together.
 fn deterministic(rendering: &Rendering) -> Vec<f64> {
-    let classes = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+    let classes = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
     (0..6).map(|band| classes.iter().map(|&class| rendering.classes[class as usize].1[band]).sum()).collect()
 }
 

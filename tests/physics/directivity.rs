@@ -107,13 +107,13 @@ fn direct_sound_has_the_factor_of_the_table() {
 
 /// Every source of a map, each in its own way, sends out one unit of energy per band.
 #[test]
-fn the_books_of_a_measured_source_close() {
+fn the_ledgers_of_a_measured_source_close() {
     let aim = dvec3(0.6, 0.48, 0.64);
     let mut scene = room(true, 0.3);
     (scene.sources[0].directivity, scene.sources[0].aim) =
         (sampled([Pattern::Cardioid, Pattern::Hypercardioid], aim), aim);
     let traced = Traced::new(scene, Settings { emissions: 20_000, ..Settings::default() });
-    for band in &traced.books.bands {
+    for band in &traced.ledger.bands {
         assert!((band.emitted - 1.0).abs() < 1e-12 && band.relative_residual() < 1e-9);
         // Directions are stratified: the factor's mean over them is nearly that over the sphere.
         assert!((band.absorbed + band.truncated - 1.0).abs() < 0.02, "{band:?}");

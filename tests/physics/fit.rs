@@ -6,7 +6,7 @@ use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::fit::{Fit, FitSettings, Fitted, Knowledge, Measurement, Stage, fit};
+use sonel_study::fit::{Fit, FitSettings, Fitted, Identifiability, Measurement, Stage, fit};
 use sonel_study::pipeline::InMemory;
 use sonel_study::response::receivers_of;
 use sonel_tests::Traced;
@@ -82,7 +82,7 @@ fn known_coefficients_are_recovered_within_their_intervals() {
     assert!(fit.is_settled, "{} rounds", fit.rounds);
     assert!(missed(&fit, &TRUTH).len() <= 1, "{:#?}", missed(&fit, &TRUTH));
     for one in &fit.coefficients {
-        assert_eq!(one.knowledge, Knowledge::Told, "{one:?}");
+        assert_eq!(one.identifiability, Identifiability::Identified, "{one:?}");
         assert!(one.interval[1] - one.interval[0] < 0.3, "too wide to mean anything: {one:?}");
     }
 }
@@ -105,10 +105,13 @@ fn what_the_data_do_not_tell_is_said() {
         measured(TRUTH).into_iter().filter(of).map(|one| Measurement { sigma, ..one }).collect()
     };
     let fit = fitted(START, &only(Parameter::T20, 0.002), 0.5);
-    let not_apart =
-        |one: &&Fitted| matches!(&one.knowledge, Knowledge::NotApart(others) if !others.is_empty());
+    let not_apart = |one: &&Fitted| matches!(&one.identifiability, Identifiability::Confounded(others) if !others.is_empty());
     assert!(fit.coefficients.iter().filter(not_apart).count() >= 4, "{:#?}", fit.coefficients);
     let fit = fitted(START, &only(Parameter::Level, 10.0), 0.5);
-    assert!(fit.coefficients.iter().all(|one| one.knowledge == Knowledge::Hardly), "{:#?}", fit.coefficients);
+    assert!(
+        fit.coefficients.iter().all(|one| one.identifiability == Identifiability::Insensitive),
+        "{:#?}",
+        fit.coefficients
+    );
     assert!(fit.coefficients.iter().all(|one| (one.value - one.start).abs() < 0.01));
 }

@@ -223,8 +223,8 @@ fn the_diffuse_field_in_a_gradient_is_even_per_mode() {
     let emissions = 5200;
     for scattering in [1.0, 0.4] {
         let traced = Traced::new(room(0.0, scattering, STEEP), settings(emissions));
-        assert!(traced.books.worst_residual() < 1e-9);
-        assert_eq!(traced.books.fates.count(Fate::Expired), emissions, "nothing is lost");
+        assert!(traced.ledger.worst_residual() < 1e-9);
+        assert_eq!(traced.ledger.fates.count(Fate::Expired), emissions, "nothing is lost");
         let first = 40;
         let bins = 130;
         let area = 20.0;
@@ -263,7 +263,7 @@ fn estimators_agree_in_a_gradient() {
         apart = apart.max(sigmas(c, b));
     }
     assert!(apart > 6.0, "even air agrees too: {apart}");
-    for class in [PathClass::MirrorChain, PathClass::Edge, PathClass::DiffuseMirror] {
+    for class in [PathClass::ImageSource, PathClass::Edge, PathClass::DiffuseMirror] {
         assert!(auto.classes[class as usize].1.iter().all(|&energy| energy == 0.0), "{class:?}");
     }
 }
@@ -296,8 +296,8 @@ fn packets_hop_over_the_ground_along_arcs() {
         }
     }
     assert!(hops > 300, "{hops}");
-    assert!(traced.books.worst_residual() < 1e-9);
-    assert_eq!(traced.books.fates.count(Fate::Lost), 0);
+    assert!(traced.ledger.worst_residual() < 1e-9);
+    assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
 }
 
 #[test]

@@ -54,7 +54,7 @@ fn a_room_may_stand_anywhere() {
     check_rejected(&here, &received(moved(WILD.more_absorbing(0.03).scene()), settings(2)));
 }
 
-/// Direct sound and mirror chains are the same paths, to the rounding of the place.
+/// Direct sound and image-source paths are the same paths, to the rounding of the place.
 #[test]
 fn a_room_far_away_has_the_same_mirror_chains() {
     let arrivals = |scene: Scene| {

@@ -90,7 +90,7 @@ impl Field {
             let receiver = ReceiverPoint { position, ..self.ear.clone() };
             let borders = [vec![0.0, DURATION]];
             let rendering = renderer.render(0, &[receiver], &borders, &mut |_| {}).expect("a sound receiver");
-            let classes = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+            let classes = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
             let energy = |band| classes.iter().map(|&c| rendering.classes[c as usize].1[band]).sum();
             std::array::from_fn(energy)
         };

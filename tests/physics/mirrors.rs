@@ -1,4 +1,4 @@
-//! Mirror chains: every arrival of a specular box against an independent image sum, and the general tree against the box's
+//! Image-source paths: every arrival of a specular box against an independent image sum, and the general tree against the box's
 //! lattice.
 
 use glam::DVec3;

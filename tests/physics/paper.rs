@@ -98,7 +98,7 @@ fn a_sphere_about_the_source_stands_for_its_images() {
     let paper = Traced::new(scene(), as_the_paper_traces(64)).render(by_the_paper(1 << 18));
     let best = Traced::new(scene(), Settings { emissions: 64, ..Settings::default() }).render(by_the_best());
     let of = |class: PathClass| paper.classes[class as usize].1[0];
-    let doubled = 1.0 + of(PathClass::Direct) / (of(PathClass::Direct) + of(PathClass::LongMirrorChain));
+    let doubled = 1.0 + of(PathClass::Direct) / (of(PathClass::Direct) + of(PathClass::LateSpecular));
     same_energy(&paper, &best, 0, 1.0).expect("the same energy");
     same_energy(&paper, &best, 1, 1.0).expect("the same energy");
     assert!(same_energy(&paper, &best, 0, doubled).is_err());
@@ -171,7 +171,7 @@ fn a_panel_catches_the_packets_of_its_zones() {
 }
 
 /// A lossless closed room with a screen and a block: whatever edges a packet has passed, its energy is what it was, nothing is
-/// lost, and the books of the tracer are found again in its paths.
+/// lost, and the ledger of the tracer is found again in its paths.
 #[test]
 fn edges_keep_the_energy() {
     let mut mesh = Mesh::shoebox([8.0, 6.0, 4.0], [0; 6]);
@@ -193,7 +193,7 @@ fn edges_keep_the_energy() {
         bent[path.emission as usize % 2] += edges;
     }
     assert!(bent[1] > 1000 && bent[0] > 4 * bent[1], "{bent:?}");
-    assert_eq!(lossless.books.fates.count(Fate::Lost), 0);
+    assert_eq!(lossless.ledger.fates.count(Fate::Lost), 0);
     let mut energies = [0.0, 0.0];
     lossless.for_each_segment(|emission, share, segment| {
         let band = emission as usize % 2;
@@ -205,9 +205,9 @@ fn edges_keep_the_energy() {
     });
     assert!(energies.iter().all(|energy| (energy - 1.0).abs() < 1e-9), "{energies:?}");
     for traced in [lossless, Traced::diffracting(scene(0.3), as_the_paper_traces(2_000))] {
-        assert!(traced.books.worst_residual() < 1e-9, "{:?}", traced.books);
+        assert!(traced.ledger.worst_residual() < 1e-9, "{:?}", traced.ledger);
         let found = survey(&traced.map, &traced.geometry).ledger;
-        assert_eq!(differences(&traced.books, &found, &[125.0, 1000.0]), Vec::<String>::new());
+        assert_eq!(differences(&traced.ledger, &found, &[125.0, 1000.0]), Vec::<String>::new());
     }
 }
 

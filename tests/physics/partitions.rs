@@ -36,7 +36,7 @@ fn sheet(mesh: &mut Mesh, x: f64) {
 /// What arrives per band beside the free field.
 fn passed(mesh: Mesh) -> Vec<f64> {
     let traced = Traced::new(open(mesh), Settings { emissions: 2000, ..Settings::default() });
-    assert!(traced.books.worst_residual() < 1e-9);
+    assert!(traced.ledger.worst_residual() < 1e-9);
     let rendering = traced.render(RenderSettings::default());
     (0..BANDS).map(|band| fluence(&rendering, 200, 0, band) / free_field(7.0, 0.0)).collect()
 }
@@ -131,7 +131,7 @@ fn check_balance(partition: Partition) {
     let transmission = [1e-2, 1e-3, 1e-5];
     let scene = two_rooms(partition, [0.1; 2], 1.0, &transmission).with_duration(1.3);
     let traced = Traced::new(scene, Settings { emissions: 25_000, ..Settings::default() });
-    assert!(traced.books.worst_residual() < 1e-9);
+    assert!(traced.ledger.worst_residual() < 1e-9);
     let rendering = traced.render(RenderSettings::default());
     for (band, transmission) in transmission.into_iter().enumerate() {
         // The direct sound is no part of the diffuse field of the first room.
@@ -161,7 +161,7 @@ fn so_have_rooms_with_a_thick_wall_between_them() {
 fn a_room_behind_a_door_has_the_level_of_its_power_balance() {
     let scene = shipped("coupled-door").with_duration(0.8).without_air_attenuation();
     let traced = Traced::new(scene.clone(), Settings { emissions: 12_000, ..Settings::default() });
-    assert!(traced.geometry.is_watertight() && traced.books.worst_residual() < 1e-9);
+    assert!(traced.geometry.is_watertight() && traced.ledger.worst_residual() < 1e-9);
     let rendering = traced.render(RenderSettings::default());
     let source = scene.sources[0].position;
     // The field of the dry room falls with the distance from the source.

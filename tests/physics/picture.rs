@@ -90,7 +90,7 @@ fn a_black_wall_receives_what_the_source_sends_there() {
 #[test]
 fn six_views_add_up_to_the_first_arrivals_of_the_ledger() {
     let traced = black_box(100_000, false);
-    let absorbed = traced.books.bands[0].absorbed / traced.books.bands[0].emitted;
+    let absorbed = traced.ledger.bands[0].absorbed / traced.ledger.bands[0].emitted;
     let pixels_across = 160_u32;
     let view = |look: DVec3| -> f64 {
         let camera = camera(&traced.geometry, SOURCE, SOURCE + look, 90.0, pixels_across);

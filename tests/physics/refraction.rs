@@ -244,8 +244,8 @@ fn the_diffuse_field_of_two_airs_is_even_per_mode() {
         let region = fast(&plain, [1.0, 1.0, 2.5], FAST);
         let speeds = [plain.speed_of_sound, FAST];
         let traced = Traced::new(with(plain, vec![region]), settings(emissions));
-        assert!(traced.books.worst_residual() < 1e-9);
-        assert_eq!(traced.books.fates.count(Fate::Expired), emissions, "nothing is lost");
+        assert!(traced.ledger.worst_residual() < 1e-9);
+        assert_eq!(traced.ledger.fates.count(Fate::Expired), emissions, "nothing is lost");
         let rendering = traced.render(RenderSettings { rays: Some(1 << 13), ..RenderSettings::default() });
         let volumes = [1.8, 1.2].map(|height| height * SIZE.x * SIZE.y);
         let share = volumes[0] + volumes[1] * (speeds[0] / speeds[1]).powi(3);
@@ -333,11 +333,11 @@ fn an_interface_between_equal_airs_is_none() {
     without.mesh.triangles.retain(|triangle| triangle.material != INTERFACE);
     let divided = with(plain(), vec![plain().region_at("same", [1.0, 1.0, 2.5], 20.0)]);
     let [few, few_without] =
-        [&divided, &without].map(|scene| Traced::new(scene.clone(), settings(1000)).books);
+        [&divided, &without].map(|scene| Traced::new(scene.clone(), settings(1000)).ledger);
     assert_eq!((few.bands, few.fates), (few_without.bands, few_without.fates), "bit for bit");
     let [divided, without] = [divided, without].map(|scene| Traced::new(scene, settings(20_000)));
     // Paths go on from rounded points on the interface: of a million arrivals one or the other is elsewhere.
-    for (a, b) in divided.books.bands.iter().zip(&without.books.bands) {
+    for (a, b) in divided.ledger.bands.iter().zip(&without.ledger.bands) {
         assert!(a.terms().iter().zip(b.terms()).all(|(a, b)| (a - b).abs() < 1e-9), "{a:?} {b:?}");
     }
     let [here, there] = [&divided, &without].map(|traced| traced.render(RenderSettings::default()));
@@ -394,8 +394,8 @@ fn regions_within_regions_that_touch_keep_every_packet() {
     let media = scene.media.clone().expect("regions");
     assert_eq!(media.at_sources, [0, 1, 2, 3]);
     let traced = Traced::new(scene, settings(4000));
-    assert_eq!(traced.books.fates.count(Fate::Lost), 0);
-    assert!(traced.books.worst_residual() < 1e-9);
+    assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
+    assert!(traced.ledger.worst_residual() < 1e-9);
     assert_eq!(media.air_at(&traced.geometry, dvec3(2.4, 1.9, 1.6)), 2);
     let surfaces = traced.geometry.surfaces().iter().zip(&media.sides);
     let (lid, [front, back]) =
@@ -417,7 +417,7 @@ fn thousands_of_crossings_lose_nothing() {
     let most =
         paths(&traced).map(|path| events(path).iter().filter(|event| **event == Event::Refracted).count());
     assert!(most.max().expect("paths") > 2000);
-    assert_eq!((traced.books.fates.count(Fate::Expired), traced.books.fates.count(Fate::Lost)), (64, 0));
+    assert_eq!((traced.ledger.fates.count(Fate::Expired), traced.ledger.fates.count(Fate::Lost)), (64, 0));
     // Where packets stay one whole length is a whole time, whatever the airs.
     let (reach, mut last) =
         (traced.map.header().scene.duration * traced.map.header().scene.speed_of_sound, 0.0);

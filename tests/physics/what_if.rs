@@ -146,7 +146,7 @@ fn paths_that_end_too_early_are_refused() {
 
 /// From nearly black to live: few packets were reflected often enough.
 #[test]
-fn books_that_do_not_close_are_refused() {
+fn ledgers_that_do_not_close_are_refused() {
     let mut scene = room().with_duration(1.5);
     scene.materials.iter_mut().for_each(|material| material.absorption = vec![0.97; 2]);
     let liven = |scene: &mut Scene| {

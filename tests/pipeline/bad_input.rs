@@ -76,7 +76,7 @@ fn contradicting_options_are_refused() {
     assert!(!folder.path("a.sonelmap").exists());
 }
 
-/// The paper has no mirror chains whose order could be asked for.
+/// The paper has no image-source paths whose order could be asked for.
 #[test]
 fn the_paper_s_estimator_takes_no_order() {
     let folder = test_folder();

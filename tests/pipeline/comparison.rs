@@ -5,7 +5,7 @@
 use sonel_analysis::map_comparison::{Kind, Pairing, Place, compare};
 use sonel_map::{Settings, Spectral};
 use sonel_scene::Scene;
-use sonel_tests::{Traced, judged, shipped};
+use sonel_tests::{Traced, shipped, wrong_levels};
 
 /// Two materials, so that one can change; short, so that twenty pairs are quick.
 fn room(absorption_of_floor: f64) -> Scene {
@@ -36,13 +36,13 @@ fn two_seeds_of_one_scene_are_the_same() {
         let [a, b] = [1, 2].map(|seed| traced(0.15, settings(2_000, 2 * pair + seed)));
         let comparison = compare(a.as_traced(), b.as_traced()).unwrap();
         assert_eq!(comparison.pairing, Pairing::Independent);
-        assert!(comparison.tiers.iter().all(|tier| !tier.cells.is_empty()), "every kind of place is judged");
+        assert!(comparison.tiers.iter().all(|tier| !tier.cells.is_empty()), "every kind of place is tested");
         !comparison.beyond_noise().is_empty()
     });
     assert!(differ.count() <= 1);
 }
 
-/// The sibling: cells judged one by one at 1 %, and normal quantiles for the few degrees of freedom of two batches, both
+/// The sibling: cells tested one by one at 1 %, and normal quantiles for the few degrees of freedom of two batches, both
 /// tell seeds apart.
 #[test]
 fn wrong_statistics_tell_seeds_apart() {
@@ -57,8 +57,8 @@ fn wrong_statistics_tell_seeds_apart() {
     let differ = |count: &dyn Fn(&sonel_analysis::map_comparison::MapComparison) -> bool| {
         pairs.iter().filter(|pair| count(pair)).count()
     };
-    assert!(differ(&|pair| judged::one_by_one(pair)) > 1, "no level for the family");
-    assert!(differ(&|pair| judged::by_the_normal_distribution(pair)) > 1, "normal instead of Student");
+    assert!(differ(&|pair| wrong_levels::one_by_one(pair)) > 1, "no level for the family");
+    assert!(differ(&|pair| wrong_levels::by_the_normal_distribution(pair)) > 1, "normal instead of Student");
 }
 
 #[test]

@@ -55,18 +55,18 @@ pub struct Difference {
     pub interval: [f64; 2],
     /// |B − A| in just-noticeable differences.
     pub just_noticeable: f64,
-    /// Whether it is beyond noise, judged at the level of the whole comparison.
+    /// Whether it is beyond noise, tested at the level of the whole comparison.
     pub differs: bool,
 }
 
 /// What could be compared.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Comparison {
-    /// Figures judged.
+    /// Figures tested.
     pub differences: Vec<Difference>,
     /// Figures that only one response has, or without interval in one of them.
-    pub not_judged: usize,
-    /// Level at which each parameter is judged.
+    pub not_tested: usize,
+    /// Level at which each parameter is tested.
     pub level: f64,
 }
 
@@ -87,11 +87,11 @@ pub fn compare(a: &[ReceiverParameters], b: &[ReceiverParameters], pairing: Pair
         }
     }
     pairs.retain(|pair| pair.a.is_ok() || pair.b.is_ok());
-    let judged: Vec<&Pair<'_>> = pairs.iter().filter(|pair| pair.errors().is_some()).collect();
-    let level = sidak(judged.len());
+    let tested: Vec<&Pair<'_>> = pairs.iter().filter(|pair| pair.errors().is_some()).collect();
+    let level = sidak(tested.len());
     Comparison {
-        differences: judged.iter().filter_map(|pair| pair.judge(level, pairing)).collect(),
-        not_judged: pairs.len() - judged.len(),
+        differences: tested.iter().filter_map(|pair| pair.difference(level, pairing)).collect(),
+        not_tested: pairs.len() - tested.len(),
         level,
     }
 }
@@ -171,7 +171,7 @@ impl Pair<'_> {
         Some(jackknife::spread(b.value - a.value, &without, &a.weight).error)
     }
 
-    fn judge(&self, level: f64, pairing: Pairing) -> Option<Difference> {
+    fn difference(&self, level: f64, pairing: Pairing) -> Option<Difference> {
         let ((a, b), joint) = (self.estimates()?, self.joint_error(pairing)?);
         let value = b.value - a.value;
         let half_width = student::quantile(INTERVAL_LEVEL, joint.freedom) * joint.sigma;

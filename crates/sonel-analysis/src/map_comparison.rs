@@ -28,8 +28,8 @@ mod cell;
 mod counterparts;
 mod estimation;
 mod incidence;
-mod judgement;
 mod moments;
+mod significance;
 
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, Spectral, provenance};
@@ -37,10 +37,10 @@ use thiserror::Error;
 
 use self::counterparts::{Places, band_groups, common_sources, unmatched};
 use self::estimation::Frame;
-use self::judgement::judge;
+use self::significance::test_cells;
 use crate::reading::Reading;
 
-/// Effective number of arrivals below which a cell is not judged: the skewness of its mean is then below 0.03.
+/// Effective number of arrivals below which a cell is not tested: the skewness of its mean is then below 0.03.
 pub const FEWEST_ARRIVALS: f64 = 1000.0;
 /// Ends of the windows as parts of the duration.
 const WINDOW_ENDS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 0.75, 1.0];
@@ -95,7 +95,7 @@ impl Place {
     }
 }
 
-/// One cell that was judged.
+/// One cell that was tested.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellDifference {
     /// Name of the source.
@@ -144,13 +144,13 @@ impl CellDifference {
 pub struct Tier {
     /// Which places.
     pub kind: Kind,
-    /// Cells judged, by source, place, window and band.
+    /// Cells tested, by source, place, window and band.
     pub cells: Vec<CellDifference>,
     /// Cells with too few arrivals.
     pub sparse: usize,
     /// Largest part of a source's incident energy in a band that is in sparse cells, 0 … 1.
     pub sparse_energy: f64,
-    /// Level at which each cell is judged.
+    /// Level at which each cell is tested.
     pub level: f64,
 }
 
@@ -223,7 +223,7 @@ pub enum Incomparable {
 /// result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`Incomparable`] where the maps have nothing in common that can be judged.
+/// [`Incomparable`] where the maps have nothing in common that can be tested.
 pub fn compare(a: Traced<'_>, b: Traced<'_>) -> Result<MapComparison, Incomparable> {
     let bands = band_groups(a.map, b.map);
     if bands.is_empty() {
@@ -244,7 +244,8 @@ pub fn compare(a: Traced<'_>, b: Traced<'_>) -> Result<MapComparison, Incomparab
     for numbers in sources {
         found.push((a.map.header().scene.sources[numbers[0] as usize].name.clone(), frame.cells(numbers)?));
     }
-    let tiers = [Kind::Room, Kind::Material, Kind::Surface].map(|kind| judge(kind, &frame, &found)).to_vec();
+    let tiers =
+        [Kind::Room, Kind::Material, Kind::Surface].map(|kind| test_cells(kind, &frame, &found)).to_vec();
     if tiers.iter().all(|tier| tier.cells.is_empty()) {
         return Err(Incomparable::Sparse);
     }

@@ -33,7 +33,7 @@ pub struct Deposit {
 /// What a map holds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Survey {
-    /// The books of all paths.
+    /// The ledger of all paths.
     pub ledger: Ledger,
     /// By surface.
     pub surfaces: Vec<Deposit>,
@@ -54,7 +54,7 @@ pub fn survey(map: &SonelMap, geometry: &Geometry) -> Survey {
     total
 }
 
-/// Where two books of the same paths differ by more than rounding, a sentence each.
+/// Where two ledgers of the same paths differ by more than rounding, a sentence each.
 #[must_use]
 pub fn differences(stored: &Ledger, found: &Ledger, center_frequencies_hz: &[f64]) -> Vec<String> {
     let mut sentences = Vec::new();
@@ -101,12 +101,12 @@ impl Walk<'_> {
     fn chunk(&self, chunk: (u32, u64)) -> Survey {
         let mut found = self.nothing();
         let bands = self.reading.bands;
-        let mut books = ChunkLedger::new(bands);
+        let mut ledger = ChunkLedger::new(bands);
         let mut weight = PathWeight::new(bands);
         for path in self.reading.map.chunk_paths(chunk) {
-            self.path(chunk.0, path, &mut weight, &mut books, &mut found);
+            self.path(chunk.0, path, &mut weight, &mut ledger, &mut found);
         }
-        found.ledger = books.finish(&BandClasses::separate(bands));
+        found.ledger = ledger.finish(&BandClasses::separate(bands));
         found
     }
 
@@ -115,27 +115,27 @@ impl Walk<'_> {
         source: u32,
         path: PathView<'_>,
         weight: &mut PathWeight,
-        books: &mut ChunkLedger,
+        ledger: &mut ChunkLedger,
         found: &mut Survey,
     ) {
         let Reading { emissions, table, bands, .. } = &self.reading;
         let share = emissions.share(path.emission);
         emissions.emit(source, path.emission, share, weight);
-        books.emitted(share, &emissions.start(path.emission).expected, weight.energy());
+        ledger.emitted(share, &emissions.start(path.emission).expected, weight.energy());
         let mut faded = Vec::new();
         sweep(emissions.origin(source), path.vertices, table, weight, |segment| {
             if segment.is_part {
                 return;
             }
-            books.segment(segment.energy);
+            ledger.segment(segment.energy);
             let Some(arrival) = segment.arrival else {
                 if segment.goes_on {
-                    books.passed_edge(segment.energy);
+                    ledger.passed_edge(segment.energy);
                 }
                 return;
             };
             let row = table.row(arrival.surface, segment.direction());
-            books.arrived(segment.energy, row);
+            ledger.arrived(segment.energy, row);
             found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
             found.order(segment.history.order, *bands).add(segment.energy, &row.dissipated);
             if arrival.event == Event::Extinguished {
@@ -144,7 +144,7 @@ impl Walk<'_> {
             }
         });
         let Some(event) = path.vertices.last().and_then(|vertex| vertex.event()) else { return };
-        books.ended(event, if event == Event::Extinguished { &faded } else { weight.energy() });
+        ledger.ended(event, if event == Event::Extinguished { &faded } else { weight.energy() });
     }
 }
 
@@ -203,35 +203,35 @@ mod tests {
     use super::*;
     use sonel_map::BandLedger;
 
-    fn books() -> Ledger {
+    fn ledger() -> Ledger {
         let band = BandLedger { emitted: 1.0, absorbed: 0.9, truncated: 0.1, ..BandLedger::default() };
         Ledger { bands: vec![band; 2], segments: 10, ..Ledger::new(2) }
     }
 
     #[test]
-    fn equal_books_do_not_differ() {
-        let mut rounded = books();
+    fn equal_ledgers_do_not_differ() {
+        let mut rounded = ledger();
         rounded.bands[1].absorbed += 1e-13;
         rounded.bands[1].truncated += 1e-9;
-        assert!(differences(&books(), &rounded, &[500.0, 1000.0]).is_empty());
+        assert!(differences(&ledger(), &rounded, &[500.0, 1000.0]).is_empty());
     }
 
     #[test]
-    fn every_other_book_is_found() {
+    fn every_other_ledger_is_found() {
         type Change = fn(&mut Ledger);
         let changes: [(Change, &str); 7] = [
-            (|books| books.bands[1].emitted += 1e-6, "emitted at 1000 Hz"),
-            (|books| books.bands[1].absorbed -= 1e-6, "absorbed at 1000 Hz"),
-            (|books| books.bands[0].escaped += 1e-6, "escaped at 500 Hz"),
-            (|books| books.bands[0].truncated += 1e-5, "truncated at 500 Hz"),
-            (|books| books.bands[0].sampling = f64::NAN, "sampling at 500 Hz"),
-            (|books| books.segments += 1, "segments"),
-            (|books| books.fates.record(Event::Lost), "fates"),
+            (|ledger| ledger.bands[1].emitted += 1e-6, "emitted at 1000 Hz"),
+            (|ledger| ledger.bands[1].absorbed -= 1e-6, "absorbed at 1000 Hz"),
+            (|ledger| ledger.bands[0].escaped += 1e-6, "escaped at 500 Hz"),
+            (|ledger| ledger.bands[0].truncated += 1e-5, "truncated at 500 Hz"),
+            (|ledger| ledger.bands[0].sampling = f64::NAN, "sampling at 500 Hz"),
+            (|ledger| ledger.segments += 1, "segments"),
+            (|ledger| ledger.fates.record(Event::Lost), "fates"),
         ];
         for (change, sentence) in changes {
-            let mut other = books();
+            let mut other = ledger();
             change(&mut other);
-            let found = differences(&books(), &other, &[500.0, 1000.0]);
+            let found = differences(&ledger(), &other, &[500.0, 1000.0]);
             assert!(found.len() == 1 && found[0].starts_with(sentence), "{sentence}: {found:?}");
         }
     }

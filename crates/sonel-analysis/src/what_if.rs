@@ -20,7 +20,7 @@ const TRUNCATED_SHARE: f64 = 1e-3;
 const LEAST_SAMPLES: [f64; 2] = [0.01, 0.1];
 /// Windows of time into which the duration is divided.
 const WINDOWS: usize = 16;
-/// Windows with less of the arriving energy are not judged: −45 dB is below what T30 reads.
+/// Windows with less of the arriving energy are not compared: −45 dB is below what T30 reads.
 const LITTLE: f64 = 3e-5;
 
 /// What is to be said of changed materials, a sentence each.
@@ -89,7 +89,7 @@ fn unsupported(map: &SonelMap, drawn_with: &[Material], geometry: &Geometry) -> 
     sentences
 }
 
-/// Bands whose books do not close with the new weights, or that have too much energy where paths end.
+/// Bands whose ledgers do not close with the new weights, or that have too much energy where paths end.
 fn unbalanced(map: &SonelMap, found: &Ledger) -> Vec<String> {
     let traced = map.ledger();
     let centers = map.header().scene.bands.nominal();

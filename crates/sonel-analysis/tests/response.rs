@@ -314,7 +314,7 @@ fn shared_noise_leaves_small_differences_visible() {
 }
 
 /// Two responses of one decay are told apart once in a hundred comparisons at the most: more than 3 of 60 with a probability
-/// below 4e-3. Judged each at 5 % alone, nearly all would be.
+/// below 4e-3. Tested each at 5 % alone, nearly all would be.
 #[test]
 fn noise_alone_makes_no_difference() {
     const RUNS: u64 = 60;
@@ -324,8 +324,8 @@ fn noise_alone_makes_no_difference() {
         let [a, b] = [2 * run, 2 * run + 1].map(|seed| parameters(&noisy_response(&weights, 1000 + seed)));
         let comparison = compare(&a, &b, Pairing::Independent);
         // Parameters and five windows in seven bands, and speech; the sixth window lies behind both records.
-        let judged = 7 * (Parameter::ALL.len() + 5) + 1;
-        assert_eq!((comparison.differences.len(), comparison.not_judged), (judged, 0));
+        let tested = 7 * (Parameter::ALL.len() + 5) + 1;
+        assert_eq!((comparison.differences.len(), comparison.not_tested), (tested, 0));
         apart += u64::from(comparison.beyond_noise().next().is_some());
         let alone =
             comparison.differences.iter().any(|found| found.interval[0] > 0.0 || found.interval[1] < 0.0);

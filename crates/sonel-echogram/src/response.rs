@@ -97,7 +97,7 @@ pub enum ArrivalKind {
     /// Direct sound.
     Direct = 0,
     /// Mirror reflections alone.
-    MirrorChain = 1,
+    ImageSource = 1,
     /// Over an edge.
     Edge = 2,
 }

@@ -11,7 +11,7 @@ use thiserror::Error;
 use crate::{Departure, Geometry};
 
 /// Clearance in lifts. Rays leave a surface one lift above it, so that nearer than that a point is behind the start of
-/// rays from the wall. The second lift keeps mirror chains along the wall, which start one lift above it too.
+/// rays from the wall. The second lift keeps image-source paths along the wall, which start one lift above it too.
 const LIFTS_PER_CLEARANCE: f64 = 2.0;
 /// How far from a surface a place is proposed [m], where the clearance is not larger.
 const PROPOSED_DISTANCE: f64 = 1e-3;

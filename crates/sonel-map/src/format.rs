@@ -1,6 +1,6 @@
 //! The layout of the file (docs/formats/sonelmap.md): preamble, chunks, sections, header.
 //!
-//! Chunks are appended as they are traced; everything that is known only at the end (directory, books, header) follows
+//! Chunks are appended as they are traced; everything that is known only at the end (directory, ledgers, header) follows
 //! them, and the preamble is filled in last. A run that was stopped leaves a preamble of zeros behind its magic.
 
 use bytemuck::{Pod, Zeroable};

@@ -1,6 +1,6 @@
 //! The energy ledger per band, and the fates of packets.
 //!
-//! Per band: emitted = absorbed + transmitted + escaped + truncated + sampling (docs/physics.md §3). Every term is booked
+//! Per band: emitted = absorbed + transmitted + escaped + truncated + sampling (docs/physics.md §3). Every term is recorded
 //! on its own at the place where it arises; the sampling term is expected minus actual energy passed on, so that the
 //! balance can fail where an event, a probability or a coefficient is wrong. Sums are kept per chunk, as in the file, and
 //! added in chunk order: shards joined equal the run made in one piece.
@@ -77,7 +77,7 @@ impl Fates {
         self.counts.iter().sum()
     }
 
-    /// Books the end of one packet; an event that ends nothing is none.
+    /// Records the end of one packet; an event that ends nothing is none.
     pub fn record(&mut self, last: Event) {
         let fate = match last {
             Event::Absorbed => Fate::Absorbed,
@@ -143,11 +143,11 @@ impl BandLedger {
         Self { emitted, absorbed, transmitted, escaped, truncated, sampling, sampling_variance }
     }
 
-    /// |emitted − everything booked| / emitted: rounding only, if the code is right. Zero where nothing was emitted.
+    /// |emitted − everything recorded| / emitted: rounding only, if the code is right. Zero where nothing was emitted.
     #[must_use]
     pub fn relative_residual(&self) -> f64 {
-        let booked = self.absorbed + self.transmitted + self.escaped + self.truncated + self.sampling;
-        if self.emitted > 0.0 { ((self.emitted - booked) / self.emitted).abs() } else { 0.0 }
+        let recorded = self.absorbed + self.transmitted + self.escaped + self.truncated + self.sampling;
+        if self.emitted > 0.0 { ((self.emitted - recorded) / self.emitted).abs() } else { 0.0 }
     }
 
     /// Standard deviation expected of `sampling` for independent packets; strata make the true one smaller.
@@ -165,7 +165,7 @@ impl BandLedger {
     }
 }
 
-/// The books of a run or of a part of it.
+/// The ledger of a run or of a part of it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Ledger {
     /// One balance per band. With S sources every band emits S units.
@@ -177,13 +177,13 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Empty books for `bands` bands.
+    /// An empty ledger for `bands` bands.
     #[must_use]
     pub fn new(bands: usize) -> Self {
         Self { bands: vec![BandLedger::default(); bands], fates: Fates::default(), segments: 0 }
     }
 
-    /// Adds the books of the part of the run that follows.
+    /// Adds the ledger of the part of the run that follows.
     pub fn add(&mut self, other: &Self) {
         for (mine, theirs) in self.bands.iter_mut().zip(&other.bands) {
             mine.add(theirs);
@@ -199,12 +199,12 @@ impl Ledger {
     }
 }
 
-/// Books of a chunk while it is traced: sums per packet first, so that long runs do not drift.
+/// The ledger of a chunk while it is traced: sums per packet first, so that long runs do not drift.
 #[derive(Debug, Clone)]
 pub struct ChunkLedger {
-    books: Vec<LaneLedger>,
+    ledgers: Vec<LaneLedger>,
     packet_sampling: Vec<Lanes>,
-    /// Whether the packet's last segment ended where part of its energy goes on that is not booked yet.
+    /// Whether the packet's last segment ended where part of its energy goes on that is not recorded yet.
     departs: bool,
     /// What became of the packets.
     pub fates: Fates,
@@ -230,12 +230,12 @@ fn accumulate(sum: &mut Lanes, energy: &Lanes) {
 }
 
 impl ChunkLedger {
-    /// Empty books for `columns` bands or classes of bands.
+    /// An empty ledger for `columns` bands or classes of bands.
     #[must_use]
     pub fn new(columns: usize) -> Self {
         let lanes = crate::lanes::lanes_of(columns);
         Self {
-            books: vec![LaneLedger::default(); lanes],
+            ledgers: vec![LaneLedger::default(); lanes],
             packet_sampling: vec![[0.0; 4]; lanes],
             departs: false,
             fates: Fates::default(),
@@ -243,33 +243,33 @@ impl ChunkLedger {
         }
     }
 
-    /// Opens the books of one packet: `unit` times `expected` leaves the source on average, `actual` did in this direction.
+    /// Opens the ledger of one packet: `unit` times `expected` leaves the source on average, `actual` did in this direction.
     /// All energies here and below are parts of what the whole run emits.
     #[inline]
     pub fn emitted(&mut self, unit: f64, expected: &[Lanes], actual: &[Lanes]) {
-        for (((book, packet), expected), actual) in
-            self.books.iter_mut().zip(&mut self.packet_sampling).zip(expected).zip(actual)
+        for (((ledger, packet), expected), actual) in
+            self.ledgers.iter_mut().zip(&mut self.packet_sampling).zip(expected).zip(actual)
         {
             for lane in 0..4 {
-                book[EMITTED][lane] += unit * expected[lane];
+                ledger[EMITTED][lane] += unit * expected[lane];
                 packet[lane] = unit * expected[lane] - actual[lane];
             }
         }
         self.departs = false;
     }
 
-    /// Books a segment with `energy`: what really went on from where it begins.
+    /// Records a segment with `energy`: what really went on from where it begins.
     #[inline]
     pub fn segment(&mut self, energy: &[Lanes]) {
         self.segments += 1;
         self.depart(energy);
     }
 
-    /// Books an arrival at a surface with `row`: `incident` energy, a part of which is expected to go on.
+    /// Records an arrival at a surface with `row`: `incident` energy, a part of which is expected to go on.
     #[inline]
     pub fn arrived(&mut self, incident: &[Lanes], row: &MaterialRow) {
-        for ((((book, packet), incident), dissipated), passed_on) in self
-            .books
+        for ((((ledger, packet), incident), dissipated), passed_on) in self
+            .ledgers
             .iter_mut()
             .zip(&mut self.packet_sampling)
             .zip(incident)
@@ -277,14 +277,14 @@ impl ChunkLedger {
             .zip(&row.passed_on)
         {
             for lane in 0..4 {
-                book[ABSORBED][lane] += incident[lane] * dissipated[lane];
+                ledger[ABSORBED][lane] += incident[lane] * dissipated[lane];
                 packet[lane] += incident[lane] * passed_on[lane];
             }
         }
         self.departs = true;
     }
 
-    /// Books the passing of an edge with `energy`, all of which is expected to go on.
+    /// Records the passing of an edge with `energy`, all of which is expected to go on.
     #[inline]
     pub fn passed_edge(&mut self, energy: &[Lanes]) {
         for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
@@ -305,33 +305,34 @@ impl ChunkLedger {
         }
     }
 
-    /// Closes the books of one packet that ended in `last`, with `remaining` energy on its way unless it was absorbed.
+    /// Closes the ledger of one packet that ended in `last`, with `remaining` energy on its way unless it was absorbed.
     pub fn ended(&mut self, last: Event, remaining: &[Lanes]) {
         if last != Event::Absorbed {
             self.depart(remaining);
         }
-        for ((book, packet), remaining) in self.books.iter_mut().zip(&self.packet_sampling).zip(remaining) {
+        for ((ledger, packet), remaining) in self.ledgers.iter_mut().zip(&self.packet_sampling).zip(remaining)
+        {
             match last {
-                Event::Escaped => accumulate(&mut book[ESCAPED], remaining),
-                Event::Left => accumulate(&mut book[TRANSMITTED], remaining),
+                Event::Escaped => accumulate(&mut ledger[ESCAPED], remaining),
+                Event::Left => accumulate(&mut ledger[TRANSMITTED], remaining),
                 Event::Absorbed => {}
-                _ => accumulate(&mut book[TRUNCATED], remaining),
+                _ => accumulate(&mut ledger[TRUNCATED], remaining),
             }
             debug_assert!(packet.iter().chain(remaining).all(|energy| energy.is_finite()));
             for lane in 0..4 {
-                book[SAMPLING][lane] += packet[lane];
-                book[SAMPLING_VARIANCE][lane] += packet[lane] * packet[lane];
+                ledger[SAMPLING][lane] += packet[lane];
+                ledger[SAMPLING_VARIANCE][lane] += packet[lane] * packet[lane];
             }
         }
         self.fates.record(last);
     }
 
-    /// The finished books of all bands, whose `classes` the columns are.
+    /// The finished ledger of all bands, whose `classes` the columns are.
     #[must_use]
     pub fn finish(self, classes: &BandClasses) -> Ledger {
         let band = |b: usize| {
-            let (book, lane) = (&self.books[classes.of(b) / 4], classes.of(b) % 4);
-            BandLedger::from_terms(book.map(|term| term[lane]))
+            let (ledger, lane) = (&self.ledgers[classes.of(b) / 4], classes.of(b) % 4);
+            BandLedger::from_terms(ledger.map(|term| term[lane]))
         };
         Ledger { bands: (0..classes.bands()).map(band).collect(), fates: self.fates, segments: self.segments }
     }

@@ -1,8 +1,8 @@
 //! Joining shards to the map of the run that they are parts of, byte for byte.
 //!
-//! A chunk does not depend on the shard that it was traced in, so chunks are copied as they are and their books with them;
-//! the books of the run are the sum over chunks in file order, whoever traced them. What all shards say alike (settings,
-//! scene, surfaces) is written once. One chunk is in memory at a time, and of every shard its directory and its books:
+//! A chunk does not depend on the shard that it was traced in, so chunks are copied as they are and their ledgers with them;
+//! the ledger of the run is the sum over chunks in file order, whoever traced them. What all shards say alike (settings,
+//! scene, surfaces) is written once. One chunk is in memory at a time, and of every shard its directory and its ledgers:
 //! a few hundred bytes for every 512 emissions.
 
 use std::fs::File;
@@ -123,7 +123,7 @@ struct Part {
     number: usize,
     name: String,
     chunks: Vec<ChunkEntry>,
-    books: Vec<Ledger>,
+    ledgers: Vec<Ledger>,
 }
 
 impl Merger {
@@ -140,8 +140,8 @@ impl Merger {
             match opened(name, number, open) {
                 Ok(directory) => {
                     problems.extend(headers.add(name, &directory));
-                    let Directory { chunks, books, .. } = directory;
-                    parts.push(Part { number, name: name.clone(), chunks, books });
+                    let Directory { chunks, ledgers, .. } = directory;
+                    parts.push(Part { number, name: name.clone(), chunks, ledgers });
                 }
                 Err(error) => problems.push(error),
             }
@@ -201,11 +201,11 @@ impl Merger {
                 let unusable = |error| MergeError::Unusable { map: part.name.clone(), error };
                 let mut file = open(part.number).map_err(|error| unusable(error.into()))?;
                 let of_source =
-                    part.chunks.iter().zip(&part.books).filter(|(chunk, _)| chunk.source == source);
-                for (chunk, books) in of_source {
+                    part.chunks.iter().zip(&part.ledgers).filter(|(chunk, _)| chunk.source == source);
+                for (chunk, ledger) in of_source {
                     let bytes = read_chunk(&mut file, chunk, &mut chunk_bytes).map_err(unusable)?;
                     reader::check_chunk(chunk, bytes, places).map_err(unusable)?;
-                    writer.push_copy(chunk, bytes, books).map_err(MergeError::Output)?;
+                    writer.push_copy(chunk, bytes, ledger).map_err(MergeError::Output)?;
                     copied += u64::from(chunk.path_count);
                     progress(copied);
                 }

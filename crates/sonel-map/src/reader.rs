@@ -50,7 +50,7 @@ pub struct SonelMap {
     edges: Vec<EdgeRow>,
     faces: Vec<FacesRow>,
     chunks: Vec<ChunkEntry>,
-    books: Vec<Ledger>,
+    ledgers: Vec<Ledger>,
     /// The materials that paths were drawn with, where the scene has others.
     drawn_with: Option<Vec<Material>>,
     /// Bands that packets were led by: those of the file.
@@ -129,7 +129,7 @@ impl SonelMap {
         }
         let faces = sections.optional::<FacesRow>("edges.faces")?.to_vec();
         let lead_bands = sections.header.scene.nominal_frequencies.len();
-        let books = read_books(&chunks, &sections, lead_bands)?;
+        let ledgers = read_ledgers(&chunks, &sections, lead_bands)?;
         let center = DVec3::from_array(sections.header.center);
         let header = read_header(sections, &surfaces)?;
         let checks = surfaces::check_rows(&surfaces, header.scene.materials.len())
@@ -154,7 +154,7 @@ impl SonelMap {
             edges,
             faces,
             chunks,
-            books,
+            ledgers,
             drawn_with,
             lead_bands,
         })
@@ -190,12 +190,12 @@ impl SonelMap {
         self.chunks.iter().map(|chunk| u64::from(chunk.path_count)).sum()
     }
 
-    /// The books of everything stored, added in chunk order.
+    /// The ledger of everything stored, added in chunk order.
     #[must_use]
     pub fn ledger(&self) -> Ledger {
         let mut total = Ledger::new(self.lead_bands);
-        for books in &self.books {
-            total.add(books);
+        for ledger in &self.ledgers {
+            total.add(ledger);
         }
         total
     }
@@ -361,8 +361,8 @@ impl SonelMap {
 
     /// Everything but the paths.
     pub(crate) fn into_directory(self) -> Directory {
-        let Self { header, minor, center, surfaces, edges, chunks, books, .. } = self;
-        Directory { header, minor, center, surfaces, edges, chunks, books }
+        let Self { header, minor, center, surfaces, edges, chunks, ledgers, .. } = self;
+        Directory { header, minor, center, surfaces, edges, chunks, ledgers }
     }
 
     /// Source and first emission of every chunk, in the order of the file.
@@ -409,8 +409,8 @@ pub(crate) struct Directory {
     pub edges: Vec<EdgeRow>,
     /// The chunks by source, then emission.
     pub chunks: Vec<ChunkEntry>,
-    /// Books of every chunk.
-    pub books: Vec<Ledger>,
+    /// Ledgers of every chunk.
+    pub ledgers: Vec<Ledger>,
 }
 
 /// Whether surfaces and edges, where any bend, are those of `geometry`.
@@ -493,14 +493,18 @@ fn read_gradient(rows: &[f64], scene: &Scene) -> Result<f64, String> {
     }
 }
 
-fn read_books(chunks: &[ChunkEntry], sections: &Sections<'_>, bands: usize) -> Result<Vec<Ledger>, MapError> {
+fn read_ledgers(
+    chunks: &[ChunkEntry],
+    sections: &Sections<'_>,
+    bands: usize,
+) -> Result<Vec<Ledger>, MapError> {
     let fates = sections.rows::<ChunkFates>("chunk.fates")?;
     let terms = sections.rows::<[f64; LEDGER_TERMS]>("chunk.ledger")?;
     if bands == 0 || fates.len() != chunks.len() || terms.len() != chunks.len() * bands {
-        return Err(sections.damaged("directory and books differ in length".to_owned()));
+        return Err(sections.damaged("directory and ledgers differ in length".to_owned()));
     }
     if !chunks.iter().zip(fates).all(|(chunk, fates)| fates.agree_with(chunk)) {
-        return Err(sections.damaged("directory and books differ in paths or segments".to_owned()));
+        return Err(sections.damaged("directory and ledgers differ in paths or segments".to_owned()));
     }
     Ok(fates
         .iter()

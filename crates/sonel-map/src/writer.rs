@@ -56,7 +56,7 @@ impl<W: Write + Seek> MapWriter<W> {
         source: u32,
         first_emission: u64,
         paths: &ChunkPaths,
-        books: &Ledger,
+        ledger: &Ledger,
     ) -> Result<(), MapError> {
         let offset = self.pad()?;
         let mut entry = ChunkEntry {
@@ -73,7 +73,7 @@ impl<W: Write + Seek> MapWriter<W> {
         entry.digest = blake3::Hasher::new().update(&ends).update(vertices).finalize().into();
         self.put(&ends)?;
         self.put(vertices)?;
-        self.enter(entry, books);
+        self.enter(entry, ledger);
         Ok(())
     }
 
@@ -82,18 +82,18 @@ impl<W: Write + Seek> MapWriter<W> {
         &mut self,
         chunk: &ChunkEntry,
         bytes: &[u8],
-        books: &Ledger,
+        ledger: &Ledger,
     ) -> Result<(), MapError> {
         let offset = self.pad()?;
         self.put(bytes)?;
-        self.enter(ChunkEntry { offset, ..*chunk }, books);
+        self.enter(ChunkEntry { offset, ..*chunk }, ledger);
         Ok(())
     }
 
-    fn enter(&mut self, chunk: ChunkEntry, books: &Ledger) {
+    fn enter(&mut self, chunk: ChunkEntry, ledger: &Ledger) {
         self.entries.push(chunk);
-        self.fates.push(ChunkFates { fates: books.fates.counts(), segments: books.segments, reserved: 0 });
-        self.terms.extend(books.bands.iter().flat_map(|band| band.terms()));
+        self.fates.push(ChunkFates { fates: ledger.fates.counts(), segments: ledger.segments, reserved: 0 });
+        self.terms.extend(ledger.bands.iter().flat_map(|band| band.terms()));
     }
 
     /// Vertices written so far.

@@ -1,4 +1,4 @@
-//! Joining takes memory for directories and books, not for paths.
+//! Joining takes memory for directories and ledgers, not for paths.
 //!
 //! A binary of its own with one test: what it measures is the memory of the whole process.
 #![allow(clippy::unwrap_used, reason = "the functions that tests share are no #[test] themselves")]
@@ -39,7 +39,7 @@ fn memory_and_length(chunks: u64) -> (usize, u64) {
 fn memory_grows_by_rows_not_by_chunks() {
     let ((few, short), (many, long)) = (memory_and_length(20), memory_and_length(220));
     let chunks = 2 * 200;
-    // Directory, books and their columns of three bands, with room to grow into: not a tenth of a chunk of short paths.
+    // Directory, ledgers and their columns of three bands, with room to grow into: not a tenth of a chunk of short paths.
     assert!((many - few) / chunks < 1500, "{} bytes a chunk", (many - few) / chunks);
     assert!((long - short) / chunks as u64 > 15_000, "{} bytes a chunk", (long - short) / chunks as u64);
 }

@@ -6,11 +6,11 @@ pub enum PathClass {
     /// L R.
     Direct,
     /// L S^k R, k ≤ K.
-    MirrorChain,
-    /// L E R, L S E R and longer chains: over edges where the path without them is shaded.
+    ImageSource,
+    /// L E R, L S E R and paths of more reflections: over edges where the path without them is shaded.
     Edge,
     /// L S^k R, k > K.
-    LongMirrorChain,
+    LateSpecular,
     /// … D R.
     Diffuse,
     /// … D S^k R, k ≤ K′.
@@ -25,9 +25,9 @@ impl PathClass {
     /// All classes.
     pub const ALL: [Self; 8] = [
         Self::Direct,
-        Self::MirrorChain,
+        Self::ImageSource,
         Self::Edge,
-        Self::LongMirrorChain,
+        Self::LateSpecular,
         Self::Diffuse,
         Self::DiffuseMirror,
         Self::LongDiffuseMirror,
@@ -39,9 +39,9 @@ impl PathClass {
     pub fn notation(self) -> &'static str {
         match self {
             Self::Direct => "L R",
-            Self::MirrorChain => "L S^k R, k <= K",
+            Self::ImageSource => "L S^k R, k <= K",
             Self::Edge => "L E R, L S E R",
-            Self::LongMirrorChain => "L S^k R, k > K",
+            Self::LateSpecular => "L S^k R, k > K",
             Self::Diffuse => "... D R",
             Self::DiffuseMirror => "... D S^k R, k <= K'",
             Self::LongDiffuseMirror => "... D S^k R, k > K'",

@@ -127,8 +127,8 @@ impl Rendering {
         }
     }
 
-    /// Books `energy` per band at `receiver`, times `weight`, to `class`.
-    pub fn book(&mut self, class: PathClass, receiver: usize, weight: f64, energy: &[Lanes]) {
+    /// Records `energy` per band at `receiver`, times `weight`, to `class`.
+    pub fn record(&mut self, class: PathClass, receiver: usize, weight: f64, energy: &[Lanes]) {
         let class = class as usize;
         let bands = self.classes[class].1.len();
         for band in 0..bands {
@@ -139,7 +139,7 @@ impl Rendering {
         }
     }
 
-    /// Books `energy` under way, times `weight`.
+    /// Records `energy` under way, times `weight`.
     pub fn add_energy_in_flight(&mut self, weight: f64, energy: &[Vec<Lanes>; 2]) {
         for (sums, energy) in self.under_way.iter_mut().zip(energy) {
             for (band, sum) in sums.iter_mut().enumerate() {

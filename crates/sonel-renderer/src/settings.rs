@@ -18,7 +18,7 @@ pub struct RenderSettings {
     pub bin: f64,
     /// Who owns which path class.
     pub estimator: Estimator,
-    /// Order K of the mirror chains; chosen where none is given.
+    /// Order K of the image-source paths; chosen where none is given.
     pub mirror_order: Option<u32>,
     /// Visibility rays of one receiver over all batches; as [`Self::rays`] has it where none is given.
     pub rays: Option<u32>,

@@ -15,7 +15,7 @@ use sonel_analysis::{Estimate, Parameter, ReceiverParameters};
 use sonel_map::SonelMap;
 use thiserror::Error;
 
-pub use certainty::Knowledge;
+pub use certainty::Identifiability;
 
 use crate::local::{Datum, Local, Unknown};
 use crate::pipeline::{self, MapStore, NoClock, PipelineError};
@@ -81,7 +81,7 @@ pub struct Fitted {
     /// 95 %: noise of the measurement and of the map, and what the map's coefficient was believed to be.
     pub interval: [f64; 2],
     /// What the measurement says of it.
-    pub knowledge: Knowledge,
+    pub identifiability: Identifiability,
 }
 
 /// A measured value beside what is computed.
@@ -441,7 +441,7 @@ impl Search<'_> {
                 start: values(&mut self.start[material].clone(), unknown.coefficient)[index],
                 value: at(y[column]),
                 interval: [-1.0, 1.0].map(|side| at(y[column] + side * certainty.half_width)),
-                knowledge: certainty.knowledge(&band.materials, &band.local.unknowns),
+                identifiability: certainty.identifiability(&band.materials, &band.local.unknowns),
             }
         };
         found.into_iter().enumerate().map(fitted).collect()

@@ -250,7 +250,7 @@ fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rend
 pub fn segments(config: &PilotConfig<'_>) -> Result<f64, PipelineError> {
     let settings = Settings { emissions: FEW, seed: config.trace.seed.wrapping_mul(SEED), ..config.trace };
     let traced = config.room.trace(settings, &mut InMemory, &NoClock)?;
-    Ok(traced.books.segments as f64 / (FEW * config.room.scene().sources.len() as u64) as f64)
+    Ok(traced.ledger.segments as f64 / (FEW * config.room.scene().sources.len() as u64) as f64)
 }
 
 /// Whether few strong paths carry a parameter of `run`: only more emissions find them.
@@ -261,7 +261,7 @@ fn is_heavy(config: &PilotConfig<'_>, run: &Run) -> bool {
 
 /// Emissions of pilots that have at most `limit` work, and of the shortest; the most first.
 fn lengths(config: &PilotConfig<'_>, shorter: &Run, limit: f64) -> impl Iterator<Item = u64> {
-    let segments = shorter.traced.books.segments as f64 / shorter.emissions;
+    let segments = shorter.traced.ledger.segments as f64 / shorter.emissions;
     let work = segments * (1 + config.receivers.len()) as f64;
     let least = EMISSIONS[EMISSIONS.len() - 1];
     EMISSIONS.into_iter().filter(move |&emissions| emissions == least || work * emissions as f64 <= limit)
@@ -313,7 +313,7 @@ fn costs(few: &Run, many: &Run, fewer: Option<&Rendered>) -> Costs {
         rays,
         parameters: many.rendered.seconds.parameters / f64::from(many.traced.map.header().settings.batches),
         bytes: line(&|run| run.traced.map.byte_length() as f64),
-        segments: many.traced.books.segments as f64 / many.emissions,
+        segments: many.traced.ledger.segments as f64 / many.emissions,
     }
 }
 

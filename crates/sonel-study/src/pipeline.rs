@@ -96,8 +96,8 @@ pub struct Room<'a> {
 pub struct TracedMap {
     /// The map.
     pub map: SonelMap,
-    /// The books as the tracer kept them.
-    pub books: Ledger,
+    /// The ledger as the tracer kept them.
+    pub ledger: Ledger,
     /// What it cost.
     pub seconds: TraceSeconds,
 }
@@ -132,7 +132,7 @@ pub struct Rendered {
 pub struct RenderSeconds {
     /// Checking every path, laying out surfaces [s].
     pub prepare: f64,
-    /// Direct sound, mirror chains and edges [s].
+    /// Direct sound, image-source paths and edges [s].
     pub deterministic: f64,
     /// Sweeping the paths: connections, gather and crossings together [s].
     pub sweep: f64,
@@ -269,10 +269,10 @@ pub(crate) fn trace(
     let effects = of_mode(settings.mode, effects);
     let header =
         MapHeader { tool_version, settings, shard: ShardRange::WHOLE, effects, scene: scene.clone() };
-    let books = Tracer::of(&header, geometry).run(ShardRange::WHOLE, |chunk: TracedChunk| {
+    let ledger = Tracer::of(&header, geometry).run(ShardRange::WHOLE, |chunk: TracedChunk| {
         // Other threads trace meanwhile; only this one writes.
         let before = clock.thread();
-        let pushed = writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books);
+        let pushed = writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger);
         write += clock.thread() - before;
         pushed
     })?;
@@ -283,7 +283,7 @@ pub(crate) fn trace(
     let map = store.open(written)?;
     let seconds =
         TraceSeconds { trace: traced, write: write + finished - before, open: clock.process() - finished };
-    Ok(TracedMap { map, books, seconds })
+    Ok(TracedMap { map, ledger, seconds })
 }
 
 /// Why the paper's mode does not bend.

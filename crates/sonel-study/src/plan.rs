@@ -107,7 +107,7 @@ impl Pilot {
 }
 
 impl Plan {
-    /// The plan for a trace of `scene`, judged at `evaluation_receivers`, in `batches` batches, with bins of `bin` [s].
+    /// The plan for a trace of `scene`, evaluated at `evaluation_receivers`, in `batches` batches, with bins of `bin` [s].
     #[must_use]
     pub fn of_trace(
         pilot: Pilot,
@@ -124,7 +124,7 @@ impl Plan {
         Self::with_rows(rows.to_vec(), pilot, scene, evaluation_receivers)
     }
 
-    /// The plan for rendering a map of `scene` with the sonels and batches of `map` at `receivers` receivers, judged at `evaluation_receivers`,
+    /// The plan for rendering a map of `scene` with the sonels and batches of `map` at `receivers` receivers, evaluated at `evaluation_receivers`,
     /// with bins of `bin` [s].
     #[must_use]
     pub fn of_map(

@@ -209,7 +209,7 @@ fn arrivals(renderer: &Renderer<'_>, renderings: &[Rendering]) -> Arrivals {
             let kind = match arrival.order {
                 _ if arrival.over_edges => ArrivalKind::Edge,
                 0 => ArrivalKind::Direct,
-                _ => ArrivalKind::MirrorChain,
+                _ => ArrivalKind::ImageSource,
             };
             arrivals.source.push(source as u32);
             arrivals.receiver.push(arrival.receiver as u32);

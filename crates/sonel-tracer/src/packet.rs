@@ -92,7 +92,7 @@ pub struct Records {
     /// Their paths.
     pub paths: ChunkPaths,
     /// Their energy.
-    pub books: ChunkLedger,
+    pub ledger: ChunkLedger,
     weight: PathWeight,
 }
 
@@ -105,14 +105,14 @@ impl Records {
                 ends: Vec::with_capacity(CHUNK_EMISSIONS as usize),
                 vertices: Vec::with_capacity(CHUNK_EMISSIONS as usize * EXPECTED_ARRIVALS),
             },
-            books: ChunkLedger::new(bands),
+            ledger: ChunkLedger::new(bands),
             weight: PathWeight::new(bands),
         }
     }
 }
 
 impl Surroundings<'_> {
-    /// Traces one packet to its end, leaving its path and its books in `records`.
+    /// Traces one packet to its end, leaving its path and its ledger in `records`.
     pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);
         let mut flight = Flight {
@@ -134,8 +134,8 @@ impl Surroundings<'_> {
                 break last;
             }
         };
-        let Records { paths, books, weight } = records;
-        books.ended(last.event().expect("made from an event"), weight.energy());
+        let Records { paths, ledger, weight } = records;
+        ledger.ended(last.event().expect("made from an event"), weight.energy());
         paths.vertices.push(last);
         paths.ends.push(paths.vertices.len() as u32);
     }
@@ -143,7 +143,7 @@ impl Surroundings<'_> {
     /// Carries a packet to its next vertex, which `records` get unless it is the last: that is returned.
     #[inline]
     fn step(&self, flight: &mut Flight, stream: &mut Stream, records: &mut Records) -> Option<Vertex> {
-        records.books.segment(records.weight.energy());
+        records.ledger.segment(records.weight.energy());
         let hit = match &self.profile {
             None => self.geometry.closest_hit(flight.departure, flight.direction),
             Some(profile) => self.fly(profile, flight),
@@ -184,10 +184,10 @@ impl Surroundings<'_> {
     /// What becomes of a packet at a wall; where it goes on, the way on which it does.
     #[inline]
     fn meet_wall(&self, flight: &mut Flight, hit: &Hit, stream: &mut Stream, records: &mut Records) -> Event {
-        let Records { books, weight, .. } = records;
+        let Records { ledger, weight, .. } = records;
         let frame = &self.surfaces[hit.surface.0 as usize];
         let row = self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
-        let event = decide(row, flight.deciding, stream, books, weight);
+        let event = decide(row, flight.deciding, stream, ledger, weight);
         flight.direction = match event {
             Event::Specular => mirrored(flight.direction, frame.normal),
             Event::Diffuse => scattered(frame, hit.side, stream.uniform_pair()),
@@ -251,7 +251,7 @@ impl Surroundings<'_> {
         records: &mut Records,
     ) -> bool {
         let Some(table) = self.table.edges() else { return false };
-        let Records { paths, books, weight } = records;
+        let Records { paths, ledger, weight } = records;
         let direction = flight.direction.as_dvec3().normalize();
         loop {
             let way = sonel_geometry::Way {
@@ -272,7 +272,7 @@ impl Surroundings<'_> {
             let at = (flight.position, edge_pass.edge, place);
             let (event, passing) = bending::decide(table, at, flight.deciding, stream);
             let Passing { closest, place, .. } = passing;
-            pass_edge(table, event, &passing, books, weight);
+            pass_edge(table, event, &passing, ledger, weight);
             paths.vertices.push(Vertex::at_edge(edge_pass.edge, &place, event));
             flight.length += flight.position.distance(closest) * flight.stretch;
             flight.position = closest;
@@ -284,12 +284,12 @@ impl Surroundings<'_> {
                 flight.bend_history.bend(edge_pass.edge, f64::from(place.distance));
                 return true;
             }
-            books.segment(weight.energy());
+            ledger.segment(weight.energy());
             flight.bend_history.clear = edges.least_distance().max(flight.bend_history.clear - edge_pass.at);
         }
     }
 
-    /// Sends a packet on from an interface, into the other air or back: neither changes its energy, so there is nothing to book. None where it
+    /// Sends a packet on from an interface, into the other air or back: neither changes its energy, so there is nothing to record. None where it
     /// has met a wall.
     fn meet_interface(
         &self,
@@ -336,10 +336,10 @@ impl Surroundings<'_> {
         })
     }
 
-    /// Books a packet whose path was traced before, as [`Self::trace_packet`] does for the same emission and the same random numbers,
+    /// Records a packet whose path was traced before, as [`Self::trace_packet`] does for the same emission and the same random numbers,
     /// and leaves its path in `records`: nothing is cast. False where the path is not what `trace_packet` would find.
     ///
-    /// Energies depend on how many packets a run has, so books of a shorter run are of no use for a longer one.
+    /// Energies depend on how many packets a run has, so the ledger of a shorter run is of no use for a longer one.
     #[must_use]
     pub fn replay(
         &self,
@@ -349,12 +349,12 @@ impl Surroundings<'_> {
         records: &mut Records,
     ) -> bool {
         begin(emission, records);
-        let Records { paths, books, weight } = records;
+        let Records { paths, ledger, weight } = records;
         let (mut last, mut position) = (None, emission.position);
         let mut threshold = self.extinction_threshold;
         for vertex in path {
             let Some(event) = vertex.event() else { return false };
-            books.segment(weight.energy());
+            ledger.segment(weight.energy());
             if event == Event::Diffracted {
                 stream.uniform_pair();
             }
@@ -369,7 +369,7 @@ impl Surroundings<'_> {
             }
             if event.leaves_sonel() {
                 let row = self.table.row(vertex.surface(), vertex.position.as_dvec3() - position);
-                let drawn = decide(row, emission.deciding, stream, books, weight);
+                let drawn = decide(row, emission.deciding, stream, ledger, weight);
                 threshold *= faintness(row, drawn);
                 let extinct = drawn != Event::Absorbed && weight.is_extinct(threshold);
                 if event != if extinct { Event::Extinguished } else { drawn } {
@@ -386,7 +386,7 @@ impl Surroundings<'_> {
                 if (drawn, passing.place) != (event, place) {
                     return false;
                 }
-                pass_edge(table, event, &passing, books, weight);
+                pass_edge(table, event, &passing, ledger, weight);
                 position = passing.closest;
             }
             if !event.is_at_edge() {
@@ -395,14 +395,14 @@ impl Surroundings<'_> {
             last = Some(event);
         }
         let Some(last) = last else { return false };
-        books.ended(last, weight.energy());
+        ledger.ended(last, weight.energy());
         paths.vertices.extend_from_slice(path);
         paths.ends.push(paths.vertices.len() as u32);
         true
     }
 
     /// Sends a packet on from an edge whose zone it comes into before it meets anything else, or where it does. Its energy stays
-    /// what it is, so there is nothing to book.
+    /// what it is, so there is nothing to record.
     #[inline]
     fn diffract(&self, flight: &mut Flight, hit: Option<&Hit>, stream: &mut Stream) -> Option<Vertex> {
         let zones = self.zones.as_ref()?;
@@ -447,36 +447,36 @@ fn steepness(direction: Vec3, frame: &Frame) -> f64 {
     f64::from(direction.dot(frame.normal).abs()).max(f64::MIN_POSITIVE)
 }
 
-/// Books the passing of an edge.
+/// Records the passing of an edge.
 fn pass_edge(
     table: &EdgeTable,
     event: Event,
     passing: &Passing,
-    books: &mut ChunkLedger,
+    ledger: &mut ChunkLedger,
     weight: &mut PathWeight,
 ) {
-    books.passed_edge(weight.energy());
+    ledger.passed_edge(weight.energy());
     weight.pass_edge(table, event, passing);
 }
 
 /// Sends a packet on its way.
 #[inline]
 fn begin(emission: &Emission<'_>, records: &mut Records) {
-    let Records { books, weight, .. } = records;
+    let Records { ledger, weight, .. } = records;
     weight.emit_from(emission.source, emission.direction, emission.share, emission.start);
-    books.emitted(emission.share, &emission.start.expected, weight.energy());
+    ledger.emitted(emission.share, &emission.start.expected, weight.energy());
 }
 
-/// Books an arrival, and what became of the packet there.
+/// Records an arrival, and what became of the packet there.
 #[inline]
 fn decide(
     row: &MaterialRow,
     deciding: usize,
     stream: &mut Stream,
-    books: &mut ChunkLedger,
+    ledger: &mut ChunkLedger,
     weight: &mut PathWeight,
 ) -> Event {
-    books.arrived(weight.energy(), row);
+    ledger.arrived(weight.energy(), row);
     let event = draw_event(&row.thresholds[deciding], stream.uniform_fine());
     weight.pass(match event {
         Event::Specular => &row.specular,

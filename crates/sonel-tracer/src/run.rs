@@ -78,8 +78,8 @@ pub struct TracedChunk {
     pub first_emission: u64,
     /// The paths.
     pub paths: ChunkPaths,
-    /// Their books.
-    pub books: Ledger,
+    /// Their ledger.
+    pub ledger: Ledger,
 }
 
 /// A scene made ready for tracing.
@@ -172,7 +172,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Traces `shard` of the run. `sink` receives the chunks in the order of sources and emissions; its return value
-    /// stops the run when it fails. Returns the books of all chunks.
+    /// stops the run when it fails. Returns the ledger of all chunks.
     ///
     /// # Errors
     /// [`TraceError::Misplaced`] when a source is on a surface or in no air, [`TraceError::Leaking`] when that room loses
@@ -218,7 +218,7 @@ impl<'a> Tracer<'a> {
             let hand_over = || -> Result<(), TraceError<E>> {
                 for chunk in group {
                     let chunk = chunk?;
-                    total.add(&chunk.books);
+                    total.add(&chunk.ledger);
                     first_lost = first_lost.or_else(|| self.first_lost(&chunk));
                     sink(chunk).map_err(TraceError::Sink)?;
                 }
@@ -287,13 +287,13 @@ impl<'a> Tracer<'a> {
             source,
             first_emission: indices.start,
             paths: records.paths,
-            books: records.books.finish(&self.classes),
+            ledger: records.ledger.finish(&self.classes),
         })
     }
 
     /// The way of the first packet of a chunk that met no surface of a watertight room [m].
     fn first_lost(&self, chunk: &TracedChunk) -> Option<[DVec3; 2]> {
-        if chunk.books.fates.count(Fate::Lost) == 0 {
+        if chunk.ledger.fates.count(Fate::Lost) == 0 {
             return None;
         }
         let vertices = &chunk.paths.vertices;
@@ -309,9 +309,9 @@ impl<'a> Tracer<'a> {
         Some([from, vertices[lost].position.as_dvec3() + center])
     }
 
-    fn check_losses<E>(&self, books: &Ledger, first: [DVec3; 2]) -> Result<(), TraceError<E>> {
-        let (lost, packets) = (books.fates.count(Fate::Lost), books.fates.total());
-        if lost as f64 > 1.0 + LOSS_BUDGET_PER_SEGMENT * books.segments as f64 {
+    fn check_losses<E>(&self, ledger: &Ledger, first: [DVec3; 2]) -> Result<(), TraceError<E>> {
+        let (lost, packets) = (ledger.fates.count(Fate::Lost), ledger.fates.total());
+        if lost as f64 > 1.0 + LOSS_BUDGET_PER_SEGMENT * ledger.segments as f64 {
             let place = self.surroundings.geometry.nearest_side(first);
             return Err(TraceError::Leaking { lost, packets, place });
         }

@@ -94,7 +94,7 @@ fn chunks(
 fn map(scene: &Scene, settings: Settings, stated: Settings) -> SonelMap {
     let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
     for chunk in chunks(scene, settings, None).unwrap() {
-        writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books).unwrap();
+        writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger).unwrap();
     }
     let bytes = writer.finish(&header(scene, stated), &scene.geometry().unwrap()).unwrap().into_inner();
     SonelMap::from_bytes(&bytes).unwrap()
@@ -143,12 +143,12 @@ fn an_extended_run_is_the_longer_run_with_every_kind_of_event() {
     assert!(events.iter().all(|event| met.contains(event)), "{met:?}");
 }
 
-/// Books of the shorter run are no books of the longer one: what is compared above could differ.
+/// The ledger of the shorter run is not that of the longer one: what is compared above could differ.
 #[test]
-fn the_first_chunk_of_a_shorter_run_has_the_same_paths_and_other_books() {
+fn the_first_chunk_of_a_shorter_run_has_the_same_paths_and_other_ledgers() {
     let first = |emissions| chunks(&closed(), settings(emissions), None).unwrap().swap_remove(0);
     let (short, long) = (first(600), first(1200));
-    assert!(short.paths == long.paths && short.books != long.books);
+    assert!(short.paths == long.paths && short.ledger != long.ledger);
 }
 
 #[test]

@@ -13,7 +13,7 @@ const SIZE: [f64; 3] = [4000.0, 3000.0, 2500.0];
 const SOURCE: [f64; 3] = [100.0, 200.0, 300.0];
 const RECEIVER: [f64; 3] = [3800.0, 2700.0, 2100.0];
 
-/// Largest relative deviation of direct sound and mirror chains from images in air of `times` the attenuation, in a hall
+/// Largest relative deviation of direct sound and image-source paths from images in air of `times` the attenuation, in a hall
 /// of kilometres: levels down to 1e-200.
 fn deviation(air: Air, times: f64) -> (f64, f64) {
     let bands = Bands::octaves();

@@ -123,7 +123,7 @@ fn mirrors_and_lambert_walls_share_a_material() {
     for (class, energy) in &classes {
         let forbidden = match class {
             PathClass::Direct => continue,
-            PathClass::MirrorChain | PathClass::LongMirrorChain => 1,
+            PathClass::ImageSource | PathClass::LateSpecular => 1,
             _ => 0,
         };
         assert!(energy[forbidden].abs() < 1e-300, "{class:?} in band {forbidden}: {energy:?}");
@@ -204,7 +204,7 @@ fn decay_by_a_strip(width: f64) -> (Estimate, f64) {
     }
     let materials = vec![material([0.0; 2], [1.0; 2]), material([1.0; 2], [1.0; 2])];
     let traced = Traced::new(scene(mesh, materials, 4.0), settings(form(1_000, 20_000)));
-    assert!(traced.books.worst_residual() < 1e-9);
+    assert!(traced.ledger.worst_residual() < 1e-9);
     let settings = RenderSettings { estimator: Estimator::Connection, ..RenderSettings::default() };
     let received = windows(&traced, settings, &[0.0, 1.0, 2.0, 3.0, 4.0]).swap_remove(0).swap_remove(0);
     let value = received[3].value / received[1].value;
@@ -241,7 +241,7 @@ fn an_absorbing_floor_among_mirrors_decays_as_its_images() {
     };
     let borders = [0.0, 0.05, 0.1, 0.2, 0.4, 0.7, duration];
     let received = windows(&traced, RenderSettings::default(), &borders).swap_remove(0).swap_remove(0);
-    let long = traced.render(RenderSettings::default()).classes[PathClass::LongMirrorChain as usize].1[0];
+    let long = traced.render(RenderSettings::default()).classes[PathClass::LateSpecular as usize].1[0];
     let judge = |echogram: &[f64]| -> Vec<String> {
         let mut wrong = Vec::new();
         for (window, ends) in received.iter().zip(borders.windows(2)) {

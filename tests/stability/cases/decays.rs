@@ -32,7 +32,7 @@ fn long_reverberation(absorption: f64) -> ([f64; 2], f64) {
     let size = [12.0, 10.0, 8.0];
     let scene = even_box(size, absorption, 1.0, 60.0).with_receiver("receiver", [8.2, 6.7, 5.1]);
     let traced = Traced::new(scene, Settings { emissions: form(256, 8_000), ..Settings::default() });
-    assert!(traced.books.worst_residual() < 1e-9);
+    assert!(traced.ledger.worst_residual() < 1e-9);
     let settings = RenderSettings { bin: 0.01, ..RenderSettings::default() };
     let parameters = parameters(&traced.respond(settings));
     let t30 = parameters[0].bands[0].parameter(Parameter::T30).clone().expect("a decay by 35 dB");
@@ -56,35 +56,35 @@ fn a_minute_of_reverberation() {
 /// Arrivals of one packet: three minutes of reverberation in a room of 6 m.
 const ARRIVALS: u32 = 10_000;
 
-/// Relative residual of the books of `packets` packets, and of a plain sum in `f32`.
+/// Relative residual of the ledger of `packets` packets, and of a plain sum in `f32`.
 fn drift(packets: u32) -> (f64, f64) {
     let walls = Material::uniform("walls", 1.0 / f64::from(ARRIVALS), 0.5, 1);
     let table = CoefficientTable::new(&[walls], 1, 0.0);
-    let (mut weight, mut books) = (PathWeight::new(1), ChunkLedger::new(1));
+    let (mut weight, mut ledger) = (PathWeight::new(1), ChunkLedger::new(1));
     let layout = EmissionLayout { total: u64::from(packets), bands: 1, batches: 1 };
     let batch = BatchStart::new(&layout, 0, Spectral::Shared);
     let row = table.material(0);
     let (mut single, mut remaining) = (0.0_f32, 0.0);
     for _ in 0..packets {
         weight.emit(1.0, 1.0, batch.packet(0));
-        books.emitted(1.0, &batch.packet(0).expected, weight.energy());
+        ledger.emitted(1.0, &batch.packet(0).expected, weight.energy());
         for _ in 0..ARRIVALS {
-            books.segment(weight.energy());
-            books.arrived(weight.energy(), row);
+            ledger.segment(weight.energy());
+            ledger.arrived(weight.energy(), row);
             single += (weight.energy()[0][0] * row.dissipated[0][0]) as f32;
             weight.pass(&row.diffuse);
         }
         remaining += weight.energy()[0][0];
-        books.ended(Event::Expired, weight.energy());
+        ledger.ended(Event::Expired, weight.energy());
     }
-    let books = books.finish(&BandClasses::separate(1));
-    (books.worst_residual(), (1.0 - f64::from(single) - remaining).abs())
+    let ledger = ledger.finish(&BandClasses::separate(1));
+    (ledger.worst_residual(), (1.0 - f64::from(single) - remaining).abs())
 }
 
 /// A thousand million arrivals in one ledger, which a run closes every 512 packets. What is left is 1 − α, which is rounded
 /// once: 1e-16 of a packet at each of its arrivals.
 #[test]
-fn books_do_not_drift() {
+fn ledgers_do_not_drift() {
     let packets = form(1_000, 100_000);
     let (residual, single) = drift(packets);
     println!(
@@ -151,8 +151,8 @@ fn weights_may_vanish() {
     });
     println!("weights down to {least:.1e}, to {worst:.1e} of themselves while above 1e-270");
     assert!(worst < 1e-12 && least < 1e-280, "{worst:e}, {least:e}");
-    assert_eq!(traced.books.fates.count(Fate::Extinguished), 64);
-    assert!(traced.books.worst_residual() < 1e-9);
+    assert_eq!(traced.ledger.fates.count(Fate::Extinguished), 64);
+    assert!(traced.ledger.worst_residual() < 1e-9);
     let rendering = traced.render(RenderSettings::default());
     assert!((0..3000).all(|bin| rendering.total.get(0, bin, 0).is_finite()));
 }

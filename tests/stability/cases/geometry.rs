@@ -18,13 +18,13 @@ use super::form;
 /// Largest standard error as a part of the energy in a window.
 const LARGEST_ERROR: f64 = 0.03;
 
-/// What is heard in the box of uneven walls drawn as `mesh`, and its mirror chains.
+/// What is heard in the box of uneven walls drawn as `mesh`, and its image-source paths.
 fn received(mesh: Mesh, seed: u64) -> (Vec<Windows>, Vec<DiscreteArrival>) {
     let emissions = form(26_000, 200_000);
     let traced =
         Traced::new(Scene { mesh, ..WILD.scene() }, Settings { emissions, seed, ..Settings::default() });
-    assert_eq!(traced.books.fates.count(Fate::Lost), 0);
-    assert_eq!(traced.books.fates.count(Fate::Escaped), 0);
+    assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
+    assert_eq!(traced.ledger.fates.count(Fate::Escaped), 0);
     let chains = RenderSettings { mirror_order: Some(3), ..RenderSettings::default() };
     let received = windows(&traced, RenderSettings::default(), &BORDERS).swap_remove(0);
     (received, traced.render(chains).arrivals)
@@ -41,11 +41,11 @@ fn differences(mesh: Mesh) -> Vec<String> {
     wrong
 }
 
-/// Mirror chains that are missing, or longer or louder by more than 1e-4.
+/// Image-source paths that are missing, or longer or louder by more than 1e-4.
 fn other_chains(chains: &[DiscreteArrival], found: &[DiscreteArrival]) -> Vec<String> {
     let mut wrong = Vec::new();
     if chains.len() != found.len() {
-        wrong.push(format!("{} mirror chains instead of {}", found.len(), chains.len()));
+        wrong.push(format!("{} image-source paths instead of {}", found.len(), chains.len()));
     }
     for (chain, found) in chains.iter().zip(found) {
         let energies = chain.energy.iter().zip(&found.energy);
@@ -133,7 +133,7 @@ fn edges_of_three_faces_keep_two_rooms_apart() {
         scene.with_receiver("next door", [7.5, 2.0, 2.0]),
         Settings { emissions: 1_000, ..Settings::default() },
     );
-    assert_eq!(next_door.books.fates.count(Fate::Lost), 0);
+    assert_eq!(next_door.ledger.fates.count(Fate::Lost), 0);
     let rendering = next_door.render(RenderSettings::default());
     assert!(rendering.classes.iter().flat_map(|(_, energy)| energy).all(|energy| energy.abs() < 1e-300));
 }
@@ -166,9 +166,9 @@ fn a_room_with_cracks_sounds_like_the_closed_one() {
     for (well, badly) in well.iter().zip(&badly) {
         agree_in_windows(badly, well, LARGEST_ERROR).expect("the closed room");
     }
-    assert_eq!(cracked.books.fates.count(Fate::Lost), 0);
-    assert_eq!(closed.books.fates.count(Fate::Escaped) + closed.books.fates.count(Fate::Lost), 0);
-    for band in &cracked.books.bands {
+    assert_eq!(cracked.ledger.fates.count(Fate::Lost), 0);
+    assert_eq!(closed.ledger.fates.count(Fate::Escaped) + closed.ledger.fates.count(Fate::Lost), 0);
+    for band in &cracked.ledger.bands {
         assert!(band.relative_residual() < 1e-9);
         // A thousandth of what arrives, which is 1/α of what is emitted. A crack of 14 mm shows its full width to few.
         let share = band.escaped / band.emitted;
@@ -313,7 +313,7 @@ fn scaled(factor: f64) -> Scene {
 fn heard_in_scaled(scene: Scene, factor: f64, seed: u64, estimator: Estimator) -> Vec<Windows> {
     let traced =
         Traced::new(scene, Settings { emissions: form(20_000, 200_000), seed, ..Settings::default() });
-    assert_eq!(traced.books.fates.count(Fate::Lost), 0);
+    assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
     let borders = BORDERS.map(|border| border * factor);
     let settings = RenderSettings { bin: 0.001 * factor, estimator, ..RenderSettings::default() };
     let mut received = windows(&traced, settings, &borders).swap_remove(0);
@@ -363,7 +363,7 @@ fn a_room_may_have_any_size() {
     }
 }
 
-/// Mirror chains of the box turned by an odd angle and moved by `shift` [m] along each axis: largest deviation of a length
+/// Image-source paths of the box turned by an odd angle and moved by `shift` [m] along each axis: largest deviation of a length
 /// [m] and of an energy.
 fn chains_moved_by(shift: f64) -> (f64, f64) {
     let turn = glam::DQuat::from_axis_angle(dvec3(0.48, 0.6, 0.64).normalize(), 0.7);
@@ -417,7 +417,7 @@ fn panels_thinner_than_the_resolution_are_panels() {
     let received = |mesh: Mesh, seed: u64| {
         let traced =
             Traced::new(Scene { mesh, ..WILD.scene() }, Settings { emissions, seed, ..Settings::default() });
-        assert_eq!(traced.books.fates.count(Fate::Lost), 0);
+        assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
         let of_images = RenderSettings {
             estimator: Estimator::Connection,
             mirror_order: Some(2),
@@ -452,7 +452,7 @@ fn sound_around_a_room_in_a_room_stays_outside() {
     scene.sources[0].position = source.into();
     scene.receivers.clear();
     let traced = Traced::new(scene, Settings { emissions: form(5_000, 200_000), ..Settings::default() });
-    assert_eq!(traced.books.fates.count(Fate::Lost), 0);
+    assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
     let margin = 1e-4;
     traced.for_each_segment(|_, _, segment| {
         let middle = geometry.to_world(0.5 * (segment.start + segment.end));

@@ -131,7 +131,7 @@ fn impossible_places_are_refused() {
     }
 }
 
-/// Mirror chains up to order 3 at `receiver` that deviate from the images of the box by more than 1e-5; `as_tree` hides a
+/// Image-source paths up to order 3 at `receiver` that deviate from the images of the box by more than 1e-5; `as_tree` hides a
 /// speck in a corner, which makes the box a geometry like any other.
 fn wrong_chains(source: [f64; 3], receiver: [f64; 3], as_tree: bool, reflection: f64) -> Vec<String> {
     let mut scene = room(0.0, false);
@@ -207,8 +207,8 @@ fn packets_start_anywhere() {
             let mut scene = room(0.5, true);
             scene.sources[0].position = position;
             let traced = traced(scene);
-            assert_eq!(traced.books.fates.count(Fate::Lost), 0, "{position}");
-            assert!(traced.books.worst_residual() < 1e-9, "{position}");
+            assert_eq!(traced.ledger.fates.count(Fate::Lost), 0, "{position}");
+            assert!(traced.ledger.worst_residual() < 1e-9, "{position}");
         }
     }
 }
@@ -291,8 +291,8 @@ fn hut(source: [f64; 3], receiver: [f64; 3]) -> Scene {
 fn a_hut_in_the_open_is_heard_from_outside() {
     let (source, before, behind) = ([1.0, 0.0, 1.5], [2.0, 1.0, 1.5], [8.0, 0.0, 1.5]);
     let traced = traced(hut(source, before));
-    assert_eq!(traced.books.fates.count(Fate::Lost), 0);
-    assert!(traced.books.fates.count(Fate::Escaped) > 100 && traced.books.worst_residual() < 1e-9);
+    assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
+    assert!(traced.ledger.fates.count(Fate::Escaped) > 100 && traced.ledger.worst_residual() < 1e-9);
     traced.for_each_segment(|_, _, segment| {
         let at = traced.geometry.to_world(0.5 * (segment.start + segment.end));
         let is_inside = at.x > 4.001 && at.x < 4.999 && at.y.abs() < 4.999 && at.z < 2.999;
@@ -337,7 +337,7 @@ fn inside_a_wall_there_is_air_only_in_cavities() {
     assert!(geometry.contains(dvec3(3.005, 2.0, 2.0)) && !geometry.contains(dvec3(3.002, 2.0, 2.0)));
     scene.sources[0].position = dvec3(3.005, 2.0, 2.0);
     let cavity = traced(scene);
-    assert_eq!(cavity.books.fates.count(Fate::Lost), 0);
+    assert_eq!(cavity.ledger.fates.count(Fate::Lost), 0);
     let settings = RenderSettings { mirror_order: Some(1), ..RenderSettings::default() };
     let received = |position: DVec3| at(&cavity, position, settings.clone()).expect("air");
     assert!(received(dvec3(3.005, 2.5, 2.0)).arrivals[0].length < 0.6);

@@ -264,22 +264,22 @@ fn energy_falls_with_absorption_in_any_room() {
     });
 }
 
-/// Books closed, nobody lost, every number a number: energies, and parameters or their reasons. Edges diffract where there are any.
+/// The ledger closed, nobody lost, every number a number: energies, and parameters or their reasons. Edges diffract where there are any.
 #[test]
-fn books_close_and_outputs_are_finite_in_any_room() {
+fn ledgers_close_and_outputs_are_finite_in_any_room() {
     in_rooms(8, |room| {
         let traced = Traced::diffracting(room.scene(), settings(1));
-        let residual = traced.books.worst_residual();
-        if residual > 1e-9 || traced.books.fates.count(Fate::Lost) > 0 {
-            return Err(format!("residual {residual:e}, {:?}", traced.books.fates));
+        let residual = traced.ledger.worst_residual();
+        if residual > 1e-9 || traced.ledger.fates.count(Fate::Lost) > 0 {
+            return Err(format!("residual {residual:e}, {:?}", traced.ledger.fates));
         }
         let strange = traced
-            .books
+            .ledger
             .bands
             .iter()
-            .find(|books| books.sampling.abs() > 5.0 * books.sampling_sigma() + 1e-12);
-        if let Some(books) = strange {
-            return Err(format!("{books:?}"));
+            .find(|ledger| ledger.sampling.abs() > 5.0 * ledger.sampling_sigma() + 1e-12);
+        if let Some(ledger) = strange {
+            return Err(format!("{ledger:?}"));
         }
         let response = traced.respond(RenderSettings::default());
         if !response.energy.iter().all(|energy| energy.is_finite() && *energy >= 0.0) {
@@ -318,12 +318,12 @@ fn diffracted_sound_may_go_either_way_in_any_room() {
     });
 }
 
-/// The deterministic part of a screened room and of the box alone: energies of direct sound, mirror chains and edges in both
+/// The deterministic part of a screened room and of the box alone: energies of direct sound, image-source paths and edges in both
 /// bands.
 fn deterministic(effects: &[&str], scene: Scene) -> [f64; 2] {
     let traced = Traced::with(effects, scene, Settings { emissions: 64, ..settings(1) });
     let rendering = traced.render(RenderSettings { mirror_order: Some(2), ..RenderSettings::default() });
-    let classes = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+    let classes = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
     [0, 1].map(|band| classes.iter().map(|&class| rendering.classes[class as usize].1[band]).sum())
 }
 
@@ -352,9 +352,9 @@ fn edges_add_no_energy_to_the_free_fields_of_any_room() {
     assert!(100.0 * largest.get() > LIMIT, "edges louder by 20 dB are noticed");
 }
 
-/// Bent packets and diffracted sound: books closed, nobody lost, the same bits on one thread and on three, and again.
+/// Bent packets and diffracted sound: the ledger closed, nobody lost, the same bits on one thread and on three, and again.
 #[test]
-fn edges_keep_books_and_bits_in_any_room() {
+fn edges_keep_ledgers_and_bits_in_any_room() {
     in_rooms(11, |room| {
         let scene = screened(room).scene();
         let run = |threads: usize, seed: u64| {
@@ -365,12 +365,12 @@ fn edges_keep_books_and_bits_in_any_room() {
                 let response =
                     traced.respond(RenderSettings { rays: Some(512), ..RenderSettings::default() });
                 let bits: Vec<u64> = response.energy.iter().map(|energy| energy.to_bits()).collect();
-                (traced.map.digest(), bits, response, traced.books)
+                (traced.map.digest(), bits, response, traced.ledger)
             })
         };
-        let (digest, bits, response, books) = run(1, 1);
-        if books.worst_residual() > 1e-9 || books.fates.count(Fate::Lost) > 0 {
-            return Err(format!("residual {:e}, {:?}", books.worst_residual(), books.fates));
+        let (digest, bits, response, ledger) = run(1, 1);
+        if ledger.worst_residual() > 1e-9 || ledger.fates.count(Fate::Lost) > 0 {
+            return Err(format!("residual {:e}, {:?}", ledger.worst_residual(), ledger.fates));
         }
         if !response.energy.iter().all(|energy| energy.is_finite() && *energy >= 0.0) {
             return Err("an energy is none".to_owned());

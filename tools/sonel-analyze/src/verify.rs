@@ -9,7 +9,7 @@ use sonel_map::Ledger;
 use crate::arguments::Verify;
 use crate::open::{self, WalkedMap};
 
-/// Books close to rounding (docs/physics.md §3).
+/// The ledger closes to rounding (docs/physics.md §3).
 const LARGEST_RESIDUAL: f64 = 1e-9;
 /// The sampling term must lie within this many standard deviations of zero (docs/physics.md §3).
 const SAMPLING_SIGMAS: f64 = 4.0;
@@ -41,10 +41,10 @@ pub fn run(arguments: &Verify, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     Ok(Outcome::Missed)
 }
 
-/// What is wrong with the books in themselves.
-fn imbalances(books: &Ledger, center_frequencies_hz: &[f64]) -> Vec<String> {
+/// What is wrong with the ledger in themselves.
+fn imbalances(ledger: &Ledger, center_frequencies_hz: &[f64]) -> Vec<String> {
     let mut sentences = Vec::new();
-    for (frequency, band) in center_frequencies_hz.iter().zip(&books.bands) {
+    for (frequency, band) in center_frequencies_hz.iter().zip(&ledger.bands) {
         let residual = band.relative_residual();
         if !residual.is_finite() || residual > LARGEST_RESIDUAL {
             sentences.push(format!("at {frequency} Hz it does not close, relative residual {residual:.1e}"));

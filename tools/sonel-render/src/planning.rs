@@ -18,7 +18,7 @@ pub fn effort(job: &Job<'_>, settings: &RenderSettings) -> Effort {
     Effort { emissions: traced.emissions, rays: settings.rays(traced.emissions), batches: traced.batches }
 }
 
-/// The plan for rendering the map with `settings`: its scene is traced again, shortly and with other random numbers, and judged at the
+/// The plan for rendering the map with `settings`: its scene is traced again, shortly and with other random numbers, and evaluated at the
 /// receivers or, of very many, some of them. Where all may take so many seconds, the pilot takes a part of them.
 pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> anyhow::Result<Plan> {
     let header = job.map.header();

@@ -99,10 +99,10 @@ pub fn run_on(
             once.run(&planner, create()?, log)?
         }
     };
-    let Traced { header, books, stored, output } = traced;
+    let Traced { header, ledger, stored, output } = traced;
     output.publish()?;
     let seconds = watch.seconds();
-    let run = report::Run { header: &header, decisions: &decisions, books: &books, stored, seconds };
+    let run = report::Run { header: &header, decisions: &decisions, ledger: &ledger, stored, seconds };
     writeln!(log, "{}", report::summary(&run, path))?;
     warn_of_empty_batches(&header.settings, log)?;
     if arguments.json {
@@ -111,7 +111,7 @@ pub fn run_on(
         }
         writeln!(out, "{}", report::json(&run, &told))?;
     }
-    check(&books)?;
+    check(&ledger)?;
     Ok(outcome)
 }
 
@@ -189,7 +189,7 @@ fn warn_of_empty_batches(settings: &Settings, log: &mut dyn Write) -> anyhow::Re
 /// A traced map that is not published yet.
 struct Traced {
     header: MapHeader,
-    books: Ledger,
+    ledger: Ledger,
     /// Vertices.
     stored: u64,
     output: Output,
@@ -213,17 +213,17 @@ fn trace(
     let sink = |chunk: TracedChunk| {
         done += chunk.paths.ends.len() as u64;
         progress.reach(done);
-        writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.books)
+        writer.push_chunk(chunk.source, chunk.first_emission, &chunk.paths, &chunk.ledger)
     };
-    let books = match beginning {
+    let ledger = match beginning {
         Some(beginning) => tracer.extend(beginning, sink),
         None => tracer.run(shard, sink),
     };
     progress.end();
-    let books = books.map_err(|error| describe(error, &target))?;
+    let ledger = ledger.map_err(|error| describe(error, &target))?;
     let stored = writer.vertex_count();
     writer.finish(&header, geometry).map_err(|error| describe(TraceError::Sink(error), &target))?;
-    Ok(Traced { books, stored, output, header })
+    Ok(Traced { ledger, stored, output, header })
 }
 
 /// The plan for the run of `header`, which may take so many seconds.
@@ -287,9 +287,9 @@ fn describe(error: TraceError<MapError>, output: &Path) -> anyhow::Error {
     }
 }
 
-/// The books of a run must close; anything else is a defect of the program, and its map is not to be trusted.
-fn check(books: &Ledger) -> anyhow::Result<()> {
-    let residual = books.worst_residual();
+/// The ledger of a run must close; anything else is a defect of the program, and its map is not to be trusted.
+fn check(ledger: &Ledger) -> anyhow::Result<()> {
+    let residual = ledger.worst_residual();
     if residual > 1e-9 {
         bail!("the energy ledger does not close (relative residual {residual:e}): please report this scene");
     }

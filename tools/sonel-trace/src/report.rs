@@ -13,8 +13,8 @@ pub struct Run<'a> {
     pub header: &'a MapHeader,
     /// Why its effects are as they are, where they were decided now.
     pub decisions: &'a [Decision],
-    /// Its books.
-    pub books: &'a Ledger,
+    /// Its ledger.
+    pub ledger: &'a Ledger,
     /// Vertices stored.
     pub stored: u64,
     /// (wall, CPU) seconds.
@@ -23,7 +23,7 @@ pub struct Run<'a> {
 
 /// A few lines for the log.
 pub fn summary(run: &Run<'_>, output: &Path) -> String {
-    let fates = Fate::ALL.iter().map(|&fate| (fate.name(), run.books.fates.count(fate)));
+    let fates = Fate::ALL.iter().map(|&fate| (fate.name(), run.ledger.fates.count(fate)));
     let fates: Vec<String> =
         fates.filter(|(_, count)| *count > 0).map(|(name, count)| format!("{count} {name}")).collect();
     format!(
@@ -31,11 +31,11 @@ pub fn summary(run: &Run<'_>, output: &Path) -> String {
          energy ledger: largest relative residual {:.1e}\neffects:\n{}\n\
          {:.2} s ({:.2} CPU seconds); written to {}",
         run.header.scene.name,
-        run.books.fates.total(),
-        run.books.segments,
+        run.ledger.fates.total(),
+        run.ledger.segments,
         run.stored,
         fates.join(", "),
-        run.books.worst_residual(),
+        run.ledger.worst_residual(),
         effects(run.header),
         run.seconds.0,
         run.seconds.1,
@@ -105,13 +105,13 @@ fn state(on: &[bool], nominal: &[f64]) -> String {
 pub fn json(run: &Run<'_>, told: &Value) -> Value {
     let scene = &run.header.scene;
     let mut report = json!({
-        "emitted": run.books.fates.total(),
+        "emitted": run.ledger.fates.total(),
         "stored": run.stored,
-        "segments": run.books.segments,
+        "segments": run.ledger.segments,
         "wall_s": run.seconds.0,
         "cpu_s": run.seconds.1,
-        "fates": fates_json(&run.books.fates),
-        "ledger": balances_json(run.books, scene.bands.nominal(), scene.sources.len()),
+        "fates": fates_json(&run.ledger.fates),
+        "ledger": balances_json(run.ledger, scene.bands.nominal(), scene.sources.len()),
         "effects": effects_json(run.header, run.decisions),
     });
     for (key, value) in told.as_object().into_iter().flatten() {

@@ -12,8 +12,8 @@ use crate::student;
 /// Kinds of places, which share the level of the comparison.
 const KINDS: f64 = 3.0;
 
-/// Judges the cells of one kind, given by source as `[place][window][band]`.
-pub fn judge(kind: Kind, frame: &Frame<'_>, sources: &[(String, Vec<Cell>)]) -> Tier {
+/// Tests the cells of one kind, given by source as `[place][window][band]`.
+pub fn test_cells(kind: Kind, frame: &Frame<'_>, sources: &[(String, Vec<Cell>)]) -> Tier {
     let mut dense = Vec::new();
     let (mut sparse, mut sparse_energy) = (0, 0.0_f64);
     let per_place = frame.window_ends.len() * frame.bands.len();

@@ -28,7 +28,7 @@ fn bytes(header: &MapHeader) -> Vec<u8> {
     let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
     for source in 0..2 {
         let paths = hand_made::paths(&geometry, source);
-        writer.push_chunk(source, 0, &paths, &hand_made::books(source)).unwrap();
+        writer.push_chunk(source, 0, &paths, &hand_made::ledger(source)).unwrap();
     }
     writer.finish(header, &geometry).unwrap().into_inner()
 }

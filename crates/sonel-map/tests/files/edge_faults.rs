@@ -63,11 +63,11 @@ fn paths(geometry: &Geometry) -> ChunkPaths {
 fn bytes(bends: bool) -> Vec<u8> {
     let header = header(bends);
     let geometry = header.scene.geometry().unwrap();
-    let mut books = Ledger::new(3);
-    (books.fates, books.segments) = (Fates::from_counts([2, 0, 0, 0, 0, 0]), 6);
+    let mut ledger = Ledger::new(3);
+    (ledger.fates, ledger.segments) = (Fates::from_counts([2, 0, 0, 0, 0, 0]), 6);
     let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
     for source in 0..2 {
-        writer.push_chunk(source, 0, &paths(&geometry), &books).unwrap();
+        writer.push_chunk(source, 0, &paths(&geometry), &ledger).unwrap();
     }
     writer.finish(&header, &geometry).unwrap().into_inner()
 }

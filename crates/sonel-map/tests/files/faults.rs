@@ -148,7 +148,7 @@ fn a_run_that_was_stopped_leaves_an_incomplete_map() {
     let geometry = header.scene.geometry().unwrap();
     let mut bytes = Vec::new();
     let mut writer = sonel_map::MapWriter::begin(std::io::Cursor::new(&mut bytes)).unwrap();
-    writer.push_chunk(0, 0, &hand_made::paths(&geometry, 0), &hand_made::books(0)).unwrap();
+    writer.push_chunk(0, 0, &hand_made::paths(&geometry, 0), &hand_made::ledger(0)).unwrap();
     drop(writer);
     assert!(matches!(read(&bytes), Err(MapError::Incomplete)));
 }
@@ -187,7 +187,7 @@ fn a_full_disk_is_an_error_of_the_writer_wherever_it_strikes() {
         let disk = SmallDisk { room, bytes: std::io::Cursor::new(Vec::new()) };
         let mut writer = sonel_map::MapWriter::begin(disk)?;
         for source in 0..2 {
-            writer.push_chunk(source, 0, &hand_made::paths(&geometry, source), &hand_made::books(source))?;
+            writer.push_chunk(source, 0, &hand_made::paths(&geometry, source), &hand_made::ledger(source))?;
         }
         Ok(writer.finish(&header, &geometry)?.bytes.into_inner().len())
     };

@@ -27,9 +27,9 @@ fn the_golden_map_opens_with_everything_in_it() {
     let geometry = header.scene.geometry().unwrap();
     map.check_surfaces(&geometry).unwrap();
     map.check_paths(geometry.surfaces().len() as u32).unwrap();
-    let mut books = hand_made::books(0);
-    books.add(&hand_made::books(1));
-    assert_eq!(map.ledger(), books);
+    let mut ledger = hand_made::ledger(0);
+    ledger.add(&hand_made::ledger(1));
+    assert_eq!(map.ledger(), ledger);
     for source in 0..2 {
         let written = hand_made::paths(&geometry, source);
         let mut start = 0;

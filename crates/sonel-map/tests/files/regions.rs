@@ -41,11 +41,11 @@ fn bytes(first: Event, at_interface: bool) -> Vec<u8> {
     };
     let path = [vertex(at_interface, first), vertex(true, Event::Refracted), vertex(false, Event::Absorbed)];
     let paths = ChunkPaths { ends: vec![3, 6], vertices: [path, path].concat() };
-    let mut books = Ledger::new(3);
-    (books.fates, books.segments) = (Fates::from_counts([2, 0, 0, 0, 0, 0]), 6);
+    let mut ledger = Ledger::new(3);
+    (ledger.fates, ledger.segments) = (Fates::from_counts([2, 0, 0, 0, 0, 0]), 6);
     let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
     for source in 0..2 {
-        writer.push_chunk(source, 0, &paths, &books).unwrap();
+        writer.push_chunk(source, 0, &paths, &ledger).unwrap();
     }
     writer.finish(&header, &geometry).unwrap().into_inner()
 }
@@ -124,7 +124,7 @@ fn a_gradient_of_the_speed_of_sound_is_read_as_it_was_written_or_refused() {
         let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
         for source in 0..2 {
             writer
-                .push_chunk(source, 0, &hand_made::paths(&geometry, source), &hand_made::books(source))
+                .push_chunk(source, 0, &hand_made::paths(&geometry, source), &hand_made::ledger(source))
                 .unwrap();
         }
         (writer.finish(&header, &geometry).unwrap().into_inner(), header)

@@ -80,16 +80,16 @@ pub fn paths(geometry: &Geometry, source: u32) -> ChunkPaths {
     paths
 }
 
-/// Books with a different number in every place; fates and segments are those of [`paths`].
-pub fn books(source: u32) -> Ledger {
-    let mut books = Ledger::new(3);
-    for (index, band) in books.bands.iter_mut().enumerate() {
+/// A ledger with a different number in every place; fates and segments are those of [`paths`].
+pub fn ledger(source: u32) -> Ledger {
+    let mut ledger = Ledger::new(3);
+    for (index, band) in ledger.bands.iter_mut().enumerate() {
         let terms = std::array::from_fn(|term| f64::from(source) + index as f64 * 0.5 + term as f64 * 0.125);
         *band = sonel_map::BandLedger::from_terms(terms);
     }
-    books.fates = Fates::from_counts([2, 0, 1, 2, 1, 1]);
-    books.segments = 28;
-    books
+    ledger.fates = Fates::from_counts([2, 0, 1, 2, 1, 1]);
+    ledger.segments = 28;
+    ledger
 }
 
 /// The bytes of the map.
@@ -98,7 +98,7 @@ pub fn bytes() -> Vec<u8> {
     let geometry = header.scene.geometry().unwrap();
     let mut writer = MapWriter::begin(Cursor::new(Vec::new())).unwrap();
     for source in 0..2 {
-        writer.push_chunk(source, 0, &paths(&geometry, source), &books(source)).unwrap();
+        writer.push_chunk(source, 0, &paths(&geometry, source), &ledger(source)).unwrap();
     }
     writer.finish(&header, &geometry).unwrap().into_inner()
 }

@@ -23,18 +23,18 @@ fn paths(geometry: &Geometry, source: u32, emissions: std::ops::Range<u64>) -> C
     paths
 }
 
-/// Books whose sum depends on the order of addition.
-fn books(paths: &ChunkPaths, first: u64) -> Ledger {
-    let mut books = Ledger::new(3);
-    for (index, band) in books.bands.iter_mut().enumerate() {
+/// A ledger whose sum depends on the order of addition.
+fn ledger(paths: &ChunkPaths, first: u64) -> Ledger {
+    let mut ledger = Ledger::new(3);
+    for (index, band) in ledger.bands.iter_mut().enumerate() {
         let number = (first / CHUNK_EMISSIONS + 1) as f64;
         *band = BandLedger::from_terms(std::array::from_fn(|term| {
             (term + index + 1) as f64 / (number * number * number)
         }));
     }
-    books.fates = Fates::from_counts([paths.ends.len() as u64, 0, 0, 0, 0, 0]);
-    books.segments = paths.vertices.len() as u64;
-    books
+    ledger.fates = Fates::from_counts([paths.ends.len() as u64, 0, 0, 0, 0, 0]);
+    ledger.segments = paths.vertices.len() as u64;
+    ledger
 }
 
 /// Writes the shard that `header` names to `out`.
@@ -46,7 +46,7 @@ pub fn write<W: Write + Seek>(header: &MapHeader, out: W) -> W {
         for chunk in header.shard.chunks(total.div_ceil(CHUNK_EMISSIONS)) {
             let first = chunk * CHUNK_EMISSIONS;
             let paths = paths(&geometry, source, first..(first + CHUNK_EMISSIONS).min(total));
-            writer.push_chunk(source, first, &paths, &books(&paths, first)).unwrap();
+            writer.push_chunk(source, first, &paths, &ledger(&paths, first)).unwrap();
         }
     }
     writer.finish(header, &geometry).unwrap()

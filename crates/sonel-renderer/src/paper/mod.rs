@@ -77,7 +77,7 @@ impl Paper {
         match class {
             PathClass::Direct => "shadow ray",
             PathClass::Edge => "first Fresnel zone",
-            PathClass::MirrorChain | PathClass::LongMirrorChain => "sphere about the source",
+            PathClass::ImageSource | PathClass::LateSpecular => "sphere about the source",
             PathClass::Diffuse
             | PathClass::DiffuseMirror
             | PathClass::LongDiffuseMirror
@@ -95,7 +95,7 @@ impl Paper {
                 "as the paper writes: 3 dB too loud at the shadow boundary, zero beyond Fresnel number 1"
                     .to_owned()
             }
-            PathClass::MirrorChain | PathClass::LongMirrorChain => {
+            PathClass::ImageSource | PathClass::LateSpecular => {
                 let radii: Vec<String> = self.source_radius.iter().map(|a| format!("{a:.3} m")).collect();
                 format!("as the paper writes; radius {}", radii.join(", "))
             }

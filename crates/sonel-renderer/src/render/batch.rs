@@ -91,7 +91,7 @@ impl BatchEstimate {
         let receivers = tile.receivers.len();
         for (class, sums) in PathClass::ALL.into_iter().zip(&self.sums) {
             for (receiver, sum) in (tile.first..).zip(sums.chunks_exact(sums.len() / receivers)) {
-                rendering.book(class, receiver, weight, sum);
+                rendering.record(class, receiver, weight, sum);
             }
         }
         if tile.first == 0 {
@@ -274,7 +274,7 @@ impl Renderer<'_> {
             .map(|(images, &direct_length)| AssignedClasses {
                 direct_length,
                 mirror_order,
-                long_chains: self.mirrors_long_chains(),
+                specular_rays: self.casts_specular_rays(),
                 image_order: self.owned_order(images.as_ref()),
                 diffuse: self.connects_diffuse(),
                 bent: self.gathers_by_mirrors(),
@@ -527,7 +527,7 @@ fn sphere_class(history: SegmentHistory) -> PathClass {
         return PathClass::Refracted;
     }
     match (history.diffused, history.specular_run) {
-        (false, _) => PathClass::LongMirrorChain,
+        (false, _) => PathClass::LateSpecular,
         (true, 0) => PathClass::Diffuse,
         (true, _) => PathClass::LongDiffuseMirror,
     }

@@ -11,7 +11,7 @@ use crate::deposit::{Deposits, add_lanes};
 use crate::directions::Axes;
 use crate::exact::direct::{DirectWay, direct_way, spread};
 use crate::exact::edge::{Edges, Images, Place, RECEIVER_OUT, ReceiverContext, VisibleWave};
-use crate::exact::mirror::{MirrorArrival, MirrorChains, Radiator};
+use crate::exact::mirror::{ImageSources, MirrorArrival, Radiator};
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::RegionAir;
@@ -21,14 +21,14 @@ use crate::rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 const LISTED_ORDER: u32 = 6;
 
 /// The classes, as [`Part`] lists them.
-const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+const CLASSES: [PathClass; 3] = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
 
 /// What is common to all receivers of a source.
 struct Emitted<'a> {
     /// Number of the air at the source.
     air: u32,
     radiator: Radiator<'a>,
-    chains: &'a MirrorChains<'a>,
+    image_sources: &'a ImageSources<'a>,
     /// The edges and what they see of the source, where any diffract.
     over_edges: Option<(&'a Edges, &'a Images)>,
 }
@@ -109,20 +109,20 @@ impl<'a> Part<'a> {
 }
 
 impl Renderer<'_> {
-    /// Adds direct sound and mirror chains to `rendering`, and to each of its batches.
+    /// Adds direct sound and image-source paths to `rendering`, and to each of its batches.
     pub(crate) fn add_deterministic(
         &self,
         rendering: &mut Rendering,
         (source, radiator): (usize, Radiator<'_>),
-        chains: &MirrorChains<'_>,
+        image_sources: &ImageSources<'_>,
         receivers: &[PreparedReceiver],
         borders: &[Vec<f64>],
     ) {
         let air = self.map.header().scene.air_at_source(source);
         let edges = self.edges_in(air);
         let images =
-            edges.map(|edges| edges.of_source(self.geometry, &self.table, radiator.position, chains));
-        let emitted = Emitted { air, radiator, chains, over_edges: edges.zip(images.as_ref()) };
+            edges.map(|edges| edges.of_source(self.geometry, &self.table, radiator.position, image_sources));
+        let emitted = Emitted { air, radiator, image_sources, over_edges: edges.zip(images.as_ref()) };
         let parts: Vec<Part<'_>> = receivers
             .par_iter()
             .zip(borders)
@@ -139,7 +139,7 @@ impl Renderer<'_> {
                 differences.extend(part.coarse.iter().map(|_| nothing.clone()));
             }
             for (class, energy) in CLASSES.into_iter().zip(&part.classes) {
-                rendering.book(class, index, 1.0, energy);
+                rendering.record(class, index, 1.0, energy);
             }
             rendering.arrivals.extend(part.arrivals);
             rendering.edge_work.extend(part.edge_work);
@@ -153,7 +153,7 @@ impl Renderer<'_> {
         receiver: &PreparedReceiver,
         borders: &'b [f64],
     ) -> Part<'b> {
-        let Emitted { air, radiator, chains, over_edges } = *emitted;
+        let Emitted { air, radiator, image_sources, over_edges } = *emitted;
         let air = self.regions.as_ref().map(|regions| regions.air(air));
         let mut part = Part::new(self, (index, receiver), air, borders);
         let place = self.beside_planes(receiver.exact, RECEIVER_OUT);
@@ -166,7 +166,7 @@ impl Renderer<'_> {
             radiator,
             receiver: place,
             sensitivity: receiver.sensitivity,
-            complete_order: chains.order(),
+            complete_order: image_sources.order(),
         };
         let listed = self.settings.mirror_order.unwrap_or(LISTED_ORDER);
         let class = |order: u32| usize::from(order > 0);
@@ -195,7 +195,7 @@ impl Renderer<'_> {
         part
     }
 
-    /// Direct sound and the image sources of `chains` that are visible from the receiver, without edges.
+    /// Direct sound and the image sources of `image_sources` that are visible from the receiver, without edges.
     fn visible(&self, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
         let bands = self.table.bands();
         let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
@@ -218,7 +218,7 @@ impl Renderer<'_> {
         visible
     }
 
-    /// Visits direct sound, as an arrival over no mirror, and the image sources of `chains` that are visible from the receiver, each with its
+    /// Visits direct sound, as an arrival over no mirror, and the image sources of `image_sources` that are visible from the receiver, each with its
     /// energy after air [1/m²].
     fn visit_visible(
         &self,
@@ -231,7 +231,7 @@ impl Renderer<'_> {
         let reach = self.bins.reach / own_air.map_or(1.0, |air| air.stretch);
         let table = own_air.map_or(self.air.as_ref(), |air| air.table.as_ref());
         let mut energy = vec![[0.0; 4]; lanes_of(self.table.bands())];
-        emitted.chains.visit(self.geometry, &self.table, at.receiver, reach, |found| {
+        emitted.image_sources.visit(self.geometry, &self.table, at.receiver, reach, |found| {
             let (rendered, directional);
             let found = if at.sensitivity.pattern == Pattern::Omni {
                 found

@@ -22,7 +22,7 @@ use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
 use crate::error::RenderError;
 use crate::exact::edge::{Edges, SOURCE_OUT};
-use crate::exact::mirror::{MirrorChains, Radiator, lattice_room};
+use crate::exact::mirror::{ImageSources, Radiator, lattice_room};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
 use crate::regions::{Regions, carries, fit_settings, refuse_regions, straight_length};
@@ -281,7 +281,7 @@ impl<'a> Renderer<'a> {
         let emitter = &self.map.header().scene.sources[source];
         let mut radiator = Radiator::new(emitter, self.geometry.center());
         radiator.position = self.beside_planes(radiator.position, SOURCE_OUT);
-        let chains = MirrorChains::enumerate(
+        let image_sources = ImageSources::enumerate(
             self.geometry,
             &self.table,
             radiator,
@@ -291,11 +291,11 @@ impl<'a> Renderer<'a> {
         let (bands, batches) = (self.table.bands(), self.emissions.batches.len());
         let mut rendering =
             Rendering::new(prepared.len(), axes(&prepared).columns(), &self.bins, bands, batches);
-        rendering.mirror_order = chains.order();
+        rendering.mirror_order = image_sources.order();
         rendering.sphere_radius = prepared.iter().map(|receiver| receiver.balls.early_radius()).collect();
-        self.add_deterministic(&mut rendering, (source, radiator), &chains, &prepared, borders);
+        self.add_deterministic(&mut rendering, (source, radiator), &image_sources, &prepared, borders);
         progress(0.0);
-        self.add_long_chains(&mut rendering, source, &prepared, borders);
+        self.add_late_specular(&mut rendering, source, &prepared, borders);
         let selection = self.selection(source);
         let together = self.receivers_in_flight();
         let tiles = prepared.len().div_ceil(together);

@@ -19,10 +19,10 @@ impl Renderer<'_> {
         match class {
             PathClass::Direct if self.table.profile().is_some() => "shadow ray along an arc",
             PathClass::Direct => "shadow ray",
-            PathClass::MirrorChain => "image sources",
+            PathClass::ImageSource => "image sources",
             PathClass::Edge => "edges",
             PathClass::Refracted => "receiver sphere",
-            PathClass::LongMirrorChain if self.mirrors_long_chains() => "specular rays into receiver spheres",
+            PathClass::LateSpecular if self.casts_specular_rays() => "specular rays into receiver spheres",
             PathClass::Diffuse if self.bends.is_some() && self.gathers_by_mirrors() => {
                 "connection for straight paths, gather for bent paths"
             }
@@ -40,7 +40,7 @@ impl Renderer<'_> {
         }
     }
 
-    /// Why [`Self::owner`] owns `class`, where the mirror chains were enumerated up to `mirror_order`.
+    /// Why [`Self::owner`] owns `class`, where the image-source paths were enumerated up to `mirror_order`.
     #[must_use]
     pub fn reason(&self, class: PathClass, mirror_order: u32) -> String {
         if let Some(paper) = &self.paper {
@@ -52,13 +52,13 @@ impl Renderer<'_> {
         let forced = self.settings.estimator != Estimator::Auto;
         match class {
             PathClass::Direct => "exact".to_owned(),
-            PathClass::MirrorChain => format!("exact: enumerated completely up to order K = {mirror_order}"),
+            PathClass::ImageSource => format!("exact: enumerated completely up to order K = {mirror_order}"),
             PathClass::Refracted => "no straight path passes an interface".to_owned(),
             PathClass::Edge if !self.edges.is_empty() => {
                 "rigid faces, first order, and second over thick barriers".to_owned()
             }
             PathClass::Edge => "diffraction is off or no edge diffracts".to_owned(),
-            PathClass::LongMirrorChain => {
+            PathClass::LateSpecular => {
                 format!(
                     "image-source paths beyond order K = {mirror_order} are too many or were not requested"
                 )

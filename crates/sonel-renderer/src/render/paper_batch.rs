@@ -71,7 +71,7 @@ impl Renderer<'_> {
                         let mut energy = only(column, columns, sight.fluence);
                         let bins = (bin, group.tile.coarse_bin(number, bin));
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
-                        estimate.class(PathClass::LongMirrorChain).add_from_kernel(
+                        estimate.class(PathClass::LateSpecular).add_from_kernel(
                             (number, sight.towards.as_dvec3()),
                             bins,
                             sight.length,

@@ -29,21 +29,21 @@ const LIGHT: f64 = 0.02;
 
 impl Renderer<'_> {
     /// Whether rays of their own bring L S^k R, k > K. In an empty box image sources bring all that matters.
-    pub(crate) fn mirrors_long_chains(&self) -> bool {
+    pub(crate) fn casts_specular_rays(&self) -> bool {
         let is_lattice =
             lattice_room(self.geometry, &self.table).is_some() && self.settings.mirror_order.is_none();
         self.settings.estimator.has_rays() && !is_lattice
     }
 
     /// Adds L S^k R, k > K, of `source` at all `receivers` to `rendering`.
-    pub(crate) fn add_long_chains(
+    pub(crate) fn add_late_specular(
         &self,
         rendering: &mut Rendering,
         source: usize,
         receivers: &[PreparedReceiver],
         borders: &[Vec<f64>],
     ) {
-        if !self.mirrors_long_chains() {
+        if !self.casts_specular_rays() {
             return;
         }
         let mirror_order = rendering.mirror_order;
@@ -129,7 +129,7 @@ impl Renderer<'_> {
         let receivers = tile.receivers.iter().zip(&tile.direct_lengths).enumerate();
         let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));
         let coarse = |receiver, bin| tile.coarse_bin(receiver, bin);
-        let mut deposits = estimate.class(PathClass::LongMirrorChain);
+        let mut deposits = estimate.class(PathClass::LateSpecular);
         cross(&piece, receivers, &self.medium(), coarse, scratch, &mut deposits);
     }
 

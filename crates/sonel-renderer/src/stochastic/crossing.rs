@@ -15,10 +15,10 @@ use crate::stochastic::medium::Medium;
 /// Path classes of reflected sound that other estimators bring to one receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AssignedClasses {
-    /// K: mirror chains from the source.
+    /// K: image-source paths from the source.
     pub mirror_order: u32,
-    /// Whether the late specular rays bring longer chains that no edge bent.
-    pub long_chains: bool,
+    /// Whether the late specular rays bring longer specular paths that no edge bent.
+    pub specular_rays: bool,
     /// K′: mirror images of the receiver.
     pub image_order: u32,
     /// Whether connections bring … D R.
@@ -38,7 +38,7 @@ pub fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bo
         return true;
     }
     match (history.diffused, history.specular_run) {
-        (false, run) => run > others.mirror_order && (history.bends > 0 || !others.long_chains),
+        (false, run) => run > others.mirror_order && (history.bends > 0 || !others.specular_rays),
         (true, 0) => !others.diffuse || history.bends > 0 && !others.bent,
         (true, run) => run > others.image_order || history.bends > 0 && !others.bent,
     }
@@ -128,14 +128,14 @@ mod tests {
         let history = |specular_run, diffused| bent(specular_run, diffused, 0);
         let others = AssignedClasses {
             mirror_order: 2,
-            long_chains: false,
+            specular_rays: false,
             image_order: 1,
             diffuse: true,
             bent: false,
             direct_length: 0.0,
         };
         assert!(!is_left_to_sphere(history(0, false), others), "direct sound");
-        assert!(!is_left_to_sphere(history(2, false), others), "mirror chain");
+        assert!(!is_left_to_sphere(history(2, false), others), "image-source path");
         assert!(is_left_to_sphere(history(3, false), others));
         assert!(!is_left_to_sphere(history(0, true), others), "connection");
         assert!(!is_left_to_sphere(history(1, true), others), "mirror connection");
@@ -149,7 +149,7 @@ mod tests {
             "visibility rays turn"
         );
         assert!(is_left_to_sphere(bent(2, true, 1), rays) && is_left_to_sphere(bent(3, false, 1), rays));
-        let mirrored = AssignedClasses { long_chains: true, ..others };
+        let mirrored = AssignedClasses { specular_rays: true, ..others };
         assert!(
             !is_left_to_sphere(history(3, false), mirrored) && is_left_to_sphere(bent(3, false, 1), mirrored)
         );

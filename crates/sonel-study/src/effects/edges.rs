@@ -26,7 +26,7 @@ pub const LISTENERS: usize = 8;
 const EMISSIONS: u64 = 1024;
 /// Visibility rays of a listener.
 const RAYS: u32 = 2048;
-/// Mirror chains of the short run: edges change all images, but those of more reflections bring too little to matter, and take most of the time in
+/// Image-source paths of the short run: edges change all images, but those of more reflections bring too little to matter, and take most of the time in
 /// rooms of few walls.
 const MIRROR_ORDER: u32 = 4;
 /// Why nothing diffracts.
@@ -144,7 +144,7 @@ fn weigh_edges(
         trace(scene, geometry, vec![state], settings, &mut InMemory, clock)
     };
     let maps = [traced(false)?, traced(true)?];
-    // Arcs have no mirror chains.
+    // Arcs have no image-source paths.
     let mirror_order = (scene.sound_speed_gradient == 0.0).then_some(MIRROR_ORDER);
     let render = RenderSettings { rays: Some(RAYS), mirror_order, ..RenderSettings::default() };
     let bound = Bound::nothing(scene.bands.count());

@@ -23,13 +23,13 @@ const ALIKE: f64 = 0.95;
 
 /// What a measurement says of a coefficient.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Knowledge {
-    /// More than was believed.
-    Told,
+pub enum Identifiability {
+    /// The measurement determines it.
+    Identified,
     /// Nothing measured depends on it enough.
-    Hardly,
-    /// It would tell it, were these (indices of materials and their coefficients) known; all others together where there are none.
-    NotApart(Vec<(usize, Coefficient)>),
+    Insensitive,
+    /// Confounded with these (indices of materials and their coefficients): it would be determined if they were known. With all others together where there are none.
+    Confounded(Vec<(usize, Coefficient)>),
 }
 
 /// Of one coefficient.
@@ -44,14 +44,14 @@ pub(super) struct Certainty {
 
 impl Certainty {
     /// In terms of the `materials` of `unknowns`.
-    pub fn knowledge(&self, materials: &[usize], unknowns: &[Unknown]) -> Knowledge {
+    pub fn identifiability(&self, materials: &[usize], unknowns: &[Unknown]) -> Identifiability {
         match self.left {
-            [_, alone] if alone > LEFT => Knowledge::Hardly,
+            [_, alone] if alone > LEFT => Identifiability::Insensitive,
             [together, _] if together > LEFT => {
                 let name = |&other: &usize| (materials[other], unknowns[other].coefficient);
-                Knowledge::NotApart(self.alike.iter().map(name).collect())
+                Identifiability::Confounded(self.alike.iter().map(name).collect())
             }
-            _ => Knowledge::Told,
+            _ => Identifiability::Identified,
         }
     }
 }

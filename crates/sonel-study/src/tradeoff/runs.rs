@@ -226,12 +226,12 @@ fn groups(settings: &[Setting]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Part of the energy that may be sampled where the rest is exact: mirror chains are enumerated down to 1e-8 of the energy.
+/// Part of the energy that may be sampled where the rest is exact: image-source paths are enumerated down to 1e-8 of the energy.
 const SAMPLED_SHARE: f64 = 1e-6;
 
 /// Whether nothing that counts was sampled: the energy came by paths that are enumerated.
 fn is_exact(renderings: &[Rendering]) -> bool {
-    let enumerated = [PathClass::Direct, PathClass::MirrorChain, PathClass::Edge];
+    let enumerated = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
     renderings.iter().all(|rendering| {
         let sum = |sampled: bool| -> Vec<f64> {
             let classes = rendering.classes.iter().filter(|(class, _)| enumerated.contains(class) != sampled);
@@ -243,7 +243,7 @@ fn is_exact(renderings: &[Rendering]) -> bool {
     })
 }
 
-fn judged(parameters: &[ReceiverParameters]) -> impl Iterator<Item = (Cell, &ParameterValue)> {
+fn compared(parameters: &[ReceiverParameters]) -> impl Iterator<Item = (Cell, &ParameterValue)> {
     parameters.iter().flat_map(|receiver| {
         receiver.bands.iter().flat_map(move |band| {
             JUDGED.map(|parameter| {
@@ -260,7 +260,7 @@ fn judged(parameters: &[ReceiverParameters]) -> impl Iterator<Item = (Cell, &Par
 }
 
 fn cells(parameters: &[ReceiverParameters]) -> Vec<Cell> {
-    judged(parameters).map(|(cell, _)| cell).collect()
+    compared(parameters).map(|(cell, _)| cell).collect()
 }
 
 fn values(parameters: &[ReceiverParameters]) -> Vec<Value> {
@@ -269,5 +269,5 @@ fn values(parameters: &[ReceiverParameters]) -> Vec<Value> {
         let half_width = estimate.interval.as_ref().ok().map(|[low, high]| 0.5 * (high - low));
         Some((estimate.value, half_width))
     };
-    judged(parameters).map(|(_, estimate)| value(estimate)).collect()
+    compared(parameters).map(|(_, estimate)| value(estimate)).collect()
 }

@@ -6,7 +6,7 @@ use sonel_analysis::Parameter;
 use sonel_map::{Mode, Settings, Spectral};
 use sonel_renderer::{Estimator, RenderSettings};
 
-/// The parameters judged: what a listener notices first.
+/// The parameters compared: what a listener notices first.
 pub const JUDGED: [Parameter; 4] =
     [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
 

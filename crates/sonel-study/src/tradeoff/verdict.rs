@@ -9,7 +9,7 @@ use super::fit::{self, Measured};
 use super::runs::Tradeoff;
 use super::sweep::JUDGED;
 
-/// A setting judged.
+/// What a setting costs and how it errs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// Index of the setting.

@@ -20,7 +20,7 @@ const LISTED: usize = 20;
 /// Compares two maps; [`Outcome::Missed`] where they differ beyond noise.
 ///
 /// # Errors
-/// When a file is no sound map, the two have nothing in common that can be judged, or `out` cannot be written.
+/// When a file is no sound map, the two have nothing in common that can be tested, or `out` cannot be written.
 pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (map_a, geometry_a) = open::checked_map(&arguments.a)?;
     let (map_b, geometry_b) = open::checked_map(arguments.other())?;
@@ -168,12 +168,12 @@ fn listing(beyond: &[&CellDifference], most: usize) -> String {
 }
 
 fn verdict(comparison: &MapComparison, beyond: &[&CellDifference]) -> String {
-    let judged: usize = comparison.tiers.iter().map(|tier| tier.cells.len()).sum();
+    let tested: usize = comparison.tiers.iter().map(|tier| tier.cells.len()).sum();
     if beyond.is_empty() {
-        format!("same within noise: none of {judged} cells differs (false alarm in 1 % of comparisons)\n")
+        format!("same within noise: none of {tested} cells differs (false alarm in 1 % of comparisons)\n")
     } else {
         format!(
-            "different: {} of {judged} cells differ beyond noise (false alarm in 1 % of comparisons), the most \
+            "different: {} of {tested} cells differ beyond noise (false alarm in 1 % of comparisons), the most \
              significant first\n",
             beyond.len()
         )

@@ -36,7 +36,7 @@ const PROVENANCE: [&str; 9] = [
 /// Compares two responses; [`Outcome::Missed`] where they differ beyond noise.
 ///
 /// # Errors
-/// When a file is unusable, the two have no parameter in common that can be judged, or `out` cannot be written.
+/// When a file is unusable, the two have no parameter in common that can be tested, or `out` cannot be written.
 pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (a, b) = (open::response(&arguments.a)?, open::response(arguments.other())?);
     let (mut figures_a, mut figures_b) = (parameters(&a), parameters(&b));
@@ -96,7 +96,7 @@ fn to_json(comparison: &Comparison, provenance: &[(&str, &Value, &Value)]) -> Va
     json!({
         "same": comparison.beyond_noise().next().is_none(),
         "level_per_figure": comparison.level,
-        "not_judged": comparison.not_judged,
+        "not_judged": comparison.not_tested,
         "provenance": provenance.iter().map(|(key, a, b)| json!({ "key": key, "a": a, "b": b })).collect::<Vec<_>>(),
         "differences": comparison.differences.iter().map(entry).collect::<Vec<_>>(),
     })
@@ -132,7 +132,7 @@ fn to_text(comparison: &Comparison, provenance: &[(&str, &Value, &Value)], argum
         distinct(all.iter().map(|difference| (&difference.source, &difference.receiver))),
         distinct(all.iter().filter_map(|difference| difference.center_frequency_hz.map(f64::to_bits))),
         all.len(),
-        comparison.not_judged
+        comparison.not_tested
     );
     text.push_str("                                compared  differ  largest B − A, 95 % interval\n");
     let mut keys: Vec<&str> = Vec::new();

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use sonel_acoustics::Coefficient;
 use sonel_analysis::Parameter;
 use sonel_scene::Scene;
-use sonel_study::fit::{Fit, Fitted, Knowledge};
+use sonel_study::fit::{Fit, Fitted, Identifiability};
 
 use crate::arguments::Format;
 
@@ -107,22 +107,22 @@ fn sentences(fit: &Fit, scene: &Scene) -> Vec<String> {
     };
     let mut sentences = Vec::new();
     for row in rows(fit) {
-        let mut kinds: Vec<(&Knowledge, Vec<String>)> = Vec::new();
-        for one in row.iter().filter(|one| one.knowledge != Knowledge::Told) {
+        let mut kinds: Vec<(&Identifiability, Vec<String>)> = Vec::new();
+        for one in row.iter().filter(|one| one.identifiability != Identifiability::Identified) {
             let band = scene.bands.nominal()[one.band].to_string();
-            match kinds.iter_mut().find(|(kind, _)| *kind == &one.knowledge) {
+            match kinds.iter_mut().find(|(kind, _)| *kind == &one.identifiability) {
                 Some((_, bands)) => bands.push(band),
-                None => kinds.push((&one.knowledge, vec![band])),
+                None => kinds.push((&one.identifiability, vec![band])),
             }
         }
         let own = name(row[0].material, row[0].coefficient);
         for (kind, bands) in kinds {
             let bands = bands.join(", ");
             sentences.push(match kind {
-                Knowledge::NotApart(others) if others.is_empty() => format!(
+                Identifiability::Confounded(others) if others.is_empty() => format!(
                     "{own} cannot be separated from the other coefficients at {bands} Hz: it stays near the value of the map"
                 ),
-                Knowledge::NotApart(others) => {
+                Identifiability::Confounded(others) => {
                     let others: Vec<String> =
                         others.iter().map(|(material, coefficient)| name(*material, *coefficient)).collect();
                     format!("{own} cannot be separated from {} at {bands} Hz", others.join(", "))
@@ -190,17 +190,17 @@ fn csv(fit: &Fit, scene: &Scene, out: &mut dyn Write) -> anyhow::Result<()> {
             [scene.bands.nominal()[one.band], one.start, one.value, one.interval[0], one.interval[1]];
         let names = [scene.materials[one.material].name.clone(), one.coefficient.to_string()];
         let fields = names.into_iter().chain(numbers.map(|number| number.to_string()));
-        writer.write_record(fields.chain([word(&one.knowledge).to_owned()]))?;
+        writer.write_record(fields.chain([word(&one.identifiability).to_owned()]))?;
     }
     writer.flush()?;
     Ok(())
 }
 
-fn word(knowledge: &Knowledge) -> &'static str {
+fn word(knowledge: &Identifiability) -> &'static str {
     match knowledge {
-        Knowledge::Told => "told",
-        Knowledge::Hardly => "hardly",
-        Knowledge::NotApart(_) => "not apart",
+        Identifiability::Identified => "told",
+        Identifiability::Insensitive => "hardly",
+        Identifiability::Confounded(_) => "not apart",
     }
 }
 
@@ -213,9 +213,9 @@ fn json(fit: &Fit, scene: &Scene) -> Value {
             "start": one.start,
             "value": one.value,
             "ci95": one.interval,
-            "knowledge": word(&one.knowledge),
+            "knowledge": word(&one.identifiability),
         });
-        if let Knowledge::NotApart(others) = &one.knowledge {
+        if let Identifiability::Confounded(others) = &one.identifiability {
             let other = |(material, coefficient): &(usize, Coefficient)| json!({ "material": scene.materials[*material].name, "coefficient": coefficient.to_string() });
             value["not_apart_from"] = others.iter().map(other).collect();
         }

@@ -9,7 +9,7 @@ use sonel_echogram::{ArrivalKind, Response};
 /// The kinds of arrivals by name.
 const KINDS: [(ArrivalKind, &str); 3] = [
     (ArrivalKind::Direct, "direct"),
-    (ArrivalKind::MirrorChain, "mirror_chain"),
+    (ArrivalKind::ImageSource, "image_source"),
     (ArrivalKind::Edge, "edge"),
 ];
 

@@ -1,4 +1,4 @@
-//! `verify`, `inspect` and `parameters` from outside: books, listings, formats, and files that are none.
+//! `verify`, `inspect` and `parameters` from outside: ledgers, listings, formats, and files that are none.
 
 use serde_json::Value;
 use sonel_echogram::{Arrivals, Response};
@@ -9,7 +9,7 @@ use crate::{analyze, trace};
 pub const MAP: &str = "room.sonelmap";
 pub const RESPONSE: &str = "room.npz";
 
-/// Colourful walls, two sources, one of them directional: every term of the books of a closed room is at work.
+/// Colourful walls, two sources, one of them directional: every term of the ledger of a closed room is at work.
 pub const SCENE: &str = r#"
 name = "test room"
 shoebox = [6.0, 5.0, 4.0]

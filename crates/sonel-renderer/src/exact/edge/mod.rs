@@ -29,7 +29,7 @@ use sonel_geometry::Geometry;
 use sonel_map::CoefficientTable;
 
 use crate::exact::mirror::tree::ImageTree;
-use crate::exact::mirror::{MirrorChains, Radiator};
+use crate::exact::mirror::{ImageSources, Radiator};
 use crate::receiver::Sensitivity;
 use crate::rendering::EdgeWork;
 use contributions::Search;
@@ -175,24 +175,24 @@ impl Edges {
         std::iter::once(receiver).chain(places).find(|place| !in_line(*place)).unwrap_or(receiver)
     }
 
-    /// The images of the source, among `chains`, that edges are seen from.
+    /// The images of the source, among `image_sources`, that edges are seen from.
     #[must_use]
     pub fn of_source(
         &self,
         geometry: &Geometry,
         table: &CoefficientTable,
         source: DVec3,
-        chains: &MirrorChains<'_>,
+        image_sources: &ImageSources<'_>,
     ) -> Images {
         let of_arcs;
-        let tree = match chains {
+        let tree = match image_sources {
             _ if table.profile().is_some() => {
                 let budget = images::most_images(self.all.len());
                 of_arcs = ImageTree::new(geometry, table, Radiator::omni(source), budget, Some(1));
                 Some(&of_arcs)
             }
-            MirrorChains::Tree(tree) => Some(tree),
-            MirrorChains::Lattice(_) => None,
+            ImageSources::Tree(tree) => Some(tree),
+            ImageSources::Lattice(_) => None,
         };
         let order = tree.map_or(0, |tree| tree.order_within(images::most_images(self.all.len())));
         Images::new(self, geometry, table, source, (tree, order))

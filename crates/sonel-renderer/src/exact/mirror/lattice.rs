@@ -137,7 +137,7 @@ fn product(a: &[Lanes], b: &[Lanes], scale: f64, out: &mut [Lanes]) {
     }
 }
 
-/// The order at which no band's chains matter any more, or at which all images lie beyond `reach`.
+/// The order at which no band's image sources matter any more, or at which all images lie beyond `reach`.
 fn affordable_order(walls: &[&[Lanes]; 6], size: DVec3, reach: f64) -> u32 {
     let most_mirroring = walls.iter().flat_map(|wall| wall.iter().flatten()).copied().fold(0.0, f64::max);
     let by_energy = if most_mirroring <= 0.0 {

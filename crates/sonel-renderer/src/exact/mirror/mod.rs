@@ -25,7 +25,7 @@ const NODE_LIMIT: usize = 200_000;
 /// Images of one source when the order was asked for: some hundred megabytes.
 const ASKED_NODE_LIMIT: usize = 2_000_000;
 
-/// Sound of one mirror chain at a receiver.
+/// Sound of one image-source path at a receiver.
 #[derive(Debug)]
 pub struct MirrorArrival<'a> {
     /// Path length [m].
@@ -42,7 +42,7 @@ pub struct MirrorArrival<'a> {
     pub through: Vec<u32>,
 }
 
-/// One image of the origin of a set of chains.
+/// One image of the origin of a set of image sources.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
     /// Where it is, about the scene's centre [m].
@@ -55,9 +55,9 @@ pub struct Image {
     pub factor: Vec<Lanes>,
 }
 
-/// All mirror chains of one source.
+/// All image-source paths of one source.
 #[derive(Debug)]
-pub enum MirrorChains<'a> {
+pub enum ImageSources<'a> {
     /// Of an empty box.
     Lattice(ImageLattice<'a>),
     /// Of any geometry.
@@ -110,8 +110,8 @@ pub fn lattice_room(geometry: &Geometry, table: &CoefficientTable) -> Option<Sho
     geometry.as_shoebox().filter(|_| !table.is_angular())
 }
 
-impl<'a> MirrorChains<'a> {
-    /// Enumerates the chains of `radiator` up to paths of `reach` [m]; `most` limits K below what is affordable.
+impl<'a> ImageSources<'a> {
+    /// Enumerates the image-source paths of `radiator` up to paths of `reach` [m]; `most` limits K below what is affordable.
     #[must_use]
     pub fn enumerate(
         geometry: &Geometry,
@@ -129,7 +129,7 @@ impl<'a> MirrorChains<'a> {
         }
     }
 
-    /// K: chains of at most so many reflections are complete.
+    /// K: image-source paths of at most so many reflections are complete.
     #[must_use]
     pub fn order(&self) -> u32 {
         match self {
@@ -138,7 +138,7 @@ impl<'a> MirrorChains<'a> {
         }
     }
 
-    /// Visits the chains that reach `receiver` (about the scene's centre [m]) within the simulated path length.
+    /// Visits the image-source paths that reach `receiver` (about the scene's centre [m]) within the simulated path length.
     pub fn visit(
         &self,
         geometry: &Geometry,

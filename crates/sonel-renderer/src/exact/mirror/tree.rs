@@ -145,7 +145,7 @@ impl<'t> ImageTree<'t> {
         self.order
     }
 
-    /// Visits the chains that reach `receiver`.
+    /// Visits the image-source paths that reach `receiver`.
     pub fn visit(
         &self,
         geometry: &Geometry,
@@ -436,7 +436,7 @@ fn reflected(geometry: &Geometry, mirror: Mirror, point: DVec3) -> DVec3 {
 /// Where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane; `last` is the mirror on which
 /// `point` lies.
 ///
-/// A line through the corner of two mirrors meets both in one point, and chains over them in either order would do, or
+/// A line through the corner of two mirrors meets both in one point, and image-source paths over them in either order would do, or
 /// neither: of the two it is the one in ascending order of surfaces.
 fn crossing(
     geometry: &Geometry,

@@ -1,4 +1,4 @@
-//! … D S^k R, k ≥ 1: visibility rays from the receiver along specular chains, density estimation where they arrive.
+//! … D S^k R, k ≥ 1: visibility rays from the receiver along specular reflections, density estimation where they arrive.
 //!
 //! Ray j of M with throughput T_j: F += (4π/M) · T_j · (δ/π) · Σ e_i / A(h), over the sonels that arrived on the same surface
 //! and side within h of the ray's hit; A is the area of the disc clipped to the surface (docs/physics.md §4). No cosine: e is
