@@ -92,18 +92,13 @@ impl Geometry {
         let facing = find_cracks(&mesh, &mut edges, tolerance);
         let oriented = orient(&mut mesh, &edges, &facing, &is_interface, tolerance);
         let Oriented { shells, in_shell, room, open_edges } = oriented;
-        let is_watertight = room.is_some_and(|room| {
-            let hull = &shells[room].triangles;
-            !edges.iter().any(|edge| edge.is_crack && hull.binary_search(&edge.faces[0]).is_ok())
-        });
+        let is_watertight = room.is_some_and(|room| !is_cracked(&shells[room], &edges));
         // What is behind a shell is solid in a room. In the open it may be a room of its own.
         let closed = if room.is_some() { &in_shell[..] } else { &vec![false; in_shell.len()] };
         let all_edges = all_edges.as_deref().unwrap_or(&edges);
         let Partition { surfaces, of_triangle, planes } =
             partition(&mesh, all_edges, closed, &is_interface, tolerance);
-        let local_plane =
-            |(normal, offset): (DVec3, f64)| LocalPlane { normal, offset: offset - normal.dot(scale.center) };
-        let planes = planes.into_iter().map(local_plane).collect();
+        let planes = planes.into_iter().map(|plane| local_plane(plane, scale.center)).collect();
         let local: Vec<Vec3> = mesh.vertices.iter().map(|&v| scale.to_local(v)).collect();
         let facets = facets(&mesh, &local, &surfaces, &of_triangle);
         let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
@@ -433,6 +428,16 @@ impl Geometry {
 }
 
 /// Those of `edges` that walls share, without the faces of interfaces.
+/// Whether one of `edges` is a crack in `shell`.
+fn is_cracked(shell: &Shell, edges: &[SharedEdge]) -> bool {
+    edges.iter().any(|edge| edge.is_crack && shell.triangles.binary_search(&edge.faces[0]).is_ok())
+}
+
+/// A plane of the scene's axes about `center`.
+fn local_plane((normal, offset): (DVec3, f64), center: DVec3) -> LocalPlane {
+    LocalPlane { normal, offset: offset - normal.dot(center) }
+}
+
 fn of_walls(mut edges: Vec<SharedEdge>, is_interface: &[bool]) -> Vec<SharedEdge> {
     edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_interface[*face as usize]));
     edges.retain(|edge| !edge.faces.is_empty());

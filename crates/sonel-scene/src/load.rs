@@ -219,15 +219,14 @@ fn compile(
     let closed = read_closed(document, report);
     let geometry = walls.as_mut().and_then(|walls| build(walls, &interfaces, closed.as_ref(), report));
     inspect(geometry.as_ref(), &sources, &receivers, report);
-    let media = geometry
-        .as_ref()
-        .and_then(|geometry| regions::compile(regions, &interfaces, &sources, geometry, report));
+    let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, report);
+    let media = geometry.as_ref().and_then(compile_media);
 
     if let Some(walls) = &walls {
         note_unused(&materials, walls, up, report);
     }
-    let unknown = walls.as_mut().map(|walls| std::mem::take(&mut walls.unknown)).unwrap_or_default();
-    let unit = walls.as_ref().and_then(|walls| walls.unit);
+    let of_walls = walls.as_mut().map(|walls| (std::mem::take(&mut walls.unknown), walls.unit));
+    let (unknown, unit) = of_walls.unwrap_or_default();
     let (mesh, mesh_digest) = walls.map_or((Mesh::default(), [0; 32]), |walls| (walls.mesh, walls.digest));
     let mut scene = Scene {
         name,

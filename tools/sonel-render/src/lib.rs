@@ -85,11 +85,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         let files = counted(sounds.count(), "impulse response");
         writeln!(log, "{files} written to {}", sounds.folder.display())?;
     }
-    let (wall, cpu) = watch.seconds();
-    let counts =
-        format!("{}, {}", counted(receivers.len(), "receiver"), counted(scene.sources.len(), "source"));
-    let seconds = format!("{wall:.2} s ({cpu:.2} CPU seconds)");
-    writeln!(log, "{}: {counts}; {seconds}; written to {target}", scene.name)?;
+    let seconds = watch.seconds();
+    writeln!(log, "{}; written to {target}", summary(&job, seconds))?;
     told["warnings"] = remark(&job, &run, warnings, log)?.into();
     if let Some(plan) = &plan {
         let comparison = planning::compare(plan, &job, &run, opened);
@@ -101,9 +98,17 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
         told["grid"] = grid.json();
     }
     if arguments.json {
-        writeln!(out, "{}", run.report((wall, cpu), &told))?;
+        writeln!(out, "{}", run.report(seconds, &told))?;
     }
     Ok(outcome)
+}
+
+/// Scene, receivers, sources, and how long the run took: wall and CPU time [s].
+fn summary(job: &Job<'_>, (wall, cpu): (f64, f64)) -> String {
+    let scene = &job.map.header().scene;
+    let receivers = counted(job.receivers.len(), "receiver");
+    let sources = counted(scene.sources.len(), "source");
+    format!("{}: {receivers}, {sources}; {wall:.2} s ({cpu:.2} CPU seconds)", scene.name)
 }
 
 /// Adds the fields of `more` to `object`.

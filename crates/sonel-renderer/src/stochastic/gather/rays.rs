@@ -175,13 +175,8 @@ pub fn cast(
                 rays.extend(on.balanced(settings, stream));
                 near_places += 1;
             }
-            if mirrors && row.is_partition && ray.passes(medium, &hit, row, stream) {
-                rays.push(ray);
-            } else if mirrors {
-                let met = table.row(hit.surface, ray.direction.as_dvec3());
-                if ray.reflect(medium, &hit, normal, &met.specular.energy) {
-                    rays.extend(ray.balanced(settings, stream));
-                }
+            if mirrors {
+                ray.go_on((medium, table), &hit, normal, (settings, stream), &mut rays);
             }
         }
     }
@@ -294,6 +289,26 @@ impl Ray {
             }
         }
         turning.keep_straight(&mut self.throughput);
+    }
+
+    /// Leaves what goes on from `hit`, through a partition or by a mirror, with the other `rays`.
+    fn go_on(
+        mut self,
+        (medium, table): (&Medium<'_>, &CoefficientTable),
+        hit: &Hit,
+        normal: Vec3,
+        (settings, stream): (&GatherSettings, &mut Stream),
+        rays: &mut Vec<Self>,
+    ) {
+        let row = table.mean_row(hit.surface);
+        if row.is_partition && self.passes(medium, hit, row, stream) {
+            rays.push(self);
+            return;
+        }
+        let met = table.row(hit.surface, self.direction.as_dvec3());
+        if self.reflect(medium, hit, normal, &met.specular.energy) {
+            rays.extend(self.balanced(settings, stream));
+        }
     }
 
     /// The most that it carries of any band.
