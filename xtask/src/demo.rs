@@ -30,9 +30,7 @@ pub fn run() -> Result<()> {
         workspace::program(Profile::Dev, "sonel-analyze", &["parameters", RESPONSE, "--format", "json"])?;
     let parameters = serde_json::from_str(&json).context("sonel-analyze parameters printed no JSON")?;
     print!("\n{}", table(&parameters)?);
-    println!(
-        "\nEach figure with the half-width of its 95 % interval. What to expect: scenes/seed-room/README.md"
-    );
+    println!("\n±: half-width of the 95 % interval. What to expect: scenes/seed-room/README.md");
     println!("The map is {MAP}, the response {RESPONSE} (opens with numpy.load).");
     Ok(())
 }

@@ -79,8 +79,11 @@ pub fn weighed(header: &MapHeader, decisions: &[Decision], skips: &[Skip]) -> St
     lines.join("\n")
 }
 
-/// The most that leaving an effect out changes in any band.
+/// The most that leaving an effect out changes in any band; nothing of an effect that the scene has not.
 fn in_words(bound: &Bound) -> String {
+    if bound.level_db.iter().chain(&bound.decay).all(|&largest| largest == 0.0) {
+        return String::new();
+    }
     let most = |values: &[f64], unit: &str| match values.iter().copied().fold(0.0, f64::max) {
         value if value.is_finite() => format!("at most {value:.2} {unit}"),
         _ => format!("no limit in {unit}"),

@@ -75,11 +75,10 @@ fn row(band: &BandParameters, notes: &mut Notes) -> Vec<String> {
 /// How straight the decay is that T30 was read from: non-linearity and curvature of ISO 3382-2.
 fn quality(band: &BandParameters) -> [String; 2] {
     let decay = band.parameter(Parameter::T30).as_ref().ok().and_then(|estimate| estimate.decay);
-    [
-        decay.map(|decay| format!("{:.1}", decay.non_linearity_permille)),
-        decay.and_then(|decay| decay.curvature_percent).map(|curvature| format!("{curvature:.1}")),
-    ]
-    .map(|text| text.unwrap_or_else(|| "–".to_owned()))
+    // Adding zero to a rounded value makes −0.0 plain zero.
+    let in_tenths = |value: f64| format!("{:.1}", (value * 10.0).round() / 10.0 + 0.0);
+    [decay.map(|decay| decay.non_linearity_permille), decay.and_then(|decay| decay.curvature_percent)]
+        .map(|value| value.map_or_else(|| "–".to_owned(), in_tenths))
 }
 
 /// Single numbers: means over the octaves of each parameter.
@@ -124,7 +123,7 @@ fn cell(estimate: &ParameterValue, factor: f64, notes: &mut Notes) -> String {
     }
 }
 
-/// Decimals that show two parameters of the half-width, and no more than anybody can use.
+/// Decimals that show two digits of the half-width, and no more than anybody can use.
 fn digits(value: f64, half: f64) -> usize {
     let most = if value.abs() < 10.0 { 3 } else { 2 };
     let wanted = if half > 0.0 { 1.0 - libm::floor(libm::log10(half)) } else { f64::from(most) };
