@@ -63,12 +63,13 @@ fn render(mut scene: Scene, directivity: Directivity, aim: DVec3, estimator: Est
 }
 
 /// The same random numbers meet a table and the pattern that it was sampled from, in every estimator: both differ by the error of
-/// interpolation, which 5° keep below half a per cent of the level. Each band has the pattern of its own.
+/// interpolation, which 5° keep below half a per cent of the level. Each band has the pattern of its own. `Auto` has the estimators of
+/// `Gather`, but what it selects of the sonels depends on what they carry.
 #[test]
 fn a_sampled_pattern_is_the_pattern_in_every_estimator() {
     let aim = dvec3(0.6, 0.48, 0.64);
     for is_screened in [false, true] {
-        for estimator in ESTIMATORS {
+        for estimator in ESTIMATORS.into_iter().filter(|&estimator| estimator != Estimator::Auto) {
             let of = |directivity| render(room(is_screened, 0.3), directivity, aim, estimator);
             let found = of(sampled([Pattern::Cardioid, Pattern::Omni], aim));
             let expected = [of(Pattern::Cardioid.into())[0], of(Directivity::OMNI)[1]];

@@ -15,7 +15,7 @@ use sonel_tests::uneven_box::{BORDERS, WILD};
 const LARGEST_ERROR: f64 = 0.03;
 
 fn settings(seed: u64) -> Settings {
-    Settings { emissions: 20_000, seed, ..Settings::default() }
+    Settings { emissions: 40_000, seed, ..Settings::default() }
 }
 
 fn received(scene: Scene, settings: Settings) -> Vec<Windows> {

@@ -51,7 +51,7 @@ fn half_widths(traced: &Traced) -> Vec<[f64; 3]> {
 fn next_to_walls_intervals_are_at_most_twice_as_wide() {
     for walls in [(0.2, 0.5), (0.1, 0.1)] {
         let receivers: Vec<[f64; 3]> = [MIDDLE].into_iter().chain(NEAR).collect();
-        let found = half_widths(&room(SOURCE, &receivers, walls, 4_000));
+        let found = half_widths(&room(SOURCE, &receivers, walls, 8_000));
         for (place, half_widths) in receivers.iter().zip(&found).skip(1) {
             for (parameter, (near, middle)) in half_widths.iter().zip(&found[0]).enumerate() {
                 assert!(near / middle < 2.5, "{walls:?} {place:?} {parameter}: {near} {middle}");

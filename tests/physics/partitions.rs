@@ -130,7 +130,7 @@ fn level(rendering: &Rendering, receiver: usize, band: usize) -> (f64, f64) {
 fn check_balance(partition: Partition) {
     let transmission = [1e-2, 1e-3, 1e-5];
     let scene = two_rooms(partition, [0.1; 2], 1.0, &transmission).with_duration(1.3);
-    let traced = Traced::new(scene, Settings { emissions: 25_000, ..Settings::default() });
+    let traced = Traced::new(scene, Settings { emissions: 40_000, ..Settings::default() });
     assert!(traced.ledger.worst_residual() < 1e-9);
     let rendering = traced.render(RenderSettings::default());
     for (band, transmission) in transmission.into_iter().enumerate() {

@@ -124,13 +124,13 @@ fn a_rendering_until_a_target_is_that_of_its_number_of_rays() {
     let folder = test_folder();
     trace(&folder, "a.sonelmap", &["--sonels", "20k"]).unwrap();
     // Rays that gather in small discs are most of the noise: they are added.
-    let gathered = ["--estimator", "gather", "--until", "level<0.036jnd"];
+    let gathered = ["--estimator", "gather", "--until", "level<0.028jnd"];
     let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &gathered);
     assert_eq!((outcome, &report["until"]["reached"]), (Outcome::Done, &Value::Bool(true)));
     let worst = &report["until"]["worst"];
     assert!(worst["half_width_jnd"].as_f64().unwrap() <= worst["limit_jnd"].as_f64().unwrap());
     let rays = report["until"]["rays"].as_u64().unwrap();
-    assert!(rays > 32_768 && report["until"]["looks"].as_u64().unwrap() > 1, "{}", report["until"]);
+    assert!(rays > 5_000 && report["until"]["looks"].as_u64().unwrap() > 1, "{}", report["until"]);
     render(&folder, "a.sonelmap", "b.npz", &["--estimator", "gather", "--rays", &rays.to_string()]).unwrap();
     assert!(folder.bytes("a.npz") == folder.bytes("b.npz"), "{rays} rays");
 }
@@ -154,7 +154,7 @@ fn rays_stop_where_they_may_be_no_more() {
 fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
     let folder = test_folder();
     trace(&folder, "a.sonelmap", &["--sonels", "4k"]).unwrap();
-    let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &["--until", "level<0.02jnd"]);
+    let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &["--until", "level<0.028jnd"]);
     assert_eq!((outcome, &report["until"]["looks"]), (Outcome::Missed, &Value::from(1)));
     render(&folder, "a.sonelmap", "b.npz", &[]).unwrap();
     assert!(folder.bytes("a.npz") == folder.bytes("b.npz"));
@@ -164,7 +164,7 @@ fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
     let achieved = |sonels: u64| {
         let sonels = sonels.to_string();
         trace(&folder, "longer.sonelmap", &["--extend", &map, "--sonels", &sonels]).unwrap();
-        let (_, report) = render_until(&folder, "longer.sonelmap", "c.npz", &["--until", "level<0.02jnd"]);
+        let (_, report) = render_until(&folder, "longer.sonelmap", "c.npz", &["--until", "level<0.028jnd"]);
         report["until"]["worst"]["half_width_jnd"].as_f64().unwrap() / 0.02
     };
     let near = |ratio: f64| (1.0 / 1.5..1.5).contains(&ratio);

@@ -294,7 +294,7 @@ pub(crate) mod tests {
         Pilot {
             emissions: 10_000,
             batches: 96,
-            rays: 5000,
+            rays: 2500,
             casts_rays: rays > 0.0,
             columns: sonel_renderer::Columns::PLAIN,
             spreads,
@@ -325,7 +325,7 @@ pub(crate) mod tests {
     fn rays_follow_sonels_whatever_makes_the_noise() {
         let effort = |sonels, rays| pilot(sonels, rays).need(&Targets::just_noticeable(0.1), 32).effort;
         let of_sonels = effort(0.01, 0.0);
-        assert_eq!(u64::from(of_sonels.rays), of_sonels.emissions / 2);
+        assert_eq!(u64::from(of_sonels.rays), of_sonels.emissions.div_ceil(4));
         assert_eq!(effort(0.001, 0.009), of_sonels);
         assert_ne!(effort(0.001, 0.005), of_sonels);
     }

@@ -20,7 +20,7 @@ const LARGEST_ERROR: f64 = 0.03;
 
 /// What is heard in the box of uneven walls drawn as `mesh`, and its image-source paths.
 fn received(mesh: Mesh, seed: u64) -> (Vec<Windows>, Vec<DiscreteArrival>) {
-    let emissions = form(26_000, 200_000);
+    let emissions = form(40_000, 200_000);
     let traced =
         Traced::new(Scene { mesh, ..WILD.scene() }, Settings { emissions, seed, ..Settings::default() });
     assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
@@ -155,7 +155,7 @@ fn a_room_with_cracks_sounds_like_the_closed_one() {
             .without_air_attenuation()
             .with_source("stage", [8.0, 11.0, 3.0])
             .with_receiver("seat", [29.0, 17.0, 5.0]);
-        Traced::new(scene, Settings { emissions: form(10_000, 100_000), seed, ..Settings::default() })
+        Traced::new(scene, Settings { emissions: form(16_000, 100_000), seed, ..Settings::default() })
     };
     let (closed, cracked) = (traced(&closed, 1), traced(&apart, 2));
     assert!(cracked.geometry.is_closed_room() && cracked.geometry.diffracting_edges().count() == 0);
@@ -413,7 +413,7 @@ fn slab(thickness: Option<f64>) -> Mesh {
 /// the quick form is that of the shadow, where little arrives.
 #[test]
 fn panels_thinner_than_the_resolution_are_panels() {
-    let emissions = form(20_000, 400_000);
+    let emissions = form(30_000, 400_000);
     let received = |mesh: Mesh, seed: u64| {
         let traced =
             Traced::new(Scene { mesh, ..WILD.scene() }, Settings { emissions, seed, ..Settings::default() });

@@ -219,8 +219,9 @@ fn packets_start_anywhere() {
 fn a_shadow_boundary_has_two_sides_and_no_third() {
     let traced = traced(room(0.5, true));
     let along = (on_shadow_boundary() - DVec3::from(SOURCE)).cross(DVec3::Y).normalize();
+    let settings = RenderSettings { rays: Some(4096), ..RenderSettings::default() };
     let received = |step: f64| {
-        let rendering = at(&traced, on_shadow_boundary() + step * along, RenderSettings::default());
+        let rendering = at(&traced, on_shadow_boundary() + step * along, settings.clone());
         rendering.expect("in the room").classes.map(|(_, energy)| energy[0])
     };
     let [lit, dark, between] = [1e-3, -1e-3, 0.0].map(received);

@@ -72,7 +72,7 @@ pub struct Arguments {
     /// Radius of the gathering discs [m]; by default from room and number of sonels.
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Visibility rays per receiver [default: half as many as the map has sonels per source; 16384 with --estimator paper]. With --until the maximum.
+    /// Visibility rays per receiver [default: a quarter as many as the map has sonels per source; 16384 with --estimator paper]. With --until the maximum.
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
     /// Seed of the rendering; by default that of the map.

@@ -24,7 +24,7 @@ use crate::stochastic::gather::{GatherIndex, cast};
 use crate::stochastic::kernel::{KernelDifference, coarse_bins};
 use crate::stochastic::medium::Medium;
 use crate::stochastic::mirror_connection::ReceiverImages;
-use crate::stochastic::selection::{Selector, SonelSelection};
+use crate::stochastic::selection::{Neighbourhoods, Selector, SonelCounts, SonelSelection};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
 const BATCHES_IN_FLIGHT: u32 = 8;
@@ -238,26 +238,27 @@ impl Renderer<'_> {
         if !self.connects_diffuse() {
             return None;
         }
-        let empty = SonelSelection::new(lanes_of(self.table.bands()), self.bins.reach);
+        let (low, high) = self.geometry.bounds();
+        let lanes = lanes_of(self.table.bands());
+        let mut counts = SonelCounts::new(Neighbourhoods::new(lanes, self.bins.reach, high - low));
         // Estimators that are asked for by name take every sonel: their sums can be checked number by number.
         if self.settings.estimator != Estimator::Auto {
-            return Some(empty);
+            return Some(counts.selection(false));
         }
         let batches: Vec<u32> =
             (0..self.emissions.batches.len() as u32).step_by(BATCHES_PER_COUNTED).collect();
         let count = |&batch: &u32| {
-            let mut selection = empty.clone();
+            let mut counts = counts.clone();
             self.each_segment(batch, source, |segment, arriving| {
                 if segment.arrival.is_some() {
-                    selection.count(segment.end_length, arriving);
+                    counts.count(segment.end_length, segment.end, arriving);
                 }
             });
-            selection
+            counts
         };
-        let counted: Vec<SonelSelection> = batches.par_iter().map(count).collect();
-        let mut selection = empty.clone();
-        counted.iter().for_each(|counted| selection.add(counted));
-        Some(selection)
+        let counted: Vec<SonelCounts> = batches.par_iter().map(count).collect();
+        counted.iter().for_each(|counted| counts.add(counted));
+        Some(counts.selection(self.gathers_by_mirrors()))
     }
 
     /// Prepares the images of the receivers of `tile`. K′ is a matter of each receiver: it depends on nobody who shares the call.
@@ -477,7 +478,7 @@ impl Renderer<'_> {
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.row(arrival.surface, segment.direction());
         let Some(selection) = group.selection.filter(|_| !row.is_mirror) else { return };
-        let probability = selection.probability(segment.end_length, arriving);
+        let probability = selection.probability(segment.end_length, segment.end, arriving);
         if !scratch.selector.takes(probability) {
             return;
         }

@@ -1,7 +1,7 @@
 //! L S^k R, k > K: rays with specular reflections only, counted in receiver spheres.
 //!
 //! Few packets of a map are reflected specularly many times in a row, with much energy each. These rays are always
-//! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are six for each packet of the map.
+//! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are four for each packet of the map.
 //! Rays that carry little go on by roulette. With bending, the rays carry straight paths; packets of the map carry bent
 //! ones. Each batch has rays of its own, so the interval covers them.
 
@@ -18,14 +18,12 @@ use crate::rendering::Rendering;
 use crate::stochastic::bending::WayEnd;
 use crate::stochastic::connection::normal_on;
 use crate::stochastic::crossing::{Piece, cross};
-use crate::stochastic::gather::rays::strongest;
+use crate::stochastic::gather::rays::{LIGHT, strongest};
 
 /// Receivers that share rays: their echograms bound the memory.
 const RECEIVERS: usize = 64;
 /// Rays for each packet: they cost a tenth of it, and where walls are smooth most noise of the level is theirs.
-const RAYS_PER_PACKET: u64 = 6;
-/// A ray that carries less than this part of what it left with, in every band, goes on by roulette.
-const LIGHT: f64 = 0.02;
+const RAYS_PER_PACKET: u64 = 4;
 
 impl Renderer<'_> {
     /// Whether rays of their own bring L S^k R, k > K. In an empty box image sources bring all that matters.

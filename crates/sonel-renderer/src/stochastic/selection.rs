@@ -2,44 +2,84 @@
 //!
 //! Late in a room of unequal surfaces few packets carry nearly all energy, and the others take nearly all time. A sonel of energy e is
 //! selected with probability p = min(1, e / ē) and then weighted by 1/p, so that the mean stays: threshold sampling [DuffieldLundThorup2005].
-//! With ē = Σe² / Σe over the sonels about its time no more of them are selected than equal ones would have the same variance,
+//! With ē = Σe² / Σe over the sonels about its time and place no more of them are selected than equal ones would have the same variance,
 //! (Σe)² / Σe², and the variance that they bring is at most doubled. Of several bands the one with the largest e / ē decides.
+//!
+//! Early there are far more equal packets than late, where T30 has its noise. Where rays gather, a sonel costs more to render than to trace,
+//! and fewer are taken of the early ones.
 
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
 use sonel_map::Lanes;
 
-/// Windows of time in a run: 20 ms of three seconds, in which a room decays by less than 1 dB.
-const WINDOWS: usize = 128;
+/// Windows of time in a run: 40 ms of three seconds, in which a room decays by some dB.
+const WINDOWS: usize = 64;
+/// Parts of the scene along each axis: a room behind a wall has thresholds of its own.
+const PARTS: usize = 4;
+const CELLS: usize = PARTS * PARTS * PARTS;
 
-/// What sonels carry, by window of time and band.
-#[derive(Debug, Clone)]
-pub struct SonelSelection {
+/// Sonels of the window with most energy that are taken where early ones are thinned out, of the most equal ones that any window has.
+const THINNED: f64 = 0.3;
+/// Smallest part of that number in any other window; between, numbers follow the energy.
+const LEAST: f64 = 0.1;
+
+/// Which sonels are about the same time and place.
+#[derive(Debug, Clone, Copy)]
+pub struct Neighbourhoods {
     lanes: usize,
     windows_per_length: f64,
-    /// Σe by window.
+    parts_per_length: Vec3,
+}
+
+impl Neighbourhoods {
+    /// Of paths up to `reach` [m] in a scene of `extents` [m], in so many lanes of bands.
+    #[must_use]
+    pub fn new(lanes: usize, reach: f64, extents: DVec3) -> Self {
+        let parts_per_length = (PARTS as f64 / extents.max(DVec3::splat(f64::MIN_POSITIVE))).as_vec3();
+        Self { lanes, windows_per_length: WINDOWS as f64 / reach, parts_per_length }
+    }
+
+    fn count(&self) -> usize {
+        WINDOWS * CELLS * self.lanes
+    }
+
+    /// Bands of the sonels about `place` (about the scene's centre [m]) after paths of `length` [m].
+    #[inline]
+    fn around(&self, length: f64, place: Vec3) -> Range<usize> {
+        let window = ((length * self.windows_per_length) as usize).min(WINDOWS - 1);
+        let parts = (place * self.parts_per_length + PARTS as f32 / 2.0).to_array();
+        let [x, y, z] = parts.map(|part| (part as usize).min(PARTS - 1));
+        let at = ((window * PARTS + z) * PARTS + y) * PARTS + x;
+        at * self.lanes..(at + 1) * self.lanes
+    }
+
+    /// Places of a lane of one cell, window by window.
+    fn windows(&self, cell_and_lane: usize) -> impl Iterator<Item = usize> + Clone + use<> {
+        (cell_and_lane..self.count()).step_by(CELLS * self.lanes)
+    }
+}
+
+/// What sonels carry, by time, place and band.
+#[derive(Debug, Clone)]
+pub struct SonelCounts {
+    neighbourhoods: Neighbourhoods,
     sums: Vec<Lanes>,
-    /// Σe² by window.
     squares: Vec<Lanes>,
 }
 
-impl SonelSelection {
-    /// Nothing counted yet, of paths up to `reach` [m].
+impl SonelCounts {
+    /// Nothing counted yet.
     #[must_use]
-    pub fn new(lanes: usize, reach: f64) -> Self {
-        let empty = vec![[0.0; 4]; WINDOWS * lanes];
-        Self { lanes, windows_per_length: WINDOWS as f64 / reach, sums: empty.clone(), squares: empty }
+    pub fn new(neighbourhoods: Neighbourhoods) -> Self {
+        let empty = vec![[0.0; 4]; neighbourhoods.count()];
+        Self { neighbourhoods, sums: empty.clone(), squares: empty }
     }
 
-    /// Bands of the window of paths of `length` [m].
-    #[inline]
-    fn window(&self, length: f64) -> std::ops::Range<usize> {
-        let window = ((length * self.windows_per_length) as usize).min(WINDOWS - 1);
-        window * self.lanes..(window + 1) * self.lanes
-    }
-
-    /// Counts a sonel after a path of `length` [m] that carries `energy`.
-    pub fn count(&mut self, length: f64, energy: &[Lanes]) {
-        let window = self.window(length);
-        let (sums, squares) = (&mut self.sums[window.clone()], &mut self.squares[window]);
+    /// Counts a sonel at `place` (about the scene's centre [m]) after a path of `length` [m] that carries `energy`.
+    pub fn count(&mut self, length: f64, place: Vec3, energy: &[Lanes]) {
+        let around = self.neighbourhoods.around(length, place);
+        let (sums, squares) = (&mut self.sums[around.clone()], &mut self.squares[around]);
         for ((sum, square), energy) in sums.iter_mut().zip(squares).zip(energy) {
             for lane in 0..4 {
                 sum[lane] += energy[lane];
@@ -54,21 +94,47 @@ impl SonelSelection {
         crate::deposit::add_lanes(&mut self.squares, &other.squares);
     }
 
-    /// p of a sonel after a path of `length` [m] that carries `energy`. Where nothing was counted it is 1.
+    /// How sonels are selected, and whether early ones are thinned out.
+    #[must_use]
+    pub fn selection(&self, thins: bool) -> SonelSelection {
+        let mut inverse_thresholds = vec![[f64::MAX; 4]; self.sums.len()];
+        for cell_and_lane in 0..CELLS * self.neighbourhoods.lanes {
+            for band in 0..4 {
+                let windows = self.neighbourhoods.windows(cell_and_lane);
+                let windows = windows.filter(|&at| self.squares[at][band] > 0.0);
+                let sum = |at: usize| self.sums[at][band];
+                let equal = |at: usize| sum(at) * sum(at) / self.squares[at][band];
+                let most_equal = windows.clone().map(equal).fold(0.0, f64::max);
+                let largest = windows.clone().map(sum).fold(0.0, f64::max);
+                for at in windows {
+                    let most =
+                        if thins { THINNED * most_equal * (sum(at) / largest).max(LEAST) } else { f64::MAX };
+                    inverse_thresholds[at][band] = equal(at).min(most) / sum(at);
+                }
+            }
+        }
+        SonelSelection { neighbourhoods: self.neighbourhoods, inverse_thresholds }
+    }
+}
+
+/// How sonels are selected.
+#[derive(Debug, Clone)]
+pub struct SonelSelection {
+    neighbourhoods: Neighbourhoods,
+    /// 1/ē.
+    inverse_thresholds: Vec<Lanes>,
+}
+
+impl SonelSelection {
+    /// p of a sonel at `place` (about the scene's centre [m]) after a path of `length` [m] that carries `energy`. Where nothing was counted it is 1.
     #[inline]
     #[must_use]
-    pub fn probability(&self, length: f64, energy: &[Lanes]) -> f64 {
-        let window = self.window(length);
+    pub fn probability(&self, length: f64, place: Vec3, energy: &[Lanes]) -> f64 {
         let mut largest = 0.0_f64;
-        for ((sum, square), energy) in self.sums[window.clone()].iter().zip(&self.squares[window]).zip(energy)
-        {
+        let around = self.neighbourhoods.around(length, place);
+        for (inverse, energy) in self.inverse_thresholds[around].iter().zip(energy) {
             for lane in 0..4 {
-                let share = if square[lane] > 0.0 {
-                    energy[lane] * sum[lane] / square[lane]
-                } else {
-                    f64::from(u8::from(energy[lane] > 0.0))
-                };
-                largest = largest.max(share);
+                largest = largest.max(energy[lane] * inverse[lane]);
             }
         }
         largest.min(1.0)
@@ -110,16 +176,23 @@ mod tests {
         (0..20_000).map(|_| vec![[libm::exp(-9.0 * random.between(0.0, 1.0)); 4]]).collect()
     }
 
-    fn selection(energies: &[Vec<Lanes>]) -> SonelSelection {
-        let mut selection = SonelSelection::new(1, 100.0);
-        energies.iter().for_each(|energy| selection.count(50.0, energy));
-        selection
+    const HERE: Vec3 = Vec3::splat(-4.0);
+    const THERE: Vec3 = Vec3::splat(4.0);
+
+    fn nothing() -> SonelCounts {
+        SonelCounts::new(Neighbourhoods::new(1, 100.0, DVec3::splat(10.0)))
+    }
+
+    fn counts(energies: &[Vec<Lanes>]) -> SonelCounts {
+        let mut counts = nothing();
+        energies.iter().for_each(|energy| counts.count(50.0, HERE, energy));
+        counts
     }
 
     #[test]
     fn selected_sonels_stand_for_all_and_are_few() {
         let energies = energies();
-        let selection = selection(&energies);
+        let selection = counts(&energies).selection(false);
         let (sum, squares) = energies
             .iter()
             .fold((0.0, 0.0), |(sum, squares), e| (sum + e[0][0], squares + e[0][0] * e[0][0]));
@@ -127,7 +200,7 @@ mod tests {
             let mut selector = Selector::new(offset);
             let (mut found, mut taken) = (0.0, 0);
             for energy in &energies {
-                let probability = selection.probability(50.0, energy);
+                let probability = selection.probability(50.0, HERE, energy);
                 if selector.takes(probability) {
                     found += energy[0][0] / weigh(probability);
                     taken += 1;
@@ -150,9 +223,40 @@ mod tests {
     #[test]
     fn equal_sonels_and_times_without_any_are_all_selected() {
         let equal = vec![vec![[0.25, 0.5, 0.0, 0.0]]; 10];
-        let selection = selection(&equal);
-        assert!(selection.probability(50.0, &equal[0]) >= 1.0);
-        assert!(selection.probability(90.0, &equal[0]) >= 1.0, "nothing was counted there");
-        assert!(selection.probability(50.0, &[[0.025, 0.05, 0.0, 0.0]]) < 0.5);
+        let selection = counts(&equal).selection(false);
+        assert!(selection.probability(50.0, HERE, &equal[0]) >= 1.0);
+        assert!(selection.probability(90.0, HERE, &equal[0]) >= 1.0, "nothing was counted there");
+        assert!(selection.probability(50.0, HERE, &[[0.025, 0.05, 0.0, 0.0]]) < 0.5);
+    }
+
+    #[test]
+    fn early_sonels_are_thinned_out_and_few_late_ones_are_not() {
+        let mut counts = nothing();
+        let (early, later, late) = ([[1.0; 4]], [[0.1; 4]], [[0.01; 4]]);
+        (0..1000).for_each(|_| counts.count(5.0, HERE, &early));
+        (0..1000).for_each(|_| counts.count(50.0, HERE, &later));
+        (0..20).for_each(|_| counts.count(95.0, HERE, &late));
+        let all = counts.selection(false);
+        let thinned = counts.selection(true);
+        let both = |length, energy| {
+            [all.probability(length, HERE, energy), thinned.probability(length, HERE, energy)]
+        };
+        for (found, expected) in [
+            (both(5.0, &early), [1.0, THINNED]),
+            (both(50.0, &later), [1.0, THINNED * LEAST]),
+            (both(95.0, &late), [1.0, 1.0]),
+        ] {
+            assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12));
+        }
+    }
+
+    #[test]
+    fn a_quiet_room_has_thresholds_of_its_own() {
+        let mut counts = nothing();
+        (0..100).for_each(|_| counts.count(5.0, HERE, &[[1.0; 4]]));
+        (0..100).for_each(|_| counts.count(5.0, THERE, &[[1e-3; 4]]));
+        let selection = counts.selection(false);
+        assert!(selection.probability(5.0, THERE, &[[1e-3; 4]]) > 0.999);
+        assert!(selection.probability(5.0, HERE, &[[1e-3; 4]]) < 0.002);
     }
 }

@@ -29,9 +29,9 @@ pub struct GatherSettings {
 
 /// Turns weigh bands differently: a ray that carries so many times what it left with goes on in parts.
 const HEAVY: f64 = 4.0;
-/// A ray that carries less than this part of what it left with goes on by roulette. Where hard walls face each other, few rays bring most of
-/// the late energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30.
-const LIGHT: f64 = 0.1;
+/// A ray that carries less than this part of what it left with, in every band, goes on by roulette. Where hard walls face each other, few rays
+/// bring most of the late energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30.
+pub const LIGHT: f64 = 0.02;
 
 /// Energies or factors per band, in place for up to eight bands: discs and rays are made by the million.
 pub type Weight = SmallVec<[Lanes; 2]>;
