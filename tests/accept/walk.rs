@@ -35,7 +35,7 @@ fn render(traced: &Traced, receivers: &[ReceiverPoint], estimator: Estimator) ->
 /// Energy of everything that has noise in the middle of the walk, per band [1/m²].
 fn rest(effects: &[&str], places: &[ReceiverPoint]) -> Vec<f64> {
     let traced =
-        Traced::with(effects, shipped("hall"), Settings { emissions: 20_000, ..Settings::default() });
+        Traced::with(effects, shipped("hall"), Settings { emissions: 100_000, ..Settings::default() });
     let rendering = render(&traced, &places[PLACES / 2..=PLACES / 2], Estimator::Auto);
     let exact = [PathClass::Direct, PathClass::ImageSource, PathClass::Edge];
     let mut sums = vec![0.0; traced.map.header().scene.bands.count()];
