@@ -115,7 +115,7 @@ mod tests {
     use crate::plan::tests::pilot;
     use crate::spread::student_factor;
 
-    const MAP: Effort = Effort { emissions: 10_000, rays: 5000, batches: 32 };
+    const MAP: Effort = Effort { emissions: 10_000, rays: 2500, batches: 32 };
 
     fn render_need(pilot: &Pilot, limit: f64) -> RenderNeed {
         pilot.render_need(&Targets::just_noticeable(limit), MAP)
@@ -127,7 +127,7 @@ mod tests {
         let limit = 0.1_f64;
         let square = (limit / student_factor(32)).powi(2);
         let found = render_need(&pilot(0.5 * square, square), limit);
-        assert_eq!((found.effort.rays, found.lacking), (10_000, None));
+        assert_eq!((found.effort.rays, found.lacking), (5000, None));
         assert_eq!(found.limited_by.unwrap().parameter, Parameter::T30);
     }
 
