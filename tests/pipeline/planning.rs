@@ -154,7 +154,7 @@ fn rays_stop_where_they_may_be_no_more() {
 fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
     let folder = test_folder();
     trace(&folder, "a.sonelmap", &["--sonels", "4k"]).unwrap();
-    let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &["--until", "level<0.028jnd"]);
+    let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &["--until", "level<0.02jnd"]);
     assert_eq!((outcome, &report["until"]["looks"]), (Outcome::Missed, &Value::from(1)));
     render(&folder, "a.sonelmap", "b.npz", &[]).unwrap();
     assert!(folder.bytes("a.npz") == folder.bytes("b.npz"));
@@ -164,7 +164,7 @@ fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
     let achieved = |sonels: u64| {
         let sonels = sonels.to_string();
         trace(&folder, "longer.sonelmap", &["--extend", &map, "--sonels", &sonels]).unwrap();
-        let (_, report) = render_until(&folder, "longer.sonelmap", "c.npz", &["--until", "level<0.028jnd"]);
+        let (_, report) = render_until(&folder, "longer.sonelmap", "c.npz", &["--until", "level<0.02jnd"]);
         report["until"]["worst"]["half_width_jnd"].as_f64().unwrap() / 0.02
     };
     let near = |ratio: f64| (1.0 / 1.5..1.5).contains(&ratio);

@@ -19,9 +19,10 @@ const WINDOWS: usize = 64;
 const PARTS: usize = 4;
 const CELLS: usize = PARTS * PARTS * PARTS;
 
-/// Sonels of the window with most energy that are taken where early ones are thinned out, of the most equal ones that any window has.
+/// Part of the effective number of sonels, (Σe)² / Σe² at its largest over time, that is taken from the window with most energy where early
+/// sonels are thinned out.
 const THINNED: f64 = 0.3;
-/// Smallest part of that number in any other window; between, numbers follow the energy.
+/// Smallest part of that in any other window; between, the number follows the energy.
 const LEAST: f64 = 0.1;
 
 /// Which sonels are about the same time and place.
@@ -64,7 +65,9 @@ impl Neighbourhoods {
 #[derive(Debug, Clone)]
 pub struct SonelCounts {
     neighbourhoods: Neighbourhoods,
+    /// Σe.
     sums: Vec<Lanes>,
+    /// Σe².
     squares: Vec<Lanes>,
 }
 
