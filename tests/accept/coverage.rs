@@ -29,11 +29,16 @@ pub struct Run {
     pub emissions: u64,
     pub band: usize,
     pub estimator: Estimator,
+    /// Whether few strong paths carry the late decay: intervals of T20 and T30, which follow its skewness, are wider than the spread.
+    pub is_skewed: bool,
 }
+
+/// Parameters whose intervals follow skewness.
+const SKEWED: [Parameter; 2] = [Parameter::T20, Parameter::T30];
 
 /// Value and interval of every parameter in one band.
 fn estimates(scene: &Scene, run: Run, seed: u64) -> Vec<(f64, [f64; 2])> {
-    let Run { emissions, band, estimator } = run;
+    let Run { emissions, band, estimator, .. } = run;
     let traced = Traced::new(scene.clone(), Settings { emissions, seed, ..Settings::default() });
     let response =
         traced.respond(RenderSettings { estimator, directions: true, ..RenderSettings::default() });
@@ -68,7 +73,8 @@ pub fn check(scene: &Scene, run: Run) {
             "{parameter:?}: {truth:.5} ± {spread:.5}, coverage {:.3}, width ratio {ratio:.2}",
             covered(1.0)
         );
-        if !(0.90..=0.99).contains(&covered(1.0)) || !(0.8..=1.3).contains(&ratio) {
+        let widest = if run.is_skewed && SKEWED.contains(parameter) { f64::INFINITY } else { 1.3 };
+        if !(0.90..=0.99).contains(&covered(1.0)) || !(0.8..=widest).contains(&ratio) {
             wrong.push(format!("{parameter:?}: coverage {}, width ratio {ratio}", covered(1.0)));
         }
         assert!(covered(0.5) < 0.90, "{parameter:?}: an interval of half the width is found out");
@@ -78,12 +84,18 @@ pub fn check(scene: &Scene, run: Run) {
 
 #[test]
 fn intervals_hold_in_the_mixed_shoebox() {
-    check(&shipped("shoebox"), Run { emissions: 4_000, band: 4, estimator: Estimator::Auto });
+    check(
+        &shipped("shoebox"),
+        Run { emissions: 4_000, band: 4, estimator: Estimator::Auto, is_skewed: false },
+    );
 }
 
 #[test]
 fn intervals_hold_where_rays_gather() {
-    check(&shipped("shoebox"), Run { emissions: 16_000, band: 4, estimator: Estimator::Gather });
+    check(
+        &shipped("shoebox"),
+        Run { emissions: 16_000, band: 4, estimator: Estimator::Gather, is_skewed: false },
+    );
 }
 
 /// Rays take over from connections at all distances there.
@@ -94,7 +106,7 @@ fn intervals_hold_next_to_walls() {
         scene.receivers.clear();
         check(
             &scene.with_receiver("near", place),
-            Run { emissions: 16_000, band: 4, estimator: Estimator::Auto },
+            Run { emissions: 16_000, band: 4, estimator: Estimator::Auto, is_skewed: false },
         );
     }
 }

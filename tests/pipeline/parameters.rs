@@ -1,6 +1,7 @@
 //! Known rooms from scene file to parameter, at the programs' default settings: levels, decay times and clarity with intervals
 //! that are narrow enough to mean something (docs/physics.md §8). The founding paper's room is in `accept`, `known_rooms`.
 
+use sonel_analysis::modal::ModalBands;
 use sonel_analysis::{Parameter, parameters};
 
 use sonel_testkit::test_folder::TestFolder;
@@ -62,6 +63,19 @@ fn mixed_box() {
         (Parameter::ClarityC80, 7.25, 0.1, 0.1),
     ];
     check(&small_box(0.5), &[], 3, &expected);
+}
+
+/// 2000 √(0.6 s/120 m³) = 141 Hz; in ten times the volume 45 Hz.
+#[test]
+fn bands_below_the_schroeder_frequency_are_named() {
+    let folder = small_box(0.5);
+    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).unwrap();
+    render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
+    let response = response(&folder, "a.npz");
+    let volume = response.metadata["volume_m3"].as_f64().unwrap();
+    let named = ModalBands::of(&parameters(&response), volume).unwrap().to_string();
+    assert!(named.starts_with("63, 125 Hz are below the Schroeder frequency (14"), "{named}");
+    assert_eq!(ModalBands::of(&parameters(&response), 10.0 * volume), None);
 }
 
 /// Image sources alone: no noise at all.

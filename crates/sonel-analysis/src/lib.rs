@@ -9,6 +9,7 @@
 //! - `lateral`: lateral fractions and the late lateral level, where the response has directions;
 //! - `support`: stage support at receivers one metre from a source;
 //! - [`open_plan`]: parameters of open-plan offices;
+//! - [`modal`]: bands below the Schroeder frequency;
 //! - [`average`]: single numbers and means over receivers;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when intervals are unreliable;
 //! - [`report`]: tables, CSV and JSON (docs/interface.md); [`plot`]: line plots with intervals and plans, as SVG or PNG.
@@ -34,6 +35,7 @@ mod lateral;
 pub mod map_comparison;
 pub mod measured;
 mod missing;
+pub mod modal;
 pub mod modulation;
 pub mod open_plan;
 pub mod outlier;

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use sonel_analysis::modal::ModalBands;
 use sonel_analysis::receiver::parameters_of;
 use sonel_analysis::{ReceiverParameters, report};
 use sonel_console::Outcome;
@@ -30,6 +31,9 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
             "note: receivers share sonels, so their errors are correlated; each interval holds for one parameter"
         )?;
     }
+    if let Some(bands) = modal_bands(&response, &parameters) {
+        writeln!(log, "note: {bands}")?;
+    }
     let warned = parameters.iter().map(warnings).sum::<usize>();
     if warned > 0 {
         let place = match arguments.format {
@@ -45,6 +49,11 @@ pub fn run(arguments: &Parameters, out: &mut dyn Write, log: &mut dyn Write) -> 
 /// The beginning of the line above every block: the scene, where the response names one.
 fn title(response: &Response) -> String {
     response.metadata["scene"].as_str().map(|scene| format!("{scene}: ")).unwrap_or_default()
+}
+
+/// Bands of a response whose room states its volume that lie below the Schroeder frequency.
+pub fn modal_bands(response: &Response, parameters: &[ReceiverParameters]) -> Option<ModalBands> {
+    ModalBands::of(parameters, response.metadata["volume_m3"].as_f64()?)
 }
 
 fn warnings(receiver: &ReceiverParameters) -> usize {

@@ -97,6 +97,9 @@ impl Run<'_> {
             },
             "sources": self.renderings.iter().map(|rendering| self.shares(rendering)).collect::<Vec<_>>(),
         });
+        if let Some(volume) = self.renderer.volume() {
+            metadata["volume_m3"] = volume.into();
+        }
         if self.settings.directions {
             metadata["options"]["directions"] = true.into();
         }

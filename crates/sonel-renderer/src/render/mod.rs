@@ -178,6 +178,12 @@ impl<'a> Renderer<'a> {
         &self.bins
     }
 
+    /// Volume of the air in the room [m³]; none where it is not closed.
+    #[must_use]
+    pub fn volume(&self) -> Option<f64> {
+        self.geometry.volume()
+    }
+
     /// [`Rendering::missing`] in the room, or in the box about an open scene.
     #[must_use]
     pub fn missing(&self, rendering: &Rendering) -> (Vec<f64>, Vec<f64>) {

@@ -5,8 +5,8 @@
 //! With ē = Σe² / Σe over the sonels about its time and place no more of them are selected than equal ones would have the same variance,
 //! (Σe)² / Σe², and the variance that they bring is at most doubled. Of several bands the one with the largest e / ē decides.
 //!
-//! Early there are far more equal packets than late, where T30 has its noise. Where rays gather, a sonel costs more to render than to trace,
-//! and fewer are taken of the early ones.
+//! Early there are more equal packets than late, where T30 has its noise. Where rays gather, a sonel costs more to render than to trace,
+//! and no more of the early ones are taken than is in proportion to the late.
 
 use std::ops::Range;
 
@@ -19,9 +19,11 @@ const WINDOWS: usize = 64;
 const PARTS: usize = 4;
 const CELLS: usize = PARTS * PARTS * PARTS;
 
-/// Part of the effective number of sonels, (Σe)² / Σe² at its largest over time, that is taken from the window with most energy where early
-/// sonels are thinned out.
-const THINNED: f64 = 0.3;
+/// Energy of a window, of that with most energy, from which on sonels count as late: the middle of the range of T30, 25 dB below the start.
+const LATE: f64 = 0.003_16;
+/// Sonels taken from the window with most energy where early ones are thinned out, in multiples of the effective number (Σe)² / Σe² of the late
+/// ones: EDT and T30 have about equal errors then, in just-noticeable differences, in the hall and in offices.
+const EARLY_PER_LATE: f64 = 14.0;
 /// Smallest part of that in any other window; between, the number follows the energy.
 const LEAST: f64 = 0.1;
 
@@ -100,23 +102,62 @@ impl SonelCounts {
     /// How sonels are selected, and whether early ones are thinned out.
     #[must_use]
     pub fn selection(&self, thins: bool) -> SonelSelection {
+        let thinned = if thins { EARLY_PER_LATE * self.late_per_early() } else { f64::INFINITY };
         let mut inverse_thresholds = vec![[f64::MAX; 4]; self.sums.len()];
-        for cell_and_lane in 0..CELLS * self.neighbourhoods.lanes {
-            for band in 0..4 {
-                let windows = self.neighbourhoods.windows(cell_and_lane);
-                let windows = windows.filter(|&at| self.squares[at][band] > 0.0);
-                let sum = |at: usize| self.sums[at][band];
-                let equal = |at: usize| sum(at) * sum(at) / self.squares[at][band];
-                let most_equal = windows.clone().map(equal).fold(0.0, f64::max);
-                let largest = windows.clone().map(sum).fold(0.0, f64::max);
-                for at in windows {
-                    let most =
-                        if thins { THINNED * most_equal * (sum(at) / largest).max(LEAST) } else { f64::MAX };
-                    inverse_thresholds[at][band] = equal(at).min(most) / sum(at);
-                }
+        for (cell_and_lane, band) in self.cells() {
+            let largest = self.largest_sum(cell_and_lane, band);
+            let most_equal = self.most_equal(cell_and_lane, band);
+            for at in self.windows(cell_and_lane, band) {
+                let sum = self.sums[at][band];
+                let most = thinned * most_equal * (sum / largest).max(LEAST);
+                inverse_thresholds[at][band] = self.equal(at, band).min(most) / sum;
             }
         }
         SonelSelection { neighbourhoods: self.neighbourhoods, inverse_thresholds }
+    }
+
+    /// Effective number of late sonels over that of the window with most of them, of the whole scene, in the band where it is least.
+    fn late_per_early(&self) -> f64 {
+        let mut counts = vec![[[0.0; 2]; 4]; self.neighbourhoods.lanes];
+        for (cell_and_lane, band) in self.cells() {
+            let largest = self.largest_sum(cell_and_lane, band);
+            let is_late = |&at: &usize| self.sums[at][band] < LATE * largest;
+            // After the window with most energy; the last one where the run ends before that.
+            let windows = self.windows(cell_and_lane, band).skip_while(|&at| self.sums[at][band] < largest);
+            let late = windows.clone().find(is_late).or_else(|| windows.clone().last());
+            let [late_count, early_count] = &mut counts[cell_and_lane % self.neighbourhoods.lanes][band];
+            *late_count += late.map_or(0.0, |at| self.equal(at, band));
+            *early_count += self.most_equal(cell_and_lane, band);
+        }
+        let shares =
+            counts.iter().flatten().filter(|[_, early]| *early > 0.0).map(|[late, early]| late / early);
+        shares.fold(f64::INFINITY, f64::min)
+    }
+
+    /// All cells with a lane each, and the bands in it.
+    fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        (0..CELLS * self.neighbourhoods.lanes)
+            .flat_map(|cell_and_lane| (0..4).map(move |band| (cell_and_lane, band)))
+    }
+
+    /// Windows with any energy of one band in a cell.
+    fn windows(&self, cell_and_lane: usize, band: usize) -> impl Iterator<Item = usize> + Clone + '_ {
+        self.neighbourhoods.windows(cell_and_lane).filter(move |&at| self.squares[at][band] > 0.0)
+    }
+
+    /// (Σe)² / Σe².
+    fn equal(&self, at: usize, band: usize) -> f64 {
+        self.sums[at][band] * self.sums[at][band] / self.squares[at][band]
+    }
+
+    /// The largest effective number of any window.
+    fn most_equal(&self, cell_and_lane: usize, band: usize) -> f64 {
+        self.windows(cell_and_lane, band).map(|at| self.equal(at, band)).fold(0.0, f64::max)
+    }
+
+    /// The largest energy of any window.
+    fn largest_sum(&self, cell_and_lane: usize, band: usize) -> f64 {
+        self.windows(cell_and_lane, band).map(|at| self.sums[at][band]).fold(0.0, f64::max)
     }
 }
 
@@ -233,23 +274,26 @@ mod tests {
     }
 
     #[test]
-    fn early_sonels_are_thinned_out_and_few_late_ones_are_not() {
-        let mut counts = nothing();
-        let (early, later, late) = ([[1.0; 4]], [[0.1; 4]], [[0.01; 4]]);
-        (0..1000).for_each(|_| counts.count(5.0, HERE, &early));
-        (0..1000).for_each(|_| counts.count(50.0, HERE, &later));
-        (0..20).for_each(|_| counts.count(95.0, HERE, &late));
-        let all = counts.selection(false);
-        let thinned = counts.selection(true);
-        let both = |length, energy| {
-            [all.probability(length, HERE, energy), thinned.probability(length, HERE, energy)]
+    fn early_sonels_are_thinned_out_where_late_ones_are_few() {
+        let (early, later, late) = ([[1.0; 4]], [[0.1; 4]], [[0.001; 4]]);
+        let probabilities = |late_count: u32| {
+            let mut counts = nothing();
+            (0..1000).for_each(|_| counts.count(5.0, HERE, &early));
+            (0..1000).for_each(|_| counts.count(50.0, HERE, &later));
+            (0..late_count).for_each(|_| counts.count(95.0, HERE, &late));
+            let all = counts.selection(false);
+            assert!(all.probability(5.0, HERE, &early) >= 1.0);
+            let thinned = counts.selection(true);
+            [(5.0, &early), (50.0, &later), (95.0, &late)]
+                .map(|(length, energy)| thinned.probability(length, HERE, energy))
         };
-        for (found, expected) in [
-            (both(5.0, &early), [1.0, THINNED]),
-            (both(50.0, &later), [1.0, THINNED * LEAST]),
-            (both(95.0, &late), [1.0, 1.0]),
-        ] {
-            assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12));
+        let few = 0.02 * EARLY_PER_LATE;
+        for (late_count, expected) in [(20, [few, few * LEAST, 1.0]), (1000, [1.0; 3])] {
+            let found = probabilities(late_count);
+            assert!(
+                found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12),
+                "{found:?}"
+            );
         }
     }
 

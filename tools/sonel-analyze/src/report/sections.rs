@@ -9,6 +9,7 @@ use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, report};
 use super::charts::{self, layout, rounded};
 use super::page::{Page, escaped};
 use super::{MOST_PAIRS, Subject, Traced, words};
+use crate::parameters::modal_bands;
 
 /// Single numbers, in the order of the tables.
 const SINGLE: [Parameter; 6] = [
@@ -131,7 +132,10 @@ pub fn remarks(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
     if subjects.iter().any(|subject| subject.parameters.len() > 1) {
         remarks.push("All receivers share one simulation, so their errors are correlated; each interval holds for one value.".to_owned());
     }
-    remarks.push("The simulation computes energies. It is not valid below the Schroeder frequency of a room, where single modes dominate.".to_owned());
+    for subject in subjects {
+        let bands = modal_bands(&subject.response, &subject.parameters);
+        remarks.extend(bands.map(|bands| format!("{}: {bands}.", subject.name)));
+    }
     page.list(&remarks);
 }
 
