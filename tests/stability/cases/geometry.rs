@@ -15,19 +15,21 @@ use sonel_tests::{Traced, shipped};
 
 use super::form;
 
+/// Packets where those paths are asked for that do not depend on any.
+const FEWEST: u64 = 32;
 /// Largest standard error as a part of the energy in a window.
 const LARGEST_ERROR: f64 = 0.03;
 
 /// What is heard in the box of uneven walls drawn as `mesh`, and its image-source paths.
 fn received(mesh: Mesh, seed: u64) -> (Vec<Windows>, Vec<DiscreteArrival>) {
-    let emissions = form(40_000, 200_000);
-    let traced =
-        Traced::new(Scene { mesh, ..WILD.scene() }, Settings { emissions, seed, ..Settings::default() });
+    let scene = Scene { mesh, ..WILD.scene() };
+    let with = |emissions| Traced::new(scene.clone(), Settings { emissions, seed, ..Settings::default() });
+    let traced = with(form(40_000, 200_000));
     assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
     assert_eq!(traced.ledger.fates.count(Fate::Escaped), 0);
-    let chains = RenderSettings { mirror_order: Some(3), ..RenderSettings::default() };
     let received = windows(&traced, RenderSettings::default(), &BORDERS).swap_remove(0);
-    (received, traced.render(chains).arrivals)
+    let chains = RenderSettings { mirror_order: Some(3), ..RenderSettings::default() };
+    (received, with(FEWEST).render(chains).arrivals)
 }
 
 /// What differs between the box drawn well and drawn as `mesh`.
