@@ -48,6 +48,7 @@ fn half_widths(traced: &Traced) -> Vec<[f64; 3]> {
 /// Half-widths of 32 batches scatter by 13 %, so a ratio of two is found within 1.5 and 2.5; what connections alone, tiny spheres or
 /// discs make of it is ten times the middle's.
 #[test]
+#[ignore = "long: cargo xtask accept"]
 fn next_to_walls_intervals_are_at_most_twice_as_wide() {
     for walls in [(0.2, 0.5), (0.1, 0.1)] {
         let receivers: Vec<[f64; 3]> = [MIDDLE].into_iter().chain(NEAR).collect();

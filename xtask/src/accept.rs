@@ -74,7 +74,7 @@ fn tests() -> Result<()> {
         succeed(workspace::cargo(&[&build, arguments, &run].concat()))
     };
     in_release(&["--test", "accept", "--package", "sonel-geometry", "--test", "rays", "--"])?;
-    in_release(&["--test", "physics", "--", "--ignored"])
+    in_release(&["--test", "physics", "--package", "sonel-testkit", "--lib", "--", "--ignored"])
 }
 
 fn succeed(mut command: Command) -> Result<()> {
