@@ -136,6 +136,9 @@ pub fn remarks(page: &mut Page, subjects: &[Subject], map: Option<&Traced>) {
         let bands = modal_bands(&subject.response, &subject.parameters);
         remarks.extend(bands.map(|bands| format!("{}: {bands}.", subject.name)));
     }
+    if subjects.iter().any(|subject| subject.response.metadata["volume_m3"].is_null()) {
+        remarks.push("The simulation computes energies. It is not valid below the Schroeder frequency of a room, where single modes dominate.".to_owned());
+    }
     page.list(&remarks);
 }
 
