@@ -1,10 +1,12 @@
 //! What the tests across crates share: a scene traced into a map in memory, and the map rendered.
 
 pub mod bent;
+pub mod buildings;
 pub mod change;
 pub mod coupled_door;
 pub mod effect_scenes;
 pub mod estimates;
+pub mod general_position;
 pub mod meshes;
 pub mod octaves;
 pub mod two_rooms;

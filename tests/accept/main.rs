@@ -10,6 +10,7 @@ mod coverage;
 mod effects;
 mod fit;
 mod flipped_bits;
+mod general_position;
 mod invariances;
 mod known_rooms;
 mod losses;

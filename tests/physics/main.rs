@@ -13,6 +13,7 @@ mod directivity;
 mod effects;
 mod fit;
 mod free_field;
+mod general_position;
 mod gradient;
 mod gradient_edges;
 mod invariances;

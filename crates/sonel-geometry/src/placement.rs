@@ -1,14 +1,15 @@
 //! Where sources and receivers may stand: in air that a source can reach, and clear of every surface.
 //!
-//! In a closed room the air is the inside of its hull without the closed objects in it; solids that stand flush against the hull are outside it. In the open every closed shell is a
-//! solid, unless a source stands in the same shells: sound does not pass surfaces.
+//! In a closed room the air is what is within its hull but in no solid. In the open everything closed is a solid, unless a source stands in it:
+//! sound does not pass surfaces.
 
 use std::fmt;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use thiserror::Error;
 
-use crate::{Departure, Geometry};
+use crate::Geometry;
+use crate::cells::OUTSIDE;
 
 /// Clearance in lifts. Rays leave a surface one lift above it, so that nearer than that a point is behind the start of
 /// rays from the wall. The second lift keeps image-source paths along the wall, which start one lift above it too.
@@ -99,24 +100,12 @@ impl Geometry {
         if distance < clearance {
             return Some(Obstacle::Surface { distance, clearance });
         }
-        let shells = self.shells_around(point);
-        if self.is_closed_room() {
-            return match self.nesting(&shells) {
-                None if self.is_walled_in(point) => Some(Obstacle::Solid { distance }),
-                None => Some(Obstacle::Hull { distance }),
-                Some(depth) => (depth % 2 == 1).then_some(Obstacle::Solid { distance }),
-            };
+        let cell = self.cell_at(point);
+        if self.cells.is_room && cell == OUTSIDE {
+            return Some(Obstacle::Hull { distance });
         }
-        let is_reached =
-            || shells.is_empty() || sources.iter().any(|&source| self.shells_around(source) == shells);
-        (!is_reached()).then_some(Obstacle::Solid { distance })
-    }
-
-    /// Whether something lies in all six directions: so it is in a solid that stands flush against a hull, and next to nowhere outside one.
-    fn is_walled_in(&self, point: DVec3) -> bool {
-        let from = Departure::free(self.to_local(point));
-        let both = |axis: Vec3| [axis, -axis];
-        Vec3::AXES.into_iter().flat_map(both).all(|way| self.closest_hit(from, way).is_some())
+        let is_reached = || !self.cells.is_room && sources.iter().any(|&source| self.cell_at(source) == cell);
+        (!self.cells.cell(cell).is_air && !is_reached()).then_some(Obstacle::Solid { distance })
     }
 
     /// A free position near `point`: beside the nearest surface, then beside the next one, at most `pushes` times.

@@ -315,12 +315,6 @@ fn build(
                 mended.attached
             ));
         }
-        if mended.doubled > 0 {
-            report.repaired_fault(format!(
-                "{path}: triangles with the corners of another within rounding left out: {}",
-                mended.doubled
-            ));
-        }
         before -= mended.joined;
         dropped = mended.dropped;
         walls.mesh = mended.mesh;
@@ -336,6 +330,12 @@ fn build(
     let joined = before.saturating_sub(geometry.mesh().vertices.len());
     if joined > 0 {
         report.repair(format!("{path}: vertices joined to others at the same place: {joined}"));
+    }
+    if geometry.united_area() > 0.0 {
+        report.repaired_fault(format!(
+            "{path}: {} m² are drawn more than once; there the first face counts",
+            number(geometry.united_area())
+        ));
     }
     let dropped = dropped + geometry.dropped_triangles();
     if dropped > 0 {

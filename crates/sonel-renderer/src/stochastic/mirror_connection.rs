@@ -153,7 +153,7 @@ impl ReceiverImages {
         let towards = match &self.tree {
             None => -offset * image.signs,
             Some(tree) => {
-                let Some(towards) = tree.connect(medium.geometry, index, from, sonel.departure) else {
+                let Some(towards) = tree.connect(medium.geometry, index, from, sonel.departure.plane) else {
                     return;
                 };
                 towards
