@@ -16,7 +16,7 @@ struct Run {
 
 const ACCURATE: Run = Run {
     scene: "seed-room",
-    effects: &["diffraction", "bending"],
+    effects: &["diffraction"],
     mode: Mode::Accurate,
     spectral: Spectral::Shared,
     estimator: Estimator::Auto,
