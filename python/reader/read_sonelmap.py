@@ -13,12 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT, PASSED, DIFFRACTED, RETURNED = range(8)
+SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED = range(4)
+DIFFRACTED, RETURNED = 6, 7
 ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST, LEFT = range(8, 14)
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
-EDGE = np.dtype([("ends", "<f8", (2, 3))])
-FACES = np.dtype([("faces", "<f8", (2, 4))])
 CHUNK = np.dtype([("source", "<u4"), ("paths", "<u4"), ("first_emission", "<u8"), ("vertices", "<u8"),
                   ("offset", "<u8"), ("digest", "V32")])
 VERTEX = np.dtype([("position", "<f4", 3), ("tag", "<u4")])
@@ -93,8 +92,6 @@ class SonelMap:
         self.sections = {section["name"]: section for section in self.header["sections"]}
         self.surfaces = self.section("surfaces", SURFACE)
         self.chunks = self.section("chunks", CHUNK)
-        self.edges = self.section("edges", EDGE)["ends"] if "edges" in self.sections else np.zeros((0, 2, 3))
-        self.faces = self.section("edges.faces", FACES)["faces"] if "edges.faces" in self.sections else np.zeros((0, 2, 4))
         self.directivity = None
         if "directivity" in self.sections:
             self.directivity = Record(self.section("directivity", "<u1").tobytes()).take(DIRECTIVITY)
@@ -102,7 +99,6 @@ class SonelMap:
         uniform = np.zeros(len(self.header["scene"]["materials"]), np.uint8)
         self.laws = self.section("absorption.laws", "<u1") if "absorption.laws" in self.sections else uniform
         self.gradient = float(self.section(GRADIENT, "<f8")[0]) if GRADIENT in self.sections else 0.0
-        self.reach = self.section("edges.reach", "<f8") if "edges.reach" in self.sections else np.zeros(1)
 
     def section(self, name, dtype):
         """The rows of a section."""
@@ -181,72 +177,6 @@ def shares(factors, passed_on):
     more = np.where(rare, LEAST_THROUGH * passed_on / np.where(rare, through, 1), 1)
     less = np.where(rare, (1 - LEAST_THROUGH) * passed_on / np.where(rare, back, 1), 1)
     return np.concatenate([less, less, more], 1)
-
-
-GAMMA = 0.87
-
-
-def wavelengths(map):
-    scene = map.header["scene"]
-    return scene["speed_of_sound"] / scene["nominal_frequencies"]
-
-
-def reach(map):
-    """Largest distance from an edge at which each band is bent [m]; below zero where it is not."""
-    return np.where(map.reach > 0, map.reach, -1.0)
-
-
-def sizes_seen(map, vertex, before, foot):
-    """What a packet sees of the faces of an edge: before it is bent, bent, and if it were bent by the opposite angle [m]."""
-    edge = vertex["tag"] >> 5
-    first, last = map.edges[edge] - map.header["center"]
-    along = (last - first) / np.linalg.norm(last - first)
-    direction = (foot - before) / np.linalg.norm(foot - before)
-    outward = foot - first - (foot - first) @ along * along
-    outward = outward / np.linalg.norm(outward)
-    forward = np.cross(along, outward) * (-1 if vertex["tag"] >> 4 & 1 else 1)
-    slant = direction @ along
-    across = np.sqrt(max(1 - slant**2, 0))
-
-    def seen(way):
-        return max(min(face[3], abs(face[:3] @ way)) for face in map.faces[edge])
-
-    def bent(tangent):
-        return slant * along + across / np.sqrt(1 + tangent**2) * (forward - tangent * outward)
-
-    tangent = float(vertex["position"][2])
-    return seen(direction), seen(bent(tangent)), seen(bent(-tangent))
-
-
-def at_edge(map, event, vertex, alive, before, foot):
-    """What passing an edge multiplies f and p of the bands still alive by, up to a common factor."""
-    _, distance, tangent = vertex["position"].astype(float)
-    straight, turned, opposite = (size >= wavelengths(map) / 2 for size in sizes_seen(map, vertex, before, foot))
-    bends = straight & (distance <= reach(map))
-    if event == PASSED:
-        return ~bends * 1.0
-    preference = np.where(turned == opposite, 1.0, 2.0 * turned)
-    concentration = 4 * np.pi / (GAMMA * wavelengths(map))
-    exponent = np.log(concentration) - (concentration * distance * tangent) ** 2 / 2
-    exponent = np.where(alive & bends, exponent, -np.inf)
-    return preference * np.exp(exponent - exponent.max())
-
-
-def places(map, origin, vertices):
-    """Local positions of all vertices of a path; those at edges are where the path touches a cylinder about the edge."""
-    points = vertices["position"].astype(float)
-    for step in np.flatnonzero(np.isin(vertices["tag"] & 15, (BENT, PASSED))):
-        before = points[step - 1] if step else origin
-        first, last = map.edges[vertices["tag"][step] >> 5] - map.header["center"]
-        along = (last - first) / np.linalg.norm(last - first)
-        height, distance, _ = points[step]
-        radial = before - first - (before - first) @ along * along
-        radius = np.linalg.norm(radial)
-        cosine = min(distance / radius, 1)
-        sine = np.sqrt(1 - cosine**2) * (-1 if vertices["tag"][step] >> 4 & 1 else 1)
-        outward = (cosine * radial + sine * np.cross(along, radial)) / radius
-        points[step] = first + height * along + distance * outward
-    return points
 
 
 def stretches(map, source, vertices):
@@ -423,17 +353,12 @@ def sonels(map, source):
         # The directivity factor is part of the energy alone, not of the probabilities.
         share = share * directivity(map, source, directions.direction(emission))
         feeding, drawing = carried.copy(), carried.copy()
-        points = places(map, origin, vertices)
+        points = vertices["position"].astype(float)
         lengths = np.cumsum(legs(map, source, origin, points, vertices))
         events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5
         for step, (event, surface) in enumerate(zip(events, surfaces)):
             if event in (ESCAPED, EXPIRED, LOST, LEFT):
                 break
-            if event in (BENT, PASSED):
-                before = points[step - 1] if step else origin
-                factor = at_edge(map, event, vertices[step], drawing > 0, before, points[step])
-                feeding, drawing = feeding * factor, drawing * factor
-                continue
             if event in (DIFFRACTED, REFRACTED, RETURNED):
                 continue
             energy = share * feeding / (led * drawing).sum()

@@ -3,8 +3,6 @@
 #![allow(clippy::print_stdout, reason = "people read what long runs measured")]
 
 mod agreement;
-mod bending;
-mod bent_estimators;
 mod comparison;
 mod coverage;
 mod effects;

@@ -2,7 +2,6 @@
 
 mod absorption_law;
 mod barrier;
-mod bending;
 mod box_energies;
 mod conservation;
 mod diffraction;

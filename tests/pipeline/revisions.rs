@@ -16,11 +16,11 @@ struct Run {
 
 const ACCURATE: Run = Run {
     scene: "seed-room",
-    effects: &["diffraction", "bending"],
+    effects: &["diffraction"],
     mode: Mode::Accurate,
     spectral: Spectral::Shared,
     estimator: Estimator::Auto,
-    digests: ["8fc84660442f16ec", "136ed1a329023513"],
+    digests: ["f4792fad5061fd41", "c548b2c29659514e"],
 };
 
 /// The revisions that wrote the digests of [`RUNS`].

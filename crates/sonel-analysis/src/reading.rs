@@ -30,7 +30,6 @@ impl<'a> Reading<'a> {
         Self::with(map, geometry, |classes| {
             CoefficientTable::grouped(materials, classes, map.header().settings.survival)
                 .with_geometry(geometry)
-                .with_edges(map.edge_table())
                 .with_media(scene, geometry.center())
         })
     }

@@ -13,7 +13,6 @@ use sonel_geometry::{Geometry, Side, SpeedProfile, SurfaceId};
 use sonel_scene::{Media, Scene};
 
 use crate::classes::BandClasses;
-use crate::edges::EdgeTable;
 use crate::format::SurfaceRow;
 use crate::incidence;
 use crate::lanes::{Lanes, multiply, to_lanes};
@@ -79,7 +78,6 @@ pub struct CoefficientTable {
     /// Material and unit normal of every surface.
     surfaces: Vec<(u32, DVec3)>,
     transmits: bool,
-    edges: Option<EdgeTable>,
     media: Option<(Media, Vec<f64>)>,
     /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
     profile: Option<(SpeedProfile, f64)>,
@@ -107,7 +105,7 @@ impl CoefficientTable {
         let laws = materials.iter().map(|material| law(material, classes)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
         let (bands, surfaces) = (classes.count(), Vec::new());
-        Self { bands, rows, first_rows, laws, surfaces, transmits, edges: None, media: None, profile: None }
+        Self { bands, rows, first_rows, laws, surfaces, transmits, media: None, profile: None }
     }
 
     /// The same for these surfaces of a map.
@@ -210,12 +208,6 @@ impl CoefficientTable {
         self
     }
 
-    /// The same with the edges that bend, which has to have a column for every band.
-    #[must_use]
-    pub fn with_edges(self, edges: Option<EdgeTable>) -> Self {
-        Self { edges, ..self }
-    }
-
     /// The same with what sound meets in the air of `scene`, whose middle is `center`: other airs, or a gradient of its speed.
     #[must_use]
     pub fn with_media(self, scene: &Scene, center: DVec3) -> Self {
@@ -252,13 +244,6 @@ impl CoefficientTable {
     #[must_use]
     pub fn has_media(&self) -> bool {
         self.media.is_some()
-    }
-
-    /// The edges, where any bend.
-    #[inline]
-    #[must_use]
-    pub fn edges(&self) -> Option<&EdgeTable> {
-        self.edges.as_ref()
     }
 
     /// Number of columns: bands, or classes of bands.

@@ -278,25 +278,6 @@ impl<'t> ImageTree<'t> {
         self.validate(geometry, &self.nodes[image], (point, left), None)
     }
 
-    /// Where the chain of image number `image` from `point` is mirrored, in order [m], and the normals of the surfaces there.
-    #[must_use]
-    pub fn points_on_walls(
-        &self,
-        geometry: &Geometry,
-        image: usize,
-        mut point: DVec3,
-    ) -> Vec<(DVec3, DVec3)> {
-        let mut points_on_walls = Vec::new();
-        let mut link = Some(&self.nodes[image]);
-        while let Some(node) = link {
-            let Some(point_on_wall) = crossing(geometry, node.mirror, point, node.image) else { break };
-            points_on_walls.push((point_on_wall, geometry.surface(node.mirror.surface).normal));
-            point = point_on_wall;
-            link = node.parent.map(|parent| &self.nodes[parent as usize]);
-        }
-        points_on_walls
-    }
-
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
     /// numbers in ascending order of reflections.
     pub fn follow(&self, geometry: &Geometry, direction: DVec3, mut found: impl FnMut(usize)) {
