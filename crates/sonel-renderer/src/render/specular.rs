@@ -144,7 +144,7 @@ impl Renderer<'_> {
         if let Some(bends) = &self.bends {
             bends.keep_straight(self.geometry, [way.start, arrived], energy);
         }
-        let row = self.table.row(hit.surface, way.direction.as_dvec3());
+        let row = &*self.table.row(hit.surface, way.direction.as_dvec3());
         let through = row.through();
         let passes = through > 0.0 && stream.uniform_fine() < through;
         let (factors, share) =
