@@ -251,6 +251,7 @@ fn compile(
     scene.digest = digest(document, toml_text, &scene.sources);
     if let Some(geometry) = &geometry {
         room::describe(&scene, geometry, unit, report);
+        room::warn_of_its_side(&scene, geometry, report);
     }
     scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
     if let Some(geometry) = &geometry {
