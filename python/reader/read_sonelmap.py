@@ -122,7 +122,7 @@ class SonelMap:
 
 def coefficients(map):
     """f and p per row, event (specular, diffuse, transmitted) and band. A row is a material or, where it is locally reacting, one of
-    its ranges of angles; and the first row of every material."""
+    its ranges of angles, whose f are means; and the first row of every material."""
     beta, rows, first = map.header["settings"]["survival"], [], []
     for material, law in zip(map.header["scene"]["materials"], map.laws):
         first.append(len(rows))
@@ -142,29 +142,50 @@ BOUNDS = [0.0] + [2.0**octave * (1 + eighth / 8) for octave in range(-10, 0) for
 
 def locally_reacting(alpha):
     """What a wall with these coefficients in a diffuse field absorbs of diffuse sound in each range of angles."""
+    impedance = impedances(alpha)
+    means = [(primitive(impedance, high) - primitive(impedance, low)) / (high**2 - low**2) for low, high in zip(BOUNDS, BOUNDS[1:])]
+    return [np.where(alpha > 0, mean, 0.0) for mean in means]
 
-    def primitive(impedance, cosine):
-        x = impedance * cosine
-        series = x**3 / 3 - x**4 / 2 + 3 * x**5 / 5 - 2 * x**6 / 3 + 5 * x**7 / 7 - 3 * x**8 / 4
-        return 8 / impedance**2 * np.where(x < 0.01, series, x - 2 * np.log1p(x) + x / (1 + x))
 
+def primitive(impedance, cosine):
+    """Integral of the absorption of diffuse sound up to a cosine of incidence."""
+    x = impedance * cosine
+    series = x**3 / 3 - x**4 / 2 + 3 * x**5 / 5 - 2 * x**6 / 3 + 5 * x**7 / 7 - 3 * x**8 / 4
+    return 8 / impedance**2 * np.where(x < 0.01, series, x - 2 * np.log1p(x) + x / (1 + x))
+
+
+def impedances(alpha):
+    """Of walls with these coefficients in a diffuse field."""
     softest, hardest = np.full_like(alpha, 1.5671414), 8 / np.maximum(alpha, 1e-300)
     for _ in range(200):
         middle = np.sqrt(softest * hardest)
         harder = primitive(middle, 1.0) > alpha
         softest, hardest = np.where(harder, middle, softest), np.where(harder, hardest, middle)
-    impedance = np.sqrt(softest * hardest)
-    means = [(primitive(impedance, high) - primitive(impedance, low)) / (high**2 - low**2) for low, high in zip(BOUNDS, BOUNDS[1:])]
-    return [np.where(alpha > 0, mean, 0.0) for mean in means]
+    return np.sqrt(softest * hardest)
 
 
-def row_met(map, first, surface, direction):
-    """The row of coefficients for a packet that meets a surface in a direction."""
-    material = map.surfaces["material"][surface]
-    if not map.laws[material]:
-        return first[material]
-    cosine = abs(direction @ map.surfaces["normal"][surface]) / np.linalg.norm(direction)
-    return first[material] + np.clip(np.searchsorted(BOUNDS, cosine, "right") - 1, 0, len(BOUNDS) - 2)
+class Coefficients:
+    """What packets meet at surfaces."""
+
+    def __init__(self, map):
+        self.map = map
+        self.factors, self.probabilities, self.first = coefficients(map)
+        materials = map.header["scene"]["materials"]
+        self.impedances = [impedances(np.array(material["absorption"])) for material in materials]
+
+    def met(self, surface, direction):
+        """f and p per event and band for a packet that meets a surface in a direction: f of its angle, p of its range."""
+        material = self.map.surfaces["material"][surface]
+        first = self.first[material]
+        if not self.map.laws[material]:
+            return self.factors[first], self.probabilities[first]
+        cosine = abs(direction @ self.map.surfaces["normal"][surface]) / np.linalg.norm(direction)
+        row = first + np.clip(np.searchsorted(BOUNDS, cosine, "right") - 1, 0, len(BOUNDS) - 2)
+        given = self.map.header["scene"]["materials"][material]
+        alpha, s = np.array(given["absorption"]), np.array(given["scattering"])
+        x = self.impedances[material] * cosine
+        reflected = 1 - np.where(alpha > 0, 4 * x / (1 + x) ** 2, 0.0)
+        return np.stack([reflected * (1 - s), reflected * s, 0 * s]), self.probabilities[row]
 
 
 LEAST_THROUGH = 0.15
@@ -342,8 +363,8 @@ def unit(bits):
 
 
 def sonels(map, source):
-    """Every sonel of a source: (surface, back, local position, path length, incident energy per band, its row of coefficients)."""
-    energy_factors, probabilities, first = coefficients(map)
+    """Every sonel of a source: (surface, back, local position, path length, incident energy per band, f per event and band)."""
+    coefficients = Coefficients(map)
     emissions = Emissions(map)
     emitter = map.header["scene"]["sources"][source]
     directions = Directions(map, source)
@@ -362,12 +383,12 @@ def sonels(map, source):
             if event in (DIFFRACTED, REFRACTED, RETURNED):
                 continue
             energy = share * feeding / (led * drawing).sum()
-            row = row_met(map, first, surface, points[step] - (points[step - 1] if step else origin))
-            yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy, row
+            factors, probabilities = coefficients.met(surface, points[step] - (points[step - 1] if step else origin))
+            yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy, factors
             if event >= ABSORBED:
                 break
-            feeding = feeding * energy_factors[row, event]
-            drawing = drawing * probabilities[row, event]
+            feeding = feeding * factors[event]
+            drawing = drawing * probabilities[event]
             scale = 1 / drawing.max()  # common to both, so it drops out: nothing underflows
             feeding, drawing = feeding * scale, drawing * scale
 
@@ -375,19 +396,18 @@ def sonels(map, source):
 def connections(map, source, receiver):
     """Fluence per unit emitted energy and band [1/m²] by connection in an empty convex room: nothing is in the way."""
     scene = map.header["scene"]
-    diffuse = coefficients(map)[0][:, DIFFUSE]
     attenuation = np.array(scene["air_attenuation"])
     target = np.array(receiver) - map.header["center"]
     reach = scene["duration"] * scene["speed_of_sound"]
     fluence = np.zeros(len(attenuation))
-    for surface, back, point, length, energy, met in sonels(map, source):
+    for surface, back, point, length, energy, factors in sonels(map, source):
         row = map.surfaces[surface]
         offset = target - point
         distance = np.linalg.norm(offset)
         cosine = (-1 if back else 1) * (offset @ row["normal"]) / distance
         if cosine > 0 and length + distance <= reach:
             air = np.exp(-attenuation * (length + distance))
-            fluence += energy * diffuse[met] * cosine / (np.pi * distance**2) * air
+            fluence += energy * factors[DIFFUSE] * cosine / (np.pi * distance**2) * air
     return fluence
 
 

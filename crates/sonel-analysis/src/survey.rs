@@ -129,7 +129,7 @@ impl Walk<'_> {
             }
             ledger.segment(segment.energy);
             let Some(arrival) = segment.arrival else { return };
-            let row = table.row(arrival.surface, segment.direction());
+            let row = &*table.row(arrival.surface, segment.direction());
             ledger.arrived(segment.energy, row);
             found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
             found.order(segment.history.order, *bands).add(segment.energy, &row.dissipated);

@@ -128,7 +128,7 @@ pub fn sweep(
             let beyond = usize::from(event == Event::Refracted);
             air = table.across(vertex.surface(), vertex.side()).map_or(air, |airs| airs[beyond]);
         } else if event != Event::Diffracted {
-            let row = table.row(vertex.surface(), end - start);
+            let row = &*table.row(vertex.surface(), end - start);
             weight.pass(match event {
                 Event::Diffuse => &row.diffuse,
                 Event::Transmitted => &row.transmitted,

@@ -15,13 +15,15 @@ use crate::library;
 use crate::notation::{count, number};
 use crate::report::{Remarks, Report};
 use crate::room;
-use crate::scene::LONGEST_DEFAULT_DURATION;
 use crate::seclusion;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls, is_side};
 use crate::sections::{air, materials, regions};
-use crate::{DURATION_PER_SABINE_TIME, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
+use crate::{
+    DURATION_PER_SABINE_TIME, LONGEST_DEFAULT_DURATION, LONGEST_DURATION, Problem, Receiver, Scene,
+    SceneErrors, Source,
+};
 
 /// Keys of the document itself.
 const KEYS: [&str; 15] = [
@@ -236,6 +238,7 @@ fn compile(
         bands: bands.bands,
         air: air.air,
         duration: 0.0,
+        has_default_duration: document.get("duration_s").is_none(),
         materials,
         mesh,
         sources: sources.into_iter().map(|Placed { point, .. }| point).collect(),
@@ -248,6 +251,7 @@ fn compile(
     scene.digest = digest(document, toml_text, &scene.sources);
     if let Some(geometry) = &geometry {
         room::describe(&scene, geometry, unit, report);
+        room::warn_of_its_side(&scene, geometry, report);
     }
     scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
     if let Some(geometry) = &geometry {
@@ -387,7 +391,7 @@ fn note_unused(materials: &[Material], walls: &Walls, up: DVec3, report: &mut Re
     }
 }
 
-/// The duration stated, or 1.2 times the largest Sabine time, rounded up to hundredths of a second.
+/// The duration stated, or at least 1.2 times the largest Sabine time, rounded up to hundredths of a second.
 fn read_duration(
     document: &Table<'_>,
     scene: &Scene,
@@ -419,7 +423,7 @@ fn read_duration(
         report.problem(0, message);
     }
     report.note(format!(
-        "duration_s: {duration:.2} (default: 1.2 times the largest Sabine time, {sabine:.3} s)"
+        "duration_s: at least {duration:.2} (default: 1.2 times the largest Sabine time, {sabine:.3} s; longer where the room decays more slowly)"
     ));
     duration
 }

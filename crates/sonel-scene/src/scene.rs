@@ -14,14 +14,14 @@ use crate::notation;
 pub const DEFAULT_POWER_LEVEL_DB: f64 = 90.0;
 /// Scattering coefficient of a material that states neither scattering nor diffuse.
 pub const DEFAULT_SCATTERING: f64 = 0.1;
-/// A scene that states no duration lasts this many times its largest Sabine time.
+/// A scene that states no duration lasts at least this many times its largest Sabine time.
 pub const DURATION_PER_SABINE_TIME: f64 = 1.2;
 
 /// Longest duration of a scene [s]: an hour. No room reverberates for more than a few minutes, and a lossless one never ends.
 pub const LONGEST_DURATION: f64 = 3600.0;
 /// Longest duration taken unless the scene states one [s]: large cathedrals have T of 10 to 13 s, reverberation chambers up to 15 s at low
 /// frequencies, which makes 18 s.
-pub(crate) const LONGEST_DEFAULT_DURATION: f64 = 30.0;
+pub const LONGEST_DEFAULT_DURATION: f64 = 30.0;
 
 /// A scene after loading: no path, no unit but SI, every list as long as there are bands.
 ///
@@ -42,6 +42,9 @@ pub struct Scene {
     pub air_attenuation: Vec<f64>,
     /// How long echograms are simulated [s].
     pub duration: f64,
+    /// Whether the scene file states no duration: it is 1.2 times the largest Sabine time, and a run may last longer.
+    #[serde(skip)]
+    pub has_default_duration: bool,
     /// Materials; [`sonel_geometry::MeshTriangle::material`] indexes this list.
     pub materials: Vec<Material>,
     /// Walls [m].
@@ -136,6 +139,7 @@ impl Scene {
             air,
             bands,
             duration,
+            has_default_duration: false,
             materials,
             mesh,
             sources: Vec::new(),
@@ -243,10 +247,11 @@ impl Scene {
         self
     }
 
-    /// Replaces the duration [s].
+    /// Replaces the duration [s], which counts as stated.
     #[must_use]
     pub fn with_duration(mut self, duration: f64) -> Self {
         self.duration = duration;
+        self.has_default_duration = false;
         self
     }
 

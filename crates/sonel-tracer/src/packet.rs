@@ -172,7 +172,7 @@ impl Surroundings<'_> {
     fn meet_wall(&self, flight: &mut Flight, hit: &Hit, stream: &mut Stream, records: &mut Records) -> Event {
         let Records { ledger, weight, .. } = records;
         let frame = &self.surfaces[hit.surface.0 as usize];
-        let row = self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
+        let row = &*self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
         let event = decide(row, flight.deciding, stream, ledger, weight);
         flight.direction = match event {
             Event::Specular => mirrored(flight.direction, frame.normal),
@@ -286,7 +286,7 @@ impl Surroundings<'_> {
                 }
             }
             if event.leaves_sonel() {
-                let row = self.table.row(vertex.surface(), vertex.position.as_dvec3() - position);
+                let row = &*self.table.row(vertex.surface(), vertex.position.as_dvec3() - position);
                 let drawn = decide(row, emission.deciding, stream, ledger, weight);
                 threshold *= faintness(row, drawn);
                 let extinct = drawn != Event::Absorbed && weight.is_extinct(threshold);

@@ -59,7 +59,7 @@ pub fn decided(path: &Path, mode: Mode, scene: &Scene) -> anyhow::Result<(Vec<Ef
             Mode::name(mode)
         ));
     }
-    if header.scene.duration.to_bits() != scene.duration.to_bits() {
+    if !scene.has_default_duration && header.scene.duration.to_bits() != scene.duration.to_bits() {
         problems.push(format!(
             "its decision is for {} s, this run has {} s: use a map of the same --duration",
             header.scene.duration, scene.duration

@@ -472,7 +472,7 @@ impl Renderer<'_> {
             cross(&Piece::of(segment), receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
-        let row = self.table.row(arrival.surface, segment.direction());
+        let row = &*self.table.row(arrival.surface, segment.direction());
         let Some(selection) = group.selection.filter(|_| !row.is_mirror) else { return };
         let probability = selection.probability(segment.end_length, segment.end, arriving);
         if !scratch.selector.takes(probability) {

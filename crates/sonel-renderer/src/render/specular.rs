@@ -135,7 +135,7 @@ impl Renderer<'_> {
             return false;
         }
         let normal = normal_on(hit.side, self.normals[hit.surface.0 as usize]);
-        let row = self.table.row(hit.surface, way.direction.as_dvec3());
+        let row = &*self.table.row(hit.surface, way.direction.as_dvec3());
         let through = row.through();
         let passes = through > 0.0 && stream.uniform_fine() < through;
         let (factors, share) =
