@@ -31,8 +31,6 @@ pub use sight::{Crossed, End};
 const AIMS: usize = 8;
 /// Thickness [m] up to which two faces in the open that belong together are one partition.
 const THICKEST_PARTITION: f64 = 1.0;
-/// Cosine between normals from which on two faces are parallel.
-pub(crate) const PARALLEL: f64 = 1.0 - 1e-6;
 
 /// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
 pub struct Geometry {
@@ -138,6 +136,9 @@ impl Geometry {
         if geometry.cells.is_room {
             geometry.shoebox =
                 recognise(&geometry.surfaces, bounds.0, bounds.1, f64::from(geometry.resolution()));
+        }
+        if !geometry.cells.is_room {
+            geometry.leave_out_outer_sides();
         }
         geometry.edges = geometry.survey(&edges, &twins, tolerance);
         Ok(geometry)

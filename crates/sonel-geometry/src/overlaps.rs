@@ -6,7 +6,7 @@
 //!
 //! Reference: [Sutherland1974] (docs/references.md).
 
-use crate::geometry::PARALLEL;
+use crate::surfaces::PARALLEL;
 use crate::{Geometry, SurfaceId};
 use glam::DVec3;
 use smallvec::SmallVec;

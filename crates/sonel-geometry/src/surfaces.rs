@@ -9,6 +9,9 @@ use foldhash::HashMap;
 use glam::DVec3;
 use std::iter::successors;
 
+/// Cosine between normals from which on two faces are parallel.
+pub(crate) const PARALLEL: f64 = 1.0 - 1e-6;
+
 /// Index of a [`Surface`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SurfaceId(pub u32);

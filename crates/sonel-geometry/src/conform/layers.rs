@@ -6,7 +6,7 @@
 //! patch of coinciding faces is left out as long as that makes more of its rim even than odd.
 
 use crate::Mesh;
-use crate::geometry::PARALLEL;
+use crate::surfaces::PARALLEL;
 use crate::topology::{Connected, SharedEdge, shared_edges};
 use foldhash::{HashMap, HashSet};
 use smallvec::SmallVec;

@@ -1,9 +1,17 @@
 //! The air of a closed room: its volume, the area exposed to it, the points in it and the surfaces outside it.
 
 use super::Geometry;
+use core::f64::consts::TAU;
+
 use crate::cells::OUTSIDE;
-use crate::{Surface, SurfaceId};
+use crate::{Side, Surface, SurfaceId};
 use glam::DVec3;
+
+/// Share of the rays from one side of a wall that meet nothing, from which on that side is outside.
+const OUTER_SHARE: f64 = 0.75;
+/// Rays from each side of a surface, and from all of them together: a scene of many surfaces has many beside one another.
+const RAYS_OF_SIDE: usize = 64;
+const RAYS_OF_ALL: usize = 400_000;
 
 impl Geometry {
     /// Whether a world position [m] is in the air of the closed room: within its hull and in no solid.
@@ -62,5 +70,35 @@ impl Geometry {
     /// Area of one surface exposed to the air [m²], counted as in [`Geometry::area`].
     pub fn exposed(&self, surface: SurfaceId) -> f64 {
         self.exposed[surface.0 as usize]
+    }
+
+    /// Counts walls once that have the sky on one side and other walls on the other: those of a room with a hole, which is no closed room.
+    pub(super) fn leave_out_outer_sides(&mut self) {
+        let rays = (RAYS_OF_ALL / (2 * self.surfaces.len())).clamp(4, RAYS_OF_SIDE);
+        for index in 0..self.surfaces.len() {
+            let id = SurfaceId(index as u32);
+            let is_outer = |side: Side| self.escaping(id, side, rays) >= OUTER_SHARE;
+            let has_two_sides = self.exposed[index] > 1.5 * self.surfaces[index].area;
+            if has_two_sides && is_outer(Side::Front) != is_outer(Side::Back) {
+                self.exposed[index] *= 0.5;
+            }
+        }
+    }
+
+    /// Share of diffuse rays from one side of a surface that meet nothing.
+    fn escaping(&self, surface: SurfaceId, side: Side, rays: usize) -> f64 {
+        let Surface { normal, ref triangles, .. } = *self.surface(surface);
+        let normal = side.sign() * normal;
+        let (across, along) = normal.any_orthonormal_pair();
+        let meets_nothing = |ray: &usize| {
+            // Additive recurrence on the powers of the root of x³ = x + 1: evenly spread in two dimensions.
+            let [u, v] = [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (0.5 + *ray as f64 * step).fract());
+            let (radius, (sine, cosine)) = (u.sqrt(), libm::sincos(TAU * v));
+            let direction = (1.0 - u).sqrt() * normal + radius * (cosine * across + sine * along);
+            let [a, b, c] = self.local_corners(triangles[ray % triangles.len()]);
+            let from = self.leave(((a + b + c) / 3.0).as_vec3(), surface, side);
+            self.closest_hit(from, direction.as_vec3()).is_none()
+        };
+        (0..rays).filter(meets_nothing).count() as f64 / rays as f64
     }
 }

@@ -8,8 +8,9 @@
 //!
 //! Reference: [EdelsbrunnerMuecke1990] (docs/references.md), whose perturbation is symbolic; ours is a number.
 
-use super::{Geometry, PARALLEL, THICKEST_PARTITION};
+use super::{Geometry, THICKEST_PARTITION};
 use crate::probe::Probe;
+use crate::surfaces::PARALLEL;
 use crate::{Hit, PlaneId, Side, SurfaceId};
 use glam::{DVec3, Vec3};
 use smallvec::SmallVec;

@@ -51,7 +51,7 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
     if !crossings.is_empty() {
         let message =
             format!("{} of triangles cross: {}", count(crossings.len(), "pair"), listed(&crossings));
-        faults.push(format!("{message}; they are traced as drawn, the volume may be wrong"));
+        faults.push(format!("{message}; they are divided there, the volume may be wrong"));
     }
     let slivers = slivers(geometry);
     if !slivers.is_empty() {
