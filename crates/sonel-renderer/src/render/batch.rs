@@ -14,7 +14,6 @@ use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::Fading;
 use crate::rendering::{CoarseEchogram, Rendering};
-use crate::settings::Estimator;
 use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
 use crate::stochastic::gather::disc::place;
@@ -24,13 +23,10 @@ use crate::stochastic::gather::{GatherIndex, cast};
 use crate::stochastic::kernel::{KernelDifference, coarse_bins};
 use crate::stochastic::medium::Medium;
 use crate::stochastic::mirror_connection::ReceiverImages;
-use crate::stochastic::selection::{Neighbourhoods, Selector, SonelCounts, SonelSelection};
+use crate::stochastic::selection::{Selector, SonelSelection};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
 const BATCHES_IN_FLIGHT: u32 = 8;
-
-/// One of so many batches is counted to select sonels.
-const BATCHES_PER_COUNTED: usize = 8;
 
 /// One batch's estimate: all its echograms, and the sums of its classes per receiver.
 pub(crate) struct BatchEstimate {
@@ -233,34 +229,6 @@ impl Renderer<'_> {
         }
     }
 
-    /// How sonels of `source` are selected, from some of its batches; none where no sonel reaches for a receiver.
-    pub(crate) fn selection(&self, source: usize) -> Option<SonelSelection> {
-        if !self.connects_diffuse() {
-            return None;
-        }
-        let (low, high) = self.geometry.bounds();
-        let lanes = lanes_of(self.table.bands());
-        let mut counts = SonelCounts::new(Neighbourhoods::new(lanes, self.bins.reach, high - low));
-        // Estimators that are asked for by name take every sonel: their sums can be checked number by number.
-        if self.settings.estimator != Estimator::Auto {
-            return Some(counts.selection(false));
-        }
-        let batches: Vec<u32> =
-            (0..self.emissions.batches.len() as u32).step_by(BATCHES_PER_COUNTED).collect();
-        let count = |&batch: &u32| {
-            let mut counts = counts.clone();
-            self.each_segment(batch, source, |segment, arriving| {
-                if segment.arrival.is_some() {
-                    counts.count(segment.end_length, segment.end, arriving);
-                }
-            });
-            counts
-        };
-        let counted: Vec<SonelCounts> = batches.par_iter().map(count).collect();
-        counted.iter().for_each(|counted| counts.add(counted));
-        Some(counts.selection(self.gathers_by_mirrors()))
-    }
-
     /// Prepares the images of the receivers of `tile`. K′ is a matter of each receiver: it depends on nobody who shares the call.
     fn group<'b>(&'b self, source: usize, tile: &'b Tile<'b>, mirror_order: u32) -> ReceiverGroup<'b> {
         let Tile { receivers, direct_lengths, .. } = tile;
@@ -310,7 +278,8 @@ impl Renderer<'_> {
             }
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
             let image_order = group.others[number].image_order;
-            let observer = Observer { number: number as u32, receiver, image_order };
+            let sample = &self.surveys[source].sample;
+            let observer = Observer { number: number as u32, receiver, image_order, sample };
             cast(&medium, &self.table, sheets, observer, settings, &mut stream, |found| match found {
                 Found::Disc(point) => points.push(point),
                 Found::Near(place) => {
@@ -320,7 +289,7 @@ impl Renderer<'_> {
                 }
             });
         }
-        (!points.is_empty()).then(|| GatherIndex::new(points, settings.radius))
+        (!points.is_empty()).then(|| GatherIndex::new(points))
     }
 
     /// Whether a ray that goes on from a surface next to the receiver finds a sonel with `history` where it came from.

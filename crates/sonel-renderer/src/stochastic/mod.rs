@@ -9,3 +9,4 @@ pub mod kernel;
 pub mod medium;
 pub mod mirror_connection;
 pub mod selection;
+pub mod sonel_sample;

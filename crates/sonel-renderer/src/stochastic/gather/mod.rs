@@ -11,6 +11,7 @@
 //! References: [Jensen1996], [KnausZwicker2011] (docs/references.md).
 
 mod backwards;
+pub mod directions;
 pub mod disc;
 pub mod index;
 pub mod near;

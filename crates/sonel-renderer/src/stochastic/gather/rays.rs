@@ -13,14 +13,13 @@ use crate::receiver::PreparedReceiver;
 use crate::stochastic::bending::{Bends, Turn, WayEnd};
 use crate::stochastic::connection::normal_on;
 use crate::stochastic::medium::Medium;
+use crate::stochastic::sonel_sample::SonelSample;
 
 /// How rays gather.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GatherSettings {
     /// Rays of one receiver in one batch.
     pub rays: u32,
-    /// Radius h of the discs [m].
-    pub radius: f64,
     /// Longest path that matters [m].
     pub reach: f64,
     /// Whether rays go on by mirrors; else they bring only what connections leave next to surfaces.
@@ -113,6 +112,8 @@ pub struct Observer<'a> {
     pub receiver: &'a PreparedReceiver,
     /// K′, beyond which rays do not follow mirrors before the first diffuse reflection.
     pub image_order: u32,
+    /// Sonels of the source that it listens to.
+    pub sample: &'a SonelSample,
 }
 
 /// Casts the rays of one receiver in one batch and hands over what they find. Where edges bend, rays that go on by mirrors turn at them,
@@ -131,8 +132,7 @@ pub fn cast(
     let mut near_places = 0;
     let mut rays: Vec<Ray> = Vec::new();
     for number in 0..settings.rays {
-        let direction = warp::uniform_sphere(directions.point(number));
-        rays.push(Ray::new(observer.receiver, direction, settings, table));
+        rays.push(Ray::new(observer.receiver, directions.point(number), settings, table));
         while let Some(mut ray) = rays.pop() {
             let Some(hit) = ray.arrive(medium, settings, stream, &mut rays) else { continue };
             let surface = medium.geometry.surface(hit.surface);
@@ -152,7 +152,7 @@ pub fn cast(
             }
             let mut disc = |share: f64, sonels: Sonels| {
                 if share > 0.0 {
-                    let disc = sheets[hit.surface.0 as usize].disc(&hit, settings.radius);
+                    let disc = sheets[hit.surface.0 as usize].disc(&hit, observer.receiver.disc_radius);
                     found(Found::Disc(GatherPoint {
                         receiver: observer.number,
                         length: ray.length,
@@ -172,11 +172,11 @@ pub fn cast(
                 found(Found::Near(on.near_place(hit.surface, normal, choices.point(near_places)[0])));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
                 let on = on.scattered(normal, point).met_at_its_angle(table, hit.surface);
-                rays.extend(on.balanced(settings, stream));
+                rays.extend(on.balanced(stream));
                 near_places += 1;
             }
             if mirrors {
-                ray.go_on((medium, table), &hit, normal, (settings, stream), &mut rays);
+                ray.go_on((medium, table, observer.sample), &hit, normal, stream, &mut rays);
             }
         }
     }
@@ -202,6 +202,8 @@ struct Ray {
     at: DVec3,
     /// Per band.
     throughput: Weight,
+    /// What it carried of the strongest band when it left; partitions on its way take their part of this, too.
+    usual: f64,
     /// Its way so far [m].
     length: f64,
     /// Mirrors met before the first diffuse reflection.
@@ -215,19 +217,23 @@ struct Ray {
 }
 
 impl Ray {
+    /// The ray of `receiver` that a uniform `point` of the unit square chooses.
     fn new(
         receiver: &PreparedReceiver,
-        direction: Vec3,
+        point: [f32; 2],
         settings: &GatherSettings,
         table: &CoefficientTable,
     ) -> Self {
-        let weight = 4.0 / f64::from(settings.rays) * receiver.sensitivity.to(direction.as_dvec3());
+        let (direction, density) = receiver.directions.sample(point);
+        let usual = 4.0 / (f64::from(settings.rays) * density);
+        let weight = usual * receiver.sensitivity.to(direction.as_dvec3());
         Self {
             departure: Departure::free(receiver.position),
             direction,
             towards: direction,
             at: receiver.exact,
             throughput: smallvec![[weight; 4]; sonel_map::lanes_of(table.bands())],
+            usual,
             length: 0.0,
             reflections: 0,
             is_scattered: false,
@@ -248,7 +254,7 @@ impl Ray {
         let hit = medium.geometry.closest_hit(self.departure, self.direction)?;
         let distance = f64::from(self.departure.origin.distance(hit.position));
         if let Some(bends) = medium.bends.filter(|_| settings.by_mirrors) {
-            self.turn(medium.geometry, bends, settings, distance, stream, rays);
+            self.turn(medium.geometry, bends, distance, stream, rays);
             if self.weight() <= 0.0 {
                 return None;
             }
@@ -262,7 +268,6 @@ impl Ray {
         &mut self,
         geometry: &Geometry,
         bends: &Bends,
-        settings: &GatherSettings,
         distance: f64,
         stream: &mut Stream,
         rays: &mut Vec<Self>,
@@ -274,7 +279,7 @@ impl Ray {
             return;
         };
         // What turns is known to come this way or not when a surface is met: no ray turns in parts.
-        let parts = (turning.expected * f64::from(settings.rays) / 4.0 / HEAVY).min(1.0);
+        let parts = (turning.expected / self.usual / HEAVY).min(1.0);
         for _ in 0..copies(parts, stream) {
             let mut turned = self.clone();
             turned.throughput.iter_mut().flatten().for_each(|energy| *energy /= parts);
@@ -294,20 +299,20 @@ impl Ray {
     /// Leaves what goes on from `hit`, through a partition or by a mirror, with the other `rays`.
     fn go_on(
         mut self,
-        (medium, table): (&Medium<'_>, &CoefficientTable),
+        (medium, table, sample): (&Medium<'_>, &CoefficientTable, &SonelSample),
         hit: &Hit,
         normal: Vec3,
-        (settings, stream): (&GatherSettings, &mut Stream),
+        stream: &mut Stream,
         rays: &mut Vec<Self>,
     ) {
         let row = table.mean_row(hit.surface);
-        if row.is_partition && self.passes(medium, hit, row, stream) {
+        if row.is_partition && self.passes(medium, hit, (row, sample), stream) {
             rays.push(self);
             return;
         }
         let met = table.row(hit.surface, self.direction.as_dvec3());
         if self.reflect(medium, hit, normal, &met.specular.energy) {
-            rays.extend(self.balanced(settings, stream));
+            rays.extend(self.balanced(stream));
         }
     }
 
@@ -317,12 +322,8 @@ impl Ray {
     }
 
     /// The ray as it is; several that carry less each, where it carries much more than when it left; by roulette, where it carries little.
-    fn balanced(
-        mut self,
-        settings: &GatherSettings,
-        stream: &mut Stream,
-    ) -> impl Iterator<Item = Self> + use<> {
-        let weight = self.weight() * f64::from(settings.rays) / 4.0;
+    fn balanced(mut self, stream: &mut Stream) -> impl Iterator<Item = Self> + use<> {
+        let weight = self.weight() / self.usual;
         let parts = if weight > HEAVY { libm::ceil(weight / HEAVY) } else { (weight / LIGHT).min(1.0) };
         let copies = copies(parts, stream);
         if copies > 0 {
@@ -422,9 +423,16 @@ impl Ray {
     }
 
     /// Whether it goes through the partition at `hit`, by chance; what it carries allows for that either way.
-    fn passes(&mut self, medium: &Medium<'_>, hit: &Hit, row: &MaterialRow, stream: &mut Stream) -> bool {
-        let through = row.through();
+    fn passes(
+        &mut self,
+        medium: &Medium<'_>,
+        hit: &Hit,
+        (row, sample): (&MaterialRow, &SonelSample),
+        stream: &mut Stream,
+    ) -> bool {
+        let through = sample.through(hit, row, &self.throughput);
         let passes = stream.uniform_fine() < through;
+        let before = self.weight();
         if passes {
             weigh(&mut self.throughput, &row.transmitted.energy, 1.0 / through);
             self.departure = medium.geometry.pass(hit, self.direction);
@@ -432,6 +440,7 @@ impl Ray {
         } else {
             self.throughput.iter_mut().flatten().for_each(|band| *band /= 1.0 - through);
         }
+        self.usual *= self.weight() / before;
         passes
     }
 
