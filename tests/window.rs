@@ -68,8 +68,8 @@ impl RoomWithWindow {
         if self.transmission.is_some() {
             add_quad(&mut mesh, PANE, inner);
         }
-        let ground: [DVec3; 4] = [[-60.0, -60.0], [60.0, -60.0], [60.0, 60.0], [-60.0, 60.0]]
-            .map(|[x, y]| dvec3(x, y, -0.2));
+        let ground: [DVec3; 4] =
+            [[-60.0, -60.0], [60.0, -60.0], [60.0, 60.0], [-60.0, 60.0]].map(|[x, y]| dvec3(x, y, -0.2));
         add_quad(&mut mesh, GROUND, ground);
         mesh
     }

@@ -14,8 +14,7 @@ const PLACES: [([f64; 3], f64); 3] =
 /// Level and interval at every place.
 fn levels(room: RoomWithWindow, emissions: u64, seed: u64) -> Vec<(f64, [f64; 2])> {
     let scene = room.scene(&PLACES.map(|(place, _)| place));
-    let traced =
-        Traced::with(&["transmission"], scene, Settings { emissions, seed, ..Settings::default() });
+    let traced = Traced::with(&["transmission"], scene, Settings { emissions, seed, ..Settings::default() });
     let read = |receiver: &sonel_analysis::ReceiverParameters| {
         let level = receiver.bands[0].parameter(Parameter::Strength).as_ref().expect("a level");
         (level.value, *level.interval.as_ref().expect("an interval"))
@@ -38,7 +37,8 @@ fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
             };
             runs.iter().filter(|run| holds(run[index])).count() as f64 / SEEDS as f64
         };
-        let width = runs.iter().map(|run| 0.5 * (run[index].1[1] - run[index].1[0])).sum::<f64>() / SEEDS as f64;
+        let width =
+            runs.iter().map(|run| 0.5 * (run[index].1[1] - run[index].1[0])).sum::<f64>() / SEEDS as f64;
         println!(
             "{name} {place:?}: {mean:.3} ± {sd:.3} dB, judge {judge:.3} ± {error:.3}, half-width {width:.3}, coverage {:.2}",
             covered(1.0)
@@ -53,13 +53,18 @@ fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
 
 #[test]
 fn a_window_wall_is_heard_outside_as_loud_as_it_is() {
-    let room = RoomWithWindow { corners: [[0.001, 0.001], [4.999, 2.999]], transmission: Some(0.01), scattering: 0.5 };
+    let room = RoomWithWindow {
+        corners: [[0.001, 0.001], [4.999, 2.999]],
+        transmission: Some(0.01),
+        scattering: 0.5,
+    };
     check("wall", room, 20_000, 4_000_000);
 }
 
 #[test]
 fn a_small_window_is_heard_outside_as_loud_as_it_is() {
-    let room = RoomWithWindow { corners: [[2.0, 1.0], [3.0, 2.0]], transmission: Some(1e-3), scattering: 0.3 };
+    let room =
+        RoomWithWindow { corners: [[2.0, 1.0], [3.0, 2.0]], transmission: Some(1e-3), scattering: 0.3 };
     check("small window", room, 20_000, 30_000_000);
 }
 

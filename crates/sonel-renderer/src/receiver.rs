@@ -5,7 +5,7 @@ use sonel_acoustics::Pattern;
 use sonel_geometry::Geometry;
 use sonel_scene::Receiver;
 
-use crate::ball::Balls;
+use crate::ball::{Balls, Surroundings};
 use crate::directions::Axes;
 use crate::stochastic::gather::directions::GuidedDirections;
 
@@ -100,25 +100,24 @@ pub const REFERENCE_EMISSIONS: f64 = 50_000.0;
 const NEAR_PER_DISC: f64 = 8.0;
 
 impl PreparedReceiver {
-    /// Prepares `receiver` for a map of `emissions` emissions. The mean free path of what comes to it is `free_path`, discs have `disc_radius`,
-    /// where rays gather [m].
+    /// Prepares `receiver`, which has this `about` it, for a map of `emissions` emissions. Discs have `disc_radius` [m], where rays gather.
     #[must_use]
     pub fn new(
         receiver: &ReceiverPoint,
         geometry: &Geometry,
-        free_path: f64,
+        about: Surroundings,
         emissions: u64,
         disc_radius: Option<f64>,
     ) -> Self {
         let shrink = libm::pow((emissions.max(1)) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
-        let wanted = RADIUS_PER_FREE_PATH * free_path * shrink;
+        let wanted = RADIUS_PER_FREE_PATH * about.free_path * shrink;
         let nearest = geometry.distance_to_nearest_surface(receiver.position);
         let near = disc_radius.map(|radius| NEAR_PER_DISC * radius).filter(|near| nearest < *near);
         let exact = receiver.position - geometry.center();
         Self {
             exact,
             position: geometry.to_local(receiver.position),
-            balls: Balls::new(geometry, exact, wanted, nearest, free_path),
+            balls: Balls::new(geometry, exact, wanted, nearest, about),
             disc_radius: disc_radius.unwrap_or(0.0),
             directions: GuidedDirections::default(),
             brightest: near.map_or(f64::INFINITY, |near| 1.0 / (near * near)),

@@ -381,7 +381,8 @@ mod tests {
     /// Images of the source send through the window those of their rays that meet it.
     #[test]
     fn a_window_lets_out_what_comes_straight_through_it() {
-        let window = Window { wall: 1, low: [1.0, 0.5], high: [4.0, 3.0], transmission: 0.25, absorption: 1.0 };
+        let window =
+            Window { wall: 1, low: [1.0, 0.5], high: [4.0, 3.0], transmission: 0.25, absorption: 1.0 };
         let dead = BoxRoom { absorption: [1.0; 6], window: Some(window), ..room(0.0) };
         let outside = Count { receiver: [14.0, 2.5, 2.0], ..COUNT };
         let (distance, aside) = ((12.5_f64.powi(2) + 1.3 * 1.3 + 0.7 * 0.7).sqrt(), [14.0, 2.5, 14.0]);

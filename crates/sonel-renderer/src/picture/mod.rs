@@ -100,7 +100,7 @@ impl Renderer<'_> {
             )));
         }
         let sheets = Sheet::all(self.geometry);
-        let free_path = self.surveys[source].free_path;
+        let free_path = self.surveys[source].scale.free_path;
         let radius = disc_radius(DISC_PER_FREE_PATH, free_path, &self.settings, &self.map.header().settings);
         let rows = (TILE_PIXELS / width).max(1);
         let mut tiles: Vec<Tile> = (0..height.div_ceil(rows))

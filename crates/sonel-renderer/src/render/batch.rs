@@ -16,6 +16,7 @@ use crate::regions::Fading;
 use crate::rendering::{CoarseEchogram, Rendering};
 use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
+use crate::stochastic::crossings::Crossings;
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
 use crate::stochastic::gather::rays::{Found, GatherPoint, Observer, Sonels};
@@ -32,6 +33,8 @@ const BATCHES_IN_FLIGHT: u32 = 8;
 pub(crate) struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
+    /// What went past the balls of the receivers.
+    pub crossings: Crossings,
     kernel: KernelDifference,
     axes: Axes,
     /// What packets carry at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
@@ -47,6 +50,7 @@ impl BatchEstimate {
             kernel: KernelDifference::new(tile.borders, coarse, bands),
             axes,
             sums: PathClass::ALL.map(|_| vec![[0.0; 4]; tile.receivers.len() * lanes_of(bands)]),
+            crossings: Crossings::new(tile.receivers.len(), bands),
             under_way: [(); 2].map(|()| vec![[0.0; 4]; lanes_of(bands)]),
         }
     }
@@ -55,6 +59,7 @@ impl BatchEstimate {
     fn clear(&mut self) {
         self.deposits.clear();
         self.sums.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
+        self.crossings.clear();
         self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
         self.under_way.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
     }
@@ -90,6 +95,7 @@ impl BatchEstimate {
                 rendering.record(class, receiver, weight, sum);
             }
         }
+        rendering.crossings.add(tile.first, &self.crossings, weight);
         if tile.first == 0 {
             rendering.add_energy_in_flight(weight, &self.under_way);
         }
@@ -116,6 +122,7 @@ impl BatchEstimate {
             deposits: &mut self.deposits,
             sum: &mut self.sums[class as usize],
             kernel: &mut self.kernel,
+            crossings: &mut self.crossings,
             axes: &self.axes,
         }
     }
@@ -439,10 +446,15 @@ impl Renderer<'_> {
         if specular_run > 0 || bends > 0 || interfaces > 0 || !self.connects_diffuse() {
             let receivers = group.tile.receivers.iter().zip(&group.others).enumerate();
             let left = receivers.filter(|(_, (_, others))| is_left_to_sphere(segment.history, **others));
+            let mut left = left.peekable();
+            let piece = Piece::of(segment);
+            if left.peek().is_some() {
+                estimate.crossings.pass(piece.beam, segment.energy);
+            }
             let receivers = left.map(|(index, (receiver, others))| (index, receiver, others.direct_length));
             let mut deposits = estimate.class(sphere_class(segment.history));
             let coarse = |receiver, bin| group.tile.coarse_bin(receiver, bin);
-            cross(&Piece::of(segment), receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
+            cross(&piece, receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
         let row = self.table.row(arrival.surface, segment.direction());

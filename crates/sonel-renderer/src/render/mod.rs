@@ -19,6 +19,7 @@ use sonel_map::{BandClasses, CoefficientTable, Emissions, SonelMap};
 use sonel_scene::{Scene, Source};
 
 use crate::air::AirTable;
+use crate::ball::Surroundings;
 use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
 use crate::error::RenderError;
@@ -26,7 +27,9 @@ use crate::exact::edge::{Edges, SOURCE_OUT};
 use crate::exact::mirror::{ImageSources, Radiator, lattice_room};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
-use crate::regions::{Regions, carries, fit_settings, refuse_regions, straight_length};
+use crate::regions::{
+    Regions, carries, distance_to_interface, fit_settings, refuse_regions, straight_length,
+};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
 use crate::stochastic::bending::Bends;
@@ -319,7 +322,23 @@ impl<'a> Renderer<'a> {
             let done = &mut |share| progress(done + share / tiles as f64);
             self.add_batches(&mut rendering, (source, selection), &tile, done);
         }
+        self.bound_unseen(&mut rendering, source, (&prepared, borders));
         Ok(rendering.spread(&self.classes))
+    }
+
+    /// Extends the intervals of receivers by what none of the packets brought that might have crossed their balls.
+    fn bound_unseen(
+        &self,
+        rendering: &mut Rendering,
+        source: usize,
+        (receivers, borders): (&[PreparedReceiver], &[Vec<f64>]),
+    ) {
+        for (index, (receiver, borders)) in receivers.iter().zip(borders).enumerate() {
+            let fluence = |beam| receiver.balls.at(0.0, beam).fluence_per_crossing();
+            let unseen = rendering.crossings.unseen(index, fluence);
+            let time = self.bins.time(self.straight_length(source, receiver));
+            rendering.add_unseen((index, borders), time, &unseen);
+        }
     }
 
     /// Receivers that share a sweep: fewer, where their rays are so many that discs would fill the memory.
@@ -356,22 +375,24 @@ impl<'a> Renderer<'a> {
     /// Receivers as `source` is heard at them.
     fn prepare(&self, source: usize, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
         let traced = &self.map.header().settings;
-        let SonelSurvey { sample, free_path: of_all, .. } = &self.surveys[source];
-        let (of_all, of_room) = (*of_all, free_path(self.geometry));
+        let SonelSurvey { sample, scale: of_all, .. } = &self.surveys[source];
+        let of_room = free_path(self.geometry);
         receivers
             .par_iter()
             .map(|r| {
                 let position = self.geometry.to_local(r.position);
                 let outlook = sample.seen_from((self.geometry, &self.table), (position, &r.sensitivity));
-                let free_path = outlook.free_path.map_or(of_all, |about| about.min(of_room));
+                let scale = outlook.scale.map_or(*of_all, |scale| scale.in_halves_of(of_room));
                 let disc = self
                     .gather
                     .is_some()
-                    .then(|| disc_radius(DISC_PER_FREE_PATH, free_path, &self.settings, traced));
+                    .then(|| disc_radius(DISC_PER_FREE_PATH, scale.free_path, &self.settings, traced));
+                let interface = distance_to_interface(&self.map.header().scene, self.geometry, position);
+                let about = Surroundings { free_path: scale.distance, interface };
                 let receiver = PreparedReceiver {
                     lateral_axis: self.settings.directions.then(|| self.lateral_axis(r)).flatten(),
                     directions: outlook.directions,
-                    ..PreparedReceiver::new(r, self.geometry, free_path, traced.emissions, disc)
+                    ..PreparedReceiver::new(r, self.geometry, about, traced.emissions, disc)
                 };
                 if let Some((profile, speed)) = self.table.profile() {
                     return PreparedReceiver {

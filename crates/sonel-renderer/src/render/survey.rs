@@ -8,7 +8,7 @@ use super::Renderer;
 use crate::disc_size::free_path;
 use crate::settings::Estimator;
 use crate::stochastic::selection::{Neighbourhoods, Selector, SonelCounts, SonelSelection};
-use crate::stochastic::sonel_sample::{SONELS, SonelSample};
+use crate::stochastic::sonel_sample::{SONELS, Scale, SonelSample};
 
 /// One of so many batches is surveyed.
 const BATCHES_PER_SURVEYED: usize = 8;
@@ -20,8 +20,8 @@ pub(crate) struct SonelSurvey {
     pub selection: Option<SonelSelection>,
     /// Some of them.
     pub sample: SonelSample,
-    /// Mean free path of all [m], at most that of the room; in an open scene without sonels its extent.
-    pub free_path: f64,
+    /// That of all, at most the free path of the room; in an open scene without sonels its extent.
+    pub scale: Scale,
 }
 
 impl Renderer<'_> {
@@ -44,9 +44,12 @@ impl Renderer<'_> {
         let counts =
             if self.settings.estimator == Estimator::Auto { counts } else { self.nothing_surveyed().0 };
         let thins = self.settings.estimator == Estimator::Auto && self.gathers_by_mirrors();
+        let room = free_path(self.geometry);
         SonelSurvey {
             selection: self.connects_diffuse().then(|| counts.selection(thins)),
-            free_path: sample.free_path().unwrap_or(f64::INFINITY).min(free_path(self.geometry)),
+            scale: sample
+                .scale()
+                .map_or(Scale { free_path: room, distance: room }, |scale| scale.in_halves_of(room)),
             sample,
         }
     }
@@ -55,7 +58,7 @@ impl Renderer<'_> {
         let (low, high) = self.geometry.bounds();
         let lanes = lanes_of(self.table.bands());
         let neighbourhoods = Neighbourhoods::new(lanes, self.bins.reach, high - low);
-        (SonelCounts::new(neighbourhoods), SonelSample::new(self.geometry, &self.table, lanes))
+        (SonelCounts::new(neighbourhoods), SonelSample::new(self.geometry))
     }
 
     /// Counts the sonels of one batch, and takes a `share` of them, 0 … 1, as a sample.
@@ -71,7 +74,7 @@ impl Renderer<'_> {
                 counts.count(segment.end_length, segment.end, arriving);
                 if selector.takes(share) {
                     let free_path = segment.end_length - reflected_at;
-                    sample.add(self.geometry, (segment, arrival), arriving, free_path);
+                    sample.add(self.geometry, segment, arrival, free_path);
                 }
                 reflected_at = segment.end_length;
             });

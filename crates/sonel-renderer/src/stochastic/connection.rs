@@ -13,6 +13,7 @@ use crate::directions::Axes;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::bending::WayEnd;
+use crate::stochastic::crossings::Crossings;
 use crate::stochastic::kernel::KernelDifference;
 use crate::stochastic::medium::Medium;
 
@@ -61,6 +62,8 @@ pub struct ClassDeposits<'a> {
     pub sum: &'a mut [Lanes],
     /// What kernels of half the area would have found.
     pub kernel: &'a mut KernelDifference,
+    /// What went past the balls of receivers.
+    pub crossings: &'a mut Crossings,
     /// Where directions are asked for.
     pub axes: &'a Axes,
 }

@@ -7,6 +7,7 @@
 use glam::Vec3;
 use sonel_map::{Lanes, Segment, SegmentHistory};
 
+use crate::ball::Beam;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::bending::WayEnd;
 use crate::stochastic::connection::ClassDeposits;
@@ -57,8 +58,8 @@ pub struct Piece<'a> {
     pub fades_from: f64,
     /// Where its straight way began, where edges still have to take from it what they bend.
     pub unbent_from: Option<WayEnd>,
-    /// Whether its path was reflected specularly alone.
-    pub is_mirrored: bool,
+    /// What its path is to a ball.
+    pub beam: Beam,
 }
 
 impl<'a> Piece<'a> {
@@ -73,7 +74,11 @@ impl<'a> Piece<'a> {
             energy: segment.energy,
             fades_from: start_length,
             unbent_from: None,
-            is_mirrored: false,
+            beam: if segment.history.interfaces > 0 && !segment.history.diffused {
+                Beam::Refracted
+            } else {
+                Beam::Diffused
+            },
         }
     }
 }
@@ -90,12 +95,13 @@ pub fn cross<'a>(
     deposits: &mut ClassDeposits<'_>,
 ) {
     for (index, receiver, direct_length) in receivers {
-        let ball = receiver.balls.at(piece.start_length, piece.is_mirrored);
+        let ball = receiver.balls.at(piece.start_length, piece.beam);
         let Some(chord) = ball.chord(medium.geometry, piece.ends) else { continue };
         let along = (piece.ends.1 - piece.ends.0).as_dvec3();
         let fluence = chord.fluence * receiver.sensitivity.to(-along);
         let length = (piece.start_length + chord.at * receiver.stretch).max(direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
+        deposits.crossings.cross(piece.beam, index, piece.energy);
         for (scratch, energy) in scratch.iter_mut().zip(piece.energy) {
             for lane in 0..4 {
                 scratch[lane] = energy[lane] * fluence;

@@ -4,6 +4,7 @@ mod alias;
 pub mod bending;
 pub mod connection;
 pub mod crossing;
+pub mod crossings;
 pub mod gather;
 pub mod kernel;
 pub mod medium;

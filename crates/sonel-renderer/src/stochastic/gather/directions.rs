@@ -14,6 +14,8 @@ use sonel_sampling::warp;
 const UNIFORM: f64 = 0.5;
 /// Effective number (Σe)² / Σe² of sonels in a cell that is not divided any more.
 const FEW: f64 = 16.0;
+/// Part of the share of a divided cell that its quarters get alike: one without a sonel beside others that are lit is not dark.
+const ALIKE: f64 = 0.1;
 /// Divisions of a cell's side: solid angles down to 7e-7 sr, a window of one metre at a kilometre.
 const DEEPEST: u32 = 12;
 
@@ -57,12 +59,13 @@ impl GuidedDirections {
             share: energy / total,
         });
         let mut directions = Self { cells: vec![Cell { probability: 1.0, quarters: 0 }] };
-        directions.divide(0, &mut seen.collect::<Vec<_>>(), [0.0; 2], 0);
+        directions.divide((0, 1.0), &mut seen.collect::<Vec<_>>(), [0.0; 2], 0);
         directions
     }
 
-    /// Divides a cell with its lower `corner`, made by so many `divisions`, that holds `seen`.
-    fn divide(&mut self, cell: usize, seen: &mut [Seen], corner: [f64; 2], divisions: u32) {
+    /// Divides a cell with its lower `corner`, made by so many `divisions`, that holds `seen` and has a `share` of the directions that are
+    /// not uniform.
+    fn divide(&mut self, (cell, share): (usize, f64), seen: &mut [Seen], corner: [f64; 2], divisions: u32) {
         let (sum, squares) = seen
             .iter()
             .fold((0.0, 0.0), |(sum, squares), seen| (sum + seen.share, squares + seen.share * seen.share));
@@ -79,15 +82,16 @@ impl GuidedDirections {
         for quarter in 0..4 {
             let (part, others) =
                 rest.split_at_mut(rest.partition_point(|seen| seen.quarter(middle) == quarter));
-            let share: f64 = part.iter().map(|seen| seen.share).sum();
+            let own = part.iter().map(|seen| seen.share).sum::<f64>() / sum;
+            let share = share * ((1.0 - ALIKE) * own + 0.25 * ALIKE);
             let probability = UNIFORM * side * side + (1.0 - UNIFORM) * share;
             self.cells.push(Cell { probability, quarters: 0 });
-            parts.push(part);
+            parts.push((share, part));
             rest = others;
         }
-        for (quarter, part) in parts.into_iter().enumerate() {
+        for (quarter, (share, part)) in parts.into_iter().enumerate() {
             let corner = [corner[0] + side * (quarter % 2) as f64, corner[1] + side * (quarter / 2) as f64];
-            self.divide(first + quarter, part, corner, divisions + 1);
+            self.divide((first + quarter, share), part, corner, divisions + 1);
         }
     }
 

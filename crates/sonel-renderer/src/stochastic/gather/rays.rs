@@ -430,7 +430,7 @@ impl Ray {
         (row, sample): (&MaterialRow, &SonelSample),
         stream: &mut Stream,
     ) -> bool {
-        let through = sample.through(hit, row, &self.throughput);
+        let through = sample.through(hit, row);
         let passes = stream.uniform_fine() < through;
         let before = self.weight();
         if passes {
