@@ -40,8 +40,10 @@ struct SampledSonel {
     /// Normal on the side of the arrival.
     normal: Vec3,
     departure: Departure,
-    /// Path length since the reflection before [m].
+    /// Path length since the reflection before, or since the source [m].
     free_path: f32,
+    /// Whether there was a reflection before: how near a source is to a wall says nothing of the room.
+    is_reflected: bool,
 }
 
 /// What a receiver sees of a sample.
@@ -74,6 +76,7 @@ impl Scale {
 /// A sonel seen from a receiver.
 struct SeenSonel {
     free_path: f32,
+    is_reflected: bool,
     towards: Vec3,
     distance: f32,
     /// Fluence from it, relative to others.
@@ -89,6 +92,7 @@ impl SonelSample {
 
     /// Adds the sonel that `arrives` at the end of `segment`, `free_path` [m] after the reflection before.
     pub fn add(&mut self, geometry: &Geometry, segment: &Segment<'_>, arrival: Arrival, free_path: f64) {
+        let is_reflected = free_path < segment.end_length;
         let surface = geometry.surface(arrival.surface);
         self.arrived[place(arrival.surface, arrival.side) as usize] += 1;
         self.sonels.push(SampledSonel {
@@ -97,6 +101,7 @@ impl SonelSample {
             normal: normal_on(arrival.side, surface.normal.as_vec3().normalize()),
             departure: geometry.leave(segment.end, arrival.surface, arrival.side),
             free_path: free_path as f32,
+            is_reflected,
         });
     }
 
@@ -111,6 +116,7 @@ impl SonelSample {
     pub fn scale(&self) -> Option<Scale> {
         let all = self.sonels.iter().map(|sonel| SeenSonel {
             free_path: sonel.free_path,
+            is_reflected: sonel.is_reflected,
             towards: Vec3::ZERO,
             distance: 0.0,
             weight: 1.0,
@@ -176,6 +182,7 @@ impl SampledSonel {
         let spread = f64::from(projected.abs() / (distance * near * near));
         Some(SeenSonel {
             free_path: self.free_path,
+            is_reflected: self.is_reflected,
             towards: -offset / distance,
             distance,
             weight: spread * sensitivity.to(-offset.as_dvec3()),
@@ -183,11 +190,12 @@ impl SampledSonel {
     }
 }
 
-/// The weighted means of `seen`.
+/// The weighted means of those of `seen` that were reflected before.
 fn scale(seen: &[SeenSonel]) -> Option<Scale> {
-    let total: f64 = seen.iter().map(|seen| seen.weight).sum();
+    let reflected = || seen.iter().filter(|seen| seen.is_reflected);
+    let total: f64 = reflected().map(|seen| seen.weight).sum();
     let mean = |of: fn(&SeenSonel) -> f32| {
-        seen.iter().map(|seen| seen.weight * f64::from(of(seen))).sum::<f64>() / total
+        reflected().map(|seen| seen.weight * f64::from(of(seen))).sum::<f64>() / total
     };
     (total > 0.0).then(|| Scale {
         free_path: mean(|seen| seen.free_path),
