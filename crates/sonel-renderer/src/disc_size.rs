@@ -26,5 +26,5 @@ pub(crate) fn disc_radius(
     traced: &sonel_map::Settings,
 ) -> f64 {
     let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
-    settings.gather_radius.unwrap_or_else(|| share * free_path * shrink)
+    settings.gather_radius.unwrap_or(share * free_path * shrink)
 }

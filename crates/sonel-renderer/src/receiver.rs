@@ -7,7 +7,7 @@ use sonel_scene::Receiver;
 
 use crate::ball::{Balls, Surroundings};
 use crate::directions::Axes;
-use crate::stochastic::gather::directions::GuidedDirections;
+use crate::guided_directions::GuidedDirections;
 
 /// A place where the echogram is wanted.
 #[derive(Debug, Clone, PartialEq)]

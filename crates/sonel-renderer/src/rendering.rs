@@ -1,9 +1,9 @@
 //! The rendering of one source, and sums of energy in it.
 
+use crate::crossings::Crossings;
 use crate::deposit::{Deposits, TimeBins, add_lanes, spread_lanes};
 use crate::directions::Columns;
 use crate::path_class::PathClass;
-use crate::stochastic::crossings::Crossings;
 use sonel_map::{BandClasses, Lanes, lanes_of};
 
 /// A relative variance below this is rounding.

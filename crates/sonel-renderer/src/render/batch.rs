@@ -7,6 +7,7 @@ use sonel_map::{Arrival, Lanes, PathView, PathWeight, Segment, SegmentHistory, l
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use super::Renderer;
+use crate::crossings::Crossings;
 use crate::deposit::{Deposits, TimeBins, add_lanes};
 use crate::directions::{Axes, Columns};
 use crate::exact::mirror::Radiator;
@@ -16,7 +17,6 @@ use crate::regions::Fading;
 use crate::rendering::{CoarseEchogram, Rendering};
 use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
-use crate::stochastic::crossings::Crossings;
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
 use crate::stochastic::gather::rays::{Found, GatherPoint, Observer, Sonels};

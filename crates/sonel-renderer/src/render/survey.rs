@@ -7,8 +7,8 @@ use sonel_sampling::{Purpose, StreamFamily};
 use super::Renderer;
 use crate::disc_size::free_path;
 use crate::settings::Estimator;
+use crate::stochastic::gather::sonel_sample::{SONELS, Scale, SonelSample};
 use crate::stochastic::selection::{Neighbourhoods, Selector, SonelCounts, SonelSelection};
-use crate::stochastic::sonel_sample::{SONELS, Scale, SonelSample};
 
 /// One of so many batches is surveyed.
 const BATCHES_PER_SURVEYED: usize = 8;

@@ -8,12 +8,12 @@ use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, Side, SpeedProfile};
 use sonel_map::{Lanes, coefficients::EventRow};
 
+use crate::crossings::Crossings;
 use crate::deposit::{Deposits, add_lanes};
 use crate::directions::Axes;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::bending::WayEnd;
-use crate::stochastic::crossings::Crossings;
 use crate::stochastic::kernel::KernelDifference;
 use crate::stochastic::medium::Medium;
 

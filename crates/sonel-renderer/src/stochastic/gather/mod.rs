@@ -11,11 +11,11 @@
 //! References: [Jensen1996], [KnausZwicker2011] (docs/references.md).
 
 mod backwards;
-pub mod directions;
 pub mod disc;
 pub mod index;
 pub mod near;
 pub mod rays;
+pub mod sonel_sample;
 mod turning;
 mod visible;
 

@@ -12,8 +12,8 @@ use super::turning::{Look, Turning};
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::bending::{Bends, Turn, WayEnd};
 use crate::stochastic::connection::normal_on;
+use crate::stochastic::gather::sonel_sample::SonelSample;
 use crate::stochastic::medium::Medium;
-use crate::stochastic::sonel_sample::SonelSample;
 
 /// How rays gather.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -10,10 +10,10 @@ use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
 use sonel_map::coefficients::{LEAST_THROUGH, MaterialRow};
 use sonel_map::{Arrival, CoefficientTable, Segment};
 
+use crate::guided_directions::GuidedDirections;
 use crate::partition::Partitions;
 use crate::receiver::Sensitivity;
 use crate::stochastic::connection::normal_on;
-use crate::stochastic::gather::directions::GuidedDirections;
 use crate::stochastic::gather::disc::place;
 
 /// Most sonels of a sample.
