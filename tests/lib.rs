@@ -10,6 +10,7 @@ pub mod meshes;
 pub mod octaves;
 pub mod two_rooms;
 pub mod uneven_box;
+pub mod window;
 pub mod wrong_levels;
 
 use std::path::Path;

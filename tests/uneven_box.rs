@@ -121,6 +121,7 @@ impl UnevenBox {
             absorption: self.absorption[band],
             scattering: self.scattering[band],
             speed_of_sound: SPEED,
+            window: None,
             air_attenuation: 0.0,
         };
         let bin_width = 0.001;

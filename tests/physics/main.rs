@@ -33,6 +33,7 @@ mod twofold;
 mod uneven_box;
 mod watertight;
 mod what_if;
+mod windows;
 
 /// The long form is in `accept`.
 const WATERTIGHT_RAYS: u32 = 200_000;

@@ -483,3 +483,35 @@ fn an_interface_has_no_area_and_no_edges() {
     assert!(geometry.is_watertight() && geometry.open_edges().is_empty());
     assert!(geometry.contains(dvec3(2.0, 2.0, 1.5)), "air as well");
 }
+
+/// Mean level and coverage of its interval, over some seeds, of direct sound that passes the interface at 1.4 m to a receiver `aside` of the
+/// source and `above` the interface, in a room of walls with `absorption`; and the exact level of the direct sound.
+fn near_critical(absorption: f64, [aside, above]: [f64; 2], emissions: u64) -> (Vec<(f64, [f64; 2])>, f64) {
+    let plain = scene(layered(&[1.4]), absorption, 1.0, 0.05)
+        .with_source("source", [1.2, 2.0, 0.4])
+        .with_receiver("receiver", [1.2 + aside, 2.0, 1.4 + above]);
+    let (region, slow) = (fast(&plain, [1.0, 1.0, 2.0], FAST), plain.speed_of_sound);
+    let scene = with(plain, vec![region]);
+    let level = |seed: u64| {
+        let traced = Traced::new(scene.clone(), Settings { emissions, seed, ..Settings::default() });
+        let found = sonel_analysis::parameters(&traced.respond(RenderSettings::default()));
+        let level = found[0].bands[0].parameter(sonel_analysis::Parameter::Strength).as_ref();
+        let level = level.expect("a level");
+        (level.value, *level.interval.as_ref().expect("an interval"))
+    };
+    let exact = behind(aside, [1.0, above], [slow, FAST]).0 * slow / FAST;
+    ((1..=12).map(level).collect(), 10.0 * (400.0 * PI * exact).log10())
+}
+
+/// Near the critical angle a beam varies with the height over the interface: a ball that reaches the interface is wrong by 0.3 dB and more.
+#[test]
+fn near_the_critical_angle_levels_are_right_and_intervals_hold() {
+    let (levels, truth) = near_critical(1.0, [2.0, 0.3], 100_000);
+    let energies: Vec<f64> = levels.iter().map(|(level, _)| 10.0_f64.powf(0.1 * (level - truth))).collect();
+    let within = Within { sigmas: 3.0, maximal_sigma: 0.06 };
+    within_sigmas(Estimate::of(&energies), 1.0, within).expect("the refracted beam");
+    let covered =
+        |truth: f64| levels.iter().filter(|(_, [low, high])| *low <= truth && truth <= *high).count();
+    assert!(covered(truth) >= 10, "{levels:?} {truth}");
+    assert!(covered(truth + 4.0) <= 4, "another level is rejected");
+}

@@ -6,7 +6,8 @@
 //! (docs/physics.md §4).
 //!
 //! Late sound varies less from place to place and its paths are rarer: the ball grows with the length that a path has gone.
-//! Early paths with specular reflections alone are beams with sharp borders: they have a ball of half the radius.
+//! Early paths with specular reflections alone are beams with sharp borders: they have a ball of half the radius. Beams that an interface
+//! refracts near the critical angle vary with the height over it: their ball ends well before it.
 
 use core::f64::consts::PI;
 
@@ -25,6 +26,34 @@ const CLEARANCE: f64 = 0.95;
 const GROWTH: [(f64, f64); 4] = [(1.0, 0.0), (1.25, 16.0), (1.6, 32.0), (2.0, 64.0)];
 /// Part of the first radius for paths that were reflected specularly alone.
 const MIRRORED: f64 = 0.5;
+/// Part of the way to the next interface that the ball of refracted beams takes: the bias stays below 0.14 dB up to 87° from the normal,
+/// where a ball that touches the interface is 0.5 dB too loud.
+const REFRACTED_CLEARANCE: f64 = 0.5;
+
+/// What a path is to the ball that it crosses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Beam {
+    /// It was reflected diffusely.
+    Diffused,
+    /// It was reflected specularly alone.
+    Mirrored,
+    /// It was not reflected diffusely, and met an interface between airs.
+    Refracted,
+}
+
+impl Beam {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Diffused, Self::Mirrored, Self::Refracted];
+}
+
+/// What is about a receiver.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings {
+    /// How far the sound that comes to it goes at a time [m]: the mean free path, of what comes from farther off the distance.
+    pub free_path: f64,
+    /// Distance of the next interface between airs [m]; infinite without any.
+    pub interface: f64,
+}
 
 /// The balls of a receiver, one for each range of path lengths.
 #[derive(Debug, Clone, Copy, Default)]
@@ -32,20 +61,28 @@ pub struct Balls {
     balls: [ReceiverSphere; GROWTH.len()],
     /// The first one for paths that were reflected specularly alone.
     mirrored: ReceiverSphere,
+    /// The first one for beams that an interface refracted.
+    refracted: ReceiverSphere,
     mean_free_path: f64,
 }
 
 impl Balls {
     /// Balls about `center` (about the scene's centre [m]), of `radius` [m] for early sound; the next surface is `nearest` [m] away.
     #[must_use]
-    pub fn new(geometry: &Geometry, center: DVec3, radius: f64, nearest: f64, mean_free_path: f64) -> Self {
+    pub fn new(geometry: &Geometry, center: DVec3, radius: f64, nearest: f64, about: Surroundings) -> Self {
         // The size of an open scene does not say how far the field about a receiver is alike.
         let closed = geometry.is_closed_room();
         let radius = |growth| if closed { growth * radius } else { radius.min(CLEARANCE * nearest) };
         let is_cut = GROWTH.iter().any(|&(growth, _)| radius(growth) > nearest);
         let distances = if is_cut { distances(geometry, center) } else { Vec::new() };
         let ball = |(growth, _)| ReceiverSphere::new(center, radius(growth), nearest, &distances);
-        Self { balls: GROWTH.map(ball), mirrored: ball((MIRRORED, 0.0)), mean_free_path }
+        let beams = radius(1.0).min(REFRACTED_CLEARANCE * about.interface);
+        Self {
+            balls: GROWTH.map(ball),
+            mirrored: ball((MIRRORED, 0.0)),
+            refracted: ReceiverSphere::new(center, beams, nearest, &distances),
+            mean_free_path: about.free_path,
+        }
     }
 
     /// Radius for early sound [m].
@@ -54,14 +91,15 @@ impl Balls {
         self.balls[0].radius
     }
 
-    /// The ball for paths that have gone `length` [m], and whether they were reflected specularly alone.
+    /// The ball for paths that have gone `length` [m].
     #[inline]
     #[must_use]
-    pub fn at(&self, length: f64, is_mirrored: bool) -> &ReceiverSphere {
+    pub fn at(&self, length: f64, beam: Beam) -> &ReceiverSphere {
         let grown = |(_, from): &(f64, f64)| from * self.mean_free_path <= length;
-        match GROWTH.iter().rposition(grown).unwrap_or(0) {
-            0 if is_mirrored => &self.mirrored,
-            growth => &self.balls[growth],
+        match (GROWTH.iter().rposition(grown).unwrap_or(0), beam) {
+            (0, Beam::Mirrored) => &self.mirrored,
+            (0, Beam::Refracted) => &self.refracted,
+            (growth, _) => &self.balls[growth],
         }
     }
 }
@@ -104,6 +142,12 @@ fn distances(geometry: &Geometry, center: DVec3) -> Vec<f64> {
 }
 
 impl ReceiverSphere {
+    /// What a packet of energy 1 brings on average where it crosses the ball [1/m²].
+    #[must_use]
+    pub fn fluence_per_crossing(&self) -> f64 {
+        1.0 / (PI * self.radius * self.radius)
+    }
+
     /// The ball of `radius` [m] about `center` (about the scene's centre [m]), `nearest` [m] away from all surfaces. `distances` are how far
     /// one sees from there; they do not matter to a ball that no surface reaches into.
     fn new(center: DVec3, radius: f64, nearest: f64, distances: &[f64]) -> Self {

@@ -18,13 +18,13 @@ pub fn free_path(geometry: &Geometry) -> f64 {
 /// Share of the mean free path that the radius of a disc takes at [`REFERENCE_EMISSIONS`].
 pub(crate) const DISC_PER_FREE_PATH: f64 = 0.03;
 
-/// The radius of discs [m] that take `share` of the mean free path at [`REFERENCE_EMISSIONS`]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
+/// The radius of discs [m] that take `share` of a mean free path at [`REFERENCE_EMISSIONS`]. It shrinks as N^(−1/6), so that the O(h²) bias vanishes as fast as the noise (docs/physics.md §4).
 pub(crate) fn disc_radius(
     share: f64,
+    free_path: f64,
     settings: &RenderSettings,
-    geometry: &Geometry,
     traced: &sonel_map::Settings,
 ) -> f64 {
     let shrink = libm::pow(traced.emissions.max(1) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
-    settings.gather_radius.unwrap_or_else(|| share * free_path(geometry) * shrink)
+    settings.gather_radius.unwrap_or(share * free_path * shrink)
 }

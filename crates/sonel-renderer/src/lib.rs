@@ -29,11 +29,13 @@ pub const REVISION: u32 = 10;
 
 mod air;
 mod ball;
+mod crossings;
 pub mod deposit;
 mod directions;
 mod disc_size;
 mod error;
 mod exact;
+mod guided_directions;
 mod paper;
 mod partition;
 mod path_class;

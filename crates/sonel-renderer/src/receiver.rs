@@ -5,8 +5,9 @@ use sonel_acoustics::Pattern;
 use sonel_geometry::Geometry;
 use sonel_scene::Receiver;
 
-use crate::ball::Balls;
+use crate::ball::{Balls, Surroundings};
 use crate::directions::Axes;
+use crate::guided_directions::GuidedDirections;
 
 /// A place where the echogram is wanted.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +61,7 @@ impl From<&Receiver> for ReceiverPoint {
 }
 
 /// A receiver as the estimators see it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct PreparedReceiver {
     /// About the scene's centre [m], exact.
     pub exact: DVec3,
@@ -68,6 +69,10 @@ pub struct PreparedReceiver {
     pub position: Vec3,
     /// The air that stands for the point where segments are counted.
     pub balls: Balls,
+    /// Radius h of the discs where its rays end [m].
+    pub disc_radius: f64,
+    /// Directions of its rays.
+    pub directions: GuidedDirections,
     /// Largest cos θ / d² of a sonel that connections take whole [1/m²]; what is beyond is left to rays. Infinite where no surface
     /// is near, or where no rays are cast.
     pub brightest: f64,
@@ -95,24 +100,26 @@ pub const REFERENCE_EMISSIONS: f64 = 50_000.0;
 const NEAR_PER_DISC: f64 = 8.0;
 
 impl PreparedReceiver {
-    /// Prepares `receiver` for a map of `emissions` emissions, in a scene of the given mean free path [m].
+    /// Prepares `receiver`, which has this `about` it, for a map of `emissions` emissions. Discs have `disc_radius` [m], where rays gather.
     #[must_use]
     pub fn new(
         receiver: &ReceiverPoint,
         geometry: &Geometry,
-        mean_free_path: f64,
+        about: Surroundings,
         emissions: u64,
-        gather_radius: Option<f64>,
+        disc_radius: Option<f64>,
     ) -> Self {
         let shrink = libm::pow((emissions.max(1)) as f64 / REFERENCE_EMISSIONS, -1.0 / 6.0);
-        let wanted = RADIUS_PER_FREE_PATH * mean_free_path * shrink;
+        let wanted = RADIUS_PER_FREE_PATH * about.free_path * shrink;
         let nearest = geometry.distance_to_nearest_surface(receiver.position);
-        let near = gather_radius.map(|radius| NEAR_PER_DISC * radius).filter(|near| nearest < *near);
+        let near = disc_radius.map(|radius| NEAR_PER_DISC * radius).filter(|near| nearest < *near);
         let exact = receiver.position - geometry.center();
         Self {
             exact,
             position: geometry.to_local(receiver.position),
-            balls: Balls::new(geometry, exact, wanted, nearest, mean_free_path),
+            balls: Balls::new(geometry, exact, wanted, nearest, about),
+            disc_radius: disc_radius.unwrap_or(0.0),
+            directions: GuidedDirections::default(),
             brightest: near.map_or(f64::INFINITY, |near| 1.0 / (near * near)),
             air: 0,
             stretch: 1.0,
@@ -128,6 +135,8 @@ impl PreparedReceiver {
             exact,
             position: exact.as_vec3(),
             balls: Balls::default(),
+            disc_radius: 0.0,
+            directions: GuidedDirections::default(),
             brightest: f64::INFINITY,
             air: 0,
             stretch: 1.0,

@@ -9,8 +9,8 @@
 //!
 //! References: docs/physics.md §3.
 
-use glam::DVec3;
-use sonel_geometry::Geometry;
+use glam::{DVec3, Vec3};
+use sonel_geometry::{Departure, Geometry, Side, SurfaceId};
 use sonel_map::{BandClasses, Lanes, Segment, SonelMap};
 use sonel_scene::Scene;
 
@@ -38,6 +38,20 @@ pub struct RegionAir {
     pub table: Option<AirTable>,
     /// What it takes of what packets carry beyond what every air takes.
     rest: Option<AirTable>,
+}
+
+/// Distance from `position` (about the scene's centre [m]) to the next interface that faces it [m]; infinite without any.
+#[must_use]
+pub fn distance_to_interface(scene: &Scene, geometry: &Geometry, position: Vec3) -> f64 {
+    let Some(media) = &scene.media else { return f64::INFINITY };
+    let is_interface = |surface: SurfaceId| media.across(surface, Side::Front).is_some();
+    let surfaces =
+        (0..geometry.surfaces().len() as u32).map(SurfaceId).filter(|&surface| is_interface(surface));
+    let normals = surfaces.map(|surface| geometry.surface(surface).normal.as_vec3().normalize());
+    let hits = normals.flat_map(|normal| [normal, -normal]).filter_map(|direction| {
+        geometry.closest_hit(Departure::free(position), direction).filter(|hit| is_interface(hit.surface))
+    });
+    hits.map(|hit| f64::from(hit.distance)).fold(f64::INFINITY, f64::min)
 }
 
 impl Regions {

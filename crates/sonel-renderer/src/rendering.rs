@@ -1,5 +1,6 @@
 //! The rendering of one source, and sums of energy in it.
 
+use crate::crossings::Crossings;
 use crate::deposit::{Deposits, TimeBins, add_lanes, spread_lanes};
 use crate::directions::Columns;
 use crate::path_class::PathClass;
@@ -47,6 +48,8 @@ pub struct Rendering {
     pub class_energies: [Vec<f64>; PathClass::ALL.len()],
     /// Weighted mean over the batches of the squares of their energies, as `class_energies`.
     squares: [Vec<f64>; PathClass::ALL.len()],
+    /// What went past the balls of all receivers.
+    pub(crate) crossings: Crossings,
     /// What packets carried at [`TimeBins::marks`], per unit emitted energy and band [1].
     pub under_way: [Vec<f64>; 2],
     /// K.
@@ -82,6 +85,7 @@ impl Rendering {
             classes: PathClass::ALL.map(|class| (class, vec![0.0; bands])),
             class_energies: PathClass::ALL.map(|_| vec![0.0; receivers * bands]),
             squares: PathClass::ALL.map(|_| vec![0.0; receivers * bands]),
+            crossings: Crossings::new(receivers, bands),
             under_way: [vec![0.0; bands], vec![0.0; bands]],
             mirror_order: 0,
             image_order: Vec::new(),
@@ -136,6 +140,16 @@ impl Rendering {
             self.classes[class].1[band] += weight * energy;
             self.class_energies[class][at] += weight * energy;
             self.squares[class][at] += weight * energy * energy;
+        }
+    }
+
+    /// Extends the interval of `receiver` by what it may have missed, `unseen` [1/m²], in the bin of the first arrival at `time` [s]: a bias,
+    /// half of which a kernel of half the area would show.
+    pub fn add_unseen(&mut self, (receiver, borders): (usize, &[f64]), time: f64, unseen: &[Lanes]) {
+        if unseen.iter().flatten().any(|unseen| *unseen > 0.0) {
+            for batch in &mut self.kernel_differences {
+                batch[receiver * self.columns.coarse].add_arrival(borders, time, unseen, 0.5);
+            }
         }
     }
 

@@ -1,8 +1,9 @@
-//! A simple, slow simulator of a box room, as a reference.
+//! A simple, slow simulator of a box room, which may have a window, as a reference.
 //!
 //! One band, analytic walls, `f64`, one ray after another: a ray loses α of its weight at each wall and goes on as a
 //! mirror or, with probability s, after the cosine law. Every crossing of a sphere about the receiver counts
-//! weight/(π r²), at the time of the closest approach. No roulette, no connection, no density estimate, no index.
+//! weight/(π r²), at the time of the closest approach. No roulette, no connection, no density estimate, no index. A receiver outside counts
+//! what goes straight on through the window; nothing comes back from there.
 //!
 //! The only bias is that of the sphere, of order (r/d)² per path of length d: the mean of 1/(4πd²) over the disc.
 //!
@@ -27,6 +28,23 @@ pub struct BoxRoom {
     pub speed_of_sound: f64,
     /// Energy attenuation of air [1/m].
     pub air_attenuation: f64,
+    /// Part of a wall that sound passes.
+    pub window: Option<Window>,
+}
+
+/// A rectangle in a wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// Number of the wall.
+    pub wall: usize,
+    /// Lower corner along the axes that follow that of the wall, in the order x y z x [m].
+    pub low: [f64; 2],
+    /// Upper corner [m].
+    pub high: [f64; 2],
+    /// Transmission coefficient, 0…1.
+    pub transmission: f64,
+    /// Absorption coefficient there, at least the transmission coefficient.
+    pub absorption: f64,
 }
 
 /// Where, how finely and how long to count.
@@ -34,7 +52,7 @@ pub struct BoxRoom {
 pub struct Count {
     /// Position of the source [m], outside of the sphere.
     pub source: [f64; 3],
-    /// Centre of the sphere [m], which lies wholly in the room.
+    /// Centre of the sphere [m], which lies wholly in the room or, if the room has a window, wholly outside.
     pub receiver: [f64; 3],
     /// Radius of the sphere [m].
     pub radius: f64,
@@ -129,12 +147,31 @@ impl BoxRoom {
         assert!(count.batches > 1, "no error from a single batch");
         let gap = difference(count.source, count.receiver);
         assert!(dot(gap, gap) > count.radius * count.radius, "the source lies in the receiver");
-        let inside = (0..3)
-            .all(|k| count.receiver[k] > count.radius && count.receiver[k] < self.size[k] - count.radius);
-        assert!(inside, "the sphere reaches out of the room");
+        assert!(self.holds(count) || self.is_outside(count), "the sphere reaches out of the room");
         let batches =
             (0..count.batches).map(|batch| self.batch(count, count.seed.wrapping_add(batch as u64)));
         Counted { bin_width: count.bin_width, batches: batches.collect() }
+    }
+
+    /// Whether the sphere lies wholly in the room.
+    fn holds(&self, count: &Count) -> bool {
+        (0..3).all(|k| count.receiver[k] > count.radius && count.receiver[k] < self.size[k] - count.radius)
+    }
+
+    /// Whether the sphere lies wholly outside of a room with a window.
+    fn is_outside(&self, count: &Count) -> bool {
+        let beyond =
+            |k: usize| count.receiver[k] < -count.radius || count.receiver[k] > self.size[k] + count.radius;
+        self.window.is_some() && (0..3).any(beyond)
+    }
+
+    /// The window, if it is at a place of a wall.
+    fn window_at(&self, wall: usize, at: [f64; 3]) -> Option<&Window> {
+        let place = [at[(wall / 2 + 1) % 3], at[(wall / 2 + 2) % 3]];
+        let holds = |window: &&Window| {
+            window.wall == wall && (0..2).all(|k| place[k] > window.low[k] && place[k] < window.high[k])
+        };
+        self.window.as_ref().filter(holds)
     }
 
     fn batch(&self, count: &Count, seed: u64) -> [Vec<f64>; 4] {
@@ -157,18 +194,27 @@ impl BoxRoom {
         let reach = self.speed_of_sound * count.bin_width * count.bins as f64;
         let (mut at, mut towards) = (count.source, numbers.unit_vector());
         let (mut length, mut weight, mut history) = (0.0, 1.0, History::Direct);
-        while length < reach && weight > 0.0 {
+        let is_inside = self.holds(count);
+        // How far on a line passes the receiver, if it meets the sphere: that lies wholly on this side of the walls or on the other.
+        let passes = |at: [f64; 3], towards: [f64; 3]| {
             let to_receiver = difference(count.receiver, at);
             let along = dot(to_receiver, towards);
-            // The sphere lies within the room, so a line that meets it does so before the wall.
-            if along > 0.0 && dot(to_receiver, to_receiver) - along * along < count.radius * count.radius {
+            let missed = dot(to_receiver, to_receiver) - along * along;
+            (along > 0.0 && missed < count.radius * count.radius).then_some(along)
+        };
+        while length < reach && weight > 0.0 {
+            if let Some(along) = passes(at, towards).filter(|_| is_inside) {
                 crossing(history, length + along, weight);
             }
             let (wall, step) = self.next_wall(at, towards);
             at = [0, 1, 2].map(|k| at[k] + step * towards[k]);
             at[wall / 2] = if wall % 2 == 0 { 0.0 } else { self.size[wall / 2] };
             length += step;
-            weight *= 1.0 - self.absorption[wall];
+            let window = self.window_at(wall, at);
+            if let Some((window, along)) = window.zip(passes(at, towards).filter(|_| !is_inside)) {
+                crossing(history, length + along, weight * window.transmission);
+            }
+            weight *= 1.0 - window.map_or(self.absorption[wall], |window| window.absorption);
             if numbers.next_f64() < self.scattering[wall] {
                 towards = lambert(wall, numbers);
                 history = History::Diffuse;
@@ -246,6 +292,7 @@ mod tests {
             scattering: [scattering; 6],
             speed_of_sound: 343.0,
             air_attenuation: 0.0,
+            window: None,
         }
     }
 
@@ -329,6 +376,24 @@ mod tests {
         let jackknifed = counted.jackknife(|bins| bins.iter().sum());
         assert!((jackknifed.sigma / counted.total().sigma - 1.0).abs() < 1e-9);
         assert!((counted.jackknife(|bins| bins[40]).sigma / echogram[40].sigma - 1.0).abs() < 1e-9);
+    }
+
+    /// Images of the source send through the window those of their rays that meet it.
+    #[test]
+    fn a_window_lets_out_what_comes_straight_through_it() {
+        let window =
+            Window { wall: 1, low: [1.0, 0.5], high: [4.0, 3.0], transmission: 0.25, absorption: 1.0 };
+        let dead = BoxRoom { absorption: [1.0; 6], window: Some(window), ..room(0.0) };
+        let outside = Count { receiver: [14.0, 2.5, 2.0], ..COUNT };
+        let (distance, aside) = ((12.5_f64.powi(2) + 1.3 * 1.3 + 0.7 * 0.7).sqrt(), [14.0, 2.5, 14.0]);
+        let found = dead.count(&Count { rays_per_batch: 30_000, ..outside });
+        compare(found.total(), 0.25 * free_field(distance, 0.0), 0.08).unwrap();
+        assert!(compare(found.total(), free_field(distance, 0.0), 0.08).is_err());
+        assert!(dead.count(&Count { receiver: aside, ..outside }).total().value <= 0.0, "not in sight");
+        let mirror = BoxRoom { absorption: [0.0, 1.0, 1.0, 1.0, 1.0, 1.0], ..dead };
+        let found = mirror.count(&Count { rays_per_batch: 30_000, ..outside });
+        let image = (15.5_f64.powi(2) + 1.3 * 1.3 + 0.7 * 0.7).sqrt();
+        compare(found.class(History::Specular), 0.25 * free_field(image, 0.0), 0.1).unwrap();
     }
 
     #[test]

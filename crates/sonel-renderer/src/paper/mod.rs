@@ -57,7 +57,7 @@ impl Paper {
         let clearance = |position| CLEARANCE * geometry.distance_to_nearest_surface(position);
         Self {
             sheets: Sheet::all(geometry),
-            disc_radius: disc_radius(DISC_PER_FREE_PATH, settings, geometry, traced),
+            disc_radius: disc_radius(DISC_PER_FREE_PATH, free_path(geometry), settings, traced),
             source_radius: scene.sources.iter().map(|s| sphere.min(clearance(s.position))).collect(),
             rays: rays.div_ceil(traced.batches),
             edges: if wavelengths.is_some() { ZoneEdge::all(geometry) } else { Vec::new() },

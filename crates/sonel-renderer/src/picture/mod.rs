@@ -100,8 +100,8 @@ impl Renderer<'_> {
             )));
         }
         let sheets = Sheet::all(self.geometry);
-        let radius =
-            disc_radius(DISC_PER_FREE_PATH, &self.settings, self.geometry, &self.map.header().settings);
+        let free_path = self.surveys[source].scale.free_path;
+        let radius = disc_radius(DISC_PER_FREE_PATH, free_path, &self.settings, &self.map.header().settings);
         let rows = (TILE_PIXELS / width).max(1);
         let mut tiles: Vec<Tile> = (0..height.div_ceil(rows))
             .into_par_iter()

@@ -64,7 +64,7 @@ impl Tile {
             bands[class / 4][class % 4] += 1.0;
         }
         Self {
-            index: GatherIndex::new(discs, radius),
+            index: GatherIndex::new(discs),
             windows,
             lanes,
             bands,

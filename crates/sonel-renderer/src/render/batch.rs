@@ -7,6 +7,7 @@ use sonel_map::{Arrival, Lanes, PathView, PathWeight, Segment, SegmentHistory, l
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use super::Renderer;
+use crate::crossings::Crossings;
 use crate::deposit::{Deposits, TimeBins, add_lanes};
 use crate::directions::{Axes, Columns};
 use crate::exact::mirror::Radiator;
@@ -14,7 +15,6 @@ use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::Fading;
 use crate::rendering::{CoarseEchogram, Rendering};
-use crate::settings::Estimator;
 use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
 use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
 use crate::stochastic::gather::disc::place;
@@ -24,18 +24,17 @@ use crate::stochastic::gather::{GatherIndex, cast};
 use crate::stochastic::kernel::{KernelDifference, coarse_bins};
 use crate::stochastic::medium::Medium;
 use crate::stochastic::mirror_connection::ReceiverImages;
-use crate::stochastic::selection::{Neighbourhoods, Selector, SonelCounts, SonelSelection};
+use crate::stochastic::selection::{Selector, SonelSelection};
 
 /// Batches rendered before they are added: bounds the memory, whatever the number of threads.
 const BATCHES_IN_FLIGHT: u32 = 8;
-
-/// One of so many batches is counted to select sonels.
-const BATCHES_PER_COUNTED: usize = 8;
 
 /// One batch's estimate: all its echograms, and the sums of its classes per receiver.
 pub(crate) struct BatchEstimate {
     deposits: Deposits,
     sums: [Vec<Lanes>; PathClass::ALL.len()],
+    /// What went past the balls of the receivers.
+    pub crossings: Crossings,
     kernel: KernelDifference,
     axes: Axes,
     /// What packets carry at [`TimeBins::marks`](crate::deposit::TimeBins::marks).
@@ -51,6 +50,7 @@ impl BatchEstimate {
             kernel: KernelDifference::new(tile.borders, coarse, bands),
             axes,
             sums: PathClass::ALL.map(|_| vec![[0.0; 4]; tile.receivers.len() * lanes_of(bands)]),
+            crossings: Crossings::new(tile.receivers.len(), bands),
             under_way: [(); 2].map(|()| vec![[0.0; 4]; lanes_of(bands)]),
         }
     }
@@ -59,6 +59,7 @@ impl BatchEstimate {
     fn clear(&mut self) {
         self.deposits.clear();
         self.sums.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
+        self.crossings.clear();
         self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
         self.under_way.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
     }
@@ -94,6 +95,7 @@ impl BatchEstimate {
                 rendering.record(class, receiver, weight, sum);
             }
         }
+        rendering.crossings.add(tile.first, &self.crossings, weight);
         if tile.first == 0 {
             rendering.add_energy_in_flight(weight, &self.under_way);
         }
@@ -120,6 +122,7 @@ impl BatchEstimate {
             deposits: &mut self.deposits,
             sum: &mut self.sums[class as usize],
             kernel: &mut self.kernel,
+            crossings: &mut self.crossings,
             axes: &self.axes,
         }
     }
@@ -233,34 +236,6 @@ impl Renderer<'_> {
         }
     }
 
-    /// How sonels of `source` are selected, from some of its batches; none where no sonel reaches for a receiver.
-    pub(crate) fn selection(&self, source: usize) -> Option<SonelSelection> {
-        if !self.connects_diffuse() {
-            return None;
-        }
-        let (low, high) = self.geometry.bounds();
-        let lanes = lanes_of(self.table.bands());
-        let mut counts = SonelCounts::new(Neighbourhoods::new(lanes, self.bins.reach, high - low));
-        // Estimators that are asked for by name take every sonel: their sums can be checked number by number.
-        if self.settings.estimator != Estimator::Auto {
-            return Some(counts.selection(false));
-        }
-        let batches: Vec<u32> =
-            (0..self.emissions.batches.len() as u32).step_by(BATCHES_PER_COUNTED).collect();
-        let count = |&batch: &u32| {
-            let mut counts = counts.clone();
-            self.each_segment(batch, source, |segment, arriving| {
-                if segment.arrival.is_some() {
-                    counts.count(segment.end_length, segment.end, arriving);
-                }
-            });
-            counts
-        };
-        let counted: Vec<SonelCounts> = batches.par_iter().map(count).collect();
-        counted.iter().for_each(|counted| counts.add(counted));
-        Some(counts.selection(self.gathers_by_mirrors()))
-    }
-
     /// Prepares the images of the receivers of `tile`. K′ is a matter of each receiver: it depends on nobody who shares the call.
     fn group<'b>(&'b self, source: usize, tile: &'b Tile<'b>, mirror_order: u32) -> ReceiverGroup<'b> {
         let Tile { receivers, direct_lengths, .. } = tile;
@@ -308,7 +283,8 @@ impl Renderer<'_> {
             }
             let mut stream = receiver_stream(self.seed(), Purpose::VisibilityRay, receiver, source, batch);
             let image_order = group.others[number].image_order;
-            let observer = Observer { number: number as u32, receiver, image_order };
+            let sample = &self.surveys[source].sample;
+            let observer = Observer { number: number as u32, receiver, image_order, sample };
             cast(&medium, &self.table, sheets, observer, settings, &mut stream, |found| match found {
                 Found::Disc(point) => points.push(point),
                 Found::Near(place) => {
@@ -318,7 +294,7 @@ impl Renderer<'_> {
                 }
             });
         }
-        (!points.is_empty()).then(|| GatherIndex::new(points, settings.radius))
+        (!points.is_empty()).then(|| GatherIndex::new(points))
     }
 
     /// Whether a ray that goes on from a surface next to the receiver finds a sonel with `history` where it came from.
@@ -466,10 +442,15 @@ impl Renderer<'_> {
         if specular_run > 0 || interfaces > 0 || !self.connects_diffuse() {
             let receivers = group.tile.receivers.iter().zip(&group.others).enumerate();
             let left = receivers.filter(|(_, (_, others))| is_left_to_sphere(segment.history, **others));
+            let mut left = left.peekable();
+            let piece = Piece::of(segment);
+            if left.peek().is_some() {
+                estimate.crossings.pass(piece.beam, segment.energy);
+            }
             let receivers = left.map(|(index, (receiver, others))| (index, receiver, others.direct_length));
             let mut deposits = estimate.class(sphere_class(segment.history));
             let coarse = |receiver, bin| group.tile.coarse_bin(receiver, bin);
-            cross(&Piece::of(segment), receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
+            cross(&piece, receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
         let row = &*self.table.row(arrival.surface, segment.direction());

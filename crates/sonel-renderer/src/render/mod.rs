@@ -10,6 +10,7 @@ mod lateral;
 mod ownership;
 mod paper_batch;
 mod specular;
+mod survey;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -18,6 +19,7 @@ use sonel_map::{BandClasses, CoefficientTable, Emissions, SonelMap};
 use sonel_scene::{Scene, Source};
 
 use crate::air::AirTable;
+use crate::ball::Surroundings;
 use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
 use crate::error::RenderError;
@@ -25,12 +27,15 @@ use crate::exact::edge::{Edges, SOURCE_OUT};
 use crate::exact::mirror::{ImageSources, Radiator, lattice_room};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
-use crate::regions::{Regions, carries, fit_settings, refuse_regions, straight_length};
+use crate::regions::{
+    Regions, carries, distance_to_interface, fit_settings, refuse_regions, straight_length,
+};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
 use crate::stochastic::gather::GatherSettings;
 use crate::stochastic::gather::disc::Sheet;
 use crate::stochastic::mirror_connection::image_order;
+use survey::SonelSurvey;
 
 /// Receivers rendered in one sweep: few enough that the echograms they share stay in the cache, which halves the time of a
 /// connection; sweeping the paths again costs less than a connection each.
@@ -65,6 +70,8 @@ pub struct Renderer<'a> {
     pub(crate) emissions: Emissions<'a>,
     /// Largest K′.
     pub(crate) image_order: u32,
+    /// What a part of the sonels of each source tells before anything is rendered.
+    pub(crate) surveys: Vec<SonelSurvey>,
     /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
     pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
     /// The paper's own pass, where it is asked for: it stands for all classes but the direct sound.
@@ -140,7 +147,7 @@ impl<'a> Renderer<'a> {
         let table = map.coefficients(&classes);
         let by_paper = settings.estimator == Estimator::Paper;
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
-        Ok(Self {
+        let mut renderer = Self {
             image_order: if has_lattice { image_order(geometry, &table) } else { 0 },
             gather: settings.estimator.has_rays().then(|| {
                 (Sheet::all(geometry), gather_settings(&settings, (geometry, &table), traced, ray_reach))
@@ -154,12 +161,15 @@ impl<'a> Renderer<'a> {
             table,
             normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
             emissions: Emissions::of_map(map, geometry.center(), &classes),
+            surveys: Vec::new(),
             classes,
             map,
             geometry,
             settings,
             bins,
-        })
+        };
+        renderer.surveys = (0..scene.sources.len()).map(|source| renderer.survey(source)).collect();
+        Ok(renderer)
     }
 
     /// The time bins.
@@ -273,7 +283,7 @@ impl<'a> Renderer<'a> {
         if !problems.is_empty() {
             return Err(RenderError::Receivers(problems));
         }
-        let prepared = self.prepare(receivers);
+        let prepared = self.prepare(source, receivers);
         let emitter = &self.map.header().scene.sources[source];
         let mut radiator = Radiator::new(emitter, self.geometry.center());
         radiator.position = self.beside_planes(radiator.position, SOURCE_OUT);
@@ -292,7 +302,7 @@ impl<'a> Renderer<'a> {
         self.add_deterministic(&mut rendering, (source, radiator), &image_sources, &prepared, borders);
         progress(0.0);
         self.add_late_specular(&mut rendering, source, &prepared, borders);
-        let selection = self.selection(source);
+        let selection = self.surveys[source].selection.as_ref();
         let together = self.receivers_in_flight();
         let tiles = prepared.len().div_ceil(together);
         for tile in 0..tiles {
@@ -300,9 +310,25 @@ impl<'a> Renderer<'a> {
             let done = tile as f64 / tiles as f64;
             let tile = self.tile(source, &prepared, borders, range);
             let done = &mut |share| progress(done + share / tiles as f64);
-            self.add_batches(&mut rendering, (source, selection.as_ref()), &tile, done);
+            self.add_batches(&mut rendering, (source, selection), &tile, done);
         }
+        self.bound_unseen(&mut rendering, source, (&prepared, borders));
         Ok(rendering.spread(&self.classes))
+    }
+
+    /// Extends the intervals of receivers by what none of the packets brought that might have crossed their balls.
+    fn bound_unseen(
+        &self,
+        rendering: &mut Rendering,
+        source: usize,
+        (receivers, borders): (&[PreparedReceiver], &[Vec<f64>]),
+    ) {
+        for (index, (receiver, borders)) in receivers.iter().zip(borders).enumerate() {
+            let fluence = |beam| receiver.balls.at(0.0, beam).fluence_per_crossing();
+            let unseen = rendering.crossings.unseen(index, fluence);
+            let time = self.bins.time(self.straight_length(source, receiver));
+            rendering.add_unseen((index, borders), time, &unseen);
+        }
     }
 
     /// Receivers that share a sweep: fewer, where their rays are so many that discs would fill the memory.
@@ -331,20 +357,32 @@ impl<'a> Renderer<'a> {
     /// paper's pass.
     #[must_use]
     pub fn casts_rays(&self, receivers: &[ReceiverPoint]) -> bool {
-        let beside_surfaces = || self.prepare(receivers).iter().any(PreparedReceiver::is_near_surface);
+        let is_near = |source| self.prepare(source, receivers).iter().any(PreparedReceiver::is_near_surface);
+        let beside_surfaces = || (0..self.surveys.len()).any(is_near);
         self.gathers_by_mirrors() || self.paper.is_some() || self.gather.is_some() && beside_surfaces()
     }
 
-    fn prepare(&self, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
-        let free_path = free_path(self.geometry);
-        let emissions = self.map.header().settings.emissions;
-        let disc = self.gather.as_ref().map(|(_, settings)| settings.radius);
+    /// Receivers as `source` is heard at them.
+    fn prepare(&self, source: usize, receivers: &[ReceiverPoint]) -> Vec<PreparedReceiver> {
+        let traced = &self.map.header().settings;
+        let SonelSurvey { sample, scale: of_all, .. } = &self.surveys[source];
+        let of_room = free_path(self.geometry);
         receivers
             .par_iter()
             .map(|r| {
+                let position = self.geometry.to_local(r.position);
+                let outlook = sample.seen_from((self.geometry, &self.table), (position, &r.sensitivity));
+                let scale = outlook.scale.map_or(*of_all, |scale| scale.in_halves_of(of_room));
+                let disc = self
+                    .gather
+                    .is_some()
+                    .then(|| disc_radius(DISC_PER_FREE_PATH, scale.free_path, &self.settings, traced));
+                let interface = distance_to_interface(&self.map.header().scene, self.geometry, position);
+                let about = Surroundings { free_path: scale.distance, interface };
                 let receiver = PreparedReceiver {
                     lateral_axis: self.settings.directions.then(|| self.lateral_axis(r)).flatten(),
-                    ..PreparedReceiver::new(r, self.geometry, free_path, emissions, disc)
+                    directions: outlook.directions,
+                    ..PreparedReceiver::new(r, self.geometry, about, traced.emissions, disc)
                 };
                 if let Some((profile, speed)) = self.table.profile() {
                     return PreparedReceiver {
@@ -385,7 +423,6 @@ fn gather_settings(
 ) -> GatherSettings {
     GatherSettings {
         rays: settings.rays(traced.emissions).div_ceil(traced.batches),
-        radius: disc_radius(DISC_PER_FREE_PATH, settings, geometry, traced),
         reach,
         by_mirrors: gathers_by_mirrors(settings, geometry, table),
     }

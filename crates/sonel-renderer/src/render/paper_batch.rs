@@ -83,7 +83,7 @@ impl Renderer<'_> {
                 });
             }
         }
-        GatherIndex::new(points, paper.disc_radius)
+        GatherIndex::new(points)
     }
 
     /// Adds what edges bring to every receiver that the source's shadow ray does not reach.

@@ -10,6 +10,7 @@ use sonel_sampling::{Purpose, ScrambledSobol, Stream, StreamFamily, warp};
 
 use super::Renderer;
 use super::batch::{BatchEstimate, Tile};
+use crate::ball::Beam;
 use crate::exact::mirror::{Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
@@ -76,7 +77,7 @@ impl Renderer<'_> {
             energy.fill([1.0; 4]);
             radiator.towards(direction.as_dvec3()).weigh(&mut energy);
             energy.iter_mut().flatten().for_each(|energy| *energy /= f64::from(rays));
-            let light = LIGHT * strongest(&energy);
+            let mut usual = strongest(&energy);
             let mut way = Way {
                 departure: Departure::free(radiator.position.as_vec3()),
                 direction,
@@ -87,12 +88,19 @@ impl Renderer<'_> {
             while strongest(&energy) > 0.0 {
                 let hit = self.geometry.closest_hit(way.departure, way.direction);
                 if way.reflections > mirror_order {
+                    estimate.crossings.pass(Beam::Mirrored, &energy);
                     self.cross(&way, hit.as_ref(), tile, (&energy, &mut scratch), estimate);
                 }
                 let Some(hit) = hit else { break };
-                if !self.mirror(&mut way, &hit, &mut energy, &mut stream)
-                    || !survives(&mut energy, light, &mut stream)
-                {
+                let (reflections, before) = (way.reflections, strongest(&energy));
+                if !self.mirror(&mut way, &hit, &mut energy, &mut stream) {
+                    break;
+                }
+                // What a partition lets through is all that there is behind it.
+                if way.reflections == reflections {
+                    usual *= strongest(&energy) / before;
+                }
+                if !survives(&mut energy, LIGHT * usual, &mut stream) {
                     break;
                 }
             }
@@ -118,7 +126,7 @@ impl Renderer<'_> {
             start_length: way.length,
             energy,
             fades_from: 0.0,
-            is_mirrored: true,
+            beam: Beam::Mirrored,
         };
         let receivers = tile.receivers.iter().zip(&tile.direct_lengths).enumerate();
         let receivers = receivers.map(|(index, (receiver, &length))| (index, receiver, length));

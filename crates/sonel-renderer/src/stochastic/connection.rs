@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, Side, SpeedProfile};
 use sonel_map::{Lanes, coefficients::EventRow};
 
+use crate::crossings::Crossings;
 use crate::deposit::{Deposits, add_lanes};
 use crate::directions::Axes;
 use crate::partition::Partitions;
@@ -60,6 +61,8 @@ pub struct ClassDeposits<'a> {
     pub sum: &'a mut [Lanes],
     /// What kernels of half the area would have found.
     pub kernel: &'a mut KernelDifference,
+    /// What went past the balls of receivers.
+    pub crossings: &'a mut Crossings,
     /// Where directions are asked for.
     pub axes: &'a Axes,
 }

@@ -7,6 +7,7 @@
 use glam::Vec3;
 use sonel_map::{Lanes, Segment, SegmentHistory};
 
+use crate::ball::Beam;
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::connection::ClassDeposits;
 use crate::stochastic::medium::Medium;
@@ -52,8 +53,8 @@ pub struct Piece<'a> {
     pub energy: &'a [Lanes],
     /// Path length from which on the receiver's air has still to take its part, where the scene has several [m].
     pub fades_from: f64,
-    /// Whether its path was reflected specularly alone.
-    pub is_mirrored: bool,
+    /// What its path is to a ball.
+    pub beam: Beam,
 }
 
 impl<'a> Piece<'a> {
@@ -62,7 +63,9 @@ impl<'a> Piece<'a> {
     pub fn of(segment: &Segment<'a>) -> Self {
         let ends = (segment.start, segment.end);
         let start_length = segment.start_length;
-        Self { ends, start_length, energy: segment.energy, fades_from: start_length, is_mirrored: false }
+        let is_refracted = segment.history.interfaces > 0 && !segment.history.diffused;
+        let beam = if is_refracted { Beam::Refracted } else { Beam::Diffused };
+        Self { ends, start_length, energy: segment.energy, fades_from: start_length, beam }
     }
 }
 
@@ -78,12 +81,13 @@ pub fn cross<'a>(
     deposits: &mut ClassDeposits<'_>,
 ) {
     for (index, receiver, direct_length) in receivers {
-        let ball = receiver.balls.at(piece.start_length, piece.is_mirrored);
+        let ball = receiver.balls.at(piece.start_length, piece.beam);
         let Some(chord) = ball.chord(medium.geometry, piece.ends) else { continue };
         let along = (piece.ends.1 - piece.ends.0).as_dvec3();
         let fluence = chord.fluence * receiver.sensitivity.to(-along);
         let length = (piece.start_length + chord.at * receiver.stretch).max(direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
+        deposits.crossings.cross(piece.beam, index, piece.energy);
         for (scratch, energy) in scratch.iter_mut().zip(piece.energy) {
             for lane in 0..4 {
                 scratch[lane] = energy[lane] * fluence;

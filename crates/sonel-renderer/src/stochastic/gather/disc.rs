@@ -33,6 +33,8 @@ pub struct Disc {
     pub place: u32,
     /// Centre in the plane of the surface [m].
     pub centre: DVec2,
+    /// Its radius [m].
+    pub radius: f64,
     /// What it sees of its surface.
     pub view: View,
 }
@@ -144,7 +146,12 @@ impl Sheet {
     #[must_use]
     pub fn disc(&self, hit: &Hit, radius: f64) -> Disc {
         let centre = self.flat(hit.position.as_dvec3());
-        Disc { place: place(hit.surface, hit.side), centre, view: self.view(hit.side, centre, radius) }
+        Disc {
+            place: place(hit.surface, hit.side),
+            centre,
+            radius,
+            view: self.view(hit.side, centre, radius),
+        }
     }
 
     /// Coordinates in the plane of a point on it [m].

@@ -24,7 +24,6 @@ pub struct GatherIndex<P> {
     starts: Vec<u32>,
     /// The lists of all cells.
     listed: Vec<Listed>,
-    radius: f64,
 }
 
 /// The cells of one side of a surface.
@@ -33,6 +32,8 @@ struct Grid {
     low: DVec2,
     high: DVec2,
     discs: u32,
+    /// Radius of its largest disc [m].
+    radius: f64,
     cells_per_length: f64,
     /// Cells across and along.
     cells: [usize; 2],
@@ -53,25 +54,27 @@ impl Grid {
         low: DVec2::INFINITY,
         high: DVec2::NEG_INFINITY,
         discs: 0,
+        radius: 0.0,
         cells_per_length: 0.0,
         cells: [0; 2],
         first: 0,
     };
 
-    /// Makes room for a disc about `centre` of `radius` [m].
-    fn cover(&mut self, centre: DVec2, radius: f64) {
-        self.low = self.low.min(centre - radius);
-        self.high = self.high.max(centre + radius);
+    /// Makes room for `disc`.
+    fn cover(&mut self, disc: &Disc) {
+        self.low = self.low.min(disc.centre - reach(disc));
+        self.high = self.high.max(disc.centre + reach(disc));
+        self.radius = self.radius.max(disc.radius);
         self.discs += 1;
     }
 
     /// Divides what is covered into cells, the first with number `first`; how many there are.
-    fn divide(&mut self, radius: f64, first: usize) -> usize {
+    fn divide(&mut self, first: usize) -> usize {
         if self.discs == 0 {
             return 0;
         }
         let extent = self.high - self.low;
-        let side = radius.max((extent.x * extent.y / (MOST_CELLS * f64::from(self.discs))).sqrt());
+        let side = self.radius.max((extent.x * extent.y / (MOST_CELLS * f64::from(self.discs))).sqrt());
         self.cells_per_length = side.recip();
         self.cells = (extent / side).to_array().map(|cells| cells as usize + 1);
         self.first = first;
@@ -90,27 +93,31 @@ impl Grid {
         self.first + y * self.cells[0] + x
     }
 
-    /// Numbers of the cells that a disc about `centre` touches.
-    fn touched(&self, centre: DVec2, radius: f64) -> impl Iterator<Item = usize> + use<> {
-        let (low, high) = (self.cell(centre - radius), self.cell(centre + radius));
+    /// Numbers of the cells that `disc` touches.
+    fn touched(&self, disc: &Disc) -> impl Iterator<Item = usize> + use<> {
+        let (low, high) = (self.cell(disc.centre - reach(disc)), self.cell(disc.centre + reach(disc)));
         let (first, across) = (self.first, self.cells[0]);
         (low[1]..=high[1]).flat_map(move |y| (low[0]..=high[0]).map(move |x| first + y * across + x))
     }
 }
 
+/// How far from its centre a disc is looked for [m].
+fn reach(disc: &Disc) -> f64 {
+    disc.radius * (1.0 + BEYOND_RIM)
+}
+
 impl<P: AsRef<Disc>> GatherIndex<P> {
-    /// Indexes discs of `radius` [m].
+    /// Indexes the discs of `points`.
     #[must_use]
-    pub fn new(points: Vec<P>, radius: f64) -> Self {
+    pub fn new(points: Vec<P>) -> Self {
         let places = points.iter().map(|point| point.as_ref().place as usize + 1).max().unwrap_or(0);
         let mut grids = vec![Grid::EMPTY; places];
-        let reach = radius * (1.0 + BEYOND_RIM);
         for disc in points.iter().map(AsRef::as_ref) {
-            grids[disc.place as usize].cover(disc.centre, reach);
+            grids[disc.place as usize].cover(disc);
         }
         let mut cells = 0;
         for grid in &mut grids {
-            cells += grid.divide(radius, cells);
+            cells += grid.divide(cells);
         }
         // Neighbours in the room are neighbours in memory: sonels come from everywhere, and what is not in the cache costs most of a visit.
         let mut order: Vec<usize> = (0..points.len()).collect();
@@ -123,7 +130,7 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
         // Each list is filled from its end, so that its start is found on the way, and in the order of the points: no point changes the order of
         // others, which sums would show in their last bit.
         let mut starts = vec![0_u32; cells + 1];
-        let touched = |disc: &Disc| grids[disc.place as usize].touched(disc.centre, reach);
+        let touched = |disc: &Disc| grids[disc.place as usize].touched(disc);
         points.iter().map(AsRef::as_ref).flat_map(touched).for_each(|cell| starts[cell] += 1);
         let mut end = 0;
         for start in &mut starts {
@@ -140,7 +147,7 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
         }
         let mut unsorted: Vec<Option<P>> = points.into_iter().map(Some).collect();
         let points = order.iter().map(|&point| unsorted[point].take().expect("each point once")).collect();
-        Self { points, grids, starts, listed, radius }
+        Self { points, grids, starts, listed }
     }
 
     /// Lists in `found` every disc on `place` that `at`, in the plane of its surface, lies in and is seen from, and how much more
@@ -155,7 +162,7 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
             return;
         }
         let cell = grid.number(at);
-        let nearly = self.radius + BEYOND_RIM * (self.radius + (grid.high - grid.low).max_element());
+        let nearly = grid.radius + BEYOND_RIM * (grid.radius + (grid.high - grid.low).max_element());
         let limit = (nearly * nearly) as f32;
         let from_low = (at - grid.low).as_vec2();
         for disc in &self.listed[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
@@ -163,11 +170,10 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
                 found.push((disc.number, 0.0));
             }
         }
-        let squared_radius = self.radius * self.radius;
         found.retain_mut(|(number, gain)| {
-            let Disc { view, centre, .. } = self.points[*number as usize].as_ref();
+            let Disc { view, centre, radius, .. } = self.points[*number as usize].as_ref();
             let offset = at - *centre;
-            let squared = offset.length_squared();
+            let (squared, squared_radius) = (offset.length_squared(), radius * radius);
             if squared <= 0.5 * squared_radius {
                 *gain = view.area / view.inner_area;
             }
@@ -202,7 +208,8 @@ mod tests {
         let points = (0..count)
             .map(|number| {
                 let view = View { area: 1.0, inner_area: 0.5, hidden_by: Vec::new() };
-                Numbered(number as u32, Disc { place: number as u32 % 3, centre: random(), view })
+                let radius = if number % 2 == 0 { 0.7 } else { 0.3 };
+                Numbered(number as u32, Disc { place: number as u32 % 3, centre: random(), radius, view })
             })
             .collect();
         (points, (0..2000).map(|_| random()).collect())
@@ -219,7 +226,7 @@ mod tests {
             let mut expected: Vec<u32> = index
                 .points
                 .iter()
-                .filter(|Numbered(_, disc)| disc.place == 1 && disc.centre.distance(at) <= index.radius)
+                .filter(|Numbered(_, disc)| disc.place == 1 && disc.centre.distance(at) <= disc.radius)
                 .map(|point| point.0)
                 .collect();
             expected.sort_unstable();
@@ -232,7 +239,7 @@ mod tests {
     #[test]
     fn the_grid_finds_what_looking_at_every_disc_finds() {
         let (points, places) = discs(300);
-        let mut index = GatherIndex::new(points, 0.7);
+        let mut index = GatherIndex::new(points);
         let (wrong, found_any) = compared(&index, &places);
         assert!(wrong == 0 && found_any > 1000, "{wrong}, {found_any}");
         index.listed.reverse();

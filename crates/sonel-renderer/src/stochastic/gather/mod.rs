@@ -13,6 +13,7 @@ pub mod disc;
 pub mod index;
 pub mod near;
 pub mod rays;
+pub mod sonel_sample;
 mod visible;
 
 pub use index::GatherIndex;

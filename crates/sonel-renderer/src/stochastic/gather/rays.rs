@@ -10,6 +10,7 @@ use sonel_sampling::{Frame, ScrambledSobol, Stream, warp};
 use super::disc::{Disc, Sheet};
 use crate::receiver::PreparedReceiver;
 use crate::stochastic::connection::normal_on;
+use crate::stochastic::gather::sonel_sample::SonelSample;
 use crate::stochastic::medium::Medium;
 
 /// How rays gather.
@@ -17,8 +18,6 @@ use crate::stochastic::medium::Medium;
 pub struct GatherSettings {
     /// Rays of one receiver in one batch.
     pub rays: u32,
-    /// Radius h of the discs [m].
-    pub radius: f64,
     /// Longest path that matters [m].
     pub reach: f64,
     /// Whether rays go on by mirrors; else they bring only what connections leave next to surfaces.
@@ -111,6 +110,8 @@ pub struct Observer<'a> {
     pub receiver: &'a PreparedReceiver,
     /// K′, beyond which rays do not follow mirrors before the first diffuse reflection.
     pub image_order: u32,
+    /// Sonels of the source that it listens to.
+    pub sample: &'a SonelSample,
 }
 
 /// Casts the rays of one receiver in one batch and hands over what they find. `stream` is that of the receiver and batch.
@@ -128,8 +129,7 @@ pub fn cast(
     let mut near_places = 0;
     let mut rays: Vec<Ray> = Vec::new();
     for number in 0..settings.rays {
-        let direction = warp::uniform_sphere(directions.point(number));
-        rays.push(Ray::new(observer.receiver, direction, settings, table));
+        rays.push(Ray::new(observer.receiver, directions.point(number), settings, table));
         while let Some(mut ray) = rays.pop() {
             let Some(hit) = ray.arrive(medium, settings) else { continue };
             let surface = medium.geometry.surface(hit.surface);
@@ -143,7 +143,7 @@ pub fn cast(
             let mirrors = ray.goes_on_by_mirrors(&observer, settings);
             let mut disc = |share: f64, sonels: Sonels| {
                 if share > 0.0 {
-                    let disc = sheets[hit.surface.0 as usize].disc(&hit, settings.radius);
+                    let disc = sheets[hit.surface.0 as usize].disc(&hit, observer.receiver.disc_radius);
                     found(Found::Disc(GatherPoint {
                         receiver: observer.number,
                         length: ray.length,
@@ -163,11 +163,11 @@ pub fn cast(
                 found(Found::Near(on.near_place(hit.surface, normal, choices.point(near_places)[0])));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
                 let on = on.scattered(normal, point).met_at_its_angle(table, hit.surface);
-                rays.extend(on.balanced(settings, stream));
+                rays.extend(on.balanced(stream));
                 near_places += 1;
             }
             if mirrors {
-                ray.go_on((medium, table), &hit, normal, (settings, stream), &mut rays);
+                ray.go_on((medium, table, observer.sample), &hit, normal, stream, &mut rays);
             }
         }
     }
@@ -193,6 +193,8 @@ struct Ray {
     at: DVec3,
     /// Per band.
     throughput: Weight,
+    /// What it carried of the strongest band when it left; partitions on its way take their part of this, too.
+    usual: f64,
     /// Its way so far [m].
     length: f64,
     /// Mirrors met before the first diffuse reflection.
@@ -202,19 +204,23 @@ struct Ray {
 }
 
 impl Ray {
+    /// The ray of `receiver` that a uniform `point` of the unit square chooses.
     fn new(
         receiver: &PreparedReceiver,
-        direction: Vec3,
+        point: [f32; 2],
         settings: &GatherSettings,
         table: &CoefficientTable,
     ) -> Self {
-        let weight = 4.0 / f64::from(settings.rays) * receiver.sensitivity.to(direction.as_dvec3());
+        let (direction, density) = receiver.directions.sample(point);
+        let usual = 4.0 / (f64::from(settings.rays) * density);
+        let weight = usual * receiver.sensitivity.to(direction.as_dvec3());
         Self {
             departure: Departure::free(receiver.position),
             direction,
             towards: direction,
             at: receiver.exact,
             throughput: smallvec![[weight; 4]; sonel_map::lanes_of(table.bands())],
+            usual,
             length: 0.0,
             reflections: 0,
             is_scattered: false,
@@ -231,20 +237,20 @@ impl Ray {
     /// Leaves what goes on from `hit`, through a partition or by a mirror, with the other `rays`.
     fn go_on(
         mut self,
-        (medium, table): (&Medium<'_>, &CoefficientTable),
+        (medium, table, sample): (&Medium<'_>, &CoefficientTable, &SonelSample),
         hit: &Hit,
         normal: Vec3,
-        (settings, stream): (&GatherSettings, &mut Stream),
+        stream: &mut Stream,
         rays: &mut Vec<Self>,
     ) {
         let row = table.mean_row(hit.surface);
-        if row.is_partition && self.passes(medium, hit, row, stream) {
+        if row.is_partition && self.passes(medium, hit, (row, sample), stream) {
             rays.push(self);
             return;
         }
         let met = table.row(hit.surface, self.direction.as_dvec3());
         if self.reflect(medium, hit, normal, &met.specular.energy) {
-            rays.extend(self.balanced(settings, stream));
+            rays.extend(self.balanced(stream));
         }
     }
 
@@ -254,12 +260,8 @@ impl Ray {
     }
 
     /// The ray as it is; several that carry less each, where it carries much more than when it left; by roulette, where it carries little.
-    fn balanced(
-        mut self,
-        settings: &GatherSettings,
-        stream: &mut Stream,
-    ) -> impl Iterator<Item = Self> + use<> {
-        let weight = self.weight() * f64::from(settings.rays) / 4.0;
+    fn balanced(mut self, stream: &mut Stream) -> impl Iterator<Item = Self> + use<> {
+        let weight = self.weight() / self.usual;
         let parts = if weight > HEAVY { libm::ceil(weight / HEAVY) } else { (weight / LIGHT).min(1.0) };
         let copies = copies(parts, stream);
         if copies > 0 {
@@ -343,9 +345,16 @@ impl Ray {
     }
 
     /// Whether it goes through the partition at `hit`, by chance; what it carries allows for that either way.
-    fn passes(&mut self, medium: &Medium<'_>, hit: &Hit, row: &MaterialRow, stream: &mut Stream) -> bool {
-        let through = row.through();
+    fn passes(
+        &mut self,
+        medium: &Medium<'_>,
+        hit: &Hit,
+        (row, sample): (&MaterialRow, &SonelSample),
+        stream: &mut Stream,
+    ) -> bool {
+        let through = sample.through(hit, row);
         let passes = stream.uniform_fine() < through;
+        let before = self.weight();
         if passes {
             weigh(&mut self.throughput, &row.transmitted.energy, 1.0 / through);
             self.departure = medium.geometry.pass(hit, self.direction);
@@ -353,6 +362,7 @@ impl Ray {
         } else {
             self.throughput.iter_mut().flatten().for_each(|band| *band /= 1.0 - through);
         }
+        self.usual *= self.weight() / before;
         passes
     }
 

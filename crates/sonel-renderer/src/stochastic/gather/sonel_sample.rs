@@ -1,0 +1,204 @@
+//! A sample of the sonels of one source: where sound comes from at a receiver, before the receiver is rendered.
+//!
+//! Seen from a receiver, each sonel lights the side of its arrival, if that mirrors anything, and the other side of a partition, as if by
+//! Lambert's law. That gives the directions of visibility rays ([`GuidedDirections`]), the lengths that discs and balls follow, and the side
+//! of a partition to look at. Every sonel counts alike, whatever it carries: late ones and those in quiet rooms matter as well, and other
+//! air or other materials choose the same rays, so that renderings of one map differ by what was changed and not by noise.
+
+use glam::Vec3;
+use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
+use sonel_map::coefficients::{LEAST_THROUGH, MaterialRow};
+use sonel_map::{Arrival, CoefficientTable, Segment};
+
+use crate::guided_directions::GuidedDirections;
+use crate::partition::Partitions;
+use crate::receiver::Sensitivity;
+use crate::stochastic::connection::normal_on;
+use crate::stochastic::gather::disc::place;
+
+/// Most sonels of a sample.
+pub const SONELS: usize = 1 << 15;
+/// Parts of a sample that a receiver looks at, one after another.
+const PARTS: usize = 8;
+/// Sonels that are enough for a receiver, if it sees so many.
+const ENOUGH: usize = 1024;
+/// Part of its free path from which on a sonel is not brighter the nearer it is.
+const NEAR_PER_FREE_PATH: f32 = 0.05;
+
+/// Sonels of one source.
+#[derive(Debug, Clone, Default)]
+pub struct SonelSample {
+    sonels: Vec<SampledSonel>,
+    /// How many arrived on each side of a surface.
+    arrived: Vec<u32>,
+}
+
+#[derive(Debug, Clone)]
+struct SampledSonel {
+    surface: SurfaceId,
+    position: Vec3,
+    /// Normal on the side of the arrival.
+    normal: Vec3,
+    departure: Departure,
+    /// Path length since the reflection before, or since the source [m].
+    free_path: f32,
+    /// Whether there was a reflection before: how near a source is to a wall says nothing of the room.
+    is_reflected: bool,
+}
+
+/// What a receiver sees of a sample.
+#[derive(Debug, Clone, Default)]
+pub struct Outlook {
+    /// Directions of its rays.
+    pub directions: GuidedDirections,
+    /// What discs and balls follow; none where it sees no sonel.
+    pub scale: Option<Scale>,
+}
+
+/// How far sound goes at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Mean free path of sonels [m]: over so much irradiance varies where they lie.
+    pub free_path: f64,
+    /// Mean distance of a receiver from them, at least their free path [m]: over so much fluence varies about it.
+    pub distance: f64,
+}
+
+impl Scale {
+    /// The same in halves of `whole` [m], at most that: where a scene is one room lengths are those of the room, whoever looks.
+    #[must_use]
+    pub fn in_halves_of(self, whole: f64) -> Self {
+        let halved = |length: f64| whole * libm::exp2(-libm::round(libm::log2(whole / length)).max(0.0));
+        Self { free_path: halved(self.free_path), distance: halved(self.distance) }
+    }
+}
+
+/// A sonel seen from a receiver.
+struct SeenSonel {
+    free_path: f32,
+    is_reflected: bool,
+    towards: Vec3,
+    distance: f32,
+    /// Fluence from it, relative to others.
+    weight: f64,
+}
+
+impl SonelSample {
+    /// An empty sample.
+    #[must_use]
+    pub fn new(geometry: &Geometry) -> Self {
+        Self { sonels: Vec::new(), arrived: vec![0; 2 * geometry.surfaces().len()] }
+    }
+
+    /// Adds the sonel that `arrives` at the end of `segment`, `free_path` [m] after the reflection before.
+    pub fn add(&mut self, geometry: &Geometry, segment: &Segment<'_>, arrival: Arrival, free_path: f64) {
+        let is_reflected = free_path < segment.end_length;
+        let surface = geometry.surface(arrival.surface);
+        self.arrived[place(arrival.surface, arrival.side) as usize] += 1;
+        self.sonels.push(SampledSonel {
+            surface: arrival.surface,
+            position: segment.end,
+            normal: normal_on(arrival.side, surface.normal.as_vec3().normalize()),
+            departure: geometry.leave(segment.end, arrival.surface, arrival.side),
+            free_path: free_path as f32,
+            is_reflected,
+        });
+    }
+
+    /// Adds the sonels of `other`.
+    pub fn extend(&mut self, other: Self) {
+        self.sonels.extend(other.sonels);
+        self.arrived.iter_mut().zip(other.arrived).for_each(|(mine, other)| *mine += other);
+    }
+
+    /// That of all sonels, wherever a receiver is; none without any.
+    #[must_use]
+    pub fn scale(&self) -> Option<Scale> {
+        let all = self.sonels.iter().map(|sonel| SeenSonel {
+            free_path: sonel.free_path,
+            is_reflected: sonel.is_reflected,
+            towards: Vec3::ZERO,
+            distance: 0.0,
+            weight: 1.0,
+        });
+        scale(&all.collect::<Vec<_>>())
+    }
+
+    /// What a receiver at `position` (about the scene's centre [m]) sees.
+    #[must_use]
+    pub fn seen_from(
+        &self,
+        (geometry, table): (&Geometry, &CoefficientTable),
+        (position, sensitivity): (Vec3, &Sensitivity),
+    ) -> Outlook {
+        let mut seen = Vec::new();
+        for part in 0..PARTS {
+            let sonels = self.sonels.iter().skip(part).step_by(PARTS);
+            seen.extend(
+                sonels.filter_map(|sonel| sonel.seen_from((geometry, table), (position, sensitivity))),
+            );
+            if seen.len() >= ENOUGH {
+                break;
+            }
+        }
+        let directions: Vec<(Vec3, f64)> = seen.iter().map(|seen| (seen.towards, seen.weight)).collect();
+        Outlook { directions: GuidedDirections::new(&directions), scale: scale(&seen) }
+    }
+
+    /// Share of the rays that meet the partition of `row` at `hit` that pass it: more the more sonels lie behind.
+    #[must_use]
+    pub fn through(&self, hit: &Hit, row: &MaterialRow) -> f64 {
+        if row.through() >= 1.0 {
+            return 1.0;
+        }
+        let arrived = |side| f64::from(self.arrived[place(hit.surface, side) as usize]);
+        let (behind, before) = (arrived(hit.side.opposite()), arrived(hit.side));
+        let share = if behind + before > 0.0 { behind / (behind + before) } else { 0.5 };
+        LEAST_THROUGH + (1.0 - 2.0 * LEAST_THROUGH) * share
+    }
+}
+
+impl SampledSonel {
+    /// What it sends to `position`; [`None`] where something is between, or it sends nothing there.
+    fn seen_from(
+        &self,
+        (geometry, table): (&Geometry, &CoefficientTable),
+        (position, sensitivity): (Vec3, &Sensitivity),
+    ) -> Option<SeenSonel> {
+        let row = table.mean_row(self.surface);
+        let offset = position - self.position;
+        let projected = offset.dot(self.normal);
+        let sends = if projected > 0.0 {
+            row.specular.energy.iter().flatten().any(|specular| *specular > 0.0)
+        } else {
+            row.is_partition
+        };
+        if !sends {
+            return None;
+        }
+        Partitions::between(geometry, table, self.departure, position)?;
+        let distance = offset.length();
+        let near = distance.max(NEAR_PER_FREE_PATH * self.free_path);
+        let spread = f64::from(projected.abs() / (distance * near * near));
+        Some(SeenSonel {
+            free_path: self.free_path,
+            is_reflected: self.is_reflected,
+            towards: -offset / distance,
+            distance,
+            weight: spread * sensitivity.to(-offset.as_dvec3()),
+        })
+    }
+}
+
+/// The weighted means of those of `seen` that were reflected before.
+fn scale(seen: &[SeenSonel]) -> Option<Scale> {
+    let reflected = || seen.iter().filter(|seen| seen.is_reflected);
+    let total: f64 = reflected().map(|seen| seen.weight).sum();
+    let mean = |of: fn(&SeenSonel) -> f32| {
+        reflected().map(|seen| seen.weight * f64::from(of(seen))).sum::<f64>() / total
+    };
+    (total > 0.0).then(|| Scale {
+        free_path: mean(|seen| seen.free_path),
+        distance: mean(|seen| seen.free_path.max(seen.distance)),
+    })
+}
