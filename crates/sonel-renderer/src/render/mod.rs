@@ -371,7 +371,7 @@ impl<'a> Renderer<'a> {
             .par_iter()
             .map(|r| {
                 let position = self.geometry.to_local(r.position);
-                let outlook = sample.seen_from((self.geometry, &self.table), (position, &r.sensitivity));
+                let outlook = sample.seen_from((self.geometry, &self.table), position);
                 let scale = outlook.scale.map_or(*of_all, |scale| scale.in_halves_of(of_room));
                 let disc = self
                     .gather

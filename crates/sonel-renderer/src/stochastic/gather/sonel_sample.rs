@@ -3,7 +3,7 @@
 //! Seen from a receiver, each sonel lights the side of its arrival, if that mirrors anything, and the other side of a partition, as if by
 //! Lambert's law. That gives the directions of visibility rays ([`GuidedDirections`]), the lengths that discs and balls follow, and the side
 //! of a partition to look at. Every sonel counts alike, whatever it carries: late ones and those in quiet rooms matter as well, and other
-//! air or other materials choose the same rays, so that renderings of one map differ by what was changed and not by noise.
+//! air, materials or patterns of receivers choose the same rays, so that renderings of one map differ by what was changed and not by noise.
 
 use glam::Vec3;
 use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
@@ -12,7 +12,6 @@ use sonel_map::{Arrival, CoefficientTable, Segment};
 
 use crate::guided_directions::GuidedDirections;
 use crate::partition::Partitions;
-use crate::receiver::Sensitivity;
 use crate::stochastic::connection::normal_on;
 use crate::stochastic::gather::disc::place;
 
@@ -126,17 +125,11 @@ impl SonelSample {
 
     /// What a receiver at `position` (about the scene's centre [m]) sees.
     #[must_use]
-    pub fn seen_from(
-        &self,
-        (geometry, table): (&Geometry, &CoefficientTable),
-        (position, sensitivity): (Vec3, &Sensitivity),
-    ) -> Outlook {
+    pub fn seen_from(&self, (geometry, table): (&Geometry, &CoefficientTable), position: Vec3) -> Outlook {
         let mut seen = Vec::new();
         for part in 0..PARTS {
             let sonels = self.sonels.iter().skip(part).step_by(PARTS);
-            seen.extend(
-                sonels.filter_map(|sonel| sonel.seen_from((geometry, table), (position, sensitivity))),
-            );
+            seen.extend(sonels.filter_map(|sonel| sonel.seen_from((geometry, table), position)));
             if seen.len() >= ENOUGH {
                 break;
             }
@@ -163,7 +156,7 @@ impl SampledSonel {
     fn seen_from(
         &self,
         (geometry, table): (&Geometry, &CoefficientTable),
-        (position, sensitivity): (Vec3, &Sensitivity),
+        position: Vec3,
     ) -> Option<SeenSonel> {
         let row = table.mean_row(self.surface);
         let offset = position - self.position;
@@ -179,13 +172,12 @@ impl SampledSonel {
         Partitions::between(geometry, table, self.departure, position)?;
         let distance = offset.length();
         let near = distance.max(NEAR_PER_FREE_PATH * self.free_path);
-        let spread = f64::from(projected.abs() / (distance * near * near));
         Some(SeenSonel {
             free_path: self.free_path,
             is_reflected: self.is_reflected,
             towards: -offset / distance,
             distance,
-            weight: spread * sensitivity.to(-offset.as_dvec3()),
+            weight: f64::from(projected.abs() / (distance * near * near)),
         })
     }
 }
