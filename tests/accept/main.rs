@@ -25,6 +25,7 @@ mod uneven_box;
 mod walk;
 #[path = "../physics/watertight.rs"]
 mod watertight;
+mod what_if;
 
 /// Which form of the hard cases this binary runs.
 const FORM: stability::Form = stability::Form::Long;

@@ -21,6 +21,7 @@ use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
 use crate::format::{ChunkEntry, ChunkFates, EdgeRow, FacesRow, GRADIENT, SurfaceRow};
 use crate::header::{BENDING, DIFFRACTION, MapHeader, ShardRange};
+use crate::leads::Leads;
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::media;
 use crate::places::{Places, is_sound_path};
@@ -28,15 +29,8 @@ use crate::record;
 use crate::sections::{Sections, read_preamble};
 use crate::surfaces;
 use crate::tiling;
+use crate::variants;
 use crate::vertex::Vertex;
-
-/// Makes the bands of `material` that many times as many.
-fn repeat(material: &mut Material, times: usize) {
-    let Material { absorption, scattering, transmission, .. } = material;
-    for coefficients in [absorption, scattering, transmission] {
-        *coefficients = coefficients.repeat(times);
-    }
-}
 
 /// An open map.
 #[derive(Debug)]
@@ -53,8 +47,8 @@ pub struct SonelMap {
     ledgers: Vec<Ledger>,
     /// The materials that paths were drawn with, where the scene has others.
     drawn_with: Option<Vec<Material>>,
-    /// Bands that packets were led by: those of the file.
-    lead_bands: usize,
+    /// Numbering of the emissions.
+    layout: EmissionLayout,
 }
 
 /// A map without the variants of [`SonelMap::widen`].
@@ -128,13 +122,13 @@ impl SonelMap {
             return Err(MapError::Outdated("its bending does not depend on the size of faces"));
         }
         let faces = sections.optional::<FacesRow>("edges.faces")?.to_vec();
-        let lead_bands = sections.header.scene.nominal_frequencies.len();
-        let ledgers = read_ledgers(&chunks, &sections, lead_bands)?;
+        let bands = sections.header.scene.nominal_frequencies.len();
+        let ledgers = read_ledgers(&chunks, &sections, bands)?;
         let center = DVec3::from_array(sections.header.center);
         let header = read_header(sections, &surfaces)?;
         let checks = surfaces::check_rows(&surfaces, header.scene.materials.len())
             .and_then(|()| edges::check_rows(&edges, &faces))
-            .and_then(|()| edges::check_reach(&header, lead_bands));
+            .and_then(|()| edges::check_reach(&header, bands));
         checks.map_err(damaged)?;
         if header.bending_reach().is_none() && !edges.is_empty() {
             return Err(damaged("it names edges, and no band is bent".to_owned()));
@@ -143,20 +137,19 @@ impl SonelMap {
             return Err(damaged("the scene has no centre".to_owned()));
         }
         check_directory(&chunks, &header)?;
-        let (minor, digest, drawn_with) = (preamble.minor, preamble.header_digest, None);
         Ok(Self {
             bytes,
+            layout: header.settings.layout(&header.scene),
             header,
-            minor,
-            digest,
+            minor: preamble.minor,
+            digest: preamble.header_digest,
             center,
             surfaces,
             edges,
             faces,
             chunks,
             ledgers,
-            drawn_with,
-            lead_bands,
+            drawn_with: None,
         })
     }
 
@@ -193,7 +186,7 @@ impl SonelMap {
     /// The ledger of everything stored, added in chunk order.
     #[must_use]
     pub fn ledger(&self) -> Ledger {
-        let mut total = Ledger::new(self.lead_bands);
+        let mut total = Ledger::new(self.layout.bands as usize);
         for ledger in &self.ledgers {
             total.add(ledger);
         }
@@ -203,7 +196,7 @@ impl SonelMap {
     /// The numbering of the emissions of each source.
     #[must_use]
     pub fn layout(&self) -> EmissionLayout {
-        self.header.settings.layout(self.lead_bands)
+        self.layout
     }
 
     /// Refuses a map that holds only a part of its run.
@@ -255,11 +248,7 @@ impl SonelMap {
         let before = BeforeWidening { header: self.header.clone(), drawn_with: self.drawn_with.clone() };
         let times = variants.len() + 1;
         let scene = &mut self.header.scene;
-        let mut drawn_with = self.drawn_with.take().unwrap_or_else(|| scene.materials.clone());
-        for material in &mut drawn_with {
-            repeat(material, times);
-        }
-        self.drawn_with = Some(drawn_with);
+        self.drawn_with.get_or_insert_with(|| scene.materials.clone());
         for (index, material) in scene.materials.iter_mut().enumerate() {
             for variant in variants {
                 let Material { absorption, scattering, transmission, .. } = &variant[index];
@@ -305,22 +294,25 @@ impl SonelMap {
         if scene.media.is_some() {
             return BandClasses::separate(scene.bands.count());
         }
-        let materials = [&scene.materials, self.drawn_with.as_deref().unwrap_or_default()].concat();
-        BandClasses::alike(&materials, &scene.sources, attenuation, self.header.settings.spectral)
+        BandClasses::alike(&scene.materials, &scene.sources, attenuation, self.header.settings.spectral)
+    }
+
+    /// The leads of its packets, whatever materials the scene has by now.
+    #[must_use]
+    pub fn leads(&self) -> Leads {
+        let MapHeader { settings, scene, .. } = &self.header;
+        let materials = self.drawn_with.as_deref().unwrap_or(&scene.materials);
+        let leads = Leads::new(materials, &scene.variants, (settings.survival, settings.spectral));
+        if self.edges.is_empty() { leads } else { leads.separate() }
     }
 
     /// What every event means to the energy of `classes` of bands, and with which probability it was drawn.
     #[must_use]
     pub fn coefficients(&self, classes: &BandClasses) -> CoefficientTable {
-        let survival = self.header.settings.survival;
-        let table = CoefficientTable::grouped(&self.header.scene.materials, classes, survival);
-        match &self.drawn_with {
-            Some(materials) => table.drawn_as(&CoefficientTable::grouped(materials, classes, survival)),
-            None => table,
-        }
-        .with_surfaces(&self.surfaces)
-        .with_edges(self.edge_table())
-        .with_media(&self.header.scene, self.center)
+        CoefficientTable::grouped(&self.header.scene.materials, classes, &self.leads())
+            .with_surfaces(&self.surfaces)
+            .with_edges(self.edge_table())
+            .with_media(&self.header.scene, self.center)
     }
 
     /// What passing edges means to the bands; [`None`] where nothing is bent.
@@ -468,11 +460,13 @@ fn check_tiling(chunks: &[ChunkEntry], sections: &Sections<'_>, bytes: &[u8]) ->
 fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHeader, MapError> {
     let mesh = record::mesh(sections.rows("mesh.vertices")?, sections.rows("mesh.triangles")?);
     let (directivity, media) = (sections.record(directivity::SECTION)?, sections.record(media::SECTION)?);
+    let variants = sections.record(variants::SECTION)?;
     let (laws, reach) = (sections.optional(record::LAWS)?, sections.optional::<f64>("edges.reach")?);
     let gradient = sections.optional(GRADIENT)?;
     let Sections { header, header_offset, .. } = sections;
     let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
     let mut header = record::header(header, mesh, (directivity, laws)).map_err(damaged)?;
+    variants::apply(variants, &mut header.scene).map_err(damaged)?;
     if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
         bending.reach = reach.to_vec();
     }
@@ -519,7 +513,7 @@ fn read_ledgers(
 
 /// The shard holds exactly the chunks it should, in order.
 fn check_directory(chunks: &[ChunkEntry], header: &MapHeader) -> Result<(), MapError> {
-    let layout = header.settings.layout(header.scene.bands.count());
+    let layout = header.settings.layout(&header.scene);
     let held = header.shard.chunks(layout.chunks());
     let sources = header.scene.sources.len() as u64;
     let damaged = |offset, reason: &str| MapError::Damaged { offset, reason: reason.to_owned() };

@@ -30,11 +30,11 @@ mod walk;
 
 pub use balloon_file::{is_balloon_file, load_balloon, rolled};
 pub use draft::draft;
-pub use load::{Loaded, load, load_materials, load_receivers};
+pub use load::{Loaded, load, load_materials, load_receivers, load_variants};
 pub use materials_file::materials_toml;
 pub use media::{Media, NO_AIR, Region};
 pub use problem::{Place, Problem, SceneErrors};
 pub use scene::{
-    DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DURATION, Receiver, Scene,
-    Source,
+    DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DEFAULT_DURATION,
+    LONGEST_DURATION, Receiver, Scene, Source,
 };

@@ -9,6 +9,7 @@ mod planning;
 mod program;
 mod report;
 mod until;
+mod variants;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
 use sonel_geometry::Geometry;
-use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
+use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Mode, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::effects::{self, Decision};
@@ -71,6 +72,9 @@ pub fn run_on(
     let (Beginning { header, decisions, extended: beginning }, geometry) =
         begin(arguments, settings, (scene, geometry))?;
     let scene = header.scene.clone();
+    if !scene.variants.is_empty() {
+        writeln!(log, "{}", variants::in_words(&scene))?;
+    }
     let room = Room::within(&scene, geometry, header.effects.clone());
     let planner = Planner::new(&room, header.settings);
     let (pilot, planned) = show_plan(arguments, &planner, &header, &decisions, out)?;
@@ -250,6 +254,12 @@ fn begin(
     (mut scene, mut geometry): (Scene, Geometry),
 ) -> anyhow::Result<(Beginning, Geometry)> {
     let spec = arguments.effects.clone().unwrap_or_default();
+    variants::add(&arguments.variants, &mut scene, &geometry)?;
+    if settings.mode == Mode::Paper && !scene.variants.is_empty() {
+        bail!(
+            "--mode paper draws every event with the materials of the scene: leave --for and `variants` out"
+        );
+    }
     // A map that is extended has decided.
     if arguments.extend.is_none() {
         geometry = effects::leave_regions_out(&spec, settings.mode, &mut scene, geometry)
@@ -276,6 +286,9 @@ fn begin(
     let decisions = effects::decide(&spec, settings.mode, &mut scene, &geometry, arguments.plan, &CpuClock)?;
     let effects = decisions.iter().map(Decision::state).collect();
     let header = MapHeader { tool_version, settings, shard, effects, scene };
+    if header.bending_reach().is_some() && !header.scene.variants.is_empty() {
+        bail!("packets that bend carry no variants: leave --for and `variants` out, or bending (--effects)");
+    }
     Ok((Beginning { header, decisions, extended: None }, geometry))
 }
 

@@ -83,7 +83,8 @@ fn read(bytes: &[u8]) -> Result<SonelMap, MapError> {
 fn touch(map: &SonelMap) -> usize {
     let classes = BandClasses::separate(map.header().scene.bands.count());
     let emissions = Emissions::of_map(map, map.header().scene.geometry().unwrap().center(), &classes);
-    let (table, mut weight) = (map.coefficients(&classes), PathWeight::new(classes.count()));
+    let table = map.coefficients(&classes);
+    let mut weight = PathWeight::of(&table);
     let mut finite = 0;
     for path in map.chunk_paths((0, 0)) {
         emissions.follow(0, path, 1.0, (&table, &mut weight), |segment| {
