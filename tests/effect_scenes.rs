@@ -83,11 +83,10 @@ pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
     }
 }
 
-/// `auto` against `other` in the same packets, none of them bent: those that are find paths of their own.
+/// `auto` against `other` in the same packets.
 #[must_use]
 pub fn against(scene: &Scene, other: &str, emissions: u64) -> Outcome {
-    let straight = |spec: &str| run(scene, &format!("{spec},-bending"), emissions);
-    let (auto, other) = (straight("auto"), straight(other));
+    let [auto, other] = ["auto", other].map(|spec| run(scene, spec, emissions));
     let bands = scene.bands.count();
     let change = |parameter: Parameter, change: fn(f64, f64) -> f64| -> Vec<f64> {
         let mut largest = vec![0.0_f64; bands];

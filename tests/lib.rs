@@ -1,11 +1,12 @@
 //! What the tests across crates share: a scene traced into a map in memory, and the map rendered.
 
-pub mod bent;
+pub mod buildings;
 pub mod change;
 pub mod changed_box;
 pub mod coupled_door;
 pub mod effect_scenes;
 pub mod estimates;
+pub mod general_position;
 pub mod meshes;
 pub mod octaves;
 pub mod two_rooms;
@@ -17,8 +18,6 @@ use std::path::Path;
 use sonel_analysis::map_comparison;
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
-use sonel_map::edges::whole_reach;
-use sonel_map::header::BENDING;
 use sonel_map::{BandClasses, EffectState, Emissions, Ledger, PathWeight, Segment, Settings, SonelMap};
 use sonel_renderer::deposit::TimeBins;
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
@@ -54,12 +53,6 @@ impl Traced {
         Self::with_effects(scene, settings, Vec::new())
     }
 
-    /// Traces `scene` with all bands bent at edges.
-    #[must_use]
-    pub fn bending(scene: Scene, settings: Settings) -> Self {
-        Self::with(&["bending"], scene, settings)
-    }
-
     /// Traces `scene` into a map that says its edges diffract.
     #[must_use]
     pub fn diffracting(scene: Scene, settings: Settings) -> Self {
@@ -70,11 +63,7 @@ impl Traced {
     #[must_use]
     pub fn with(effects: &[&str], scene: Scene, settings: Settings) -> Self {
         let on = vec![true; scene.bands.count()];
-        let reach = whole_reach(&scene.wavelengths());
-        let state = |&name: &&str| EffectState {
-            reach: if name == BENDING { reach.clone() } else { Vec::new() },
-            ..EffectState::new(name, on.clone(), String::new())
-        };
+        let state = |&name: &&str| EffectState::new(name, on.clone(), String::new());
         let states = effects.iter().map(state).collect();
         Self::with_effects(scene, settings, states)
     }

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from read_sonelmap import (ABSORBED, BENT, DIFFRACTED, DIFFUSE, ESCAPED, EXPIRED, LEFT, LOST, PASSED, REFRACTED, RETURNED, SPECULAR,
-                           SonelMap, arriving, places, sonels)
+from read_sonelmap import (ABSORBED, DIFFRACTED, DIFFUSE, ESCAPED, EXPIRED, LEFT, LOST, REFRACTED, RETURNED, SPECULAR,
+                           SonelMap, arriving, sonels)
 
 # Events at which a path goes on without leaving a sonel.
-NO_SONEL = (BENT, PASSED, DIFFRACTED, REFRACTED, RETURNED)
+NO_SONEL = (DIFFRACTED, REFRACTED, RETURNED)
 
 # Relative: both multiply the same factors in another order.
 ROUNDING = 1e-9
@@ -41,11 +41,10 @@ def histories(map, source):
 
 
 def directions(map, source):
-    """Unit vectors between the stored points; that of a first segment errs by the rounding of its end. Exports round places
-    at edges as stored points are rounded, which short segments tell."""
+    """Unit vectors between the stored points; that of a first segment errs by the rounding of its end."""
     origin = map.header["scene"]["sources"][source]["position"] - map.header["center"]
     for _, vertices in map.paths(source):
-        points = places(map, origin, vertices).astype(np.float32).astype(float)
+        points = vertices["position"].astype(float)
         steps = np.diff(points, axis=0, prepend=origin[None])
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
         if map.gradient:

@@ -13,12 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED, BENT, PASSED, DIFFRACTED, RETURNED = range(8)
+SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED = range(4)
+DIFFRACTED, RETURNED = 6, 7
 ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST, LEFT = range(8, 14)
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
-EDGE = np.dtype([("ends", "<f8", (2, 3))])
-FACES = np.dtype([("faces", "<f8", (2, 4))])
 CHUNK = np.dtype([("source", "<u4"), ("paths", "<u4"), ("first_emission", "<u8"), ("vertices", "<u8"),
                   ("offset", "<u8"), ("digest", "V32")])
 VERTEX = np.dtype([("position", "<f4", 3), ("tag", "<u4")])
@@ -95,8 +94,6 @@ class SonelMap:
         self.sections = {section["name"]: section for section in self.header["sections"]}
         self.surfaces = self.section("surfaces", SURFACE)
         self.chunks = self.section("chunks", CHUNK)
-        self.edges = self.section("edges", EDGE)["ends"] if "edges" in self.sections else np.zeros((0, 2, 3))
-        self.faces = self.section("edges.faces", FACES)["faces"] if "edges.faces" in self.sections else np.zeros((0, 2, 4))
         self.directivity = None
         if "directivity" in self.sections:
             self.directivity = Record(self.section("directivity", "<u1").tobytes()).take(DIRECTIVITY)
@@ -107,7 +104,6 @@ class SonelMap:
         uniform = np.zeros(len(self.header["scene"]["materials"]), np.uint8)
         self.laws = self.section("absorption.laws", "<u1") if "absorption.laws" in self.sections else uniform
         self.gradient = float(self.section(GRADIENT, "<f8")[0]) if GRADIENT in self.sections else 0.0
-        self.reach = self.section("edges.reach", "<f8") if "edges.reach" in self.sections else np.zeros(1)
 
     def section(self, name, dtype):
         """The rows of a section."""
@@ -131,7 +127,7 @@ class SonelMap:
 
 def coefficients(map):
     """f per row, event (specular, diffuse, transmitted) and band, p per row, event and lead. A row is a material or, where it is locally
-    reacting, one of its ranges of angles; and the first row of every material."""
+    reacting, one of its ranges of angles, whose f are means; and the first row of every material."""
     beta, factors, probabilities, first = map.header["settings"]["survival"], [], [], []
     for number, (kinds, law) in enumerate(zip(map.kinds, map.laws)):
         first.append(len(factors))
@@ -172,95 +168,50 @@ BOUNDS = [0.0] + [2.0**octave * (1 + eighth / 8) for octave in range(-10, 0) for
 
 def locally_reacting(alpha):
     """What a wall with these coefficients in a diffuse field absorbs of diffuse sound in each range of angles."""
+    impedance = impedances(alpha)
+    means = [(primitive(impedance, high) - primitive(impedance, low)) / (high**2 - low**2) for low, high in zip(BOUNDS, BOUNDS[1:])]
+    return [np.where(alpha > 0, mean, 0.0) for mean in means]
 
-    def primitive(impedance, cosine):
-        x = impedance * cosine
-        series = x**3 / 3 - x**4 / 2 + 3 * x**5 / 5 - 2 * x**6 / 3 + 5 * x**7 / 7 - 3 * x**8 / 4
-        return 8 / impedance**2 * np.where(x < 0.01, series, x - 2 * np.log1p(x) + x / (1 + x))
 
+def primitive(impedance, cosine):
+    """Integral of the absorption of diffuse sound up to a cosine of incidence."""
+    x = impedance * cosine
+    series = x**3 / 3 - x**4 / 2 + 3 * x**5 / 5 - 2 * x**6 / 3 + 5 * x**7 / 7 - 3 * x**8 / 4
+    return 8 / impedance**2 * np.where(x < 0.01, series, x - 2 * np.log1p(x) + x / (1 + x))
+
+
+def impedances(alpha):
+    """Of walls with these coefficients in a diffuse field."""
     softest, hardest = np.full_like(alpha, 1.5671414), 8 / np.maximum(alpha, 1e-300)
     for _ in range(200):
         middle = np.sqrt(softest * hardest)
         harder = primitive(middle, 1.0) > alpha
         softest, hardest = np.where(harder, middle, softest), np.where(harder, hardest, middle)
-    impedance = np.sqrt(softest * hardest)
-    means = [(primitive(impedance, high) - primitive(impedance, low)) / (high**2 - low**2) for low, high in zip(BOUNDS, BOUNDS[1:])]
-    return [np.where(alpha > 0, mean, 0.0) for mean in means]
+    return np.sqrt(softest * hardest)
 
 
-def row_met(map, first, surface, direction):
-    """The row of coefficients for a packet that meets a surface in a direction."""
-    material = map.surfaces["material"][surface]
-    if not map.laws[material]:
-        return first[material]
-    cosine = abs(direction @ map.surfaces["normal"][surface]) / np.linalg.norm(direction)
-    return first[material] + np.clip(np.searchsorted(BOUNDS, cosine, "right") - 1, 0, len(BOUNDS) - 2)
+class Coefficients:
+    """What packets meet at surfaces."""
 
+    def __init__(self, map):
+        self.map = map
+        self.factors, self.probabilities, self.first = coefficients(map)
+        materials = map.header["scene"]["materials"]
+        self.impedances = [impedances(np.array(material["absorption"])) for material in materials]
 
-GAMMA = 0.87
-
-
-def wavelengths(map):
-    scene = map.header["scene"]
-    return scene["speed_of_sound"] / scene["nominal_frequencies"]
-
-
-def reach(map):
-    """Largest distance from an edge at which each band is bent [m]; below zero where it is not."""
-    return np.where(map.reach > 0, map.reach, -1.0)
-
-
-def sizes_seen(map, vertex, before, foot):
-    """What a packet sees of the faces of an edge: before it is bent, bent, and if it were bent by the opposite angle [m]."""
-    edge = vertex["tag"] >> 5
-    first, last = map.edges[edge] - map.header["center"]
-    along = (last - first) / np.linalg.norm(last - first)
-    direction = (foot - before) / np.linalg.norm(foot - before)
-    outward = foot - first - (foot - first) @ along * along
-    outward = outward / np.linalg.norm(outward)
-    forward = np.cross(along, outward) * (-1 if vertex["tag"] >> 4 & 1 else 1)
-    slant = direction @ along
-    across = np.sqrt(max(1 - slant**2, 0))
-
-    def seen(way):
-        return max(min(face[3], abs(face[:3] @ way)) for face in map.faces[edge])
-
-    def bent(tangent):
-        return slant * along + across / np.sqrt(1 + tangent**2) * (forward - tangent * outward)
-
-    tangent = float(vertex["position"][2])
-    return seen(direction), seen(bent(tangent)), seen(bent(-tangent))
-
-
-def at_edge(map, event, vertex, alive, before, foot):
-    """What passing an edge multiplies f and p of the bands still alive by, up to a common factor."""
-    _, distance, tangent = vertex["position"].astype(float)
-    straight, turned, opposite = (size >= wavelengths(map) / 2 for size in sizes_seen(map, vertex, before, foot))
-    bends = straight & (distance <= reach(map))
-    if event == PASSED:
-        return ~bends * 1.0
-    preference = np.where(turned == opposite, 1.0, 2.0 * turned)
-    concentration = 4 * np.pi / (GAMMA * wavelengths(map))
-    exponent = np.log(concentration) - (concentration * distance * tangent) ** 2 / 2
-    exponent = np.where(alive & bends, exponent, -np.inf)
-    return preference * np.exp(exponent - exponent.max())
-
-
-def places(map, origin, vertices):
-    """Local positions of all vertices of a path; those at edges are where the path touches a cylinder about the edge."""
-    points = vertices["position"].astype(float)
-    for step in np.flatnonzero(np.isin(vertices["tag"] & 15, (BENT, PASSED))):
-        before = points[step - 1] if step else origin
-        first, last = map.edges[vertices["tag"][step] >> 5] - map.header["center"]
-        along = (last - first) / np.linalg.norm(last - first)
-        height, distance, _ = points[step]
-        radial = before - first - (before - first) @ along * along
-        radius = np.linalg.norm(radial)
-        cosine = min(distance / radius, 1)
-        sine = np.sqrt(1 - cosine**2) * (-1 if vertices["tag"][step] >> 4 & 1 else 1)
-        outward = (cosine * radial + sine * np.cross(along, radial)) / radius
-        points[step] = first + height * along + distance * outward
-    return points
+    def met(self, surface, direction):
+        """f and p per event and band for a packet that meets a surface in a direction: f of its angle, p of its range."""
+        material = self.map.surfaces["material"][surface]
+        first = self.first[material]
+        if not self.map.laws[material]:
+            return self.factors[first], self.probabilities[first]
+        cosine = abs(direction @ self.map.surfaces["normal"][surface]) / np.linalg.norm(direction)
+        row = first + np.clip(np.searchsorted(BOUNDS, cosine, "right") - 1, 0, len(BOUNDS) - 2)
+        given = self.map.header["scene"]["materials"][material]
+        alpha, s = np.array(given["absorption"]), np.array(given["scattering"])
+        x = self.impedances[material] * cosine
+        reflected = 1 - np.where(alpha > 0, 4 * x / (1 + x) ** 2, 0.0)
+        return np.stack([reflected * (1 - s), reflected * s, 0 * s]), self.probabilities[row]
 
 
 def stretches(map, source, vertices):
@@ -428,8 +379,8 @@ def unit(bits):
 
 
 def sonels(map, source):
-    """Every sonel of a source: (surface, back, local position, path length, incident energy per band, its row of coefficients)."""
-    energy_factors, probabilities, first = coefficients(map)
+    """Every sonel of a source: (surface, back, local position, path length, incident energy per band, f per event and band)."""
+    coefficients = Coefficients(map)
     emissions = Emissions(map)
     emitter = map.header["scene"]["sources"][source]
     directions = Directions(map, source)
@@ -439,26 +390,21 @@ def sonels(map, source):
         # The directivity factor is part of the energy alone, not of the probabilities.
         share = share * directivity(map, source, directions.direction(emission))
         feeding, drawing = carried.copy(), mixed.copy()
-        points = places(map, origin, vertices)
+        points = vertices["position"].astype(float)
         lengths = np.cumsum(legs(map, source, origin, points, vertices))
         events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5
         for step, (event, surface) in enumerate(zip(events, surfaces)):
             if event in (ESCAPED, EXPIRED, LOST, LEFT):
                 break
-            if event in (BENT, PASSED):
-                before = points[step - 1] if step else origin
-                factor = at_edge(map, event, vertices[step], drawing > 0, before, points[step])
-                feeding, drawing = feeding * factor, drawing * factor
-                continue
             if event in (DIFFRACTED, REFRACTED, RETURNED):
                 continue
             energy = share * feeding / (led * drawing).sum()
-            row = row_met(map, first, surface, points[step] - (points[step - 1] if step else origin))
-            yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy, row
+            factors, probabilities = coefficients.met(surface, points[step] - (points[step - 1] if step else origin))
+            yield surface, vertices["tag"][step] >> 4 & 1, points[step], lengths[step], energy, factors
             if event >= ABSORBED:
                 break
-            feeding = feeding * energy_factors[row, event]
-            drawing = drawing * probabilities[row, event]
+            feeding = feeding * factors[event]
+            drawing = drawing * probabilities[event]
             scale = 1 / drawing.max()  # common to both, so it drops out: nothing underflows
             feeding, drawing = feeding * scale, drawing * scale
 
@@ -466,19 +412,18 @@ def sonels(map, source):
 def connections(map, source, receiver):
     """Fluence per unit emitted energy and band [1/m²] by connection in an empty convex room: nothing is in the way."""
     scene = map.header["scene"]
-    diffuse = coefficients(map)[0][:, DIFFUSE]
     attenuation = np.array(scene["air_attenuation"])
     target = np.array(receiver) - map.header["center"]
     reach = scene["duration"] * scene["speed_of_sound"]
     fluence = np.zeros(len(attenuation))
-    for surface, back, point, length, energy, met in sonels(map, source):
+    for surface, back, point, length, energy, factors in sonels(map, source):
         row = map.surfaces[surface]
         offset = target - point
         distance = np.linalg.norm(offset)
         cosine = (-1 if back else 1) * (offset @ row["normal"]) / distance
         if cosine > 0 and length + distance <= reach:
             air = np.exp(-attenuation * (length + distance))
-            fluence += energy * diffuse[met] * cosine / (np.pi * distance**2) * air
+            fluence += energy * factors[DIFFUSE] * cosine / (np.pi * distance**2) * air
     return fluence
 
 

@@ -153,7 +153,7 @@ class Scene:
 
     @property
     def duration(self) -> float:
-        """Length of the echograms [s]."""
+        """Length of the echograms [s]; without `duration_s` the least, a trace may need more."""
         return self._inner.duration
 
     @property
@@ -219,7 +219,7 @@ def trace(
     batches: for the intervals, 1 … 4096 (default 32).
     survival: exponent β of the roulette, 0 … 1 (default 0.15).
     mode: "accurate" or "paper". spectral: "shared" or "per-band".
-    duration: length of the echograms [s] instead of the scene's.
+    duration: length of the echograms [s] instead of the scene's, or of what its room needs.
     effects: "auto", "all" or "none", then changes: "auto,-diffraction".
     variants: other materials that the map carries besides, for `Map.render(set=…)`: {"materials.ceiling.absorption": [0.02, 0.9]},
         values that are one number or one per band, or a range "0.02:0.9"; also scattering, diffuse, transmission,

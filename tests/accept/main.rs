@@ -3,13 +3,12 @@
 #![allow(clippy::print_stdout, reason = "people read what long runs measured")]
 
 mod agreement;
-mod bending;
-mod bent_estimators;
 mod comparison;
 mod coverage;
 mod effects;
 mod fit;
 mod flipped_bits;
+mod general_position;
 mod invariances;
 mod known_rooms;
 mod losses;

@@ -14,8 +14,7 @@
 //! | tracing into a file against tracing alone | 1.10 | 1.09 |
 //! | bytes per stored sonel | 16.1 | 16.5 |
 //!
-//! Bending of all bands multiplies the time of tracing by 12 in the hall (426 edges) and by 1.95 in the seed room (2 edges),
-//! that of connections by 2.3 and 1.03. Exact edges take 1.16 times as long in the seed room.
+//! Exact edges take 1.16 times as long in the seed room.
 
 #![allow(clippy::print_stdout)] // a benchmark reports to whoever runs it
 
@@ -170,7 +169,6 @@ fn measure(scene: Scene) {
         "  tracing      {tracing:7.2} M segments/s   {:.2} of bare closest-hit rays ({bare:.2} M/s)",
         tracing / bare
     );
-    measure_bending(&scene, &geometry, settings);
     if geometry.diffracting_edges().count() < MANY_EDGES {
         measure_edges(&scene);
     }
@@ -178,48 +176,10 @@ fn measure(scene: Scene) {
     for count in [1, 16] {
         measure_connections(&traced, count);
     }
-    measure_bent_rendering(&scene, settings);
-}
-
-/// How much longer a segment takes where edges bend.
-fn measure_bending(scene: &Scene, geometry: &Geometry, settings: Settings) {
-    let reach = sonel_map::edges::whole_reach(&scene.wavelengths());
-    let segments = |reach: Option<&[f64]>| {
-        let tracer = sonel_tracer::Tracer::bending(scene, geometry, settings, reach);
-        let ledger = tracer.run(sonel_map::ShardRange::WHOLE, |chunk| {
-            black_box(&chunk);
-            Ok::<(), std::convert::Infallible>(())
-        });
-        ledger.expect("a tight room").segments
-    };
-    let straight_segments = segments(None) as f64;
-    let (bent, straight, bent_segments) = in_turn(|| segments(Some(&reach)), || segments(None));
-    let ratio = bent.as_secs_f64() / straight.as_secs_f64();
-    println!(
-        "  with bending {:.2} of the time per segment, {ratio:.2} of the time",
-        ratio * straight_segments / bent_segments as f64
-    );
-}
-
-/// How much longer a segment takes to be heard through connections where edges bend.
-fn measure_bent_rendering(scene: &Scene, settings: Settings) {
-    let few = Settings { emissions: settings.emissions / 10, ..settings };
-    let (straight, bent) = (Traced::new(scene.clone(), few), Traced::bending(scene.clone(), few));
-    let settings = RenderSettings { estimator: sonel_renderer::Estimator::Connection, ..Default::default() };
-    let (with, without, ()) = in_turn(
-        || drop(black_box(bent.render(settings.clone()))),
-        || black_box(straight.render(settings.clone())),
-    );
-    let ratio = with.as_secs_f64() / without.as_secs_f64();
-    let segments = |traced: &Traced| traced.ledger.segments as f64;
-    println!(
-        "  with bending rendering takes {:.2} of the time per segment, {ratio:.2} of the time",
-        ratio * segments(&straight) / segments(&bent)
-    );
 }
 
 /// How much longer a segment takes from the source to the echogram of one receiver, everything at its defaults, with edges that
-/// diffract or bend.
+/// diffract.
 fn measure_edges(scene: &Scene) {
     let settings = Settings { emissions: 4_000, ..Settings::default() };
     let segments = |traced: &Traced| {
@@ -227,16 +187,10 @@ fn measure_edges(scene: &Scene) {
         traced.ledger.segments
     };
     type Trace = fn(Scene, Settings) -> Traced;
-    for (name, trace) in [("exact edges", Traced::diffracting as Trace), ("bending", Traced::bending)] {
-        let mut straight = 0;
-        let run = |trace: Trace| segments(&trace(scene.clone(), settings));
-        let (with, without, passed) = in_turn(|| run(trace), || straight = run(Traced::new));
-        let ratio = with.as_secs_f64() / without.as_secs_f64();
-        println!(
-            "  {name}, trace and render: {:.3} of the time per segment, {ratio:.3} of the time",
-            ratio * straight as f64 / passed as f64
-        );
-    }
+    let run = |trace: Trace| segments(&trace(scene.clone(), settings));
+    let (with, without, _) = in_turn(|| run(Traced::diffracting), || run(Traced::new));
+    let ratio = with.as_secs_f64() / without.as_secs_f64();
+    println!("  edges, trace and render: {ratio:.3} of the time");
 }
 
 /// How much longer tracing takes when the map goes to a file.

@@ -42,32 +42,17 @@ fn what_auto_leaves_in_is_missed() {
     }
 }
 
-fn decision(name: &str, spec: &str, effect: Effect) -> Decision {
-    let mut scene = scenes().into_iter().find(|scene| scene.name == name).expect("one of them");
-    let geometry = scene.geometry().expect("walls");
-    let spec = spec.parse().expect("a specification");
-    let mut decisions = decide(&spec, Mode::Accurate, &mut scene, &geometry, false, &NoClock).expect("a run");
-    decisions.swap_remove(effect as usize)
-}
-
-#[test]
-fn packets_are_bent_where_that_is_asked_for() {
-    let bending = |name: &str, spec: &str| decision(name, spec, Effect::Bending);
-    for name in ["seat rows", "barrier outdoors"] {
-        assert!(!bending(name, "auto").on.contains(&true), "{name}");
-        for spec in ["all", "auto,+bending"] {
-            let asked = bending(name, spec);
-            assert!(asked.on.iter().all(|&on| on) && asked.reach.iter().all(|&reach| reach > 0.0), "{name}");
-        }
-    }
-    let none = bending("dead booth", "auto,+bending");
-    assert!(!none.on.contains(&true) && none.bound.expect("nothing").decay == [0.0; 8]);
-}
-
 /// Who asks for less gets less: one just-noticeable difference may be missing.
 #[test]
 fn a_coarser_threshold_leaves_out_more() {
-    let [fine, coarse] = ["auto", "auto:1"].map(|spec| decision("dead booth", spec, Effect::Air));
+    let decision = |spec: &str| {
+        let mut scene = scenes().into_iter().find(|scene| scene.name == "dead booth").expect("one of them");
+        let geometry = scene.geometry().expect("walls");
+        let spec = spec.parse().expect("a specification");
+        let decisions = decide(&spec, Mode::Accurate, &mut scene, &geometry, false, &NoClock);
+        decisions.expect("a run").swap_remove(Effect::Air as usize)
+    };
+    let [fine, coarse] = ["auto", "auto:1"].map(decision);
     let count = |decision: &Decision| decision.on.iter().filter(|&&on| on).count();
     assert!(count(&coarse) > 0 && count(&coarse) < count(&fine), "{:?} {:?}", coarse.on, fine.on);
 }

@@ -2,7 +2,6 @@
 
 mod absorption_law;
 mod barrier;
-mod bending;
 mod box_energies;
 mod conservation;
 mod diffraction;
@@ -13,6 +12,7 @@ mod directivity;
 mod effects;
 mod fit;
 mod free_field;
+mod general_position;
 mod gradient;
 mod gradient_edges;
 mod invariances;

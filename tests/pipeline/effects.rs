@@ -89,25 +89,3 @@ fn air_that_is_left_out_for_packets_stays_with_what_is_computed_one_by_one() {
     let sum = |energy: &[f64]| energy.iter().sum::<f64>();
     assert!(sum(&auto.energy) > sum(&all.energy), "packets carry air only where it was asked for");
 }
-
-/// Packets are bent where that is asked for, and heard by every estimator.
-#[test]
-fn packets_are_bent_where_that_is_asked_for() {
-    let folder = TestFolder::with(&SCREENED.replace("absorption = 0.97", "absorption = [0.1, 0.1]"));
-    // Hung free of floor and ceiling, and several waves large.
-    let (standing, hung) =
-        ("v 12 3 0\nv 12 7 0\nv 12 7 2\nv 12 3 2", "v 12 2 0.3\nv 12 8 0.3\nv 12 8 3.7\nv 12 2 3.7");
-    folder.write("screened.obj", MESH.replace(standing, hung));
-    let bending = |name: &str, options: &[&str]| {
-        let options = [&["--sonels", "2k", "--json"][..], options].concat();
-        effect(&trace(&folder, name, &options).unwrap(), "bending")
-    };
-    assert_eq!(bending("auto.sonelmap", &[])["on"], false);
-    let asked = bending("bent.sonelmap", &["--effects", "auto,+bending"]);
-    assert!(asked["on"] == true && asked["reach_m"][0].as_f64().unwrap() > 1.0, "{asked}");
-    // Every estimator hears what was bent.
-    for estimator in ["auto", "connection", "gather", "sphere", "paper"] {
-        render(&folder, "bent.sonelmap", "bent.npz", &["--estimator", estimator]).unwrap();
-        assert!(response(&folder, "bent.npz").energy.iter().all(|energy| energy.is_finite()));
-    }
-}

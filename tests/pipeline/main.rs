@@ -4,6 +4,7 @@ mod bad_input;
 mod choices;
 mod coefficients;
 mod comparison;
+mod duration;
 mod effects;
 mod extend;
 mod in_memory;

@@ -38,14 +38,14 @@ fn a_grid_from_wall_to_wall_leaves_out_what_is_no_place() {
     assert!(nowhere.contains("5 of 5 grid points are left out: 5 on surfaces"), "{nowhere}");
 }
 
-/// A single receiver there is an error that says where one could stand; a millimetre from a wall one can.
+/// A single receiver there is an error that says where one could stand, 0.1 m from the walls; a millimetre from a wall one can.
 #[test]
 fn a_receiver_on_a_wall_is_an_error_with_the_nearest_free_place() {
     let folder = test_folder();
     trace(&folder, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
     for (place, words) in [
-        ("0,2,1.2", "is 0 m from a surface, at least 0.0095 mm are needed; (0.001, 2, 1.2) m is free"),
-        ("5,4,3", "(4.999, 3.999, 2.999) m is free"),
+        ("0,2,1.2", "is 0 m from a surface, at least 0.0095 mm are needed; (0.1, 2, 1.2) m is free"),
+        ("5,4,3", "(4.9, 3.9, 2.9) m is free"),
         ("5.5,2,1", "is outside the room, 0.5000 m from its nearest surface"),
     ] {
         let receiver = format!("m={place}");

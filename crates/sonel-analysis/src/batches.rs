@@ -5,6 +5,7 @@ use sonel_echogram::Response;
 use crate::decay::Echogram;
 use crate::estimate::{Estimate, KernelShift, NoInterval, ParameterValue, StandardError, Unsupported};
 use crate::jackknife;
+use crate::listed::Arrival;
 use crate::parameter::{LevelScale, Values};
 
 /// Readings from the coarse bins of the batches.
@@ -30,13 +31,14 @@ pub struct Readings {
 }
 
 impl Parts {
-    /// Reads the parameters of source `s` at receiver `r` in band `b`.
+    /// Reads the parameters of source `s` at receiver `r` in band `b`, where `arrivals` are listed.
     ///
     /// # Errors
     /// When the response holds fewer than two batches of any weight.
     pub fn read(
         response: &Response,
         (s, r, b): (usize, usize, usize),
+        arrivals: &[Arrival],
         scale: LevelScale,
     ) -> Result<Self, NoInterval> {
         let stored = response.batches.as_ref().ok_or(NoInterval::NoBatches)?;
@@ -47,7 +49,7 @@ impl Parts {
             return Err(if batches.is_empty() { NoInterval::NoBatches } else { NoInterval::OneBatch });
         }
         let direct_time = response.direct_time(s, r);
-        let read = |energy: &[f64]| Values::read(Echogram { edges, energy, direct_time }, scale);
+        let read = |energy: &[f64]| Values::read(Echogram { edges, energy, direct_time, arrivals }, scale);
         let mean_energy = mean(&batches);
         let without =
             batches.iter().map(|&(weight, batch)| read(&leave_out(&mean_energy, weight, batch))).collect();

@@ -1,14 +1,16 @@
 //! Schroeder backward integration of an echogram.
 //!
 //! Input is *energy* per bin; it is not squared again. Time zero is the direct arrival (distance / c, also when it is
-//! blocked); energy before it, which only the width of the bins can put there, counts to time zero. Between bin borders
-//! the curve is interpolated linearly in level: exact for exponential decays, whatever the bins. What follows the record
+//! blocked); energy before it, which only the width of the bins can put there, counts to time zero. The curve falls by a
+//! step at every listed arrival ([`mod@crate::listed`]); what the bins hold besides is interpolated linearly in level between
+//! their borders: exact for exponential decays, whatever the bins. What follows the record
 //! is the exponential of [`mod@crate::tail`], the correction C of ISO 3382-1, so an ideal decay is free of truncation
 //! bias. A record that holds less than 10 dB of the decay is refused: the rest would be extrapolation.
 //!
 //! References: [Schroeder1965], [ISO3382-1] (docs/references.md).
 
 use crate::estimate::Unsupported;
+use crate::listed::{self, Arrival};
 use crate::tail::{self, Tail};
 
 /// Most of the energy that the extrapolated tail may hold: 10 dB of the decay must have been recorded.
@@ -28,6 +30,8 @@ pub struct Echogram<'a> {
     pub energy: &'a [f64],
     /// When the direct sound arrives, or would [s].
     pub direct_time: f64,
+    /// The part of `energy` whose times are known, ascending in time.
+    pub arrivals: &'a [Arrival],
 }
 
 impl Echogram<'_> {
@@ -41,10 +45,12 @@ impl Echogram<'_> {
 /// Energy still to come, against time since the direct sound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DecayCurve {
-    /// Ascending, the first is 0 [s].
+    /// Not descending, the first is 0; twice the same at a step [s].
     times: Vec<f64>,
     /// Energy after each of `times`, in the unit of the echogram; not ascending.
     remaining: Vec<f64>,
+    /// Borders of the bins, ascending, the first is 0 [s].
+    borders: Vec<f64>,
     tail: Tail,
     /// When the direct sound arrives, from the emission [s].
     direct_time: f64,
@@ -69,12 +75,9 @@ impl DecayCurve {
             return Err(Unsupported::NoReverberation);
         }
         let tail = tail::fit(&times, &energy)?;
-        let mut remaining = vec![tail.energy; times.len()];
-        for bin in (0..energy.len()).rev() {
-            remaining[bin] = remaining[bin + 1] + energy[bin];
-        }
-        remaining[0] += early;
-        let curve = Self { times, remaining, tail, direct_time: echogram.direct_time };
+        let (points, remaining) = integrated(echogram, &times, energy, early, tail.energy);
+        let curve =
+            Self { times: points, remaining, borders: times, tail, direct_time: echogram.direct_time };
         let share = curve.tail.energy / curve.total();
         if share > LARGEST_TAIL {
             let reached_db = -10.0 * libm::log10(share);
@@ -100,6 +103,7 @@ impl DecayCurve {
         Self {
             times: self.times.clone(),
             remaining: self.remaining.iter().map(|remaining| (remaining + more).max(0.0)).collect(),
+            borders: self.borders.clone(),
             tail: Tail { energy, rate, ..self.tail },
             direct_time: self.direct_time,
         }
@@ -115,6 +119,12 @@ impl DecayCurve {
     #[must_use]
     pub fn tail(&self) -> Tail {
         self.tail
+    }
+
+    /// When the direct sound arrives, or would, from the emission [s].
+    #[must_use]
+    pub fn direct_time(&self) -> f64 {
+        self.direct_time
     }
 
     /// Length of the record since the direct sound [s].
@@ -133,29 +143,25 @@ impl DecayCurve {
         })
     }
 
-    /// Energy arriving after `time` since the direct sound [s]; [`None`] beyond the record.
+    /// Energy arriving at `time` since the direct sound [s] or later; [`None`] beyond the record.
     #[must_use]
     pub fn remaining(&self, time: f64) -> Option<f64> {
-        match self.piece_at(time) {
-            Some(piece) => Some(piece.at(time)),
-            None if time < self.duration() => Some(self.total()),
-            None => (time <= self.duration()).then(|| self.remaining[self.remaining.len() - 1]),
+        let next = self.times.partition_point(|&point| point < time);
+        let remaining = *self.remaining.get(next)?;
+        if next == 0 || self.times[next] <= time {
+            return Some(remaining);
         }
+        let (begin, before) = (self.times[next - 1], self.remaining[next - 1]);
+        Some(Piece { begin, end: self.times[next], before, after: remaining }.at(time))
     }
 
-    /// The piece that holds `time` since the direct sound [s], its begin included.
+    /// Borders of the bins since the direct sound, ascending, the first is 0 [s].
     #[must_use]
-    pub fn piece_at(&self, time: f64) -> Option<Piece> {
-        let next = self.times.partition_point(|&edge| edge <= time);
-        (next > 0 && next < self.times.len()).then(|| Piece {
-            begin: self.times[next - 1],
-            end: self.times[next],
-            before: self.remaining[next - 1],
-            after: self.remaining[next],
-        })
+    pub fn borders(&self) -> &[f64] {
+        &self.borders
     }
 
-    /// Borders as (time since the direct sound [s], level relative to the start [dB]) as far as there is energy to come.
+    /// Points of the curve as (time since the direct sound [s], level relative to the start [dB]) as far as there is energy to come.
     pub fn levels_db(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let total = self.total();
         self.times
@@ -173,7 +179,7 @@ impl DecayCurve {
     }
 }
 
-/// The curve between two borders, linear in level.
+/// The curve between two points, linear in level; of no width at a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
     /// Since the direct sound [s].
@@ -193,7 +199,7 @@ impl Piece {
         self.end - self.begin
     }
 
-    /// Decay rate of the remaining energy [1/s]; [`None`] where nothing remains, and the energy of the piece counts as
+    /// Decay rate of the remaining energy [1/s], infinite at a step; [`None`] where nothing remains, and the energy of the piece counts as
     /// spread evenly.
     #[must_use]
     pub fn rate(&self) -> Option<f64> {
@@ -236,4 +242,50 @@ fn since_direct(echogram: Echogram<'_>) -> (Vec<f64>, Vec<f64>, f64) {
         }
     }
     (times, energy, early)
+}
+
+/// Points in time since the direct sound [s] and the energy that remains there: of bins of `energy` between `borders`, whose
+/// listed arrivals are steps, `early` energy at time zero and a `tail`.
+fn integrated(
+    echogram: Echogram<'_>,
+    borders: &[f64],
+    mut energy: Vec<f64>,
+    early: f64,
+    tail: f64,
+) -> (Vec<f64>, Vec<f64>) {
+    let mut steps = vec![Arrival { time: 0.0, energy: early }];
+    steps.extend(listed::take(echogram.arrivals, echogram.direct_time, borders, &mut energy));
+    let spread = remaining_after(tail, &energy);
+    let listed = remaining_after(0.0, &steps.iter().map(|step| step.energy).collect::<Vec<f64>>());
+    let (mut times, mut remaining): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    let mut push = |time: f64, energy: f64| {
+        if times.last() != Some(&time) || remaining.last() != Some(&energy) {
+            times.push(time);
+            remaining.push(energy);
+        }
+    };
+    let mut next = 0;
+    for (times, spread) in borders.windows(2).zip(spread.windows(2)) {
+        let piece = Piece { begin: times[0], end: times[1], before: spread[0], after: spread[1] };
+        push(piece.begin, piece.before + listed[next]);
+        while next < steps.len() && steps[next].time < piece.end {
+            let spread = piece.at(steps[next].time);
+            push(steps[next].time, spread + listed[next]);
+            push(steps[next].time, spread + listed[next + 1]);
+            next += 1;
+        }
+    }
+    let end = borders.len() - 1;
+    push(borders[end], spread[end] + listed[next]);
+    push(borders[end], spread[end]);
+    (times, remaining)
+}
+
+/// Energy before each of `parts` and after the last, which `rest` follows.
+fn remaining_after(rest: f64, parts: &[f64]) -> Vec<f64> {
+    let mut remaining = vec![rest; parts.len() + 1];
+    for part in (0..parts.len()).rev() {
+        remaining[part] = remaining[part + 1] + parts[part];
+    }
+    remaining
 }

@@ -20,8 +20,6 @@ fn name(event: Event) -> &'static str {
         Event::Diffuse => "diffuse",
         Event::Transmitted => "transmitted",
         Event::Refracted => "refracted",
-        Event::Bent => "bent",
-        Event::Passed => "passed",
         Event::Diffracted => "diffracted",
         Event::Absorbed => "absorbed",
         Event::Escaped => "escaped",

@@ -2,7 +2,7 @@
 //!
 //! Computes room-acoustic parameters from a response (energy echograms with batch estimates):
 //!
-//! - [`decay`]: Schroeder's backward integration, with what follows the record estimated by [`tail`];
+//! - [`decay`]: Schroeder's backward integration, with what follows the record estimated by [`tail`] and steps at [`listed`] arrivals;
 //! - [`regression`]: reverberation times with their decay range and non-linearity;
 //! - [`modulation`]: modulation transfer and the speech transmission index;
 //! - [`parameter`]: the parameters of one echogram; [`receiver`]: those of a whole response;
@@ -32,6 +32,7 @@ pub mod estimate;
 pub mod export;
 pub mod jackknife;
 mod lateral;
+pub mod listed;
 pub mod map_comparison;
 pub mod measured;
 mod missing;

@@ -196,7 +196,9 @@ mod tests {
         let edges: Vec<f64> = (0..=2000).map(|edge| f64::from(edge) * 1e-4).collect();
         let mut energy = vec![0.0; 2000];
         (energy[0], energy[1000]) = (1.0, 1.0);
-        let curve = DecayCurve::new(Echogram { edges: &edges, energy: &energy, direct_time: 0.0 }).unwrap();
+        let curve =
+            DecayCurve::new(Echogram { edges: &edges, energy: &energy, direct_time: 0.0, arrivals: &[] })
+                .unwrap();
         for frequency in MODULATION_FREQUENCIES {
             let expected = libm::fabs(libm::cos(std::f64::consts::PI * frequency * 0.1));
             // The arrivals lie anywhere within their bins of 0.1 ms.

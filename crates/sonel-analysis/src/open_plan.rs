@@ -85,9 +85,12 @@ pub fn line(response: &Response, s: usize, receivers: &[usize], talk: &Talk) -> 
         if slope.value >= 0.0 || found.value <= 0.0 {
             return Err(Unsupported::NotFalling { index });
         }
-        let farthest = of_indices.last().copied().unwrap_or(0.0);
-        let beyond =
-            (found.value > farthest).then(|| format!("extrapolated: the line ends at {farthest:.1} m"));
+        let [nearest, farthest] = [of_indices[0], of_indices[of_indices.len() - 1]];
+        let beyond = match found.value {
+            value if value > farthest => Some(format!("extrapolated: the line ends at {farthest:.1} m")),
+            value if value < nearest => Some(format!("extrapolated: the line begins at {nearest:.1} m")),
+            _ => None,
+        };
         Ok(found.warned(beyond))
     };
     Line {
@@ -206,6 +209,14 @@ mod tests {
         near(&line.privacy_distance, 21.682_528_259_9);
         let warning = line.privacy_distance.expect("a distance").warning.expect("beyond the line");
         assert!(warning.contains("20.0 m"), "{warning}");
+    }
+
+    #[test]
+    fn distances_before_the_first_workstation_are_warned_of() {
+        let response = response(&[8.0, 12.0, 20.0]);
+        let found = line(&response, 0, &[0, 1, 2], &talk()).distraction_distance.expect("a distance");
+        assert!(found.value < 8.0, "{}", found.value);
+        assert_eq!(found.warning.as_deref(), Some("extrapolated: the line begins at 8.0 m"));
     }
 
     #[test]

@@ -8,7 +8,7 @@
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_acoustics::{level_db, strength_db};
 
-use crate::decay::{DecayCurve, Echogram, Piece};
+use crate::decay::{DecayCurve, Echogram};
 use crate::estimate::{DecayQuality, Unsupported};
 use crate::regression::{self, DecayLine, DecayRange};
 
@@ -231,20 +231,22 @@ const BINS_BEFORE_LIMIT: f64 = 4.0;
 /// Shares of widths that are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Energy later than `limit` [s] after the direct sound.
+/// Energy at `limit` [s] after the direct sound and later.
 pub(crate) fn late(curve: &DecayCurve, limit: f64) -> Result<f64, Unsupported> {
-    let to_border =
-        |piece: Piece| (piece.width(), 2.0 * (limit - piece.begin).min(piece.end - limit).max(0.0));
     let most = limit / BINS_BEFORE_LIMIT;
-    match curve.piece_at(limit).map(to_border) {
-        Some((width, apart)) if apart > most * (1.0 + ROUNDING) => Err(too_wide(width, most)),
-        _ => curve.remaining(limit).ok_or(Unsupported::LimitOutside { limit_ms: 1000.0 * limit }),
+    let next = curve.borders().partition_point(|&border| border <= limit);
+    if let (Some(&before), Some(&after)) =
+        (curve.borders().get(next.wrapping_sub(1)), curve.borders().get(next))
+        && 2.0 * (limit - before).min(after - limit) > most * (1.0 + ROUNDING)
+    {
+        return Err(too_wide(after - before, most));
     }
+    curve.remaining(limit).ok_or(Unsupported::LimitOutside { limit_ms: 1000.0 * limit })
 }
 
-/// Ts [s]: the first bin spreads the direct sound over its width.
+/// Ts [s]: the first bin spreads over its width what is not listed.
 fn center_time(curve: &DecayCurve) -> Result<f64, Unsupported> {
-    let width = curve.pieces().next().map_or(0.0, |piece| piece.width());
+    let width = curve.borders().get(1).copied().unwrap_or(0.0);
     if width > noticeable::CENTER_TIME * (1.0 + ROUNDING) {
         return Err(too_wide(width, noticeable::CENTER_TIME));
     }

@@ -10,6 +10,7 @@ use sonel_echogram::Response;
 use crate::batches::{self, Parts};
 use crate::decay::Echogram;
 use crate::estimate::{Estimate, NoInterval, ParameterValue, Unsupported};
+use crate::listed;
 use crate::missing::{self, Bounds};
 use crate::modulation::{self, SPEECH_OCTAVES, Talk};
 use crate::parameter::{LevelScale, Parameter, Values};
@@ -85,7 +86,8 @@ pub fn parameters_of(response: &Response, talk: Option<&Talk>) -> Vec<ReceiverPa
         (0..response.sources()).flat_map(|s| (0..response.receivers()).map(move |r| (s, r))).collect();
     let lateral = response.lateral(0).zip(response.lateral(1));
     let lateral = lateral.map(|(squares, cosines)| [squares, cosines]);
-    pairs.into_par_iter().map(|pair| at_receiver(response, lateral.as_ref(), talk, pair)).collect()
+    let listed = listed::Index::new(response);
+    pairs.into_par_iter().map(|pair| at_receiver(response, lateral.as_ref(), &listed, talk, pair)).collect()
 }
 
 /// One band, read from the fine bins and from the batches.
@@ -112,12 +114,13 @@ impl Reading {
 fn at_receiver(
     response: &Response,
     lateral: Option<&[Response; 2]>,
+    listed: &listed::Index,
     talk: Option<&Talk>,
     (s, r): (usize, usize),
 ) -> ReceiverParameters {
     let band = |b: usize| Band {
-        all: read(response, (s, r, b)),
-        lateral: lateral.map(|both| both.each_ref().map(|lateral| read(lateral, (s, r, b)))),
+        all: read(response, listed, (s, r, b)),
+        lateral: lateral.map(|both| both.each_ref().map(|lateral| read(lateral, listed, (s, r, b)))),
     };
     let bands: Vec<Band> = (0..response.bands()).map(band).collect();
     let (source_position, position) = (response.source_positions[s], response.receiver_positions[r]);
@@ -141,7 +144,8 @@ fn at_receiver(
     }
 }
 
-fn read(response: &Response, (s, r, b): (usize, usize, usize)) -> Reading {
+fn read(response: &Response, listed: &listed::Index, (s, r, b): (usize, usize, usize)) -> Reading {
+    let arrivals = listed.of(response, (s, r, b));
     let scale = LevelScale {
         source_power_level_db: response.source_power_level_db[s * response.bands() + b],
         characteristic_impedance: response.characteristic_impedance,
@@ -150,11 +154,12 @@ fn read(response: &Response, (s, r, b): (usize, usize, usize)) -> Reading {
         edges: &response.time_edges_s,
         energy: response.echogram(s, r, b),
         direct_time: response.direct_time(s, r),
+        arrivals: &arrivals,
     };
     let fine = Values::read(echogram, scale);
     let bounds =
         response.missing(s, r, b).and_then(|missing| Bounds::new(echogram, &fine.curve, missing, scale));
-    Reading { bounds, fine, parts: Parts::read(response, (s, r, b), scale) }
+    Reading { bounds, fine, parts: Parts::read(response, (s, r, b), &arrivals, scale) }
 }
 
 /// Of one band; `on_stage` where support is defined.

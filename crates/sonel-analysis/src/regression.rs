@@ -58,7 +58,7 @@ pub fn fit(curve: &DecayCurve, range: DecayRange) -> Result<DecayLine, Unsupport
 /// The part of the curve inside the range, its ends included: (time [s], level [dB]).
 fn clip(curve: &DecayCurve, range: DecayRange) -> Result<Vec<(f64, f64)>, Unsupported> {
     let mut points = Vec::new();
-    let (mut before, mut borders) = ((0.0, 0.0), 0);
+    let mut before = (0.0, 0.0);
     for (index, at) in curve.levels_db().enumerate() {
         if at.1 <= range.from_db && points.is_empty() {
             let crossing = if index == 0 { at } else { crossing(before, at, range.from_db) };
@@ -66,24 +66,29 @@ fn clip(curve: &DecayCurve, range: DecayRange) -> Result<Vec<(f64, f64)>, Unsupp
         }
         if at.1 < range.to_db {
             points.push(crossing(before, at, range.to_db));
+            let borders = borders_along(curve, &points);
             return enough(points, borders, range);
         }
-        if at.1 <= range.from_db {
-            borders += 1;
-            if points.last() != Some(&at) {
-                points.push(at);
-            }
+        if at.1 <= range.from_db && points.last() != Some(&at) {
+            points.push(at);
         }
         before = at;
     }
     if ends_in_silence(curve) {
-        return enough(points, borders.min(FEWEST_BORDERS - 1), range);
+        let borders = borders_along(curve, &points).min(FEWEST_BORDERS - 1);
+        return enough(points, borders, range);
     }
     Err(Unsupported::RangeNotReached {
         reached_db: before.1,
         needed_db: range.to_db,
         needed_s: curve.duration_to_reach(range.to_db),
     })
+}
+
+/// Number of bin borders between the first and the last of `points`.
+fn borders_along(curve: &DecayCurve, points: &[(f64, f64)]) -> usize {
+    let [Some((from, _)), Some((to, _))] = [points.first(), points.last()] else { return 0 };
+    curve.borders().iter().filter(|border| (from..=to).contains(border)).count()
 }
 
 /// Whether the last energy falls within one bin, from above the range to nothing.

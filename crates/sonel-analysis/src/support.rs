@@ -55,14 +55,17 @@ mod tests {
         let edges: Vec<f64> = (0..=2000).map(|edge| f64::from(edge) * 0.001).collect();
         let mut energy = decay.bins(0.001, 2000);
         energy[0] += 2.0;
-        let values = Values::read(Echogram { edges: &edges, energy: &energy, direct_time: 0.0 }, SCALE);
+        let values =
+            Values::read(Echogram { edges: &edges, energy: &energy, direct_time: 0.0, arrivals: &[] }, SCALE);
         for (parameter, [begin, end]) in Parameter::SUPPORT {
             let expected = decay.energy_between(begin, end) / (2.0 + decay.energy_between(0.0, DIRECT_END));
             let found = support_db(&values, [begin, end]).unwrap();
             assert!((found - 10.0 * libm::log10(expected)).abs() < 1e-9, "{parameter:?}: {found}");
         }
-        let short =
-            Values::read(Echogram { edges: &edges[..901], energy: &energy[..900], direct_time: 0.0 }, SCALE);
+        let short = Values::read(
+            Echogram { edges: &edges[..901], energy: &energy[..900], direct_time: 0.0, arrivals: &[] },
+            SCALE,
+        );
         let late = support_db(&short, Parameter::SUPPORT[1].1);
         assert_eq!(late, Err(Unsupported::LimitOutside { limit_ms: 1000.0 }));
     }

@@ -128,13 +128,8 @@ impl Walk<'_> {
                 return;
             }
             ledger.segment(segment.energy);
-            let Some(arrival) = segment.arrival else {
-                if segment.goes_on {
-                    ledger.passed_edge(segment.energy);
-                }
-                return;
-            };
-            let row = table.row(arrival.surface, segment.direction());
+            let Some(arrival) = segment.arrival else { return };
+            let row = &*table.row(arrival.surface, segment.direction());
             ledger.arrived(segment.energy, row);
             found.surfaces[arrival.surface.0 as usize].add(segment.energy, &row.dissipated);
             found.order(segment.history.order, *bands).add(segment.energy, &row.dissipated);

@@ -56,7 +56,9 @@ mod tests {
         let decay = ExponentialDecay { reverberation_time: 0.9, energy: 0.01 };
         let (edges, energy): (Vec<f64>, _) =
             ((0..=800).map(|edge| f64::from(edge) * 0.001_9).collect(), decay.bins(0.001_9, 800));
-        let curve = DecayCurve::new(Echogram { edges: &edges, energy: &energy, direct_time: 0.0 }).unwrap();
+        let curve =
+            DecayCurve::new(Echogram { edges: &edges, energy: &energy, direct_time: 0.0, arrivals: &[] })
+                .unwrap();
         for window in &WINDOWS[..5] {
             let expected = strength_db(decay.energy_between(window.begin, window.end));
             assert!((window.strength(&curve).unwrap() - expected).abs() < 1e-9, "{}", window.key);

@@ -1,13 +1,11 @@
-//! Edge diffraction: the exact field of a rigid wedge, finite edges, pairs of edges, and bending of packets.
+//! Edge diffraction: the exact field of a rigid wedge, finite edges, and pairs of edges.
 //!
 //! - [`wedge`] places points about an edge, [`edge_path`] is the field of one edge of any length at any distance;
 //! - [`face`] is the field over two edges of a convex face, as of a barrier or a panel;
-//! - [`bending`] deflects packets of energy at edges;
 //! - [`spectrum`] takes means over frequency bands, flat per Hz; [`wave_numbers`] are those that they ask for.
 //!
 //! The crate has no mesh and no room: callers state the faces and the visible part of the edge (docs/diffraction.md).
 
-pub mod bending;
 pub mod complex;
 mod contour;
 pub mod edge_path;

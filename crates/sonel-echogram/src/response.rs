@@ -203,12 +203,12 @@ impl Response {
         squares.sum::<f64>().sqrt() / self.speed_of_sound
     }
 
-    /// The response with one of its lateral energies in place of the energy, without arrivals: what follows the last bin is expected to come from
-    /// all directions. [`None`] without directions.
+    /// The response with one of its lateral energies in place of the energy: what follows the last bin is expected to come from all
+    /// directions. [`None`] without directions.
     #[must_use]
     pub fn lateral(&self, which: usize) -> Option<Self> {
-        let Lateral { energy, energy_batches, kernel_difference } =
-            self.directions.as_ref()?.lateral[which].clone();
+        let directions = self.directions.as_ref()?;
+        let Lateral { energy, energy_batches, kernel_difference } = directions.lateral[which].clone();
         let batches = self.batches.as_ref().map(|Batches { weight, time_edges_s, bins, .. }| Batches {
             weight: weight.clone(),
             time_edges_s: time_edges_s.clone(),
@@ -235,9 +235,23 @@ impl Response {
             energy,
             batches,
             missing,
-            arrivals: Arrivals::default(),
+            arrivals: self.arrivals.lateral(which, &directions.lateral_axes, self.bands()),
             directions: None,
             metadata: serde_json::Value::Null,
         })
+    }
+}
+
+impl Arrivals {
+    /// The same arrivals in `bands` bands with one of the lateral energies, of receivers with these lateral `axes`.
+    fn lateral(&self, which: usize, axes: &[[f64; 3]], bands: usize) -> Self {
+        let directions = self.receiver.iter().zip(self.direction.chunks_exact(3));
+        let weights = directions.map(|(&receiver, towards)| {
+            let cos: f64 = axes[receiver as usize].iter().zip(towards).map(|(axis, part)| axis * part).sum();
+            if which == 0 { cos * cos } else { cos.abs() }
+        });
+        let rows = self.energy.chunks_exact(bands.max(1)).zip(weights);
+        let energy = rows.flat_map(|(row, weight)| row.iter().map(move |energy| energy * weight)).collect();
+        Self { energy, ..self.clone() }
     }
 }

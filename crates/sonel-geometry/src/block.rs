@@ -62,7 +62,7 @@ impl<const N: usize> Block<N> {
     #[inline(always)]
     pub fn pierce(&self, ray: &Probe, mut found: impl FnMut(Pierced)) {
         let sheared = self.shear(ray);
-        let candidates = candidates(&sheared);
+        let candidates = candidates(&sheared, 0.0);
         for (group, marks) in candidates.chunks(8).enumerate() {
             let mut word = [0; 8];
             word[..marks.len()].copy_from_slice(marks);
@@ -83,6 +83,18 @@ impl<const N: usize> Block<N> {
         }
     }
 
+    /// Whether `visit` is true of any triangle that the line of the ray passes through, or beside by less than `slack` [m²] in an edge
+    /// function, unless its plane is ignored.
+    #[inline(always)]
+    pub fn any_near(&self, ray: &Probe, slack: f32, mut visit: impl FnMut(u32) -> bool) -> bool {
+        let candidates = candidates(&self.shear(ray), slack);
+        (0..N).any(|lane| {
+            let plane = self.planes[lane];
+            let is_met = candidates[lane] != 0 && plane != ray.ignored[0] && plane != ray.ignored[1];
+            is_met && visit(self.triangles[lane])
+        })
+    }
+
     /// The corners in ray space, where the ray is the axis x = y = 0: by corner, axis and lane.
     #[inline(always)]
     fn shear(&self, ray: &Probe) -> [[[f32; N]; 2]; 3] {
@@ -101,9 +113,9 @@ impl<const N: usize> Block<N> {
     }
 }
 
-/// Lanes (marked 1) whose edge functions do not certainly differ in sign.
+/// Lanes (marked 1) whose edge functions do not certainly differ in sign; each is uncertain by `slack` beyond its rounding.
 #[inline(always)]
-fn candidates<const N: usize>(sheared: &[[[f32; N]; 2]; 3]) -> [u8; N] {
+fn candidates<const N: usize>(sheared: &[[[f32; N]; 2]; 3], slack: f32) -> [u8; N] {
     let [[ax, ay], [bx, by], [cx, cy]] = sheared;
     let mut pass = [0; N];
     for lane in 0..N {
@@ -112,7 +124,7 @@ fn candidates<const N: usize>(sheared: &[[[f32; N]; 2]; 3]) -> [u8; N] {
         let w = bx[lane] * ay[lane] - by[lane] * ax[lane];
         let low = lesser(lesser(u, v), w);
         let high = greater(greater(u, v), w);
-        pass[lane] = u8::from((low >= 0.0) | (high <= 0.0));
+        pass[lane] = u8::from((low >= -slack) | (high <= slack));
     }
     pass
 }

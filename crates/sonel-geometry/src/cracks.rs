@@ -60,11 +60,16 @@ impl Facing {
     }
 }
 
+/// Largest width of a crack in a mesh [m].
+pub(crate) fn widest_crack(mesh: &Mesh) -> f64 {
+    let (low, high) = mesh.bounds();
+    WIDEST_CRACK.min((high - low).max_element() / SIZES_PER_CRACK)
+}
+
 /// Finds where open edges face one another, and marks those that are rims of cracks; `tolerance` [m] is below which positions are
 /// the same.
 pub(crate) fn find_cracks(mesh: &Mesh, edges: &mut [SharedEdge], tolerance: f64) -> Vec<Facing> {
-    let (low, high) = mesh.bounds();
-    let widest = WIDEST_CRACK.min((high - low).max_element() / SIZES_PER_CRACK);
+    let widest = widest_crack(mesh);
     let open = open_edges(mesh, edges);
     let beside = neighbours(&open, widest, tolerance);
     let nearest = |here: usize, along: f64| {

@@ -4,12 +4,13 @@
 //! the same planes on the same side, so that a finely tessellated wall, or one of many materials, has one edge on each
 //! side.
 
-use crate::enclosure::closest_on_triangle;
+use crate::cells::Cells;
 use crate::sectors::{AirSector, diffracting};
 use crate::topology::{Connected, SharedEdge};
 use crate::{Mesh, PlaneId, Surface, SurfaceId};
 use foldhash::HashMap;
 use glam::DVec3;
+use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 
 /// What kind of edge it is, judged on the front side of its surfaces.
@@ -17,16 +18,13 @@ use std::f64::consts::{PI, TAU};
 pub enum EdgeShape {
     /// The rim of one surface, with air all around.
     Free,
-    /// It lies on yet another surface without sharing its vertices, as the foot of a screen or a pillar on the floor, or between walls that
-    /// cover both of its faces.
-    Abutting,
     /// Two surfaces that protrude into the air on their front: its angle exceeds π.
     Convex,
     /// Two surfaces that form a corner: the angle of the air on their front is below π.
     Concave,
     /// Two surfaces that continue one another in one plane, as at a change of material.
     Seam,
-    /// More than two surfaces, or two that face opposite ways.
+    /// More than two surfaces, as at the foot of a screen on a floor, or two that face opposite ways.
     Junction,
 }
 
@@ -40,11 +38,10 @@ pub struct Edge {
     /// The surfaces that meet here, in ascending order.
     pub surfaces: Vec<SurfaceId>,
     /// Angle of the air on the front of the surfaces [rad]: 2π at a free edge, π at a seam. Behind surfaces that are
-    /// no part of a closed shell there is air too, with an angle of 2π less this one. 0 at abutting edges and
-    /// junctions, where it is not defined.
+    /// no part of a closed shell there is air too, with an angle of 2π less this one. 0 at junctions, where it is
+    /// not defined.
     pub wedge_angle: f64,
-    /// The sectors of air into which it diffracts: those above π, in front of its surfaces and behind. None where it
-    /// abuts.
+    /// The sectors of air into which it diffracts: those above π, in front of its surfaces and behind.
     pub sectors: Vec<AirSector>,
 }
 
@@ -74,19 +71,16 @@ pub(crate) struct Survey<'a> {
     pub of_triangle: &'a [SurfaceId],
     /// Distance [m] within which points are on one line.
     pub tolerance: f64,
-    /// Distance [m] at which to feel for other surfaces.
-    pub reach: f64,
+    /// Which sides face air.
+    pub cells: &'a Cells,
+    /// Whether each face coincides with an earlier one.
+    pub is_second: &'a [bool],
 }
 
 impl Survey<'_> {
-    /// Finds all edges; `crosses` tells whether any surface but those of a plane lies between two points.
-    pub fn edges(&self, crosses: impl Fn(DVec3, DVec3, Option<PlaneId>) -> bool) -> Vec<Edge> {
-        let mut shells: HashMap<PlaneId, Vec<&Surface>> = HashMap::default();
-        for surface in self.surfaces.iter().filter(|surface| surface.closed) {
-            shells.entry(surface.plane).or_default().push(surface);
-        }
-        let mut segments: Vec<Segment> =
-            self.shared.iter().filter_map(|edge| self.segment(edge, &crosses, &shells)).collect();
+    /// Finds all edges.
+    pub fn edges(&self) -> Vec<Edge> {
+        let mut segments: Vec<Segment> = self.shared.iter().filter_map(|edge| self.segment(edge)).collect();
         segments.sort_by(|a, b| a.surfaces.cmp(&b.surfaces));
         let groups = straight_groups(self.mesh, &segments, self.tolerance);
         groups.into_iter().map(|group| whole(self.mesh, &segments, &group)).collect()
@@ -97,72 +91,34 @@ impl Survey<'_> {
     }
 
     /// A mesh edge as part of an edge, unless it is within one surface or the rim of a crack.
-    fn segment(
-        &self,
-        edge: &SharedEdge,
-        crosses: impl Fn(DVec3, DVec3, Option<PlaneId>) -> bool,
-        shells: &HashMap<PlaneId, Vec<&Surface>>,
-    ) -> Option<Segment> {
+    fn segment(&self, edge: &SharedEdge) -> Option<Segment> {
         let of = |face: u32| self.of_triangle[face as usize];
-        let (mut shape, mut wedge_angle) = match edge.faces[..] {
+        let faces: SmallVec<[u32; 2]> =
+            edge.faces.iter().copied().filter(|&face| !self.is_second[face as usize]).collect();
+        let (shape, wedge_angle) = match faces[..] {
+            [] => return None,
             [_] if edge.is_crack => return None,
             [_] => (EdgeShape::Free, TAU),
             [a, b] if of(a) == of(b) => return None,
             [a, b] if edge.is_ahead(self.mesh, a) != edge.is_ahead(self.mesh, b) => self.wedge(edge, [a, b]),
             _ => (EdgeShape::Junction, 0.0),
         };
-        let is_covered = || shape == EdgeShape::Convex && self.is_covered(edge, shells);
-        if matches!(shape, EdgeShape::Free | EdgeShape::Convex) && (self.abuts(edge, crosses) || is_covered())
-        {
-            (shape, wedge_angle) = (EdgeShape::Abutting, 0.0);
-        }
-        let mut surfaces: Vec<SurfaceId> = edge.faces.iter().map(|&face| of(face)).collect();
+        let mut surfaces: Vec<SurfaceId> = faces.iter().map(|&face| of(face)).collect();
         surfaces.sort_unstable();
         surfaces.dedup();
-        let mut faces: Vec<(PlaneId, SurfaceId, DVec3)> = edge
-            .faces
+        let sectors = match shape {
+            EdgeShape::Seam => Vec::new(),
+            _ => diffracting(self.mesh, (edge, &faces), self.surfaces, self.cells, of),
+        };
+        let mut faces: Vec<(PlaneId, SurfaceId, DVec3)> = faces
             .iter()
             .map(|&face| (self.surface(face).plane, of(face), edge.inward(self.mesh, face)))
             .collect();
-        faces.sort_by_key(|&(plane, surface, _)| (plane, surface));
-        let sectors = match shape {
-            EdgeShape::Abutting | EdgeShape::Seam => Vec::new(),
-            _ => diffracting(self.mesh, edge, self.surfaces, of),
-        };
+        // Two faces of one surface lie on two sides of the edge.
+        let across = |inward: DVec3| inward.dot(DVec3::new(0.571, 0.337, 0.748));
+        faces.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(across(a.2).total_cmp(&across(b.2))));
         let faces = faces.into_iter().map(|(plane, _, inward)| (plane, inward)).collect();
         Some(Segment { ends: edge.ends, surfaces, faces, shape, wedge_angle, sectors })
-    }
-
-    /// Whether other surfaces lie across an edge: who slides along one of its faces and over the edge runs into them.
-    fn abuts(&self, edge: &SharedEdge, crosses: impl Fn(DVec3, DVec3, Option<PlaneId>) -> bool) -> bool {
-        let [start, end] = edge.ends.map(|end| self.mesh.vertices[end as usize]);
-        let free = edge.faces.len() == 1;
-        let over = |face: u32, share: f64| {
-            let slide = self.reach * edge.inward(self.mesh, face);
-            // A free face is slid along within itself, ignoring its plane; one of two faces just in front of it.
-            let lift = if free { DVec3::ZERO } else { self.reach * self.surface(face).normal };
-            let point = start.lerp(end, share) + lift;
-            crosses(point + slide, point - slide, free.then_some(self.surface(face).plane))
-        };
-        // Three places: an edge that lies on a wall here and there is free elsewhere, and stays free.
-        [0.25, 0.5, 0.75].into_iter().all(|share| edge.faces.iter().any(|&face| over(face, share)))
-    }
-
-    /// Whether the closed shell of another wall or solid lies on every face beside an edge, turned the other way: a solid drawn flush into a
-    /// corner has no air there. `shells` are the surfaces of closed shells by plane.
-    fn is_covered(&self, edge: &SharedEdge, shells: &HashMap<PlaneId, Vec<&Surface>>) -> bool {
-        let [start, end] = edge.ends.map(|end| self.mesh.vertices[end as usize]);
-        let lies_on = |face: u32, share: f64| {
-            let of = self.surface(face);
-            let point = start.lerp(end, share) + self.reach * edge.inward(self.mesh, face);
-            let is_at = |&triangle: &u32| {
-                closest_on_triangle(self.mesh.corners(triangle), point).distance(point) <= self.tolerance
-            };
-            let opposite = shells.get(&of.plane).into_iter().flatten();
-            let mut opposite = opposite.filter(|other| other.normal.dot(of.normal) < 0.0);
-            of.closed && opposite.any(|other| other.triangles.iter().any(is_at))
-        };
-        [0.25, 0.5, 0.75].into_iter().all(|share| edge.faces.iter().all(|&face| lies_on(face, share)))
     }
 
     /// Shape and angle on the front of two faces that agree in orientation.

@@ -23,10 +23,13 @@ pub(crate) fn signed_volume(mesh: &Mesh, sides: &[u32]) -> f64 {
     sixfold / 6.0
 }
 
-/// How often some triangles wind around a point: ±1 inside a closed shell, 0 outside, about ±½ on a face.
-pub(crate) fn winding_number(mesh: &Mesh, triangles: &[u32], point: DVec3) -> f64 {
-    let total: f64 = triangles.iter().map(|&triangle| solid_angle(mesh.corners(triangle), point)).sum();
-    total / (4.0 * PI)
+/// How often some sides wind around a point: ±1 inside a closed shell, 0 outside, about ±½ on a face.
+pub(crate) fn winding_number(mesh: &Mesh, sides: &[u32], point: DVec3) -> f64 {
+    let angle = |side: &u32| {
+        let angle = solid_angle(mesh.corners(side / 2), point);
+        if side % 2 == 0 { angle } else { -angle }
+    };
+    sides.iter().map(angle).sum::<f64>() / (4.0 * PI)
 }
 
 /// Share of the product of three lengths below which a volume is rounding: what spans it lies in a plane.

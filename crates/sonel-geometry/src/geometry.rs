@@ -1,28 +1,34 @@
 //! The geometry of a scene: everything that rays and receivers ask about the walls.
 
 use crate::block::Facet;
+use crate::cells::{Cells, Drawing};
+use crate::conform::{Conformed, conform};
 use crate::cracks::{find_cracks, joined_up};
 use crate::edges::{Edge, Survey};
 use crate::enclosure::closest_on_triangle;
 use crate::index::Index;
-use crate::nesting::Shell;
 use crate::orient::{Oriented, orient};
 use crate::probe::{LocalPlane, Probe};
-use crate::rim::{Rim, rims};
+use crate::rim::{Rim, keep_inside, rims};
 use crate::scale::Scale;
 use crate::shoebox::{Shoebox, recognise};
-use crate::stitch::stitch;
 use crate::surfaces::{Partition, partition};
 use crate::topology::{SharedEdge, shared_edges};
-use crate::{AirSector, Crack, Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId};
+use crate::{
+    AirSector, Crack, Crossing, Departure, GeometryError, Hit, Mesh, PlaneId, Side, Surface, SurfaceId,
+};
 use glam::{DVec3, Vec3};
 use std::fmt;
 
 mod air;
-mod junction;
+mod faces;
+mod sight;
 
-/// Partitions that a straight way passes at most.
-const MOST_PARTITIONS: usize = 1024;
+use faces::Faces;
+pub use sight::{Crossed, End};
+
+/// A hit at the rim of a triangle is aimed anew at most so often; each time it is on a surface nearer to the origin.
+const AIMS: usize = 8;
 /// Thickness [m] up to which two faces in the open that belong together are one partition.
 const THICKEST_PARTITION: f64 = 1.0;
 /// Cosine between normals from which on two faces are parallel.
@@ -37,13 +43,13 @@ pub struct Geometry {
     of_triangle: Vec<SurfaceId>,
     local: Vec<Vec3>,
     rims: Vec<Rim>,
-    stood_on: Vec<bool>,
     index: Index,
-    shells: Vec<Shell>,
-    room: Option<usize>,
+    pub(crate) cells: Cells,
     is_watertight: bool,
     open_edges: Vec<[u32; 2]>,
     cracks: Vec<Crack>,
+    crossings: Vec<Crossing>,
+    united_area: f64,
     edges: Vec<Edge>,
     exposed: Vec<f64>,
     dropped: usize,
@@ -57,7 +63,7 @@ impl fmt::Debug for Geometry {
 }
 
 impl Geometry {
-    /// Welds a mesh, closes its T-junctions, orients it, finds its planar surfaces and edges and builds the index.
+    /// Welds a mesh, makes it conform, orients it, finds its planar surfaces and edges and builds the index.
     ///
     /// # Errors
     /// [`GeometryError`] when the mesh has no triangle with an area, coordinates that are not finite or corners that
@@ -81,7 +87,7 @@ impl Geometry {
         let bounds = mesh.bounds();
         let scale = Scale::of_bounds(bounds.0, bounds.1);
         let tolerance = f64::from(scale.resolution());
-        stitch(&mut mesh, tolerance);
+        let Conformed { crossings, twins, united_area } = conform(&mut mesh, tolerance);
         let is_interface: Vec<bool> =
             mesh.triangles.iter().map(|triangle| is_interface(triangle.material)).collect();
         let mut edges = shared_edges(&mesh);
@@ -90,22 +96,25 @@ impl Geometry {
             edges = of_walls(edges, &is_interface);
         }
         let facing = find_cracks(&mesh, &mut edges, tolerance);
-        let oriented = orient(&mut mesh, &edges, &facing, &is_interface, tolerance);
-        let Oriented { shells, in_shell, room, open_edges } = oriented;
-        let is_watertight = room.is_some_and(|room| !is_cracked(&shells[room], &edges));
-        // What is behind a shell is solid in a room. In the open it may be a room of its own.
-        let closed = if room.is_some() { &in_shell[..] } else { &vec![false; in_shell.len()] };
+        let drawing =
+            Drawing { edges: &edges, cracks: &facing, is_left_out: &is_interface, twins: &twins, tolerance };
+        let Oriented { cells, open_edges } = orient(&mut mesh, &drawing);
+        let is_watertight = cells.is_room && cells.inside().all(|(_, cell)| !cell.is_air || !cell.is_cracked);
+        let faces = Faces { cells: &cells, is_interface: &is_interface, twins: &twins };
+        let (closed, in_shell) = (faces.closed(), faces.in_shell());
         let all_edges = all_edges.as_deref().unwrap_or(&edges);
         let Partition { surfaces, of_triangle, planes } =
-            partition(&mesh, all_edges, closed, &is_interface, tolerance);
+            partition(&mesh, all_edges, &closed, &is_interface, tolerance);
         let planes = planes.into_iter().map(|plane| local_plane(plane, scale.center)).collect();
         let local: Vec<Vec3> = mesh.vertices.iter().map(|&v| scale.to_local(v)).collect();
         let facets = facets(&mesh, &local, &surfaces, &of_triangle);
         let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
         let rims = rims(&mesh, all_edges, &plane_of, f64::from(scale.lift()));
+        let hidden = faces.hidden(&surfaces, &of_triangle);
+        let exposed = faces.exposed(&mesh, surfaces.len(), &of_triangle, &hidden);
+        let facets: Vec<Facet> =
+            facets.into_iter().filter(|facet| !hidden.contains(&facet.triangle)).collect();
         let index = Index::build(&facets, planes, in_shell, scale.lift(), scale.resolution());
-        let stood_on =
-            junction::stood_on(&mesh, &local, all_edges, &plane_of, &index, f64::from(scale.lift()));
         let mut geometry = Self {
             mesh,
             scale,
@@ -114,42 +123,44 @@ impl Geometry {
             of_triangle,
             local,
             rims,
-            stood_on,
             index,
-            shells,
-            room,
+            cells,
             is_watertight,
             open_edges,
             cracks: joined_up(&edges, &facing),
+            crossings,
+            united_area,
             edges: Vec::new(),
-            exposed: Vec::new(),
+            exposed,
             dropped: welded.dropped,
             shoebox: None,
         };
-        geometry.shoebox = geometry.room.and_then(|_| {
-            recognise(&geometry.surfaces, bounds.0, bounds.1, f64::from(geometry.resolution()))
-        });
-        geometry.edges = geometry.survey(&edges, tolerance);
-        geometry.exposed = geometry.exposed_areas();
+        if geometry.cells.is_room {
+            geometry.shoebox =
+                recognise(&geometry.surfaces, bounds.0, bounds.1, f64::from(geometry.resolution()));
+        }
+        geometry.edges = geometry.survey(&edges, &twins, tolerance);
         Ok(geometry)
     }
 
     /// The edges at which sound may diffract, of those that triangles share.
-    fn survey(&self, shared: &[SharedEdge], tolerance: f64) -> Vec<Edge> {
+    fn survey(&self, shared: &[SharedEdge], twins: &[[u32; 2]], tolerance: f64) -> Vec<Edge> {
+        let mut is_second = vec![false; self.mesh.triangles.len()];
+        twins.iter().for_each(|&[_, second]| is_second[second as usize] = true);
         let survey = Survey {
             mesh: &self.mesh,
             shared,
             surfaces: &self.surfaces,
             of_triangle: &self.of_triangle,
             tolerance,
-            reach: f64::from(self.scale.lift()),
+            cells: &self.cells,
+            is_second: &is_second,
         };
-        survey
-            .edges(|from, to, plane| self.crosses(self.to_local(from), self.to_local(to), [plane, None], 0.0))
+        survey.edges()
     }
 
     /// The welded and oriented mesh, in world coordinates. Its triangles are those of the original in their order, less
-    /// the dropped ones; where T-junctions were closed, triangles are divided and parts appended.
+    /// the dropped ones; where others touch or cross them, triangles are divided and parts appended.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
@@ -280,7 +291,36 @@ impl Geometry {
     pub fn closest_hit(&self, from: Departure, direction: Vec3) -> Option<Hit> {
         let ray = Probe::new(from.origin, direction, [from.plane, None]);
         let nearest = self.index.nearest(&ray)?;
-        Some(self.settle(from, direction, ray.at(nearest.distance), nearest.triangle))
+        Some(self.settle(from, direction, (ray.at(nearest.distance), nearest.triangle)))
+    }
+
+    /// Makes a hit of the point and triangle that a ray along `direction` met first. A point at the rim of its triangle is moved off it; where
+    /// faces meet there, one that is in the way to the new place is met instead, so that no ray gets behind a face.
+    fn settle(&self, from: Departure, mut direction: Vec3, (mut point, mut triangle): (DVec3, u32)) -> Hit {
+        for _ in 0..AIMS {
+            let Some(kept) = keep_inside(self.local_corners(triangle), point, self.rims[triangle as usize])
+            else {
+                break;
+            };
+            point = kept;
+            let towards = kept.as_vec3() - from.origin;
+            if towards == Vec3::ZERO {
+                break;
+            }
+            let plane = self.surface(self.of_triangle[triangle as usize]).plane;
+            let aim = Probe::new(from.origin, towards, [from.plane, Some(plane)]);
+            let Some(met) = self.index.nearest(&aim).filter(|met| met.distance < 1.0) else { break };
+            (point, triangle, direction) = (aim.at(met.distance), met.triangle, towards);
+        }
+        let surface = self.of_triangle[triangle as usize];
+        let from_front = direction.as_dvec3().dot(self.surface(surface).normal) < 0.0;
+        let side = if from_front { Side::Front } else { Side::Back };
+        let distance = point.distance(from.origin.as_dvec3()) as f32;
+        Hit { position: point.as_vec3(), distance, triangle, surface, side }
+    }
+
+    fn local_corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize].as_dvec3())
     }
 
     /// Whether anything lies strictly between the start and a local position [m].
@@ -294,20 +334,12 @@ impl Geometry {
 
     /// Whether a straight way leads from the start to a local position [m] past surfaces that `passes` alone, asked in the order in which
     /// they are met. Nothing is asked where nothing is between.
-    pub fn reaches(&self, from: Departure, to: Vec3, mut passes: impl FnMut(SurfaceId) -> bool) -> bool {
-        let mut from = from;
-        for _ in 0..MOST_PARTITIONS {
-            if !self.is_blocked(from, to) {
-                return true;
-            }
-            let direction = (to - from.origin).normalize();
-            let Some(hit) = self.closest_hit(from, direction) else { return false };
-            if !passes(hit.surface) {
-                return false;
-            }
-            from = self.pass(&hit, direction);
+    pub fn reaches(&self, from: Departure, to: Vec3, passes: impl FnMut(SurfaceId) -> bool) -> bool {
+        if !self.is_blocked(from, to) {
+            return true;
         }
-        false
+        let faces = self.faces_between([from.origin.as_dvec3(), to.as_dvec3()], from.plane);
+        !self.is_behind(from, to, f64::from(self.resolution())) && self.pass_all(&faces, passes)
     }
 
     /// Passes the partition met at `hit` on a way along `direction`: the start of the way behind it. Where the surface is one face of a
@@ -319,26 +351,12 @@ impl Geometry {
     }
 
     /// Where a way that passed the face at `near` comes out of the partition with thickness whose face that is.
-    ///
-    /// What is behind the faces of a room and of objects in it is solid, up to the next face met from behind. In the open faces of closed
-    /// shells that look away from each other, or at each other across a gap between two rooms, are one partition if they are parallel,
-    /// of one material and at most [`THICKEST_PARTITION`] apart.
     fn far_face(&self, near: &Hit, behind: Departure, direction: Vec3) -> Option<Hit> {
-        let is_of_shell = |hit: &Hit| self.index.is_of_shell(hit.triangle);
-        if !is_of_shell(near) {
+        if !self.is_of_shell(near.triangle) {
             return None;
         }
-        let far = self.closest_hit(behind, direction).filter(is_of_shell)?;
-        let [from, to] = [near, &far].map(|hit| self.surface(hit.surface));
-        let is_far_face = if self.is_closed_room() {
-            near.side == Side::Front && far.side == Side::Back
-        } else {
-            let thickness = from.normal.dot((far.position - near.position).as_dvec3()).abs();
-            from.normal.dot(to.normal) < -PARALLEL
-                && from.material == to.material
-                && thickness <= THICKEST_PARTITION
-        };
-        is_far_face.then_some(far)
+        let far = self.closest_hit(behind, direction)?;
+        self.are_one_partition(&(near, self).into(), &(&far, self).into()).then_some(far)
     }
 
     /// Thickness [m] of the partition of which the middle of a surface's first triangle is a face; [`None`] for a sheet.
@@ -384,9 +402,9 @@ impl Geometry {
         from != to && self.index.any_before_tip(&Probe::new(from, to - from, ignored), clearance)
     }
 
-    /// Whether the scene is a closed room: a closed shell whose bounds contain everything else. It may have cracks.
+    /// Whether the scene is a closed room: one hull reaches as far as anything. It may have cracks.
     pub fn is_closed_room(&self) -> bool {
-        self.room.is_some()
+        self.cells.is_room
     }
 
     /// Whether the scene is a closed room without cracks, which nothing leaves.
@@ -398,6 +416,11 @@ impl Geometry {
     /// rims do not diffract.
     pub fn cracks(&self) -> &[Crack] {
         &self.cracks
+    }
+
+    /// Where faces crossed one another as they were drawn, in the order of the mesh.
+    pub fn crossings(&self) -> &[Crossing] {
+        &self.crossings
     }
 
     /// The edges at which the part of the mesh of the largest extents is open: their ends in world coordinates [m]. A face
@@ -427,17 +450,12 @@ impl Geometry {
     }
 }
 
-/// Those of `edges` that walls share, without the faces of interfaces.
-/// Whether one of `edges` is a crack in `shell`.
-fn is_cracked(shell: &Shell, edges: &[SharedEdge]) -> bool {
-    edges.iter().any(|edge| edge.is_crack && shell.triangles.binary_search(&edge.faces[0]).is_ok())
-}
-
 /// A plane of the scene's axes about `center`.
 fn local_plane((normal, offset): (DVec3, f64), center: DVec3) -> LocalPlane {
     LocalPlane { normal, offset: offset - normal.dot(center) }
 }
 
+/// Those of `edges` that walls share, without the faces of interfaces.
 fn of_walls(mut edges: Vec<SharedEdge>, is_interface: &[bool]) -> Vec<SharedEdge> {
     edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_interface[*face as usize]));
     edges.retain(|edge| !edge.faces.is_empty());
@@ -522,11 +540,13 @@ mod tests {
         assert!(below.is_empty(), "nothing is under the floor");
         let world = |local: DVec3| local + geometry.center();
         let of_screen: Vec<_> = above.iter().filter(|[a, _]| (world(*a).x - 5.5).abs() < 1.0).collect();
-        let [[a, b]] = of_screen[..] else { panic!("one of the screens stands on the floor") };
-        let (from, to) = (world(*a).y.min(world(*b).y), world(*a).y.max(world(*b).y));
-        assert!((world(*a).x - 5.0).abs() < 1e-6 && (from - 2.0).abs() < 1e-4 && (to - 5.0).abs() < 1e-4);
+        // The floor's diagonal divides the screen that stands on it.
+        let ends = || of_screen.iter().flat_map(|ends| ends.iter().map(|&end| world(end)));
+        let [from, to] = [f64::min, f64::max].map(|pick| ends().map(|end| end.y).reduce(pick).unwrap());
+        assert!(ends().all(|end| (end.x - 5.0).abs() < 1e-6));
+        assert!((from - 2.0).abs() < 1e-4 && (to - 5.0).abs() < 1e-4);
         // Both triangles of each wall: the diagonal ends on the floor.
-        assert_eq!(above.len() - 1, 8);
+        assert_eq!(above.len() - of_screen.len(), 8);
     }
 
     #[test]

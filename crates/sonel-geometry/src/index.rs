@@ -126,6 +126,16 @@ impl Index {
         }
     }
 
+    /// Calls `visit` for every triangle that may lie on the ray as far as the tip of its direction, until it returns true; `slack` [m²] is
+    /// the doubt in an edge function. Returns whether it did.
+    #[inline]
+    pub fn any_near(&self, ray: &Probe, slack: f32, mut visit: impl FnMut(u32) -> bool) -> bool {
+        match &self.arrangement {
+            Arrangement::Scan(blocks) => blocks.iter().any(|block| block.any_near(ray, slack, &mut visit)),
+            Arrangement::Tree(tree) => tree.any(ray, |block| block.any_near(ray, slack, &mut visit)),
+        }
+    }
+
     /// Calls `visit` for every triangle whose box may meet that from `low` to `high`, and for some others.
     pub fn near_box(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(u32)) {
         match &self.arrangement {

@@ -1,6 +1,6 @@
 //! Meshes, planar surfaces, watertight ray casting, edges.
 //!
-//! A [`Mesh`] in metres becomes a [`Geometry`]: vertices welded, T-junctions closed, orientation made consistent,
+//! A [`Mesh`] in metres becomes a [`Geometry`]: vertices welded, faces divided where others meet them, orientation made consistent,
 //! coplanar triangles gathered into [`Surface`]s, and everything moved so that the scene's centre is the origin before
 //! positions are rounded to `f32`. Every tolerance in this crate is a multiple of one length,
 //! [`Geometry::resolution`], which is derived from the size of the scene.
@@ -15,9 +15,10 @@
 mod arc;
 mod block;
 mod boundary;
+mod cells;
+mod conform;
 mod cracks;
 mod crossings;
-mod edge_pass;
 mod edges;
 mod enclosure;
 mod error;
@@ -27,7 +28,6 @@ mod index;
 mod mend;
 mod mesh;
 mod nearest_side;
-mod nesting;
 mod orient;
 mod overlaps;
 mod placement;
@@ -37,7 +37,6 @@ mod rim;
 mod scale;
 mod section;
 mod sectors;
-mod shells;
 mod shoebox;
 mod stitch;
 mod surfaces;
@@ -48,10 +47,9 @@ mod weld;
 pub use arc::{Arc, LARGEST_TURN, SAGITTA, SpeedProfile};
 pub use cracks::{Crack, WIDEST_CRACK};
 pub use crossings::Crossing;
-pub use edge_pass::{EdgeFaces, EdgeIndex, EdgeLine, EdgePass, Nearby, Way};
 pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
-pub use geometry::Geometry;
+pub use geometry::{Crossed, End, Geometry};
 pub use mend::Mended;
 pub use mesh::{Mesh, MeshTriangle};
 pub use nearest_side::NearestSide;

@@ -17,7 +17,7 @@ use crate::grid::BoxGrid;
 use crate::scale::Scale;
 use crate::stitch::{edge_grid, share_along, stitch_where};
 use crate::topology::shared_edges;
-use foldhash::{HashMap, HashSet};
+use foldhash::HashMap;
 use glam::{DMat3, DVec3};
 
 /// A mesh with its cracks closed, and what that took.
@@ -29,8 +29,6 @@ pub struct Mended {
     pub joined: usize,
     /// Corners that were put on an open edge.
     pub attached: usize,
-    /// Triangles that were dropped because an earlier one has their corners, within the scene's resolution.
-    pub doubled: usize,
     /// Triangles that were dropped because they have no area, before or after.
     pub dropped: usize,
 }
@@ -44,7 +42,7 @@ const MOVES_PER_DISTANCE: f64 = 2.0;
 const WEIGHTS_OF_STAYING: [f64; 5] = [1e-9, 1e-7, 1e-5, 1e-3, 1e-1];
 
 impl Mesh {
-    /// Drops doubled triangles and closes cracks up to `tolerance` [m]; none where there is nothing to do, or no sound mesh.
+    /// Closes cracks up to `tolerance` [m]; none where there is nothing to do, or no valid mesh.
     pub fn mended(&self, tolerance: f64) -> Option<Mended> {
         validate(self).ok()?;
         let welded = self.welded();
@@ -54,13 +52,9 @@ impl Mesh {
         if mesh.triangles.is_empty() {
             return None;
         }
-        let doubled = drop_doubles(&mut mesh);
-        let uncracked = |mesh| {
-            (doubled > 0).then_some(Mended { mesh, joined: 0, attached: 0, doubled, dropped: welded.dropped })
-        };
         let is_open = || shared_edges(&mesh).iter().any(|edge| edge.faces.len() == 1);
         if tolerance <= resolution || !is_open() {
-            return uncracked(mesh);
+            return None;
         }
         // A wall that crosses another has its corner on the rim of that one, near the end: such corners are to be joined.
         let at = mesh.vertices.clone();
@@ -72,7 +66,7 @@ impl Mesh {
         let joined: usize = joints.iter().map(|joint| joint.corners.len() - 1).sum();
         let attached = joints.iter().filter(|joint| !joint.edges.is_empty()).count();
         if joints.is_empty() {
-            return uncracked(mesh);
+            return None;
         }
         let mut renamed: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
         let mut places = mesh.vertices.clone();
@@ -93,20 +87,8 @@ impl Mesh {
                 && !arms.iter().any(|arm| arm.lies_along(edge))
         });
         let again = mesh.welded();
-        Some(Mended { mesh: again.mesh, joined, attached, doubled, dropped: welded.dropped + again.dropped })
+        Some(Mended { mesh: again.mesh, joined, attached, dropped: welded.dropped + again.dropped })
     }
-}
-
-/// Drops triangles with the corners of an earlier one; returns how many.
-fn drop_doubles(mesh: &mut Mesh) -> usize {
-    let count = mesh.triangles.len();
-    let mut known = HashSet::default();
-    mesh.triangles.retain(|triangle| {
-        let mut corners = triangle.corners;
-        corners.sort_unstable();
-        known.insert(corners)
-    });
-    count - mesh.triangles.len()
 }
 
 /// Corners that become one, the edges they are put on, and where.

@@ -1,77 +1,40 @@
 //! Consistent orientation: across every edge that joins two triangles, and towards the air.
 //!
 //! Triangles are joined across an edge when it has two faces, or when among more faces exactly two continue one
-//! another in the same plane (a screen welded onto a floor does not cut the floor), and across cracks: joined ones agree. Closed shells face
-//! away from what they enclose or into it. The scene is a room if one of them holds all the rest. Then a shell within an even number of
-//! others is a room and faces inward, one within an odd number is an object and faces outward, so that the normals point to
-//! the air between them. In the open it is the other way round: what stands there is an object. But a room of which only a
-//! corner pokes out looks the same, and the source may be in it: there is air on both sides of every shell then.
+//! another in the same plane (a screen welded onto a floor does not cut the floor), and across cracks: joined ones agree.
+//! Faces between air and solid are turned so that their normals point into the air. In the open that is what objects have
+//! around them; a room that stands there may have air on both sides of its walls.
 
 use crate::Mesh;
-use crate::cracks::Facing;
-use crate::nesting::{Shell, nesting_depths};
-use crate::shells::closed_shells;
+use crate::cells::{Cells, Drawing};
 use crate::topology::{Connected, SharedEdge};
 use foldhash::HashMap;
 use glam::DVec3;
 
-/// What orientation found: shells and which triangles belong to one.
+/// What orientation found.
 pub(crate) struct Oriented {
-    /// Closed shells, in the order of their lowest triangle.
-    pub shells: Vec<Shell>,
-    /// For each triangle whether it is part of a closed shell.
-    pub in_shell: Vec<bool>,
-    /// The shell that holds everything else.
-    pub room: Option<usize>,
+    pub cells: Cells,
     /// Edges at which the component of the largest extents is open, as indices of vertices; none in a room or where all are rims of cracks.
     pub open_edges: Vec<[u32; 2]>,
 }
 
-/// Orients the mesh in place.
-/// Triangles for which `is_interface` tells so are left as they are: `edges` must not name them.
-pub(crate) fn orient(
-    mesh: &mut Mesh,
-    edges: &[SharedEdge],
-    cracks: &[Facing],
-    is_interface: &[bool],
-    tolerance: f64,
-) -> Oriented {
-    let mut joints: Vec<Vec<Joint>> = edges.iter().map(|edge| joints(mesh, edge, tolerance)).collect();
-    for facing in cracks {
+/// Finds the cells of a mesh and orients it in place. Triangles that are left out stay as they are: edges must not name them.
+pub(crate) fn orient(mesh: &mut Mesh, drawing: &Drawing<'_>) -> Oriented {
+    let edges = drawing.edges;
+    let mut is_second = vec![false; mesh.triangles.len()];
+    drawing.twins.iter().for_each(|&[_, second]| is_second[second as usize] = true);
+    let of_edge = |edge: &SharedEdge| joints(mesh, edge, &is_second, drawing.tolerance);
+    let mut joints: Vec<Vec<Joint>> = edges.iter().map(of_edge).collect();
+    for facing in drawing.cracks {
         let [a, b] = facing.faces;
         joints[facing.rims[0]].push(Joint { a, b, agree: facing.agree(mesh, edges) });
     }
     unify(mesh, &joints);
-    let mut shells = closed_shells(mesh, edges, cracks, is_interface, tolerance);
-    for (shell, depth) in nesting_depths(mesh, &shells).into_iter().enumerate() {
-        shells[shell].depth = depth;
-    }
-    let room = room(mesh, &shells, tolerance);
-    let mut in_shell = vec![false; mesh.triangles.len()];
-    for shell in &shells {
-        for &triangle in &shell.triangles {
-            in_shell[triangle as usize] = true;
-        }
-        let is_object = (shell.depth % 2 == 1) == room.is_some();
-        if !is_object && !shell.is_flat {
-            for &triangle in &shell.triangles {
-                mesh.triangles[triangle as usize].corners.swap(1, 2);
-            }
-        }
-    }
-    let open_edges = if room.is_some() { Vec::new() } else { open_edges(mesh, edges, &joints) };
-    Oriented { shells, in_shell, room, open_edges }
-}
-
-/// The outermost shell whose bounds contain everything else.
-fn room(mesh: &Mesh, shells: &[Shell], tolerance: f64) -> Option<usize> {
-    let bounds = mesh.bounds();
-    shells.iter().position(|shell| {
-        let (low, high) = mesh.bounds_of(&shell.triangles);
-        shell.depth == 0
-            && (low - bounds.0).max_element() <= tolerance
-            && (bounds.1 - high).max_element() <= tolerance
-    })
+    turn_against(mesh, drawing.twins);
+    let mut cells = Cells::find(mesh, drawing);
+    cells.turn_to_air(mesh, drawing.twins);
+    let open_edges = if cells.is_room { Vec::new() } else { open_edges(mesh, edges, &joints) };
+    Oriented { cells, open_edges }
 }
 
 /// Two triangles joined across an edge, and whether they agree in orientation as they are.
@@ -82,10 +45,20 @@ struct Joint {
     agree: bool,
 }
 
-/// The pairs of triangles that continue one another across an edge.
-fn joints(mesh: &Mesh, edge: &SharedEdge, tolerance: f64) -> Vec<Joint> {
+/// Turns the second of two faces that coincide against the first, so that each is in front on its side.
+fn turn_against(mesh: &mut Mesh, twins: &[[u32; 2]]) {
+    for &[first, second] in twins {
+        if mesh.vector_area(first).dot(mesh.vector_area(second)) > 0.0 {
+            mesh.triangles[second as usize].corners.swap(1, 2);
+        }
+    }
+}
+
+/// The pairs of triangles that continue one another across an edge, without those that coincide with an earlier one.
+fn joints(mesh: &Mesh, edge: &SharedEdge, is_second: &[bool], tolerance: f64) -> Vec<Joint> {
     let pair = |a: u32, b: u32| Joint { a, b, agree: edge.is_ahead(mesh, a) != edge.is_ahead(mesh, b) };
     let mut rest = edge.faces.clone();
+    rest.retain(|face| !is_second[*face as usize]);
     let mut joints = Vec::new();
     if rest.len() > 2 {
         while let Some((i, j)) = continuing_pair(mesh, edge, &rest, tolerance) {

@@ -1,20 +1,21 @@
 //! Where sources and receivers may stand: in air that a source can reach, and clear of every surface.
 //!
-//! In a closed room the air is the inside of its hull without the closed objects in it; solids that stand flush against the hull are outside it. In the open every closed shell is a
-//! solid, unless a source stands in the same shells: sound does not pass surfaces.
+//! In a closed room the air is what is within its hull but in no solid. In the open everything closed is a solid, unless a source stands in it:
+//! sound does not pass surfaces.
 
 use std::fmt;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use thiserror::Error;
 
-use crate::{Departure, Geometry};
+use crate::Geometry;
+use crate::cells::OUTSIDE;
 
 /// Clearance in lifts. Rays leave a surface one lift above it, so that nearer than that a point is behind the start of
 /// rays from the wall. The second lift keeps image-source paths along the wall, which start one lift above it too.
 const LIFTS_PER_CLEARANCE: f64 = 2.0;
-/// How far from a surface a place is proposed [m], where the clearance is not larger.
-const PROPOSED_DISTANCE: f64 = 1e-3;
+/// How far from every surface a place is proposed [m]: where a person would put a microphone if there is room, else next to the surface.
+const PROPOSED_DISTANCES: [f64; 2] = [0.1, 1e-3];
 /// Proposed coordinates are rounded to one over this [m].
 const PROPOSED_PER_METRE: f64 = 1e4;
 /// A corner has this many walls to be moved away from, one after the other.
@@ -88,7 +89,10 @@ impl Geometry {
     pub fn check_place(&self, point: DVec3, sources: &[DVec3]) -> Result<(), Misplaced> {
         match self.obstacle(point, sources) {
             None => Ok(()),
-            Some(obstacle) => Err(Misplaced { obstacle, free: self.free_place(point, sources, PUSHES) }),
+            Some(obstacle) => {
+                let away = |distance: f64| self.free_place(point, sources, (distance, PUSHES));
+                Err(Misplaced { obstacle, free: PROPOSED_DISTANCES.into_iter().find_map(away) })
+            }
         }
     }
 
@@ -99,37 +103,27 @@ impl Geometry {
         if distance < clearance {
             return Some(Obstacle::Surface { distance, clearance });
         }
-        let shells = self.shells_around(point);
-        if self.is_closed_room() {
-            return match self.nesting(&shells) {
-                None if self.is_walled_in(point) => Some(Obstacle::Solid { distance }),
-                None => Some(Obstacle::Hull { distance }),
-                Some(depth) => (depth % 2 == 1).then_some(Obstacle::Solid { distance }),
-            };
+        let cell = self.cell_at(point);
+        if self.cells.is_room && cell == OUTSIDE {
+            return Some(Obstacle::Hull { distance });
         }
-        let is_reached =
-            || shells.is_empty() || sources.iter().any(|&source| self.shells_around(source) == shells);
-        (!is_reached()).then_some(Obstacle::Solid { distance })
+        let is_reached = || !self.cells.is_room && sources.iter().any(|&source| self.cell_at(source) == cell);
+        (!self.cells.cell(cell).is_air && !is_reached()).then_some(Obstacle::Solid { distance })
     }
 
-    /// Whether something lies in all six directions: so it is in a solid that stands flush against a hull, and next to nowhere outside one.
-    fn is_walled_in(&self, point: DVec3) -> bool {
-        let from = Departure::free(self.to_local(point));
-        let both = |axis: Vec3| [axis, -axis];
-        Vec3::AXES.into_iter().flat_map(both).all(|way| self.closest_hit(from, way).is_some())
-    }
-
-    /// A free position near `point`: beside the nearest surface, then beside the next one, at most `pushes` times.
-    fn free_place(&self, point: DVec3, sources: &[DVec3], pushes: u32) -> Option<DVec3> {
+    /// A free position near `point`, at least `distance` [m] from every surface: beside the nearest surface, then beside the next one, at most
+    /// `pushes` times.
+    fn free_place(&self, point: DVec3, sources: &[DVec3], (distance, pushes): (f64, u32)) -> Option<DVec3> {
         let (triangle, closest) = self.closest_point(point);
         let normal = self.surface(self.triangle_surface(triangle)).normal;
-        let step = PROPOSED_DISTANCE.max(2.0 * self.clearance());
+        let step = distance.max(2.0 * self.clearance());
         let rounded = |place: DVec3| (place * PROPOSED_PER_METRE).round() / PROPOSED_PER_METRE;
         let beside = [step, -step].map(|step| rounded(closest + step * normal));
-        let free = beside.into_iter().find(|&place| self.obstacle(place, sources).is_none());
-        free.or_else(|| {
+        let is_apart = |place| self.distance_to_nearest_surface(place) >= step - 1.0 / PROPOSED_PER_METRE;
+        let is_free = |place: &DVec3| is_apart(*place) && self.obstacle(*place, sources).is_none();
+        beside.into_iter().find(is_free).or_else(|| {
             let mut pushed = beside.into_iter().filter(|_| pushes > 1);
-            pushed.find_map(|place| self.free_place(place, sources, pushes - 1))
+            pushed.find_map(|place| self.free_place(place, sources, (distance, pushes - 1)))
         })
     }
 }

@@ -1,7 +1,8 @@
 //! The air about an edge, cut into sectors by its faces: an edge diffracts into each that spans more than π.
 //!
-//! Any number of faces may meet. A sector behind a face of a closed shell is solid and none.
+//! Any number of faces may meet. Sectors of solids are none.
 
+use crate::cells::Cells;
 use crate::topology::SharedEdge;
 use crate::{Mesh, Side, Surface, SurfaceId};
 use glam::DVec3;
@@ -48,43 +49,40 @@ impl AirSector {
     }
 }
 
-/// The sectors above π about an edge whose faces belong to surfaces as `of` tells.
+/// The sectors of air above π about an edge with `faces` that belong to surfaces as `of` tells; none of them coincide.
 pub(crate) fn diffracting(
     mesh: &Mesh,
-    edge: &SharedEdge,
+    (edge, faces): (&SharedEdge, &[u32]),
     surfaces: &[Surface],
+    cells: &Cells,
     of: impl Fn(u32) -> SurfaceId,
 ) -> Vec<AirSector> {
     let along = edge.along(mesh);
-    let origin = edge.inward(mesh, edge.faces[0]);
+    let origin = edge.inward(mesh, faces[0]);
     let quarter = along.cross(origin);
-    let mut around: Vec<(f64, DVec3, SurfaceId, Side)> = edge
-        .faces
+    let mut around: Vec<(f64, DVec3, u32)> = faces
         .iter()
         .map(|&face| {
-            let (inward, surface) = (edge.inward(mesh, face), of(face));
+            let inward = edge.inward(mesh, face);
             let turn = libm::atan2(inward.dot(quarter), inward.dot(origin)).rem_euclid(TAU);
-            let ahead = along.cross(inward).dot(surfaces[surface.0 as usize].normal) > 0.0;
-            (turn, inward, surface, if ahead { Side::Front } else { Side::Back })
+            (turn, inward, face)
         })
         .collect();
-    around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-    // Of faces that coincide, as where a solid stands flush against a wall, any may have the solid behind it.
-    let is_solid = |turn: f64, ends: bool| {
-        around.iter().any(|&(other, _, surface, ahead)| {
-            let apart = (other - turn).rem_euclid(TAU);
-            let side = if ends { ahead.opposite() } else { ahead };
-            apart.min(TAU - apart) < NEARLY_FLAT && surfaces[surface.0 as usize].closed && side == Side::Back
-        })
+    around.sort_by(|a, b| a.0.total_cmp(&b.0).then(of(a.2).cmp(&of(b.2))));
+    // The side of a surface that is turned to where angles grow.
+    let ahead = |inward: DVec3, face: u32| {
+        let is_front = along.cross(inward).dot(surfaces[of(face).0 as usize].normal) > 0.0;
+        if is_front { Side::Front } else { Side::Back }
     };
     (0..around.len())
         .filter_map(|at| {
-            let (from, inward, surface, side) = around[at];
-            let (to, _, next, ahead) = around[(at + 1) % around.len()];
+            let (from, inward, face) = around[at];
+            let (to, onward, next) = around[(at + 1) % around.len()];
             let angle = if around.len() == 1 { TAU } else { (to - from).rem_euclid(TAU) };
-            let faces = [(surface, side), (next, ahead.opposite())];
-            let open = angle > PI + NEARLY_FLAT && !is_solid(from, false) && !is_solid(to, true);
-            open.then(|| AirSector { faces, inward, normal: along.cross(inward), angle })
+            let faces = [(of(face), ahead(inward, face)), (of(next), ahead(onward, next).opposite())];
+            let is_air = cells.is_air(face)[usize::from(!edge.is_ahead(mesh, face))];
+            let is_open = is_air && angle > PI + NEARLY_FLAT;
+            is_open.then(|| AirSector { faces, inward, normal: along.cross(inward), angle })
         })
         .collect()
 }

@@ -13,12 +13,8 @@ use glam::DVec3;
 /// Every pass halves the number of vertices left on a rim, so that no mesh needs as many.
 const PASSES: usize = 64;
 
-/// Divides triangles at all vertices that lie within `tolerance` [m] of their rims; returns how many divisions it took.
-pub(crate) fn stitch(mesh: &mut Mesh, tolerance: f64) -> usize {
-    stitch_where(mesh, tolerance, |_, _, _| true)
-}
-
-/// As [`stitch`], at the vertices that `accepts` takes for a rim, given where they lie along it as a share of its length.
+/// Divides triangles at the vertices within `tolerance` [m] of their rims that `accepts` takes for a rim, given where they lie along it
+/// as a share of its length; returns how many divisions it took.
 pub(crate) fn stitch_where(
     mesh: &mut Mesh,
     tolerance: f64,

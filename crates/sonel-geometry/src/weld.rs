@@ -28,7 +28,7 @@ impl Mesh {
     pub fn welded(&self) -> Welded {
         let (low, high) = self.bounds();
         let tolerance = f64::from(Scale::of_bounds(low, high).resolution());
-        let mut grid = WeldGrid::new(tolerance);
+        let mut grid = Points::new(tolerance, &[]);
         let mut renamed = vec![u32::MAX; self.vertices.len()];
         let mut joined = 0;
         let mut welded = Welded { mesh: Mesh::default(), kept: Vec::new(), joined: 0, dropped: 0 };
@@ -36,13 +36,13 @@ impl Mesh {
             let corners = triangle.corners.map(|corner| {
                 let name = &mut renamed[corner as usize];
                 if *name == u32::MAX {
-                    let before = grid.points.len();
+                    let before = grid.places.len();
                     *name = grid.join(self.vertices[corner as usize]);
-                    joined += usize::from(grid.points.len() == before);
+                    joined += usize::from(grid.places.len() == before);
                 }
                 *name
             });
-            if has_area(corners.map(|corner| grid.points[corner as usize]), tolerance) {
+            if has_area(corners.map(|corner| grid.places[corner as usize]), tolerance) {
                 welded.mesh.triangles.push(crate::MeshTriangle { corners, ..*triangle });
                 welded.kept.push(index as u32);
             } else {
@@ -50,7 +50,7 @@ impl Mesh {
             }
         }
         welded.joined = joined;
-        welded.mesh.vertices = grid.points;
+        welded.mesh.vertices = grid.places;
         welded
     }
 }
@@ -66,19 +66,26 @@ fn has_area([a, b, c]: [DVec3; 3], tolerance: f64) -> bool {
 /// limit of what can be told apart.
 const TOLERANCES_PER_CELL: f64 = 32.0;
 
-/// Points by the cell they are in.
-struct WeldGrid {
+/// Points by the cell they are in, none nearer to another than the tolerance.
+pub(crate) struct Points {
+    /// Their positions [m].
+    pub places: Vec<DVec3>,
     tolerance: f64,
     /// The last point of each cell.
     last: HashMap<[i64; 3], u32>,
     /// For each point the one before it in its cell.
     previous: Vec<Option<u32>>,
-    points: Vec<DVec3>,
 }
 
-impl WeldGrid {
-    fn new(tolerance: f64) -> Self {
-        Self { tolerance, last: HashMap::default(), previous: Vec::new(), points: Vec::new() }
+impl Points {
+    /// Some points that are as far apart as they have to be.
+    pub fn new(tolerance: f64, places: &[DVec3]) -> Self {
+        let mut points =
+            Self { places: Vec::new(), tolerance, last: HashMap::default(), previous: Vec::new() };
+        places.iter().for_each(|&place| {
+            points.push(place);
+        });
+        points
     }
 
     fn cell(&self, point: DVec3) -> [i64; 3] {
@@ -86,8 +93,15 @@ impl WeldGrid {
         [scaled.x.floor() as i64, scaled.y.floor() as i64, scaled.z.floor() as i64]
     }
 
+    fn push(&mut self, point: DVec3) -> u32 {
+        let index = self.places.len() as u32;
+        self.previous.push(self.last.insert(self.cell(point), index));
+        self.places.push(point);
+        index
+    }
+
     /// The earliest point within the tolerance, or this one as a new point.
-    fn join(&mut self, point: DVec3) -> u32 {
+    pub fn join(&mut self, point: DVec3) -> u32 {
         let low = self.cell(point - self.tolerance);
         let high = self.cell(point + self.tolerance);
         let mut found = u32::MAX;
@@ -96,18 +110,13 @@ impl WeldGrid {
                 for z in low[2]..=high[2] {
                     let last = self.last.get(&[x, y, z]).copied();
                     for candidate in successors(last, |&point| self.previous[point as usize]) {
-                        if self.points[candidate as usize].distance(point) <= self.tolerance {
+                        if self.places[candidate as usize].distance(point) <= self.tolerance {
                             found = found.min(candidate);
                         }
                     }
                 }
             }
         }
-        if found == u32::MAX {
-            found = self.points.len() as u32;
-            self.previous.push(self.last.insert(self.cell(point), found));
-            self.points.push(point);
-        }
-        found
+        if found == u32::MAX { self.push(point) } else { found }
     }
 }

@@ -4,13 +4,14 @@
 //! probability that a packet of lead k takes the event ([`Leads`]; docs/physics.md §2, §3). Bands and leads stand
 //! in lanes of four so that the compiler vectorises over them; lanes beyond the last are zero.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use sonel_acoustics::{AbsorptionLaw, Material};
 use sonel_geometry::{Geometry, Side, SpeedProfile, SurfaceId};
 use sonel_scene::{Media, Scene};
 
 use crate::classes::BandClasses;
-use crate::edges::EdgeTable;
 use crate::format::SurfaceRow;
 use crate::incidence;
 use crate::lanes::{Lanes, multiply, to_lanes};
@@ -49,6 +50,23 @@ pub struct MaterialRow {
 }
 
 impl MaterialRow {
+    /// Takes `absorption` by lane and group of four bands in place of its own, of a material that nothing passes.
+    fn absorb(&mut self, absorption: impl Fn(usize, usize) -> f64) {
+        for four in 0..self.passed_on.len() {
+            for lane in 0..4 {
+                let before = self.passed_on[four][lane];
+                // Lanes behind the last band pass nothing on.
+                if before > 0.0 {
+                    let passed_on = 1.0 - absorption(lane, four);
+                    self.specular.energy[four][lane] *= passed_on / before;
+                    self.diffuse.energy[four][lane] *= passed_on / before;
+                    self.dissipated[four][lane] = 1.0 - passed_on;
+                    self.passed_on[four][lane] = passed_on;
+                }
+            }
+        }
+    }
+
     /// Share of the rays from receivers and of those that are always mirrored that goes through: all where nothing is mirrored, none where
     /// nothing passes.
     #[must_use]
@@ -67,7 +85,8 @@ impl MaterialRow {
 pub struct CoefficientTable {
     bands: usize,
     leads: usize,
-    /// A block per material: its mean row, and behind it one for each range of angles where its absorption depends on them.
+    /// A block per material: its mean row, and behind it one for each range of angles where its absorption depends on them, for the
+    /// probabilities of events.
     rows: Vec<MaterialRow>,
     /// Where the blocks of the materials begin.
     first_rows: Vec<usize>,
@@ -76,7 +95,6 @@ pub struct CoefficientTable {
     /// Material and unit normal of every surface.
     surfaces: Vec<(u32, DVec3)>,
     transmits: bool,
-    edges: Option<EdgeTable>,
     media: Option<(Media, Vec<f64>)>,
     /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
     profile: Option<(SpeedProfile, f64)>,
@@ -107,19 +125,8 @@ impl CoefficientTable {
         }
         let laws = materials.iter().map(|material| law(material, classes)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
-        let (bands, leads) = (classes.count(), leads.classes().count());
-        Self {
-            bands,
-            leads,
-            rows,
-            first_rows,
-            laws,
-            surfaces: Vec::new(),
-            transmits,
-            edges: None,
-            media: None,
-            profile: None,
-        }
+        let (bands, leads, surfaces) = (classes.count(), leads.classes().count(), Vec::new());
+        Self { bands, leads, rows, first_rows, laws, surfaces, transmits, media: None, profile: None }
     }
 
     /// The same for these surfaces of a map.
@@ -149,22 +156,28 @@ impl CoefficientTable {
         self.rows.len() > self.first_rows.len()
     }
 
-    /// The row of `surface` for a packet that meets it in `direction`, of any length.
+    /// The row of `surface` for a packet that meets it in `direction`, of any length: energies at that angle, probabilities of its range.
     #[inline]
     #[must_use]
-    pub fn row(&self, surface: SurfaceId, direction: DVec3) -> &MaterialRow {
-        if self.is_angular() { self.row_at(surface, direction) } else { self.mean_row(surface) }
+    pub fn row(&self, surface: SurfaceId, direction: DVec3) -> Cow<'_, MaterialRow> {
+        if self.is_angular() {
+            self.row_at(surface, direction)
+        } else {
+            Cow::Borrowed(self.mean_row(surface))
+        }
     }
 
     #[cold]
-    fn row_at(&self, surface: SurfaceId, direction: DVec3) -> &MaterialRow {
+    fn row_at(&self, surface: SurfaceId, direction: DVec3) -> Cow<'_, MaterialRow> {
         let (material, normal) = self.surfaces[surface.0 as usize];
         let first = self.first_rows[material as usize];
-        if self.laws[material as usize].is_some() {
-            let cosine = direction.dot(normal).abs() / direction.length();
-            return &self.rows[first + 1 + incidence::range_of(cosine)];
-        }
-        &self.rows[first]
+        let Some((law, parameters)) = &self.laws[material as usize] else {
+            return Cow::Borrowed(&self.rows[first]);
+        };
+        let cosine = direction.dot(normal).abs() / direction.length();
+        let mut row = self.rows[first + 1 + incidence::range_of(cosine)].clone();
+        row.absorb(|lane, four| law.absorption_at(parameters[four][lane], cosine));
+        Cow::Owned(row)
     }
 
     /// The row of `surface` at any angle: where absorption depends on it, that of diffuse incidence.
@@ -179,7 +192,8 @@ impl CoefficientTable {
     pub fn relative_reflection(&self, surface: SurfaceId, direction: DVec3) -> Option<Vec<Lanes>> {
         let (material, _) = self.surfaces[surface.0 as usize];
         self.laws[material as usize].as_ref()?;
-        let lanes = self.row(surface, direction).passed_on.iter().zip(&self.material(material).passed_on);
+        let row = self.row(surface, direction);
+        let lanes = row.passed_on.iter().zip(&self.material(material).passed_on);
         // No wall of this kind absorbs all of diffuse incidence: nothing is divided by zero but the lanes behind the bands.
         let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
         Some(lanes.map(|(part, whole)| std::array::from_fn(|lane| ratio(part[lane], whole[lane]))).collect())
@@ -207,12 +221,6 @@ impl CoefficientTable {
                 energy[lane] *= mirrored * (1.0 - law.absorption_at(parameter[lane], cosine));
             }
         }
-    }
-
-    /// The same with the edges that bend, which has to have a column for every band.
-    #[must_use]
-    pub fn with_edges(self, edges: Option<EdgeTable>) -> Self {
-        Self { edges, ..self }
     }
 
     /// The same with what sound meets in the air of `scene`, whose middle is `center`: other airs, or a gradient of its speed.
@@ -251,13 +259,6 @@ impl CoefficientTable {
     #[must_use]
     pub fn has_media(&self) -> bool {
         self.media.is_some()
-    }
-
-    /// The edges, where any bend.
-    #[inline]
-    #[must_use]
-    pub fn edges(&self) -> Option<&EdgeTable> {
-        self.edges.as_ref()
     }
 
     /// Number of columns of energies: bands, or classes of bands.

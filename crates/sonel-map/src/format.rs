@@ -93,22 +93,6 @@ pub struct SurfaceRow {
     pub area: f64,
 }
 
-/// An edge that bends packets: 48 bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct EdgeRow {
-    /// Its two ends, in the axes of the scene [m].
-    pub ends: [[f64; 3]; 2],
-}
-
-/// The faces of such an edge: 64 bytes. Zeros for a second face that is not there.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct FacesRow {
-    /// Of each face the unit normal times its depth, and its length [m].
-    pub faces: [[f64; 4]; 2],
-}
-
 /// Fates and segments of one chunk: 64 bytes.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]

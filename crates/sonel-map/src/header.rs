@@ -109,20 +109,16 @@ pub struct EffectState {
     pub on: Vec<bool>,
     /// The reason in words.
     pub reason: String,
-    /// How far from an edge it acts, per band [m], zero where it is off; empty for effects that know no such distance.
-    pub reach: Vec<f64>,
 }
 
 impl EffectState {
-    /// An effect that acts everywhere or nowhere.
+    /// An effect that is `on` per band for a `reason`.
     #[must_use]
     pub fn new(name: &str, on: Vec<bool>, reason: String) -> Self {
-        Self { name: name.to_owned(), on, reason, reach: Vec::new() }
+        Self { name: name.to_owned(), on, reason }
     }
 }
 
-/// The effect under which a map states that packets are bent at edges.
-pub const BENDING: &str = "bending";
 /// The effect by whose name a map states whether edges diffract (docs/interface.md).
 pub const DIFFRACTION: &str = "diffraction";
 
@@ -142,13 +138,6 @@ pub struct MapHeader {
 }
 
 impl MapHeader {
-    /// How far from an edge every band is bent [m], zero in bands that are not; [`None`] where none is.
-    #[must_use]
-    pub fn bending_reach(&self) -> Option<&[f64]> {
-        let effect = self.effects.iter().find(|effect| effect.name == BENDING)?;
-        effect.on.contains(&true).then_some(&effect.reach[..])
-    }
-
     /// Wavelength at the centre of every band in which edges diffract [m], zero in the others; [`None`] where they do in none.
     #[must_use]
     pub fn diffracted_wavelengths(&self) -> Option<Vec<f64>> {

@@ -1,7 +1,8 @@
-//! Ranges of the angle of incidence within which absorption is constant.
+//! Ranges of the angle of incidence within which events have the same probabilities.
 //!
 //! Eight ranges an octave of the cosine, down to 2⁻¹⁰, and one below: hard walls absorb most near grazing incidence. Within a range
-//! packets meet the mean over diffuse incidence, so that all ranges together absorb what the material table says.
+//! events are drawn for the mean absorption over diffuse incidence. Energies take α at the angle itself: a mean would absorb too much of what
+//! is reflected between parallel walls again and again.
 
 const OCTAVES: u32 = 10;
 /// Eight ranges an octave: the leading bits of a double tell them apart.

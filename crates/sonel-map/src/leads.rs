@@ -52,12 +52,6 @@ impl Leads {
         Self { classes, ..leads }
     }
 
-    /// The same with a column for every lead.
-    #[must_use]
-    pub fn separate(self) -> Self {
-        Self { classes: BandClasses::separate(self.classes.bands()), ..self }
-    }
-
     /// Leads with equal probabilities everywhere.
     #[must_use]
     pub fn classes(&self) -> &BandClasses {

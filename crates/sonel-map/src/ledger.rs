@@ -284,15 +284,6 @@ impl ChunkLedger {
         self.departs = true;
     }
 
-    /// Records the passing of an edge with `energy`, all of which is expected to go on.
-    #[inline]
-    pub fn passed_edge(&mut self, energy: &[Lanes]) {
-        for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
-            accumulate(packet, energy);
-        }
-        self.departs = true;
-    }
-
     #[inline]
     fn depart(&mut self, energy: &[Lanes]) {
         if !std::mem::take(&mut self.departs) {

@@ -4,7 +4,6 @@
 //! surface and what it did there. Energies in any band follow from the points and the coefficient table in one running
 //! product, so one map serves any air, source level, directivity and, within limits, other materials.
 //!
-//! - [`edges`]: edges that bend packets; [`bend_history`]: which of them a packet passes;
 //! - [`leads`]: the probabilities by which events are drawn: of each band, also as variants of materials have them;
 //! - [`emission`]: which lead emission i has and which batch it belongs to, as functions of i alone;
 //! - [`emissions`]: all of a run, ready to be traced or followed;
@@ -23,12 +22,10 @@ compile_error!(
     "sonel maps are mapped into memory as little-endian arrays; a big-endian reader needs its own codec"
 );
 
-pub mod bend_history;
 pub mod classes;
 mod codec;
 pub mod coefficients;
 mod directivity;
-pub mod edges;
 pub mod emission;
 pub mod emissions;
 pub mod error;
@@ -55,14 +52,12 @@ pub mod vertex;
 pub mod weight;
 pub mod writer;
 
-pub use bend_history::BendHistory;
 pub use classes::BandClasses;
 pub use coefficients::CoefficientTable;
-pub use edges::{EdgeTable, Passing, SizesSeen, bending_edges};
 pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayout, PacketStart};
 pub use emissions::Emissions;
 pub use error::MapError;
-pub use header::{BENDING, EffectState, MapHeader, Mode, Settings, ShardRange};
+pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
 pub use lanes::{Lanes, lanes_of};
 pub use leads::Leads;
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
@@ -71,6 +66,6 @@ pub use provenance::hexadecimal;
 pub use reader::{BeforeWidening, PathView, SonelMap};
 pub use spectral::Spectral;
 pub use sweep::{Arrival, Segment, SegmentHistory, sweep};
-pub use vertex::{EdgePlace, Event, Vertex};
+pub use vertex::{Event, Vertex};
 pub use weight::PathWeight;
 pub use writer::{ChunkPaths, MapWriter};

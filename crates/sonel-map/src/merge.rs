@@ -12,7 +12,7 @@ use std::ops::Range;
 use thiserror::Error;
 
 use crate::error::MapError;
-use crate::format::{ChunkEntry, EdgeRow, MAJOR, MINOR, aligned};
+use crate::format::{ChunkEntry, MAJOR, MINOR, aligned};
 use crate::header::{MapHeader, ShardRange};
 use crate::ledger::Ledger;
 use crate::places::Places;
@@ -112,7 +112,6 @@ type Opener<'a> = dyn FnMut(usize) -> io::Result<File> + 'a;
 pub struct Merger {
     header: MapHeader,
     surfaces: u32,
-    edges: Vec<EdgeRow>,
     parts: Vec<Part>,
 }
 
@@ -156,7 +155,6 @@ impl Merger {
                 let mut parts: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
                 Ok(Self {
                     surfaces: reference.surfaces.len() as u32,
-                    edges: reference.edges,
                     header: MapHeader { shard, ..reference.header },
                     parts: order.into_iter().filter_map(|number| parts[number].take()).collect(),
                 })
@@ -194,8 +192,7 @@ impl Merger {
     ) -> Result<W, MergeError> {
         let mut writer = MapWriter::begin(out).map_err(MergeError::Output)?;
         let (mut chunk_bytes, mut copied) = (Vec::new(), 0);
-        let places =
-            Places { surfaces: self.surfaces, edges: &self.edges, media: self.header.scene.media.as_ref() };
+        let places = Places { surfaces: self.surfaces, media: self.header.scene.media.as_ref() };
         for source in 0..self.header.scene.sources.len() as u32 {
             for part in &self.parts {
                 let unusable = |error| MergeError::Unusable { map: part.name.clone(), error };
@@ -257,13 +254,12 @@ struct Reference {
     header: MapHeader,
     center: glam::DVec3,
     surfaces: Vec<crate::format::SurfaceRow>,
-    edges: Vec<crate::format::EdgeRow>,
 }
 
 impl Headers {
     /// Takes up a map; in what it differs from the first.
     fn add(&mut self, name: &str, directory: &Directory) -> Vec<MergeError> {
-        let Directory { header, center, surfaces, edges, .. } = directory;
+        let Directory { header, center, surfaces, .. } = directory;
         self.shards.push(header.shard);
         let Some(reference) = &self.reference else {
             self.alike = true;
@@ -271,13 +267,12 @@ impl Headers {
                 .scene
                 .geometry()
                 .map_err(MapError::from)
-                .and_then(|geometry| reader::compare_places(surfaces, edges, header, *center, &geometry));
+                .and_then(|geometry| reader::compare_surfaces(surfaces, *center, &geometry));
             self.reference = Some(Reference {
                 name: name.to_owned(),
                 header: header.clone(),
                 center: *center,
                 surfaces: surfaces.clone(),
-                edges: edges.clone(),
             });
             let unusable = |error| MergeError::Unusable { map: name.to_owned(), error };
             return check.map_err(unusable).err().into_iter().collect();
@@ -285,11 +280,10 @@ impl Headers {
         let layout = |header: &MapHeader| header.settings.layout(&header.scene);
         self.alike &= layout(header).total == layout(&reference.header).total;
         let mut differences = provenance::differences(&reference.header, header);
-        let same_places =
-            *surfaces == reference.surfaces && *edges == reference.edges && *center == reference.center;
+        let same_places = *surfaces == reference.surfaces && *center == reference.center;
         if differences.is_empty() && !same_places {
             differences.push(Difference {
-                what: "numbering of the surfaces or edges".to_owned(),
+                what: "numbering of the surfaces".to_owned(),
                 here: "another".to_owned(),
                 there: "its own".to_owned(),
             });

@@ -1,16 +1,13 @@
-//! Checks that vertices refer to existing surfaces, edges and interfaces.
+//! Checks that vertices refer to existing surfaces and interfaces.
 
 use sonel_scene::Media;
 
-use crate::edges;
-use crate::format::EdgeRow;
-use crate::vertex::{EdgePlace, Event, Vertex};
+use crate::vertex::{Event, Vertex};
 
-/// What paths may name: surfaces, of which there are so many, and edges.
+/// What paths may name: surfaces, of which there are so many.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Places<'a> {
     pub surfaces: u32,
-    pub edges: &'a [EdgeRow],
     pub media: Option<&'a Media>,
 }
 
@@ -31,22 +28,8 @@ impl Places<'_> {
 pub(crate) fn is_sound_path(path: &[Vertex], places: Places<'_>) -> bool {
     let Some((last, before)) = path.split_last() else { return false };
     let sound = |vertex: &Vertex, is_final: bool| {
-        vertex.event().is_some_and(|event| {
-            event.is_final() == is_final
-                && places.hold(vertex, event)
-                && (!event.is_at_edge() || is_sound_passing(event, vertex.at(), places.edges))
-        }) && vertex.position.is_finite()
+        vertex.event().is_some_and(|event| event.is_final() == is_final && places.hold(vertex, event))
+            && vertex.position.is_finite()
     };
     sound(last, true) && before.iter().all(|vertex| sound(vertex, false))
-}
-
-/// Whether the edge exists, the place lies on it, and only what is bent has an angle.
-fn is_sound_passing(event: Event, (edge, place): (u32, EdgePlace), edges: &[EdgeRow]) -> bool {
-    let is_on = |row: &EdgeRow| {
-        let along = f64::from(place.along);
-        along >= 0.0 && along <= edges::length(row) * (1.0 + f64::from(f32::EPSILON))
-    };
-    edges.get(edge as usize).is_some_and(is_on)
-        && place.distance > 0.0
-        && (event == Event::Bent || place.tangent.abs() <= 0.0)
 }

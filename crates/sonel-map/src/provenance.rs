@@ -116,12 +116,7 @@ fn mesh(scene: &Scene) -> String {
 
 fn effect(effect: &EffectState) -> Fact {
     let on: Vec<&str> = effect.on.iter().map(|&on| if on { "on" } else { "off" }).collect();
-    let reach = if effect.reach.is_empty() {
-        String::new()
-    } else {
-        format!(" up to {} m from edges", numbers(&effect.reach))
-    };
-    (format!("effect {}", effect.name), format!("{}{reach} ({})", on.join(", "), effect.reason))
+    (format!("effect {}", effect.name), format!("{} ({})", on.join(", "), effect.reason))
 }
 
 fn material(material: &Material) -> [Fact; 5] {

@@ -16,11 +16,10 @@ use sonel_scene::{Scene, Source};
 use crate::classes::BandClasses;
 use crate::coefficients::CoefficientTable;
 use crate::directivity;
-use crate::edges::{self, EdgeTable};
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
-use crate::format::{ChunkEntry, ChunkFates, EdgeRow, FacesRow, GRADIENT, SurfaceRow};
-use crate::header::{BENDING, DIFFRACTION, MapHeader, ShardRange};
+use crate::format::{ChunkEntry, ChunkFates, GRADIENT, SurfaceRow};
+use crate::header::{DIFFRACTION, MapHeader, ShardRange};
 use crate::leads::Leads;
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::media;
@@ -32,6 +31,9 @@ use crate::tiling;
 use crate::variants;
 use crate::vertex::Vertex;
 
+/// First word of the sections of maps whose packets edges deflected: no version reads or writes them any more.
+const DEFLECTING_EDGES: &str = "edges";
+
 /// An open map.
 #[derive(Debug)]
 pub struct SonelMap {
@@ -41,8 +43,6 @@ pub struct SonelMap {
     digest: [u8; 32],
     center: DVec3,
     surfaces: Vec<SurfaceRow>,
-    edges: Vec<EdgeRow>,
-    faces: Vec<FacesRow>,
     chunks: Vec<ChunkEntry>,
     ledgers: Vec<Ledger>,
     /// The materials that paths were drawn with, where the scene has others.
@@ -117,40 +117,23 @@ impl SonelMap {
         let chunks = sections.rows::<ChunkEntry>("chunks")?.to_vec();
         check_tiling(&chunks, &sections, bytes.as_slice())?;
         let surfaces = sections.rows::<SurfaceRow>("surfaces")?.to_vec();
-        let edges = sections.optional::<EdgeRow>("edges")?.to_vec();
-        if !edges.is_empty() && !sections.has("edges.faces") {
-            return Err(MapError::Outdated("its bending does not depend on the size of faces"));
+        if sections.header.sections.iter().any(|section| section.name.starts_with(DEFLECTING_EDGES)) {
+            return Err(MapError::Outdated(
+                "edges deflected its packets (--effects +bending), which is no longer done",
+            ));
         }
-        let faces = sections.optional::<FacesRow>("edges.faces")?.to_vec();
         let bands = sections.header.scene.nominal_frequencies.len();
         let ledgers = read_ledgers(&chunks, &sections, bands)?;
         let center = DVec3::from_array(sections.header.center);
         let header = read_header(sections, &surfaces)?;
-        let checks = surfaces::check_rows(&surfaces, header.scene.materials.len())
-            .and_then(|()| edges::check_rows(&edges, &faces))
-            .and_then(|()| edges::check_reach(&header, bands));
-        checks.map_err(damaged)?;
-        if header.bending_reach().is_none() && !edges.is_empty() {
-            return Err(damaged("it names edges, and no band is bent".to_owned()));
-        }
+        surfaces::check_rows(&surfaces, header.scene.materials.len()).map_err(damaged)?;
         if !center.is_finite() {
             return Err(damaged("the scene has no centre".to_owned()));
         }
         check_directory(&chunks, &header)?;
-        Ok(Self {
-            bytes,
-            layout: header.settings.layout(&header.scene),
-            header,
-            minor: preamble.minor,
-            digest: preamble.header_digest,
-            center,
-            surfaces,
-            edges,
-            faces,
-            chunks,
-            ledgers,
-            drawn_with: None,
-        })
+        let layout = header.settings.layout(&header.scene);
+        let (minor, digest, drawn_with) = (preamble.minor, preamble.header_digest, None);
+        Ok(Self { bytes, header, minor, digest, center, surfaces, chunks, ledgers, drawn_with, layout })
     }
 
     /// Provenance.
@@ -209,12 +192,12 @@ impl SonelMap {
     }
 
     /// Whether the surfaces that the paths refer to are those of `geometry`, the walls of the map's scene, and positions
-    /// are about its centre; so too its edges. A reader that takes materials and normals from a geometry asks this first.
+    /// are about its centre. A reader that takes materials and normals from a geometry asks this first.
     ///
     /// # Errors
     /// [`MapError::ForeignSurfaces`] with the first difference.
     pub fn check_surfaces(&self, geometry: &Geometry) -> Result<(), MapError> {
-        compare_places(&self.surfaces, &self.edges, &self.header, self.center, geometry)
+        compare_surfaces(&self.surfaces, self.center, geometry)
     }
 
     /// Replaces the materials and sources of the scene, one each for those there are, for everything that reads energies from here on. The
@@ -241,10 +224,9 @@ impl SonelMap {
     /// rendering then tells all of them from the same random numbers. Edges do not diffract in it. [`Self::narrow`] takes what is returned.
     ///
     /// # Panics
-    /// Where a variant has not as many materials as the scene, or the map bends packets.
+    /// Where a variant has not as many materials as the scene.
     #[must_use]
     pub fn widen(&mut self, variants: &[Vec<Material>]) -> BeforeWidening {
-        assert!(self.header.bending_reach().is_none(), "edges bend bands of the file alone");
         let before = BeforeWidening { header: self.header.clone(), drawn_with: self.drawn_with.clone() };
         let times = variants.len() + 1;
         let scene = &mut self.header.scene;
@@ -302,8 +284,7 @@ impl SonelMap {
     pub fn leads(&self) -> Leads {
         let MapHeader { settings, scene, .. } = &self.header;
         let materials = self.drawn_with.as_deref().unwrap_or(&scene.materials);
-        let leads = Leads::new(materials, &scene.variants, (settings.survival, settings.spectral));
-        if self.edges.is_empty() { leads } else { leads.separate() }
+        Leads::new(materials, &scene.variants, (settings.survival, settings.spectral))
     }
 
     /// What every event means to the energy of `classes` of bands, and with which probability it was drawn.
@@ -311,17 +292,7 @@ impl SonelMap {
     pub fn coefficients(&self, classes: &BandClasses) -> CoefficientTable {
         CoefficientTable::grouped(&self.header.scene.materials, classes, &self.leads())
             .with_surfaces(&self.surfaces)
-            .with_edges(self.edge_table())
             .with_media(&self.header.scene, self.center)
-    }
-
-    /// What passing edges means to the bands; [`None`] where nothing is bent.
-    #[must_use]
-    pub fn edge_table(&self) -> Option<EdgeTable> {
-        let reach = self.header.bending_reach().filter(|_| !self.edges.is_empty())?;
-        let scene = &self.header.scene;
-        let lines = edges::lines(&self.edges, self.center);
-        Some(EdgeTable::new(lines, edges::faces(&self.faces), &scene.wavelengths(), reach))
     }
 
     /// Compares every chunk with its checksum and with the rules of the layout, on all cores. `surfaces` is the number of
@@ -341,7 +312,7 @@ impl SonelMap {
 
     fn check_chunk(&self, chunk: &ChunkEntry, surfaces: u32) -> Result<(), MapError> {
         let bytes = self.chunk_bytes(chunk);
-        let places = Places { surfaces, edges: &self.edges, media: self.header.scene.media.as_ref() };
+        let places = Places { surfaces, media: self.header.scene.media.as_ref() };
         check_chunk(chunk, bytes, places)?;
         tiling::check_padding(self.bytes.as_slice(), chunk.offset + bytes.len() as u64)
     }
@@ -353,8 +324,8 @@ impl SonelMap {
 
     /// Everything but the paths.
     pub(crate) fn into_directory(self) -> Directory {
-        let Self { header, minor, center, surfaces, edges, chunks, ledgers, .. } = self;
-        Directory { header, minor, center, surfaces, edges, chunks, ledgers }
+        let Self { header, minor, center, surfaces, chunks, ledgers, .. } = self;
+        Directory { header, minor, center, surfaces, chunks, ledgers }
     }
 
     /// Source and first emission of every chunk, in the order of the file.
@@ -397,27 +368,19 @@ pub(crate) struct Directory {
     pub center: DVec3,
     /// The surfaces that the paths refer to.
     pub surfaces: Vec<SurfaceRow>,
-    /// The edges that they refer to.
-    pub edges: Vec<EdgeRow>,
     /// The chunks by source, then emission.
     pub chunks: Vec<ChunkEntry>,
     /// Ledgers of every chunk.
     pub ledgers: Vec<Ledger>,
 }
 
-/// Whether surfaces and edges, where any bend, are those of `geometry`.
-pub(crate) fn compare_places(
+/// Whether `surfaces` are those of `geometry`, about `center` [m].
+pub(crate) fn compare_surfaces(
     surfaces: &[SurfaceRow],
-    edges: &[EdgeRow],
-    header: &MapHeader,
     center: DVec3,
     geometry: &Geometry,
 ) -> Result<(), MapError> {
-    let wavelengths = header.scene.wavelengths();
-    let same_edges = || if edges.is_empty() { Ok(()) } else { edges::compare(edges, geometry, &wavelengths) };
-    surfaces::compare(surfaces, center, geometry)
-        .and_then(|()| same_edges())
-        .map_err(|reason| MapError::ForeignSurfaces { reason })
+    surfaces::compare(surfaces, center, geometry).map_err(|reason| MapError::ForeignSurfaces { reason })
 }
 
 /// Compares the `bytes` of `chunk` with its checksum and with the rules of the layout.
@@ -461,15 +424,12 @@ fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHea
     let mesh = record::mesh(sections.rows("mesh.vertices")?, sections.rows("mesh.triangles")?);
     let (directivity, media) = (sections.record(directivity::SECTION)?, sections.record(media::SECTION)?);
     let variants = sections.record(variants::SECTION)?;
-    let (laws, reach) = (sections.optional(record::LAWS)?, sections.optional::<f64>("edges.reach")?);
+    let laws = sections.optional(record::LAWS)?;
     let gradient = sections.optional(GRADIENT)?;
     let Sections { header, header_offset, .. } = sections;
     let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
     let mut header = record::header(header, mesh, (directivity, laws)).map_err(damaged)?;
     variants::apply(variants, &mut header.scene).map_err(damaged)?;
-    if let Some(bending) = header.effects.iter_mut().find(|effect| effect.name == BENDING) {
-        bending.reach = reach.to_vec();
-    }
     if let Some(record) = media {
         header.scene.media = Some(media::media(record, &header.scene, surfaces).map_err(damaged)?);
     }

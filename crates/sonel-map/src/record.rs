@@ -227,6 +227,7 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
         sound_speed_gradient: 0.0,
         air_attenuation: record.air_attenuation,
         duration: record.duration,
+        has_default_duration: false,
         materials,
         variants: Vec::new(),
         mesh,

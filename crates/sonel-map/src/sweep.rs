@@ -8,7 +8,7 @@ use crate::lanes::Lanes;
 use crate::vertex::{Event, Vertex};
 use crate::weight::PathWeight;
 
-/// What happened to a packet before a segment. Transmissions leave no trace in it, edges none in order and run (docs/physics.md §4).
+/// What happened to a packet before a segment. Transmissions and edges leave no trace in it (docs/physics.md §4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SegmentHistory {
     /// Reflections so far.
@@ -17,8 +17,6 @@ pub struct SegmentHistory {
     pub specular_run: u32,
     /// Whether there was a diffuse reflection at all.
     pub diffused: bool,
-    /// Bends since the last diffuse reflection, or since the source.
-    pub bends: u32,
     /// Interfaces met since the last diffuse reflection, or since the source: passed, or returned from.
     pub interfaces: u32,
 }
@@ -27,11 +25,8 @@ impl SegmentHistory {
     fn after(self, event: Event) -> Self {
         match event {
             Event::Specular => Self { order: self.order + 1, specular_run: self.specular_run + 1, ..self },
-            Event::Diffuse => {
-                Self { order: self.order + 1, specular_run: 0, diffused: true, bends: 0, interfaces: 0 }
-            }
+            Event::Diffuse => Self { order: self.order + 1, specular_run: 0, diffused: true, interfaces: 0 },
             Event::Refracted | Event::Returned => Self { interfaces: self.interfaces + 1, ..self },
-            Event::Bent => Self { bends: self.bends + 1, ..self },
             _ => self,
         }
     }
@@ -71,11 +66,9 @@ pub struct Segment<'a> {
     pub energy: &'a [Lanes],
     /// What happened before.
     pub history: SegmentHistory,
-    /// The sonel at its end; none where the packet passed an edge or was sent on from one, met an interface, goes on along its arc, escaped or
+    /// The sonel at its end; none where the packet was sent on from an edge, met an interface, goes on along its arc, escaped or
     /// arrived after the end of the run.
     pub arrival: Option<Arrival>,
-    /// Whether it ends where the packet passed an edge, was sent on from one or met an interface: with all its energy.
-    pub goes_on: bool,
     /// Whether it is a chord of an arc that goes on behind its end.
     pub is_part: bool,
     /// Whether the packet meets nothing any more: it ends at the end of the run.
@@ -92,8 +85,7 @@ impl Segment<'_> {
 }
 
 /// Visits the segments of a path from `source` (about the scene's centre [m]) in the given air. `weight` must have been started for this
-/// path by [`PathWeight::emit`]; `table` must know the surfaces. A path that passes edges needs one with edges
-/// ([`CoefficientTable::with_edges`]).
+/// path by [`PathWeight::emit`]; `table` must know the surfaces.
 pub fn sweep(
     (source, mut air): (DVec3, u32),
     vertices: &[Vertex],
@@ -106,12 +98,7 @@ pub fn sweep(
     let profile = table.profile();
     for vertex in vertices {
         let Some(event) = vertex.event() else { return };
-        let edges = if event.is_at_edge() { table.edges() } else { None };
-        let passing = edges.map(|edges| {
-            let (edge, place) = vertex.at();
-            edges.passing(start, edge, &place)
-        });
-        let end = passing.map_or_else(|| vertex.position.as_dvec3(), |passing| passing.closest);
+        let end = vertex.position.as_dvec3();
         let end_length = start_length
             + match profile {
                 None => start.distance(end) * table.stretch(air),
@@ -127,7 +114,6 @@ pub fn sweep(
             energy: weight.energy(),
             history,
             arrival: event.leaves_sonel().then(|| Arrival::at(vertex, event)),
-            goes_on: edges.is_some() || event == Event::Diffracted || event.is_at_interface(),
             escapes: matches!(event, Event::Escaped | Event::Lost | Event::Left),
         };
         if profile.is_some() {
@@ -138,13 +124,11 @@ pub fn sweep(
         if event.is_final() {
             return;
         }
-        if let (Some(edges), Some(passing)) = (edges, passing) {
-            weight.pass_edge(edges, event, &passing);
-        } else if event.is_at_interface() {
+        if event.is_at_interface() {
             let beyond = usize::from(event == Event::Refracted);
             air = table.across(vertex.surface(), vertex.side()).map_or(air, |airs| airs[beyond]);
         } else if event != Event::Diffracted {
-            let row = table.row(vertex.surface(), end - start);
+            let row = &*table.row(vertex.surface(), end - start);
             weight.pass(match event {
                 Event::Diffuse => &row.diffuse,
                 Event::Transmitted => &row.transmitted,

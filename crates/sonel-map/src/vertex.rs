@@ -2,16 +2,12 @@
 //!
 //! Position in f32 about the scene's centre, and one tag word holding surface, side and event. Direction, length,
 //! order, history and energy follow from the sequence of vertices (docs/physics.md §2).
-//!
-//! At an edge the three numbers are no position but what passing it depends on: where on the edge, how far from it, and how far
-//! the packet was turned. Distances far below the resolution of positions then still have their densities, and edges that are
-//! passed at one place their order; the foot follows from where the packet came from ([`crate::EdgeTable::passing`]).
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use sonel_geometry::{Side, SurfaceId};
 
-/// What a packet did where it arrived. The codes are part of the file format.
+/// What a packet did where it arrived. The codes are part of the file format; 4 and 5 belong to maps that are refused ([`crate::MapError::Outdated`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Event {
@@ -23,10 +19,6 @@ pub enum Event {
     Transmitted = 2,
     /// Into another air, through an interface.
     Refracted = 3,
-    /// Turned in passing an edge.
-    Bent = 4,
-    /// Straight on past an edge that would have bent other bands.
-    Passed = 5,
     /// Sent on from an edge, in the paper's mode: all energy goes on.
     Diffracted = 6,
     /// Back from an interface between airs, as from a mirror.
@@ -47,13 +39,11 @@ pub enum Event {
 
 impl Event {
     /// All events with their codes.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 12] = [
         Self::Specular,
         Self::Diffuse,
         Self::Transmitted,
         Self::Refracted,
-        Self::Bent,
-        Self::Passed,
         Self::Diffracted,
         Self::Returned,
         Self::Absorbed,
@@ -84,8 +74,6 @@ impl Event {
                 | Self::Expired
                 | Self::Lost
                 | Self::Left
-                | Self::Bent
-                | Self::Passed
                 | Self::Diffracted
                 | Self::Refracted
                 | Self::Returned
@@ -97,13 +85,6 @@ impl Event {
     #[must_use]
     pub fn is_at_interface(self) -> bool {
         matches!(self, Self::Refracted | Self::Returned)
-    }
-
-    /// Whether the vertex holds an [`EdgePlace`]: where an edge was passed.
-    #[inline]
-    #[must_use]
-    pub fn is_at_edge(self) -> bool {
-        matches!(self, Self::Bent | Self::Passed)
     }
 }
 
@@ -123,24 +104,11 @@ const SIDE_BITS: u32 = 1;
 /// Surfaces that a tag can name.
 pub const SURFACE_LIMIT: u32 = 1 << (32 - EVENT_BITS - SIDE_BITS);
 
-/// How a packet passed an edge.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EdgePlace {
-    /// Where on the edge the nearest point is, from its first end [m].
-    pub along: f32,
-    /// Distance from it [m].
-    pub distance: f32,
-    /// Tangent of the angle about the edge by which the packet was turned, positive towards it; 0 where it went straight on.
-    pub tangent: f32,
-    /// Which way round the edge: front for counterclockwise about the direction from its first end to the other.
-    pub side: Side,
-}
-
 /// One arrival: 12 bytes of position and a tag. Laid out exactly as in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Vertex {
-    /// Position about the scene's centre [m]; at an edge the numbers of [`EdgePlace`].
+    /// Position about the scene's centre [m].
     pub position: Vec3,
     tag: u32,
 }
@@ -155,26 +123,11 @@ impl Vertex {
         Self { position, tag: surface.0 << (EVENT_BITS + SIDE_BITS) | side_bit << EVENT_BITS | event as u32 }
     }
 
-    /// The passing of edge number `edge`, bent or straight on.
-    #[must_use]
-    pub fn at_edge(edge: u32, place: &EdgePlace, event: Event) -> Self {
-        debug_assert!(event.is_at_edge());
-        Self::new(Vec3::new(place.along, place.distance, place.tangent), SurfaceId(edge), place.side, event)
-    }
-
     /// A packet sent on from `position` on edge number `edge` of those that diffract.
     #[inline]
     #[must_use]
     pub fn on_edge(position: Vec3, edge: u32) -> Self {
         Self::new(position, SurfaceId(edge), Side::Front, Event::Diffracted)
-    }
-
-    /// The number of the edge that was passed and how, where [`Event::is_at_edge`].
-    #[inline]
-    #[must_use]
-    pub fn at(&self) -> (u32, EdgePlace) {
-        let [along, distance, tangent] = self.position.to_array();
-        (self.surface().0, EdgePlace { along, distance, tangent, side: self.side() })
     }
 
     /// The end of a packet that met no surface.
@@ -224,16 +177,9 @@ mod tests {
 
     #[test]
     fn unknown_event_codes_are_not_guessed() {
-        let vertex: Vertex = bytemuck::cast([0_u32, 0, 0, 14]);
-        assert_eq!(vertex.event(), None);
-    }
-
-    #[test]
-    fn a_vertex_at_an_edge_returns_how_it_was_passed() {
-        let place = EdgePlace { along: 3.25, distance: 1e-7, tangent: -2e4, side: Side::Back };
-        for event in [Event::Bent, Event::Passed] {
-            let vertex = Vertex::at_edge(17, &place, event);
-            assert_eq!((vertex.at(), vertex.event()), ((17, place), Some(event)));
+        for code in [4_u32, 5, 14, 15] {
+            let vertex: Vertex = bytemuck::cast([0, 0, 0, code]);
+            assert_eq!(vertex.event(), None);
         }
     }
 }

@@ -9,10 +9,8 @@ use sonel_acoustics::Directivity;
 use sonel_scene::Source;
 
 use crate::coefficients::{CoefficientTable, EventRow};
-use crate::edges::{EdgeTable, Passing};
 use crate::emission::PacketStart;
 use crate::lanes::{Lanes, lanes_of, multiply};
-use crate::vertex::Event;
 
 /// Products below this are scaled up by its inverse: far from both underflow and any effect on the sum.
 const RESCALE_BELOW: f64 = f64::from_bits((1023 - 256) << 52);
@@ -25,8 +23,6 @@ pub struct PathWeight {
     feeding: Vec<Lanes>,
     energy: Vec<Lanes>,
     drawing: Vec<Drawing>,
-    /// What passing an edge multiplies the products by.
-    at_edge: Vec<Lanes>,
     source_factor: f64,
     /// Directivity factor times the unit of energy.
     numerator: f64,
@@ -54,7 +50,6 @@ impl PathWeight {
         Self {
             feeding: energy.clone(),
             drawing: vec![nothing; lanes_of(table.leads())],
-            at_edge: energy.clone(),
             energy,
             source_factor: 0.0,
             numerator: 0.0,
@@ -149,24 +144,6 @@ impl PathWeight {
         self.balance(weighted);
     }
 
-    /// Passes an edge, [`Event::Bent`] or [`Event::Passed`]: what a band does there is what a packet led by it would do.
-    pub fn pass_edge(&mut self, edges: &EdgeTable, event: Event, passing: &Passing) {
-        if event == Event::Bent {
-            edges.bent(passing, &mut self.at_edge);
-        } else {
-            edges.straight(passing, &mut self.at_edge);
-        }
-        let mut weighted = [0.0; 4];
-        // Edges tell all bands apart, and each is a lead.
-        for ((feeding, drawing), factor) in self.feeding.iter_mut().zip(&mut self.drawing).zip(&self.at_edge)
-        {
-            multiply(feeding, factor);
-            multiply(&mut drawing.product, factor);
-            add_product(&mut weighted, &drawing.product, &drawing.counts);
-        }
-        self.finish(sum(weighted));
-    }
-
     /// e_j from the products and Σ n_k ∏ p_k.
     #[inline]
     fn balance(&mut self, weighted: f64) {
@@ -202,9 +179,7 @@ fn sum(lanes: Lanes) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::edges::whole_reach;
     use crate::lanes::to_lanes;
-    use crate::vertex::EdgePlace;
     use sonel_acoustics::Material;
 
     fn material(absorption: [f64; 3], scattering: [f64; 3]) -> Material {
@@ -269,64 +244,6 @@ mod tests {
             let truth = (1.0_f64 - absorption[band]).powi(depth);
             assert!((expected[band] / truth - 1.0).abs() < 1e-12, "band {band}");
         }
-    }
-
-    /// Expected energy past an edge, over leading bands and angles, is what came: with f = p nothing is lost, whoever led, also
-    /// where some bands go straight on. Bands of a third of the spread each.
-    #[test]
-    fn edges_keep_the_energy_of_every_band() {
-        let wavelengths = [3.0, 1.0, 0.3];
-        let line = sonel_geometry::EdgeLine::new([glam::DVec3::ZERO, glam::DVec3::Z]);
-        // A wall across the path, one that only short waves see, and one that is seen nearly edge-on.
-        let faces = [[1e3, 0.0, 0.0, 1e3], [0.3, 0.0, 0.0, 1e3], [0.1, 0.5, 0.0, 1e3]];
-        let table = CoefficientTable::new(&[material([0.0; 3], [0.5; 3])], 3, 0.15);
-        let tables = faces.map(|face| {
-            let faces = sonel_geometry::EdgeFaces::from_rows([face, [0.0; 4]]);
-            EdgeTable::new(vec![line], vec![faces], &wavelengths, &whole_reach(&wavelengths))
-        });
-        let expected = |edges: &EdgeTable, distance: f32, spoilt: f64| {
-            let mut sums = [0.0; 3];
-            for (lead, wavelength) in wavelengths.into_iter().enumerate() {
-                let from = glam::DVec3::new(-30.0, f64::from(distance), 0.0);
-                let passing = |tangent: f64| {
-                    let (tangent, side) = (tangent as f32, sonel_geometry::Side::Back);
-                    edges.passing(from, 0, &EdgePlace { along: 0.0, distance, tangent, side })
-                };
-                let mut add = |event, tangent: f64, probability: f64| {
-                    let mut weight = PathWeight::of(&table);
-                    weight.emit(1.0, 1.0, &start());
-                    weight.pass_edge(edges, event, &passing(tangent));
-                    for (sum, energy) in sums.iter_mut().zip(weight.energy()[0]) {
-                        assert!(energy <= 1.0, "at most the number of bands times their share");
-                        *sum += probability * energy;
-                    }
-                };
-                if edges.bends(lead, f64::from(distance), passing(0.0).seen.before) {
-                    let concentration = sonel_diffraction::bending::concentration(wavelength) * spoilt;
-                    let width = 20.0 / (f64::from(distance) * concentration) / 20_000.0;
-                    for step in -10_000..10_000 {
-                        let tangent = (f64::from(step) + 0.5) * width;
-                        let density =
-                            sonel_diffraction::bending::density(tangent, concentration, f64::from(distance));
-                        let preference = edges.preference(lead, &passing(tangent).seen);
-                        if preference > 0.0 {
-                            add(Event::Bent, tangent, density * width * preference);
-                        }
-                    }
-                } else {
-                    add(Event::Passed, 0.0, 1.0);
-                }
-            }
-            sums
-        };
-        for distance in [0.01, 1.0, 4.0, 14.0, 20.0] {
-            let is_kept = |edges| expected(edges, distance, 1.0).iter().all(|sum| (sum - 1.0).abs() < 1e-4);
-            assert!(tables.iter().all(is_kept), "{distance}");
-        }
-        assert!(
-            expected(&tables[0], 1.0, 1.2).iter().any(|sum| (sum - 1.0).abs() > 1e-2),
-            "another spread is rejected"
-        );
     }
 
     #[test]

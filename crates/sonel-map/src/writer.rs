@@ -7,7 +7,6 @@ use sonel_geometry::Geometry;
 
 use crate::codec::{self, SectionRecord};
 use crate::directivity;
-use crate::edges;
 use crate::error::MapError;
 use crate::format::{ALIGNMENT, ChunkEntry, ChunkFates, GRADIENT, MAGIC, MAJOR, MINOR, Preamble, aligned};
 use crate::header::MapHeader;
@@ -122,12 +121,6 @@ impl<W: Write + Seek> MapWriter<W> {
             self.take_section("chunk.fates", |writer| std::mem::take(&mut writer.fates))?,
             self.take_section("chunk.ledger", |writer| std::mem::take(&mut writer.terms))?,
         ];
-        if let Some(reach) = header.bending_reach() {
-            let (rows, faces) = edges::rows(geometry, &header.scene.wavelengths());
-            sections.push(self.section("edges", bytemuck::cast_slice(&rows))?);
-            sections.push(self.section("edges.faces", bytemuck::cast_slice(&faces))?);
-            sections.push(self.section("edges.reach", bytemuck::cast_slice(reach))?);
-        }
         if let Some(laws) = record::laws(&header.scene.materials) {
             sections.push(self.section(record::LAWS, &laws)?);
         }

@@ -11,14 +11,11 @@
 //! | … D R | `stochastic::connection` (a shadow ray from every sonel; beside a surface shared with `stochastic::gather`) |
 //! | … D S^k R, k ≤ K′, in empty boxes | `stochastic::mirror_connection` (a connection from every sonel to one of the receiver's images) |
 //! | … D S⁺ R elsewhere | `stochastic::gather` (visibility rays and density estimation) |
-//! | L S^k R, k > K | `render::specular` (rays that are always mirrored, through a receiver sphere); `stochastic::crossing` where edges bent it |
+//! | L S^k R, k > K | `render::specular` (rays that are always mirrored, through a receiver sphere) |
 //! | … D S^k R, k > K′ | `stochastic::crossing` (traced segments through a receiver sphere) |
 //!
 //! In scenes with several airs straight paths end at the interfaces. Paths that met one since their last diffuse reflection
 //! are estimated by `stochastic::crossing`; `regions` has their lengths and attenuation.
-//!
-//! With bending, `stochastic::bending` states the bands in which a straight path counts. Paths bent since their last
-//! diffuse reflection are gathered by bent visibility rays, or by `stochastic::crossing` with estimators without rays.
 //!
 //! With `directions` all of them also add energies weighted by the direction of incidence.
 //!
@@ -28,7 +25,7 @@
 
 /// Revision of the echograms: raised by every change after which the same command may write another response to the same map.
 /// `tests/pipeline` keeps digests of some. Responses of two revisions are never joined.
-pub const REVISION: u32 = 10;
+pub const REVISION: u32 = 11;
 
 mod air;
 mod ball;

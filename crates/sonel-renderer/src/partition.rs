@@ -4,7 +4,7 @@
 //!
 //! References: docs/physics.md §3.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, Geometry, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
 
@@ -24,6 +24,19 @@ impl Partitions {
             !geometry.is_blocked(from, to)
         };
         reaches.then_some(passed)
+    }
+
+    /// Those on the straight way between two local positions [m] in general position; [`None`] where something is between that nothing
+    /// passes.
+    #[must_use]
+    pub fn on_way(geometry: &Geometry, table: &CoefficientTable, ends: [DVec3; 2]) -> Option<Self> {
+        let mut passed = Self::default();
+        let is_open = if table.transmits() {
+            geometry.pass_all(&geometry.faces_between(ends, None), |it| passed.pass(geometry, table, it))
+        } else {
+            geometry.is_clear(ends, None)
+        };
+        is_open.then_some(passed)
     }
 
     /// Those on an arc from a local position [m], or from one lifted off a surface, which arrives at another after a time [s]; [`None`] where

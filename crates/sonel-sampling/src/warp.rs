@@ -1,4 +1,4 @@
-//! Warps from the unit square to directions and normal numbers: each as sample, density and inverse.
+//! Warps from the unit square to directions: each as sample, density and inverse.
 //!
 //! Trigonometry is our own or that of the `libm` crate: its bits do not depend on the platform.
 //!
@@ -47,27 +47,6 @@ pub fn cosine_hemisphere_density(direction: Vec3) -> f32 {
 #[must_use]
 pub fn cosine_hemisphere_inverse(direction: Vec3) -> [f32; 2] {
     [direction.x * direction.x + direction.y * direction.y, turn(direction)]
-}
-
-/// Two independent normal numbers of mean 0 and standard deviation 1, of [BoxMuller1958].
-#[must_use]
-pub fn normal_pair([u, v]: [f32; 2]) -> [f64; 2] {
-    let radius = (-2.0 * libm::log(1.0 - f64::from(u))).sqrt();
-    let (sine, cosine) = libm::sincos(core::f64::consts::TAU * f64::from(v));
-    [radius * cosine, radius * sine]
-}
-
-/// Density of [`normal_pair`].
-#[must_use]
-pub fn normal_pair_density([x, y]: [f64; 2]) -> f64 {
-    libm::exp(-0.5 * (x * x + y * y)) / core::f64::consts::TAU
-}
-
-/// The point of the unit square that [`normal_pair`] takes to a pair.
-#[must_use]
-pub fn normal_pair_inverse([x, y]: [f64; 2]) -> [f32; 2] {
-    let u = -libm::expm1(-0.5 * (x * x + y * y));
-    [u as f32, turn(Vec3::new(x as f32, y as f32, 0.0))]
 }
 
 /// Sine and cosine of `turn` full turns, for `turn` in [0, 1): the nearest quarter is split off exactly, the rest is a
@@ -128,38 +107,6 @@ mod tests {
     fn samplers_follow_their_density() {
         assert!(chi_square(uniform_sphere, uniform_sphere_inverse) < 345.0);
         assert!(chi_square(cosine_hemisphere, cosine_hemisphere_inverse) < 345.0);
-    }
-
-    #[test]
-    fn normal_pairs_have_their_density_and_inverse() {
-        let (mut stream, cells, width) = (stream(), 80_i32, 0.2);
-        let (mut counts, samples) = (vec![0_u32; cells as usize], 200_000);
-        for _ in 0..samples {
-            let point = stream.uniform_pair();
-            let pair = normal_pair(point);
-            let back = normal_pair_inverse(pair);
-            assert!((back[0] - point[0]).abs() < 1e-6);
-            let cell = ((pair[0] / width).floor() as i32 + cells / 2).clamp(0, cells - 1);
-            counts[cell as usize] += 1;
-        }
-        // Chi-square of the first number's cells; the density of the pair along the other axis is √(2π) times its own.
-        let chi_square = |spread: f64| -> f64 {
-            (0..cells)
-                .map(|cell| {
-                    let at = |part: i32| {
-                        (f64::from(cell - cells / 2) + (f64::from(part) + 0.5) / 10.0) * width / spread
-                    };
-                    let mean: f64 =
-                        (0..10).map(|part| normal_pair_density([at(part), 0.0])).sum::<f64>() / 10.0;
-                    let density = mean * f64::sqrt(f64::from(TAU)) / spread;
-                    let expected = (density * width * f64::from(samples)).max(1.0);
-                    (f64::from(counts[cell as usize]) - expected).powi(2) / expected
-                })
-                .sum()
-        };
-        // The 99.99 % point for 79 degrees of freedom is 134.
-        assert!(chi_square(1.0) < 134.0, "{}", chi_square(1.0));
-        assert!(chi_square(1.03) > 134.0, "another spread is rejected");
     }
 
     #[test]

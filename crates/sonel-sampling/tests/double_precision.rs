@@ -104,32 +104,6 @@ fn densities_are_one_over_the_area_that_the_square_becomes() {
     }
 }
 
-/// A pair of normal numbers, and its density.
-#[test]
-fn normal_pairs_are_those_of_double_precision() {
-    let (numbers, mut largest, mut other) = (numbers(), 0.0_f64, 0.0_f64);
-    for &u in &numbers {
-        for &v in &numbers {
-            let found = warp::normal_pair([u as f32, v as f32]);
-            let exact = |u: f64| {
-                let radius = (-2.0 * (-u).ln_1p()).sqrt();
-                [radius * (TAU * v).cos(), radius * (TAU * v).sin()]
-            };
-            let distance = |exact: [f64; 2]| (found[0] - exact[0]).hypot(found[1] - exact[1]);
-            // 24 bits end at √(48 ln 2).
-            assert!(found.iter().all(|number| number.abs() < 5.77), "{u}, {v}: {found:?}");
-            largest = largest.max(distance(exact(u)));
-            other = other.max(distance(exact(1.0 - STEP - u)));
-            let square = found[0] * found[0] + found[1] * found[1];
-            let density = (-0.5 * square).exp() / TAU;
-            assert!((warp::normal_pair_density(found) / density - 1.0).abs() < 1e-14, "{u}, {v}");
-        }
-    }
-    println!("normal pairs {largest:.1e}");
-    assert!(largest < 1e-14, "{largest:e}");
-    assert!(other > 1.0, "1 - u for u is another number");
-}
-
 /// Deviation of a frame about `normal` from orthogonality and unit length.
 fn crookedness([tangent, bitangent]: [Vec3; 2], normal: Vec3) -> f64 {
     let [t, b, n] = [tangent, bitangent, normal].map(Vec3::as_dvec3);

@@ -1,7 +1,7 @@
 //! Checks that need walls, sources and receivers together.
 
 use glam::DVec3;
-use sonel_geometry::Geometry;
+use sonel_geometry::{Geometry, Misplaced, Obstacle};
 
 use crate::report::Report;
 use crate::scene::{Receiver, Source};
@@ -36,9 +36,23 @@ pub(crate) fn inspect(
     let all_sources: Vec<DVec3> = sources.iter().map(|source| source.position).collect();
     for Position { position, at, path } in sources.iter().chain(&receivers) {
         if let Err(misplaced) = geometry.check_place(*position, &all_sources) {
-            report.problem(*at, format!("{path}: {position} {misplaced}"));
+            let swapped = swapped(geometry, *position, &misplaced).unwrap_or_default();
+            report.problem(*at, format!("{path}: {position} {misplaced}{swapped}"));
         }
     }
+}
+
+/// Says so where a place outside the room is inside with y and z swapped, as between programs with different axes up.
+fn swapped(geometry: &Geometry, place: DVec3, misplaced: &Misplaced) -> Option<String> {
+    if !matches!(misplaced.obstacle, Obstacle::Hull { .. }) {
+        return None;
+    }
+    let DVec3 { x, y, z } = place;
+    let turned = [[x, z, y], [x, z, -y], [x, -z, y]].map(DVec3::from_array);
+    let inside = turned.into_iter().find(|&place| geometry.check_place(place, &[]).is_ok())?;
+    Some(format!(
+        "; with y and z swapped, {inside} m, it is inside: give positions in the axes of the mesh, and mesh_up = \"y\" where y is up"
+    ))
 }
 
 fn positions<T>(placed: &[Placed<T>], position: impl Fn(&T) -> DVec3) -> Vec<Position> {

@@ -27,9 +27,10 @@ mod seclusion;
 mod sections;
 mod suggest;
 mod walk;
+mod words;
 
 pub use balloon_file::{is_balloon_file, load_balloon, rolled};
-pub use draft::draft;
+pub use draft::{Draft, draft};
 pub use load::{Loaded, load, load_materials, load_receivers, load_variants};
 pub use materials_file::materials_toml;
 pub use media::{Media, NO_AIR, Region};

@@ -15,13 +15,13 @@ use crate::library;
 use crate::notation::{count, number};
 use crate::report::{Remarks, Report};
 use crate::room;
-use crate::scene::{LONGEST_DEFAULT_DURATION, default_duration};
+use crate::scene::default_duration;
 use crate::seclusion;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls, is_side};
 use crate::sections::{air, materials, regions};
-use crate::{LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
+use crate::{LONGEST_DEFAULT_DURATION, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
 /// Keys of the document itself.
 const KEYS: [&str; 15] = [
@@ -260,6 +260,7 @@ fn compile(
         bands: bands.bands,
         air: air.air,
         duration: 0.0,
+        has_default_duration: document.get("duration_s").is_none(),
         materials,
         variants,
         mesh,
@@ -273,6 +274,7 @@ fn compile(
     scene.digest = digest(document, toml_text, &scene.sources);
     if let Some(geometry) = &geometry {
         room::describe(&scene, geometry, unit, report);
+        room::warn_of_its_side(&scene, geometry, report);
     }
     scene.duration = read_duration(document, &scene, geometry.as_ref(), report);
     if let Some(geometry) = &geometry {
@@ -340,12 +342,6 @@ fn build(
                 mended.attached
             ));
         }
-        if mended.doubled > 0 {
-            report.repaired_fault(format!(
-                "{path}: triangles with the corners of another within rounding left out: {}",
-                mended.doubled
-            ));
-        }
         before -= mended.joined;
         dropped = mended.dropped;
         walls.mesh = mended.mesh;
@@ -361,6 +357,12 @@ fn build(
     let joined = before.saturating_sub(geometry.mesh().vertices.len());
     if joined > 0 {
         report.repair(format!("{path}: vertices joined to others at the same place: {joined}"));
+    }
+    if geometry.united_area() > 0.0 {
+        report.repaired_fault(format!(
+            "{path}: {} m² are drawn more than once; there the first face counts",
+            number(geometry.united_area())
+        ));
     }
     let dropped = dropped + geometry.dropped_triangles();
     if dropped > 0 {
@@ -412,7 +414,7 @@ fn note_unused(materials: &[Material], walls: &Walls, up: DVec3, report: &mut Re
     }
 }
 
-/// The duration stated, or 1.2 times the largest Sabine time, rounded up to hundredths of a second.
+/// The duration stated, or at least 1.2 times the largest Sabine time, rounded up to hundredths of a second.
 fn read_duration(
     document: &Table<'_>,
     scene: &Scene,
@@ -444,7 +446,7 @@ fn read_duration(
         report.problem(0, message);
     }
     report.note(format!(
-        "duration_s: {duration:.2} (default: 1.2 times the largest Sabine time, {sabine:.3} s)"
+        "duration_s: at least {duration:.2} (default: 1.2 times the largest Sabine time, {sabine:.3} s; longer where the room decays more slowly)"
     ));
     duration
 }

@@ -8,6 +8,7 @@ use crate::Scene;
 use crate::notation::{count, number, place};
 use crate::report::Report;
 use crate::sections::walls::UNITS;
+use crate::words::words;
 
 /// Volumes of rooms that are not warned of [m³]: from a small booth to a large stadium.
 const PLAUSIBLE_VOLUMES: [f64; 2] = [1.0, 3e6];
@@ -55,6 +56,41 @@ pub(crate) fn describe(scene: &Scene, geometry: &Geometry, unit: Option<f64>, re
             "the room is implausibly {judgement}: {}, {} {of} (usual: {least} … {most} {of}); {remedy}",
             lengths(extents),
             number(size)
+        ));
+    }
+}
+
+/// Words of materials that lie or hang.
+const LEVEL: [&str; 4] = ["floor", "carpet", "ceiling", "roof"];
+/// Cosine of the angle to the horizontal from which on a face counts as vertical.
+const VERTICAL: f64 = 0.5;
+
+/// Warns of a mesh on its side: most of a material that should lie is vertical.
+pub(crate) fn warn_of_its_side(scene: &Scene, geometry: &Geometry, report: &mut Report<'_>) {
+    for (index, material) in (0_u32..).zip(&scene.materials) {
+        if !words(&material.name).iter().any(|word| LEVEL.contains(&word.as_str())) {
+            continue;
+        }
+        let of_material = || geometry.surfaces().iter().filter(|surface| surface.material == index);
+        let area = |across: DVec3| -> f64 {
+            let faces = of_material().filter(|surface| surface.normal.dot(across).abs() > VERTICAL);
+            faces.map(|surface| surface.area).sum()
+        };
+        let whole: f64 = of_material().map(|surface| surface.area).sum();
+        let vertical = whole - area(scene.up);
+        if vertical <= 0.5 * whole {
+            continue;
+        }
+        let (other, name) = if scene.up == DVec3::Z { (DVec3::Y, "y") } else { (DVec3::Z, "z") };
+        let remedy = if area(other) > 0.5 * whole {
+            format!("set mesh_up = \"{name}\"")
+        } else {
+            "turn it in the program that made it".to_owned()
+        };
+        report.warn(format!(
+            "materials.{}: {:.0} % of its area is vertical, so the model seems to lie on its side; {remedy}",
+            material.name,
+            100.0 * vertical / whole
         ));
     }
 }

@@ -14,7 +14,7 @@ use crate::notation;
 pub const DEFAULT_POWER_LEVEL_DB: f64 = 90.0;
 /// Scattering coefficient of a material that states neither scattering nor diffuse.
 pub const DEFAULT_SCATTERING: f64 = 0.1;
-/// A scene that states no duration lasts this many times its largest Sabine time.
+/// A scene that states no duration lasts at least this many times its largest Sabine time.
 pub const DURATION_PER_SABINE_TIME: f64 = 1.2;
 
 /// Longest duration of a scene [s]: an hour. No room reverberates for more than a few minutes, and a lossless one never ends.
@@ -42,6 +42,9 @@ pub struct Scene {
     pub air_attenuation: Vec<f64>,
     /// How long echograms are simulated [s].
     pub duration: f64,
+    /// Whether the scene file states no duration: it is 1.2 times the largest Sabine time, and a run may last longer.
+    #[serde(skip)]
+    pub has_default_duration: bool,
     /// Materials; [`sonel_geometry::MeshTriangle::material`] indexes this list.
     pub materials: Vec<Material>,
     /// Other materials that a map shall carry besides, for each of `materials`; empty where it shall carry none.
@@ -138,6 +141,7 @@ impl Scene {
             air,
             bands,
             duration,
+            has_default_duration: false,
             materials,
             variants: Vec::new(),
             mesh,
@@ -246,10 +250,11 @@ impl Scene {
         self
     }
 
-    /// Replaces the duration [s].
+    /// Replaces the duration [s], which counts as stated.
     #[must_use]
     pub fn with_duration(mut self, duration: f64) -> Self {
         self.duration = duration;
+        self.has_default_duration = false;
         self
     }
 

@@ -8,6 +8,7 @@
 //! - [`optimise`]: the cheapest change of materials that fulfils [`wish`]es;
 //! - [`pilot`] and [`spread`]: uncertainty of parameters, now and in longer runs;
 //! - [`plan`]: sonels and rays for an accuracy;
+//! - [`room_decay`]: how long a run has to be;
 //! - [`response`]: all sources of a map rendered, and the response made of it;
 //! - [`tradeoff`]: error against CPU time, for several settings and numbers of sonels;
 //! - [`sensitivity`]: how parameters change with the coefficients of materials;
@@ -27,6 +28,7 @@ pub mod pipeline;
 pub mod plan;
 pub mod render_need;
 pub mod response;
+pub mod room_decay;
 pub mod sensitivity;
 mod split;
 pub mod spread;

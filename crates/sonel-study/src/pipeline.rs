@@ -9,9 +9,7 @@ use std::io::{Cursor, Seek, Write};
 use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_echogram::Response;
 use sonel_geometry::{Geometry, GeometryError};
-use sonel_map::{
-    BENDING, EffectState, Ledger, MapError, MapHeader, MapWriter, Mode, Settings, ShardRange, SonelMap,
-};
+use sonel_map::{EffectState, Ledger, MapError, MapHeader, MapWriter, Settings, ShardRange, SonelMap};
 use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
@@ -266,7 +264,6 @@ pub(crate) fn trace(
     let mut writer = MapWriter::begin(store.begin().map_err(MapError::from)?)?;
     let mut write = 0.0;
     let tool_version = env!("CARGO_PKG_VERSION").to_owned();
-    let effects = of_mode(settings.mode, effects);
     let header =
         MapHeader { tool_version, settings, shard: ShardRange::WHOLE, effects, scene: scene.clone() };
     let ledger = Tracer::of(&header, geometry).run(ShardRange::WHOLE, |chunk: TracedChunk| {
@@ -284,17 +281,6 @@ pub(crate) fn trace(
     let seconds =
         TraceSeconds { trace: traced, write: write + finished - before, open: clock.process() - finished };
     Ok(TracedMap { map, ledger, seconds })
-}
-
-/// Why the paper's mode does not bend.
-pub(crate) const PAPER_BENDS_NOTHING: &str = "the paper bends nothing";
-
-/// What is left in `mode` of `effects` that were decided for another.
-fn of_mode(mode: Mode, mut effects: Vec<EffectState>) -> Vec<EffectState> {
-    for effect in effects.iter_mut().filter(|effect| mode == Mode::Paper && effect.name == BENDING) {
-        *effect = EffectState::new(BENDING, vec![false; effect.on.len()], PAPER_BENDS_NOTHING.to_owned());
-    }
-    effects
 }
 
 /// Renders every source of `map`, whose walls are `geometry`, at `receivers` and reads the parameters.

@@ -56,7 +56,7 @@ pub struct VariedMap<'a> {
 /// Derivatives of `wanted` by absorption and scattering of every material in use.
 ///
 /// # Errors
-/// When the map cannot be rendered, or bends packets.
+/// When the map cannot be rendered.
 pub fn sensitivities(
     mut map: VariedMap<'_>,
     wanted: &[Parameter],
@@ -94,7 +94,7 @@ impl VariedMap<'_> {
     /// Renders it with a variant for each of `coefficients` of every material in use.
     ///
     /// # Errors
-    /// When the map cannot be rendered, or bends packets.
+    /// When the map cannot be rendered.
     pub(crate) fn vary(
         &mut self,
         coefficients: &[Coefficient],
@@ -117,11 +117,6 @@ impl VariedMap<'_> {
         progress: &mut dyn FnMut(usize, f64),
     ) -> Result<Vec<ReceiverParameters>, RenderError> {
         let Self { map, geometry, receivers, render } = self;
-        if map.header().bending_reach().is_some() {
-            return Err(RenderError::Settings(
-                "its packets were bent: trace the scene with --effects auto,-bending".to_owned(),
-            ));
-        }
         let before = map.widen(variants);
         let parameters = Renderer::new(map, geometry, render.clone()).and_then(|renderer| {
             let renderings = response::render(map, &renderer, receivers, progress)?;

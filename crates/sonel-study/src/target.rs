@@ -107,6 +107,18 @@ impl Targets {
         self.limits.iter().map(|(parameter, _)| *parameter).collect()
     }
 
+    /// The limit of `parameter` as it is written: a number and its unit; none where it is not limited.
+    #[must_use]
+    pub fn written(&self, parameter: Parameter) -> Option<(f64, &'static str)> {
+        let (_, limit) = self.limits.iter().find(|(known, _)| *known == parameter)?;
+        let (_, own, factor) = parameter.heading();
+        Some(match limit {
+            Limit::JustNoticeable(limit) => (*limit, "JND"),
+            Limit::Relative(limit) => (100.0 * limit, "%"),
+            Limit::Absolute(limit) => (limit * factor, own),
+        })
+    }
+
     /// Largest half-width of the parameter at `place` in just-noticeable differences, where its value is `value`; none where it is not
     /// limited, or limited in its own unit and without a value.
     #[must_use]
@@ -166,15 +178,10 @@ pub(crate) fn in_unit(parameter: Parameter, number: f64, unit: &str) -> Option<L
 
 impl fmt::Display for Targets {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, (parameter, limit)) in self.limits.iter().enumerate() {
-            let name = NAMES.iter().find(|(known, ..)| known == parameter).map_or("", |(_, name, _)| name);
-            let (_, own, factor) = parameter.heading();
-            f.write_str(if index > 0 { ", " } else { "" })?;
-            match limit {
-                Limit::JustNoticeable(limit) => write!(f, "{name} < {limit} JND")?,
-                Limit::Relative(limit) => write!(f, "{name} < {} %", 100.0 * limit)?,
-                Limit::Absolute(limit) => write!(f, "{name} < {} {own}", limit * factor)?,
-            }
+        for (index, parameter) in self.parameters().into_iter().enumerate() {
+            let name = NAMES.iter().find(|(known, ..)| *known == parameter).map_or("", |(_, name, _)| name);
+            let Some((limit, unit)) = self.written(parameter) else { continue };
+            write!(f, "{}{name} < {limit} {unit}", if index > 0 { ", " } else { "" })?;
         }
         Ok(())
     }
@@ -203,6 +210,22 @@ mod tests {
         close(limit("ts<2%", Parameter::CenterTime, Some(0.1)), 0.2);
         assert_eq!(limit("t30<1%", Parameter::Level, Some(70.0)), None);
         assert_eq!(limit("t30<20ms", Parameter::T30, None), None);
+    }
+
+    #[test]
+    fn limits_are_written_in_the_unit_that_they_were_given_in() {
+        let targets: Targets = "t30<1%,ts<2ms,d50<1%,c80<0.2jnd,level<0.1dB".parse().unwrap();
+        for (parameter, expected) in [
+            (Parameter::T30, (1.0, "%")),
+            (Parameter::CenterTime, (2.0, "ms")),
+            (Parameter::DefinitionD50, (1.0, "%")),
+            (Parameter::ClarityC80, (0.2, "JND")),
+            (Parameter::Level, (0.1, "dB")),
+        ] {
+            let (limit, unit) = targets.written(parameter).unwrap();
+            assert!((limit - expected.0).abs() < 1e-12 && unit == expected.1, "{limit} {unit}");
+        }
+        assert_eq!(targets.written(Parameter::EarlyDecayTime), None);
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! Tracing: emission, interaction, propagation, fates and the energy ledger.
 //!
 //! - [`interaction`]: event and outgoing direction at a surface, from uniform numbers;
-//! - [`bending`]: the way of a packet past edges;
 //! - [`packet`]: one packet from emission to its fate;
 //! - [`refraction`]: what an interface between two airs does with a packet;
 //! - `zone`: the founding paper's diffraction of packets;
@@ -11,9 +10,8 @@
 
 /// Revision of the paths: raised by every change after which the same command may write other paths or another ledger. `tests/pipeline`
 /// keeps digests of some runs. Maps of two revisions are never joined.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 3;
 
-pub mod bending;
 pub mod interaction;
 pub mod packet;
 pub mod refraction;

@@ -1,16 +1,14 @@
 //! Traces one packet from emission to its fate.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Arc, Departure, EdgeIndex, Geometry, Hit, SpeedProfile};
+use sonel_geometry::{Arc, Departure, Geometry, Hit, SpeedProfile};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::{
-    BendHistory, CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, EdgePlace, EdgeTable, Event,
-    PacketStart, Passing, PathWeight, Vertex,
+    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, PacketStart, PathWeight, Vertex,
 };
 use sonel_sampling::{Frame, Stream};
 use sonel_scene::Source;
 
-use crate::bending;
 use crate::interaction::{draw_event, mirrored, scattered};
 use crate::refraction::{Airs, Refraction, refract};
 use crate::zone::{DiffractionZones, Way};
@@ -19,10 +17,8 @@ use crate::zone::{DiffractionZones, Way};
 pub struct Surroundings<'a> {
     /// Walls.
     pub geometry: &'a Geometry,
-    /// Coefficients per material, and what edges do to the bands where any is bent.
+    /// Coefficients per material.
     pub table: CoefficientTable,
-    /// The edges that bend, where any band is bent.
-    pub edges: Option<EdgeIndex>,
     /// Material and frame about the front normal, per surface.
     pub surfaces: Vec<Frame>,
     /// Path length at which a packet expires [m].
@@ -50,7 +46,6 @@ struct Flight {
     stretch: f64,
     /// See [`Emission::deciding`].
     deciding: usize,
-    bend_history: BendHistory,
     passed: Passed,
 }
 
@@ -121,10 +116,6 @@ impl Surroundings<'_> {
             stretch: self.airs.as_ref().map_or(1.0, |airs| airs.stretch(emission.air)),
             deciding: emission.deciding,
             passed: Passed::None,
-            bend_history: self
-                .edges
-                .as_ref()
-                .map_or_else(BendHistory::default, |edges| BendHistory::new(edges.least_distance())),
         };
         let last = loop {
             if let Some(last) = self.step(&mut flight, stream, records) {
@@ -147,11 +138,6 @@ impl Surroundings<'_> {
         };
         if let Some(vertex) = self.diffract(flight, hit.as_ref(), stream) {
             records.paths.vertices.push(vertex);
-            return None;
-        }
-        if let Some(edges) = &self.edges
-            && self.pass_edges(edges, flight, hit.as_ref(), stream, records)
-        {
             return None;
         }
         let Some(hit) = hit else { return Some(self.vanish(flight)) };
@@ -183,7 +169,7 @@ impl Surroundings<'_> {
     fn meet_wall(&self, flight: &mut Flight, hit: &Hit, stream: &mut Stream, records: &mut Records) -> Event {
         let Records { ledger, weight, .. } = records;
         let frame = &self.surfaces[hit.surface.0 as usize];
-        let row = self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
+        let row = &*self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
         let event = decide(row, flight.deciding, stream, ledger, weight);
         flight.direction = match event {
             Event::Specular => mirrored(flight.direction, frame.normal),
@@ -204,10 +190,6 @@ impl Surroundings<'_> {
             Event::Transmitted => self.geometry.pass(hit, flight.direction),
             _ => self.geometry.leave(hit.position, hit.surface, hit.side),
         };
-        if let Some(edges) = &self.edges {
-            flight.bend_history =
-                BendHistory::new(edges.least_distance() / steepness(flight.direction, frame));
-        }
         event
     }
 
@@ -235,54 +217,6 @@ impl Surroundings<'_> {
             (from, time) = (to, end);
         }
         None
-    }
-
-    /// Takes a packet past the edges on its way to `hit`; whether one has bent it, so that it goes elsewhere.
-    fn pass_edges(
-        &self,
-        edges: &EdgeIndex,
-        flight: &mut Flight,
-        hit: Option<&Hit>,
-        stream: &mut Stream,
-        records: &mut Records,
-    ) -> bool {
-        let Some(table) = self.table.edges() else { return false };
-        let Records { paths, ledger, weight } = records;
-        let direction = flight.direction.as_dvec3().normalize();
-        loop {
-            let way = sonel_geometry::Way {
-                origin: flight.position,
-                direction,
-                from: flight.bend_history.clear,
-                to: self.passable(edges, flight, hit),
-                reach: table.reach(weight.energy()),
-            };
-            let next = flight.bend_history.next((edges, table), self.geometry, &way, weight.energy());
-            let Some(edge_pass) = next else { return false };
-            let place = EdgePlace {
-                along: edge_pass.along as f32,
-                distance: edge_pass.distance as f32,
-                tangent: 0.0,
-                side: edge_pass.side,
-            };
-            let at = (flight.position, edge_pass.edge, place);
-            let (event, passing) = bending::decide(table, at, flight.deciding, stream);
-            let Passing { closest, place, .. } = passing;
-            pass_edge(table, event, &passing, ledger, weight);
-            paths.vertices.push(Vertex::at_edge(edge_pass.edge, &place, event));
-            flight.length += flight.position.distance(closest) * flight.stretch;
-            flight.position = closest;
-            if event == Event::Bent {
-                let line = table.line(edge_pass.edge);
-                let turned = line.turned(closest, direction, place.side, f64::from(place.tangent));
-                flight.direction = turned.as_vec3().normalize();
-                flight.departure = Departure::free(closest.as_vec3());
-                flight.bend_history.bend(edge_pass.edge, f64::from(place.distance));
-                return true;
-            }
-            ledger.segment(weight.energy());
-            flight.bend_history.clear = edges.least_distance().max(flight.bend_history.clear - edge_pass.at);
-        }
     }
 
     /// Sends a packet on from an interface, into the other air or back: neither changes its energy, so there is nothing to record. None where it
@@ -313,23 +247,7 @@ impl Surroundings<'_> {
         flight.stretch = airs.stretch(air);
         flight.position = hit.position.as_dvec3();
         flight.departure = self.geometry.leave(hit.position, hit.surface, side);
-        if let Some(edges) = &self.edges {
-            let frame = &self.surfaces[hit.surface.0 as usize];
-            flight.bend_history =
-                BendHistory::new(edges.least_distance() / steepness(flight.direction, frame));
-        }
         Some(vertex(hit, event))
-    }
-
-    /// How far a packet may pass edges on its way to `hit` [m]: until it is as near to the surface as rays leave it, or to the end
-    /// of the run.
-    fn passable(&self, edges: &EdgeIndex, flight: &Flight, hit: Option<&Hit>) -> f64 {
-        let remaining = (self.reach - flight.length) / flight.stretch;
-        hit.map_or(remaining, |hit| {
-            let frame = &self.surfaces[hit.surface.0 as usize];
-            let lifted = edges.least_distance() / steepness(flight.direction, frame);
-            remaining.min(flight.position.distance(hit.position.as_dvec3()) - lifted)
-        })
     }
 
     /// Records a packet whose path was traced before, as [`Self::trace_packet`] does for the same emission and the same random numbers,
@@ -363,7 +281,7 @@ impl Surroundings<'_> {
                 }
             }
             if event.leaves_sonel() {
-                let row = self.table.row(vertex.surface(), vertex.position.as_dvec3() - position);
+                let row = &*self.table.row(vertex.surface(), vertex.position.as_dvec3() - position);
                 let drawn = decide(row, emission.deciding, stream, ledger, weight);
                 let extinct = drawn != Event::Absorbed && weight.is_extinct(self.extinction_threshold);
                 if event != if extinct { Event::Extinguished } else { drawn } {
@@ -372,20 +290,8 @@ impl Surroundings<'_> {
                 if event == Event::Diffuse {
                     stream.uniform_pair();
                 }
-            } else if event.is_at_edge() {
-                let Some(table) = self.table.edges() else { return false };
-                let (edge, place) = vertex.at();
-                let at = (position, edge, EdgePlace { tangent: 0.0, ..place });
-                let (drawn, passing) = bending::decide(table, at, emission.deciding, stream);
-                if (drawn, passing.place) != (event, place) {
-                    return false;
-                }
-                pass_edge(table, event, &passing, ledger, weight);
-                position = passing.closest;
             }
-            if !event.is_at_edge() {
-                position = vertex.position.as_dvec3();
-            }
+            position = vertex.position.as_dvec3();
             last = Some(event);
         }
         let Some(last) = last else { return false };
@@ -434,23 +340,6 @@ impl Surroundings<'_> {
         }
         flight.departure.origin + flight.direction * (remaining / flight.stretch) as f32
     }
-}
-
-/// What a way gains in height over a surface per unit of length.
-fn steepness(direction: Vec3, frame: &Frame) -> f64 {
-    f64::from(direction.dot(frame.normal).abs()).max(f64::MIN_POSITIVE)
-}
-
-/// Records the passing of an edge.
-fn pass_edge(
-    table: &EdgeTable,
-    event: Event,
-    passing: &Passing,
-    ledger: &mut ChunkLedger,
-    weight: &mut PathWeight,
-) {
-    ledger.passed_edge(weight.energy());
-    weight.pass_edge(table, event, passing);
 }
 
 /// Sends a packet on its way.

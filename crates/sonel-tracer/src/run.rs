@@ -6,8 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sonel_geometry::{Geometry, Misplaced, NearestSide};
 use sonel_map::{
-    BandClasses, ChunkPaths, CoefficientTable, EdgeTable, Emissions, Event, Fate, Leads, Ledger, MapHeader,
-    Mode, Settings, ShardRange, SonelMap, Spectral, bending_edges,
+    BandClasses, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Leads, Ledger, MapHeader, Mode,
+    Settings, ShardRange, SonelMap, Spectral,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Scene, Source};
@@ -94,37 +94,13 @@ pub struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// Prepares `scene`, whose walls are `geometry`: nothing is bent at edges.
+    /// Prepares `scene`, whose walls are `geometry`.
     #[must_use]
     pub fn new(scene: &'a Scene, geometry: &'a Geometry, settings: Settings) -> Self {
-        Self::bending(scene, geometry, settings, None)
-    }
-
-    /// As [`Self::new`], but each band is bent at edges up to its `reach` [m], where that is above zero.
-    ///
-    /// # Panics
-    /// When the speed of sound has a gradient: edges are passed on straight ways.
-    #[must_use]
-    pub fn bending(
-        scene: &'a Scene,
-        geometry: &'a Geometry,
-        settings: Settings,
-        reach: Option<&[f64]>,
-    ) -> Self {
         let bands = scene.bands.count();
-        assert!(reach.is_none() || scene.sound_speed_gradient == 0.0, "arcs pass no edges");
-        let edges = reach
-            .map(|reach| (bending_edges(geometry, &scene.wavelengths()), reach))
-            .filter(|(edges, _)| !edges.lines().is_empty());
-        // Edges tell all bands apart.
-        let classes = match &edges {
-            Some(_) => BandClasses::separate(bands),
-            None => {
-                BandClasses::alike(&scene.materials, &scene.sources, &vec![0.0; bands], settings.spectral)
-            }
-        };
+        let still = vec![0.0; bands];
+        let classes = BandClasses::alike(&scene.materials, &scene.sources, &still, settings.spectral);
         let leads = Leads::new(&scene.materials, &scene.variants, (settings.survival, settings.spectral));
-        let leads = if edges.is_some() { leads.separate() } else { leads };
         let surfaces = geometry
             .surfaces()
             .iter()
@@ -132,12 +108,7 @@ impl<'a> Tracer<'a> {
             .collect();
         let surroundings = Surroundings {
             geometry,
-            table: CoefficientTable::grouped(&scene.materials, &classes, &leads)
-                .with_geometry(geometry)
-                .with_edges(
-                    edges.as_ref().map(|(edges, reach)| EdgeTable::of(edges, &scene.wavelengths(), reach)),
-                ),
-            edges: edges.map(|(edges, _)| edges),
+            table: CoefficientTable::grouped(&scene.materials, &classes, &leads).with_geometry(geometry),
             surfaces,
             reach: scene.duration * scene.speed_of_sound,
             // What is nothing to the materials of the scene may be all to a variant.
@@ -164,7 +135,7 @@ impl<'a> Tracer<'a> {
     #[must_use]
     pub fn of(header: &'a MapHeader, geometry: &'a Geometry) -> Self {
         let (scene, settings) = (&header.scene, header.settings);
-        let mut tracer = Self::bending(scene, geometry, settings, header.bending_reach());
+        let mut tracer = Self::new(scene, geometry, settings);
         if settings.mode == Mode::Paper
             && let Some(wavelengths) = header.diffracted_wavelengths()
         {
@@ -310,9 +281,7 @@ impl<'a> Tracer<'a> {
         let starts = &chunk.paths.ends[..chunk.paths.ends.partition_point(|&end| end as usize <= lost)];
         let path = &vertices[starts.last().map_or(0, |&start| start as usize)..lost];
         let center = self.surroundings.geometry.center();
-        // Vertices at edges hold no position; the way is straight but for a bend.
-        let before = path.iter().rfind(|vertex| vertex.event().is_some_and(|event| !event.is_at_edge()));
-        let from = before.map_or(self.scene.sources[chunk.source as usize].position, |vertex| {
+        let from = path.last().map_or(self.scene.sources[chunk.source as usize].position, |vertex| {
             vertex.position.as_dvec3() + center
         });
         Some([from, vertices[lost].position.as_dvec3() + center])

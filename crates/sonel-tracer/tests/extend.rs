@@ -6,7 +6,6 @@ use std::io::Cursor;
 use glam::DVec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::{Mesh, MeshTriangle};
-use sonel_map::edges::whole_reach;
 use sonel_map::{EffectState, Event, MapHeader, MapWriter, Mode, Settings, ShardRange, SonelMap, Spectral};
 use sonel_scene::{Scene, Source};
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
@@ -40,7 +39,7 @@ fn open() -> Scene {
     scene
 }
 
-/// With a screen on its floor, at whose edges all bands are bent.
+/// With a screen on its floor, whose edges diffract in the paper's mode.
 fn screened() -> Scene {
     let mut mesh = Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]);
     let first = mesh.vertices.len() as u32;
@@ -56,16 +55,13 @@ fn settings(emissions: u64) -> Settings {
     Settings { emissions, batches: 7, ..Settings::default() }
 }
 
-/// Provenance of a run of which edges diffract, or bend packets where it is not the paper's.
+/// Provenance of a run in which edges diffract.
 fn header(scene: &Scene, settings: Settings) -> MapHeader {
-    let effect = |name: &str, on| EffectState::new(name, vec![on; 3], "asked for".to_owned());
-    let bending = settings.mode == Mode::Accurate;
-    let reach = if bending { whole_reach(&scene.wavelengths()) } else { Vec::new() };
     MapHeader {
         tool_version: "test".to_owned(),
         settings,
         shard: ShardRange::WHOLE,
-        effects: vec![effect("diffraction", true), EffectState { reach, ..effect("bending", bending) }],
+        effects: vec![EffectState::new("diffraction", vec![true; 3], "asked for".to_owned())],
         scene: scene.clone(),
     }
 }
@@ -137,8 +133,6 @@ fn an_extended_run_is_the_longer_run_with_every_kind_of_event() {
         Event::Expired,
         Event::Extinguished,
         Event::Transmitted,
-        Event::Bent,
-        Event::Passed,
     ];
     assert!(events.iter().all(|event| met.contains(event)), "{met:?}");
 }

@@ -299,8 +299,8 @@ fn ledgers_close_and_outputs_are_finite_in_any_room() {
     });
 }
 
-/// Edges that diffract, and packets that bend at them.
-const EDGES: [&str; 2] = ["diffraction", "bending"];
+/// Edges that diffract.
+const EDGES: [&str; 1] = ["diffraction"];
 
 fn screened(room: Room) -> Room {
     Room { screen: true, ..room }
@@ -313,8 +313,8 @@ fn diffracted_sound_may_go_either_way_in_any_room() {
         let scene = screened(room).scene();
         // Behind a screen less arrives: so many more sonels that most windows say something.
         let settings = |seed| Settings { emissions: 4 * settings(seed).emissions, ..settings(seed) };
-        let there = heard_with(&EDGES[..1], scene.clone(), settings(1), Estimator::Auto);
-        must_agree(&there, &heard_with(&EDGES[..1], exchanged(scene, 0), settings(2), Estimator::Auto))
+        let there = heard_with(&EDGES, scene.clone(), settings(1), Estimator::Auto);
+        must_agree(&there, &heard_with(&EDGES, exchanged(scene, 0), settings(2), Estimator::Auto))
     });
 }
 
@@ -334,7 +334,7 @@ fn edges_add_no_energy_to_the_free_fields_of_any_room() {
     const LIMIT: f64 = 2.5 * 2.5;
     let largest = std::cell::Cell::new(0.0_f64);
     in_rooms(10, |room| {
-        let found = deterministic(&EDGES[..1], screened(room.clone()).scene());
+        let found = deterministic(&EDGES, screened(room.clone()).scene());
         let mut rigid = Room { screen: false, ..room };
         rigid.absorption = [[0.0; 6]; 2];
         rigid.scattering = [[0.0; 6]; 2];
@@ -352,7 +352,7 @@ fn edges_add_no_energy_to_the_free_fields_of_any_room() {
     assert!(100.0 * largest.get() > LIMIT, "edges louder by 20 dB are noticed");
 }
 
-/// Bent packets and diffracted sound: the ledger closed, nobody lost, the same bits on one thread and on three, and again.
+/// Diffracted sound: the ledger closed, nobody lost, the same bits on one thread and on three, and again.
 #[test]
 fn edges_keep_ledgers_and_bits_in_any_room() {
     in_rooms(11, |room| {

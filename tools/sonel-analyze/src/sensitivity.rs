@@ -22,7 +22,7 @@ const WANTED: [Parameter; 4] =
 /// Prints derivatives of parameters by absorption and scattering.
 ///
 /// # Errors
-/// When the map is unusable or bends packets, or a receiver is impossible.
+/// When the map is unusable, or a receiver is impossible.
 pub fn run(arguments: &SensitivityArguments, quiet: bool, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (mut map, geometry) = open::checked_map(&arguments.map)?;
     let scene = map.header().scene.clone();

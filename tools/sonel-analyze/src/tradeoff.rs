@@ -16,6 +16,7 @@ use sonel_renderer::{Estimator, RenderSettings, free_path};
 use sonel_study::effects::{self, Decision};
 use sonel_study::pipeline::Room;
 use sonel_study::response::receivers_of;
+use sonel_study::room_decay;
 use sonel_study::tradeoff::report::{self, Findings};
 use sonel_study::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
 
@@ -51,7 +52,9 @@ pub fn run(
     let folder = &arguments.output;
     // Whatever is wrong with the output shall be said before the work is done.
     check_folder(folder, &inputs)?;
-    scene.duration = arguments.duration.unwrap_or(scene.duration);
+    if let Some(duration) = arguments.duration {
+        scene = scene.with_duration(duration);
+    }
     let receivers = receivers_of(&scene);
     if receivers.is_empty() {
         bail!("{} has no receivers to evaluate: add [[receivers]]", arguments.scene.display());
@@ -61,6 +64,9 @@ pub fn run(
     let geometry = effects::leave_regions_out(&spec, mode, &mut scene, geometry)
         .context("the scene's walls cannot be used")?;
     let decisions = effects::decide(&spec, mode, &mut scene, &geometry, false, &CpuClock)?;
+    if let Some(sentence) = room_decay::lengthen(&mut scene, &geometry)? {
+        writeln!(log, "{sentence}")?;
+    }
     let room = Room::within(&scene, geometry, decisions.iter().map(Decision::state).collect());
     let sweep = sweep(arguments, room.geometry());
 

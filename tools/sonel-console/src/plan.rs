@@ -9,7 +9,7 @@ use sonel_study::pilot::Pilot;
 use sonel_study::plan::{Names, Plan, Row, Width};
 use sonel_study::spread::{HalfWidth, PLANNED, Place, Reading};
 use sonel_study::target::Targets;
-use sonel_study::until::Verdict;
+use sonel_study::until::{Verdict, Worst};
 
 use crate::feasible::Demand;
 use crate::quantity::{bytes, count, seconds};
@@ -192,18 +192,16 @@ pub fn json(plan: &Plan) -> Value {
     })
 }
 
-/// What a look at the parameters found, in a line.
+/// What a look at the parameters found of `targets`, in a line: in the units of the targets.
 #[must_use]
-pub fn verdict(names: &Names, verdict: &Verdict) -> String {
-    let mut text = match verdict.worst {
-        None => "no parameter has a limit".to_owned(),
-        Some(worst) => format!(
-            "{} has a half-width of {:.4} JND, {:.2} times its limit",
-            names.parameter(worst.place),
-            worst.half_width,
-            worst.excess()
-        ),
+pub fn verdict(names: &Names, verdict: &Verdict, targets: &Targets) -> String {
+    let of_worst = |worst: Worst| {
+        let (limit, unit) = targets.written(worst.place.parameter)?;
+        let (excess, name) = (worst.excess(), names.parameter(worst.place));
+        Some(format!("{name} has a half-width of {:.4} {unit}, {excess:.2} times its limit", excess * limit))
     };
+    let worst = verdict.worst.and_then(of_worst);
+    let mut text = worst.unwrap_or_else(|| "no parameter has a limit".to_owned());
     if let Some((place, reason)) = verdict.unreadable.first() {
         let _ = write!(text, "; {} cannot be estimated: {reason}", names.parameter(*place));
         if verdict.unreadable.len() > 1 {

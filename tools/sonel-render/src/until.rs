@@ -59,7 +59,7 @@ pub fn until<'a>(
         let look = Look { rays, parameters: sonel_analysis::parameters(&run.response) };
         looks += 1;
         let found = Verdict::new(&readings(&look.parameters, &parameters), goal.targets);
-        writeln!(log, "{rays} rays: {}", verdict(&names, &found))?;
+        writeln!(log, "{rays} rays: {}", verdict(&names, &found, goal.targets))?;
         let forecast = if found.is_inside() {
             RayForecast::Inside
         } else if before.is_none() && run.renderer.casts_rays(job.receivers) {

@@ -59,7 +59,7 @@ pub fn decided(path: &Path, mode: Mode, scene: &Scene) -> anyhow::Result<(Vec<Ef
             Mode::name(mode)
         ));
     }
-    if header.scene.duration.to_bits() != scene.duration.to_bits() {
+    if !scene.has_default_duration && header.scene.duration.to_bits() != scene.duration.to_bits() {
         problems.push(format!(
             "its decision is for {} s, this run has {} s: use a map of the same --duration",
             header.scene.duration, scene.duration
@@ -149,19 +149,15 @@ fn other_effects(
         return Ok(Vec::new());
     };
     let wanted = effects::decide(spec, header.settings.mode, &mut scene.clone(), geometry, false, &CpuClock)?;
-    let differing = wanted
-        .iter()
-        .zip(&header.effects)
-        .filter(|(wanted, traced)| (&wanted.on, &wanted.reach) != (&traced.on, &traced.reach));
-    let problem = |(wanted, traced): (&Decision, &EffectState)| {
-        format!(
-            "--effects would have {} {}, the map was traced with {}: leave --effects out",
-            wanted.effect.name(),
-            in_words(&wanted.on, &wanted.reach),
-            in_words(&traced.on, &traced.reach)
-        )
+    let problem = |wanted: &Decision| {
+        let name = wanted.effect.name();
+        let traced = header.effects.iter().find(|effect| effect.name == name && effect.on != wanted.on)?;
+        let [wanted, traced] = [&wanted.on, &traced.on].map(|on| in_words(on));
+        Some(format!(
+            "--effects would have {name} {wanted}, the map was traced with {traced}: leave --effects out"
+        ))
     };
-    Ok(differing.map(problem).collect())
+    Ok(wanted.iter().filter_map(problem).collect())
 }
 
 fn is_same_scene(scene: &Scene, header: &MapHeader) -> bool {
@@ -173,12 +169,7 @@ fn contradiction<T: PartialEq + Display>(option: &str, given: Option<T>, traced:
     Some(format!("--{option} {given}, the map was traced with {traced}: leave --{option} out"))
 }
 
-/// On or off, band by band, and within which reach [m] where there is one.
-fn in_words(on: &[bool], reach: &[f64]) -> String {
-    let state = |(band, &on): (usize, &bool)| match (on, reach.get(band)) {
-        (true, Some(reach)) => format!("on within {reach:.3} m"),
-        (true, None) => "on".to_owned(),
-        (false, _) => "off".to_owned(),
-    };
-    on.iter().enumerate().map(state).collect::<Vec<_>>().join(", ")
+/// On or off, band by band.
+fn in_words(on: &[bool]) -> String {
+    on.iter().map(|&on| if on { "on" } else { "off" }).collect::<Vec<_>>().join(", ")
 }

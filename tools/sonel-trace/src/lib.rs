@@ -31,6 +31,7 @@ use sonel_study::effects::{self, Decision};
 use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
 use sonel_study::pipeline::Room;
 use sonel_study::plan::Plan;
+use sonel_study::room_decay;
 use sonel_study::spread::PLANNED;
 use sonel_tracer::{TraceError, TracedChunk, Tracer};
 
@@ -70,7 +71,7 @@ pub fn run_on(
     let settings = arguments.settings()?;
     let (scene, geometry, inputs) = load(log)?;
     let (Beginning { header, decisions, extended: beginning }, geometry) =
-        begin(arguments, settings, (scene, geometry))?;
+        begin(arguments, settings, (scene, geometry), log)?;
     let scene = header.scene.clone();
     if !scene.variants.is_empty() {
         writeln!(log, "{}", variants::in_words(&scene))?;
@@ -247,13 +248,17 @@ struct Beginning {
     extended: Option<SonelMap>,
 }
 
-/// What the run of `scene` begins with, and its walls.
+/// What the run of `scene` begins with, and its walls. Says to `log` how long it is where the room decides that.
 fn begin(
     arguments: &Arguments,
     settings: Settings,
     (mut scene, mut geometry): (Scene, Geometry),
+    log: &mut dyn Write,
 ) -> anyhow::Result<(Beginning, Geometry)> {
     let spec = arguments.effects.clone().unwrap_or_default();
+    if let Some(duration) = arguments.duration {
+        scene = scene.with_duration(duration);
+    }
     variants::add(&arguments.variants, &mut scene, &geometry)?;
     if settings.mode == Mode::Paper && !scene.variants.is_empty() {
         bail!(
@@ -274,7 +279,6 @@ fn begin(
         let (header, map) = extension::open(map, arguments, &scene, &geometry)?;
         return decided(header, Some(map));
     }
-    scene.duration = arguments.duration.unwrap_or(scene.duration);
     if let Some(problem) = scene.profile_problem(&geometry) {
         bail!("air.sound_speed_gradient: {problem}");
     }
@@ -284,11 +288,11 @@ fn begin(
         return decided(MapHeader { tool_version, settings, shard, effects, scene }, None);
     }
     let decisions = effects::decide(&spec, settings.mode, &mut scene, &geometry, arguments.plan, &CpuClock)?;
+    if let Some(sentence) = room_decay::lengthen(&mut scene, &geometry)? {
+        writeln!(log, "{sentence}")?;
+    }
     let effects = decisions.iter().map(Decision::state).collect();
     let header = MapHeader { tool_version, settings, shard, effects, scene };
-    if header.bending_reach().is_some() && !header.scene.variants.is_empty() {
-        bail!("packets that bend carry no variants: leave --for and `variants` out, or bending (--effects)");
-    }
     Ok((Beginning { header, decisions, extended: None }, geometry))
 }
 

@@ -8,6 +8,7 @@ use clap::Args;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::{Outcome, input};
+use sonel_scene::Draft;
 
 use crate::arguments::Common;
 
@@ -37,9 +38,12 @@ pub fn run(new: &New, log: &mut dyn Write) -> anyhow::Result<Outcome> {
     let name = new.mesh.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let folder = new.output.parent().unwrap_or(Path::new("")).to_owned();
     let progress = Progress::wait("reading", ProgressSink::unless(new.common.quiet));
-    let text = sonel_scene::draft(&path, &name, &mut |path| input::read(&folder.join(path)));
+    let draft = sonel_scene::draft(&path, &name, &mut |path| input::read(&folder.join(path)));
     progress.end();
-    let text = text?;
+    let Draft { text, warnings } = draft?;
+    for warning in warnings {
+        writeln!(log, "warning: {warning}")?;
+    }
     output.write(|out| out.write_all(text.as_bytes()))?;
     writeln!(log, "wrote {}: edit it, then run sonel-trace check {0}", new.output.display())?;
     Ok(Outcome::Done)

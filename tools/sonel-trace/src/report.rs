@@ -148,11 +148,7 @@ fn effect(effect: &EffectState) -> Value {
         Some(&first) if uniform => json!(first),
         _ => json!(effect.on),
     };
-    let mut value = json!({ "name": effect.name, "on": on, "reason": effect.reason });
-    if !effect.reach.is_empty() {
-        value["reach_m"] = json!(effect.reach);
-    }
-    value
+    json!({ "name": effect.name, "on": on, "reason": effect.reason })
 }
 
 #[cfg(test)]

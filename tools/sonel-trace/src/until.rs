@@ -70,7 +70,7 @@ pub fn until(
         let map = SonelMap::open(traced.output.file()?)?;
         let (found, figures, rendered) = look(planner, &map, targets)?;
         looks += 1;
-        writeln!(log, "{emissions} sonels: {}", verdict(&names, &found))?;
+        writeln!(log, "{emissions} sonels: {}", verdict(&names, &found, targets))?;
         let affordable = goal.seconds.map(|seconds| {
             affordable(seconds - watch.seconds().0, (watch.seconds().0 - begin) / emissions as f64)
         });

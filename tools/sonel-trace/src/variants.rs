@@ -83,8 +83,6 @@ fn numbers(text: &str, key: &str) -> Option<Vec<String>> {
 /// # Errors
 /// When a variant is impossible, or there are too many to be traced together.
 pub fn add(options: &[Alternatives], scene: &mut Scene, geometry: &Geometry) -> anyhow::Result<()> {
-    let takes_default =
-        scene.default_duration(geometry).is_some_and(|default| default.to_bits() == scene.duration.to_bits());
     let mut by_material = BTreeMap::<&str, Vec<&Alternatives>>::new();
     for option in options {
         by_material.entry(&option.material).or_default().push(option);
@@ -98,7 +96,7 @@ pub fn add(options: &[Alternatives], scene: &mut Scene, geometry: &Geometry) -> 
             "the variants combine to {sets} kinds of scattering and transmission, at most {MOST_SETS} can be traced together: leave some out, or trace several maps; any number of absorptions is possible"
         );
     }
-    if takes_default && !options.is_empty() {
+    if scene.has_default_duration && !options.is_empty() {
         scene.duration = scene
             .default_duration(geometry)
             .filter(|&duration| duration <= LONGEST_DEFAULT_DURATION)
@@ -228,7 +226,8 @@ mod tests {
     fn the_default_duration_is_that_of_the_longest_reverberation() {
         let room = scene();
         let geometry = room.geometry().unwrap();
-        let room = Scene { duration: room.default_duration(&geometry).unwrap(), ..room };
+        let duration = room.default_duration(&geometry).unwrap();
+        let room = Scene { duration, has_default_duration: true, ..room };
         let longer = added(&["materials.wall.north.absorption=0.1"], &room).unwrap();
         assert!(longer.duration > 1.7 * room.duration, "{}", longer.duration);
         let shorter = added(&["materials.wall.north.absorption=0.4"], &room).unwrap();

@@ -63,16 +63,8 @@ pub fn run(redraw: bool) -> Result<()> {
 fn sweep(scene: &str, what: &str, varied: &[&str], sonels: &str, repeats: &str) -> Result<()> {
     let (file, name) = (format!("scenes/{scene}/scene.toml"), format!("{scene}-{what}"));
     let folder = format!("{FOLDER}/{name}");
-    let options = [
-        "--sonels",
-        sonels,
-        "--repeats",
-        repeats,
-        "--effects",
-        "auto,-diffraction,-bending",
-        "--threads",
-        "1",
-    ];
+    let options =
+        ["--sonels", sonels, "--repeats", repeats, "--effects", "auto,-diffraction", "--threads", "1"];
     let words = ["tradeoff", &file, "-o", &folder];
     workspace::program(Profile::Release, "sonel-analyze", &[&words[..], varied, &options].concat()).map(drop)
 }
@@ -121,7 +113,7 @@ fn cost(verdict: &Value) -> String {
 fn render(scene: &str, sonels: &str, grids: [&str; 4]) -> Result<()> {
     let (map, response) = (format!("{FOLDER}/{scene}.sonelmap"), format!("{FOLDER}/{scene}.npz"));
     let file = format!("scenes/{scene}/scene.toml");
-    let options = ["--sonels", sonels, "--effects", "auto,-bending", "--quiet"];
+    let options = ["--sonels", sonels, "--quiet"];
     workspace::program(Profile::Release, "sonel-trace", &[&[&file, "-o", &map][..], &options].concat())?;
     for (power, grid) in grids.into_iter().enumerate() {
         let grid = format!("--grid={grid}");

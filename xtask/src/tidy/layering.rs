@@ -18,7 +18,7 @@ const LAYERS: [&[&str]; 6] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 40] = [
+const HOMES: [(&str, &[&str]); 41] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
@@ -64,6 +64,7 @@ const HOMES: [(&str, &[&str]); 40] = [
     ("signal-hook", &["tools/sonel-console"]),
     ("smallvec", &["crates/sonel-geometry", "crates/sonel-renderer"]),
     ("sofar", &["crates/sonel-sound"]),
+    ("spade", &["crates/sonel-geometry"]),
     ("statrs", &["crates/sonel-testkit"]),
     ("tempfile", &["tools/", "python", "crates/sonel-testkit"]),
     ("tobj", &["crates/sonel-scene"]),

@@ -6,6 +6,7 @@ use super::{Axis, Mark, Panel, Point, Series};
 use crate::batches::{Parts, weighted};
 use crate::decay::{DecayCurve, Echogram};
 use crate::jackknife;
+use crate::listed;
 use crate::parameter::LevelScale;
 use crate::student;
 
@@ -43,14 +44,15 @@ pub fn echogram(response: &Response, s: usize, r: usize) -> Panel {
 /// Energy still to come of source `s` at receiver `r` over the time since the direct sound, per band.
 #[must_use]
 pub fn decay(response: &Response, s: usize, r: usize) -> Panel {
-    let direct_time = response.direct_time(s, r);
+    let (direct_time, listed) = (response.direct_time(s, r), listed::Index::new(response));
     let series = bands(response, |b| {
-        let echogram =
-            Echogram { edges: &response.time_edges_s, energy: response.echogram(s, r, b), direct_time };
+        let (edges, energy) = (&response.time_edges_s, response.echogram(s, r, b));
+        let arrivals = listed.of(response, (s, r, b));
+        let echogram = Echogram { edges, energy, direct_time, arrivals: &arrivals };
         let Ok(curve) = DecayCurve::new(echogram) else { return Vec::new() };
         // Levels relative to the start do not depend on it.
         let scale = LevelScale { source_power_level_db: 0.0, characteristic_impedance: 1.0 };
-        let parts = Parts::read(response, (s, r, b), scale).ok();
+        let parts = Parts::read(response, (s, r, b), &arrivals, scale).ok();
         let times = (0..=POINTS).map(|i| curve.duration() * i as f64 / POINTS as f64);
         times
             .map(|time| {

@@ -49,7 +49,7 @@ fn a_screen_is_free_but_for_its_foot() {
         assert!(free.len() == 3 && free.iter().all(|edge| (edge.wedge_angle - TAU).abs() < 1e-12));
         let length: f64 = free.iter().map(|edge| edge.length()).sum();
         assert!((length - 7.0).abs() < 1e-9);
-        let foot = of_shape(&geometry, EdgeShape::Abutting);
+        let foot = of_shape(&geometry, EdgeShape::Junction);
         assert!(foot.len() == 1 && (foot[0].length() - 3.0).abs() < 1e-9);
     }
 }
@@ -70,7 +70,7 @@ fn a_change_of_material_is_a_seam_and_a_welded_foot_a_junction() {
 }
 
 #[test]
-fn a_pillar_has_free_sides_and_an_abutting_foot_and_head() {
+fn a_pillar_has_free_sides_and_a_foot_and_head_at_junctions() {
     let mut mesh = rooms::shoebox();
     let pillar = sonel_geometry::Mesh::shoebox([0.5, 0.6, 3.0], [7; 6]);
     for triangle in &pillar.triangles {
@@ -82,7 +82,7 @@ fn a_pillar_has_free_sides_and_an_abutting_foot_and_head() {
         let convex = of_shape(&geometry, EdgeShape::Convex);
         assert!(convex.len() == 4 && convex.iter().all(|edge| (edge.length() - 3.0).abs() < 1e-9));
         assert!(convex.iter().all(|edge| (edge.wedge_angle - 1.5 * PI).abs() < 1e-9));
-        assert_eq!(of_shape(&geometry, EdgeShape::Abutting).len(), 8);
+        assert_eq!(of_shape(&geometry, EdgeShape::Junction).len(), 8);
         assert_eq!(of_shape(&geometry, EdgeShape::Concave).len(), 12);
     }
 }

@@ -49,6 +49,19 @@ fn file_of(bytes: &[u8]) -> File {
     file
 }
 
+/// A section of maps whose packets edges deflected, in the place of one that is as long.
+#[test]
+fn maps_with_deflected_packets_are_refused_and_not_taken_for_damaged() {
+    let bytes = hand_made::bytes();
+    let stated_at = forged::section(&bytes, "chunk.fates").stated_at;
+    let renamed =
+        |name: &[u8; 11]| read(&forged::in_header(&bytes, stated_at - name.len(), name)).unwrap_err();
+    let (deflected, damaged) = (renamed(b"edges.faces"), renamed(b"chunk.edges"));
+    assert!(matches!(deflected, MapError::Outdated(_)), "{deflected}");
+    assert!(deflected.to_string().contains("+bending") && deflected.to_string().contains("trace it again"));
+    assert!(matches!(damaged, MapError::Damaged { .. }), "{damaged}");
+}
+
 #[test]
 fn the_sound_map_is_read() {
     let bytes = hand_made::bytes();

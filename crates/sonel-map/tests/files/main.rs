@@ -3,7 +3,6 @@
 
 mod corpus;
 mod directivity;
-mod edge_faults;
 mod faults;
 #[path = "../forged/mod.rs"]
 mod forged;

@@ -1,7 +1,7 @@
-//! L R: direct sound by a shadow ray, along an arc where the speed of sound has a gradient; no bias, no noise.
+//! L R: direct sound by a straight way in general position, along an arc where the speed of sound has a gradient; no bias, no noise.
 
 use glam::DVec3;
-use sonel_geometry::{Arc, Departure, Geometry, SpeedProfile};
+use sonel_geometry::{Arc, End, Geometry, SpeedProfile};
 use sonel_map::CoefficientTable;
 
 use crate::partition::Partitions;
@@ -15,8 +15,11 @@ pub fn direct_path(
     source: DVec3,
     receiver: DVec3,
 ) -> Option<(f64, DVec3, Partitions)> {
-    let departure = Departure::free(source.as_vec3());
-    let passed = Partitions::between(geometry, table, departure, receiver.as_vec3())?;
+    let ends = [
+        geometry.in_general_position(source, End::Source),
+        geometry.in_general_position(receiver, End::Receiver),
+    ];
+    let passed = Partitions::on_way(geometry, table, ends)?;
     let offset = receiver - source;
     Some((offset.length(), offset.normalize(), passed))
 }

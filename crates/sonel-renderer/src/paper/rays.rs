@@ -154,7 +154,7 @@ impl Looking<'_> {
     fn turn(&self, surface: SurfaceId, direction: glam::DVec3, uniform: f64) -> Turn {
         // Sonels know at which angle they reached the disc: its ray looks with the diffuse mean.
         let mean = self.table.mean_row(surface);
-        let row = self.table.row(surface, direction);
+        let row = &*self.table.row(surface, direction);
         let of = |energy: &[Lanes]| energy[self.column / 4][self.column % 4];
         let diffuse = of(&mean.diffuse.energy);
         let mirror = diffuse + of(&row.specular.energy);

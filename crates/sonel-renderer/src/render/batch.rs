@@ -153,7 +153,7 @@ pub(crate) struct ReceiverGroup<'a> {
     pub tile: &'a Tile<'a>,
     images: Vec<Option<ReceiverImages>>,
     others: Vec<AssignedClasses>,
-    /// For places next to receivers; none where no receiver has such places, or where edges bend what goes there.
+    /// For places next to receivers; none where no receiver has such places.
     source: Option<NearSource<'a>>,
     /// Which sonels are connected to them.
     selection: Option<&'a SonelSelection>,
@@ -278,12 +278,10 @@ impl Renderer<'_> {
                 specular_rays: self.casts_specular_rays(),
                 image_order: self.owned_order(images.as_ref()),
                 diffuse: self.connects_diffuse(),
-                bent: self.gathers_by_mirrors(),
             })
             .collect();
         let is_near = self.gather.is_some() && receivers.iter().any(PreparedReceiver::is_near_surface);
-        let source =
-            (is_near && self.bends.is_none()).then(|| NearSource::new(self.geometry, &self.table, radiator));
+        let source = is_near.then(|| NearSource::new(self.geometry, &self.table, radiator));
         ReceiverGroup { tile, images, others, source, selection: None }
     }
 
@@ -325,8 +323,7 @@ impl Renderer<'_> {
 
     /// Whether a ray that goes on from a surface next to the receiver finds a sonel with `history` where it came from.
     fn is_followed(&self, history: SegmentHistory, group: &ReceiverGroup<'_>) -> bool {
-        let by_rays =
-            history.diffused && history.interfaces == 0 && (history.bends == 0 || self.gathers_by_mirrors());
+        let by_rays = history.diffused && history.interfaces == 0;
         by_rays || group.source.as_ref().is_some_and(|source| source.finds(history))
     }
 
@@ -388,7 +385,6 @@ impl Renderer<'_> {
             table: &self.table,
             bins: &self.bins,
             air: self.carried_air.as_ref(),
-            bends: self.bends.as_ref(),
             regions: self.regions.as_ref(),
         }
     }
@@ -466,8 +462,8 @@ impl Renderer<'_> {
     ) {
         let medium = self.medium();
         estimate.record_segment(segment, &medium, &mut scratch.energy);
-        let SegmentHistory { specular_run, bends, interfaces, .. } = segment.history;
-        if specular_run > 0 || bends > 0 || interfaces > 0 || !self.connects_diffuse() {
+        let SegmentHistory { specular_run, interfaces, .. } = segment.history;
+        if specular_run > 0 || interfaces > 0 || !self.connects_diffuse() {
             let receivers = group.tile.receivers.iter().zip(&group.others).enumerate();
             let left = receivers.filter(|(_, (_, others))| is_left_to_sphere(segment.history, **others));
             let receivers = left.map(|(index, (receiver, others))| (index, receiver, others.direct_length));
@@ -476,7 +472,7 @@ impl Renderer<'_> {
             cross(&Piece::of(segment), receivers, &medium, coarse, &mut scratch.energy, &mut deposits);
         }
         let Some(arrival) = segment.arrival else { return };
-        let row = self.table.row(arrival.surface, segment.direction());
+        let row = &*self.table.row(arrival.surface, segment.direction());
         let Some(selection) = group.selection.filter(|_| !row.is_mirror) else { return };
         let probability = selection.probability(segment.end_length, segment.end, arriving);
         if !scratch.selector.takes(probability) {

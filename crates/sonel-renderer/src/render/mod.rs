@@ -28,7 +28,6 @@ use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
 use crate::regions::{Regions, carries, fit_settings, refuse_regions, straight_length};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
-use crate::stochastic::bending::Bends;
 use crate::stochastic::gather::GatherSettings;
 use crate::stochastic::gather::disc::Sheet;
 use crate::stochastic::mirror_connection::image_order;
@@ -62,8 +61,6 @@ pub struct Renderer<'a> {
     pub(crate) edges: Vec<Edges>,
     /// The airs, where the scene has several.
     pub(crate) regions: Option<Regions>,
-    /// The edges, where they bend packets.
-    pub(crate) bends: Option<Bends>,
     pub(crate) normals: Vec<Vec3>,
     pub(crate) emissions: Emissions<'a>,
     /// Largest K′.
@@ -93,11 +90,7 @@ fn attenuation(scene: &Scene, settings: &RenderSettings, bins: &TimeBins) -> Res
 
 /// Bands that nothing tells apart; edges tell all of them apart.
 fn band_classes(map: &SonelMap, diffracts: bool, attenuation: &[f64]) -> BandClasses {
-    if diffracts || map.edge_table().is_some() {
-        BandClasses::separate(map.header().scene.bands.count())
-    } else {
-        map.classes(attenuation)
-    }
+    if diffracts { BandClasses::separate(map.header().scene.bands.count()) } else { map.classes(attenuation) }
 }
 
 /// The edges in each air of `scene`.
@@ -144,7 +137,6 @@ impl<'a> Renderer<'a> {
                 (Some(regions), least)
             }
         };
-        let bands = classes.count();
         let table = map.coefficients(&classes);
         let by_paper = settings.estimator == Estimator::Paper;
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
@@ -156,8 +148,6 @@ impl<'a> Renderer<'a> {
             paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),
             edges: if diffracts && !by_paper { edges(scene, geometry) } else { Vec::new() },
             regions,
-            // The paper's rays know of no bends: they gather what arrives, however it came.
-            bends: table.edges().filter(|_| !by_paper).map(|edges| Bends::new(geometry, edges, bands)),
             air: AirTable::new(&attenuation, bins.reach),
             carried_air: AirTable::new(&carried, bins.reach),
             attenuation,

@@ -23,12 +23,6 @@ impl Renderer<'_> {
             PathClass::Edge => "edges",
             PathClass::Refracted => "receiver sphere",
             PathClass::LateSpecular if self.casts_specular_rays() => "specular rays into receiver spheres",
-            PathClass::Diffuse if self.bends.is_some() && self.gathers_by_mirrors() => {
-                "connection for straight paths, gather for bent paths"
-            }
-            PathClass::Diffuse if self.bends.is_some() && self.connects_diffuse() => {
-                "connection for straight paths, receiver sphere for bent paths"
-            }
             PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
             PathClass::Diffuse if self.connects_diffuse() && self.table.profile().is_some() => {
                 "connection along an arc"
@@ -64,9 +58,6 @@ impl Renderer<'_> {
                 )
             }
             _ if forced => "requested".to_owned(),
-            PathClass::LongDiffuseMirror if self.bends.is_some() && !self.gathers_by_mirrors() => {
-                "images of the receiver do not follow bent paths".to_owned()
-            }
             PathClass::Diffuse => "unbiased, low noise except near a surface".to_owned(),
             PathClass::DiffuseMirror if self.gathers_by_mirrors() => {
                 "low noise in any room; in an empty box images of the receiver have less".to_owned()

@@ -2,8 +2,7 @@
 //!
 //! Few packets of a map are reflected specularly many times in a row, with much energy each. These rays are always
 //! reflected specularly and weighted by the product of (1−α)(1−s) in every band; there are four for each packet of the map.
-//! Rays that carry little go on by roulette. With bending, the rays carry straight paths; packets of the map carry bent
-//! ones. Each batch has rays of its own, so the interval covers them.
+//! Rays that carry little go on by roulette. Each batch has rays of its own, so the interval covers them.
 
 use sonel_geometry::{Departure, Hit};
 use sonel_map::{Lanes, lanes_of};
@@ -15,7 +14,6 @@ use crate::exact::mirror::{Radiator, lattice_room};
 use crate::path_class::PathClass;
 use crate::receiver::PreparedReceiver;
 use crate::rendering::Rendering;
-use crate::stochastic::bending::WayEnd;
 use crate::stochastic::connection::normal_on;
 use crate::stochastic::crossing::{Piece, cross};
 use crate::stochastic::gather::rays::{LIGHT, strongest};
@@ -84,7 +82,6 @@ impl Renderer<'_> {
                 direction,
                 length: 0.0,
                 stretch: self.stretch_at_source(source),
-                start: WayEnd::in_air(radiator.position),
                 reflections: 0,
             };
             while strongest(&energy) > 0.0 {
@@ -121,7 +118,6 @@ impl Renderer<'_> {
             start_length: way.length,
             energy,
             fades_from: 0.0,
-            unbent_from: Some(way.start),
             is_mirrored: true,
         };
         let receivers = tile.receivers.iter().zip(&tile.direct_lengths).enumerate();
@@ -139,12 +135,7 @@ impl Renderer<'_> {
             return false;
         }
         let normal = normal_on(hit.side, self.normals[hit.surface.0 as usize]);
-        let steepness = f64::from(way.direction.dot(normal).abs());
-        let arrived = WayEnd::at_surface(end.as_dvec3(), steepness);
-        if let Some(bends) = &self.bends {
-            bends.keep_straight(self.geometry, [way.start, arrived], energy);
-        }
-        let row = self.table.row(hit.surface, way.direction.as_dvec3());
+        let row = &*self.table.row(hit.surface, way.direction.as_dvec3());
         let through = row.through();
         let passes = through > 0.0 && stream.uniform_fine() < through;
         let (factors, share) =
@@ -154,7 +145,6 @@ impl Renderer<'_> {
                 energy[lane] *= factor[lane] / share;
             }
         }
-        way.start = arrived;
         if passes {
             way.departure = self.geometry.pass(hit, way.direction);
             way.length += f64::from(end.distance(way.departure.origin)) * way.stretch;
@@ -174,8 +164,6 @@ struct Way {
     /// Length from the source [m], times c₀/c of its air.
     length: f64,
     stretch: f64,
-    /// Where its straight piece begins.
-    start: WayEnd,
     reflections: u32,
 }
 

@@ -12,7 +12,6 @@ use crate::deposit::{Deposits, add_lanes};
 use crate::directions::Axes;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::bending::WayEnd;
 use crate::stochastic::kernel::KernelDifference;
 use crate::stochastic::medium::Medium;
 
@@ -146,10 +145,6 @@ pub fn connect(
         }
         passed.attenuate(medium.geometry, medium.table, scratch);
         medium.receive(receiver, leg, scratch);
-        if let Some(bends) = medium.bends {
-            let from = WayEnd::at_surface(sonel.position.as_dvec3(), f64::from(projected) / distance);
-            bends.keep_straight(medium.geometry, [from, WayEnd::in_air(receiver.exact)], scratch);
-        }
         deposits.add((index, towards), bin, length, scratch, medium);
     }
 }

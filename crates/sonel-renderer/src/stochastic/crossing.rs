@@ -8,7 +8,6 @@ use glam::Vec3;
 use sonel_map::{Lanes, Segment, SegmentHistory};
 
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::bending::WayEnd;
 use crate::stochastic::connection::ClassDeposits;
 use crate::stochastic::medium::Medium;
 
@@ -17,14 +16,12 @@ use crate::stochastic::medium::Medium;
 pub struct AssignedClasses {
     /// K: image-source paths from the source.
     pub mirror_order: u32,
-    /// Whether the late specular rays bring longer specular paths that no edge bent.
+    /// Whether the late specular rays bring longer specular paths.
     pub specular_rays: bool,
     /// K′: mirror images of the receiver.
     pub image_order: u32,
     /// Whether connections bring … D R.
     pub diffuse: bool,
-    /// Whether visibility rays bring what was bent behind its last diffuse reflection.
-    pub bent: bool,
     /// Length of the straight way from the source, see [`crate::straight_length`] [m].
     pub direct_length: f64,
 }
@@ -38,9 +35,9 @@ pub fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bo
         return true;
     }
     match (history.diffused, history.specular_run) {
-        (false, run) => run > others.mirror_order && (history.bends > 0 || !others.specular_rays),
-        (true, 0) => !others.diffuse || history.bends > 0 && !others.bent,
-        (true, run) => run > others.image_order || history.bends > 0 && !others.bent,
+        (false, run) => run > others.mirror_order && !others.specular_rays,
+        (true, 0) => !others.diffuse,
+        (true, run) => run > others.image_order,
     }
 }
 
@@ -55,26 +52,17 @@ pub struct Piece<'a> {
     pub energy: &'a [Lanes],
     /// Path length from which on the receiver's air has still to take its part, where the scene has several [m].
     pub fades_from: f64,
-    /// Where its straight way began, where edges still have to take from it what they bend.
-    pub unbent_from: Option<WayEnd>,
     /// Whether its path was reflected specularly alone.
     pub is_mirrored: bool,
 }
 
 impl<'a> Piece<'a> {
-    /// The whole of `segment`, which edges have passed already.
+    /// The whole of `segment`.
     #[must_use]
     pub fn of(segment: &Segment<'a>) -> Self {
         let ends = (segment.start, segment.end);
         let start_length = segment.start_length;
-        Self {
-            ends,
-            start_length,
-            energy: segment.energy,
-            fades_from: start_length,
-            unbent_from: None,
-            is_mirrored: false,
-        }
+        Self { ends, start_length, energy: segment.energy, fades_from: start_length, is_mirrored: false }
     }
 }
 
@@ -102,11 +90,6 @@ pub fn cross<'a>(
             }
         }
         medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);
-        if let Some((bends, from)) = medium.bends.zip(piece.unbent_from) {
-            let (start, end) = (piece.ends.0.as_dvec3(), piece.ends.1.as_dvec3());
-            let passed = start + (end - start).normalize() * chord.at.max(0.0);
-            bends.keep_straight(medium.geometry, [from, WayEnd::in_air(passed)], scratch);
-        }
         let (arriving, bins) = ((index, -along), (bin, coarse(index, bin)));
         deposits.add_from_kernel(arriving, bins, length, scratch, chord.gain, medium);
     }
@@ -118,20 +101,13 @@ mod tests {
 
     #[test]
     fn each_history_has_one_owner() {
-        let bent = |specular_run, diffused, bends| SegmentHistory {
-            order: 9,
-            specular_run,
-            diffused,
-            bends,
-            interfaces: 0,
-        };
-        let history = |specular_run, diffused| bent(specular_run, diffused, 0);
+        let history =
+            |specular_run, diffused| SegmentHistory { order: 9, specular_run, diffused, interfaces: 0 };
         let others = AssignedClasses {
             mirror_order: 2,
             specular_rays: false,
             image_order: 1,
             diffuse: true,
-            bent: false,
             direct_length: 0.0,
         };
         assert!(!is_left_to_sphere(history(0, false), others), "direct sound");
@@ -140,26 +116,15 @@ mod tests {
         assert!(!is_left_to_sphere(history(0, true), others), "connection");
         assert!(!is_left_to_sphere(history(1, true), others), "mirror connection");
         assert!(is_left_to_sphere(history(2, true), others));
-        assert!(is_left_to_sphere(bent(0, true, 1), others), "connections are straight");
-        assert!(is_left_to_sphere(bent(1, true, 1), others), "images do not follow bends");
-        assert!(!is_left_to_sphere(bent(0, false, 1), others), "direct sound is left to the edges");
-        let rays = AssignedClasses { bent: true, ..others };
-        assert!(
-            !is_left_to_sphere(bent(0, true, 2), rays) && !is_left_to_sphere(bent(1, true, 1), rays),
-            "visibility rays turn"
-        );
-        assert!(is_left_to_sphere(bent(2, true, 1), rays) && is_left_to_sphere(bent(3, false, 1), rays));
         let mirrored = AssignedClasses { specular_rays: true, ..others };
-        assert!(
-            !is_left_to_sphere(history(3, false), mirrored) && is_left_to_sphere(bent(3, false, 1), mirrored)
-        );
+        assert!(!is_left_to_sphere(history(3, false), mirrored));
         let alone = AssignedClasses { mirror_order: 0, image_order: 0, diffuse: false, ..others };
         assert!(!is_left_to_sphere(history(0, false), alone), "direct sound");
         for (run, diffused) in [(0, false), (1, false), (0, true), (1, true)] {
             let refracted = SegmentHistory { interfaces: 1, ..history(run, diffused) };
             assert!(
                 is_left_to_sphere(refracted, others)
-                    && is_left_to_sphere(refracted, rays)
+                    && is_left_to_sphere(refracted, mirrored)
                     && is_left_to_sphere(refracted, alone)
             );
         }

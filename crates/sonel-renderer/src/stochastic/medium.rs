@@ -9,7 +9,6 @@ use crate::deposit::TimeBins;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
 use crate::regions::Regions;
-use crate::stochastic::bending::Bends;
 
 /// What lies between a sonel and a receiver.
 #[derive(Clone, Copy)]
@@ -22,8 +21,6 @@ pub struct Medium<'a> {
     pub bins: &'a TimeBins,
     /// Air, where it attenuates.
     pub air: Option<&'a AirTable>,
-    /// Edges, where they bend.
-    pub bends: Option<&'a Bends>,
     /// The airs, where the scene has several.
     pub regions: Option<&'a Regions>,
 }

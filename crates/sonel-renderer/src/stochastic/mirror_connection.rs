@@ -17,7 +17,6 @@ use crate::exact::mirror::tree::ImageTree;
 use crate::exact::mirror::{Image, Radiator};
 use crate::receiver::{PreparedReceiver, Sensitivity};
 use crate::stochastic::alias::AliasTable;
-use crate::stochastic::bending::{Bends, WayEnd};
 use crate::stochastic::connection::{ClassDeposits, DiffuseSonel};
 use crate::stochastic::medium::Medium;
 
@@ -38,8 +37,6 @@ const BLIND_SHARE: f64 = 0.1;
 /// The images of one receiver and how they are chosen.
 #[derive(Debug)]
 pub struct ReceiverImages {
-    /// About the scene's centre [m].
-    receiver: DVec3,
     /// [`PreparedReceiver::brightest`].
     brightest: f64,
     sensitivity: Sensitivity,
@@ -107,7 +104,6 @@ impl ReceiverImages {
         };
         let total: f64 = weights.iter().sum();
         (total > 0.0).then(|| Self {
-            receiver: receiver.exact,
             brightest: receiver.brightest,
             sensitivity: receiver.sensitivity,
             inverse_probability: weights.iter().map(|weight| total / weight).collect(),
@@ -153,7 +149,7 @@ impl ReceiverImages {
         let towards = match &self.tree {
             None => -offset * image.signs,
             Some(tree) => {
-                let Some(towards) = tree.connect(medium.geometry, index, from, sonel.departure) else {
+                let Some(towards) = tree.connect(medium.geometry, index, from, sonel.departure.plane) else {
                     return;
                 };
                 towards
@@ -167,39 +163,7 @@ impl ReceiverImages {
                 scratch[lane] = radiosity[lane] * factor[lane] * weight;
             }
         }
-        if let (Some(bends), Some(tree)) = (medium.bends, &self.tree) {
-            let start = (from, sonel.normal.as_dvec3());
-            let points_on_walls = tree.points_on_walls(medium.geometry, index, from);
-            keep_straight(bends, medium.geometry, start, &points_on_walls, self.receiver, scratch);
-        }
         deposits.add((receiver, first.unwrap_or(towards)), bin, length, scratch, medium);
-    }
-}
-
-/// Takes from `energy` what edges bend on the way from `start` over `feet`, places on surfaces [m] with their normals, to a receiver in
-/// the air.
-fn keep_straight(
-    bends: &Bends,
-    geometry: &Geometry,
-    start: (DVec3, DVec3),
-    points_on_walls: &[(DVec3, DVec3)],
-    receiver: DVec3,
-    energy: &mut [Lanes],
-) {
-    let (mut place, mut normal) = start;
-    let ends = points_on_walls
-        .iter()
-        .map(|&(point_on_wall, normal)| (point_on_wall, Some(normal)))
-        .chain([(receiver, None)]);
-    for (to, its_normal) in ends {
-        let direction = (to - place).normalize_or_zero();
-        let steepness = |normal: DVec3| direction.dot(normal).abs();
-        let way = [
-            WayEnd::at_surface(place, steepness(normal)),
-            WayEnd { place: to, steepness: its_normal.map(steepness) },
-        ];
-        bends.keep_straight(geometry, way, energy);
-        (place, normal) = (to, its_normal.unwrap_or(normal));
     }
 }
 

@@ -1,7 +1,6 @@
 //! Classes that packets estimate: each batch of emissions is an estimate of its own.
 
 mod alias;
-pub mod bending;
 pub mod connection;
 pub mod crossing;
 pub mod gather;

@@ -158,18 +158,17 @@ fn unreachable(geometry: &Geometry, scene: &Scene) -> Option<String> {
         return None;
     }
     let is_air = |point: DVec3| geometry.contains(point);
-    let at_sources: Vec<Vec<usize>> = scene
+    let at_sources: Vec<u32> = scene
         .sources
         .iter()
         .map(|source| source.position)
         .filter(|position| is_air(*position))
-        .map(|position| geometry.shells_around(position))
+        .map(|position| geometry.cell_at(position))
         .collect();
     let transmits =
         scene.materials.iter().any(|material| material.transmission.iter().any(|&share| share > 0.0));
     let anywhere = transmits || at_sources.is_empty();
-    let sounds =
-        |point: DVec3| is_air(point) && (anywhere || at_sources.contains(&geometry.shells_around(point)));
+    let sounds = |point: DVec3| is_air(point) && (anywhere || at_sources.contains(&geometry.cell_at(point)));
     let is_contact = |(surface, id): (&Surface, SurfaceId)| {
         surface.closed && geometry.exposed(id) <= LARGEST_BARE_SHARE * surface.area
     };

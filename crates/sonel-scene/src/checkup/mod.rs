@@ -25,7 +25,7 @@ use crate::room::leak;
 use crate::{Problem, Scene, SceneErrors};
 
 /// What was found.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Checkup {
     /// Why the scene cannot be traced.
     pub problems: Vec<Problem>,
@@ -41,6 +41,8 @@ pub struct Checkup {
     pub room: Option<Room>,
     /// Its mesh as it is traced, where its walls could be read.
     pub repaired: Option<Repaired>,
+    /// The scene and its walls, where nothing is wrong that stops a trace.
+    pub traceable: Option<(Scene, Geometry)>,
 }
 
 /// Sizes of a room and its statistical reverberation.
@@ -126,7 +128,9 @@ pub fn check(
     let mut notes: Vec<String> = notes.into_iter().map(|(_, note)| note).collect();
     let sound = attempt.geometry.as_ref().filter(|_| attempt.problems.is_empty());
     notes.extend(sound.and_then(|geometry| flat_walls(&attempt.scene, geometry)));
-    Ok(Checkup { problems: attempt.problems, warnings, faults, notes, repairs, room, repaired })
+    let traceable = attempt.geometry.filter(|_| attempt.problems.is_empty());
+    let traceable = traceable.map(|geometry| (attempt.scene, geometry));
+    Ok(Checkup { problems: attempt.problems, warnings, faults, notes, repairs, room, repaired, traceable })
 }
 
 /// Names of the materials, then of those that the scene lacks.

@@ -3,7 +3,7 @@
 use std::io;
 
 use sonel_scene::checkup::{Checkup, check};
-use sonel_scene::{draft, load};
+use sonel_scene::{Draft, draft, load};
 use sonel_testkit::meshes::{self, Triangle, room};
 
 const SCENE: &str = "mesh = \"room.obj\"\nduration_s = 1\n[bands]\ncenter_frequencies_hz = [125, 1000]\n[air]\nspeed_of_sound = 343.0\n\
@@ -202,8 +202,8 @@ fn faces_doubled_but_for_rounding_are_left_out() {
     let triangles = [empty(), empty().iter().take(2).map(moved).collect()].concat();
     let checkup = checked(SCENE, &triangles);
     assert_eq!(checkup.repairs.len(), 2, "{:?}", checkup.repairs);
-    assert!(checkup.repairs[0].ends_with("within rounding left out: 2"), "{:?}", checkup.repairs);
-    assert_eq!(checkup.faults[..], checkup.repairs[..1]);
+    assert!(checkup.repairs[1].contains(" m² are drawn more than once"), "{:?}", checkup.repairs);
+    assert_eq!(checkup.faults[..], checkup.repairs[1..]);
     assert!((checkup.room.unwrap().volume.unwrap() - 210.0).abs() < 1e-3);
     assert_eq!(checkup.repaired.unwrap().to_obj().unwrap().matches("\nf ").count(), 12);
 }
@@ -283,7 +283,9 @@ fn drafts_are_scenes_in_every_format() {
                 bytes.clone()
             })
         };
-        let text = draft(name, "a \"room\"", &mut open).unwrap_or_else(|errors| panic!("{name}: {errors}"));
+        let Draft { text, warnings } =
+            draft(name, "a \"room\"", &mut open).unwrap_or_else(|errors| panic!("{name}: {errors}"));
+        assert!(warnings.is_empty(), "{warnings:?}");
         let loaded = load(&text, "scene.toml", &mut open).unwrap_or_else(|errors| panic!("{text}\n{errors}"));
         assert_eq!((loaded.scene.sources.len(), loaded.scene.receivers.len()), (1, 1), "{text}");
         assert_eq!(loaded.scene.name, "a \"room\"");
@@ -295,4 +297,57 @@ fn drafts_are_scenes_in_every_format() {
     let errors = draft("a.stl", "a", &mut |_| Ok(b"solid".to_vec())).unwrap_err();
     assert_eq!(errors.to_string(), "a.stl: the mesh has no face; export polygons");
     assert!(draft("a.stl", "a", &mut |_| Err(io::ErrorKind::NotFound.into())).is_err());
+}
+
+/// A room 3 m high whose file has y up, read with z up: its floor stands, and a place in the axes of the plan is outside.
+#[test]
+fn a_model_on_its_side_is_warned_of() {
+    let turned: Vec<Triangle> = room()[..12]
+        .iter()
+        .map(|(corners, _)| {
+            let level = corners.iter().all(|corner| (corner[2] - corners[0][2]).abs() < 1e-9);
+            let name = if level && corners[0][2] <= 0.0 { "Floor_wood" } else { "walls" };
+            (corners.map(|[x, y, z]| [x, z, -y]), name)
+        })
+        .collect();
+    let place = room_middle();
+    let scene = |up: &str, position: [f64; 3]| {
+        SCENE
+            .replace("floor.", "Floor_wood.")
+            .replace("duration_s = 1\n", &format!("duration_s = 1\n{up}"))
+            .replace("[2.0, 2.0, 1.5]", &format!("{position:?}"))
+    };
+    let upright = checked(&scene("mesh_up = \"y\"\n", [place[0], place[2], -place[1]]), &turned);
+    assert!(upright.warnings.is_empty() && upright.problems.is_empty(), "{:?}", upright.problems);
+    let lying = checked(&scene("", place), &turned);
+    assert!(
+        lying.warnings.iter().any(|warning| warning.contains(
+            "materials.Floor_wood: 100 % of its area is vertical, so the model seems to lie on its side; set mesh_up = \"y\""
+        )),
+        "{:?}",
+        lying.warnings
+    );
+    let problems: Vec<String> = lying.problems.iter().map(ToString::to_string).collect();
+    assert!(problems.iter().any(|problem| problem.contains("with y and z swapped, [")), "{problems:?}");
+}
+
+/// The middle of the room.
+fn room_middle() -> [f64; 3] {
+    let corners = || empty().into_iter().flat_map(|(corners, _)| corners);
+    [0, 1, 2].map(|axis| {
+        let along = || corners().map(|corner: [f64; 3]| corner[axis]);
+        0.5 * (along().fold(f64::INFINITY, f64::min) + along().fold(f64::NEG_INFINITY, f64::max))
+    })
+}
+
+/// STL knows no unit: `new` says what a checkup says.
+#[test]
+fn a_draft_warns_of_a_mesh_in_millimetres() {
+    let triangles: Vec<Triangle> = empty()
+        .into_iter()
+        .map(|(corners, name)| (corners.map(|corner| corner.map(|x| 1000.0 * x)), name))
+        .collect();
+    let Draft { warnings, .. } = draft("a.obj", "a", &mut |_| Ok(meshes::obj(&triangles))).unwrap();
+    assert!(warnings.iter().any(|warning| warning.contains("implausibly large")), "{warnings:?}");
+    assert!(warnings[0].contains("\"mm\" makes it"), "{warnings:?}");
 }

@@ -1,11 +1,9 @@
 //! Decides which effects are simulated, per band, with a reason.
 //!
-//! For each effect except bending, which is on only where requested, a bound is derived for the change of levels and
-//! reverberation times without it. `auto` leaves it out where both are below a tenth of a just-noticeable difference
+//! For each effect a bound is derived for the change of levels and reverberation times without it. `auto` leaves it out where both are below a tenth of a just-noticeable difference
 //! ([`LEVEL_DB`], [`DECAY`]). A new effect is a variant of [`Effect`], an arm of [`decide`] and a module with its bound.
 
 mod air;
-pub(crate) mod bending;
 pub(crate) mod edges;
 mod shadow;
 mod skips;
@@ -40,8 +38,6 @@ const ASKED: &str = "requested";
 pub enum Effect {
     /// Edge diffraction of deterministic paths.
     Diffraction,
-    /// Bending of packets at edges.
-    Bending,
     /// Sound through partitions.
     Transmission,
     /// Sound between regions of different air.
@@ -54,21 +50,14 @@ pub enum Effect {
 
 impl Effect {
     /// All effects in the order of the interface.
-    pub const ALL: [Self; 6] = [
-        Self::Diffraction,
-        Self::Bending,
-        Self::Transmission,
-        Self::Refraction,
-        Self::Air,
-        Self::Directivity,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::Diffraction, Self::Transmission, Self::Refraction, Self::Air, Self::Directivity];
 
     /// Its name in `--effects`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Diffraction => "diffraction",
-            Self::Bending => sonel_map::BENDING,
             Self::Transmission => "transmission",
             Self::Refraction => "refraction",
             Self::Air => "air",
@@ -117,13 +106,11 @@ pub struct Decision {
     pub reason: String,
     /// What it costs, in words; empty where it is nothing.
     pub cost: String,
-    /// How far from edges it acts, see [`EffectState::reach`] [m].
-    pub reach: Vec<f64>,
 }
 
 impl Decision {
     fn new(effect: Effect, on: Vec<bool>, reason: String) -> Self {
-        Self { effect, on, bound: None, reason, cost: String::new(), reach: Vec::new() }
+        Self { effect, on, bound: None, reason, cost: String::new() }
     }
 
     /// Takes what `other` materials call for, too.
@@ -144,10 +131,7 @@ impl Decision {
     /// What a map says of it.
     #[must_use]
     pub fn state(&self) -> EffectState {
-        EffectState {
-            reach: self.reach.clone(),
-            ..EffectState::new(self.effect.name(), self.on.clone(), self.reason.clone())
-        }
+        EffectState::new(self.effect.name(), self.on.clone(), self.reason.clone())
     }
 }
 
@@ -233,7 +217,6 @@ fn decide_one(
                 Ok(edges::decide_for_paper(spec.request(effect), scene, geometry))
             }
             Effect::Diffraction => edges::decide(asked(effect), scene, geometry, clock),
-            Effect::Bending => Ok(bending::decide(spec.request(effect), mode, scene, geometry)),
             Effect::Air => Ok(air.clone()),
             Effect::Directivity => Ok(directivity.clone()),
             Effect::Transmission => Ok(decide_transmission(spec.request(effect), mode, scene, geometry)),
@@ -241,9 +224,6 @@ fn decide_one(
         })
         .collect()
 }
-
-/// Why no edge acts where the speed of sound has a gradient.
-pub(crate) const ON_ARCS: &str = "not computed with a gradient of the speed of sound";
 
 /// Leaves regions of other air and the gradient of the speed of sound out of `scene` where `spec` or `mode` does without refraction.
 /// Returns its walls, which are `geometry` unless interfaces were left out.

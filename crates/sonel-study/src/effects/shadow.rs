@@ -50,16 +50,24 @@ pub fn missing(
                 })
                 .fold((0.0, 0), |most, gain| if gain.0 > most.0 { gain } else { most });
             if gain_db > LEVEL_DB {
+                let gain = gain(gain_db, scene.bands.nominal()[band]);
                 missing.push(format!(
-                    "receiver \"{}\" is in the shadow of source \"{}\": sound over edges, which the map omits, may raise its level by up to {gain_db:.1} dB at {} Hz; trace with --effects auto,+diffraction to include it",
-                    receiver.name,
-                    source.name,
-                    scene.bands.nominal()[band]
+                    "receiver \"{}\" is in the shadow of source \"{}\": sound over edges, which the map omits, {gain}; trace with --effects auto,+diffraction to include it",
+                    receiver.name, source.name
                 ));
             }
         }
     }
     missing
+}
+
+/// What sound over edges does to a level at `center_hz` that it raises by up to `gain_db`.
+fn gain(gain_db: f64, center_hz: f64) -> String {
+    if gain_db.is_finite() {
+        format!("may raise its level by up to {gain_db:.1} dB at {center_hz} Hz")
+    } else {
+        format!("may be all that reaches it at {center_hz} Hz")
+    }
 }
 
 /// Length and detour of the two shortest ways over edges [m]; none where the direct path is clear or there is no edge.
@@ -121,6 +129,12 @@ mod tests {
         let below = DVec3::new(0.0, 4.0, -3.0);
         let over_end = DVec3::new(-4.0, 0.0, -3.0);
         assert!((shortest_way(ends, below, over_end) - 10.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn where_nothing_else_arrives_no_gain_is_stated() {
+        assert_eq!(gain(3.12, 125.0), "may raise its level by up to 3.1 dB at 125 Hz");
+        assert_eq!(gain(f64::INFINITY, 125.0), "may be all that reaches it at 125 Hz");
     }
 
     #[test]

@@ -23,9 +23,7 @@ pub enum EffectSpecError {
     #[error("\"{0}\" has no sign: write +{0} to add or -{0} to remove the effect")]
     Sign(String),
     /// No such effect.
-    #[error(
-        "unknown effect \"{0}\": choose among diffraction, bending, transmission, refraction, air, directivity"
-    )]
+    #[error("unknown effect \"{0}\": choose among diffraction, transmission, refraction, air, directivity")]
     Unknown(String),
 }
 
@@ -56,13 +54,13 @@ impl Request {
 /// What the user asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectSpec {
-    requests: [Request; 6],
+    requests: [Request; 5],
     threshold: f64,
 }
 
 impl Default for EffectSpec {
     fn default() -> Self {
-        Self { requests: [Request::Auto; 6], threshold: THRESHOLD }
+        Self { requests: [Request::Auto; 5], threshold: THRESHOLD }
     }
 }
 
@@ -92,7 +90,7 @@ impl FromStr for EffectSpec {
                 None => return Err(EffectSpecError::Base(other.to_owned())),
             },
         };
-        let mut requests = [base; 6];
+        let mut requests = [base; 5];
         for word in words {
             let (request, name) = match (word.strip_prefix('+'), word.strip_prefix('-')) {
                 (Some(name), _) => (Request::On, name),
@@ -121,7 +119,7 @@ mod tests {
         let spec: EffectSpec = "auto,-air,+diffraction".parse().unwrap();
         assert_eq!(spec.requests[Effect::Air as usize], Request::Off);
         assert_eq!(spec.requests[Effect::Diffraction as usize], Request::On);
-        assert_eq!(spec.requests[Effect::Bending as usize], Request::Auto);
+        assert_eq!(spec.requests[Effect::Transmission as usize], Request::Auto);
         assert!((spec.threshold() - 0.1).abs() < 1e-12);
         let coarse: EffectSpec = "auto:1,-air".parse().unwrap();
         assert_eq!(
@@ -139,6 +137,6 @@ mod tests {
             assert!(error(&format!("auto:{threshold}")).contains("number above 0"));
         }
         assert!(error("all:1").contains("auto, all or none"));
-        assert!(error("auto,+echo").contains("diffraction, bending"));
+        assert!(error("auto,+echo").contains("diffraction, transmission"));
     }
 }

@@ -62,7 +62,7 @@ fn numbers() -> [Vec<f64>; 2] {
 fn by_law(losses: &[(f64, Losses)]) -> Vec<Series> {
     let series = |(law, name): (usize, &&str)| {
         let point = |(x, of): &(f64, Losses)| Some(Point::new(*x, of.by_law[law]?));
-        let mark = if law < 2 { Mark::Line } else { Mark::Dashed };
+        let mark = if law < 1 { Mark::Line } else { Mark::Dashed };
         Series::new(*name, mark, losses.iter().filter_map(point).collect())
     };
     LAWS.iter().enumerate().map(series).collect()

@@ -18,15 +18,12 @@ pub struct Variant {
     /// In tables.
     pub title: &'static str,
     is_locally_reacting: bool,
-    is_bent: bool,
 }
 
 /// All ways to trace a room.
-pub const VARIANTS: [Variant; 4] = [
-    Variant { name: "packets", title: "uniform", is_locally_reacting: false, is_bent: false },
-    Variant { name: "angles", title: "locally reacting", is_locally_reacting: true, is_bent: false },
-    Variant { name: "bent", title: "uniform bent", is_locally_reacting: false, is_bent: true },
-    Variant { name: "bent-angles", title: "locally reacting bent", is_locally_reacting: true, is_bent: true },
+pub const VARIANTS: [Variant; 2] = [
+    Variant { name: "packets", title: "uniform", is_locally_reacting: false },
+    Variant { name: "angles", title: "locally reacting", is_locally_reacting: true },
 ];
 
 /// What packets say, per band of the room.
@@ -36,10 +33,8 @@ pub fn rows(room: &Room, variant: Variant) -> Result<Vec<Row>> {
     for leftover in [&map, &response] {
         let _ = std::fs::remove_file(workspace::root().join(leftover));
     }
-    let effects = if variant.is_bent { "auto,+bending" } else { "auto" };
-    let sonels = if variant.is_bent { room.bent_sonels } else { room.sonels };
     let run = |program, words: &[&str]| workspace::program(Profile::Release, program, words);
-    run("sonel-trace", &[&scene, "-o", &map, "--sonels", sonels, "--effects", effects, "--quiet"])?;
+    run("sonel-trace", &[&scene, "-o", &map, "--sonels", room.sonels, "--quiet"])?;
     run("sonel-render", &[&map, "-o", &response, "--rays", "32768", "--quiet"])?;
     let figures: Value =
         serde_json::from_str(&run("sonel-analyze", &["parameters", &response, "--format", "json"])?)?;

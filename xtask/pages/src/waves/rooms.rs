@@ -15,9 +15,8 @@ pub struct Room {
     pub name: &'static str,
     /// Octaves compared [Hz].
     pub bands: &'static [f64],
-    /// Sonels of straight and of bent packets.
+    /// Packets per source.
     pub sonels: &'static str,
-    pub bent_sonels: &'static str,
     toml: String,
     obj: String,
 }
@@ -31,7 +30,6 @@ pub fn all() -> Result<Vec<Room>> {
         name: "hall",
         bands: &[63.0, 125.0],
         sonels: "30k",
-        bent_sonels: "20k",
         toml: workspace::read("scenes/hall/scene.toml")?,
         obj: workspace::read("scenes/hall/hall.obj")?,
     };
@@ -51,7 +49,6 @@ pub fn all() -> Result<Vec<Room>> {
         name,
         bands: BOX_BANDS,
         sonels: "30k",
-        bent_sonels: "20k",
         toml: PLAIN.to_owned(),
         obj: mesh.text,
     });

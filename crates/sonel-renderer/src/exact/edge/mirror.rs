@@ -4,8 +4,10 @@ use glam::DVec3;
 use sonel_geometry::{Departure, Geometry, Hit, PlaneId, Side, SurfaceId};
 use sonel_map::CoefficientTable;
 
-use crate::exact::mirror::tree::IN_CORNER;
 use crate::partition::Partitions;
+
+/// Within so many lifts of the place where two mirrors meet a ray does not tell which of them is met first; their planes do.
+const IN_CORNER: f64 = 16.0;
 
 /// A surface seen from one of its sides.
 #[derive(Debug, Clone, Copy)]

@@ -85,9 +85,13 @@ pub fn clip(polygon: &[DVec3], height: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
 }
 
 /// Convex hull of points in a plane with unit `normal`, in order about it.
+///
+/// Points are sorted along a direction that no side of a drawing is at right angles to: of equal ones rounding would decide which are
+/// corners.
 #[must_use]
 pub fn hull(points: &[DVec3], normal: DVec3) -> Vec<DVec3> {
-    let across = normal.any_orthonormal_vector();
+    let (first, second) = normal.any_orthonormal_pair();
+    let across = 0.853_149_270_118_41 * first + 0.521_672_413_307_59 * second;
     let along = normal.cross(across);
     let mut flat: Vec<(f64, f64, DVec3)> = points.iter().map(|&p| (across.dot(p), along.dot(p), p)).collect();
     flat.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));

@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use sonel_geometry::{Departure, Geometry, PlaneId, Side, SurfaceId};
+use sonel_geometry::{Crossed, Departure, End, Geometry, PlaneId, Side, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes, lanes_of};
 
 use super::beam::{Beam, clip, hull};
@@ -21,14 +21,15 @@ type Passes<'a> = &'a mut dyn FnMut(SurfaceId) -> bool;
 /// No chain is longer, however few the surfaces.
 const ORDER_LIMIT: u32 = 24;
 
-/// Within so many lifts of the place where two mirrors meet a ray does not tell which of them is met first; their planes do.
-pub(crate) const IN_CORNER: f64 = 16.0;
-
 /// How far outside its beam a chain is still tried [rad]: beams are cut a resolution inside the surfaces that they light.
 const BEAM_SLACK: f64 = 1e-4;
 
-/// Part of the scene's extent within which rounding of `f64` does not tell on which side of a plane an image path is.
-const SAME_PLACE: f64 = 1e-12;
+/// How far behind its plane a mirror's triangles are looked for, in resolutions: corners may be one off the plane of their surface.
+const DEPTH: f64 = 2.0;
+
+/// Height over a mirror, in resolutions, up to which a facet only touches it. What is cut off there grows with the beams behind it, which are
+/// a resolution generous: they stay larger than the true ones up to a thousand times the distance.
+const TOUCHING: f64 = 1e-3;
 
 /// Image sources up to the order K that fits the budget.
 #[derive(Debug)]
@@ -40,11 +41,14 @@ pub struct ImageTree<'a> {
     /// The node that follows another over a mirror.
     children: HashMap<(Option<u32>, Mirror), u32>,
     radiator: Radiator<'a>,
+    /// The radiator's position in general position, of which the nodes are images.
+    origin: DVec3,
     lanes: usize,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Node {
+    /// Image of the origin.
     image: DVec3,
     mirror: Mirror,
     /// Index of the node before, none for first-order images.
@@ -100,9 +104,10 @@ impl<'t> ImageTree<'t> {
             sides: Vec::new(),
             children: HashMap::new(),
             radiator,
+            origin: geometry.in_general_position(radiator.position, End::Source),
             lanes: lanes_of(table.bands()),
         };
-        let source = Beam::new(radiator.position, &[]);
+        let source = Beam::new(tree.origin, &[]);
         let mut last_order = vec![Grown { beam: source, last: None, parent: None, index: None }];
         while tree.order < most {
             let Some(mut next) = grow(geometry, &facets, &last_order, budget - tree.nodes.len()) else {
@@ -154,24 +159,30 @@ impl<'t> ImageTree<'t> {
         mut found: impl FnMut(&MirrorArrival<'_>),
     ) {
         let mut factor = vec![[0.0; 4]; self.lanes];
+        let from = geometry.in_general_position(receiver, End::Receiver);
         for node in &self.nodes {
-            let departure = Departure::free(receiver.as_vec3());
             let mut passed = Partitions::default();
             let mut pass = |surface| passed.pass(geometry, table, surface);
             let passes: Option<Passes<'_>> = if table.transmits() { Some(&mut pass) } else { None };
-            let Some(leaving) = self.validate(geometry, node, receiver, departure, passes) else {
+            let Some(leaving) = self.validate(geometry, node, (from, None), passes) else {
                 continue;
             };
-            self.mirror(table, node, node.image - receiver, &mut factor);
+            let offset = self.image_of_radiator(geometry, node) - receiver;
+            self.mirror(table, node, offset, &mut factor);
             passed.attenuate(geometry, table, &mut factor);
             self.radiator.towards(leaving).weigh(&mut factor);
-            let offset = node.image - receiver;
             let length = offset.length();
             let planes = self.chain(node).map(|node| geometry.surface(node.mirror.surface).plane).collect();
             let towards = offset / length;
             let through = passed.materials(geometry);
             found(&MirrorArrival { length, towards, order: node.order, planes, factor: &factor, through });
         }
+    }
+
+    /// The image of the radiator itself over the chain of `leaf` [m].
+    fn image_of_radiator(&self, geometry: &Geometry, leaf: &Node) -> DVec3 {
+        let mirrors: Vec<Mirror> = self.chain(leaf).map(|node| node.mirror).collect();
+        mirrors.iter().rev().fold(self.radiator.position, |image, &mirror| reflected(geometry, mirror, image))
     }
 
     /// ∏ (1−α)(1−s) along the chain of `leaf` for sound that reaches its last mirror from `towards`, seen from the receiver.
@@ -254,7 +265,7 @@ impl<'t> ImageTree<'t> {
             .collect()
     }
 
-    /// The direction in which the origin of the tree sees `point`, left by `departure`, over the chain of image number `image` [m];
+    /// The direction in which the origin of the tree sees `point`, in the plane that is `left`, over the chain of image number `image` [m];
     /// [`None`] where something is in the way.
     #[must_use]
     pub fn connect(
@@ -262,30 +273,9 @@ impl<'t> ImageTree<'t> {
         geometry: &Geometry,
         image: usize,
         point: DVec3,
-        departure: Departure,
+        left: Option<PlaneId>,
     ) -> Option<DVec3> {
-        self.validate(geometry, &self.nodes[image], point, departure, None)
-    }
-
-    /// Where the chain of image number `image` from `point` is mirrored, in order [m], and the normals of the surfaces there.
-    #[must_use]
-    pub fn points_on_walls(
-        &self,
-        geometry: &Geometry,
-        image: usize,
-        mut point: DVec3,
-    ) -> Vec<(DVec3, DVec3)> {
-        let mut points_on_walls = Vec::new();
-        let mut link = Some(&self.nodes[image]);
-        let mut last = None;
-        while let Some(node) = link {
-            let Some(point_on_wall) = crossing(geometry, node.mirror, last, point, node.image) else { break };
-            last = Some(node.mirror);
-            points_on_walls.push((point_on_wall, geometry.surface(node.mirror.surface).normal));
-            point = point_on_wall;
-            link = node.parent.map(|parent| &self.nodes[parent as usize]);
-        }
-        points_on_walls
+        self.validate(geometry, &self.nodes[image], (point, left), None)
     }
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
@@ -306,14 +296,13 @@ impl<'t> ImageTree<'t> {
         }
     }
 
-    /// Follows the chain backwards from `from`, which is left by `departure`. Returns the offset from the origin of the
-    /// tree to the first reflection where nothing is in the way but what `passes`; none where nothing does.
+    /// Follows the chain backwards from `from`, which lies in the plane that is `left`. Returns the offset from the origin of the tree to the
+    /// first reflection where nothing is in the way but what `passes`; none where nothing does.
     fn validate(
         &self,
         geometry: &Geometry,
         leaf: &Node,
-        from: DVec3,
-        departure: Departure,
+        (from, mut left): (DVec3, Option<PlaneId>),
         mut passes: Option<Passes<'_>>,
     ) -> Option<DVec3> {
         let sides = &self.sides[leaf.sides.0 as usize..leaf.sides.1 as usize];
@@ -322,77 +311,53 @@ impl<'t> ImageTree<'t> {
         if sides.iter().any(|side| side.dot(offset) < outside) {
             return None;
         }
-        let (mut point, mut departure) = (from, departure);
-        let corner = IN_CORNER * f64::from(geometry.lift());
-        let mut node = leaf;
-        let mut last = None;
-        let mut is_in_corner = false;
-        loop {
-            let Mirror { surface, side } = node.mirror;
-            let reflection = crossing(geometry, node.mirror, last, point, node.image)?;
-            last = Some(node.mirror);
-            let parent = node.parent.map(|parent| &self.nodes[parent as usize]);
-            let next = parent.and_then(|next| crossing(geometry, next.mirror, last, reflection, next.image));
-            let goes_to_corner = next.is_some_and(|next| next.distance(reflection) <= corner);
-            // In a corner the origin is lifted off one mirror after the other.
-            let mut position = departure.origin;
-            if !is_in_corner {
-                let direction = (node.image - point).normalize().as_vec3();
-                position = loop {
-                    let hit = geometry.closest_hit(departure, direction)?;
-                    let met = Mirror { surface: hit.surface, side: hit.side };
-                    let is_next = || goes_to_corner && parent.is_some_and(|next| met == next.mirror);
-                    if met == node.mirror || is_next() {
-                        break hit.position;
-                    }
-                    if !passes.as_mut().is_some_and(|passes| passes(hit.surface)) {
-                        return None;
-                    }
-                    departure = geometry.pass(&hit, direction);
-                };
-            }
-            departure = geometry.leave(position, surface, side);
-            point = reflection;
-            is_in_corner = goes_to_corner;
-            match parent {
-                Some(parent) => node = parent,
-                None => break,
-            }
-        }
-        let to = self.radiator.position.as_vec3();
-        let reaches = match passes {
-            Some(passes) => geometry.reaches(departure, to, passes),
-            None => !geometry.is_blocked(departure, to),
-        };
-        let open = reaches && self.stays_aside(geometry, leaf, from);
-        open.then_some(point - self.radiator.position)
-    }
-
-    /// Whether the chain of `leaf` from `from` stays on its side of everything that stands where it is mirrored.
-    fn stays_aside(&self, geometry: &Geometry, leaf: &Node, from: DVec3) -> bool {
-        let mut points = vec![from];
-        let mut planes = Vec::new();
-        let mut last = None;
+        let mut point = from;
         for node in self.chain(leaf) {
-            let before = points[points.len() - 1];
-            let Some(point) = crossing(geometry, node.mirror, last, before, node.image) else {
-                return false;
-            };
-            last = Some(node.mirror);
-            points.push(point);
-            planes.push(geometry.surface(node.mirror.surface).plane);
+            point = met(geometry, node, (point, left), &mut passes)?;
+            left = Some(geometry.surface(node.mirror.surface).plane);
         }
-        points.push(self.radiator.position);
-        // Where mirrors meet, the path turns at all of them at once.
-        let corner = IN_CORNER * f64::from(geometry.lift());
-        (1..=planes.len()).all(|turn| {
-            let at = points[turn];
-            let beside = |&other: &usize| points[other].distance(at) > corner;
-            let first = (0..turn).rev().find(beside).unwrap_or(0);
-            let last = (turn..points.len()).find(beside).unwrap_or(points.len() - 1);
-            geometry.stays_aside(points[first], at, points[last], &planes[first..last - 1])
-        })
+        let ends = [point, self.origin];
+        let is_open = match passes {
+            Some(passes) => geometry.pass_all(&geometry.faces_between(ends, left), passes),
+            None => geometry.is_clear(ends, left),
+        };
+        is_open.then_some(point - self.origin)
     }
+}
+
+/// Where the way from `point`, in the plane that is `left`, to the image of `node` meets its mirror; none where it meets anything before that
+/// nothing `passes`, or the plane beside the mirror.
+fn met(
+    geometry: &Geometry,
+    node: &Node,
+    (point, left): (DVec3, Option<PlaneId>),
+    passes: &mut Option<Passes<'_>>,
+) -> Option<DVec3> {
+    let Node { mirror, image, .. } = *node;
+    let reflection = crossing(geometry, mirror, point, image)?;
+    let (above, below) = (height(geometry, mirror, point), -height(geometry, mirror, image));
+    let depth = below.min(DEPTH * f64::from(geometry.resolution()));
+    let beyond = point + (image - point) * ((above + depth) / (above + below));
+    let (ends, plane) = ([point, beyond], geometry.surface(mirror.surface).plane);
+    let is_mirror = |face: &Crossed| face.surface == mirror.surface && face.side == mirror.side;
+    let is_met = if let Some(passes) = passes {
+        let faces = geometry.faces_between(ends, left);
+        let at = faces.iter().position(|face| face.plane == plane)?;
+        is_mirror(&faces[at]) && geometry.pass_all(&faces[..at], passes)
+    } else {
+        let (mut there, at) = (None::<Crossed>, above / (above + depth));
+        let is_blocked = geometry.visit_between(ends, left, |face| {
+            if face.plane != plane {
+                return face.share < at;
+            }
+            if there.is_none_or(|known| face.hides(&known)) {
+                there = Some(face);
+            }
+            false
+        });
+        !is_blocked && there.is_some_and(|face| is_mirror(&face))
+    };
+    is_met.then_some(reflection)
 }
 
 /// Surfaces that mirror anything in any band, from the sides that face air.
@@ -433,25 +398,10 @@ fn reflected(geometry: &Geometry, mirror: Mirror, point: DVec3) -> DVec3 {
     point - 2.0 * height(geometry, mirror, point) * normal
 }
 
-/// Where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane; `last` is the mirror on which
-/// `point` lies.
-///
-/// A line through the corner of two mirrors meets both in one point, and image-source paths over them in either order would do, or
-/// neither: of the two it is the one in ascending order of surfaces.
-fn crossing(
-    geometry: &Geometry,
-    mirror: Mirror,
-    last: Option<Mirror>,
-    point: DVec3,
-    image: DVec3,
-) -> Option<DVec3> {
+/// Where the line from `point`, on the mirror's side, to `image`, behind it, crosses its plane.
+fn crossing(geometry: &Geometry, mirror: Mirror, point: DVec3, image: DVec3) -> Option<DVec3> {
     let (above, below) = (height(geometry, mirror, point), height(geometry, mirror, image));
-    let same_place = SAME_PLACE * f64::from(geometry.extent());
-    let is_above = match last {
-        Some(last) if above.abs() <= same_place => last.surface < mirror.surface,
-        _ => above > 0.0,
-    };
-    (is_above && below < 0.0).then(|| point + (image - point) * (above / (above - below)))
+    (above > 0.0 && below < 0.0).then(|| point + (image - point) * (above / (above - below)))
 }
 
 /// All beams that follow from those of one order, or none where they are more than `room_left`.
@@ -486,7 +436,7 @@ fn lit_part(geometry: &Geometry, parent: &Grown, facet: &Facet) -> Option<Vec<DV
         return None;
     }
     let tolerance = f64::from(geometry.resolution());
-    let above = clip(&facet.outline, |corner| height(geometry, last, corner) - tolerance);
+    let above = clip(&facet.outline, |corner| height(geometry, last, corner) - TOUCHING * tolerance);
     let rest = parent.beam.clip(above, tolerance);
     (!rest.is_empty()).then_some(rest)
 }

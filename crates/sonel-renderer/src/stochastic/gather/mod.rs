@@ -4,18 +4,15 @@
 //! and side within h of the ray's hit; A is the area of the disc clipped to the surface (docs/physics.md §4). No cosine: e is
 //! flux, and flux over area is irradiance. What is seen directly belongs to the connection; then the ray goes on as a mirror reflection.
 //! Next to the receiver, where connections leave a part, rays do not gather but go on from the surface by Lambert's law until they are far
-//! enough: L … D_far S^k D_near S^l R. What has no D_far is connected ([`near`]). Where edges bend, rays turn at them (`turning`) and gather
-//! what was bent, also where no mirror is between. Rays are few and their hits are indexed; the map streams past
-//! them, so memory does not grow with it. Each batch has rays of its own: the interval covers both passes.
+//! enough: L … D_far S^k D_near S^l R. What has no D_far is connected ([`near`]). Rays are few
+//! and their hits are indexed; the map streams past them, so memory does not grow with it. Each batch has rays of its own: the interval covers both passes.
 //!
 //! References: [Jensen1996], [KnausZwicker2011] (docs/references.md).
 
-mod backwards;
 pub mod disc;
 pub mod index;
 pub mod near;
 pub mod rays;
-mod turning;
 mod visible;
 
 pub use index::GatherIndex;

@@ -2,7 +2,7 @@
 //!
 //! Discs would find few of the packets that come straight from the source, and each of them would weigh much. The irradiance of a place
 //! by the source is exact, D cos θ / (4π d²) e^(−m d) with D its directivity; of its mirror images one is chosen at random, as for
-//! … D S^k R. Sources with a directivity leave their images to the discs, so do all in scenes with partitions or several airs, and where edges bend all is left to them.
+//! … D S^k R. Sources with a directivity leave their images to the discs, so do all in scenes with partitions or several airs.
 
 use sonel_geometry::Geometry;
 use sonel_map::{CoefficientTable, Lanes, SegmentHistory};
@@ -35,7 +35,7 @@ impl<'a> NearSource<'a> {
         Self { radiator, images }
     }
 
-    /// Whether it finds sonels with `history` where they come from, with nothing bent.
+    /// Whether it finds sonels with `history` where they come from.
     #[must_use]
     pub fn finds(&self, history: SegmentHistory) -> bool {
         !history.diffused

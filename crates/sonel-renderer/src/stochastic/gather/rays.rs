@@ -2,15 +2,13 @@
 
 use glam::{DVec3, Vec3};
 use smallvec::{SmallVec, smallvec};
-use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
+use sonel_geometry::{Departure, Hit, SurfaceId};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{Frame, ScrambledSobol, Stream, warp};
 
 use super::disc::{Disc, Sheet};
-use super::turning::{Look, Turning};
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::bending::{Bends, Turn, WayEnd};
 use crate::stochastic::connection::normal_on;
 use crate::stochastic::medium::Medium;
 
@@ -27,7 +25,7 @@ pub struct GatherSettings {
     pub by_mirrors: bool,
 }
 
-/// Turns weigh bands differently: a ray that carries so many times what it left with goes on in parts.
+/// Splitting: a ray whose weight in any band exceeds so many times its initial weight goes on in parts of less weight.
 const HEAVY: f64 = 4.0;
 /// A ray that carries less than this part of what it left with, in every band, goes on by roulette. Where hard walls face each other, few rays
 /// bring most of the late energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30.
@@ -115,8 +113,7 @@ pub struct Observer<'a> {
     pub image_order: u32,
 }
 
-/// Casts the rays of one receiver in one batch and hands over what they find. Where edges bend, rays that go on by mirrors turn at them,
-/// and a ray carries the bands alone that come its way. `stream` is that of the receiver and batch.
+/// Casts the rays of one receiver in one batch and hands over what they find. `stream` is that of the receiver and batch.
 pub fn cast(
     medium: &Medium<'_>,
     table: &CoefficientTable,
@@ -134,7 +131,7 @@ pub fn cast(
         let direction = warp::uniform_sphere(directions.point(number));
         rays.push(Ray::new(observer.receiver, direction, settings, table));
         while let Some(mut ray) = rays.pop() {
-            let Some(hit) = ray.arrive(medium, settings, stream, &mut rays) else { continue };
+            let Some(hit) = ray.arrive(medium, settings) else { continue };
             let surface = medium.geometry.surface(hit.surface);
             let row = table.mean_row(hit.surface);
             let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
@@ -144,12 +141,6 @@ pub fn cast(
                 ray.shares(&observer, &hit, normal, settings)
             };
             let mirrors = ray.goes_on_by_mirrors(&observer, settings);
-            if shares.gathered > 0.0 || shares.followed > 0.0 || mirrors {
-                ray.keep(medium, &hit, normal);
-            }
-            if ray.weight() <= 0.0 {
-                continue;
-            }
             let mut disc = |share: f64, sonels: Sonels| {
                 if share > 0.0 {
                     let disc = sheets[hit.surface.0 as usize].disc(&hit, settings.radius);
@@ -208,10 +199,6 @@ struct Ray {
     reflections: u32,
     /// Whether it has gone on from a diffuse reflection.
     is_scattered: bool,
-    /// Where packets on this way end.
-    end: WayEnd,
-    /// Where it turned since it left that.
-    turns: Vec<Turn>,
 }
 
 impl Ray {
@@ -231,64 +218,14 @@ impl Ray {
             length: 0.0,
             reflections: 0,
             is_scattered: false,
-            end: WayEnd::in_air(receiver.exact),
-            turns: Vec::new(),
         }
     }
 
-    /// Goes straight on to the next surface, and leaves what turns at edges on the way with the other `rays`; [`None`] where nothing
-    /// comes from there within reach.
-    fn arrive(
-        &mut self,
-        medium: &Medium<'_>,
-        settings: &GatherSettings,
-        stream: &mut Stream,
-        rays: &mut Vec<Self>,
-    ) -> Option<Hit> {
+    /// Goes straight on to the next surface; [`None`] where nothing comes from there within reach.
+    fn arrive(&mut self, medium: &Medium<'_>, settings: &GatherSettings) -> Option<Hit> {
         let hit = medium.geometry.closest_hit(self.departure, self.direction)?;
-        let distance = f64::from(self.departure.origin.distance(hit.position));
-        if let Some(bends) = medium.bends.filter(|_| settings.by_mirrors) {
-            self.turn(medium.geometry, bends, settings, distance, stream, rays);
-            if self.weight() <= 0.0 {
-                return None;
-            }
-        }
-        self.length += distance;
+        self.length += f64::from(self.departure.origin.distance(hit.position));
         (self.length <= settings.reach).then_some(hit)
-    }
-
-    /// Leaves what turns on the way of `distance` [m] to the next surface with the other `rays`, and keeps the rest.
-    fn turn(
-        &mut self,
-        geometry: &Geometry,
-        bends: &Bends,
-        settings: &GatherSettings,
-        distance: f64,
-        stream: &mut Stream,
-        rays: &mut Vec<Self>,
-    ) {
-        let from = if self.turns.is_empty() { self.end.lifted(bends.least_distance()) } else { 0.0 };
-        let direction = self.direction.as_dvec3().normalize();
-        let look = Look { origin: self.at, direction, part: [from, distance] };
-        let Some(turning) = Turning::new(geometry, bends, look, &self.turns, &self.throughput) else {
-            return;
-        };
-        // What turns is known to come this way or not when a surface is met: no ray turns in parts.
-        let parts = (turning.expected * f64::from(settings.rays) / 4.0 / HEAVY).min(1.0);
-        for _ in 0..copies(parts, stream) {
-            let mut turned = self.clone();
-            turned.throughput.iter_mut().flatten().for_each(|energy| *energy /= parts);
-            let turn = turning.turn(geometry, bends, &self.turns, &mut turned.throughput, stream);
-            if let Some(turn) = turn {
-                turned.length += self.at.distance(turn.closest);
-                turned.at = turn.closest;
-                turned.departure = Departure::free(turn.closest.as_vec3());
-                turned.direction = -turn.before.as_vec3();
-                turned.turns.push(turn);
-                rays.push(turned);
-            }
-        }
-        turning.keep_straight(&mut self.throughput);
     }
 
     /// Leaves what goes on from `hit`, through a partition or by a mirror, with the other `rays`.
@@ -338,9 +275,6 @@ impl Ray {
             let is_near = receiver.is_near(hit.position);
             return Shares { gathered: f64::from(!is_near), followed: f64::from(is_near) };
         }
-        if !self.turns.is_empty() {
-            return Shares { gathered: 1.0, followed: 0.0 };
-        }
         if self.reflections > 0 && settings.by_mirrors {
             let is_near = receiver.is_near_along(self.length);
             return Shares { gathered: f64::from(!is_near), followed: f64::from(is_near) };
@@ -371,11 +305,9 @@ impl Ray {
     ) -> Self {
         Self {
             throughput: product(&self.throughput, diffuse, share),
-            end: WayEnd::at_surface(hit.position.as_dvec3(), 1.0),
             direction: normal,
             departure: medium.geometry.leave(hit.position, hit.surface, hit.side),
             at: hit.position.as_dvec3(),
-            turns: Vec::new(),
             is_scattered: true,
             ..self.clone()
         }
@@ -399,7 +331,6 @@ impl Ray {
     /// The ray in the direction of a random `point`, by Lambert's law about `normal`.
     fn scattered(mut self, normal: Vec3, point: [f32; 2]) -> Self {
         self.direction = Frame::about(normal).outward(warp::cosine_hemisphere(point));
-        self.end = WayEnd::at_surface(self.at, f64::from(self.direction.dot(normal)));
         self
     }
 
@@ -409,16 +340,6 @@ impl Ray {
             weigh(&mut self.throughput, &more, 1.0);
         }
         self
-    }
-
-    /// Keeps what comes this way from `hit` on a surface with unit `normal`, where edges bend.
-    fn keep(&mut self, medium: &Medium<'_>, hit: &Hit, normal: Vec3) {
-        let Some(bends) = medium.bends else { return };
-        let steepness = f64::from(self.direction.dot(normal).abs());
-        let far = self.at + self.direction.as_dvec3().normalize() * self.at.distance(hit.position.as_dvec3());
-        let start = WayEnd::at_surface(far, steepness);
-        self.turns.reverse();
-        bends.keep_turned(medium.geometry, [start, self.end], &self.turns, &mut self.throughput);
     }
 
     /// Whether it goes through the partition at `hit`, by chance; what it carries allows for that either way.
@@ -441,11 +362,9 @@ impl Ray {
         if self.weight() <= 0.0 {
             return false;
         }
-        self.end = WayEnd::at_surface(hit.position.as_dvec3(), f64::from(self.direction.dot(normal).abs()));
         self.direction = (self.direction - 2.0 * self.direction.dot(normal) * normal).normalize();
         self.departure = medium.geometry.leave(hit.position, hit.surface, hit.side);
         self.at = hit.position.as_dvec3();
-        self.turns.clear();
         self.reflections += u32::from(!self.is_scattered);
         true
     }

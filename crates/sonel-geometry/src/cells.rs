@@ -1,0 +1,394 @@
+//! Cells: the regions into which the faces of a conforming mesh divide space, and which of them hold air.
+//!
+//! A face has two sides. In the order of their angles about an edge, each wedge between two neighbouring faces joins the two
+//! sides that face it; a free rim joins both sides of its face. Sides that are joined bound one region: from outside, as those
+//! of a hull, where the volume that they enclose is negative, else as those of an object or a sheet in it.
+//!
+//! Which cells are solid is read off the drawing. The way into a solid crosses one face from the air, and two where it stands
+//! flush against a wall or another solid; so each contact with a cell already known speaks for air or for solid, by its area.
+//! A cell that touches the hull with more of single faces than of double ones is a room. Beyond the hull of a closed room nothing is air. In the
+//! open every closed object is solid, as long as no source stands in it.
+
+use crate::Mesh;
+use crate::cracks::Facing;
+use crate::enclosure::{signed_volume, winding_number};
+use crate::topology::{Connected, SharedEdge};
+use foldhash::HashMap;
+use glam::DVec3;
+use smallvec::SmallVec;
+use std::collections::{BTreeMap, BinaryHeap};
+use std::f64::consts::TAU;
+
+/// A cell is closed if its cracks have at most this share of its area.
+const LARGEST_CRACKED_SHARE: f64 = 1e-3;
+/// What pokes out of the hull of a room has at most this share of its area [1]; more is a ground or another building.
+const LARGEST_FIN_SHARE: f64 = 0.02;
+/// Tolerances by which a point beside a face is off it.
+const STEP: f64 = 8.0;
+
+/// The number of the region that has no bounds.
+pub(crate) const OUTSIDE: u32 = 0;
+
+/// All cells of a mesh.
+pub(crate) struct Cells {
+    /// The cell on each side of every triangle: 2 t in front of triangle t, 2 t + 1 behind it; of interfaces none is known.
+    of_side: Vec<u32>,
+    cells: Vec<Cell>,
+    /// Whether the scene is a closed room: one hull reaches as far as anything.
+    pub is_room: bool,
+}
+
+/// A region of space.
+#[derive(Debug, Clone)]
+pub(crate) struct Cell {
+    /// The sides of its outer boundary, in ascending order; none of what is outside.
+    pub hull: Vec<u32>,
+    pub bounds: (DVec3, DVec3),
+    /// Volume within its outer boundary [m³].
+    whole: f64,
+    /// The same less that of the objects in it [m³].
+    pub volume: f64,
+    pub is_air: bool,
+    pub is_cracked: bool,
+}
+
+/// What the cells of a mesh are found from.
+pub(crate) struct Drawing<'a> {
+    pub edges: &'a [SharedEdge],
+    pub cracks: &'a [Facing],
+    /// Faces that bound nothing, as interfaces between airs.
+    pub is_left_out: &'a [bool],
+    /// Pairs of faces that coincide.
+    pub twins: &'a [[u32; 2]],
+    /// What positions can differ by [m].
+    pub tolerance: f64,
+}
+
+/// Sides that are joined.
+struct Boundary {
+    sides: Vec<u32>,
+    /// Signed volume of those of its sides whose other side is not among them [m³], positive where they face outward.
+    volume: f64,
+    area: f64,
+    /// Bounds of those sides [m].
+    bounds: (DVec3, DVec3),
+    /// Bounds of all its sides [m].
+    whole_bounds: (DVec3, DVec3),
+    /// Area of the sides whose other side is among them too [m²].
+    fins: f64,
+    /// Area of the cracks in it [m²].
+    cracked: f64,
+}
+
+impl Cells {
+    /// Finds the cells of a mesh.
+    pub fn find(mesh: &Mesh, drawing: &Drawing<'_>) -> Self {
+        let first_of: HashMap<u32, u32> =
+            drawing.twins.iter().map(|&[first, second]| (second, first)).collect();
+        let is_taken: Vec<bool> = (0..)
+            .zip(drawing.is_left_out)
+            .map(|(face, is_left_out)| !is_left_out && !first_of.contains_key(&face))
+            .collect();
+        let mut sides = Sides { mesh, connected: Connected::new(2 * is_taken.len()) };
+        drawing.edges.iter().for_each(|edge| sides.join_around(edge, &is_taken));
+        drawing.cracks.iter().for_each(|facing| sides.join_across(facing, drawing.edges));
+        let boundaries = sides.closed_boundaries(&is_taken, drawing);
+        let mut cells = Self::bounded(mesh, boundaries, drawing.tolerance);
+        cells.add_twins(mesh, drawing.twins);
+        cells.tell_air_from_solid(mesh, drawing, &is_taken);
+        cells
+    }
+
+    /// The cells that boundaries enclose, each with the objects in it.
+    fn bounded(mesh: &Mesh, boundaries: Vec<Boundary>, tolerance: f64) -> Self {
+        let unbounded = Cell {
+            hull: Vec::new(),
+            bounds: (DVec3::NEG_INFINITY, DVec3::INFINITY),
+            whole: f64::INFINITY,
+            volume: f64::INFINITY,
+            is_air: false,
+            is_cracked: false,
+        };
+        let mut cells =
+            Self { of_side: vec![OUTSIDE; 2 * mesh.triangles.len()], cells: vec![unbounded], is_room: false };
+        let (hulls, objects): (Vec<Boundary>, Vec<Boundary>) =
+            boundaries.into_iter().partition(|boundary| boundary.volume < -tolerance * boundary.area);
+        for Boundary { sides, volume, bounds, cracked, .. } in hulls {
+            sides.iter().for_each(|&side| cells.of_side[side as usize] = cells.cells.len() as u32);
+            let is_cracked = cracked > 0.0;
+            cells.cells.push(Cell {
+                hull: sides,
+                bounds,
+                whole: -volume,
+                volume: -volume,
+                is_air: true,
+                is_cracked,
+            });
+        }
+        let (low, high) = mesh.bounds();
+        for Boundary { sides, volume, area, bounds, whole_bounds, fins, .. } in objects {
+            let cell = cells.at(mesh, beside(mesh, &sides, STEP * tolerance));
+            let reaches_all =
+                |(from, to): (DVec3, DVec3)| (from - low).max(high - to).max_element() <= tolerance;
+            let has_few_fins = fins <= LARGEST_FIN_SHARE * area;
+            cells.is_room |=
+                cell == OUTSIDE && (reaches_all(bounds) || has_few_fins && reaches_all(whole_bounds));
+            sides.iter().for_each(|&side| cells.of_side[side as usize] = cell);
+            cells.cells[cell as usize].volume -= volume;
+        }
+        cells
+    }
+
+    /// Gives faces that coincide with another one its cells.
+    fn add_twins(&mut self, mesh: &Mesh, twins: &[[u32; 2]]) {
+        for &[first, second] in twins {
+            let turned = u32::from(mesh.vector_area(first).dot(mesh.vector_area(second)) < 0.0);
+            for side in 0..2 {
+                self.of_side[(2 * second + side) as usize] =
+                    self.of_side[(2 * first + (side ^ turned)) as usize];
+            }
+        }
+    }
+
+    /// Decides of each cell whether it holds air, beginning with those that have most contact with cells already known.
+    fn tell_air_from_solid(&mut self, mesh: &Mesh, drawing: &Drawing<'_>, is_taken: &[bool]) {
+        let contacts = self.contacts(mesh, drawing, is_taken);
+        let mut evidence = vec![Evidence::default(); self.cells.len()];
+        let mut is_known = vec![false; self.cells.len()];
+        self.cells[OUTSIDE as usize].is_air = !self.is_room;
+        // Areas are positive, so that their bits are in their order.
+        let mut next = BinaryHeap::from([(0_u64, OUTSIDE)]);
+        while let Some((_, cell)) = next.pop() {
+            if std::mem::replace(&mut is_known[cell as usize], true) {
+                continue;
+            }
+            if cell != OUTSIDE {
+                self.cells[cell as usize].is_air = !evidence[cell as usize].is_solid();
+            }
+            for (&(_, other), areas) in contacts.range((cell, 0)..=(cell, u32::MAX)) {
+                if !is_known[other as usize] {
+                    let is_beyond = cell == OUTSIDE && self.is_room;
+                    evidence[other as usize].add(self.cells[cell as usize].is_air, is_beyond, *areas);
+                    next.push((evidence[other as usize].contact.to_bits(), other));
+                }
+            }
+        }
+    }
+
+    /// Areas in which two cells touch [m²]: with one face between, and with two.
+    fn contacts(
+        &self,
+        mesh: &Mesh,
+        drawing: &Drawing<'_>,
+        is_taken: &[bool],
+    ) -> BTreeMap<(u32, u32), [f64; 2]> {
+        let mut is_double = vec![false; is_taken.len()];
+        drawing.twins.iter().for_each(|&[first, _]| is_double[first as usize] = true);
+        let mut contacts: BTreeMap<(u32, u32), [f64; 2]> = BTreeMap::new();
+        for face in (0..is_taken.len() as u32).filter(|&face| is_taken[face as usize]) {
+            let [front, back] = self.sides(face);
+            if front != back {
+                let area = mesh.vector_area(face).length();
+                for pair in [(front, back), (back, front)] {
+                    contacts.entry(pair).or_default()[usize::from(is_double[face as usize])] += area;
+                }
+            }
+        }
+        contacts
+    }
+
+    /// The cells in front of a triangle and behind it.
+    pub fn sides(&self, face: u32) -> [u32; 2] {
+        [self.of_side[2 * face as usize], self.of_side[2 * face as usize + 1]]
+    }
+
+    /// Turns triangles over that have air behind them alone; not those of a panel on which a solid stands, which continue beside it.
+    pub fn turn_to_air(&mut self, mesh: &mut Mesh, twins: &[[u32; 2]]) {
+        let faces = 0..mesh.triangles.len() as u32;
+        let mut is_turned: Vec<bool> = faces.map(|face| self.is_air(face) == [false, true]).collect();
+        twins.iter().flatten().for_each(|&face| is_turned[face as usize] = false);
+        for face in (0..is_turned.len()).filter(|&face| is_turned[face]) {
+            mesh.triangles[face].corners.swap(1, 2);
+            self.of_side.swap(2 * face, 2 * face + 1);
+        }
+        let sides = self.cells.iter_mut().flat_map(|cell| &mut cell.hull);
+        sides.for_each(|side| *side ^= u32::from(is_turned[*side as usize / 2]));
+    }
+
+    /// Whether air is in front of a triangle and behind it.
+    pub fn is_air(&self, face: u32) -> [bool; 2] {
+        self.sides(face).map(|cell| self.cells[cell as usize].is_air)
+    }
+
+    /// A cell.
+    pub fn cell(&self, cell: u32) -> &Cell {
+        &self.cells[cell as usize]
+    }
+
+    /// The cells that are bounded, with their numbers.
+    pub fn inside(&self) -> impl Iterator<Item = (u32, &Cell)> {
+        (0..).zip(&self.cells).skip(1)
+    }
+
+    /// The cell that a point is in: of those whose hulls are around it, the one of the least volume.
+    pub fn at(&self, mesh: &Mesh, point: DVec3) -> u32 {
+        let is_around = |&(_, cell): &(u32, &Cell)| {
+            let (low, high) = cell.bounds;
+            point.cmpge(low).all()
+                && point.cmple(high).all()
+                && winding_number(mesh, &cell.hull, point).abs() > 0.5
+        };
+        let around = self.inside().filter(is_around);
+        around.min_by(|a, b| a.1.whole.total_cmp(&b.1.whole)).map_or(OUTSIDE, |(index, _)| index)
+    }
+}
+
+/// What the cells around one that is not decided say of it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Evidence {
+    /// Contact with air through one face [m²]: it is not such air.
+    unlike_air: f64,
+    /// Contact that speaks for solid otherwise [m²].
+    solid: f64,
+    /// Contact that speaks for air [m²].
+    air: f64,
+    /// Contact with what is beyond the hull of a room through one face [m²], less that through two.
+    hull: f64,
+    /// All contact [m²].
+    contact: f64,
+}
+
+impl Evidence {
+    /// Adds the areas of contact with a cell of air or solid, by one face and by two; `is_beyond` the hull of a room.
+    fn add(&mut self, is_air: bool, is_beyond: bool, [single, double]: [f64; 2]) {
+        self.contact += single + double;
+        if is_beyond {
+            self.hull += single - double;
+        }
+        if is_air {
+            self.unlike_air += single;
+            self.air += double;
+        } else {
+            self.air += single;
+            self.solid += double;
+        }
+    }
+
+    fn is_solid(&self) -> bool {
+        self.hull <= 0.0 && self.unlike_air > 0.0 && self.unlike_air + self.solid > self.air
+    }
+}
+
+/// A point beside the largest triangle of some sides, in the region that they face [m].
+fn beside(mesh: &Mesh, sides: &[u32], step: f64) -> DVec3 {
+    let area = |side: &&u32| mesh.vector_area(**side / 2).length_squared();
+    let largest = sides.iter().max_by(|a, b| area(a).total_cmp(&area(b)).then(b.cmp(a)));
+    let side = *largest.expect("a boundary has sides");
+    let [a, b, c] = mesh.corners(side / 2);
+    let normal = mesh.vector_area(side / 2).normalize_or_zero() * if side % 2 == 0 { 1.0 } else { -1.0 };
+    (a + b + c) / 3.0 + step * normal
+}
+
+/// The sides of triangles: 2 t is the front of triangle t, 2 t + 1 its back.
+struct Sides<'a> {
+    mesh: &'a Mesh,
+    connected: Connected,
+}
+
+impl Sides<'_> {
+    /// Joins the sides that face one another about an edge. Between the rims of a crack nothing is joined.
+    fn join_around(&mut self, edge: &SharedEdge, is_taken: &[bool]) {
+        let mut faces: SmallVec<[u32; 2]> =
+            edge.faces.iter().copied().filter(|&face| is_taken[face as usize]).collect();
+        if edge.is_crack {
+            return;
+        }
+        if faces.len() > 2 {
+            faces = self.sorted(edge, faces);
+        }
+        for (at, &face) in faces.iter().enumerate() {
+            let next = faces[(at + 1) % faces.len()];
+            // The normal of a face that runs along the edge points to where angles grow.
+            let ahead = 2 * face + u32::from(!edge.is_ahead(self.mesh, face));
+            let behind = 2 * next + u32::from(edge.is_ahead(self.mesh, next));
+            self.connected.join(ahead, behind);
+        }
+    }
+
+    /// Faces at an edge in the order of their angles about it.
+    fn sorted(&self, edge: &SharedEdge, faces: SmallVec<[u32; 2]>) -> SmallVec<[u32; 2]> {
+        let along = edge.along(self.mesh);
+        let origin = edge.inward(self.mesh, faces[0]);
+        let quarter = along.cross(origin);
+        let turn = |face: u32| {
+            let inward = edge.inward(self.mesh, face);
+            libm::atan2(inward.dot(quarter), inward.dot(origin)).rem_euclid(TAU)
+        };
+        let mut turns: Vec<(f64, u32)> = faces.into_iter().map(|face| (turn(face), face)).collect();
+        turns.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        turns.into_iter().map(|(_, face)| face).collect()
+    }
+
+    /// Joins the sides of two faces on either side of a crack.
+    fn join_across(&mut self, facing: &Facing, edges: &[SharedEdge]) {
+        let [a, b] = facing.faces;
+        let turned = u32::from(!facing.agree(self.mesh, edges));
+        self.connected.join(2 * a, 2 * b + turned);
+        self.connected.join(2 * a + 1, 2 * b + 1 - turned);
+    }
+
+    /// The boundaries of all regions, in the order of their lowest side. What has too large cracks is open: faces are joined around them.
+    fn closed_boundaries(&mut self, is_taken: &[bool], drawing: &Drawing<'_>) -> Vec<Boundary> {
+        let boundaries = self.boundaries(is_taken, drawing.cracks);
+        let is_open = |boundary: &Boundary| boundary.cracked > LARGEST_CRACKED_SHARE * boundary.area;
+        let open: Vec<u32> = boundaries.iter().filter(|it| is_open(it)).map(|it| it.sides[0]).collect();
+        if open.is_empty() {
+            return boundaries;
+        }
+        let roots: Vec<u32> = open.into_iter().map(|side| self.connected.root(side)).collect();
+        for face in drawing.cracks.iter().flat_map(|facing| facing.faces) {
+            if [2 * face, 2 * face + 1].into_iter().any(|side| roots.contains(&self.connected.root(side))) {
+                self.connected.join(2 * face, 2 * face + 1);
+            }
+        }
+        self.boundaries(is_taken, drawing.cracks)
+    }
+
+    fn boundaries(&mut self, is_taken: &[bool], cracks: &[Facing]) -> Vec<Boundary> {
+        let mut known: HashMap<u32, usize> = HashMap::default();
+        let mut sides: Vec<Vec<u32>> = Vec::new();
+        for side in (0..2 * is_taken.len() as u32).filter(|side| is_taken[*side as usize / 2]) {
+            let index = *known.entry(self.connected.root(side)).or_insert_with(|| {
+                sides.push(Vec::new());
+                sides.len() - 1
+            });
+            sides[index].push(side);
+        }
+        let mut boundaries: Vec<Boundary> = sides.into_iter().map(|sides| self.boundary(sides)).collect();
+        for Facing { faces: [face, _], crack, .. } in cracks {
+            for side in [2 * face, 2 * face + 1] {
+                if let Some(&index) = known.get(&self.connected.root(side)) {
+                    boundaries[index].cracked += crack.area;
+                }
+            }
+        }
+        boundaries
+    }
+
+    fn boundary(&mut self, sides: Vec<u32>) -> Boundary {
+        let mut is_bounding = |side: &u32| self.connected.root(*side) != self.connected.root(side ^ 1);
+        let (bounding, fins): (Vec<u32>, Vec<u32>) =
+            sides.iter().copied().partition(|side| is_bounding(side));
+        let triangles = |sides: &[u32]| sides.iter().map(|side| side / 2).collect::<Vec<u32>>();
+        let area = |sides: &[u32]| sides.iter().map(|side| self.mesh.vector_area(side / 2).length()).sum();
+        Boundary {
+            volume: signed_volume(self.mesh, &bounding),
+            area: area(&bounding),
+            bounds: self.mesh.bounds_of(&triangles(&bounding)),
+            whole_bounds: self.mesh.bounds_of(&triangles(&sides)),
+            fins: area(&fins),
+            cracked: 0.0,
+            sides,
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Conforming meshes: any two triangles share a corner, a side, all of both, or nothing.
+//!
+//! Drawings are not so: walls end in the middle of others, cross them, or lie on them. Between faces that touch without
+//! sharing corners a ray may slip through, and what lies behind is then in doubt. Here every triangle is divided along all
+//! lines in which others touch or cross it, and faces that overlap in one plane are divided alike and united. The ray test
+//! is watertight where corners are shared, so it is for whatever people draw, and no other rule is needed where faces meet.
+//!
+//! A pass finds the contacts of all pairs of triangles ([`contact`]), divides the lines on each face where they meet
+//! ([`arrangement`]) and triangulates what is between them. Points nearer to one another than the tolerance are one. New
+//! corners may touch further sides within the tolerance, so passes are repeated on the triangles that have changed; most
+//! meshes need two. Faces that coincide are united at the end ([`layers`]).
+//!
+//! Valid for details well above the tolerance. Reference: [Shewchuk1996] (docs/references.md), by the crate spade.
+
+mod arrangement;
+mod contact;
+mod layers;
+mod overhangs;
+
+use crate::topology::Connected;
+use crate::weld::Points;
+use crate::{Crossing, Mesh};
+use arrangement::{Lines, Piece};
+use contact::{Contact, Meeting};
+use foldhash::{HashMap, HashSet};
+use smallvec::SmallVec;
+
+/// Passes at most; each divides what the one before brought within the tolerance of a side, which ends soon or never.
+const PASSES: usize = 6;
+
+/// Corners in the interior of a side, by the side's ends, the lower first.
+type OnSides = HashMap<[u32; 2], SmallVec<[u32; 4]>>;
+
+/// What a mesh was before it conformed.
+pub(crate) struct Conformed {
+    /// Where faces crossed.
+    pub crossings: Vec<Crossing>,
+    /// Pairs of triangles that coincide and were kept, the lower first.
+    pub twins: Vec<[u32; 2]>,
+    /// Area that was drawn again and left out [m²].
+    pub united_area: f64,
+}
+
+/// Divides triangles until the mesh conforms within `tolerance` [m] and unites those that coincide.
+///
+/// Triangles keep their order; the parts of divided ones follow at the end, those of united ones are left out.
+pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
+    let mut points = None;
+    let mut changed: Option<HashSet<u32>> = None;
+    let mut drawn: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+    let mut crossings = Vec::new();
+    for pass in 0..PASSES {
+        let meetings = contact::find(mesh, changed.as_ref(), tolerance);
+        if pass == 0 {
+            crossings.extend(meetings.iter().filter_map(Meeting::crossing));
+        }
+        if meetings.is_empty() {
+            break;
+        }
+        let points = points.get_or_insert_with(|| Points::new(tolerance, &mesh.vertices));
+        let parts = divided(mesh, points, &meetings, tolerance);
+        if parts.is_empty() {
+            break;
+        }
+        changed = Some(replace(mesh, &mut drawn, parts));
+    }
+    if !crossings.is_empty() {
+        overhangs::cut_off(mesh, &mut drawn);
+    }
+    let (twins, united_area) = layers::unite(mesh, &drawn);
+    Conformed { crossings, twins, united_area }
+}
+
+/// Triangles that are divided, each with its parts.
+type Parts = Vec<(u32, Vec<[u32; 3]>)>;
+
+/// Divides the triangles that meet others; `points` gets the new corners.
+fn divided(mesh: &mut Mesh, points: &mut Points, meetings: &[Meeting], tolerance: f64) -> Parts {
+    let mut groups = grouped(mesh, points, meetings);
+    let mut on_sides = OnSides::default();
+    for lines in &mut groups {
+        lines.divide(mesh, points, tolerance, &mut on_sides);
+    }
+    mesh.vertices.clone_from(&points.places);
+    let known: HashSet<u32> = groups.iter().flat_map(|lines| lines.faces.iter().copied()).collect();
+    groups.extend(
+        beside(mesh, &on_sides).filter(|face| !known.contains(face)).map(|face| Lines::new(vec![face])),
+    );
+    groups.iter().filter_map(|lines| lines.triangulated(mesh, tolerance, &on_sides)).flatten().collect()
+}
+
+/// Faces that have to be divided together, since they overlap, each group with the lines in which others meet it.
+fn grouped(mesh: &Mesh, points: &mut Points, meetings: &[Meeting]) -> Vec<Lines> {
+    let mut connected = Connected::new(mesh.triangles.len());
+    for Meeting { faces: [a, b], contact, .. } in meetings {
+        if matches!(contact, Contact::Overlap) {
+            connected.join(*a, *b);
+        }
+    }
+    let mut groups: Vec<Lines> = Vec::new();
+    let mut of_root: HashMap<u32, usize> = HashMap::default();
+    let mut faces: Vec<u32> = meetings.iter().flat_map(|meeting| meeting.faces).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    for face in faces {
+        let group = *of_root.entry(connected.root(face)).or_insert_with(|| {
+            groups.push(Lines::new(Vec::new()));
+            groups.len() - 1
+        });
+        groups[group].faces.push(face);
+    }
+    for Meeting { faces, contact, .. } in meetings {
+        let piece = match contact {
+            Contact::Overlap => continue,
+            Contact::Along(ends) => Piece::Line(ends.map(|end| points.join(end))),
+            Contact::At(place) => Piece::Point(points.join(*place)),
+        };
+        for &face in faces {
+            groups[of_root[&connected.root(face)]].add(piece);
+        }
+    }
+    groups
+}
+
+/// Faces with a side that has corners on it, in ascending order.
+fn beside<'a>(mesh: &'a Mesh, on_sides: &'a OnSides) -> impl Iterator<Item = u32> + 'a {
+    let is_beside = move |face: &u32| {
+        let [a, b, c] = mesh.triangles[*face as usize].corners;
+        [[a, b], [b, c], [c, a]]
+            .into_iter()
+            .any(|[from, to]| on_sides.contains_key(&[from.min(to), from.max(to)]))
+    };
+    let count = if on_sides.is_empty() { 0 } else { mesh.triangles.len() as u32 };
+    (0..count).filter(is_beside)
+}
+
+/// Puts parts in the place of the triangles they are of; returns the triangles that have changed.
+fn replace(mesh: &mut Mesh, drawn: &mut Vec<u32>, mut parts: Parts) -> HashSet<u32> {
+    parts.sort_by_key(|(face, _)| *face);
+    let mut changed = HashSet::default();
+    for (face, parts) in parts {
+        let whole = mesh.triangles[face as usize];
+        for (at, corners) in parts.into_iter().enumerate() {
+            let index = if at == 0 { face } else { mesh.triangles.len() as u32 };
+            let part = crate::MeshTriangle { corners, ..whole };
+            if at == 0 {
+                mesh.triangles[face as usize] = part;
+            } else {
+                mesh.triangles.push(part);
+                drawn.push(drawn[face as usize]);
+            }
+            changed.insert(index);
+        }
+    }
+    changed
+}

@@ -1,0 +1,94 @@
+//! What must not be wrong in a random building: sound in sealed rooms, image-source sums, closed meshes called open.
+
+use rayon::prelude::*;
+use sonel_geometry::Geometry;
+use sonel_map::Settings;
+use sonel_renderer::{Estimator, RenderSettings};
+use sonel_testkit::analytic::specular_box::SpecularBox;
+
+use crate::buildings::{ABSORPTION, Building, Place, SCATTERING};
+use crate::{Traced, fluence};
+
+/// Receivers of a building, two of them in the room of the source.
+const RECEIVERS: usize = 5;
+/// Emissions: enough that packets come near most corners.
+const EMISSIONS: u64 = 64;
+/// Order up to which image sources are compared.
+const ORDER: u32 = 4;
+/// Duration [s], and its bins of a millisecond.
+const DURATION: f64 = 0.1;
+const BINS: usize = 100;
+
+/// Pairs of source and receiver that were judged in buildings, and what was wrong, as sentences.
+#[must_use]
+pub fn judged(seeds: std::ops::Range<u64>, estimators: &[Estimator]) -> (usize, Vec<String>) {
+    let all: Vec<(usize, Vec<String>)> =
+        seeds.into_par_iter().map(|seed| building(seed, estimators)).collect();
+    let pairs = all.iter().map(|(pairs, _)| pairs).sum();
+    (pairs, all.into_iter().flat_map(|(_, faults)| faults).collect())
+}
+
+/// Pairs and faults of the building of a seed.
+fn building(seed: u64, estimators: &[Estimator]) -> (usize, Vec<String>) {
+    let mut building = Building::new(seed);
+    let at = building.any_room();
+    let Some(source) = building.place(at) else { return (0, Vec::new()) };
+    let mut receivers: Vec<Place> = Vec::new();
+    for _ in 0..RECEIVERS {
+        let room = if receivers.len() < 2 { source.room } else { building.any_room() };
+        let place = building.place(room).filter(|place| place.position.distance(source.position) > 0.1);
+        receivers.extend(place);
+    }
+    let mut faults = Vec::new();
+    let geometry = Geometry::build(building.mesh.clone()).expect("a building has walls");
+    if !geometry.is_watertight() {
+        faults.push(format!("{seed}: not watertight"));
+    }
+    let is_air = |place: &Place| geometry.check_place(place.position, &[]).is_ok();
+    let refused =
+        receivers.iter().chain([&source]).find(|place| building.is_at_hull(place) && !is_air(place));
+    faults.extend(refused.map(|place| format!("{seed}: {place:?} is air")));
+    receivers.retain(is_air);
+    if !is_air(&source) || receivers.is_empty() {
+        return (0, faults);
+    }
+    let scene = building.scene(source.position, &receivers, DURATION);
+    let settings = Settings { emissions: EMISSIONS, seed, ..Settings::default() };
+    let traced = Traced::new(scene, settings);
+    for &estimator in estimators {
+        let settings = RenderSettings { mirror_order: Some(ORDER), ..RenderSettings::of(estimator) };
+        let rendering = traced.render(settings);
+        for (index, place) in receivers.iter().enumerate() {
+            let all = fluence(&rendering, BINS, index, 0);
+            let room = &building.rooms[place.room];
+            if !place.is_connected(&source) {
+                let leaks = || format!("{seed} {estimator:?}: {all:e} leaks from {source:?} to {place:?}");
+                faults.extend((all > 0.0).then(leaks));
+            } else if estimator == Estimator::Auto && room.solids.is_empty() && room.sheet.is_none() {
+                let of_images =
+                    rendering.arrivals.iter().filter(|it| it.receiver == index && it.order <= ORDER);
+                let found: f64 = of_images.map(|it| it.energy[0]).sum();
+                let ratio = found / image_sum(&building, &source, place);
+                let wrong = || format!("{seed}: images bring {ratio} from {source:?} to {place:?}");
+                faults.extend(((ratio - 1.0).abs() > 1e-6).then(wrong));
+            }
+        }
+    }
+    (receivers.len(), faults)
+}
+
+/// Sum of the image sources of the box that a room is.
+fn image_sum(building: &Building, source: &Place, receiver: &Place) -> f64 {
+    let room = &building.rooms[source.room];
+    let [low, high] = room.bounds;
+    let reflection = room.walls.map(|wall| (1.0 - ABSORPTION[wall as usize]) * (1.0 - SCATTERING));
+    let size = (high - low).to_array();
+    let exact = SpecularBox { size, reflection, speed_of_sound: 343.0, air_attenuation: 0.0 };
+    let [from, to] = [source, receiver].map(|place| (place.position - low).to_array());
+    exact
+        .arrivals_to_order(from, to, ORDER)
+        .iter()
+        .filter(|it| it.time <= DURATION)
+        .map(|it| it.fluence)
+        .sum()
+}
