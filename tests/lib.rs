@@ -2,6 +2,7 @@
 
 pub mod buildings;
 pub mod change;
+pub mod changed_box;
 pub mod coupled_door;
 pub mod effect_scenes;
 pub mod estimates;
@@ -120,7 +121,8 @@ impl Traced {
     pub fn for_each_segment(&self, mut visit: impl FnMut(u64, f64, &Segment<'_>)) {
         let classes = BandClasses::separate(self.scene().bands.count());
         let emissions = Emissions::of_map(&self.map, self.geometry.center(), &classes);
-        let (table, mut weight) = (self.map.coefficients(&classes), PathWeight::new(classes.count()));
+        let table = self.map.coefficients(&classes);
+        let mut weight = PathWeight::of(&table);
         for batch in 0..emissions.layout.batches {
             for path in self.map.batch_paths(0, batch) {
                 let share = emissions.share(path.emission);

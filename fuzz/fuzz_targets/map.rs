@@ -27,7 +27,8 @@ fn read(map: &SonelMap, geometry: &Geometry) {
     }
     let classes = BandClasses::separate(map.header().scene.bands.count());
     let emissions = Emissions::of_map(map, geometry.center(), &classes);
-    let (table, mut weight) = (map.coefficients(&classes), PathWeight::new(classes.count()));
+    let table = map.coefficients(&classes);
+    let mut weight = PathWeight::of(&table);
     for chunk in map.chunks() {
         for path in map.chunk_paths(chunk) {
             emissions.follow(chunk.0, path, 1.0, (&table, &mut weight), |segment| {

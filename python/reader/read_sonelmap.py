@@ -38,6 +38,8 @@ REGION = {"name": "text", "inside": ("<f8", 3), "temperature_celsius": "<f8", "r
 REGIONS = {"regions": [REGION], "interfaces": ["<u4"], "at_sources": ["<u4"], "sides": [("<u4", 2)]}
 ROLL = {"balloon": "<u4", "up": ("<f8", 3)}
 BALLOON = {"name": "text", "azimuths": "<u4", "polars": "<u4", "factors": ["<f8"]}
+VARIANT = {"material": "<u4", **MATERIAL}
+VARIANTS = {"variants": [VARIANT]}
 DIRECTIVITY = {"balloons": [BALLOON], "sources": [ROLL], "receivers": ["text"]}
 SECTION = {"name": "text", "offset": "<u8", "length": "<u8", "digest": ("<u1", 32)}
 HEADER = {"tool_version": "text", "settings": SETTINGS, "effects": [EFFECT], "scene": SCENE, "center": ("<f8", 3),
@@ -96,6 +98,9 @@ class SonelMap:
         if "directivity" in self.sections:
             self.directivity = Record(self.section("directivity", "<u1").tobytes()).take(DIRECTIVITY)
         self.airs = Record(self.section("regions", "<u1").tobytes()).take(REGIONS) if "regions" in self.sections else None
+        variants = Record(self.section("variants", "<u1").tobytes()).take(VARIANTS)["variants"] if "variants" in self.sections else []
+        self.kinds = [[material, *(variant for variant in variants if variant["material"] == number)]
+                      for number, material in enumerate(self.header["scene"]["materials"])]
         uniform = np.zeros(len(self.header["scene"]["materials"]), np.uint8)
         self.laws = self.section("absorption.laws", "<u1") if "absorption.laws" in self.sections else uniform
         self.gradient = float(self.section(GRADIENT, "<f8")[0]) if GRADIENT in self.sections else 0.0
@@ -121,19 +126,40 @@ class SonelMap:
 
 
 def coefficients(map):
-    """f and p per row, event (specular, diffuse, transmitted) and band. A row is a material or, where it is locally reacting, one of
-    its ranges of angles, whose f are means; and the first row of every material."""
-    beta, rows, first = map.header["settings"]["survival"], [], []
-    for material, law in zip(map.header["scene"]["materials"], map.laws):
-        first.append(len(rows))
-        alpha, s, tau = (np.array(material[name]) for name in ("absorption", "scattering", "transmission"))
-        seen = locally_reacting(alpha) if law else [alpha]
-        rows.extend((alpha, s, tau) for alpha in seen)
-    alpha, s, tau = (np.array(column) for column in zip(*rows))
-    factors = np.stack([(1 - alpha) * (1 - s), (1 - alpha) * s, tau], 1)
-    passed_on = factors.sum(1, keepdims=True)
-    roulette = np.where(passed_on > 0, np.where(passed_on > 0, passed_on, 1) ** (beta - 1), 0)
-    return factors, roulette * factors * shares(factors, passed_on), np.array(first)
+    """f per row, event (specular, diffuse, transmitted) and band, p per row, event and lead. A row is a material or, where it is locally
+    reacting, one of its ranges of angles, whose f are means; and the first row of every material."""
+    beta, factors, probabilities, first = map.header["settings"]["survival"], [], [], []
+    for number, (kinds, law) in enumerate(zip(map.kinds, map.laws)):
+        first.append(len(factors))
+        alpha, s, tau = (np.array([kind[name] for kind in kinds]) for name in ("absorption", "scattering", "transmission"))
+        drawn = np.concatenate([shares(kinds[chosen[number]]) for chosen in sets(map)], 1)
+        for seen in zip(*(locally_reacting(absorption) for absorption in alpha)) if law else [alpha]:
+            seen = np.array(seen)
+            factors.append([(1 - seen[0]) * (1 - s[0]), (1 - seen[0]) * s[0], tau[0]])
+            most = (1 - seen + tau).max(0)
+            survival = np.where(most > 0, np.where(most > 0, most, 1) ** beta, 0)
+            probabilities.append(drawn * np.tile(survival, len(sets(map))))
+    return np.array(factors), np.array(probabilities), np.array(first)
+
+
+LEAST_THROUGH = 0.15
+
+
+def shares(kind):
+    """Shares of the events in the packets that survive at a material, per event and band."""
+    alpha, s, tau = (np.array(kind[name]) for name in ("absorption", "scattering", "transmission"))
+    passed_on = np.where(1 - alpha + tau > 0, 1 - alpha + tau, 1)
+    through = np.where(tau > 0, np.where(alpha < 1, np.maximum(tau / passed_on, LEAST_THROUGH), 1), 0)
+    return np.stack([(1 - s) * (1 - through), s * (1 - through), through])
+
+
+def sets(map):
+    """Which kind of every material has its shares, in each set."""
+    found = [[]]
+    for kinds in map.kinds:
+        distinct = [i for i, kind in enumerate(kinds) if all((shares(kind) != shares(other)).any() for other in kinds[:i])]
+        found = [[*chosen, kind] for kind in distinct for chosen in found]
+    return found
 
 
 # Ranges of the cosine of incidence: one below 2^-10, then eight equal ones an octave.
@@ -188,18 +214,6 @@ class Coefficients:
         return np.stack([reflected * (1 - s), reflected * s, 0 * s]), self.probabilities[row]
 
 
-LEAST_THROUGH = 0.15
-
-
-def shares(factors, passed_on):
-    """By how much more often packets pass a partition, and less often are reflected, than their energies say."""
-    through, back = factors[:, 2:], factors[:, :2].sum(1, keepdims=True)
-    rare = (through > 0) & (back > 0) & (through < LEAST_THROUGH * passed_on)
-    more = np.where(rare, LEAST_THROUGH * passed_on / np.where(rare, through, 1), 1)
-    less = np.where(rare, (1 - LEAST_THROUGH) * passed_on / np.where(rare, back, 1), 1)
-    return np.concatenate([less, less, more], 1)
-
-
 def stretches(map, source, vertices):
     """What the length of each leg of a path counts: c of the scene over that of the air it is in."""
     if map.airs is None:
@@ -241,24 +255,26 @@ def arriving(map, before, after):
 
 
 class Emissions:
-    """Which band leads emission i, which batch it counts for, how many packets each band led there."""
+    """Which lead emission i has, which batch it counts for, how many packets of each lead there are."""
 
     def __init__(self, map):
         settings = map.header["settings"]
         self.bands, self.batches = len(map.header["scene"]["nominal_frequencies"]), settings["batches"]
+        self.leads = self.bands * len(sets(map))
         self.per_band = settings["spectral"] == 1
         self.total = settings["emissions"] * (self.bands if self.per_band else 1)
         index = np.arange(self.total)
-        self.led = np.zeros((self.batches, self.bands))
-        np.add.at(self.led, (index // self.bands % self.batches, index % self.bands), 1)
+        self.led = np.zeros((self.batches, self.leads))
+        np.add.at(self.led, (index // self.leads % self.batches, index % self.leads), 1)
 
     def start(self, emission):
-        """The batch, its share of all emissions, the bands carried (1 or 0), and the packets n_k that count for them."""
-        batch = emission // self.bands % self.batches
-        carried = np.ones(self.bands)
+        """The batch's share of all emissions, the bands carried (1 or 0), the leads mixed, and the packets n_k that count for them."""
+        batch = emission // self.leads % self.batches
+        carried, mixed = np.ones(self.bands), np.ones(self.leads)
         if self.per_band:
-            carried = (np.arange(self.bands) == emission % self.bands) * 1.0
-        return self.led[batch].sum() / self.total, carried, self.led[batch] * carried
+            own = emission % self.leads % self.bands
+            carried, mixed = ((np.arange(count) % self.bands == own) * 1.0 for count in (self.bands, self.leads))
+        return self.led[batch].sum() / self.total, carried, mixed, self.led[batch] * mixed
 
 
 class Directions:
@@ -266,22 +282,22 @@ class Directions:
 
     def __init__(self, map, source):
         settings = map.header["settings"]
-        self.bands, self.batches = len(map.header["scene"]["nominal_frequencies"]), settings["batches"]
+        self.leads, self.batches = len(map.header["scene"]["nominal_frequencies"]) * len(sets(map)), settings["batches"]
         self.per_band = settings["spectral"] == 1
-        count = self.batches * (self.bands if self.per_band else 1)
+        count = self.batches * (self.leads if self.per_band else 1)
         self.keys = [chacha8(settings["seed"], [2, source, 0, 0, 0, 0], number)[:2] for number in range(count)]
 
     def direction(self, emission):
         """The unit vector in which an emission leaves."""
-        block, hero = divmod(emission, self.bands)
+        block, lead = divmod(emission, self.leads)
         round, batch = divmod(block, self.batches)
         if self.per_band:
-            first, second = self.keys[batch * self.bands + hero]
+            first, second = self.keys[batch * self.leads + lead]
             index = round
         else:
             first, second = self.keys[batch]
             turn = scramble(scramble(round, first) ^ second, (first << 16 | first >> 16) & WORD)
-            index = round * self.bands + (hero + turn) % self.bands
+            index = round * self.leads + (lead + turn) % self.leads
         u, v = unit(scramble(reversed_bits(index), first)), unit(scramble(pascal(index), second))
         z, angle = 1 - 2 * u, 2 * np.pi * v
         radius = np.sqrt(max(0, 1 - z * z))
@@ -370,10 +386,10 @@ def sonels(map, source):
     directions = Directions(map, source)
     origin = emitter["position"] - map.header["center"]
     for emission, vertices in map.paths(source):
-        share, carried, led = emissions.start(emission)
+        share, carried, mixed, led = emissions.start(emission)
         # The directivity factor is part of the energy alone, not of the probabilities.
         share = share * directivity(map, source, directions.direction(emission))
-        feeding, drawing = carried.copy(), carried.copy()
+        feeding, drawing = carried.copy(), mixed.copy()
         points = vertices["position"].astype(float)
         lengths = np.cumsum(legs(map, source, origin, points, vertices))
         events, surfaces = vertices["tag"] & 15, vertices["tag"] >> 5

@@ -203,6 +203,7 @@ def trace(
     spectral: str | None = None,
     duration: float | None = None,
     effects: str | None = None,
+    variants: Mapping[str, Any] | None = None,
     extend: Map | None = None,
     threads: int | None = None,
     progress: _Progress = None,
@@ -220,6 +221,9 @@ def trace(
     mode: "accurate" or "paper". spectral: "shared" or "per-band".
     duration: length of the echograms [s] instead of the scene's, or of what its room needs.
     effects: "auto", "all" or "none", then changes: "auto,-diffraction".
+    variants: other materials that the map carries besides, for `Map.render(set=…)`: {"materials.ceiling.absorption": [0.02, 0.9]},
+        values that are one number or one per band, or a range "0.02:0.9"; also scattering, diffuse, transmission,
+        sound_reduction_db; {"materials.ceiling": ["plaster-painted"]}, entries of the library. The option --for.
     extend: a map of the same scene that is continued.
     threads: default all cores; the result does not depend on it.
     progress: True prints the share done to stderr, False nothing, None prints where stderr is a terminal. A function is called
@@ -238,6 +242,9 @@ def trace(
         effects=effects,
         extend=None if extend is None else os.fspath(extend._inner.path),
     )
+    for name, values in (variants or {}).items():
+        alone = isinstance(values, str) or not isinstance(values, Iterable)
+        words.append(f"--for={name}={','.join(map(_variant, [values] if alone else values))}")
     with _Text(progress) as follower:
         return Map(_sonel.trace(scene._inner, words, _log, threads, follower))
 
@@ -553,6 +560,13 @@ def _word(value: Any) -> str:
         number = float(value)
         return str(int(number)) if number.is_integer() and abs(number) < 2**53 else repr(number)
     return str(operator.index(value))
+
+
+def _variant(value: Any) -> str:
+    """A value of --for: a word, a number, or one number per band in brackets."""
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        return _word(value)
+    return f"[{','.join(map(_word, np.asarray(value).tolist()))}]"
 
 
 def _words(**options: Any) -> list[str]:

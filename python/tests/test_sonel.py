@@ -150,6 +150,19 @@ def test_other_coefficients_one_per_band_change_the_response(room, response):
     assert np.all(felt.energy.sum(-1)[..., 0] > response.energy.sum(-1)[..., 0])
 
 
+def test_a_map_carries_variants(tmp_path):
+    walls = {"absorption": 0.9, "scattering": 0.0}
+    scene = sonel.Scene.shoebox([10, 7, 3], {"walls": walls}, sources=[2, 2, 1.5], receivers=SEATS)
+    change = {"materials.walls.absorption": 0.2, "materials.walls.scattering": 0.4}
+    with pytest.raises(sonel.Error, match="--for materials.walls.absorption=0.2 --for materials.walls.scattering=0.4"):
+        sonel.trace(scene, sonels=300).render(rays=64, set=change)
+    lists = {"materials.walls.absorption": [0.2, np.linspace(0.1, 0.3, 8)], "materials.walls.scattering": 0.4}
+    room = sonel.trace(scene, sonels=300, variants=lists)
+    assert np.all(room.render(rays=64, set=change).energy.sum(-1) > room.render(rays=64).energy.sum(-1))
+    with pytest.raises(sonel.Error, match="no material `felty`"):
+        sonel.trace(scene, sonels=300, variants={"materials.walls": "felty"})
+
+
 def test_parameters_are_those_of_the_program(response, tmp_path):
     response.save(tmp_path / "room.npz")
     printed, _ = run("sonel-analyze", "parameters", tmp_path / "room.npz", "--format", "json")

@@ -24,6 +24,7 @@ mod uneven_box;
 mod walk;
 #[path = "../physics/watertight.rs"]
 mod watertight;
+mod what_if;
 mod windows;
 
 /// Which form of the hard cases this binary runs.

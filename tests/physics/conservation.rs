@@ -88,8 +88,8 @@ fn a_wrong_absorption_leaves_a_residual() {
     let table = CoefficientTable::new(&[Material::uniform("walls", 0.2, 0.5, 1)], 1, 0.0);
     let wrong = CoefficientTable::new(&[Material::uniform("walls", 0.25, 0.5, 1)], 1, 0.0);
     let residual = |absorbing: &CoefficientTable| {
-        let (mut weight, mut ledger) = (PathWeight::new(1), ChunkLedger::new(1));
-        let layout = EmissionLayout { total: 1, bands: 1, batches: 1 };
+        let (mut weight, mut ledger) = (PathWeight::of(&table), ChunkLedger::new(1));
+        let layout = EmissionLayout { total: 1, bands: 1, sets: 1, batches: 1 };
         let batch = BatchStart::new(&layout, 0, Spectral::Shared);
         weight.emit(1.0, 1.0, batch.packet(0));
         ledger.emitted(1.0, &batch.packet(0).expected, weight.energy());

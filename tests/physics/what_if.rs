@@ -11,7 +11,7 @@ use sonel_study::response::receivers_of;
 use sonel_study::sensitivity::sensitivities;
 use sonel_tests::estimates::{agree_in_windows, windows};
 use sonel_tests::two_rooms::{Partition, two_rooms};
-use sonel_tests::{Traced, batch_fluence};
+use sonel_tests::{Traced, batch_fluence, changed_box};
 
 const BORDERS: [f64; 5] = [0.0, 0.03, 0.1, 0.2, 0.4];
 
@@ -126,8 +126,11 @@ fn events_that_were_never_drawn_are_refused() {
     let mut scene = room();
     scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.0; 2]);
     let scatter = |scene: &mut Scene| scene.materials[0].scattering = vec![0.7; 2];
-    let wrong =
-        silently_wrong_by(&scene, scatter, "materials.walls at 500 Hz: no packet of this map was scattered");
+    let wrong = silently_wrong_by(
+        &scene,
+        scatter,
+        "materials.walls at 500, 1000 Hz: no packet of this map was scattered",
+    );
     assert!(wrong < -1.0, "{wrong} dB");
 }
 
@@ -164,8 +167,82 @@ fn energy_on_few_packets_is_refused() {
     let scatter = |scene: &mut Scene| {
         scene.materials.iter_mut().for_each(|material| material.scattering = vec![0.9; 2]);
     };
-    let wrong = silently_wrong_by(&scene, scatter, "effective number of packets");
+    let wrong = silently_wrong_by(&scene, scatter, "few packets carry the energy");
     assert!(wrong.abs() > 0.3, "{wrong} dB");
+}
+
+/// Whether value and 95 % interval of each parameter agree with what the slow simulator counts for other walls, within four standard errors.
+fn agree_with_count(traced: &Traced, walls: &changed_box::Walls) -> Result<(), String> {
+    // Rays end at a black floor, and few packets avoid it for long.
+    let (rays, sharpness) = if walls[4][0] < 1.0 { (1500, 0.02) } else { (15_000, 0.04) };
+    let counted = changed_box::counted(walls, rays);
+    for ((parameter, found), counted) in changed_box::READ.iter().zip(changed_box::read(traced)).zip(counted)
+    {
+        let (value, [low, high]) = found.ok_or(format!("{parameter:?}: no interval"))?;
+        let sigma = ((high - low) / 3.92).hypot(counted.sigma);
+        if (value - counted.value).abs() > 4.0 * sigma || sigma > sharpness * counted.value {
+            return Err(format!("{parameter:?}: {value} ({low} … {high}), counted {counted:?}"));
+        }
+    }
+    Ok(())
+}
+
+const FEW: Settings = Settings {
+    emissions: 20_000,
+    seed: 1,
+    batches: 32,
+    survival: 0.15,
+    spectral: sonel_map::Spectral::Shared,
+    mode: sonel_map::Mode::Accurate,
+    extinction_threshold: 1e-100,
+};
+
+/// Reverberation is ten percent shorter where paths end at a billionth of the energy as traced: the tail lies in the range of T30.
+#[test]
+fn reverberation_with_another_floor_is_that_of_the_slow_simulator() {
+    let [dead, live] = [0.7, 0.1].map(|absorption| changed_box::with_floor([absorption, 0.3]));
+    let scene = changed_box::scene(&dead, &[]);
+    let (traced, fitness) = changed_box::changed(&scene, &live, FEW);
+    assert!(fitness.refusals.is_empty(), "{fitness:?}");
+    agree_with_count(&traced, &live).unwrap();
+    let short = Settings { extinction_threshold: 1e-9, ..FEW };
+    let (traced, fitness) = changed_box::changed(&scene, &live, short);
+    assert!(fitness.refusals.iter().any(|refusal| refusal.contains("extinction threshold")), "{fitness:?}");
+    assert!(agree_with_count(&traced, &live).is_err());
+}
+
+/// Intervals that the batches of a map cannot tell: most maps have none of the packets that carry the energy.
+#[test]
+fn other_scattering_of_all_walls_is_refused() {
+    for [drawn, changed] in [[0.3, 0.02], [0.1, 0.3]] {
+        let walls = |scattering| [[0.1, scattering]; 6];
+        let (_, fitness) =
+            changed_box::changed(&changed_box::scene(&walls(drawn), &[]), &walls(changed), FEW);
+        assert!(fitness.refusals.iter().any(|refusal| refusal.contains("few packets")), "{fitness:?}");
+    }
+}
+
+/// Walls that no packet of a map without variants can have met so: black to live, mirror to scattering.
+#[test]
+fn a_map_carries_its_variants_as_traces_of_their_own() {
+    let walls = changed_box::with_floor([1.0, 0.0]);
+    let others = [[0.1, 0.0], [0.1, 0.6], [1.0, 0.6]].map(changed_box::with_floor);
+    let scene = changed_box::scene(&walls, &others);
+    for other in [others[0], others[1], walls] {
+        let (traced, fitness) = changed_box::changed(&scene, &other, FEW);
+        assert_eq!(fitness, Fitness::default());
+        agree_with_count(&traced, &other).unwrap();
+        let fresh = changed_box::read(&Traced::new(changed_box::scene(&other, &[]), FEW));
+        // Each interval is uncertain by an eighth: their mean is compared.
+        let widths =
+            |read: [Option<(f64, [f64; 2])>; 3]| read.map(|read| read.map(|(_, [low, high])| high - low));
+        let pairs = widths(changed_box::read(&traced)).into_iter().zip(widths(fresh));
+        let ratios: Option<Vec<f64>> = pairs.map(|(found, fresh)| Some(found? / fresh?)).collect();
+        let ratio = ratios.expect("intervals").iter().sum::<f64>() / 3.0;
+        assert!(ratio < 2.0, "{ratio} times as wide");
+    }
+    let alone = changed_box::changed(&changed_box::scene(&walls, &[]), &others[1], FEW).1;
+    assert!(alone.refusals.len() > 1 && alone.refusals[0].contains("no packet of this map was"), "{alone:?}");
 }
 
 /// Derivatives by absorption and scattering against central differences of fresh traces.

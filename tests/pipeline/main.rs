@@ -16,6 +16,7 @@ mod report;
 mod reproducible;
 mod revisions;
 mod sound;
+mod variants;
 
 use clap::Parser;
 use sonel_console::Outcome;

@@ -9,7 +9,7 @@ use crate::{printed, render, response, test_folder, trace};
 /// Eleven receivers: more than one sweep takes, in parts of unequal size.
 const GRID: [&str; 5] = ["--grid", "0.5:4.5:11,2,1.4", "--bin", "0.01", "--directions"];
 
-fn merge(folder: &TestFolder, parts: &[&str], output: &str) -> anyhow::Result<String> {
+pub fn merge(folder: &TestFolder, parts: &[&str], output: &str) -> anyhow::Result<String> {
     let place = |name: &&str| folder.path(name).display().to_string();
     let mut line: Vec<String> = ["sonel-analyze", "merge"].map(str::to_owned).to_vec();
     line.extend(

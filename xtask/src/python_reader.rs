@@ -15,6 +15,8 @@ use xtask::workspace::{self, Profile};
 const SCENE: &str = "python/reader/box.toml";
 /// A room with a partition and two airs.
 const SCREENED: &str = "python/reader/screened.toml";
+/// The box with variants of its materials.
+const VARIANTS: &str = "python/reader/variants.toml";
 /// The box with a speed of sound that rises with height.
 const GRADIENT: &str = "python/reader/gradient.toml";
 const READER: &str = "python/reader/read_sonelmap.py";
@@ -61,6 +63,7 @@ pub fn check() -> Result<()> {
         ensure!(beside > TOLERANCE, "a receiver a centimetre away goes unnoticed: the comparison is blind");
         check_export(&python, &program, [spectral, SCENE, "auto"])?;
         check_export(&python, &program, [spectral, GRADIENT, "auto"])?;
+        check_export(&python, &program, [spectral, VARIANTS, "auto"])?;
         check_export(&python, &program, [spectral, SCREENED, "auto"])?;
     }
     check_image(&python, &program)

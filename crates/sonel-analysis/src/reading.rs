@@ -20,28 +20,9 @@ pub struct Reading<'a> {
 impl<'a> Reading<'a> {
     /// Makes `map` ready, whose paths must be sound ([`SonelMap::check_paths`]); `geometry` is that of its scene.
     pub fn new(map: &'a SonelMap, geometry: &Geometry) -> Self {
-        Self::with(map, geometry, |classes| map.coefficients(classes))
-    }
-
-    /// The same with the materials of the file, whatever the scene has by now ([`SonelMap::change`]).
-    pub fn as_drawn(map: &'a SonelMap, geometry: &Geometry) -> Self {
-        let scene = &map.header().scene;
-        let materials = map.drawn_with().unwrap_or(&scene.materials);
-        Self::with(map, geometry, |classes| {
-            CoefficientTable::grouped(materials, classes, map.header().settings.survival)
-                .with_geometry(geometry)
-                .with_media(scene, geometry.center())
-        })
-    }
-
-    fn with(
-        map: &'a SonelMap,
-        geometry: &Geometry,
-        table: impl FnOnce(&BandClasses) -> CoefficientTable,
-    ) -> Self {
         let classes = BandClasses::separate(map.header().scene.bands.count());
         let emissions = Emissions::of_map(map, geometry.center(), &classes);
-        Self { map, bands: classes.count(), emissions, table: table(&classes) }
+        Self { map, bands: classes.count(), emissions, table: map.coefficients(&classes) }
     }
 
     /// Visits the segments of `path` of `source` with energies in units of `unit`, see [`PathWeight::emit`].

@@ -93,7 +93,7 @@ impl<'a> Sonels<'a> {
             let parts: Vec<T> = group
                 .par_iter()
                 .map(|&chunk| {
-                    let (mut part, mut weight) = (T::default(), PathWeight::new(self.reading.bands));
+                    let (mut part, mut weight) = (T::default(), PathWeight::of(&self.reading.table));
                     for path in self.map().chunk_paths(chunk) {
                         self.visit(chunk.0, path, &mut weight, &mut |sonel| put(sonel, &mut part));
                     }
@@ -124,7 +124,7 @@ impl<'a> Sonels<'a> {
             visit(&Sonel {
                 source,
                 emission,
-                leading_band: emissions.layout.lead(emission),
+                leading_band: emissions.layout.lead_band(emission),
                 history: segment.history,
                 position: segment.end.as_dvec3() + self.center,
                 direction,

@@ -102,7 +102,7 @@ impl Walk<'_> {
         let mut found = self.nothing();
         let bands = self.reading.bands;
         let mut ledger = ChunkLedger::new(bands);
-        let mut weight = PathWeight::new(bands);
+        let mut weight = PathWeight::of(&self.reading.table);
         for path in self.reading.map.chunk_paths(chunk) {
             self.path(chunk.0, path, &mut weight, &mut ledger, &mut found);
         }

@@ -1,12 +1,20 @@
 //! Guards: changes of materials that the stored paths cannot represent by weights.
 //!
 //! Weights account for changed coefficients if every event that is possible now was possible when traced, the ledger
-//! closes, no path with much energy was ended, and enough packets share the energy. References: docs/physics.md §2.
+//! closes, paths were not ended that carry energy now, and enough packets share the energy.
+//!
+//! **Extinguished paths.** Energy x(t) dt of paths that end below the extinction threshold is missing from then on. If it decays as the
+//! energy W(t) in flight does, the true energy is W(t) exp ∫ x/W dt, the product-limit estimate of censored data [KaplanMeier1958].
+//!
+//! **Packets.** An arrival multiplies the second moment of a packet's energy by Σ f²/p over its events, with the factors f of the changed
+//! materials and the probabilities p of a lead; by Σ f²/p′ in a trace with the changed materials. The product of both ratios along the
+//! path is that of the variances, for the best lead times the number of sets that divide the packets. Sums of squares would miss the rare
+//! packets that carry most. References: docs/physics.md §2.
 
 use rayon::prelude::*;
 use sonel_acoustics::Material;
 use sonel_geometry::Geometry;
-use sonel_map::{Lanes, Ledger, PathWeight, SonelMap, Spectral};
+use sonel_map::{BandLedger, Event, Leads, MapHeader, PathWeight, SonelMap, Spectral};
 
 use crate::reading::Reading;
 use crate::survey::survey;
@@ -14,14 +22,18 @@ use crate::survey::survey;
 /// Balances may differ by so much of the emitted energy, or by so many standard deviations.
 const BALANCE_SHARE: f64 = 0.01;
 const BALANCE_SIGMAS: f64 = 4.0;
-/// Part of the emitted energy that may be on its way where paths end; maps that were traced with more may have twice as much.
+/// Part of the emitted energy that may be on its way at the end of the run; maps that were traced with more may have twice as much.
 const TRUNCATED_SHARE: f64 = 1e-3;
-/// Effective packets per window of time, beside those of the materials of the map: below the first refused, below the second warned of.
-const LEAST_SAMPLES: [f64; 2] = [0.01, 0.1];
+/// Part of the energy in flight that extinguished paths may have taken: 1 % changes T30 by at most 0.3 %.
+const EXTINGUISHED_SHARE: f64 = 0.01;
+/// Intervals relative to those of a trace with the changed materials: wider than the first is warned of, than the second refused.
+const WIDEST: [f64; 2] = [3.0, 20.0];
 /// Windows of time into which the duration is divided.
-const WINDOWS: usize = 16;
-/// Windows with less of the arriving energy are not compared: −45 dB is below what T30 reads.
-const LITTLE: f64 = 3e-5;
+const WINDOWS: usize = 32;
+/// Windows after less than this part of the arriving energy is left are not compared: T30 reads down to −35 dB.
+const LITTLE: f64 = 1e-4;
+/// Ratios of variances above this are alike [nepers].
+const FAR: f64 = 50.0;
 
 /// What is to be said of changed materials, a sentence each.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -36,165 +48,278 @@ pub struct Fitness {
 /// ([`SonelMap::check_paths`]); `geometry` is that of its scene.
 #[must_use]
 pub fn fitness(map: &SonelMap, geometry: &Geometry) -> Fitness {
-    let Some(drawn_with) = map.drawn_with() else { return Fitness::default() };
-    let refusals = unsupported(map, drawn_with, geometry);
+    if map.drawn_with().is_none() {
+        return Fitness::default();
+    }
+    let refusals = unsupported(map, geometry);
     if !refusals.is_empty() {
         return Fitness { refusals, warnings: Vec::new() };
     }
-    let mut fitness =
-        Fitness { refusals: unbalanced(map, &survey(map, geometry).ledger), warnings: Vec::new() };
-    thin_out(map, geometry, &mut fitness);
-    fitness
-}
-
-/// The three events of a material with their energy factors.
-fn events(material: &Material, band: usize) -> [(&'static str, f64); 3] {
-    [
-        ("mirrored", material.specular(band)),
-        ("scattered", material.diffuse(band)),
-        ("let through", material.transmission(band)),
-    ]
-}
-
-/// Events with energy in a band that no packet can have taken: for every band some lead band must have drawn all that it needs.
-fn unsupported(map: &SonelMap, drawn_with: &[Material], geometry: &Geometry) -> Vec<String> {
-    let (scene, bands) = (&map.header().scene, map.header().scene.bands.count());
-    let in_use = |index: usize| geometry.surfaces().iter().any(|surface| surface.material as usize == index);
-    let missing = |band: usize, lead: usize| -> Vec<(usize, &'static str)> {
-        let changed = scene.materials.iter().zip(drawn_with).enumerate().filter(|(index, _)| in_use(*index));
-        changed
-            .flat_map(|(index, (material, drawn))| {
-                let pairs = events(material, band).into_iter().zip(events(drawn, lead));
-                pairs
-                    .filter(|((_, now), (_, then))| *now > 0.0 && *then <= 0.0)
-                    .map(move |((event, _), _)| (index, event))
-            })
-            .collect()
-    };
-    let mut sentences = Vec::new();
-    for band in 0..bands {
-        let own = missing(band, band);
-        let by_others = map.header().settings.spectral == Spectral::Shared
-            && (0..bands).any(|lead| missing(band, lead).is_empty());
-        if !by_others {
-            sentences.extend(own.into_iter().map(|(index, event)| {
-                format!(
-                    "materials.{} at {} Hz: no packet of this map was {event} there; trace the scene with the changed material",
-                    scene.materials[index].name,
-                    scene.bands.nominal()[band]
-                )
-            }));
-        }
+    let (ledger, sums) = (survey(map, geometry).ledger, sums(map, geometry));
+    let (traced, scene) = (map.ledger(), &map.header().scene);
+    let mut flaws = Flaws::default();
+    for (band, &center) in scene.bands.nominal().iter().enumerate() {
+        flaws.balance(center, &ledger.bands[band], traced.bands[band].truncated);
+        flaws.paths(center, &Found::of(&sums, band, scene.duration));
     }
-    sentences
+    flaws.fitness()
 }
 
-/// Bands whose ledgers do not close with the new weights, or that have too much energy where paths end.
-fn unbalanced(map: &SonelMap, found: &Ledger) -> Vec<String> {
-    let traced = map.ledger();
-    let centers = map.header().scene.bands.nominal();
-    let mut sentences = Vec::new();
-    for ((center, found), traced) in centers.iter().zip(&found.bands).zip(&traced.bands) {
+/// Flaws of each kind by band: nominal centre [Hz], how bad, and a sentence without the band.
+#[derive(Default)]
+struct Flaws {
+    refused: [Vec<(f64, f64, String)>; 4],
+    warned: Vec<(f64, f64, String)>,
+}
+
+impl Flaws {
+    /// Looks at the ledger of a band with the new weights, and at what was truncated as traced.
+    fn balance(&mut self, center: f64, found: &BandLedger, traced: f64) {
         let allowed = (BALANCE_SHARE * found.emitted).max(BALANCE_SIGMAS * found.sampling_sigma());
+        let percent = |energy: f64| 100.0 * energy / found.emitted;
         if found.sampling.abs() > allowed {
-            sentences.push(format!(
-                "at {center} Hz the energy balance with the changed materials errs by {:.1} %; trace the scene with them",
-                100.0 * found.sampling / found.emitted
-            ));
+            let error = percent(found.sampling);
+            let sentence = format!("the energy balance with the changed materials errs by {error:.1} %");
+            self.refused[0].push((center, error.abs(), sentence));
         }
-        if found.truncated > (TRUNCATED_SHARE * found.emitted).max(2.0 * traced.truncated) {
-            sentences.push(format!(
-                "at {center} Hz the paths of this map end with {:.2} % of the energy left; trace the scene with the \
-                 changed materials and a longer duration",
-                100.0 * found.truncated / found.emitted
-            ));
+        if found.truncated > (TRUNCATED_SHARE * found.emitted).max(2.0 * traced) {
+            let left = percent(found.truncated);
+            let sentence = format!(
+                "the paths of this map end with {left:.2} % of the energy left: they need a longer duration"
+            );
+            self.refused[1].push((center, left, sentence));
         }
     }
-    sentences
+
+    /// Looks at the paths of a band.
+    fn paths(&mut self, center: f64, found: &Found) {
+        let Found { width: (width, [from, to]), extinguished } = *found;
+        if extinguished > EXTINGUISHED_SHARE {
+            let percent = 100.0 * extinguished / (1.0 + extinguished);
+            let sentence = format!(
+                "paths that ended below the extinction threshold of the map would carry {percent:.1} % of the energy"
+            );
+            self.refused[2].push((center, percent, sentence));
+        }
+        let [warned, refused] = WIDEST;
+        if width > warned {
+            let sentence = format!(
+                "few packets carry the energy between {from:.2} and {to:.2} s: intervals are about {:.0} times as wide as those of a trace with the changed materials",
+                width.min(1000.0)
+            );
+            let kind = if width > refused { &mut self.refused[3] } else { &mut self.warned };
+            kind.push((center, width, sentence));
+        }
+    }
+
+    /// A sentence for each kind: that of the worst band.
+    fn fitness(self) -> Fitness {
+        let sentence = |flaws: Vec<(f64, f64, String)>| {
+            let centers: Vec<String> = flaws.iter().map(|(center, ..)| center.to_string()).collect();
+            let (_, _, worst) = flaws.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+            Some(format!("at {} Hz {worst}", centers.join(", ")))
+        };
+        Fitness {
+            refusals: self.refused.into_iter().filter_map(sentence).collect(),
+            warnings: sentence(self.warned).into_iter().collect(),
+        }
+    }
 }
 
-/// Sums of arriving energies and of their squares, by window of time and band.
-#[derive(Clone)]
-struct Sums(Vec<Vec<[f64; 2]>>);
+/// The three events of a material.
+const EVENTS: [&str; 3] = ["mirrored", "scattered", "let through"];
+
+/// Events with energy in a band that no packet can have taken: for every band some lead must have drawn all that it needs.
+fn unsupported(map: &SonelMap, geometry: &Geometry) -> Vec<String> {
+    let (scene, leads) = (&map.header().scene, map.leads());
+    let (bands, count) = (scene.bands.count(), leads.classes().bands());
+    let in_use = |index: usize| geometry.surfaces().iter().any(|surface| surface.material as usize == index);
+    let used: Vec<usize> = (0..scene.materials.len()).filter(|&index| in_use(index)).collect();
+    let missing = |band: usize, lead: usize| -> Vec<(usize, usize)> {
+        let of = |&index: &usize| {
+            let now = energies(&scene.materials[index], band);
+            let then = leads.drawn(index, lead);
+            (0..3)
+                .filter(move |&event| now[event] > 0.0 && then[event] <= 0.0)
+                .map(move |event| (index, event))
+        };
+        used.iter().flat_map(of).collect()
+    };
+    let by_others = map.header().settings.spectral == Spectral::Shared;
+    let mut found: Vec<((usize, usize), Vec<f64>)> = Vec::new();
+    for band in 0..bands {
+        let mut mixed = (0..count).filter(|lead| by_others || lead % bands == band);
+        if mixed.any(|lead| missing(band, lead).is_empty()) {
+            continue;
+        }
+        for what in missing(band, band) {
+            let center = scene.bands.nominal()[band];
+            match found.iter_mut().find(|(known, _)| *known == what) {
+                Some((_, centers)) => centers.push(center),
+                None => found.push((what, vec![center])),
+            }
+        }
+    }
+    let sentence = |((index, event), centers): ((usize, usize), Vec<f64>)| {
+        let centers: Vec<String> = centers.iter().map(f64::to_string).collect();
+        let (name, event) = (&scene.materials[index].name, EVENTS[event]);
+        format!("materials.{name} at {} Hz: no packet of this map was {event} there", centers.join(", "))
+    };
+    found.into_iter().map(sentence).collect()
+}
+
+/// The energy factors of [`EVENTS`].
+fn energies(material: &Material, band: usize) -> [f64; 3] {
+    [material.specular(band), material.diffuse(band), material.transmission(band)]
+}
+
+/// Sums over the arrivals in a window of time, of a band.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    /// Σ e.
+    energy: f64,
+    /// Σ e times the ratio of variances.
+    excess: f64,
+    /// Mean energy in flight: Σ e times the length of the segment that arrives, relative to that of a window.
+    in_flight: f64,
+    /// What extinguished paths would carry on.
+    extinguished: f64,
+}
 
 impl Sums {
-    fn new(bands: usize) -> Self {
-        Self(vec![vec![[0.0; 2]; bands]; WINDOWS])
-    }
-
-    fn add(&mut self, window: usize, energy: &[Lanes]) {
-        for (band, [sum, squares]) in self.0[window].iter_mut().enumerate() {
-            let energy = energy[band / 4][band % 4];
-            *sum += energy;
-            *squares += energy * energy;
-        }
-    }
-
-    fn join(mut self, other: &Self) -> Self {
-        for (mine, theirs) in self.0.iter_mut().flatten().zip(other.0.iter().flatten()) {
-            *mine = [mine[0] + theirs[0], mine[1] + theirs[1]];
-        }
-        self
-    }
-
-    /// Arriving energy of all windows of a band.
-    fn total(&self, band: usize) -> f64 {
-        self.0.iter().map(|bands| bands[band][0]).sum()
-    }
-
-    /// Packets of equal energy that would be as certain.
-    fn effective(&self, window: usize, band: usize) -> f64 {
-        let [sum, squares] = self.0[window][band];
-        if squares > 0.0 { sum * sum / squares } else { 0.0 }
+    fn add(&mut self, other: &Self) {
+        let Self { energy, excess, in_flight, extinguished } = other;
+        self.energy += energy;
+        self.excess += excess;
+        self.in_flight += in_flight;
+        self.extinguished += extinguished;
     }
 }
 
-/// Says in which windows too few packets share the energy.
-fn thin_out(map: &SonelMap, geometry: &Geometry, fitness: &mut Fitness) {
-    let [changed, drawn] =
-        [Reading::new(map, geometry), Reading::as_drawn(map, geometry)].map(|reading| arrivals(&reading));
-    let scene = &map.header().scene;
-    for (band, center) in scene.bands.nominal().iter().enumerate() {
-        let worst = (0..WINDOWS)
-            .filter(|&window| changed.0[window][band][0] > LITTLE * changed.total(band))
-            .map(|window| (window, changed.effective(window, band) / drawn.effective(window, band).max(1.0)))
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((window, share)) = worst else { continue };
-        let [from, to] = [window, window + 1].map(|border| scene.duration * border as f64 / WINDOWS as f64);
-        let sentence = format!(
-            "at {center} Hz between {from:.2} and {to:.2} s the effective number of packets is {:.2} % of that with the map's own materials; trace the scene with the changed materials",
-            100.0 * share
-        );
-        let [refused, warned] = LEAST_SAMPLES;
-        if share < refused {
-            fitness.refusals.push(sentence);
-        } else if share < warned {
-            fitness.warnings.push(sentence);
+/// What speaks against the changed materials in a band.
+#[derive(Debug)]
+struct Found {
+    /// Widest intervals, relative to those of a trace with these materials, and the window of time [s].
+    width: (f64, [f64; 2]),
+    /// Energy that extinguished paths took, relative to that in flight.
+    extinguished: f64,
+}
+
+impl Found {
+    fn of(sums: &[Vec<Sums>], band: usize, duration: f64) -> Self {
+        let total: f64 = sums.iter().map(|bands| bands[band].energy).sum();
+        let (mut left, mut exponent, mut width) = (total, 0.0, (0.0, [0.0; 2]));
+        for (window, sums) in sums.iter().map(|bands| bands[band]).enumerate() {
+            if left <= LITTLE * total {
+                break;
+            }
+            left -= sums.energy;
+            if sums.in_flight > 0.0 {
+                exponent += sums.extinguished / sums.in_flight;
+            }
+            let wide = (sums.excess / sums.energy).sqrt();
+            if wide > width.0 {
+                width = (wide, [window, window + 1].map(|border| duration * border as f64 / WINDOWS as f64));
+            }
         }
+        Self { width, extinguished: libm::expm1(exponent) }
     }
 }
 
-/// What arrives at surfaces, chunk by chunk so that sums do not depend on the number of threads.
-fn arrivals(reading: &Reading<'_>) -> Sums {
-    let scene = &reading.map.header().scene;
-    let reach = scene.duration * scene.speed_of_sound;
-    let window = |length: f64| ((length / reach * WINDOWS as f64) as usize).min(WINDOWS - 1);
-    let batches: Vec<(u32, u32)> = (0..scene.sources.len() as u32)
+/// Logarithms of the ratio of variances that an arrival brings, by material, class of leads and band.
+struct Excess {
+    ratios: Vec<Vec<Vec<f64>>>,
+    /// Logarithm of the number of sets.
+    sets: f64,
+}
+
+impl Excess {
+    fn new(map: &SonelMap) -> Self {
+        let MapHeader { scene, settings, .. } = map.header();
+        let (leads, bands) = (map.leads(), scene.bands.count());
+        let fresh = Leads::new(&scene.materials, &[], (settings.survival, settings.spectral));
+        let by_others = settings.spectral == Spectral::Shared;
+        let moment = |factors: [f64; 3], probabilities: [f64; 3]| -> f64 {
+            let of = |(factor, probability)| if factor > 0.0 { factor * factor / probability } else { 0.0 };
+            factors.into_iter().zip(probabilities).map(of).sum()
+        };
+        let ratio = |material: usize, lead: usize, band: usize| {
+            let factors = energies(&scene.materials[material], band);
+            let (now, then) =
+                (moment(factors, leads.drawn(material, lead)), moment(factors, fresh.drawn(material, band)));
+            match () {
+                () if !by_others && lead % bands != band => f64::INFINITY,
+                () if then > 0.0 => libm::log(now / then),
+                () => 0.0,
+            }
+        };
+        let of_material = |material: usize| {
+            let of_lead = |lead: usize| (0..bands).map(|band| ratio(material, lead, band)).collect();
+            leads.classes().representatives().map(of_lead).collect()
+        };
+        Self {
+            ratios: (0..scene.materials.len()).map(of_material).collect(),
+            sets: libm::log(f64::from(map.layout().sets)),
+        }
+    }
+
+    /// Ratio of the variances in `band` after arrivals that add up to `exponents`.
+    fn ratio(&self, exponents: &[Vec<f64>], band: usize) -> f64 {
+        let least = exponents.iter().map(|bands| bands[band]).fold(f64::INFINITY, f64::min);
+        libm::exp((least + self.sets).min(FAR))
+    }
+}
+
+/// The sums by window and band, batch by batch so that they do not depend on the number of threads.
+fn sums(map: &SonelMap, geometry: &Geometry) -> Vec<Vec<Sums>> {
+    let (reading, excess) = (Reading::new(map, geometry), Excess::new(map));
+    let sources = 0..map.header().scene.sources.len() as u32;
+    let batches: Vec<(u32, u32)> = sources
         .flat_map(|source| (0..reading.emissions.layout.batches).map(move |batch| (source, batch)))
         .collect();
-    let sums: Vec<Sums> = batches
-        .into_par_iter()
-        .map(|(source, batch)| {
-            let (mut sums, mut weight) = (Sums::new(reading.bands), PathWeight::new(reading.bands));
-            for path in reading.map.batch_paths(source, batch) {
-                reading.follow(source, path, 1.0, &mut weight, |segment| {
-                    if segment.arrival.is_some() {
-                        sums.add(window(segment.end_length), segment.energy);
-                    }
-                });
+    let found: Vec<Vec<Vec<Sums>>> =
+        batches.into_par_iter().map(|batch| sums_of_batch(&reading, &excess, geometry, batch)).collect();
+    let mut total = vec![vec![Sums::default(); reading.bands]; WINDOWS];
+    for found in &found {
+        for (mine, theirs) in total.iter_mut().flatten().zip(found.iter().flatten()) {
+            mine.add(theirs);
+        }
+    }
+    total
+}
+
+fn sums_of_batch(
+    reading: &Reading<'_>,
+    excess: &Excess,
+    geometry: &Geometry,
+    (source, batch): (u32, u32),
+) -> Vec<Vec<Sums>> {
+    let scene = &reading.map.header().scene;
+    let step = scene.duration * scene.speed_of_sound / WINDOWS as f64;
+    let mut sums = vec![vec![Sums::default(); reading.bands]; WINDOWS];
+    let mut weight = PathWeight::of(&reading.table);
+    let mut exponents = vec![vec![0.0; reading.bands]; reading.table.leads()];
+    for path in reading.map.batch_paths(source, batch) {
+        exponents.iter_mut().for_each(|bands| bands.fill(0.0));
+        reading.follow(source, path, 1.0, &mut weight, |segment| {
+            let Some(arrival) = segment.arrival else { return };
+            let row = reading.table.row(arrival.surface, segment.direction());
+            let part = (segment.end_length - segment.start_length) / step;
+            let window = ((segment.end_length / step) as usize).min(WINDOWS - 1);
+            for (band, sums) in sums[window].iter_mut().enumerate() {
+                let energy = segment.energy[band / 4][band % 4];
+                sums.energy += energy;
+                sums.excess += energy * excess.ratio(&exponents, band);
+                sums.in_flight += energy * part;
+                if arrival.event == Event::Extinguished {
+                    sums.extinguished += energy * row.passed_on[band / 4][band % 4];
+                }
             }
-            sums
-        })
-        .collect();
-    sums.iter().fold(Sums::new(reading.bands), Sums::join)
+            let material = geometry.surface(arrival.surface).material as usize;
+            for (exponents, ratios) in exponents.iter_mut().zip(&excess.ratios[material]) {
+                exponents.iter_mut().zip(ratios).for_each(|(exponent, ratio)| *exponent += ratio);
+            }
+        });
+    }
+    sums
 }

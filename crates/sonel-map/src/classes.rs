@@ -1,4 +1,4 @@
-//! Bands with equal coefficients: their energies are equal on every path and are computed once.
+//! Bands with equal coefficients: their energies are equal on every path and are computed once. Likewise leads with equal probabilities.
 
 use sonel_acoustics::Material;
 use sonel_scene::Source;
@@ -38,10 +38,15 @@ impl BandClasses {
             });
             coefficients.chain([attenuation[band]]).map(f64::to_bits).collect()
         };
+        Self::equal((0..attenuation.len()).map(column))
+    }
+
+    /// Equal columns are one class.
+    #[must_use]
+    pub fn equal(all: impl Iterator<Item = Vec<u64>>) -> Self {
         let mut columns: Vec<Vec<u64>> = Vec::new();
         let (mut of_band, mut first_band) = (Vec::new(), Vec::new());
-        for band in 0..attenuation.len() {
-            let column = column(band);
+        for (band, column) in all.enumerate() {
             let class = columns.iter().position(|known| *known == column).unwrap_or_else(|| {
                 columns.push(column);
                 first_band.push(band as u32);

@@ -116,6 +116,19 @@ pub struct MediaRecord {
     pub sides: Vec<[u32; 2]>,
 }
 
+/// Variants of materials: the section that only a scene with such has.
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct VariantsRecord {
+    pub variants: Vec<VariantRecord>,
+}
+
+#[derive(Debug, Clone, PartialEq, Encode, Decode)]
+pub struct VariantRecord {
+    /// Number of the material.
+    pub material: u32,
+    pub coefficients: MaterialRecord,
+}
+
 /// Measured directivities and those of receivers: the section that only a scene with such has.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
 pub struct DirectivityRecord {
@@ -154,13 +167,13 @@ pub struct RegionRecord {
     pub air_attenuation: Vec<f64>,
 }
 
-/// Bytes of a header or of the section of regions.
+/// Bytes of a header or of the record of a section.
 pub fn encode(record: &impl Encode) -> Result<Vec<u8>, String> {
     bincode::encode_to_vec(record, configuration::<LARGEST_HEADER>())
-        .map_err(|error| format!("header, regions or directivities cannot be encoded: {error}"))
+        .map_err(|error| format!("header, regions, directivities or variants cannot be encoded: {error}"))
 }
 
-/// A header, or the section of regions, from its bytes. All of them must be used, unless a later minor version may have added fields at the end.
+/// A header, or the record of a section, from its bytes. All of them must be used, unless a later minor version may have added fields at the end.
 pub fn decode<D: Decode<()>>(bytes: &[u8], may_go_on: bool) -> Result<D, String> {
     let (record, used) = decode_within_limit(bytes)?;
     if used == bytes.len() || may_go_on {
@@ -188,7 +201,7 @@ fn decode_within_limit<D: Decode<()>>(bytes: &[u8]) -> Result<(D, usize), String
 
 fn decode_with<D: Decode<()>, const LIMIT: usize>(bytes: &[u8]) -> Result<(D, usize), String> {
     bincode::decode_from_slice(bytes, configuration::<LIMIT>())
-        .map_err(|error| format!("header, regions or directivities cannot be decoded: {error}"))
+        .map_err(|error| format!("header, regions, directivities or variants cannot be decoded: {error}"))
 }
 
 #[cfg(test)]

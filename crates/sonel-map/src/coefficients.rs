@@ -1,11 +1,8 @@
 //! Energy factors f and event probabilities p per material, event and band.
 //!
 //! f_j multiplies the energy of band j: specular (1−α)(1−s), diffuse (1−α)s, transmitted τ. p_k is the
-//! probability that a packet led by band k takes the event: with a = 1 − α + τ it survives with a^β and then takes the
-//! event with f/a, so p_k = a^(β−1) f_k (docs/physics.md §2, §3). Transmitted energy is mostly small, and matters behind
-//! the partition: at least the share [`LEAST_THROUGH`] of the surviving packets passes, with less energy each. Bands stand
-//! in lanes of four so that the compiler
-//! vectorises over them; lanes beyond the last band are zero.
+//! probability that a packet of lead k takes the event ([`Leads`]; docs/physics.md §2, §3). Bands and leads stand
+//! in lanes of four so that the compiler vectorises over them; lanes beyond the last are zero.
 
 use std::borrow::Cow;
 
@@ -18,16 +15,15 @@ use crate::classes::BandClasses;
 use crate::format::SurfaceRow;
 use crate::incidence;
 use crate::lanes::{Lanes, multiply, to_lanes};
-
-/// Least share of what goes on at a partition that goes through it.
-pub const LEAST_THROUGH: f64 = 0.15;
+use crate::leads::{LEAST_THROUGH, Leads};
+use crate::spectral::Spectral;
 
 /// Energy factors and probabilities of one event at one material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventRow {
     /// f_j per band.
     pub energy: Vec<Lanes>,
-    /// p_k per leading band.
+    /// p_k per lead.
     pub probability: Vec<Lanes>,
 }
 
@@ -48,7 +44,7 @@ pub struct MaterialRow {
     pub is_mirror: bool,
     /// Whether any band passes.
     pub is_partition: bool,
-    /// Per leading band: upper ends, in [0, 1], of the intervals of one uniform number for specular, diffuse and
+    /// Per lead: upper ends, in [0, 1], of the intervals of one uniform number for specular, diffuse and
     /// transmitted; beyond the last the packet ends.
     pub thresholds: Vec<[f64; 3]>,
 }
@@ -88,6 +84,7 @@ impl MaterialRow {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoefficientTable {
     bands: usize,
+    leads: usize,
     /// A block per material: its mean row, and behind it one for each range of angles where its absorption depends on them, for the
     /// probabilities of events.
     rows: Vec<MaterialRow>,
@@ -104,28 +101,32 @@ pub struct CoefficientTable {
 }
 
 impl CoefficientTable {
-    /// The table for `materials` over `bands` bands and the survival exponent β in [0, 1].
+    /// The table for `materials` over `bands` bands, each a lead, and the survival exponent β in [0, 1].
     #[must_use]
     pub fn new(materials: &[Material], bands: usize, survival: f64) -> Self {
-        Self::grouped(materials, &BandClasses::separate(bands), survival)
+        let leads = Leads::new(materials, &[], (survival, Spectral::PerBand));
+        Self::grouped(materials, &BandClasses::separate(bands), &leads)
     }
 
-    /// The table with one column for each of `classes`.
+    /// The table with one column for each of `classes`, for events drawn by `leads`, which are of as many materials.
     #[must_use]
-    pub fn grouped(materials: &[Material], classes: &BandClasses, survival: f64) -> Self {
+    pub fn grouped(materials: &[Material], classes: &BandClasses, leads: &Leads) -> Self {
         let (mut rows, mut first_rows) = (Vec::new(), Vec::new());
-        for material in materials {
+        for (index, material) in materials.iter().enumerate() {
             first_rows.push(rows.len());
-            rows.push(material_row(material, classes, survival));
+            rows.push(material_row(material, classes, &leads.probabilities(index, Material::clone)));
             if material.law.is_angular() {
-                let at = |range| material_row(&seen_within(material, range), classes, survival);
+                let at = |range| {
+                    let seen = |material: &Material| seen_within(material, range);
+                    material_row(&seen(material), classes, &leads.probabilities(index, seen))
+                };
                 rows.extend((0..incidence::RANGES).map(at));
             }
         }
         let laws = materials.iter().map(|material| law(material, classes)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
-        let (bands, surfaces) = (classes.count(), Vec::new());
-        Self { bands, rows, first_rows, laws, surfaces, transmits, media: None, profile: None }
+        let (bands, leads, surfaces) = (classes.count(), leads.classes().count(), Vec::new());
+        Self { bands, leads, rows, first_rows, laws, surfaces, transmits, media: None, profile: None }
     }
 
     /// The same for these surfaces of a map.
@@ -222,19 +223,6 @@ impl CoefficientTable {
         }
     }
 
-    /// The same energies for events drawn with the probabilities of `drawn`, a table of as many materials and classes.
-    #[must_use]
-    pub fn drawn_as(mut self, drawn: &Self) -> Self {
-        assert_eq!(self.first_rows, drawn.first_rows, "materials keep their laws of absorption");
-        for (row, drawn) in self.rows.iter_mut().zip(&drawn.rows) {
-            row.specular.probability.clone_from(&drawn.specular.probability);
-            row.diffuse.probability.clone_from(&drawn.diffuse.probability);
-            row.transmitted.probability.clone_from(&drawn.transmitted.probability);
-            row.thresholds.clone_from(&drawn.thresholds);
-        }
-        self
-    }
-
     /// The same with what sound meets in the air of `scene`, whose middle is `center`: other airs, or a gradient of its speed.
     #[must_use]
     pub fn with_media(self, scene: &Scene, center: DVec3) -> Self {
@@ -273,10 +261,16 @@ impl CoefficientTable {
         self.media.is_some()
     }
 
-    /// Number of columns: bands, or classes of bands.
+    /// Number of columns of energies: bands, or classes of bands.
     #[must_use]
     pub fn bands(&self) -> usize {
         self.bands
+    }
+
+    /// Number of columns of probabilities: leads, or classes of leads.
+    #[must_use]
+    pub fn leads(&self) -> usize {
+        self.leads
     }
 
     /// Whether anything passes any material.
@@ -310,20 +304,13 @@ fn law(material: &Material, classes: &BandClasses) -> Option<(AbsorptionLaw, Vec
     law.is_angular().then(|| (law, to_lanes(classes.representatives().map(of))))
 }
 
-fn material_row(material: &Material, classes: &BandClasses, survival: f64) -> MaterialRow {
+/// The row of a material whose events have these `probabilities` per class of leads.
+fn material_row(material: &Material, classes: &BandClasses, probabilities: &[[f64; 3]]) -> MaterialRow {
     let (bands, of) = (classes.count(), || classes.representatives());
     let specular: Vec<f64> = of().map(|b| material.specular(b)).collect();
     let diffuse: Vec<f64> = of().map(|b| material.diffuse(b)).collect();
     let transmitted: Vec<f64> = of().map(|b| material.transmission[b]).collect();
-    // The three events add up to what is passed on, by the same sums that decide events: nothing is lost to rounding.
     let passed_on: Vec<f64> = (0..bands).map(|b| specular[b] + diffuse[b] + transmitted[b]).collect();
-    let roulette: Vec<f64> = passed_on.iter().map(|&a| roulette_factor(a, survival)).collect();
-    let probabilities: Vec<[f64; 3]> = (0..bands)
-        .map(|b| {
-            let [through, back] = shares(transmitted[b], specular[b] + diffuse[b]);
-            [specular[b] * back, diffuse[b] * back, transmitted[b] * through].map(|event| event * roulette[b])
-        })
-        .collect();
     let row = |factors: &[f64], event: usize| EventRow {
         energy: to_lanes(factors.iter().copied()),
         probability: to_lanes(probabilities.iter().map(|events| events[event])),
@@ -339,21 +326,6 @@ fn material_row(material: &Material, classes: &BandClasses, survival: f64) -> Ma
         passed_on: to_lanes(passed_on.iter().copied()),
         thresholds,
     }
-}
-
-/// By how much more often than their energies say packets go through, and by how much less often back, where τ goes `through` and
-/// (1−α) `back`.
-fn shares(through: f64, back: f64) -> [f64; 2] {
-    let passed_on = through + back;
-    if through <= 0.0 || back <= 0.0 || through >= LEAST_THROUGH * passed_on {
-        return [1.0; 2];
-    }
-    [LEAST_THROUGH * passed_on / through, (1.0 - LEAST_THROUGH) * passed_on / back]
-}
-
-/// a^β / a: turns an energy factor into the probability of its event; zero where nothing is passed on.
-fn roulette_factor(passed_on: f64, survival: f64) -> f64 {
-    if passed_on <= 0.0 { 0.0 } else { libm::pow(passed_on, survival - 1.0) }
 }
 
 #[cfg(test)]
@@ -377,7 +349,7 @@ mod tests {
         let row = table.material(0);
         let [specular, diffuse, transmitted] = row.thresholds[0];
         assert!((specular - 0.425).abs() + (diffuse - 0.85).abs() + (transmitted - 0.85).abs() < 1e-15);
-        assert_eq!(row.diffuse.energy, row.diffuse.probability);
+        assert!((row.diffuse.energy[0][0] - row.diffuse.probability[0][0]).abs() < 1e-15);
     }
 
     #[test]
@@ -385,17 +357,6 @@ mod tests {
         for (absorption, scattering, transmission) in [(0.2, 0.3, 0.0), (0.9, 1.0, 0.25), (1e-12, 0.0, 0.0)] {
             let table = CoefficientTable::new(&[wall(absorption, scattering, transmission)], 1, 0.0);
             assert!((table.material(0).thresholds[0][2] - 1.0).abs() < 1e-15);
-        }
-    }
-
-    #[test]
-    fn enough_packets_pass_a_partition_whatever_it_lets_through() {
-        for transmission in [1e-6, 1e-3, 0.05, 0.3] {
-            let table = CoefficientTable::new(&[wall(0.4, 0.3, transmission)], 1, 0.0);
-            let [_, back, all] = table.material(0).thresholds[0];
-            assert!((all - 1.0).abs() < 1e-15, "without roulette a packet always goes on");
-            let share = (transmission / (0.6 + transmission)).max(LEAST_THROUGH);
-            assert!((all - back - share).abs() < 1e-15, "{transmission}");
         }
     }
 

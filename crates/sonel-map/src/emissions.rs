@@ -26,14 +26,14 @@ pub struct Emissions<'a> {
 }
 
 impl<'a> Emissions<'a> {
-    /// The emissions of a run of `scene`, whose middle is `center` [m], with a column for each of `classes`.
+    /// The emissions of a run of `scene`, whose middle is `center` [m], with a column for each of `classes` of bands and of leads.
     #[must_use]
     pub fn new(
         scene: &'a Scene,
         center: DVec3,
         settings: &Settings,
         layout: EmissionLayout,
-        classes: &BandClasses,
+        classes: (&BandClasses, &BandClasses),
     ) -> Self {
         let Settings { seed, spectral, .. } = *settings;
         let sources = scene.sources.iter().enumerate();
@@ -52,11 +52,11 @@ impl<'a> Emissions<'a> {
         }
     }
 
-    /// The emissions of the run of `map`.
+    /// The emissions of the run of `map`, with a column for each of `classes` of bands.
     #[must_use]
     pub fn of_map(map: &'a SonelMap, center: DVec3, classes: &BandClasses) -> Self {
-        let header = map.header();
-        Self::new(&header.scene, center, &header.settings, map.layout(), classes)
+        let (header, leads) = (map.header(), map.leads());
+        Self::new(&header.scene, center, &header.settings, map.layout(), (classes, leads.classes()))
     }
 
     /// Share of the batch of `emission` in the run, N_g / N.

@@ -3,6 +3,7 @@
 use sonel_scene::Scene;
 
 use crate::emission::EmissionLayout;
+use crate::leads::{MOST_SETS, set_count};
 use crate::spectral::Spectral;
 
 /// Which method the paths were traced for.
@@ -45,8 +46,8 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// A hundred thousand emissions, seed 1, 32 batches, β = 0.15, shared bands, threshold 1e-9 (−90 dB of a packet; its
-    /// truncated energy is bounded by the same share of what was emitted).
+    /// A hundred thousand emissions, seed 1, 32 batches, β = 0.15, shared bands. The threshold of −1000 dB ends packets of runs without
+    /// roulette alone: with this β a packet comes to it once in 10¹⁷, so that paths hold what other materials let through.
     fn default() -> Self {
         Self {
             emissions: 100_000,
@@ -55,15 +56,16 @@ impl Default for Settings {
             survival: 0.15,
             spectral: Spectral::Shared,
             mode: Mode::Accurate,
-            extinction_threshold: 1e-9,
+            extinction_threshold: 1e-100,
         }
     }
 }
 
 impl Settings {
-    /// The numbering of one source's emissions for a scene of `bands` bands.
+    /// The numbering of one source's emissions in `scene`.
     #[must_use]
-    pub fn layout(&self, bands: usize) -> EmissionLayout {
+    pub fn layout(&self, scene: &Scene) -> EmissionLayout {
+        let bands = scene.bands.count();
         let packets = match self.spectral {
             Spectral::Shared => 1,
             Spectral::PerBand => bands as u64,
@@ -71,6 +73,7 @@ impl Settings {
         EmissionLayout {
             total: self.emissions.saturating_mul(packets),
             bands: bands as u32,
+            sets: set_count(scene).min(MOST_SETS) as u32,
             batches: self.batches,
         }
     }

@@ -4,11 +4,12 @@
 //! surface and what it did there. Energies in any band follow from the points and the coefficient table in one running
 //! product, so one map serves any air, source level, directivity and, within limits, other materials.
 //!
-//! - [`emission`]: which band leads emission i and which batch it belongs to, as functions of i alone;
+//! - [`leads`]: the probabilities by which events are drawn: of each band, also as variants of materials have them;
+//! - [`emission`]: which lead emission i has and which batch it belongs to, as functions of i alone;
 //! - [`emissions`]: all of a run, ready to be traced or followed;
 //! - [`vertex`]: the 16-byte record of one arrival;
 //! - [`classes`]: bands with equal coefficients;
-//! - [`coefficients`] and [`weight`]: the balance heuristic over leading bands, shared by tracer and readers;
+//! - [`coefficients`] and [`weight`]: the balance heuristic over leads, shared by tracer and readers;
 //! - [`mod@sweep`]: a path as a sequence of segments with energy, length and history;
 //! - [`ledger`]: where the energy went, per band, and the fates of the packets;
 //! - [`header`]: provenance: settings, scene, effects, shard; [`writer`] and [`reader`]: the file itself;
@@ -32,6 +33,7 @@ mod format;
 pub mod header;
 mod incidence;
 pub mod lanes;
+pub mod leads;
 pub mod ledger;
 mod media;
 pub mod merge;
@@ -45,6 +47,7 @@ pub mod spectral;
 mod surfaces;
 pub mod sweep;
 mod tiling;
+mod variants;
 pub mod vertex;
 pub mod weight;
 pub mod writer;
@@ -56,6 +59,7 @@ pub use emissions::Emissions;
 pub use error::MapError;
 pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
 pub use lanes::{Lanes, lanes_of};
+pub use leads::Leads;
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
 pub use merge::{MergeError, Merger};
 pub use provenance::hexadecimal;

@@ -277,7 +277,7 @@ impl Headers {
             let unusable = |error| MergeError::Unusable { map: name.to_owned(), error };
             return check.map_err(unusable).err().into_iter().collect();
         };
-        let layout = |header: &MapHeader| header.settings.layout(header.scene.bands.count());
+        let layout = |header: &MapHeader| header.settings.layout(&header.scene);
         self.alike &= layout(header).total == layout(&reference.header).total;
         let mut differences = provenance::differences(&reference.header, header);
         let same_places = *surfaces == reference.surfaces && *center == reference.center;
@@ -299,7 +299,7 @@ impl Headers {
     /// The shard that all make together.
     fn union(&self, reference: &Reference, names: &[String]) -> Result<ShardRange, Vec<MergeError>> {
         let header = &reference.header;
-        let run = Run { total: header.settings.layout(header.scene.bands.count()).total };
+        let run = Run { total: header.settings.layout(&header.scene).total };
         run.union(&self.shards).map_err(|faults| {
             let in_words = |fault| match fault {
                 Fault::Overlap(a, b, emissions) => {

@@ -98,11 +98,13 @@ fn facts_per_band(header: &MapHeader) -> Vec<Fact> {
     let air = ("attenuation by air [1/m]".to_owned(), numbers(&scene.air_attenuation));
     let effects = header.effects.iter().map(effect);
     let materials = scene.materials.iter().flat_map(material);
+    let variants = scene.materials.iter().zip(&scene.variants).filter(|(_, variants)| !variants.is_empty());
+    let variants = variants.map(|(material, variants)| self::variants(&material.name, variants));
     let sources = scene.sources.iter().map(source);
     let regions = scene.media.iter().flat_map(|media| &media.regions).map(|region| {
         (format!("attenuation by air of region \"{}\" [1/m]", region.name), numbers(&region.air_attenuation))
     });
-    effects.chain([air]).chain(regions).chain(materials).chain(sources).collect()
+    effects.chain([air]).chain(regions).chain(materials).chain(variants).chain(sources).collect()
 }
 
 fn mesh(scene: &Scene) -> String {
@@ -126,6 +128,17 @@ fn material(material: &Material) -> [Fact; 5] {
         of("absorption law", material.law.to_string()),
         of("origin", material.source.clone().unwrap_or_default()),
     ]
+}
+
+fn variants(name: &str, variants: &[Material]) -> Fact {
+    let of = |variant: &Material| {
+        let Material { absorption, scattering, transmission, .. } = variant;
+        let [absorption, scattering, transmission] =
+            [absorption, scattering, transmission].map(|list| numbers(list));
+        format!("absorption {absorption}, scattering {scattering}, transmission {transmission}")
+    };
+    let all: Vec<String> = variants.iter().map(of).collect();
+    (format!("variants of material \"{name}\""), all.join("; "))
 }
 
 fn source(source: &Source) -> Fact {
@@ -212,7 +225,7 @@ mod tests {
     #[test]
     fn every_change_is_named_with_both_values() {
         type Change = fn(&mut MapHeader);
-        let changes: [(Change, &str, &str, &str); 17] = [
+        let changes: [(Change, &str, &str, &str); 18] = [
             (|header| header.tool_version.push('4'), "version of sonel", "1.2.3", "1.2.34"),
             (|header| header.settings.emissions = 7, "number of emissions", "100000", "7"),
             (|header| header.settings.seed = 2, "seed", "1", "2"),
@@ -220,12 +233,7 @@ mod tests {
             (|header| header.settings.survival = 0.25, "survival exponent", "0.15", "0.25"),
             (|header| header.settings.spectral = Spectral::PerBand, "spectral", "shared", "per-band"),
             (|header| header.settings.mode = Mode::Paper, "mode", "accurate", "paper"),
-            (
-                |header| header.settings.extinction_threshold = 0.5,
-                "extinction threshold",
-                "0.000000001",
-                "0.5",
-            ),
+            (|header| header.settings.extinction_threshold = 0.5, "extinction threshold", "0.0", "0.5"),
             (|header| header.scene.duration = 0.75, "duration [s]", "0.5", "0.75"),
             (|header| header.scene.name = "hut".to_owned(), "name of the scene", "", "hut"),
             (|header| header.scene.digest = [0xab; 32], "scene file", "0000", "abab"),
@@ -243,6 +251,12 @@ mod tests {
                 "absorption of material \"felt\"",
                 "0.1, 0.3",
                 "0.1, 0.25",
+            ),
+            (
+                |header| header.scene.variants = vec![vec![Material::uniform("felt", 0.75, 0.5, 2)]],
+                "variants of material \"felt\"",
+                NOTHING,
+                "absorption 0.75, 0.75, scattering",
             ),
             (|header| header.effects[0].on[1] = false, "effect air", "on, on", "on, off"),
         ];

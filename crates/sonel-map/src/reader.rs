@@ -20,6 +20,7 @@ use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
 use crate::format::{ChunkEntry, ChunkFates, GRADIENT, SurfaceRow};
 use crate::header::{DIFFRACTION, MapHeader, ShardRange};
+use crate::leads::Leads;
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::media;
 use crate::places::{Places, is_sound_path};
@@ -27,18 +28,11 @@ use crate::record;
 use crate::sections::{Sections, read_preamble};
 use crate::surfaces;
 use crate::tiling;
+use crate::variants;
 use crate::vertex::Vertex;
 
 /// First word of the sections of maps whose packets edges deflected: no version reads or writes them any more.
 const DEFLECTING_EDGES: &str = "edges";
-
-/// Makes the bands of `material` that many times as many.
-fn repeat(material: &mut Material, times: usize) {
-    let Material { absorption, scattering, transmission, .. } = material;
-    for coefficients in [absorption, scattering, transmission] {
-        *coefficients = coefficients.repeat(times);
-    }
-}
 
 /// An open map.
 #[derive(Debug)]
@@ -53,8 +47,8 @@ pub struct SonelMap {
     ledgers: Vec<Ledger>,
     /// The materials that paths were drawn with, where the scene has others.
     drawn_with: Option<Vec<Material>>,
-    /// Bands that packets were led by: those of the file.
-    lead_bands: usize,
+    /// Numbering of the emissions.
+    layout: EmissionLayout,
 }
 
 /// A map without the variants of [`SonelMap::widen`].
@@ -128,8 +122,8 @@ impl SonelMap {
                 "edges deflected its packets (--effects +bending), which is no longer done",
             ));
         }
-        let lead_bands = sections.header.scene.nominal_frequencies.len();
-        let ledgers = read_ledgers(&chunks, &sections, lead_bands)?;
+        let bands = sections.header.scene.nominal_frequencies.len();
+        let ledgers = read_ledgers(&chunks, &sections, bands)?;
         let center = DVec3::from_array(sections.header.center);
         let header = read_header(sections, &surfaces)?;
         surfaces::check_rows(&surfaces, header.scene.materials.len()).map_err(damaged)?;
@@ -137,8 +131,9 @@ impl SonelMap {
             return Err(damaged("the scene has no centre".to_owned()));
         }
         check_directory(&chunks, &header)?;
+        let layout = header.settings.layout(&header.scene);
         let (minor, digest, drawn_with) = (preamble.minor, preamble.header_digest, None);
-        Ok(Self { bytes, header, minor, digest, center, surfaces, chunks, ledgers, drawn_with, lead_bands })
+        Ok(Self { bytes, header, minor, digest, center, surfaces, chunks, ledgers, drawn_with, layout })
     }
 
     /// Provenance.
@@ -174,7 +169,7 @@ impl SonelMap {
     /// The ledger of everything stored, added in chunk order.
     #[must_use]
     pub fn ledger(&self) -> Ledger {
-        let mut total = Ledger::new(self.lead_bands);
+        let mut total = Ledger::new(self.layout.bands as usize);
         for ledger in &self.ledgers {
             total.add(ledger);
         }
@@ -184,7 +179,7 @@ impl SonelMap {
     /// The numbering of the emissions of each source.
     #[must_use]
     pub fn layout(&self) -> EmissionLayout {
-        self.header.settings.layout(self.lead_bands)
+        self.layout
     }
 
     /// Refuses a map that holds only a part of its run.
@@ -235,11 +230,7 @@ impl SonelMap {
         let before = BeforeWidening { header: self.header.clone(), drawn_with: self.drawn_with.clone() };
         let times = variants.len() + 1;
         let scene = &mut self.header.scene;
-        let mut drawn_with = self.drawn_with.take().unwrap_or_else(|| scene.materials.clone());
-        for material in &mut drawn_with {
-            repeat(material, times);
-        }
-        self.drawn_with = Some(drawn_with);
+        self.drawn_with.get_or_insert_with(|| scene.materials.clone());
         for (index, material) in scene.materials.iter_mut().enumerate() {
             for variant in variants {
                 let Material { absorption, scattering, transmission, .. } = &variant[index];
@@ -285,21 +276,23 @@ impl SonelMap {
         if scene.media.is_some() {
             return BandClasses::separate(scene.bands.count());
         }
-        let materials = [&scene.materials, self.drawn_with.as_deref().unwrap_or_default()].concat();
-        BandClasses::alike(&materials, &scene.sources, attenuation, self.header.settings.spectral)
+        BandClasses::alike(&scene.materials, &scene.sources, attenuation, self.header.settings.spectral)
+    }
+
+    /// The leads of its packets, whatever materials the scene has by now.
+    #[must_use]
+    pub fn leads(&self) -> Leads {
+        let MapHeader { settings, scene, .. } = &self.header;
+        let materials = self.drawn_with.as_deref().unwrap_or(&scene.materials);
+        Leads::new(materials, &scene.variants, (settings.survival, settings.spectral))
     }
 
     /// What every event means to the energy of `classes` of bands, and with which probability it was drawn.
     #[must_use]
     pub fn coefficients(&self, classes: &BandClasses) -> CoefficientTable {
-        let survival = self.header.settings.survival;
-        let table = CoefficientTable::grouped(&self.header.scene.materials, classes, survival);
-        match &self.drawn_with {
-            Some(materials) => table.drawn_as(&CoefficientTable::grouped(materials, classes, survival)),
-            None => table,
-        }
-        .with_surfaces(&self.surfaces)
-        .with_media(&self.header.scene, self.center)
+        CoefficientTable::grouped(&self.header.scene.materials, classes, &self.leads())
+            .with_surfaces(&self.surfaces)
+            .with_media(&self.header.scene, self.center)
     }
 
     /// Compares every chunk with its checksum and with the rules of the layout, on all cores. `surfaces` is the number of
@@ -430,11 +423,13 @@ fn check_tiling(chunks: &[ChunkEntry], sections: &Sections<'_>, bytes: &[u8]) ->
 fn read_header(sections: Sections<'_>, surfaces: &[SurfaceRow]) -> Result<MapHeader, MapError> {
     let mesh = record::mesh(sections.rows("mesh.vertices")?, sections.rows("mesh.triangles")?);
     let (directivity, media) = (sections.record(directivity::SECTION)?, sections.record(media::SECTION)?);
+    let variants = sections.record(variants::SECTION)?;
     let laws = sections.optional(record::LAWS)?;
     let gradient = sections.optional(GRADIENT)?;
     let Sections { header, header_offset, .. } = sections;
     let damaged = |reason| MapError::Damaged { offset: header_offset, reason };
     let mut header = record::header(header, mesh, (directivity, laws)).map_err(damaged)?;
+    variants::apply(variants, &mut header.scene).map_err(damaged)?;
     if let Some(record) = media {
         header.scene.media = Some(media::media(record, &header.scene, surfaces).map_err(damaged)?);
     }
@@ -478,7 +473,7 @@ fn read_ledgers(
 
 /// The shard holds exactly the chunks it should, in order.
 fn check_directory(chunks: &[ChunkEntry], header: &MapHeader) -> Result<(), MapError> {
-    let layout = header.settings.layout(header.scene.bands.count());
+    let layout = header.settings.layout(&header.scene);
     let held = header.shard.chunks(layout.chunks());
     let sources = header.scene.sources.len() as u64;
     let damaged = |offset, reason: &str| MapError::Damaged { offset, reason: reason.to_owned() };

@@ -96,7 +96,7 @@ fn scene_record(scene: &Scene) -> SceneRecord {
     }
 }
 
-fn material_record(material: &Material) -> MaterialRecord {
+pub fn material_record(material: &Material) -> MaterialRecord {
     MaterialRecord {
         name: material.name.clone(),
         absorption: material.absorption.clone(),
@@ -229,6 +229,7 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
         duration: record.duration,
         has_default_duration: false,
         materials,
+        variants: Vec::new(),
         mesh,
         sources: record.sources.into_iter().map(|s| source(s, expected)).collect::<Result<_, _>>()?,
         receivers: record.receivers.into_iter().map(receiver).collect::<Result<_, _>>()?,
@@ -238,7 +239,7 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
     })
 }
 
-fn material(record: MaterialRecord) -> Material {
+pub fn material(record: MaterialRecord) -> Material {
     Material {
         name: record.name,
         absorption: record.absorption,

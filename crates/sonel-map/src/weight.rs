@@ -1,6 +1,6 @@
-//! Energy of a path in every band, by the balance heuristic over lead bands.
+//! Energy of a path in every band, by the balance heuristic over leads.
 //!
-//! e_j = D · ∏ f_j / Σ_k n_k ∏ p_k, with n_k the packets led by band k (docs/physics.md §2; [Veach1995],
+//! e_j = D · ∏ f_j / Σ_k n_k ∏ p_k, with n_k the packets of lead k (docs/physics.md §2; [Veach1995],
 //! [Wilkie2014]). Numerators and denominators are kept as products relative to a common power of two, which is divided
 //! out exactly whenever they become small, so that nothing underflows however long the path.
 
@@ -8,9 +8,9 @@ use glam::Vec3;
 use sonel_acoustics::Directivity;
 use sonel_scene::Source;
 
-use crate::coefficients::EventRow;
+use crate::coefficients::{CoefficientTable, EventRow};
 use crate::emission::PacketStart;
-use crate::lanes::{Lanes, lanes_of};
+use crate::lanes::{Lanes, lanes_of, multiply};
 
 /// Products below this are scaled up by its inverse: far from both underflow and any effect on the sum.
 const RESCALE_BELOW: f64 = f64::from_bits((1023 - 256) << 52);
@@ -19,40 +19,41 @@ const RESCALE_BY: f64 = f64::from_bits((1023 + 256) << 52);
 /// Running products of one path. One value serves many paths in turn; [`PathWeight::emit`] starts the next.
 #[derive(Debug, Clone)]
 pub struct PathWeight {
-    products: Vec<Products>,
+    /// ∏ f_j.
+    feeding: Vec<Lanes>,
     energy: Vec<Lanes>,
+    drawing: Vec<Drawing>,
     source_factor: f64,
     /// Directivity factor times the unit of energy.
     numerator: f64,
-    carried_bands: f64,
+    /// Leads whose packets are mixed with this one.
+    leads: f64,
 }
 
-/// Products of four bands.
+/// Products of four columns of leads.
 #[derive(Debug, Clone, Copy)]
-struct Products {
-    /// ∏ f_j.
-    feeding: Lanes,
+struct Drawing {
     /// ∏ p_k.
-    drawing: Lanes,
+    product: Lanes,
     /// n_k.
     counts: Lanes,
-    /// Bands that each column stands for.
+    /// Leads that each column stands for.
     sizes: Lanes,
 }
 
 impl PathWeight {
-    /// Room for `bands` bands.
+    /// Room for the columns of `table`.
     #[must_use]
-    pub fn new(bands: usize) -> Self {
-        let nothing = Products { feeding: [0.0; 4], drawing: [0.0; 4], counts: [0.0; 4], sizes: [0.0; 4] };
-        let lanes = lanes_of(bands);
-        let energy = vec![[0.0; 4]; lanes];
+    pub fn of(table: &CoefficientTable) -> Self {
+        let nothing = Drawing { product: [0.0; 4], counts: [0.0; 4], sizes: [0.0; 4] };
+        let energy = vec![[0.0; 4]; lanes_of(table.bands())];
         Self {
-            products: vec![nothing; lanes],
+            feeding: energy.clone(),
+            drawing: vec![nothing; lanes_of(table.leads())],
             energy,
             source_factor: 0.0,
             numerator: 0.0,
-            carried_bands: 0.0,
+            leads: 0.0,
         }
     }
 
@@ -61,12 +62,13 @@ impl PathWeight {
     pub fn emit(&mut self, source_factor: f64, unit: f64, start: &PacketStart) {
         self.source_factor = source_factor;
         self.numerator = source_factor * unit;
-        self.carried_bands = start.sizes.iter().flatten().sum();
+        self.leads = start.sizes.iter().flatten().sum();
+        self.feeding.copy_from_slice(&start.carried);
         let mut weighted = [0.0; 4];
-        for (index, products) in self.products.iter_mut().enumerate() {
-            let (carried, counts, sizes) = (start.carried[index], start.counts[index], start.sizes[index]);
-            *products = Products { feeding: carried, drawing: carried, counts, sizes };
-            add_product(&mut weighted, &carried, &counts);
+        for ((drawing, &counts), &sizes) in self.drawing.iter_mut().zip(&start.counts).zip(&start.sizes) {
+            let product = sizes.map(|size| if size > 0.0 { 1.0 } else { 0.0 });
+            *drawing = Drawing { product, counts, sizes };
+            add_product(&mut weighted, &product, &counts);
         }
         self.balance(sum(weighted));
     }
@@ -84,10 +86,10 @@ impl PathWeight {
             }
         };
         self.emit(1.0, unit, start);
-        for (index, (products, energy)) in self.products.iter_mut().zip(&mut self.energy).enumerate() {
+        for (index, (feeding, energy)) in self.feeding.iter_mut().zip(&mut self.energy).enumerate() {
             for lane in 0..4 {
                 let factor = radiation.factor(4 * index + lane);
-                products.feeding[lane] *= factor;
+                feeding[lane] *= factor;
                 energy[lane] *= factor;
             }
         }
@@ -100,34 +102,34 @@ impl PathWeight {
         &self.energy
     }
 
-    /// Whether N times the largest of the bands' energies is below `threshold`, if every carried band had led equally many
+    /// Whether N times the largest of the bands' energies is at most `threshold` (below 0: never), if every lead had equally many
     /// packets: a function of the path alone, so that a run can be extended.
     #[inline]
     #[must_use]
     pub fn is_extinct(&self, threshold: f64) -> bool {
         let (mut most, mut drawn) = ([0.0_f64; 4], [0.0; 4]);
-        for products in &self.products {
+        for feeding in &self.feeding {
             for lane in 0..4 {
-                most[lane] = most[lane].max(products.feeding[lane]);
-                drawn[lane] += products.drawing[lane] * products.sizes[lane];
+                most[lane] = most[lane].max(feeding[lane]);
             }
         }
+        for drawing in &self.drawing {
+            add_product(&mut drawn, &drawing.product, &drawing.sizes);
+        }
         let most = most[0].max(most[1]).max(most[2].max(most[3]));
-        self.source_factor * self.carried_bands * most <= threshold * sum(drawn)
+        self.source_factor * self.leads * most <= threshold * sum(drawn)
     }
 
     /// Passes through `event`.
     #[inline]
     pub fn pass(&mut self, event: &EventRow) {
+        for (feeding, factor) in self.feeding.iter_mut().zip(&event.energy) {
+            multiply(feeding, factor);
+        }
         let mut weighted = [0.0; 4];
-        for ((products, energy), probability) in
-            self.products.iter_mut().zip(&event.energy).zip(&event.probability)
-        {
-            for lane in 0..4 {
-                products.feeding[lane] *= energy[lane];
-                products.drawing[lane] *= probability[lane];
-            }
-            add_product(&mut weighted, &products.drawing, &products.counts);
+        for (drawing, probability) in self.drawing.iter_mut().zip(&event.probability) {
+            multiply(&mut drawing.product, probability);
+            add_product(&mut weighted, &drawing.product, &drawing.counts);
         }
         self.finish(sum(weighted));
     }
@@ -147,20 +149,17 @@ impl PathWeight {
     fn balance(&mut self, weighted: f64) {
         let factor = if weighted > 0.0 { self.numerator / weighted } else { 0.0 };
         debug_assert!(factor.is_finite(), "{} / {weighted:e}", self.numerator);
-        for (energy, products) in self.energy.iter_mut().zip(&self.products) {
+        for (energy, feeding) in self.energy.iter_mut().zip(&self.feeding) {
             for lane in 0..4 {
-                energy[lane] = products.feeding[lane] * factor;
+                energy[lane] = feeding[lane] * factor;
             }
         }
     }
 
     #[cold]
     fn rescale(&mut self) {
-        for products in &mut self.products {
-            for lane in 0..4 {
-                products.feeding[lane] *= RESCALE_BY;
-                products.drawing[lane] *= RESCALE_BY;
-            }
+        for products in self.feeding.iter_mut().chain(self.drawing.iter_mut().map(|lead| &mut lead.product)) {
+            multiply(products, &[RESCALE_BY; 4]);
         }
     }
 }
@@ -180,7 +179,6 @@ fn sum(lanes: Lanes) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::coefficients::CoefficientTable;
     use crate::lanes::to_lanes;
     use sonel_acoustics::Material;
 
@@ -208,7 +206,7 @@ mod tests {
     #[test]
     fn equal_bands_carry_weight_one_without_roulette() {
         let table = CoefficientTable::new(&[material([0.0; 3], [0.5; 3])], 3, 0.15);
-        let mut weight = PathWeight::new(3);
+        let mut weight = PathWeight::of(&table);
         weight.emit(1.0, 1.0, &start());
         for bounce in 0..100_000 {
             let row = table.material(0);
@@ -227,7 +225,7 @@ mod tests {
         let mut expected = [0.0; 3];
         for lead in 0..3 {
             for history in 0..1 << depth {
-                let mut weight = PathWeight::new(3);
+                let mut weight = PathWeight::of(&table);
                 weight.emit(1.0, 1.0, &start());
                 let mut probability = 1.0;
                 for step in 0..depth {
@@ -251,7 +249,7 @@ mod tests {
     #[test]
     fn a_million_bounces_neither_underflow_nor_lose_the_dominant_band() {
         let table = CoefficientTable::new(&[material([0.5; 3], [0.5; 3])], 3, 1.0);
-        let mut weight = PathWeight::new(3);
+        let mut weight = PathWeight::of(&table);
         weight.emit(1.0, 1.0, &start());
         for _ in 0..1_000_000 {
             weight.pass(&table.material(0).diffuse);

@@ -14,6 +14,7 @@ use crate::ledger::Ledger;
 use crate::media;
 use crate::record;
 use crate::surfaces;
+use crate::variants;
 use crate::vertex::{SURFACE_LIMIT, Vertex};
 
 /// The paths of one chunk: where each ends among the vertices, and the vertices of all.
@@ -130,6 +131,10 @@ impl<W: Write + Seek> MapWriter<W> {
         if let Some(record) = directivity::record(&header.scene) {
             let bytes = codec::encode(&record).map_err(MapError::Limit)?;
             sections.push(self.section(directivity::SECTION, &bytes)?);
+        }
+        if let Some(record) = variants::record(&header.scene) {
+            let bytes = codec::encode(&record).map_err(MapError::Limit)?;
+            sections.push(self.section(variants::SECTION, &bytes)?);
         }
         if header.scene.sound_speed_gradient != 0.0 {
             let gradient = [header.scene.sound_speed_gradient];

@@ -45,6 +45,11 @@ impl<'t> Table<'t> {
         Self { path: String::new(), at: 0, entries }
     }
 
+    /// Full key of this table.
+    pub(crate) fn path(&self) -> &str {
+        &self.path
+    }
+
     /// Full key of an entry of this table.
     pub(crate) fn path_of(&self, key: &str) -> String {
         let key = quoted_key(key);

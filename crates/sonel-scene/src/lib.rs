@@ -31,7 +31,7 @@ mod words;
 
 pub use balloon_file::{is_balloon_file, load_balloon, rolled};
 pub use draft::{Draft, draft};
-pub use load::{Loaded, load, load_materials, load_receivers};
+pub use load::{Loaded, load, load_materials, load_receivers, load_variants};
 pub use materials_file::materials_toml;
 pub use media::{Media, NO_AIR, Region};
 pub use problem::{Place, Problem, SceneErrors};

@@ -15,15 +15,13 @@ use crate::library;
 use crate::notation::{count, number};
 use crate::report::{Remarks, Report};
 use crate::room;
+use crate::scene::default_duration;
 use crate::seclusion;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls, is_side};
 use crate::sections::{air, materials, regions};
-use crate::{
-    DURATION_PER_SABINE_TIME, LONGEST_DEFAULT_DURATION, LONGEST_DURATION, Problem, Receiver, Scene,
-    SceneErrors, Source,
-};
+use crate::{LONGEST_DEFAULT_DURATION, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
 /// Keys of the document itself.
 const KEYS: [&str; 15] = [
@@ -94,6 +92,29 @@ pub fn load_receivers(toml_text: &str, file_label: &str) -> Result<Vec<Receiver>
         receivers.into_iter().map(|Placed { point, .. }| point).collect()
     };
     read_document(toml_text, file_label, read).map(|(receivers, _)| receivers)
+}
+
+/// Reads the `variants` of `[materials.NAME]`, a text that holds nothing else: variants of `materials` for `bands`, with entries of the
+/// shipped library.
+///
+/// # Errors
+/// Every problem of the text; a material that is not among them is one.
+pub fn load_variants(
+    toml_text: &str,
+    label: &str,
+    materials: &[Material],
+    bands: &Bands,
+) -> Result<Vec<Vec<Material>>, SceneErrors> {
+    let read = |document: &Table<'_>, report: &mut Report<'_>| {
+        let bands = BandChoice::certain(bands.clone());
+        let sources = library::MaterialSources::default();
+        if let Some(table) = document.get("materials").and_then(|section| section.table(report)) {
+            let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
+            table.allow_only(&names, report);
+        }
+        materials::read_variants(document, materials, &bands, &sources, report)
+    };
+    read_document(toml_text, label, read).map(|(variants, _)| variants)
 }
 
 /// Reads the `[materials.NAME]` of a file that holds nothing else: materials for a map of `bands`.
@@ -208,6 +229,7 @@ fn compile(
     let air = air::read(document, report);
     let material_sources = library::read_material_sources(document, open_mesh, report);
     let materials = materials::read(document, &bands, &material_sources, report);
+    let variants = materials::read_variants(document, &materials, &bands, &material_sources, report);
     let interfaces = regions::read_interfaces(document, report);
     let regions = regions::read(document, &air, &bands, report);
     let up = walls::read_up(document, report);
@@ -240,6 +262,7 @@ fn compile(
         duration: 0.0,
         has_default_duration: document.get("duration_s").is_none(),
         materials,
+        variants,
         mesh,
         sources: sources.into_iter().map(|Placed { point, .. }| point).collect(),
         receivers: receivers.into_iter().map(|Placed { point, .. }| point).collect(),
@@ -414,7 +437,7 @@ fn read_duration(
             .problem(0, "duration_s: missing, and a band has no absorption, so there is no default; give it");
         return 0.0;
     };
-    let duration = libm::ceil(100.0 * DURATION_PER_SABINE_TIME * sabine) / 100.0;
+    let duration = default_duration(sabine);
     if duration > LONGEST_DEFAULT_DURATION {
         let message = format!(
             "duration_s: missing, and the default, 1.2 times the largest Sabine time of {sabine:.0} s, exceeds {LONGEST_DEFAULT_DURATION} s; \

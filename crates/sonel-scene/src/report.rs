@@ -69,6 +69,11 @@ impl<'t> Report<'t> {
         self.remarks.warnings.push(warning.into());
     }
 
+    /// Problems so far.
+    pub(crate) fn problem_count(&self) -> usize {
+        self.problems.len()
+    }
+
     /// Whether the scene is sound so far.
     pub(crate) fn is_clean(&self) -> bool {
         self.problems.is_empty()

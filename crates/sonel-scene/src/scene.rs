@@ -47,6 +47,8 @@ pub struct Scene {
     pub has_default_duration: bool,
     /// Materials; [`sonel_geometry::MeshTriangle::material`] indexes this list.
     pub materials: Vec<Material>,
+    /// Other materials that a map shall carry besides, for each of `materials`; empty where it shall carry none.
+    pub variants: Vec<Vec<Material>>,
     /// Walls [m].
     #[serde(skip)]
     pub mesh: Mesh,
@@ -141,6 +143,7 @@ impl Scene {
             duration,
             has_default_duration: false,
             materials,
+            variants: Vec::new(),
             mesh,
             sources: Vec::new(),
             receivers: Vec::new(),
@@ -349,24 +352,38 @@ impl Scene {
             .collect()
     }
 
-    /// Sabine's time of the band that rings longest [s], or `None` when a band has no absorption at all.
+    /// Sabine's time of the band that rings longest [s], with the variants that absorb least, or `None` when a band has no absorption at all.
     ///
     /// `geometry` is [`Scene::geometry`]. A mesh that is no closed room is given the volume of its bounding box.
     pub fn largest_sabine_time(&self, geometry: &Geometry) -> Option<f64> {
-        let largest = self.sabine_times(geometry).into_iter().fold(0.0, f64::max);
+        let least = |material: usize, band: usize| {
+            let variants = self.variants.get(material).into_iter().flatten();
+            let absorption = variants.map(|variant| variant.absorption[band]);
+            absorption.fold(self.materials[material].absorption[band], f64::min)
+        };
+        let largest = self.sabine_times_with(geometry, least).into_iter().fold(0.0, f64::max);
         (largest.is_finite() && largest > 0.0).then_some(largest)
+    }
+
+    /// How long the scene lasts unless it states a duration [s]: 1.2 times [`Self::largest_sabine_time`], rounded up to hundredths.
+    pub fn default_duration(&self, geometry: &Geometry) -> Option<f64> {
+        self.largest_sabine_time(geometry).map(default_duration)
     }
 
     /// Sabine's time of every band [s], infinite without absorption; `geometry` as in [`Scene::largest_sabine_time`].
     pub(crate) fn sabine_times(&self, geometry: &Geometry) -> Vec<f64> {
+        self.sabine_times_with(geometry, |material, band| self.materials[material].absorption[band])
+    }
+
+    /// The same with other absorption by material and band.
+    fn sabine_times_with(&self, geometry: &Geometry, absorption: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let volume = geometry.volume().unwrap_or_else(|| {
             let (lowest, highest) = geometry.bounds();
             (highest - lowest).element_product()
         });
         let areas: Vec<f64> = (0u32..).take(self.materials.len()).map(|m| geometry.exposed_area(m)).collect();
         let time = |band: usize| {
-            let walls =
-                areas.iter().zip(&self.materials).map(|(area, material)| (*area, material.absorption[band]));
+            let walls = areas.iter().enumerate().map(|(material, area)| (*area, absorption(material, band)));
             sabine_time(
                 volume,
                 equivalent_absorption_area(walls),
@@ -376,6 +393,11 @@ impl Scene {
         };
         (0..self.bands.count()).map(time).collect()
     }
+}
+
+/// The default for this largest Sabine time [s].
+pub(crate) fn default_duration(sabine: f64) -> f64 {
+    libm::ceil(100.0 * DURATION_PER_SABINE_TIME * sabine) / 100.0
 }
 
 /// The material of interfaces as estimators of straight paths see it: nothing comes through or back.

@@ -6,6 +6,7 @@
 //!
 //! References: [Sabine1922], [Schroeder1965], [ISO3382-1] (docs/references.md).
 
+use sonel_acoustics::Material;
 use sonel_analysis::regression::{self, DecayRange};
 use sonel_analysis::{DecayCurve, Echogram};
 use sonel_echogram::Response;
@@ -89,8 +90,27 @@ impl RoomDecay {
     }
 }
 
-/// Gives `scene`, whose file states no duration, the length that its room needs; says so in a sentence. Nothing happens where a duration
-/// is stated.
+/// `scene` with the coefficients of the variants that absorb least, and scatter least of those, in the place of its materials: it decays
+/// as slowly as with any.
+fn slowest(scene: &Scene) -> Scene {
+    let key = |material: &Material, band: usize| (material.absorption[band], material.scattering[band]);
+    let mut materials = scene.materials.clone();
+    for (material, variants) in materials.iter_mut().zip(&scene.variants) {
+        for band in 0..scene.bands.count() {
+            for variant in variants {
+                if key(variant, band) < key(material, band) {
+                    material.absorption[band] = variant.absorption[band];
+                    material.scattering[band] = variant.scattering[band];
+                    material.transmission[band] = variant.transmission[band];
+                }
+            }
+        }
+    }
+    Scene { materials, variants: Vec::new(), ..scene.clone() }
+}
+
+/// Gives `scene`, whose file states no duration, the length that its room needs, also with variants of its materials; says so in a
+/// sentence. Nothing happens where a duration is stated.
 ///
 /// # Errors
 /// As [`RoomDecay::of`].
@@ -99,7 +119,7 @@ pub fn lengthen(scene: &mut Scene, geometry: &Geometry) -> Result<Option<String>
         return Ok(None);
     }
     scene.has_default_duration = false;
-    let Some(decay) = RoomDecay::of(scene, geometry)? else { return Ok(None) };
+    let Some(decay) = RoomDecay::of(&slowest(scene), geometry)? else { return Ok(None) };
     let (needed, band) = decay.duration();
     let needed = libm::ceil(PER_SECOND * needed) / PER_SECOND;
     if needed <= scene.duration {
@@ -117,7 +137,7 @@ pub fn lengthen(scene: &mut Scene, geometry: &Geometry) -> Result<Option<String>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sonel_acoustics::{BandWidth, Bands, Material};
+    use sonel_acoustics::{BandWidth, Bands};
     use sonel_geometry::Mesh;
 
     /// A box of 7 × 5 × 3 m whose ceiling alone absorbs, the other sides have an absorption of `walls`.
@@ -149,6 +169,21 @@ mod tests {
         let (uneven, geometry) = classroom(0.9, 0.03, 0.05);
         let mut stated = uneven.with_duration(0.3);
         assert_eq!(lengthen(&mut stated, &geometry).unwrap(), None);
+    }
+
+    #[test]
+    fn a_run_is_long_enough_for_the_variant_that_decays_most_slowly() {
+        let (mut uneven, geometry) = classroom(0.9, 0.03, 0.05);
+        lengthen(&mut uneven, &geometry).unwrap().unwrap();
+        let (damped, _) = classroom(0.9, 0.4, 0.05);
+        let lengthened = |variants: Vec<Vec<Material>>| {
+            let mut scene = Scene { variants, ..damped.clone() };
+            lengthen(&mut scene, &geometry).unwrap();
+            scene.duration
+        };
+        let hard = Material::uniform("side", 0.03, 0.05, 2);
+        assert_eq!(lengthened(vec![vec![hard], Vec::new()]).to_bits(), uneven.duration.to_bits());
+        assert!(lengthened(Vec::new()) < 0.5 * uneven.duration);
     }
 
     /// Eyring's time with Kuttruff's correction is that of a diffuse box to a few per cent; the packets are few.

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, Geometry, Hit, SpeedProfile};
-use sonel_map::coefficients::{LEAST_THROUGH, MaterialRow};
+use sonel_map::coefficients::MaterialRow;
 use sonel_map::{
     CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, PacketStart, PathWeight, Vertex,
 };
@@ -46,8 +46,6 @@ struct Flight {
     stretch: f64,
     /// See [`Emission::deciding`].
     deciding: usize,
-    /// Energy at which it ends, lower behind partitions (`faintness`).
-    threshold: f64,
     passed: Passed,
 }
 
@@ -71,7 +69,7 @@ pub struct Emission<'a> {
     pub air: u32,
     /// Its source.
     pub source: &'a Source,
-    /// Column whose probabilities decide: that of the leading band.
+    /// Column whose probabilities decide: that of its lead.
     pub deciding: usize,
     /// How it starts.
     pub start: &'a PacketStart,
@@ -92,16 +90,16 @@ pub struct Records {
 }
 
 impl Records {
-    /// Empty records for `bands` bands or classes of bands.
+    /// Empty records for the columns of `table`.
     #[must_use]
-    pub fn new(bands: usize) -> Self {
+    pub fn new(table: &CoefficientTable) -> Self {
         Self {
             paths: ChunkPaths {
                 ends: Vec::with_capacity(CHUNK_EMISSIONS as usize),
                 vertices: Vec::with_capacity(CHUNK_EMISSIONS as usize * EXPECTED_ARRIVALS),
             },
-            ledger: ChunkLedger::new(bands),
-            weight: PathWeight::new(bands),
+            ledger: ChunkLedger::new(table.bands()),
+            weight: PathWeight::of(table),
         }
     }
 }
@@ -117,7 +115,6 @@ impl Surroundings<'_> {
             length: 0.0,
             stretch: self.airs.as_ref().map_or(1.0, |airs| airs.stretch(emission.air)),
             deciding: emission.deciding,
-            threshold: self.extinction_threshold,
             passed: Passed::None,
         };
         let last = loop {
@@ -180,8 +177,7 @@ impl Surroundings<'_> {
             Event::Transmitted => flight.direction,
             _ => return Event::Absorbed,
         };
-        flight.threshold *= faintness(row, event);
-        if weight.is_extinct(flight.threshold) {
+        if weight.is_extinct(self.extinction_threshold) {
             return Event::Extinguished;
         }
         flight.passed = match (event, flight.passed) {
@@ -269,7 +265,6 @@ impl Surroundings<'_> {
         begin(emission, records);
         let Records { paths, ledger, weight } = records;
         let (mut last, mut position) = (None, emission.position);
-        let mut threshold = self.extinction_threshold;
         for vertex in path {
             let Some(event) = vertex.event() else { return false };
             ledger.segment(weight.energy());
@@ -288,8 +283,7 @@ impl Surroundings<'_> {
             if event.leaves_sonel() {
                 let row = &*self.table.row(vertex.surface(), vertex.position.as_dvec3() - position);
                 let drawn = decide(row, emission.deciding, stream, ledger, weight);
-                threshold *= faintness(row, drawn);
-                let extinct = drawn != Event::Absorbed && weight.is_extinct(threshold);
+                let extinct = drawn != Event::Absorbed && weight.is_extinct(self.extinction_threshold);
                 if event != if extinct { Event::Extinguished } else { drawn } {
                     return false;
                 }
@@ -374,16 +368,6 @@ fn decide(
         _ => return event,
     });
     event
-}
-
-/// How faint sound is behind a surface with `row`, beside sound before it: there it is followed down to a lower threshold [1].
-#[inline]
-fn faintness(row: &MaterialRow, event: Event) -> f64 {
-    if event != Event::Transmitted {
-        return 1.0;
-    }
-    let strongest = row.transmitted.energy.iter().flatten().copied().fold(0.0, f64::max);
-    (strongest / LEAST_THROUGH).min(1.0)
 }
 
 fn vertex(hit: &Hit, event: Event) -> Vertex {

@@ -6,8 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sonel_geometry::{Geometry, Misplaced, NearestSide};
 use sonel_map::{
-    BandClasses, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Ledger, MapHeader, Mode, Settings,
-    ShardRange, SonelMap, Spectral,
+    BandClasses, ChunkPaths, CoefficientTable, Emissions, Event, Fate, Leads, Ledger, MapHeader, Mode,
+    Settings, ShardRange, SonelMap, Spectral,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
 use sonel_scene::{Scene, Source};
@@ -87,6 +87,8 @@ pub struct Tracer<'a> {
     scene: &'a Scene,
     seed: u64,
     classes: BandClasses,
+    /// Classes of leads.
+    leads: BandClasses,
     surroundings: Surroundings<'a>,
     emissions: Emissions<'a>,
 }
@@ -98,6 +100,7 @@ impl<'a> Tracer<'a> {
         let bands = scene.bands.count();
         let still = vec![0.0; bands];
         let classes = BandClasses::alike(&scene.materials, &scene.sources, &still, settings.spectral);
+        let leads = Leads::new(&scene.materials, &scene.variants, (settings.survival, settings.spectral));
         let surfaces = geometry
             .surfaces()
             .iter()
@@ -105,19 +108,23 @@ impl<'a> Tracer<'a> {
             .collect();
         let surroundings = Surroundings {
             geometry,
-            table: CoefficientTable::grouped(&scene.materials, &classes, settings.survival)
-                .with_geometry(geometry),
+            table: CoefficientTable::grouped(&scene.materials, &classes, &leads).with_geometry(geometry),
             surfaces,
             reach: scene.duration * scene.speed_of_sound,
-            extinction_threshold: settings.extinction_threshold,
+            // What is nothing to the materials of the scene may be all to a variant.
+            extinction_threshold: if scene.variants.is_empty() {
+                settings.extinction_threshold
+            } else {
+                -1.0
+            },
             airs: Airs::of(scene),
             profile: scene.profile(geometry.center()).map(|profile| (profile, scene.speed_of_sound)),
             closed: geometry.is_watertight(),
             zones: None,
         };
-        let (center, layout) = (geometry.center(), settings.layout(bands));
-        let emissions = Emissions::new(scene, center, &settings, layout, &classes);
-        Self { scene, seed: settings.seed, classes, surroundings, emissions }
+        let (center, layout) = (geometry.center(), settings.layout(scene));
+        let emissions = Emissions::new(scene, center, &settings, layout, (&classes, leads.classes()));
+        Self { scene, seed: settings.seed, classes, leads: leads.classes().clone(), surroundings, emissions }
     }
 
     /// Prepares the run that `header` states: its scene, whose walls are `geometry`, its settings, and of its effects those that
@@ -232,7 +239,7 @@ impl<'a> Tracer<'a> {
         chunk: u64,
         known: Option<&SonelMap>,
     ) -> Result<TracedChunk, ForeignPath> {
-        let mut records = Records::new(self.classes.count());
+        let mut records = Records::new(&self.surroundings.table);
         let streams = StreamFamily::new(self.seed, Purpose::Packet, [source, 0, 0, 0]);
         let (emissions, (position, air)) = (&self.emissions, self.emissions.origin(source));
         let indices = emissions.layout.emissions(chunk..chunk + 1);
@@ -242,7 +249,7 @@ impl<'a> Tracer<'a> {
                 direction: emissions.direction(source, index),
                 air,
                 source: &self.scene.sources[source as usize],
-                deciding: self.classes.of(emissions.layout.lead(index) as usize),
+                deciding: self.leads.of(emissions.layout.lead(index) as usize),
                 start: emissions.start(index),
                 share: emissions.share(index),
             };

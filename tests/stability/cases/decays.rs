@@ -60,8 +60,8 @@ const ARRIVALS: u32 = 10_000;
 fn drift(packets: u32) -> (f64, f64) {
     let walls = Material::uniform("walls", 1.0 / f64::from(ARRIVALS), 0.5, 1);
     let table = CoefficientTable::new(&[walls], 1, 0.0);
-    let (mut weight, mut ledger) = (PathWeight::new(1), ChunkLedger::new(1));
-    let layout = EmissionLayout { total: u64::from(packets), bands: 1, batches: 1 };
+    let (mut weight, mut ledger) = (PathWeight::of(&table), ChunkLedger::new(1));
+    let layout = EmissionLayout { total: u64::from(packets), bands: 1, sets: 1, batches: 1 };
     let batch = BatchStart::new(&layout, 0, Spectral::Shared);
     let row = table.material(0);
     let (mut single, mut remaining) = (0.0_f32, 0.0);

@@ -5,6 +5,7 @@ mod assemble;
 mod change;
 mod planning;
 mod receivers;
+mod remedy;
 mod sound;
 mod until;
 
@@ -230,10 +231,15 @@ fn change_map(map: &mut SonelMap, arguments: &Arguments, label: &str) -> anyhow:
     map.check_paths(geometry.surfaces().len() as u32).with_context(|| label.to_owned())?;
     map.change(materials, sources);
     let Fitness { refusals, warnings } = fitness(map, &geometry);
+    let command = remedy::command(map.header(), map.drawn_with(), &geometry, label);
     if !refusals.is_empty() {
-        bail!("{label} does not support these materials: {}", refusals.join("\nerror: "));
+        let reasons = refusals.join("\nerror: ");
+        bail!("{label} does not support these materials: {reasons}; trace the scene for them: {command}");
     }
-    Ok(warnings)
+    Ok(warnings
+        .into_iter()
+        .map(|sentence| format!("{sentence}; for narrower intervals: {command}"))
+        .collect())
 }
 
 fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<RenderSettings> {

@@ -14,6 +14,8 @@ use sonel_scene::LONGEST_DURATION;
 use sonel_study::effects::EffectSpec;
 use sonel_study::target::Targets;
 
+use crate::variants::Alternatives;
+
 /// Traces sonels through a scene and saves the sonel map.
 #[derive(Debug, Clone, Parser)]
 pub struct Arguments {
@@ -48,6 +50,11 @@ pub struct Arguments {
     /// Trace only part I of N, I from 1.
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<ShardRange>,
+    /// Trace so that the map carries these materials besides, for sonel-render --set: materials.NAME.absorption=0.02,0.9 (values,
+    /// a range 0.02:0.9, or [0.1,0.2,…] per band; also scattering, diffuse, transmission, sound_reduction_db), or
+    /// materials.NAME=ENTRY,… of the library; repeatable. As `variants` in the scene file.
+    #[arg(long = "for", value_name = "NAME=VALUES", value_parser = Alternatives::parse)]
+    pub variants: Vec<Alternatives>,
     /// Continue this map of the same scene to N emissions (--sonels) with its own settings. The result is the map of the
     /// longer run, byte for byte; --output may name the same file.
     #[arg(long, value_name = "MAP.sonelmap")]

@@ -65,6 +65,9 @@ pub fn decided(path: &Path, mode: Mode, scene: &Scene) -> anyhow::Result<(Vec<Ef
             header.scene.duration, scene.duration
         ));
     }
+    if header.scene.variants != scene.variants {
+        problems.push("its decision is for other variants: use a map traced with the same --for".to_owned());
+    }
     unless_any(&problems, path)?;
     Ok((header.effects.clone(), header.scene.clone()))
 }
@@ -92,6 +95,9 @@ fn contradictions(arguments: &Arguments, header: &MapHeader, scene: &Scene) -> V
             "--sonels {sonels} is not above the {} of the map: give the number of the whole new map",
             settings.emissions
         ));
+    }
+    if !arguments.variants.is_empty() && scene.variants != header.scene.variants {
+        problems.push("--for names other variants than the map was traced with: leave --for out".to_owned());
     }
     problems.extend(
         [

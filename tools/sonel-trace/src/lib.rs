@@ -9,6 +9,7 @@ mod planning;
 mod program;
 mod report;
 mod until;
+mod variants;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::version::version;
 use sonel_console::{Outcome, Stopwatch, scene, use_threads};
 use sonel_geometry::Geometry;
-use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Settings, SonelMap};
+use sonel_map::{Ledger, MapError, MapHeader, MapWriter, Mode, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::effects::{self, Decision};
@@ -72,6 +73,9 @@ pub fn run_on(
     let (Beginning { header, decisions, extended: beginning }, geometry) =
         begin(arguments, settings, (scene, geometry), log)?;
     let scene = header.scene.clone();
+    if !scene.variants.is_empty() {
+        writeln!(log, "{}", variants::in_words(&scene))?;
+    }
     let room = Room::within(&scene, geometry, header.effects.clone());
     let planner = Planner::new(&room, header.settings);
     let (pilot, planned) = show_plan(arguments, &planner, &header, &decisions, out)?;
@@ -252,6 +256,15 @@ fn begin(
     log: &mut dyn Write,
 ) -> anyhow::Result<(Beginning, Geometry)> {
     let spec = arguments.effects.clone().unwrap_or_default();
+    if let Some(duration) = arguments.duration {
+        scene = scene.with_duration(duration);
+    }
+    variants::add(&arguments.variants, &mut scene, &geometry)?;
+    if settings.mode == Mode::Paper && !scene.variants.is_empty() {
+        bail!(
+            "--mode paper draws every event with the materials of the scene: leave --for and `variants` out"
+        );
+    }
     // A map that is extended has decided.
     if arguments.extend.is_none() {
         geometry = effects::leave_regions_out(&spec, settings.mode, &mut scene, geometry)
@@ -265,9 +278,6 @@ fn begin(
     if let Some(map) = &arguments.extend {
         let (header, map) = extension::open(map, arguments, &scene, &geometry)?;
         return decided(header, Some(map));
-    }
-    if let Some(duration) = arguments.duration {
-        scene = scene.with_duration(duration);
     }
     if let Some(problem) = scene.profile_problem(&geometry) {
         bail!("air.sound_speed_gradient: {problem}");

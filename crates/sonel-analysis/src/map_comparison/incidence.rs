@@ -53,7 +53,7 @@ impl Observer<'_> {
         let (layout, held) = (self.reading.emissions.layout, self.held());
         let led = |total, lead| EmissionLayout { total, ..layout }.lead_count(batch, lead) as f64;
         let sum = |column: usize| {
-            (0..layout.bands)
+            (0..layout.leads())
                 .map(|lead| {
                     let start = self.reading.emissions.batches[batch as usize].packet(lead);
                     let each = of(start, column / 4, column % 4);
@@ -75,14 +75,15 @@ impl Observer<'_> {
     /// Walks the paths of `batches` in the order in which they are stored.
     pub fn walk(&self, batches: Range<u32>) -> Vec<BatchIncidence> {
         let mut tallies: Vec<Tally> = batches.clone().map(|_| Tally::new(self)).collect();
-        let mut weight = PathWeight::new(self.reading.bands);
+        let mut weight = PathWeight::of(&self.reading.table);
         let (layout, held) = (self.reading.emissions.layout, self.held());
-        let (bands, stride) = (u64::from(layout.bands), u64::from(layout.bands) * u64::from(layout.batches));
-        let run = u64::from(batches.start) * bands..u64::from(batches.end) * bands;
+        let (leads, stride) =
+            (u64::from(layout.leads()), u64::from(layout.leads()) * u64::from(layout.batches));
+        let run = u64::from(batches.start) * leads..u64::from(batches.end) * leads;
         for round in held.start / stride..held.end.div_ceil(stride) {
             let emissions = round * stride + run.start..round * stride + run.end;
             for emission in emissions.start.max(held.start)..emissions.end.min(held.end) {
-                let batch = (emission - emissions.start) / bands;
+                let batch = (emission - emissions.start) / leads;
                 self.path(emission, &mut weight, &mut tallies[batch as usize]);
             }
         }

@@ -50,7 +50,13 @@ pub fn scene() -> Scene {
 pub fn header(emissions: u64) -> MapHeader {
     MapHeader {
         tool_version: "by hand".to_owned(),
-        settings: Settings { emissions, seed: 11, batches: 2, ..Settings::default() },
+        settings: Settings {
+            emissions,
+            seed: 11,
+            batches: 2,
+            extinction_threshold: 1e-9,
+            ..Settings::default()
+        },
         shard: ShardRange::WHOLE,
         effects: vec![EffectState::new("air", vec![false, true, true], "asked for".to_owned())],
         scene: scene(),

@@ -40,7 +40,7 @@ fn ledger(paths: &ChunkPaths, first: u64) -> Ledger {
 /// Writes the shard that `header` names to `out`.
 pub fn write<W: Write + Seek>(header: &MapHeader, out: W) -> W {
     let geometry = header.scene.geometry().unwrap();
-    let total = header.settings.layout(header.scene.bands.count()).total;
+    let total = header.settings.layout(&header.scene).total;
     let mut writer = MapWriter::begin(out).unwrap();
     for source in 0..header.scene.sources.len() as u32 {
         for chunk in header.shard.chunks(total.div_ceil(CHUNK_EMISSIONS)) {

@@ -127,7 +127,7 @@ impl Renderer<'_> {
 
     /// The sonels of a chunk on the surfaces seen, within the windows.
     fn arrivals(&self, chunk: (u32, u64), sheets: &[Sheet], is_seen: &[bool], windows: &Windows) -> Arrivals {
-        let mut weight = PathWeight::new(self.table.bands());
+        let mut weight = PathWeight::of(&self.table);
         let mut found = Arrivals::default();
         for path in self.map.chunk_paths(chunk) {
             let unit = self.emissions.share(path.emission);

@@ -385,7 +385,7 @@ impl Renderer<'_> {
             brought: Vec::new(),
         };
         scratch.index = self.gather_index(group, source, batch, &mut scratch.energy, estimate);
-        let mut weight = PathWeight::new(bands);
+        let mut weight = PathWeight::of(&self.table);
         for path in self.map.batch_paths(source as u32, batch) {
             scratch.selector = Selector::new(selections.stream(path.emission).uniform_fine());
             self.follow_path(path, source, 1.0, &mut weight, |segment, arriving| {
@@ -401,7 +401,7 @@ impl Renderer<'_> {
         source: usize,
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
-        let mut weight = PathWeight::new(self.table.bands());
+        let mut weight = PathWeight::of(&self.table);
         for path in self.map.batch_paths(source as u32, batch) {
             self.follow_path(path, source, 1.0, &mut weight, &mut visit);
         }

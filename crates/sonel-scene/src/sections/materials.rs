@@ -1,6 +1,6 @@
 //! `[materials.NAME]`
 
-use sonel_acoustics::{AbsorptionLaw, Material};
+use sonel_acoustics::{AbsorptionLaw, Material, MaterialProblem};
 
 use crate::DEFAULT_SCATTERING;
 use crate::bands::BandChoice;
@@ -9,7 +9,7 @@ use crate::library::MaterialSources;
 use crate::report::Report;
 use crate::scene::opaque;
 
-const KEYS: [&str; 9] = [
+const KEYS: [&str; 10] = [
     "absorption",
     "scattering",
     "diffuse",
@@ -19,7 +19,13 @@ const KEYS: [&str; 9] = [
     "source",
     "library",
     "interface",
+    VARIANTS,
 ];
+/// Keys of a variant; what they do not state is as in its material.
+const VARIANT_KEYS: [&str; 7] =
+    ["absorption", "scattering", "diffuse", "transmission", "sound_reduction_db", "source", "library"];
+/// The key of a list of variants.
+const VARIANTS: &str = "variants";
 
 /// α + δ may exceed 1 by this much: the decimal fractions of a scene file are rounded to binary ones.
 const ROUNDING: f64 = 1e-12;
@@ -36,24 +42,90 @@ pub(crate) fn read(
     let mut materials = Vec::new();
     for (name, entry) in table.in_file_order() {
         if let Some(table) = entry.table(report) {
-            materials.push(read_one(name, &table, bands, material_sources, report));
+            table.allow_only(&KEYS, report);
+            materials.push(read_one((name, None), &table, bands, material_sources, report));
         }
     }
     materials
 }
 
+/// Reads the variants of `materials`, in their order; nothing where none has any.
+pub(crate) fn read_variants(
+    document: &Table<'_>,
+    materials: &[Material],
+    bands: &BandChoice,
+    material_sources: &MaterialSources,
+    report: &mut Report<'_>,
+) -> Vec<Vec<Material>> {
+    let Some(table) = document.get("materials").and_then(|section| section.table(report)) else {
+        return Vec::new();
+    };
+    let mut read = |material: &Material| -> Vec<Material> {
+        let Some(own) = table.get(&material.name).and_then(|entry| entry.table(report)) else {
+            return Vec::new();
+        };
+        let Some(list) = own.get(VARIANTS) else { return Vec::new() };
+        if own.get("interface").is_some() {
+            return Vec::new();
+        }
+        if !list.is_list() {
+            list.problem(report, "expected a list of tables such as [{ absorption = 0.9 }]");
+            return Vec::new();
+        }
+        let tables = list.tables("{", report);
+        let one = |table: &Table<'_>| {
+            table.allow_only(&VARIANT_KEYS, report);
+            let before = report.problem_count();
+            let variant = read_one((&material.name, Some(material)), table, bands, material_sources, report);
+            if report.problem_count() == before {
+                check_inherited(table, &variant, bands, report);
+            }
+            variant
+        };
+        tables.iter().map(one).collect()
+    };
+    let variants: Vec<Vec<Material>> = materials.iter().map(&mut read).collect();
+    if variants.iter().all(Vec::is_empty) { Vec::new() } else { variants }
+}
+
+/// Reports what a variant cannot have together with what it has from its material.
+fn check_inherited(table: &Table<'_>, variant: &Material, bands: &BandChoice, report: &mut Report<'_>) {
+    let center = |band: usize| bands.bands.nominal()[band];
+    let message = match variant.problems(bands.bands.count()).first() {
+        Some(&MaterialProblem::TransmissionAboveAbsorption { band, transmission, absorption }) => format!(
+            "transmission {transmission}, as of the material, exceeds absorption {absorption} at {} Hz; give less transmission, or more \
+             absorption",
+            center(band)
+        ),
+        Some(&MaterialProblem::TooSoft { law, band, absorption }) => format!(
+            "absorption {absorption} at {} Hz is more than the {:.3} that a {law} wall can absorb of a diffuse field; give less",
+            center(band),
+            law.largest()
+        ),
+        Some(MaterialProblem::AngularPartition { law, .. }) => {
+            format!("nothing passes a {law} wall; remove transmission")
+        }
+        _ => return,
+    };
+    report.problem(table.at, format!("{}: {message}", table.path()));
+}
+
+/// Reads a material of this name; what a variant does not state is as in the material that it is of.
 fn read_one(
-    name: &str,
+    (name, original): (&str, Option<&Material>),
     table: &Table<'_>,
     bands: &BandChoice,
     material_sources: &MaterialSources,
     report: &mut Report<'_>,
 ) -> Material {
-    table.allow_only(&KEYS, report);
     if table.get("interface").and_then(|entry| entry.flag(report)) == Some(true) {
         return read_interface(name, table, bands, report);
     }
-    let borrowed = material_sources.borrow(table, bands, report);
+    let mut borrowed = material_sources.borrow(table, bands, report);
+    if let Some(Material { absorption, scattering, .. }) = original {
+        borrowed.absorption.get_or_insert_with(|| absorption.clone());
+        borrowed.scattering.get_or_insert_with(|| scattering.clone());
+    }
     let count = bands.bands.count();
     let absorption = given("absorption", table, bands, report);
     if table.get("absorption").is_none() && borrowed.absorption.is_none() {
@@ -78,13 +150,17 @@ fn read_one(
         }
     };
     let passes = transmission.iter().flatten().any(|&share| share > 0.0);
-    let law = read_law(table, &absorption, passes, bands, report);
+    let law = match original {
+        Some(original) => original.law,
+        None => read_law(table, &absorption, passes, bands, report),
+    };
+    let otherwise = || original.map_or_else(|| vec![0.0; count], |original| original.transmission.clone());
     Material {
         name: name.to_owned(),
         law,
         absorption,
         scattering,
-        transmission: transmission.unwrap_or_else(|| vec![0.0; count]),
+        transmission: transmission.unwrap_or_else(otherwise),
         source: table
             .get("source")
             .and_then(|entry| entry.text(report))

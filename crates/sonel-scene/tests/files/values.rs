@@ -52,6 +52,20 @@ fn mesh_is_in_metres_and_closed() {
 }
 
 #[test]
+fn variants_have_what_they_state_and_the_rest_of_their_material() {
+    let scene = load_shoebox(
+        "[materials.walls]\nabsorption = 0.3\nscattering = 0.2\ntransmission = 0.1\n\
+         variants = [{ absorption = 0.5 }, { library = \"plaster-painted\", transmission = 0.0, scattering = 0.4 }]\n",
+    );
+    let [soft, plaster] = &scene.variants[0][..] else { panic!("two variants") };
+    assert_near(&[soft.absorption[3], soft.scattering[3], soft.transmission[3]], &[0.5, 0.2, 0.1]);
+    assert_near(&[plaster.absorption[3], plaster.scattering[3], plaster.transmission[3]], &[0.02, 0.4, 0.0]);
+    // The default duration is that of the hardest walls.
+    let alone = load_shoebox("[materials.walls]\nabsorption = 0.02\nscattering = 0.2\n");
+    assert_near(&[scene.duration], &[alone.duration]);
+}
+
+#[test]
 fn material_keys() {
     let scene = load_good("every-key.toml").scene;
     let [concrete, curtain, interface] = &scene.materials[..] else { panic!("three materials") };

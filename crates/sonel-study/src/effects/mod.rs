@@ -11,7 +11,7 @@ mod spec;
 
 use sonel_acoustics::{Directivity, Material, just_noticeable};
 use sonel_geometry::{Geometry, GeometryError, Surface, SurfaceId};
-use sonel_map::coefficients::LEAST_THROUGH;
+use sonel_map::leads::LEAST_THROUGH;
 use sonel_map::{EffectState, Mode};
 use sonel_scene::Scene;
 
@@ -113,6 +113,21 @@ impl Decision {
         Self { effect, on, bound: None, reason, cost: String::new() }
     }
 
+    /// Takes what `other` materials call for, too.
+    fn extend(&mut self, other: Self) {
+        let calls_for_more = self.on.iter().zip(&other.on).any(|(&mine, &others)| others && !mine);
+        for (mine, others) in self.on.iter_mut().zip(&other.on) {
+            *mine |= others;
+        }
+        if let (Some(mine), Some(others)) = (&mut self.bound, &other.bound) {
+            mine.extend(others);
+        }
+        if calls_for_more {
+            self.reason = format!("{}; with variants of the materials {}", self.reason, other.reason);
+            self.cost = other.cost;
+        }
+    }
+
     /// What a map says of it.
     #[must_use]
     pub fn state(&self) -> EffectState {
@@ -142,11 +157,48 @@ impl Question {
 
 /// Decides every effect for `scene`, whose walls are `geometry` and which is traced in `mode`, and changes the scene accordingly: air switched on or off,
 /// directivities dropped. The effect of edges is rendered in a short run, if the scene has any and nobody decided about them; `weigh` asks for the bounds
-/// of effects that were decided about, too. The decision is a function of scene and `spec` alone; `clock` tells only what an effect costs.
+/// of effects that were decided about, too. The decision is a function of scene and `spec` alone; `clock` tells only what an effect costs. An effect is on
+/// that the materials or any of their variants call for.
 ///
 /// # Errors
 /// When the short run fails: the room leaks, a receiver is impossible.
 pub fn decide(
+    spec: &EffectSpec,
+    mode: Mode,
+    scene: &mut Scene,
+    geometry: &Geometry,
+    weigh: bool,
+    clock: &dyn Clock,
+) -> Result<Vec<Decision>, PipelineError> {
+    let mut scenes = in_variants(scene);
+    let mut decisions = decide_one(spec, mode, scene, geometry, weigh, clock)?;
+    for variant in &mut scenes {
+        let others = decide_one(spec, mode, variant, geometry, weigh, clock)?;
+        decisions.iter_mut().zip(others).for_each(|(decision, other)| decision.extend(other));
+    }
+    if !decisions[Effect::Transmission as usize].on.contains(&true) {
+        for variant in scene.variants.iter_mut().flatten() {
+            variant.transmission.fill(0.0);
+        }
+    }
+    Ok(decisions)
+}
+
+/// `scene` with its variants in the place of the materials: the first of all, the second of all, …
+fn in_variants(scene: &Scene) -> Vec<Scene> {
+    let most = scene.variants.iter().map(Vec::len).max().unwrap_or(0);
+    let with = |number: usize| {
+        let others = scene.materials.iter().zip(&scene.variants);
+        let pick = |(own, variants): (&Material, &Vec<Material>)| {
+            variants.get(number).or(variants.last()).unwrap_or(own).clone()
+        };
+        Scene { materials: others.map(pick).collect(), variants: Vec::new(), ..scene.clone() }
+    };
+    (0..most).map(with).collect()
+}
+
+/// [`decide`] for the materials of `scene`.
+fn decide_one(
     spec: &EffectSpec,
     mode: Mode,
     scene: &mut Scene,

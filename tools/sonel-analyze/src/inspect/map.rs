@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
+use sonel_acoustics::Material;
 use sonel_analysis::survey::Deposit;
 use sonel_console::ledger::{balances_json, fates_json};
 use sonel_map::{Fate, MapHeader, hexadecimal};
-use sonel_scene::Region;
+use sonel_scene::{Region, Scene};
 
 use super::edges;
 use crate::open::WalkedMap;
@@ -39,6 +40,7 @@ pub fn json(walked: &WalkedMap) -> Value {
         "speed_of_sound": scene.speed_of_sound,
         "sound_speed_gradient": scene.sound_speed_gradient,
         "regions": scene.media.iter().flat_map(|media| &media.regions).map(region).collect::<Vec<_>>(),
+        "variants": variants(scene),
         "sources": scene.sources.iter().map(|source| point(&source.name, source.position)).collect::<Vec<_>>(),
         "receivers": scene.receivers.iter().map(|at| point(&at.name, at.position)).collect::<Vec<_>>(),
         "effects": header.effects.iter()
@@ -74,6 +76,20 @@ fn settings(header: &MapHeader) -> Value {
         "extinction_threshold": settings.extinction_threshold,
         "shard": [header.shard.index, header.shard.count],
     })
+}
+
+/// Other materials that the map carries.
+fn variants(scene: &Scene) -> Vec<Value> {
+    let all = scene.variants.iter().flatten();
+    let variant = |variant: &Material| {
+        json!({
+            "material": variant.name,
+            "absorption": variant.absorption,
+            "scattering": variant.scattering,
+            "transmission": variant.transmission,
+        })
+    };
+    all.map(variant).collect()
 }
 
 /// `fields` with what was deposited.
