@@ -91,6 +91,7 @@ pub fn counted(walls: &Walls, rays_per_batch: usize) -> [Estimate; 3] {
         scattering: walls.map(|[_, scattering]| scattering),
         speed_of_sound: SPEED,
         air_attenuation: 0.0,
+        window: None,
     };
     let counted: Counted = room.count(&Count {
         source: SOURCE,

@@ -92,7 +92,8 @@ impl Geometry {
         let (across, along) = normal.any_orthonormal_pair();
         let meets_nothing = |ray: &usize| {
             // Additive recurrence on the powers of the root of x³ = x + 1: evenly spread in two dimensions.
-            let [u, v] = [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (0.5 + *ray as f64 * step).fract());
+            let [u, v] =
+                [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (0.5 + *ray as f64 * step).fract());
             let (radius, (sine, cosine)) = (u.sqrt(), libm::sincos(TAU * v));
             let direction = (1.0 - u).sqrt() * normal + radius * (cosine * across + sine * along);
             let [a, b, c] = self.local_corners(triangles[ray % triangles.len()]);

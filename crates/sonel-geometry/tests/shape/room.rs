@@ -110,11 +110,20 @@ fn walls_of_a_room_with_a_hole_count_once() {
     let mut mesh = sonel_geometry::Mesh::shoebox([6.0, 5.0, 3.0], [0, 0, 0, 0, 1, 0]);
     mesh.triangles.truncate(10);
     let at = |x: f64, y: f64| dvec3(x, y, 3.0);
-    for [from, to] in [[at(0.0, 0.0), at(6.0, 2.0)], [at(0.0, 3.0), at(6.0, 5.0)], [at(0.0, 2.0), at(2.0, 3.0)], [at(3.0, 2.0), at(6.0, 3.0)]] {
+    for [from, to] in [
+        [at(0.0, 0.0), at(6.0, 2.0)],
+        [at(0.0, 3.0), at(6.0, 5.0)],
+        [at(0.0, 2.0), at(2.0, 3.0)],
+        [at(3.0, 2.0), at(6.0, 3.0)],
+    ] {
         rooms::add_quad(&mut mesh, 0, [from, at(to.x, from.y), to, at(from.x, to.y)]);
     }
     // A screen in it has air on both sides.
-    rooms::add_quad(&mut mesh, 2, [dvec3(2.0, 1.0, 0.5), dvec3(4.0, 1.0, 0.5), dvec3(4.0, 1.0, 1.5), dvec3(2.0, 1.0, 1.5)]);
+    rooms::add_quad(
+        &mut mesh,
+        2,
+        [dvec3(2.0, 1.0, 0.5), dvec3(4.0, 1.0, 0.5), dvec3(4.0, 1.0, 1.5), dvec3(2.0, 1.0, 1.5)],
+    );
     let geometry = Geometry::build(mesh).unwrap();
     assert!(!geometry.is_closed_room());
     assert!((geometry.area() - (126.0 - 1.0 + 4.0)).abs() < 1e-9, "{}", geometry.area());
@@ -129,7 +138,11 @@ fn what_pokes_through_a_wall_leaves_a_room() {
     for triangle in 0..12 {
         rooms::add(&mut mesh, 1, &[solid.corners(triangle).map(|corner| corner + dvec3(5.5, 2.0, 1.0))]);
     }
-    rooms::add_quad(&mut mesh, 2, [dvec3(2.0, -0.1, 0.0), dvec3(2.0, 3.0, 0.0), dvec3(2.0, 3.0, 3.0), dvec3(2.0, -0.1, 3.0)]);
+    rooms::add_quad(
+        &mut mesh,
+        2,
+        [dvec3(2.0, -0.1, 0.0), dvec3(2.0, 3.0, 0.0), dvec3(2.0, 3.0, 3.0), dvec3(2.0, -0.1, 3.0)],
+    );
     let geometry = Geometry::build(mesh).unwrap();
     assert!(geometry.is_watertight());
     assert!((geometry.volume().unwrap() - (90.0 - 0.5 + 0.5)).abs() < 1e-9, "{}", geometry.volume().unwrap());

@@ -65,7 +65,7 @@ impl Renderer<'_> {
     fn survey_batch(&self, source: usize, batch: u32, share: f64) -> (SonelCounts, SonelSample) {
         let (mut counts, mut sample) = self.nothing_surveyed();
         let choices = StreamFamily::new(self.seed(), Purpose::SonelChoice, [source as u32, 1, 0, 0]);
-        let mut weight = PathWeight::new(self.table.bands());
+        let mut weight = PathWeight::of(&self.table);
         for path in self.map.batch_paths(source as u32, batch) {
             let mut selector = Selector::new(choices.stream(path.emission).uniform_fine());
             let mut reflected_at = 0.0;

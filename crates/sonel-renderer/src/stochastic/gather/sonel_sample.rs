@@ -7,7 +7,8 @@
 
 use glam::Vec3;
 use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
-use sonel_map::coefficients::{LEAST_THROUGH, MaterialRow};
+use sonel_map::coefficients::MaterialRow;
+use sonel_map::leads::LEAST_THROUGH;
 use sonel_map::{Arrival, CoefficientTable, Segment};
 
 use crate::guided_directions::GuidedDirections;
