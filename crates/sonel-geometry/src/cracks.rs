@@ -194,6 +194,13 @@ fn rims(open: &[OpenEdge], is_covered: Vec<bool>, facing: &[Facing], widest: f64
         }
     }
     let pairs: HashSet<[usize; 2]> = facing.iter().map(|facing| facing.rims).collect();
+    let mut widths: HashMap<usize, f64> = HashMap::default();
+    for Facing { rims, crack, .. } in facing {
+        rims.iter().for_each(|&rim| {
+            let width = widths.entry(rim).or_default();
+            *width = width.max(crack.width);
+        });
+    }
     let mut is_rim = is_covered.clone();
     let mut seen = is_covered.clone();
     for first in 0..open.len() {
@@ -216,7 +223,13 @@ fn rims(open: &[OpenEdge], is_covered: Vec<bool>, facing: &[Facing], widest: f64
         let faces = |a: usize, b: usize| pairs.contains(&[open[a].index, open[b].index]);
         let is_part = || match &beside[..] {
             [] => is_hole(open, &chain),
-            _ => beside.iter().any(|&a| beside.iter().any(|&b| faces(a, b))),
+            // Where three walls meet, one short and two long, what is left is no longer than the crack is wide.
+            _ => {
+                beside.iter().any(|&a| beside.iter().any(|&b| faces(a, b)))
+                    || beside
+                        .iter()
+                        .any(|&rim| widths.get(&open[rim].index).is_some_and(|&width| length <= width))
+            }
         };
         if length <= widest && is_part() {
             chain.iter().for_each(|&edge| is_rim[edge] = true);

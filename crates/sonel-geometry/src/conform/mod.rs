@@ -64,7 +64,7 @@ pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
         }
         changed = Some(replace(mesh, &mut drawn, parts));
     }
-    if !crossings.is_empty() {
+    if points.is_some() {
         overhangs::cut_off(mesh, &mut drawn);
     }
     let (twins, united_area) = layers::unite(mesh, &drawn);

@@ -128,5 +128,6 @@ fn an_open_shell_is_oriented_alike_but_closes_no_room() {
     let middle = dvec3(5.0, 3.5, 1.5);
     let inward = geometry.surfaces().iter().filter(|s| s.normal.dot(middle) > s.offset).count();
     assert!(inward == 0 || inward == 5);
-    assert!((geometry.area() - 2.0 * (242.0 - 70.0)).abs() < 1e-9);
+    // Nothing is in front of the outer sides.
+    assert!((geometry.area() - (242.0 - 70.0)).abs() < 1e-9);
 }
