@@ -80,7 +80,8 @@ fn a_wide_screen_shades_as_a_half_plane() {
         assert_losses(&deterministic(&rendering), 20.0, expected, 0.2);
         assert!(rendering.arrivals[0].over_edges);
         let detour = 2.0 * 10f64.hypot(below);
-        assert!((rendering.arrivals[0].length - detour).abs() < 1e-6, "the detour's time");
+        let length = rendering.arrivals[0].length;
+        assert!((length - detour).abs() < 1e-6, "the detour's time: {length} for {detour}");
     }
 }
 

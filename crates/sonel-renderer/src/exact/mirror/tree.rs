@@ -50,6 +50,8 @@ pub struct ImageTree<'a> {
 struct Node {
     /// Image of the origin.
     image: DVec3,
+    /// Image of the radiator itself.
+    of_radiator: DVec3,
     mirror: Mirror,
     /// Index of the node before, none for first-order images.
     parent: Option<u32>,
@@ -79,6 +81,8 @@ struct Facet {
 /// A beam while the tree grows.
 struct Grown {
     beam: Beam,
+    /// The image of the radiator itself.
+    of_radiator: DVec3,
     /// The last mirror of its chain and that mirror's plane.
     last: Option<(Mirror, PlaneId)>,
     parent: Option<u32>,
@@ -108,7 +112,13 @@ impl<'t> ImageTree<'t> {
             lanes: lanes_of(table.bands()),
         };
         let source = Beam::new(tree.origin, &[]);
-        let mut last_order = vec![Grown { beam: source, last: None, parent: None, index: None }];
+        let mut last_order = vec![Grown {
+            beam: source,
+            of_radiator: radiator.position,
+            last: None,
+            parent: None,
+            index: None,
+        }];
         while tree.order < most {
             let Some(mut next) = grow(geometry, &facets, &last_order, budget - tree.nodes.len()) else {
                 break;
@@ -135,6 +145,7 @@ impl<'t> ImageTree<'t> {
         let sides = (first_side, self.sides.len() as u32);
         self.nodes.push(Node {
             image: grown.beam.apex,
+            of_radiator: grown.of_radiator,
             mirror,
             parent: grown.parent,
             order: self.order,
@@ -167,7 +178,7 @@ impl<'t> ImageTree<'t> {
             let Some(leaving) = self.validate(geometry, node, (from, None), passes) else {
                 continue;
             };
-            let offset = self.image_of_radiator(geometry, node) - receiver;
+            let offset = node.of_radiator - receiver;
             self.mirror(table, node, offset, &mut factor);
             passed.attenuate(geometry, table, &mut factor);
             self.radiator.towards(leaving).weigh(&mut factor);
@@ -177,12 +188,6 @@ impl<'t> ImageTree<'t> {
             let through = passed.materials(geometry);
             found(&MirrorArrival { length, towards, order: node.order, planes, factor: &factor, through });
         }
-    }
-
-    /// The image of the radiator itself over the chain of `leaf` [m].
-    fn image_of_radiator(&self, geometry: &Geometry, leaf: &Node) -> DVec3 {
-        let mirrors: Vec<Mirror> = self.chain(leaf).map(|node| node.mirror).collect();
-        mirrors.iter().rev().fold(self.radiator.position, |image, &mirror| reflected(geometry, mirror, image))
     }
 
     /// ∏ (1−α)(1−s) along the chain of `leaf` for sound that reaches its last mirror from `towards`, seen from the receiver.
@@ -231,7 +236,7 @@ impl<'t> ImageTree<'t> {
     /// Where image number `image` is, about the scene's centre [m].
     #[must_use]
     pub fn position(&self, image: usize) -> DVec3 {
-        self.nodes[image].image
+        self.nodes[image].of_radiator
     }
 
     /// Inward unit normals of the sides of the beam of image number `image`; all sides contain the image.
@@ -417,6 +422,7 @@ fn grow(geometry: &Geometry, facets: &[Facet], parents: &[Grown], room_left: usi
             let beam = Beam::new(image, &aperture);
             next.push(Grown {
                 beam,
+                of_radiator: reflected(geometry, facet.mirror, parent.of_radiator),
                 last: Some((facet.mirror, facet.plane)),
                 parent: parent.index,
                 index: None,
