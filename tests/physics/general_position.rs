@@ -54,8 +54,8 @@ fn sound_passes_a_wall_with_a_hole() {
 /// A scene of `tests/cases`.
 fn case(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
-    let text = std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap();
-    sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).unwrap().scene
+    let text = std::fs::read_to_string(folder.join(format!("{name}.toml"))).expect("a case of the tests");
+    sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).expect("a valid scene").scene
 }
 
 /// Arrivals up to an order at the receivers of a case.

@@ -27,7 +27,7 @@ pub(crate) fn signed_volume(mesh: &Mesh, sides: &[u32]) -> f64 {
 pub(crate) fn winding_number(mesh: &Mesh, sides: &[u32], point: DVec3) -> f64 {
     let angle = |side: &u32| {
         let angle = solid_angle(mesh.corners(side / 2), point);
-        if side % 2 == 0 { angle } else { -angle }
+        if side.is_multiple_of(2) { angle } else { -angle }
     };
     sides.iter().map(angle).sum::<f64>() / (4.0 * PI)
 }

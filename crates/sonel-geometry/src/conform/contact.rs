@@ -136,7 +136,7 @@ fn meet(mesh: &Mesh, faces: [u32; 2], (tolerance, widest): (f64, f64), found: &m
     if is_overhang(above_a, widest) && is_overhang(above_b, widest) {
         return;
     }
-    let is_in_plane = |heights: [f64; 3]| heights == [0.0; 3];
+    let is_in_plane = |heights: [f64; 3]| heights.iter().all(|&height| height == 0.0);
     let mut push = |contact, is_crossing| found.push(Meeting { faces, contact, is_crossing });
     if is_in_plane(above_a) || is_in_plane(above_b) {
         if overlap(&a, &b, tolerance) {
