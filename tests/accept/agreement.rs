@@ -2,8 +2,7 @@
 
 use sonel_map::Settings;
 use sonel_renderer::{Estimator, RenderSettings};
-use sonel_testkit::z_test::{Estimate, Within, agree};
-use sonel_tests::{Traced, batch_fluence, late_batch_fluence, shipped};
+use sonel_tests::{Traced, late_batch_fluence, shipped};
 
 /// Where late sound begins, in bins of one millisecond.
 const LATE_MS: usize = 100;

@@ -9,6 +9,9 @@ const SEEDS: u64 = 60;
 /// Of 60 intervals of 95 %, fewer cover once in 500 runs.
 const LEAST_COVERED: f64 = 0.87;
 
+/// A parameter and its interval, if it can be read.
+type Read = Option<(f64, [f64; 2])>;
+
 fn settings(seed: u64) -> Settings {
     Settings { emissions: 8_000, seed, ..Settings::default() }
 }
@@ -31,7 +34,7 @@ fn check(walls: Walls, others: &[Walls], change: Walls, noisier: f64) {
     let own: Vec<_> =
         (1..=SEEDS).map(|seed| read(&Traced::new(fresh.clone(), settings(1000 + seed)))).collect();
     for (index, (parameter, truth)) in READ.iter().zip(counted(&change, 30_000)).enumerate() {
-        let of = |runs: &[[Option<(f64, [f64; 2])>; 3]]| -> Vec<(f64, [f64; 2])> {
+        let of = |runs: &[[Read; 3]]| -> Vec<(f64, [f64; 2])> {
             runs.iter().filter_map(|run| run[index]).collect()
         };
         let (found, own) = (of(&found), of(&own));
