@@ -7,7 +7,7 @@ use sonel_tests::Traced;
 use sonel_tests::window::RoomWithWindow;
 
 const SEEDS: u64 = 100;
-/// Receivers [m] and radii of the spheres that the slow simulator counts in.
+/// Receivers [m] and radii of the spheres that the slow simulator counts in: no border of the shadow of direct sound crosses them.
 const PLACES: [([f64; 3], f64); 3] =
     [([16.0, 2.5, 1.5], 0.6), ([46.0, 2.5, 1.5], 1.4), ([58.0, 2.5, 1.5], 1.4)];
 
@@ -64,12 +64,12 @@ fn a_window_wall_is_heard_outside_as_loud_as_it_is() {
 #[test]
 fn a_small_window_is_heard_outside_as_loud_as_it_is() {
     let room =
-        RoomWithWindow { corners: [[2.0, 1.0], [3.0, 2.0]], transmission: Some(1e-3), scattering: 0.3 };
-    check("small window", room, 20_000, 6_000_000);
+        RoomWithWindow { corners: [[1.5, 0.75], [3.0, 2.25]], transmission: Some(1e-3), scattering: 0.3 };
+    check("small window", room, 20_000, 3_000_000);
 }
 
 #[test]
 fn an_opening_is_heard_outside_as_loud_as_it_is() {
-    let room = RoomWithWindow { corners: [[2.0, 1.0], [3.0, 2.0]], transmission: None, scattering: 0.3 };
-    check("opening", room, 20_000, 6_000_000);
+    let room = RoomWithWindow { corners: [[1.5, 0.75], [3.0, 2.25]], transmission: None, scattering: 0.3 };
+    check("opening", room, 20_000, 3_000_000);
 }
