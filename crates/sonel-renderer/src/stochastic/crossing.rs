@@ -80,9 +80,16 @@ pub fn cross<'a>(
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
+    // Others come from everywhere, and the strongest of them is near.
+    let is_beam = piece.beam != Beam::Diffused;
     for (index, receiver, direct_length) in receivers {
         let ball = receiver.balls.at(piece.start_length, piece.beam);
-        let Some(chord) = ball.chord(medium.geometry, piece.ends) else { continue };
+        let Some(chord) = ball.chord(medium.geometry, piece.ends) else {
+            if is_beam && ball.is_passed_nearby(piece.ends) {
+                deposits.crossings.pass_near(piece.beam, index, piece.energy);
+            }
+            continue;
+        };
         let along = (piece.ends.1 - piece.ends.0).as_dvec3();
         let fluence = chord.fluence * receiver.sensitivity.to(-along);
         let length = (piece.start_length + chord.at * receiver.stretch).max(direct_length);
