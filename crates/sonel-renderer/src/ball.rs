@@ -178,7 +178,8 @@ impl ReceiverSphere {
     pub fn is_passed_nearby(&self, (start, end): (Vec3, Vec3)) -> bool {
         let (along, offset) = ((end - start).as_dvec3(), self.center - start.as_dvec3());
         let nearest = (offset.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        (offset - nearest * along).length_squared() < (NEARBY * self.radius).powi(2)
+        let reach = NEARBY * self.radius;
+        (offset - nearest * along).length_squared() < reach * reach
     }
 
     /// The part of the segment from `start` to `end` [m] that the receiver sees within the ball.
