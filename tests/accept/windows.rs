@@ -1,4 +1,4 @@
-//! Receivers outside of a room with a window: levels against the slow simulator, and intervals that hold over a hundred seeds.
+//! Receivers outside of a room with a window: levels against image sources and the slow simulator, and intervals that hold over a hundred seeds.
 
 use sonel_analysis::{Parameter, parameters};
 use sonel_map::Settings;
@@ -7,7 +7,7 @@ use sonel_tests::Traced;
 use sonel_tests::window::RoomWithWindow;
 
 const SEEDS: u64 = 100;
-/// Receivers [m] and radii of the spheres that the slow simulator counts in: no border of the shadow of direct sound crosses them.
+/// Receivers [m] and radii of the spheres in which the slow simulator counts scattered sound.
 const PLACES: [([f64; 3], f64); 3] =
     [([16.0, 2.5, 1.5], 0.6), ([46.0, 2.5, 1.5], 1.4), ([58.0, 2.5, 1.5], 1.4)];
 
@@ -26,7 +26,7 @@ fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
     let runs: Vec<_> = (1..=SEEDS).map(|seed| levels(room, emissions, seed)).collect();
     let mut wrong = Vec::new();
     for (index, (place, radius)) in PLACES.into_iter().enumerate() {
-        let counted = room.count(place, radius, rays).total();
+        let counted = room.fluence(place, radius, rays);
         let decibels = |energy: f64| 10.0 * (400.0 * std::f64::consts::PI * energy).log10();
         let (judge, error) = (decibels(counted.value), 4.343 * counted.sigma / counted.value);
         let mean = runs.iter().map(|run| run[index].0).sum::<f64>() / SEEDS as f64;
