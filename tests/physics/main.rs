@@ -28,6 +28,7 @@ mod refraction;
 mod rows;
 mod short_runs;
 mod sound;
+mod thick_partitions;
 mod twofold;
 
 mod uneven_box;

@@ -44,7 +44,7 @@ fn passes(scene: &Scene, geometry: &Geometry, surface: SurfaceId) -> bool {
 fn is_connected(geometry: &Geometry, places: [DVec3; 2], passes: impl Fn(SurfaceId) -> bool) -> bool {
     let [mut here, mut there] = places.map(|place| Walk::new(geometry, geometry.to_local(place)));
     (0..STEPS).any(|step| {
-        let is_way = geometry.reaches(Departure::free(here.at), there.at, &passes);
+        let is_way = geometry.reaches(Departure::free(here.at), there.at, &passes).is_some();
         // Out of step, so that they do not go the same ways.
         here.step();
         if step % 2 == 1 {

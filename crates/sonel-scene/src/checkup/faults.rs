@@ -35,7 +35,8 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
         let outside = surfaces(geometry.outside().into_iter().map(|id| geometry.surface(id)));
         faults.push(format!(
             "no closed part of the mesh contains all other parts, so the room has no volume; remove or separate {} beyond the \
-             largest part: {}",
+             largest part: {}; rooms drawn as closed shells side by side must be at most 1 m apart, each with a wall that transmits \
+             parallel to one of its neighbour's",
             count(outside.len(), "surface"),
             listed(&outside)
         ));

@@ -84,7 +84,7 @@ pub(super) fn passed(
                 if !passed.pass(geometry, table, hit.surface) {
                     return None;
                 }
-                hit = geometry.closest_hit(geometry.pass(&hit, direction), direction)?;
+                hit = geometry.closest_hit(geometry.pass(&hit)?.departure, direction)?;
             }
             departure = geometry.leave(hit.position, hit.surface, hit.side);
         }
