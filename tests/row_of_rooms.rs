@@ -3,11 +3,14 @@
 use glam::{DVec3, dvec3};
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::{Mesh, MeshTriangle};
+use sonel_map::Settings;
+use sonel_renderer::{Estimator, RenderSettings};
 use sonel_scene::Scene;
 use sonel_testkit::row_of_rooms::RowOfRooms;
-use sonel_testkit::z_test::Estimate;
+use sonel_testkit::z_test::{Estimate, Within, agree};
 
 use crate::meshes::{add_box, add_quad};
+use crate::{Traced, batch_fluence};
 
 /// Extent of a room [m].
 const SIZE: DVec3 = dvec3(4.0, 5.0, 3.0);
@@ -37,7 +40,7 @@ impl Drawn {
     }
 }
 
-/// Three rooms with the source in the first and a receiver in each.
+/// The rooms with the source in the first and a receiver in each.
 #[must_use]
 pub fn scene(row: RowOfRooms, drawn: Drawn) -> Scene {
     let bands = Bands::new(vec![1000.0], BandWidth::Octave).expect("an octave");
@@ -48,7 +51,7 @@ pub fn scene(row: RowOfRooms, drawn: Drawn) -> Scene {
     let mut scene = Scene::from_parts(mesh(row.rooms, drawn), vec![wall("wall"), partition], bands, 1.2)
         .with_source("source", SOURCE)
         .without_air_attenuation();
-    for (room, [x, y, z]) in RECEIVERS.into_iter().enumerate() {
+    for (room, [x, y, z]) in RECEIVERS.into_iter().take(row.rooms).enumerate() {
         scene = scene.with_receiver("receiver", [x + room as f64 * step, y, z]);
     }
     scene
@@ -99,4 +102,38 @@ pub fn fluences(row: RowOfRooms, rays: usize) -> Vec<Estimate> {
 #[must_use]
 pub fn row(rooms: usize, scattering: f64) -> RowOfRooms {
     RowOfRooms { rooms, size: SIZE.to_array(), absorption: 0.2, scattering, transmission: 0.1 }
+}
+
+/// Fluences at the receivers as rendered.
+///
+/// # Panics
+/// Where packets lose energy.
+#[must_use]
+pub fn rendered(row: RowOfRooms, drawn: Drawn, estimator: Estimator, emissions: u64) -> Vec<Estimate> {
+    let settings = Settings { emissions, ..Settings::default() };
+    let traced = Traced::with(&["transmission"], scene(row, drawn), settings);
+    assert!(traced.geometry.is_watertight() && traced.ledger.worst_residual() < 1e-9);
+    let rendering = traced.render(RenderSettings { estimator, ..RenderSettings::default() });
+    let of = |receiver| batch_fluence(&rendering, receiver, 0);
+    (0..row.rooms).map(of).map(|(value, sigma)| Estimate { value, sigma }).collect()
+}
+
+/// Checks that all rooms get what the slow simulator counts, within 4 σ each, and that a factor `loss` at each partition would show.
+///
+/// # Panics
+/// Where they do not.
+pub fn check(name: &str, loss: f64, rendered: &[Estimate], counted: &[Estimate]) {
+    let differs = |loss: f64| {
+        (0_i32..).zip(rendered).zip(counted).find_map(|((room, rendered), counted)| {
+            let expected = Estimate { value: counted.value * loss.powi(room), ..*counted };
+            let within = Within { sigmas: 4.0, maximal_sigma: 0.035 * counted.value };
+            agree(*rendered, expected, within).err().map(|off| format!("room {room}: {off}"))
+        })
+    };
+    for (rendered, counted) in rendered.iter().zip(counted) {
+        let decibels = 10.0 * (rendered.value / counted.value).log10();
+        println!("{name}: {decibels:+.3} dB ± {:.3}", 4.343 * rendered.sigma / rendered.value);
+    }
+    assert_eq!(differs(1.0), None, "{name}");
+    assert!(differs(loss).is_some(), "{name}: a loss within the thickness is found");
 }

@@ -93,14 +93,32 @@ impl Geometry {
             .min_by(f64::total_cmp)
     }
 
+    /// Whether nothing passes a surface of a closed room though something is behind it: too far away, not parallel or not from behind.
+    pub fn is_dead_end(&self, surface: SurfaceId) -> bool {
+        let is_dead = |&triangle: &u32| {
+            let near = self.met_at_middle(triangle, Side::Front).filter(|near| near.surface == surface);
+            near.is_some_and(|near| {
+                let behind = self.leave(near.position, surface, Side::Back);
+                let inward = (-self.surface(surface).normal).as_vec3();
+                self.pass(&near).is_none() && self.closest_hit(behind, inward).is_some()
+            })
+        };
+        self.is_closed_room() && self.surface(surface).triangles.iter().all(is_dead)
+    }
+
     /// The passage from the middle of a triangle, met on `side`; none where another surface is met there.
     fn passage_behind(&self, triangle: u32, side: Side) -> Option<Passage> {
+        let near = self.met_at_middle(triangle, side)?;
+        if near.surface == self.triangle_surface(triangle) { self.pass(&near) } else { None }
+    }
+
+    /// What is met at the middle of a triangle from `side`.
+    fn met_at_middle(&self, triangle: u32, side: Side) -> Option<Hit> {
         let surface = self.triangle_surface(triangle);
         let corners: [Vec3; 3] =
             self.mesh.triangles[triangle as usize].corners.map(|corner| self.local[corner as usize]);
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let inward = (-side.sign() * self.surface(surface).normal).as_vec3();
-        let near = self.closest_hit(self.step_off(middle, -inward), inward)?;
-        if near.surface == surface { self.pass(&near) } else { None }
+        self.closest_hit(self.step_off(middle, -inward), inward)
     }
 }

@@ -1,0 +1,23 @@
+//! Three rooms in a row with partitions of several thicknesses and drawings, by every estimator, against the slow simulator.
+
+use sonel_renderer::Estimator;
+use sonel_tests::row_of_rooms::{Drawn, check, fluences, rendered, row};
+
+const EMISSIONS: u64 = 100_000;
+/// 0.3 dB.
+const LOSS: f64 = 0.933;
+
+#[test]
+fn three_rooms_in_a_row_get_what_passes_whatever_the_thickness() {
+    let row = row(3, 0.4);
+    let counted = fluences(row, 60_000);
+    for drawn in
+        [Drawn::Sheets, Drawn::Solids(0.1), Drawn::Solids(0.3), Drawn::Solids(1.0), Drawn::Shells(0.3)]
+    {
+        check(&format!("{drawn:?}"), LOSS, &rendered(row, drawn, Estimator::Auto, EMISSIONS), &counted);
+    }
+    for estimator in [Estimator::Gather, Estimator::Sphere] {
+        let drawn = Drawn::Solids(0.3);
+        check(&format!("{estimator:?}"), LOSS, &rendered(row, drawn, estimator, EMISSIONS), &counted);
+    }
+}
