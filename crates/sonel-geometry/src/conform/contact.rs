@@ -5,7 +5,6 @@
 //!
 //! Reference: [Moeller1997] (docs/references.md).
 
-use crate::cracks::widest_crack;
 use crate::{Crossing, Mesh};
 use foldhash::HashSet;
 use glam::{DVec3, Vec3A};
@@ -69,7 +68,6 @@ impl Boundable for Bounds {
 /// All meetings of triangles, or of those `changed` with any, in the order of the mesh.
 pub(super) fn find(mesh: &Mesh, changed: Option<&HashSet<u32>>, tolerance: f64) -> Vec<Meeting> {
     let origin = mesh.vertices[0];
-    let widest = widest_crack(mesh);
     let margin = 2.0 * tolerance;
     let bounds: Vec<Bounds> = (0..mesh.triangles.len() as u32)
         .map(|face| {
@@ -96,7 +94,7 @@ pub(super) fn find(mesh: &Mesh, changed: Option<&HashSet<u32>>, tolerance: f64) 
                 // Of two that are both asked the lower one asks.
                 if second != first && (first < second || !is_changed(second)) {
                     let faces = [first.min(second), first.max(second)];
-                    meet(mesh, faces, (tolerance, widest), &mut found);
+                    meet(mesh, faces, tolerance, &mut found);
                 }
             });
             found[from..].sort_by_key(|meeting: &Meeting| meeting.faces);
@@ -116,9 +114,8 @@ fn near(tree: &Bvh2, bounds: Aabb, mut visit: impl FnMut(u32)) {
     });
 }
 
-/// Appends how two triangles meet to `found`, where it is not in the corners and sides that they share. Walls whose ends both cross at the
-/// corner of a room by less than `widest` [m] are left to the search for cracks, as those whose ends stop short.
-fn meet(mesh: &Mesh, faces: [u32; 2], (tolerance, widest): (f64, f64), found: &mut Vec<Meeting>) {
+/// Appends how two triangles meet to `found`, where it is not in the corners and sides that they share.
+fn meet(mesh: &Mesh, faces: [u32; 2], tolerance: f64, found: &mut Vec<Meeting>) {
     let [a, b] = faces.map(|face| mesh.triangles[face as usize].corners);
     let shared = a.iter().filter(|corner| b.contains(corner)).count();
     if shared == 3 {
@@ -131,9 +128,6 @@ fn meet(mesh: &Mesh, faces: [u32; 2], (tolerance, widest): (f64, f64), found: &m
     }
     let above_b = b.heights(&a, tolerance);
     if is_aside(above_b) {
-        return;
-    }
-    if is_overhang(above_a, widest) && is_overhang(above_b, widest) {
         return;
     }
     let is_in_plane = |heights: [f64; 3]| heights.iter().all(|&height| height == 0.0);
@@ -159,12 +153,6 @@ fn meet(mesh: &Mesh, faces: [u32; 2], (tolerance, widest): (f64, f64), found: &m
 /// Whether all corners are on one side.
 fn is_aside(heights: [f64; 3]) -> bool {
     heights.iter().all(|&height| height > 0.0) || heights.iter().all(|&height| height < 0.0)
-}
-
-/// Whether what is on one side of the plane is lower than `widest` [m], but something is.
-fn is_overhang(heights: [f64; 3], widest: f64) -> bool {
-    let [up, down] = [1.0, -1.0].map(|way| heights.iter().map(|height| way * height).fold(0.0, f64::max));
-    up.min(down) > 0.0 && up.min(down) <= widest
 }
 
 fn is_on_both_sides(heights: [f64; 3]) -> bool {
