@@ -8,8 +8,8 @@ use sonel_geometry::Mesh;
 
 /// Displacement of the source [m].
 const DISPLACEMENT: f64 = 1e-4;
-/// What decides is at least this far from 0 [m, m²]; rounding errors are 10⁻¹³.
-const DECIDED: f64 = 1e-10;
+/// What decides is at least this far from 0 [m, m²]; rounding errors are below 10⁻¹³.
+const DECIDED: f64 = 1e-12;
 /// Planes are one whose normals and offsets differ by no more than this [1, m].
 const SAME_PLANE: f64 = 1e-9;
 
