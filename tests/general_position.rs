@@ -59,6 +59,12 @@ fn building(seed: u64, estimators: &[Estimator], order: u32) -> (usize, Vec<Stri
     if !is_air(&source) || receivers.is_empty() {
         return (0, faults);
     }
+    let regions = geometry.regions(|_| false);
+    let is_one_air = |place: &&Place| {
+        (regions.at(place.position) == regions.at(source.position)) == place.is_connected(&source)
+    };
+    let wrong = receivers.iter().find(|place| !is_one_air(place));
+    faults.extend(wrong.map(|place| format!("{seed}: regions of {place:?} and {source:?}")));
     let scene = building.scene(source.position, &receivers, DURATION);
     let settings = Settings { emissions: EMISSIONS, seed, ..Settings::default() };
     let mirrors = Mirrors::of(&scene.mesh);

@@ -49,13 +49,14 @@ pub use cracks::{Crack, WIDEST_CRACK};
 pub use crossings::Crossing;
 pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
-pub use geometry::{Crossed, End, Geometry};
+pub use geometry::{Crossed, End, Geometry, Regions};
 pub use mend::Mended;
 pub use mesh::{Mesh, MeshTriangle};
 pub use nearest_side::NearestSide;
 pub use overlaps::Overlap;
 pub use placement::{Misplaced, Obstacle};
 pub use ray::{Departure, Hit};
+
 pub use section::section;
 pub use sectors::AirSector;
 pub use shoebox::Shoebox;
