@@ -1,12 +1,14 @@
 //! What must not be wrong in a random building: sound in sealed rooms, image-source sums, closed meshes called open.
 
+use glam::DVec3;
 use rayon::prelude::*;
-use sonel_geometry::Geometry;
+use sonel_geometry::{End, Geometry};
 use sonel_map::Settings;
-use sonel_renderer::{Estimator, RenderSettings};
+use sonel_renderer::{DiscreteArrival, Estimator, RenderSettings};
 use sonel_testkit::analytic::specular_box::SpecularBox;
 
 use crate::buildings::{ABSORPTION, Building, Place, SCATTERING};
+use crate::specular_paths::{Mirrors, SpecularPath};
 use crate::{Traced, fluence};
 
 /// Receivers of a building, two of them in the room of the source.
@@ -15,21 +17,26 @@ const RECEIVERS: usize = 5;
 const EMISSIONS: u64 = 64;
 /// Order up to which image sources are compared.
 const ORDER: u32 = 4;
+/// Image sources are in one place within this [m].
+const SAME_PLACE: f64 = 1e-6;
 /// Duration [s], and its bins of a millisecond.
-const DURATION: f64 = 0.1;
+pub const DURATION: f64 = 0.1;
 const BINS: usize = 100;
+/// Speed of sound [m/s].
+const SPEED: f64 = 343.0;
 
-/// Pairs of source and receiver that were judged in buildings, and what was wrong, as sentences.
+/// Pairs of source and receiver that were judged in buildings, and what was wrong, as sentences. Every path of up to `order` reflections is
+/// looked for among the triangles as drawn.
 #[must_use]
-pub fn judged(seeds: std::ops::Range<u64>, estimators: &[Estimator]) -> (usize, Vec<String>) {
+pub fn judged(seeds: std::ops::Range<u64>, estimators: &[Estimator], order: u32) -> (usize, Vec<String>) {
     let all: Vec<(usize, Vec<String>)> =
-        seeds.into_par_iter().map(|seed| building(seed, estimators)).collect();
+        seeds.into_par_iter().map(|seed| building(seed, estimators, order)).collect();
     let pairs = all.iter().map(|(pairs, _)| pairs).sum();
     (pairs, all.into_iter().flat_map(|(_, faults)| faults).collect())
 }
 
 /// Pairs and faults of the building of a seed.
-fn building(seed: u64, estimators: &[Estimator]) -> (usize, Vec<String>) {
+fn building(seed: u64, estimators: &[Estimator], order: u32) -> (usize, Vec<String>) {
     let mut building = Building::new(seed);
     let at = building.any_room();
     let Some(source) = building.place(at) else { return (0, Vec::new()) };
@@ -52,8 +59,15 @@ fn building(seed: u64, estimators: &[Estimator]) -> (usize, Vec<String>) {
     if !is_air(&source) || receivers.is_empty() {
         return (0, faults);
     }
+    let regions = geometry.regions(|_| false);
+    let is_one_air = |place: &&Place| {
+        (regions.at(place.position) == regions.at(source.position)) == place.is_connected(&source)
+    };
+    let wrong = receivers.iter().find(|place| !is_one_air(place));
+    faults.extend(wrong.map(|place| format!("{seed}: regions of {place:?} and {source:?}")));
     let scene = building.scene(source.position, &receivers, DURATION);
     let settings = Settings { emissions: EMISSIONS, seed, ..Settings::default() };
+    let mirrors = Mirrors::of(&scene.mesh);
     let traced = Traced::new(scene, settings);
     for &estimator in estimators {
         let settings = RenderSettings { mirror_order: Some(ORDER), ..RenderSettings::of(estimator) };
@@ -61,6 +75,12 @@ fn building(seed: u64, estimators: &[Estimator]) -> (usize, Vec<String>) {
         for (index, place) in receivers.iter().enumerate() {
             let all = fluence(&rendering, BINS, index, 0);
             let room = &building.rooms[place.room];
+            if estimator == Estimator::Auto {
+                let of_receiver = rendering.arrivals.iter().filter(|it| it.receiver == index);
+                let ends = [source.position, place.position];
+                let wrong = wrong_path(&mirrors, &geometry, ends, order, of_receiver);
+                faults.extend(wrong.map(|path| format!("{seed}: {path} from {source:?} to {place:?}")));
+            }
             if !place.is_connected(&source) {
                 let leaks = || format!("{seed} {estimator:?}: {all:e} leaks from {source:?} to {place:?}");
                 faults.extend((all > 0.0).then(leaks));
@@ -83,7 +103,7 @@ fn image_sum(building: &Building, source: &Place, receiver: &Place) -> f64 {
     let [low, high] = room.bounds;
     let reflection = room.walls.map(|wall| (1.0 - ABSORPTION[wall as usize]) * (1.0 - SCATTERING));
     let size = (high - low).to_array();
-    let exact = SpecularBox { size, reflection, speed_of_sound: 343.0, air_attenuation: 0.0 };
+    let exact = SpecularBox { size, reflection, speed_of_sound: SPEED, air_attenuation: 0.0 };
     let [from, to] = [source, receiver].map(|place| (place.position - low).to_array());
     exact
         .arrivals_to_order(from, to, ORDER)
@@ -91,4 +111,27 @@ fn image_sum(building: &Building, source: &Place, receiver: &Place) -> f64 {
         .filter(|it| it.time <= DURATION)
         .map(|it| it.fluence)
         .sum()
+}
+
+/// A path that is listed and is none, or is missing, among those of at most `order` reflections.
+pub fn wrong_path<'a>(
+    mirrors: &Mirrors,
+    geometry: &Geometry,
+    ends: [DVec3; 2],
+    order: u32,
+    arrivals: impl IntoIterator<Item = &'a DiscreteArrival>,
+) -> Option<String> {
+    let displacements =
+        [End::Source, End::Receiver].map(|end| geometry.in_general_position(DVec3::ZERO, end));
+    let longest = DURATION * SPEED - SAME_PLACE;
+    let mut missing = mirrors.paths(ends, displacements, order, longest);
+    for it in arrivals.into_iter().filter(|it| it.order <= order && !it.over_edges && it.length <= longest) {
+        let image = ends[1] + it.length * DVec3::from(it.towards);
+        let is_it = |path: &SpecularPath| path.order == it.order && path.image.distance(image) <= SAME_PLACE;
+        match missing.iter().position(is_it) {
+            Some(at) => missing.swap_remove(at),
+            None => return Some(format!("a path of order {} by {image} is none", it.order)),
+        };
+    }
+    missing.first().map(|path| format!("{path:?} is missing"))
 }

@@ -50,7 +50,7 @@ fn mirrors() {
 /// The same map, the same energy, several ways to count it.
 #[test]
 fn estimators_agree_within_their_joint_interval() {
-    let traced = Traced::new(room(0.5), Settings { emissions: 50_000, ..Settings::default() });
+    let traced = Traced::new(room(0.5), Settings { emissions: 30_000, ..Settings::default() });
     let levels: Vec<(f64, f64)> = Estimator::COMPARABLE
         .into_iter()
         .map(|estimator| {

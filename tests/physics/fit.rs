@@ -29,11 +29,11 @@ fn room(absorption: [[f64; 2]; 3]) -> Scene {
 }
 
 fn few_rays() -> RenderSettings {
-    RenderSettings { rays: Some(8192), ..RenderSettings::default() }
+    RenderSettings { rays: Some(4096), ..RenderSettings::default() }
 }
 
 fn trace(scene: Scene, seed: u64) -> Traced {
-    Traced::new(scene, Settings { emissions: 20_000, seed, ..Settings::default() })
+    Traced::new(scene, Settings { emissions: 14_000, seed, ..Settings::default() })
 }
 
 /// Parameters that a room with `absorption` has, from another trace.

@@ -396,7 +396,7 @@ fn regions_within_regions_that_touch_keep_every_packet() {
     let traced = Traced::new(scene, settings(4000));
     assert_eq!(traced.ledger.fates.count(Fate::Lost), 0);
     assert!(traced.ledger.worst_residual() < 1e-9);
-    assert_eq!(media.air_at(&traced.geometry, dvec3(2.4, 1.9, 1.6)), 2);
+    assert_eq!(media.airs(&traced.geometry).at(dvec3(2.4, 1.9, 1.6)), 2);
     let surfaces = traced.geometry.surfaces().iter().zip(&media.sides);
     let (lid, [front, back]) =
         surfaces.into_iter().find(|(surface, _)| surface.material == 2).expect("the lid");

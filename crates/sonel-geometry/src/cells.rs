@@ -60,6 +60,7 @@ pub(crate) struct Drawing<'a> {
     pub cracks: &'a [Facing],
     /// Faces that bound nothing, as interfaces between airs.
     pub is_left_out: &'a [bool],
+    /// What its faces are; none where that does not matter.
     pub kinds: &'a [FaceKind],
     /// Pairs of faces that coincide.
     pub twins: &'a [[u32; 2]],

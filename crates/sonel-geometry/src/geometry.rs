@@ -23,11 +23,13 @@ use std::fmt;
 mod air;
 mod faces;
 mod passage;
+mod regions;
 mod sight;
 
 use faces::Faces;
 pub use passage::Passage;
 pub(crate) use passage::THICKEST_PARTITION;
+pub use regions::Regions;
 pub use sight::{Crossed, End, Leg, MOST_ROUNDS, Sight};
 
 /// A hit at the rim of a triangle is aimed anew at most so often; each time it is on a surface nearer to the origin.
@@ -55,6 +57,8 @@ pub struct Geometry {
     rims: Vec<Rim>,
     index: Index,
     pub(crate) cells: Cells,
+    /// Pairs of triangles that coincide.
+    twins: Vec<[u32; 2]>,
     is_watertight: bool,
     open_edges: Vec<[u32; 2]>,
     cracks: Vec<Crack>,
@@ -140,6 +144,7 @@ impl Geometry {
             rims,
             index,
             cells,
+            twins,
             is_watertight,
             open_edges,
             cracks: joined_up(&edges, &facing),
@@ -157,14 +162,14 @@ impl Geometry {
         if !geometry.cells.is_room {
             geometry.leave_out_outer_sides();
         }
-        geometry.edges = geometry.survey(&edges, &twins, tolerance);
+        geometry.edges = geometry.survey(&edges, tolerance);
         Ok(geometry)
     }
 
     /// The edges at which sound may diffract, of those that triangles share.
-    fn survey(&self, shared: &[SharedEdge], twins: &[[u32; 2]], tolerance: f64) -> Vec<Edge> {
+    fn survey(&self, shared: &[SharedEdge], tolerance: f64) -> Vec<Edge> {
         let mut is_second = vec![false; self.mesh.triangles.len()];
-        twins.iter().for_each(|&[_, second]| is_second[second as usize] = true);
+        self.twins.iter().for_each(|&[_, second]| is_second[second as usize] = true);
         let survey = Survey {
             mesh: &self.mesh,
             shared,

@@ -38,7 +38,7 @@ pub(crate) fn are_rooms(mesh: &Mesh, shells: &[Vec<u32>], kinds: &[FaceKind]) ->
 /// The faces of a shell that sound passes and behind which it is deeper than a partition.
 fn panes(mesh: &Mesh, shell: u32, sides: &[u32], kinds: &[FaceKind]) -> Vec<Pane> {
     let triangles: Vec<u32> = sides.iter().map(|side| side / 2).collect();
-    let passes = |side: &&u32| kinds[(**side / 2) as usize] == FaceKind::Partition;
+    let passes = |side: &&u32| kinds.get((**side / 2) as usize) == Some(&FaceKind::Partition);
     let pane = |&side: &u32| {
         let outward = mesh.vector_area(side / 2).normalize_or_zero() * if side % 2 == 0 { 1.0 } else { -1.0 };
         let [a, b, c] = mesh.corners(side / 2);

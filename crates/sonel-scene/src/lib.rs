@@ -26,14 +26,13 @@ mod scene;
 mod seclusion;
 mod sections;
 mod suggest;
-mod walk;
 mod words;
 
 pub use balloon_file::{is_balloon_file, load_balloon, rolled};
 pub use draft::{Draft, draft};
 pub use load::{Loaded, load, load_materials, load_receivers, load_variants};
 pub use materials_file::materials_toml;
-pub use media::{Media, NO_AIR, Region};
+pub use media::{Airs, Media, NO_AIR, Region};
 pub use problem::{Place, Problem, SceneErrors};
 pub use scene::{
     DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DEFAULT_DURATION,

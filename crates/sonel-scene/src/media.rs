@@ -1,34 +1,24 @@
 //! Regions of other air in a scene, and the air on each side of every interface.
 //!
-//! Air 0 is that of the scene, air i + 1 that of region i. A region is the air that a point in it is connected with, past walls and
-//! interfaces alike. Walks in random directions find it: two places are in one air where a straight way or a walk leads from one to the other,
-//! which is exact; a side of an interface from which no walk finds a region has the scene's air.
+//! Air 0 is that of the scene, air i + 1 that of region i. A region is all air that a point in it is connected with; walls and
+//! interfaces alike bound it. What is in no region has the scene's air.
 //!
 //! References: docs/formats/scene.md, docs/physics.md §3.
 
 use std::fmt;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use sonel_acoustics::Air;
-use sonel_geometry::{Departure, Geometry, Side, SurfaceId};
+use sonel_geometry::{Departure, Geometry, Regions, Side, SurfaceId};
 
 use crate::notation;
-use crate::walk::Walk;
 
 /// The sides of a surface that is no interface.
 pub const NO_AIR: u32 = u32::MAX;
 
-/// Steps of a walk that looks for known places.
-const STEPS: u32 = 512;
-/// Places of a walk that are known from then on.
-const KNOWN_PLACES: usize = 64;
-/// Known places of each air looked for at a step.
-const LOOKS: usize = 4;
 /// Surfaces that a straight line passes at most.
 const MOST_PARTS: u32 = 1024;
-/// Steps of the walk that tells in which air a place is.
-const LONG_STEPS: u32 = 4096;
 
 /// A part of the room with an air of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -107,18 +97,35 @@ impl Media {
         parts
     }
 
-    /// The air at a world position [m]: of the first region whose point a walk from there sees, or that on the side of the first interface it
-    /// meets; the scene's where it finds neither.
+    /// The airs of a scene by place.
     #[must_use]
-    pub fn air_at(&self, geometry: &Geometry, place: DVec3) -> u32 {
-        let mut walk = Walk::new(geometry, geometry.to_local(place));
-        let found = (0..LONG_STEPS).find_map(|_| {
-            let sees = |region: &Region| walk.sees(geometry.to_local(region.inside));
-            let seen = self.regions.iter().position(sees).map(|region| region as u32 + 1);
-            let mut met = || walk.step().and_then(|hit| self.across(hit.surface, hit.side));
-            seen.or_else(|| met().map(|[here, _]| here))
-        });
-        found.unwrap_or(0)
+    pub fn airs<'a>(&self, geometry: &'a Geometry) -> Airs<'a> {
+        Airs::new(geometry, self.regions.iter().map(|region| region.inside))
+    }
+}
+
+/// Which air is where.
+pub struct Airs<'a> {
+    spaces: Regions<'a>,
+    /// The space of each region of the scene.
+    of_region: Vec<u32>,
+}
+
+impl<'a> Airs<'a> {
+    fn new(geometry: &'a Geometry, inside: impl Iterator<Item = DVec3>) -> Self {
+        let spaces = geometry.regions(|_| false);
+        let of_region = inside.map(|place| spaces.at(place)).collect();
+        Self { spaces, of_region }
+    }
+
+    /// The air at a world position [m].
+    #[must_use]
+    pub fn at(&self, place: DVec3) -> u32 {
+        self.of_space(self.spaces.at(place))
+    }
+
+    fn of_space(&self, space: u32) -> u32 {
+        self.of_region.iter().position(|&of| of == space).map_or(0, |region| region as u32 + 1)
     }
 }
 
@@ -187,26 +194,25 @@ impl fmt::Display for MediaFault {
 /// # Errors
 /// Everything that is wrong.
 pub fn find_sides(geometry: &Geometry, inside: &[DVec3]) -> Result<Vec<[u32; 2]>, Vec<MediaFault>> {
-    let mut spaces = Spaces { geometry, spaces: Vec::new() };
-    let mut faults = Vec::new();
-    let mut is_apart = vec![true; inside.len()];
-    for (region, &place) in inside.iter().enumerate() {
-        let (found, walked) = spaces.find(geometry.to_local(place));
-        match found {
-            Some(air) => {
-                is_apart[region] = false;
-                faults.push(MediaFault::OneSpace { regions: [air as usize - 1, region] });
-            }
-            None => spaces.spaces.push(Space { air: region as u32 + 1, places: walked }),
-        }
-    }
+    let airs = Airs::new(geometry, inside.iter().copied());
+    let first_in = |region: usize| airs.of_region.iter().position(|of| *of == airs.of_region[region]);
+    let doubled = (0..inside.len()).filter_map(|region| {
+        let first = first_in(region).filter(|first| *first < region)?;
+        Some(MediaFault::OneSpace { regions: [first, region] })
+    });
+    let mut faults: Vec<MediaFault> = doubled.collect();
     let mut sides = vec![[NO_AIR; 2]; geometry.surfaces().len()];
     for (surface, sides) in
         geometry.surfaces().iter().zip(&mut sides).filter(|(surface, _)| surface.interface)
     {
+        let of_triangle = |triangle: &u32| airs.spaces.beside(*triangle).map(|space| airs.of_space(space));
+        *sides = of_triangle(&surface.triangles[0]);
         let (material, place) = (surface.material, surface.centroid);
-        match surface.triangles.iter().find_map(|&triangle| spaces.add_sides(triangle, sides)) {
-            Some(place) => faults.push(MediaFault::TwoAirs { material, place }),
+        match surface.triangles.iter().find(|triangle| of_triangle(triangle) != *sides) {
+            Some(&triangle) => {
+                let [a, b, c] = geometry.mesh().corners(triangle);
+                faults.push(MediaFault::TwoAirs { material, place: (a + b + c) / 3.0 });
+            }
             None if sides[0] == sides[1] => {
                 faults.push(MediaFault::BoundsNothing { material, place, air: sides[0] });
             }
@@ -214,69 +220,7 @@ pub fn find_sides(geometry: &Geometry, inside: &[DVec3]) -> Result<Vec<[u32; 2]>
         }
     }
     let bounds = |region: usize| sides.iter().flatten().any(|&side| side == region as u32 + 1);
-    let unbounded = (0..inside.len()).filter(|&region| is_apart[region] && !bounds(region));
+    let unbounded = (0..inside.len()).filter(|&region| first_in(region) == Some(region) && !bounds(region));
     faults.extend(unbounded.map(|region| MediaFault::Unbounded { region }));
     if faults.is_empty() { Ok(sides) } else { Err(faults) }
-}
-
-/// Places that are known to be in one air.
-struct Space {
-    air: u32,
-    places: Vec<Vec3>,
-}
-
-/// All spaces found so far.
-struct Spaces<'a> {
-    geometry: &'a Geometry,
-    spaces: Vec<Space>,
-}
-
-impl Spaces<'_> {
-    /// Finds the airs on both sides of a triangle of an interface whose surface has `sides`; where these are others already.
-    fn add_sides(&mut self, triangle: u32, sides: &mut [u32; 2]) -> Option<DVec3> {
-        let surface = self.geometry.triangle_surface(triangle);
-        let corners = self.geometry.mesh().corners(triangle);
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let places = corners.map(|corner| middle.lerp(corner, 0.75));
-        for place in [middle].into_iter().chain(places) {
-            for (side, known) in [Side::Front, Side::Back].into_iter().zip(sides.iter_mut()) {
-                let from = self.geometry.leave(self.geometry.to_local(place), surface, side);
-                let air = self.air_about(from.origin);
-                if *known != NO_AIR && *known != air {
-                    return Some(place);
-                }
-                *known = air;
-            }
-        }
-        None
-    }
-
-    /// The air about a local position [m]; a space that is new has the scene's.
-    fn air_about(&mut self, place: Vec3) -> u32 {
-        let (found, walked) = self.find(place);
-        found.unwrap_or_else(|| {
-            self.spaces.push(Space { air: 0, places: walked });
-            0
-        })
-    }
-
-    /// The air of the known space that a walk from a local position [m] finds, and places of that walk.
-    fn find(&self, place: Vec3) -> (Option<u32>, Vec<Vec3>) {
-        let mut walk = Walk::new(self.geometry, place);
-        let mut walked = vec![place];
-        for step in 0..STEPS as usize {
-            for space in &self.spaces {
-                let looked_for =
-                    (0..LOOKS).map(|look| space.places[(step * LOOKS + look) % space.places.len()]);
-                if looked_for.into_iter().any(|place| walk.sees(place)) {
-                    return (Some(space.air), walked);
-                }
-            }
-            walk.step();
-            if step % (STEPS as usize / KNOWN_PLACES) == 0 {
-                walked.push(walk.at);
-            }
-        }
-        (None, walked)
-    }
 }

@@ -294,8 +294,8 @@ impl Scene {
         let geometry = self.geometry().expect("the mesh has triangles");
         let inside: Vec<DVec3> = media.regions.iter().map(|region| region.inside).collect();
         media.sides = find_sides(&geometry, &inside)?;
-        media.at_sources =
-            self.sources.iter().map(|source| media.air_at(&geometry, source.position)).collect();
+        let airs = media.airs(&geometry);
+        media.at_sources = self.sources.iter().map(|source| airs.at(source.position)).collect();
         self.media = Some(media);
         Ok(self)
     }

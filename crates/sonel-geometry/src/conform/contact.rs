@@ -5,7 +5,6 @@
 //!
 //! Reference: [Moeller1997] (docs/references.md).
 
-use crate::cracks::widest_crack;
 use crate::{Crossing, Mesh};
 use foldhash::HashSet;
 use glam::{DVec3, Vec3A};
@@ -69,7 +68,6 @@ impl Boundable for Bounds {
 /// All meetings of triangles, or of those `changed` with any, in the order of the mesh.
 pub(super) fn find(mesh: &Mesh, changed: Option<&HashSet<u32>>, tolerance: f64) -> Vec<Meeting> {
     let origin = mesh.vertices[0];
-    let widest = widest_crack(mesh);
     let margin = 2.0 * tolerance;
     let bounds: Vec<Bounds> = (0..mesh.triangles.len() as u32)
         .map(|face| {
@@ -78,6 +76,8 @@ pub(super) fn find(mesh: &Mesh, changed: Option<&HashSet<u32>>, tolerance: f64) 
             Bounds(Aabb { min: Vec3A::from(low.as_vec3()), max: Vec3A::from(high.as_vec3()) })
         })
         .collect();
+    let faces: Vec<Face> =
+        (0..mesh.triangles.len() as u32).into_par_iter().map(|face| Face::new(mesh, face)).collect();
     let tree = build_bvh2(&bounds, BvhBuildParams::fastest_build(), &mut Duration::default());
     let asked: Vec<u32> = match changed {
         None => (0..mesh.triangles.len() as u32).collect(),
@@ -95,8 +95,7 @@ pub(super) fn find(mesh: &Mesh, changed: Option<&HashSet<u32>>, tolerance: f64) 
             near(&tree, bounds[first as usize].0, |second| {
                 // Of two that are both asked the lower one asks.
                 if second != first && (first < second || !is_changed(second)) {
-                    let faces = [first.min(second), first.max(second)];
-                    meet(mesh, faces, (tolerance, widest), &mut found);
+                    meet(&faces, [first.min(second), first.max(second)], tolerance, &mut found);
                 }
             });
             found[from..].sort_by_key(|meeting: &Meeting| meeting.faces);
@@ -116,33 +115,29 @@ fn near(tree: &Bvh2, bounds: Aabb, mut visit: impl FnMut(u32)) {
     });
 }
 
-/// Appends how two triangles meet to `found`, where it is not in the corners and sides that they share. Walls whose ends both cross at the
-/// corner of a room by less than `widest` [m] are left to the search for cracks, as those whose ends stop short.
-fn meet(mesh: &Mesh, faces: [u32; 2], (tolerance, widest): (f64, f64), found: &mut Vec<Meeting>) {
-    let [a, b] = faces.map(|face| mesh.triangles[face as usize].corners);
-    let shared = a.iter().filter(|corner| b.contains(corner)).count();
-    if shared == 3 {
+/// Appends how two triangles meet to `found`, where it is not in the corners and sides that they share.
+fn meet(all: &[Face], faces: [u32; 2], tolerance: f64, found: &mut Vec<Meeting>) {
+    let [a, b] = faces.map(|face| &all[face as usize]);
+    let shared = a.ids.iter().filter(|corner| b.ids.contains(corner)).count();
+    if shared == 3 || shared == 2 && a.is_beside(b, tolerance) {
         return;
     }
-    let [a, b] = faces.map(|face| Face::new(mesh, face));
-    let above_a = a.heights(&b, tolerance);
+    let above_a = a.heights(b, tolerance);
     if is_aside(above_a) {
         return;
     }
-    let above_b = b.heights(&a, tolerance);
+    let above_b = b.heights(a, tolerance);
     if is_aside(above_b) {
-        return;
-    }
-    if is_overhang(above_a, widest) && is_overhang(above_b, widest) {
         return;
     }
     let is_in_plane = |heights: [f64; 3]| heights.iter().all(|&height| height == 0.0);
     let mut push = |contact, is_crossing| found.push(Meeting { faces, contact, is_crossing });
     if is_in_plane(above_a) || is_in_plane(above_b) {
-        if overlap(&a, &b, tolerance) {
+        let far = a.farthest_off(b).max(b.farthest_off(a));
+        if far < -tolerance {
             push(Contact::Overlap, false);
-        } else {
-            for (one, other) in [(&a, &b), (&b, &a)] {
+        } else if far <= tolerance {
+            for (one, other) in [(a, b), (b, a)] {
                 one.corners_on_sides_of(other, tolerance).for_each(|place| push(Contact::At(place), false));
             }
         }
@@ -159,12 +154,6 @@ fn meet(mesh: &Mesh, faces: [u32; 2], (tolerance, widest): (f64, f64), found: &m
 /// Whether all corners are on one side.
 fn is_aside(heights: [f64; 3]) -> bool {
     heights.iter().all(|&height| height > 0.0) || heights.iter().all(|&height| height < 0.0)
-}
-
-/// Whether what is on one side of the plane is lower than `widest` [m], but something is.
-fn is_overhang(heights: [f64; 3], widest: f64) -> bool {
-    let [up, down] = [1.0, -1.0].map(|way| heights.iter().map(|height| way * height).fold(0.0, f64::max));
-    up.min(down) > 0.0 && up.min(down) <= widest
 }
 
 fn is_on_both_sides(heights: [f64; 3]) -> bool {
@@ -190,11 +179,32 @@ impl Face {
         })
     }
 
-    /// Its sides with their inward normals.
-    fn sides(&self) -> [(DVec3, DVec3, DVec3); 3] {
-        let [a, b, c] = self.corners;
-        [(a, b), (b, c), (c, a)]
-            .map(|(from, to)| (from, to, self.normal.cross(to - from).normalize_or_zero()))
+    /// Whether another one with a common side is on the other side of it, or leaves the plane.
+    fn is_beside(&self, other: &Self, tolerance: f64) -> bool {
+        let own = (0..3).find(|&at| !other.ids.contains(&self.ids[at])).unwrap_or(0);
+        let far = (0..3).find(|&at| !self.ids.contains(&other.ids[at])).unwrap_or(0);
+        let [from, to] = [1, 2].map(|step| self.corners[(own + step) % 3]);
+        let (inward, reach) = (self.normal.cross(to - from), other.corners[far] - from);
+        self.normal.dot(reach).abs() > tolerance || inward.dot(reach) < -tolerance * from.distance(to)
+    }
+
+    /// Its sides.
+    fn sides(&self) -> impl Iterator<Item = [DVec3; 2]> {
+        (0..3).map(|i| [self.corners[i], self.corners[(i + 1) % 3]])
+    }
+
+    /// How far off one of its sides all of another one in its plane is, but for common corners on that side [m]: the most over all sides,
+    /// negative where it overlaps.
+    fn farthest_off(&self, other: &Self) -> f64 {
+        let off = |side: usize| {
+            let [from, to] = [side, (side + 1) % 3];
+            let outward = (self.corners[to] - self.corners[from]).cross(self.normal);
+            let is_end = |at: &usize| other.ids[*at] == self.ids[from] || other.ids[*at] == self.ids[to];
+            let heights =
+                (0..3).filter(|at| !is_end(at)).map(|at| outward.dot(other.corners[at] - self.corners[from]));
+            heights.fold(f64::INFINITY, f64::min) / outward.length()
+        };
+        (0..3).map(off).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Its corners that lie on a side of another one, and are no corner of it.
@@ -205,9 +215,9 @@ impl Face {
     ) -> impl Iterator<Item = DVec3> + 'a {
         let is_on = move |at: &usize| {
             !other.ids.contains(&self.ids[*at])
-                && other.sides().into_iter().any(|(from, to, _)| {
-                    crate::stitch::share_along([from, to], self.corners[*at], tolerance).is_some()
-                })
+                && other
+                    .sides()
+                    .any(|side| crate::stitch::share_along(side, self.corners[*at], tolerance).is_some())
         };
         (0..3).filter(is_on).map(|at| self.corners[at])
     }
@@ -255,14 +265,4 @@ fn common(a: SmallVec<[DVec3; 3]>, b: SmallVec<[DVec3; 3]>, along: DVec3, tolera
         // Where planes are nearly parallel, points that are near the line of both need not be near one another.
         (length >= -tolerance && from.distance(to) <= 2.0 * tolerance).then_some(Contact::At(from))
     }
-}
-
-/// Whether two triangles in one plane overlap: no side of either separates them.
-fn overlap(a: &Face, b: &Face, tolerance: f64) -> bool {
-    let separates = |one: &Face, other: &Face| {
-        one.sides().into_iter().any(|(from, _, inward)| {
-            other.corners.iter().all(|&corner| inward.dot(corner - from) <= tolerance)
-        })
-    };
-    !separates(a, b) && !separates(b, a)
 }

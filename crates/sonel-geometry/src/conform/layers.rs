@@ -162,7 +162,7 @@ impl<'a> Layers<'a> {
 }
 
 /// Whether two faces continue one another in one plane.
-fn is_flat(mesh: &Mesh, edge: &SharedEdge, faces: [u32; 2]) -> bool {
+pub(super) fn is_flat(mesh: &Mesh, edge: &SharedEdge, faces: [u32; 2]) -> bool {
     let [a, b] = faces.map(|face| edge.inward(mesh, face));
     a.dot(b) < -PARALLEL
 }

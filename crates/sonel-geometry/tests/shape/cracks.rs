@@ -188,9 +188,9 @@ fn cracks_of_a_centimetre_are_found_and_leave_a_room() {
     assert!((geometry.volume().unwrap() / 24e3 - 1.0).abs() < 2e-3);
     assert!(geometry.contains(dvec3(1.0, 1.0, 1.0)) && !geometry.contains(dvec3(-1.0, 1.0, 1.0)));
     assert!(geometry.surfaces().iter().all(|s| s.closed && s.normal.dot(dvec3(20.0, 15.0, 10.0)) > s.offset));
-    // Walls that cross by as much are none the worse, and a tolerance above the width closes them.
+    // Walls that cross by as much end where they meet, and a tolerance above the width closes gaps.
     let crossing = Geometry::build(apart([40.0, 30.0, 20.0], || -0.01)).unwrap();
-    assert!(crossing.is_closed_room() && crossing.cracks().len() == 12);
+    assert!(crossing.is_closed_room() && crossing.is_watertight() && crossing.cracks().is_empty());
     assert!(Geometry::build(drawn.mended(0.02).unwrap().mesh).unwrap().as_shoebox().is_some());
 }
 
@@ -202,12 +202,12 @@ fn walls_that_are_joined_here_and_there_leave_a_room() {
     for _ in 0..50 {
         let drawn = apart([40.0, 30.0, 20.0], || 4e-3 * (numbers.unit() - 0.5));
         let geometry = Geometry::build(drawn.mended(1e-3).map_or_else(|| drawn.clone(), |m| m.mesh)).unwrap();
-        // A third of them keep edges that nothing faces, where one wall is short and two are long: a known weakness.
+        // A seventh of them keeps a rim that nothing faces: beyond a wall that is too short to cut it off. A known weakness.
         open += usize::from(!geometry.is_closed_room() || geometry.diffracting_edges().count() > 0);
         partly += usize::from(!geometry.is_watertight() && geometry.cracks().len() < 12);
         assert!(Geometry::build(drawn.mended(8e-3).unwrap().mesh).unwrap().as_shoebox().is_some());
     }
-    assert!(partly > 10 && open <= 16, "{partly} {open}");
+    assert!(partly > 10 && open <= 7, "{partly} {open}");
 }
 
 #[test]

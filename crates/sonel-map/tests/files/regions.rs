@@ -64,7 +64,7 @@ fn a_map_of_two_airs_is_read_as_it_was_written() {
     assert_eq!(map.header().scene, header().scene);
     let media = map.header().scene.media.as_ref().unwrap();
     assert_eq!(
-        (media.at_sources.clone(), media.air_at(&geometry, DVec3::new(1.0, 1.0, 2.9))),
+        (media.at_sources.clone(), media.airs(&geometry).at(DVec3::new(1.0, 1.0, 2.9))),
         (vec![0, 0], 1)
     );
     let mut other = header();

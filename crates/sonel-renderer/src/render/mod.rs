@@ -367,6 +367,7 @@ impl<'a> Renderer<'a> {
         let traced = &self.map.header().settings;
         let SonelSurvey { sample, scale: of_all, .. } = &self.surveys[source];
         let of_room = free_path(self.geometry);
+        let airs = self.map.header().scene.media.as_ref().map(|media| media.airs(self.geometry));
         receivers
             .par_iter()
             .map(|r| {
@@ -390,8 +391,8 @@ impl<'a> Renderer<'a> {
                         ..receiver
                     };
                 }
-                let Some(media) = &self.map.header().scene.media else { return receiver };
-                let air = media.air_at(self.geometry, r.position);
+                let Some(airs) = &airs else { return receiver };
+                let air = airs.at(r.position);
                 PreparedReceiver { air, stretch: self.stretch(air), ..receiver }
             })
             .collect()

@@ -151,7 +151,8 @@ pub(crate) fn compile(
                 sides,
                 at_sources: Vec::new(),
             };
-            media.at_sources = sources.iter().map(|&source| media.air_at(geometry, source)).collect();
+            let airs = media.airs(geometry);
+            media.at_sources = sources.iter().map(|&source| airs.at(source)).collect();
             Some(media)
         }
         Err(faults) => {

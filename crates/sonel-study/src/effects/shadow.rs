@@ -37,7 +37,7 @@ pub fn missing(
         let own_air = scene.air_at_source(number);
         for (index, receiver) in receivers.iter().enumerate() {
             // No way over edges leads into another air.
-            let air = scene.media.as_ref().map_or(0, |media| media.air_at(geometry, receiver.position));
+            let air = scene.media.as_ref().map_or(0, |media| media.airs(geometry).at(receiver.position));
             if air != own_air {
                 continue;
             }
