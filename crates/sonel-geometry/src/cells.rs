@@ -12,8 +12,7 @@
 use crate::Mesh;
 use crate::cracks::Facing;
 use crate::enclosure::{signed_volume, winding_number};
-use crate::geometry::FaceKind;
-use crate::rooms::are_rooms;
+use crate::rooms::{FaceKind, are_rooms};
 use crate::topology::{Connected, SharedEdge};
 use foldhash::HashMap;
 use glam::DVec3;

@@ -10,6 +10,7 @@ use crate::index::Index;
 use crate::orient::{Oriented, orient};
 use crate::probe::{LocalPlane, Probe};
 use crate::rim::{Rim, keep_inside, rims};
+use crate::rooms::FaceKind;
 use crate::scale::Scale;
 use crate::shoebox::{Shoebox, recognise};
 use crate::surfaces::{Partition, partition};
@@ -28,23 +29,11 @@ mod sight;
 
 use faces::Faces;
 pub use passage::Passage;
-pub(crate) use passage::THICKEST_PARTITION;
 pub use regions::Regions;
 pub use sight::{Crossed, End, Leg, MOST_ROUNDS, Sight};
 
 /// A hit at the rim of a triangle is aimed anew at most so often; each time it is on a surface nearer to the origin.
 const AIMS: usize = 8;
-
-/// What the faces of a material are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FaceKind {
-    /// A wall.
-    Wall,
-    /// A wall that sound passes.
-    Partition,
-    /// No wall but a border between airs: rays meet it, but it is part of no shell, takes no area from the room and has no edges.
-    Interface,
-}
 
 /// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
 pub struct Geometry {

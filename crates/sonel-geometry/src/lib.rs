@@ -50,13 +50,14 @@ pub use cracks::{Crack, WIDEST_CRACK};
 pub use crossings::Crossing;
 pub use edges::{Edge, EdgeShape};
 pub use error::GeometryError;
-pub use geometry::{Crossed, End, FaceKind, Geometry, Leg, MOST_ROUNDS, Passage, Regions, Sight};
+pub use geometry::{Crossed, End, Geometry, Leg, MOST_ROUNDS, Passage, Regions, Sight};
 pub use mend::Mended;
 pub use mesh::{Mesh, MeshTriangle};
 pub use nearest_side::NearestSide;
 pub use overlaps::Overlap;
 pub use placement::{Misplaced, Obstacle};
 pub use ray::{Departure, Hit};
+pub use rooms::FaceKind;
 
 pub use section::section;
 pub use sectors::AirSector;

@@ -5,10 +5,23 @@
 //! passes, and all hang together in this way. A shell that is no deeper than that behind such a face may be a slab: it is no room.
 
 use crate::Mesh;
-use crate::geometry::{FaceKind, THICKEST_PARTITION};
 use crate::surfaces::PARALLEL;
 use crate::topology::Connected;
 use glam::DVec3;
+
+/// Thickness of a partition, at most [m].
+pub(crate) const THICKEST_PARTITION: f64 = 1.0;
+
+/// What the faces of a material are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaceKind {
+    /// A wall.
+    Wall,
+    /// A wall that sound passes.
+    Partition,
+    /// No wall but a border between airs: rays meet it, but it is part of no shell, takes no area from the room and has no edges.
+    Interface,
+}
 
 /// A face that sound passes, seen from outside of its shell.
 struct Pane {

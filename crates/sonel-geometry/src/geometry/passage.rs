@@ -5,12 +5,10 @@
 //! energy is neither lost at floors and side walls within the thickness nor taken from twice.
 
 use super::{Geometry, Side};
+use crate::rooms::THICKEST_PARTITION;
 use crate::surfaces::PARALLEL;
 use crate::{Departure, Hit, SurfaceId};
 use glam::{DVec3, Vec3};
-
-/// Thickness of a partition, at most [m].
-pub(crate) const THICKEST_PARTITION: f64 = 1.0;
 
 /// A way out of a partition.
 #[derive(Debug, Clone, Copy, PartialEq)]
