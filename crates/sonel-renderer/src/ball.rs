@@ -172,14 +172,15 @@ impl ReceiverSphere {
         Self { volume: mean(radius), inner_volume: mean(inner), ..ball }
     }
 
-    /// Whether a segment passes within [`NEARBY`] radii of the centre.
-    #[inline]
+    /// Whether a segment passes within [`NEARBY`] radii of the centre, which sees it there: behind a wall or a pane it is another matter.
     #[must_use]
-    pub fn is_passed_nearby(&self, (start, end): (Vec3, Vec3)) -> bool {
+    pub fn is_passed_nearby(&self, geometry: &Geometry, (start, end): (Vec3, Vec3)) -> bool {
         let (along, offset) = ((end - start).as_dvec3(), self.center - start.as_dvec3());
         let nearest = (offset.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        let reach = NEARBY * self.radius;
-        (offset - nearest * along).length_squared() < reach * reach
+        let (aside, reach) = (offset - nearest * along, NEARBY * self.radius);
+        let place = (self.center - aside).as_vec3();
+        aside.length_squared() < reach * reach
+            && !geometry.is_blocked(Departure::free(self.center.as_vec3()), place)
     }
 
     /// The part of the segment from `start` to `end` [m] that the receiver sees within the ball.

@@ -61,10 +61,20 @@ impl Crossings {
         raise(&mut self.kinds[beam as usize].strongest, energy, 1.0);
     }
 
-    /// Counts one that passes `receiver` nearby.
-    pub fn pass_near(&mut self, beam: Beam, receiver: usize, energy: &[Lanes]) {
-        let nearby = &mut self.kinds[beam as usize].nearby;
-        raise(&mut nearby[receiver * self.lanes..(receiver + 1) * self.lanes], energy, 1.0);
+    /// Counts one that may pass `receiver` nearby; whether it does is asked where it would matter.
+    pub fn pass_near(
+        &mut self,
+        beam: Beam,
+        receiver: usize,
+        energy: &[Lanes],
+        is_near: impl FnOnce() -> bool,
+    ) {
+        let nearby =
+            &mut self.kinds[beam as usize].nearby[receiver * self.lanes..(receiver + 1) * self.lanes];
+        let is_more = |(nearby, energy): (&Lanes, &Lanes)| (0..4).any(|lane| energy[lane] > nearby[lane]);
+        if nearby.iter().zip(energy).any(is_more) && is_near() {
+            raise(nearby, energy, 1.0);
+        }
     }
 
     /// Counts one that crosses the ball of `receiver`.
@@ -128,7 +138,8 @@ mod tests {
         let fluence = |beam: Beam| if beam == Beam::Refracted { 2.0 } else { 1e9 };
         assert_eq!(all.unseen(1, fluence), [[0.75, 0.375, 0.0, 0.0]]);
         assert_eq!(all.unseen(2, fluence), [[0.0, 0.375, 0.0, 0.0]], "one crossed in the first band");
-        all.pass_near(Beam::Refracted, 1, &[[0.0625, 0.0, 0.0, 0.0]]);
+        all.pass_near(Beam::Refracted, 1, &[[0.5, 0.0, 0.0, 0.0]], || false);
+        all.pass_near(Beam::Refracted, 1, &[[0.0625, 0.0, 0.0, 0.0]], || true);
         assert_eq!(all.unseen(1, fluence), [[0.375, 0.375, 0.0, 0.0]], "one passed nearby");
     }
 }

@@ -85,8 +85,9 @@ pub fn cross<'a>(
     for (index, receiver, direct_length) in receivers {
         let ball = receiver.balls.at(piece.start_length, piece.beam);
         let Some(chord) = ball.chord(medium.geometry, piece.ends) else {
-            if is_beam && ball.is_passed_nearby(piece.ends) {
-                deposits.crossings.pass_near(piece.beam, index, piece.energy);
+            let is_near = || ball.is_passed_nearby(medium.geometry, piece.ends);
+            if is_beam {
+                deposits.crossings.pass_near(piece.beam, index, piece.energy, is_near);
             }
             continue;
         };
