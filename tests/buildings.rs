@@ -2,8 +2,8 @@
 //!
 //! A box is divided into rooms by walls on grid planes. Every wall is drawn in one of several ways: whole, in squares, in two
 //! pieces that share no corners with their neighbours, in pieces that overlap, twice, as triangles about a point, or as a
-//! solid. Some rooms are divided by a sheet aslant through grid points; some hold solids and screens. Sources and receivers
-//! stand on the grid and halfway between its points, so that nothing is in general position.
+//! solid; some have an opening. Some rooms are divided by a sheet aslant through grid points; some hold solids and screens. Sources
+//! and receivers stand on the grid and halfway between its points, so that nothing is in general position.
 
 use glam::DVec3;
 use sonel_acoustics::{Bands, Material};
@@ -31,6 +31,16 @@ pub struct Room {
     pub solids: Vec<[DVec3; 2]>,
     /// Whether there is a screen in it.
     pub has_screen: bool,
+    /// The rooms with the same number are one air through an opening; none where it has no opening.
+    pub opening: Option<usize>,
+}
+
+impl Room {
+    /// Whether the image sources of a box are all its reflections.
+    #[must_use]
+    pub fn is_empty_box(&self) -> bool {
+        self.solids.is_empty() && self.sheet.is_none() && self.opening.is_none()
+    }
 }
 
 /// A random building.
@@ -56,13 +66,16 @@ pub struct Place {
     pub room: usize,
     /// On which side of the room's sheet, if it has one.
     pub is_above: bool,
+    /// Of the room.
+    pub opening: Option<usize>,
 }
 
 impl Place {
     /// Whether the same air is at another place, whatever else stands there.
     #[must_use]
     pub fn is_connected(&self, other: &Self) -> bool {
-        (self.room, self.is_above) == (other.room, other.is_above)
+        let is_in_one_room = (self.room, self.is_above) == (other.room, other.is_above);
+        is_in_one_room || self.opening.is_some() && self.opening == other.opening
     }
 }
 
@@ -74,8 +87,14 @@ impl Building {
         let step = [1.0, 0.5][random.below(2)];
         let high = DVec3::from([0; 3].map(|_| step * (3 + random.below(6)) as f64));
         let walls = [0; 6].map(|_| random.below(3) as u32);
-        let hull =
-            Room { bounds: [DVec3::ZERO, high], walls, sheet: None, solids: Vec::new(), has_screen: false };
+        let hull = Room {
+            bounds: [DVec3::ZERO, high],
+            walls,
+            sheet: None,
+            solids: Vec::new(),
+            has_screen: false,
+            opening: None,
+        };
         let mut building = Self { mesh: Mesh::default(), rooms: vec![hull], step, high, random };
         building.draw_hull();
         for _ in 0..1 + building.random.below(MOST_WALLS) {
@@ -83,6 +102,7 @@ impl Building {
         }
         for room in 0..building.rooms.len() {
             match building.random.below(4) {
+                _ if building.rooms[room].opening.is_some() => {}
                 0 => building.put_sheet(room),
                 1 => building.furnish(room),
                 _ => {}
@@ -115,13 +135,13 @@ impl Building {
                 let count = (2.0 * (high[axis] - low[axis]) / self.step).round() as usize;
                 position[axis] = low[axis] + 0.5 * self.step * (1 + self.random.below(count - 1)) as f64;
             }
-            let Room { sheet, solids, .. } = &self.rooms[room];
+            let Room { sheet, solids, opening, .. } = &self.rooms[room];
             let height = sheet.map_or(1.0, |(normal, offset)| normal.dot(position) - offset);
             let is_in = |[low, high]: &[DVec3; 2]| {
                 position.cmpge(*low - 1e-3).all() && position.cmple(*high + 1e-3).all()
             };
             let is_free = height.abs() > 1e-3 && !solids.iter().any(is_in);
-            is_free.then_some(Place { position, room, is_above: height > 0.0 })
+            is_free.then_some(Place { position, room, is_above: height > 0.0, opening: *opening })
         })
     }
 
@@ -160,7 +180,8 @@ impl Building {
         let [low, high] = self.rooms[room].bounds;
         let count = ((high[axis] - low[axis]) / self.step).round() as usize;
         let is_solid = self.random.below(5) == 0;
-        if count < 3 + usize::from(is_solid) {
+        // A wall across an opening would leave two.
+        if count < 3 + usize::from(is_solid) || self.rooms[room].opening.is_some() {
             return;
         }
         let thickness = if is_solid { self.step } else { 0.0 };
@@ -170,6 +191,9 @@ impl Building {
             let (mut from, mut to) = (low, high);
             (from[axis], to[axis]) = (at, at + thickness);
             self.draw_solid([from, to], material);
+        } else if self.random.below(4) == 0 && self.draw_wall_with_opening((axis, at), [low, high], material)
+        {
+            self.rooms[room].opening = Some(room);
         } else {
             self.draw_wall((axis, at), [low, high], material, true);
         }
@@ -235,6 +259,38 @@ impl Building {
                 self.draw_wall((axis, at[axis]), bounds, material, false);
             }
         }
+    }
+
+    /// Draws the rectangle at one coordinate of a box but for a part of it, if it is large enough; returns whether it is.
+    fn draw_wall_with_opening(
+        &mut self,
+        (axis, at): (usize, f64),
+        [low, high]: [DVec3; 2],
+        material: u32,
+    ) -> bool {
+        let sides = [(axis + 1) % 3, (axis + 2) % 3];
+        let count = sides.map(|side| ((high[side] - low[side]) / self.step).round() as usize);
+        if count.iter().any(|&count| count < 2) {
+            return false;
+        }
+        let from = count.map(|count| self.random.below(count - 1));
+        let to = [0, 1].map(|i| from[i] + 1 + self.random.below(count[i] - 1 - from[i]));
+        let step = self.step;
+        let place = |i: usize, at: usize| low[sides[i]] + step * at as f64;
+        let pieces = [
+            [[0, 0], [from[0], count[1]]],
+            [[to[0], 0], count],
+            [[from[0], 0], [to[0], from[1]]],
+            [[from[0], to[1]], [to[0], count[1]]],
+        ];
+        for [from, to] in pieces.into_iter().filter(|[from, to]| from[0] < to[0] && from[1] < to[1]) {
+            let (mut lower, mut upper) = (low, high);
+            for i in 0..2 {
+                (lower[sides[i]], upper[sides[i]]) = (place(i, from[i]), place(i, to[i]));
+            }
+            self.draw_wall((axis, at), [lower, upper], material, true);
+        }
+        true
     }
 
     /// Draws the rectangle at one coordinate of a box in a random way.

@@ -84,7 +84,7 @@ fn building(seed: u64, estimators: &[Estimator], order: u32) -> (usize, Vec<Stri
             if !place.is_connected(&source) {
                 let leaks = || format!("{seed} {estimator:?}: {all:e} leaks from {source:?} to {place:?}");
                 faults.extend((all > 0.0).then(leaks));
-            } else if estimator == Estimator::Auto && room.solids.is_empty() && room.sheet.is_none() {
+            } else if estimator == Estimator::Auto && room.is_empty_box() {
                 let of_images =
                     rendering.arrivals.iter().filter(|it| it.receiver == index && it.order <= ORDER);
                 let found: f64 = of_images.map(|it| it.energy[0]).sum();
