@@ -113,7 +113,7 @@ impl RoomWithWindow {
         };
         let leaves = image.lerp(receiver, (SIZE[0] - image.x) / (receiver.x - image.x));
         let is_unfolded = (0.0..SIZE[1]).contains(&leaves.y) && (0.0..SIZE[2]).contains(&leaves.z);
-        let earlier = (1..).map(|turn| SIZE[0] * (1 - 2 * turn) as f64).take_while(|&x| x > image.x);
+        let earlier = (1_i32..).map(|turn| SIZE[0] * f64::from(1 - 2 * turn)).take_while(|&x| x > image.x);
         is_unfolded
             && is_in_window(SIZE[0])
             && (self.transmission.is_some() || !earlier.into_iter().any(is_in_window))

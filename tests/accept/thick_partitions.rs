@@ -14,10 +14,12 @@ fn three_rooms_in_a_row_get_what_passes_whatever_the_thickness() {
     for drawn in
         [Drawn::Sheets, Drawn::Solids(0.1), Drawn::Solids(0.3), Drawn::Solids(1.0), Drawn::Shells(0.3)]
     {
-        check(&format!("{drawn:?}"), LOSS, &rendered(row, drawn, Estimator::Auto, EMISSIONS), &counted);
+        let rendered = rendered(row, drawn, Estimator::Auto, EMISSIONS);
+        println!("{drawn:?}: {:.3?} dB", check(&format!("{drawn:?}"), LOSS, &rendered, &counted));
     }
     for estimator in [Estimator::Gather, Estimator::Sphere] {
         let drawn = Drawn::Solids(0.3);
-        check(&format!("{estimator:?}"), LOSS, &rendered(row, drawn, estimator, EMISSIONS), &counted);
+        let rendered = rendered(row, drawn, estimator, EMISSIONS);
+        println!("{estimator:?}: {:.3?} dB", check(&format!("{estimator:?}"), LOSS, &rendered, &counted));
     }
 }
