@@ -5,7 +5,7 @@ use glam::{DVec3, dvec3};
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_scene::Scene;
-use sonel_testkit::bruteforce::{BoxRoom, Count, Counted, History, Window};
+use sonel_testkit::bruteforce::{BoxRoom, Count, Counted, Window};
 use sonel_testkit::z_test::Estimate;
 
 use crate::meshes::add_quad;
@@ -79,12 +79,9 @@ impl RoomWithWindow {
     /// run through its sphere, whose mean is up to 5 % off what the centre gets of them.
     #[must_use]
     pub fn fluence(&self, receiver: [f64; 3], radius: f64, rays: usize) -> Estimate {
-        let counted = self.count(receiver, radius, rays);
-        let [diffuse, mirrored] =
-            [History::Diffuse, History::DiffuseThenSpecular].map(|history| counted.class(history));
-        let value = self.specular_fluence(DVec3::from_array(receiver)) + diffuse.value + mirrored.value;
-        // Both are counted along the same rays.
-        Estimate { value, sigma: diffuse.sigma + mirrored.sigma }
+        let scattered = self.count(receiver, radius, rays).scattered();
+        let value = self.specular_fluence(DVec3::from_array(receiver)) + scattered.value;
+        Estimate { value, ..scattered }
     }
 
     /// Fluence of the direct sound and of all image sources whose way leads through the window.

@@ -30,7 +30,7 @@ fn a_window_far_away_is_heard_with_few_sonels() {
         assert!(sigma < 0.03 * value, "{receiver:?}: {found:?}");
         agree(found, counted, within).unwrap_or_else(|off| panic!("{receiver:?}: {off}"));
         let without_mirrors = Estimate {
-            value: value - rendering.classes[sonel_renderer::PathClass::DiffuseMirror as usize].1[0] / 2.0,
+            value: value - rendering.classes[sonel_renderer::PathClass::DiffuseMirror as usize].1[0],
             sigma,
         };
         assert!(
