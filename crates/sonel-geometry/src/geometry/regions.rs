@@ -28,6 +28,7 @@ impl Geometry {
             cracks: &cracks,
             is_left_out: &is_left_out,
             twins: &self.twins,
+            is_doubled: &[],
             tolerance,
         };
         Regions { geometry: self, cells: Cells::find(&self.mesh, &drawing) }
