@@ -5,7 +5,7 @@
 //! solid; some have an opening. Some rooms are divided by a sheet aslant through grid points; some hold solids and screens. Sources
 //! and receivers stand on the grid and halfway between its points, so that nothing is in general position.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use sonel_acoustics::{Bands, Material};
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_scene::Scene;
@@ -15,6 +15,8 @@ use sonel_testkit::uniform::Uniform;
 pub const ABSORPTION: [f64; 3] = [0.1, 0.2, 0.35];
 /// Scattering of all of them.
 pub const SCATTERING: f64 = 0.2;
+/// Of so many buildings one is turned and moved away from the origin.
+const TURNED: u64 = 4;
 /// Walls that divide rooms, at most.
 const MOST_WALLS: usize = 5;
 
@@ -52,8 +54,10 @@ pub struct Building {
     pub rooms: Vec<Room>,
     /// Distance of the grid's planes [m].
     pub step: f64,
-    /// Its upper corner; the lower one is the origin.
+    /// Its upper corner before it is turned; the lower one is the origin.
     high: DVec3,
+    /// How it is turned, and where its lower corner is then [m].
+    frame: (DMat3, DVec3),
     random: Uniform,
 }
 
@@ -62,6 +66,8 @@ pub struct Building {
 pub struct Place {
     /// Position [m].
     pub position: DVec3,
+    /// The same before the building is turned [m].
+    pub on_grid: DVec3,
     /// The room.
     pub room: usize,
     /// On which side of the room's sheet, if it has one.
@@ -95,7 +101,14 @@ impl Building {
             has_screen: false,
             opening: None,
         };
-        let mut building = Self { mesh: Mesh::default(), rooms: vec![hull], step, high, random };
+        let mut building = Self {
+            mesh: Mesh::default(),
+            rooms: vec![hull],
+            step,
+            high,
+            frame: (DMat3::IDENTITY, DVec3::ZERO),
+            random,
+        };
         building.draw_hull();
         for _ in 0..1 + building.random.below(MOST_WALLS) {
             building.divide();
@@ -108,7 +121,20 @@ impl Building {
                 _ => {}
             }
         }
+        if seed % TURNED == TURNED - 1 {
+            building.turn();
+        }
         building
+    }
+
+    /// Turns it to where no plane is that of two axes, and moves it away from the origin.
+    fn turn(&mut self) {
+        let mut unit = || self.random.below(1000) as f64 / 1000.0;
+        let along = DVec3::new(unit() - 0.5, unit() - 0.5, unit() + 0.1).normalize();
+        let by = DVec3::new(100.0 * unit(), -300.0 * unit(), 20.0 * unit());
+        self.frame = (DMat3::from_axis_angle(along, 6.0 * unit()), by);
+        let (turn, by) = self.frame;
+        self.mesh.vertices.iter_mut().for_each(|vertex| *vertex = turn * *vertex + by);
     }
 
     /// The scene with a source and receivers.
@@ -136,12 +162,15 @@ impl Building {
                 position[axis] = low[axis] + 0.5 * self.step * (1 + self.random.below(count - 1)) as f64;
             }
             let Room { sheet, solids, opening, .. } = &self.rooms[room];
+            let (turn, by) = self.frame;
             let height = sheet.map_or(1.0, |(normal, offset)| normal.dot(position) - offset);
             let is_in = |[low, high]: &[DVec3; 2]| {
                 position.cmpge(*low - 1e-3).all() && position.cmple(*high + 1e-3).all()
             };
             let is_free = height.abs() > 1e-3 && !solids.iter().any(is_in);
-            is_free.then_some(Place { position, room, is_above: height > 0.0, opening: *opening })
+            let (on_grid, position) = (position, turn * position + by);
+            let is_above = height > 0.0;
+            is_free.then_some(Place { position, on_grid, room, is_above, opening: *opening })
         })
     }
 
@@ -158,6 +187,14 @@ impl Building {
             let is_on_hull = (corner.cmple(DVec3::splat(1e-3)) | corner.cmpge(self.high - 1e-3)).any();
             is_on_hull && is_beside(corner)
         })
+    }
+
+    /// Volume of the air in all rooms [m³].
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        let of = |[low, high]: &[DVec3; 2]| (*high - *low).element_product();
+        let of_room = |room: &Room| of(&room.bounds) - room.solids.iter().map(of).sum::<f64>();
+        self.rooms.iter().map(of_room).sum()
     }
 
     /// A random room.

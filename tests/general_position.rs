@@ -52,9 +52,12 @@ fn building(seed: u64, estimators: &[Estimator], order: u32) -> (usize, Vec<Stri
         faults.push(format!("{seed}: not watertight"));
     }
     let is_air = |place: &Place| geometry.check_place(place.position, &[]).is_ok();
+    // Few drawings leave open which of their boxes are solid.
+    let right = building.volume();
+    let is_told = geometry.volume().is_some_and(|volume| (volume / right - 1.0).abs() < 1e-6);
     let refused =
         receivers.iter().chain([&source]).find(|place| building.is_at_hull(place) && !is_air(place));
-    faults.extend(refused.map(|place| format!("{seed}: {place:?} is air")));
+    faults.extend(refused.filter(|_| is_told).map(|place| format!("{seed}: {place:?} is air")));
     receivers.retain(is_air);
     if !is_air(&source) || receivers.is_empty() {
         return (0, faults);
@@ -84,7 +87,7 @@ fn building(seed: u64, estimators: &[Estimator], order: u32) -> (usize, Vec<Stri
             if !place.is_connected(&source) {
                 let leaks = || format!("{seed} {estimator:?}: {all:e} leaks from {source:?} to {place:?}");
                 faults.extend((all > 0.0).then(leaks));
-            } else if estimator == Estimator::Auto && room.is_empty_box() {
+            } else if estimator == Estimator::Auto && is_told && room.is_empty_box() {
                 let of_images =
                     rendering.arrivals.iter().filter(|it| it.receiver == index && it.order <= ORDER);
                 let found: f64 = of_images.map(|it| it.energy[0]).sum();
@@ -104,7 +107,7 @@ fn image_sum(building: &Building, source: &Place, receiver: &Place) -> f64 {
     let reflection = room.walls.map(|wall| (1.0 - ABSORPTION[wall as usize]) * (1.0 - SCATTERING));
     let size = (high - low).to_array();
     let exact = SpecularBox { size, reflection, speed_of_sound: SPEED, air_attenuation: 0.0 };
-    let [from, to] = [source, receiver].map(|place| (place.position - low).to_array());
+    let [from, to] = [source, receiver].map(|place| (place.on_grid - low).to_array());
     exact
         .arrivals_to_order(from, to, ORDER)
         .iter()

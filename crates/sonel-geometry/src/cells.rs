@@ -6,7 +6,7 @@
 //!
 //! Which cells are solid is read off the drawing. The way into a solid crosses one face from the air, and two where it stands
 //! flush against a wall or another solid; so each contact with a cell already known speaks for air or for solid, by its area.
-//! A cell that touches the hull with more of single faces than of double ones is a room. Beyond the hull of a closed room nothing is air. In the
+//! A cell that touches the hull with single faces is a room. Beyond the hull of a closed room nothing is air. In the
 //! open every closed object is solid, as long as no source stands in it, unless all are [rooms side by side](crate::rooms).
 
 use crate::Mesh;
@@ -24,6 +24,8 @@ use std::f64::consts::TAU;
 const LARGEST_CRACKED_SHARE: f64 = 1e-3;
 /// What pokes out of the hull of a room has at most this share of its area [1]; more is a ground or another building.
 const LARGEST_FIN_SHARE: f64 = 0.02;
+/// Of the hull a solid that stands flush against it shares at most this part of what is drawn over it [1].
+const LARGEST_SHARED: f64 = 0.01;
 /// Tolerances by which a point beside a face is off it.
 const STEP: f64 = 8.0;
 
@@ -63,6 +65,8 @@ pub(crate) struct Drawing<'a> {
     pub kinds: &'a [FaceKind],
     /// Pairs of faces that coincide.
     pub twins: &'a [[u32; 2]],
+    /// Whether two bodies touch in each face; empty where none do.
+    pub is_doubled: &'a [bool],
     /// What positions can differ by [m].
     pub tolerance: f64,
 }
@@ -191,15 +195,14 @@ impl Cells {
         drawing: &Drawing<'_>,
         is_taken: &[bool],
     ) -> BTreeMap<(u32, u32), [f64; 2]> {
-        let mut is_double = vec![false; is_taken.len()];
-        drawing.twins.iter().for_each(|&[first, _]| is_double[first as usize] = true);
         let mut contacts: BTreeMap<(u32, u32), [f64; 2]> = BTreeMap::new();
         for face in (0..is_taken.len() as u32).filter(|&face| is_taken[face as usize]) {
             let [front, back] = self.sides(face);
             if front != back {
                 let area = mesh.vector_area(face).length();
+                let is_doubled = drawing.is_doubled.get(face as usize) == Some(&true);
                 for pair in [(front, back), (back, front)] {
-                    contacts.entry(pair).or_default()[usize::from(is_double[face as usize])] += area;
+                    contacts.entry(pair).or_default()[usize::from(is_doubled)] += area;
                 }
             }
         }
@@ -227,6 +230,12 @@ impl Cells {
     /// Whether air is in front of a triangle and behind it.
     pub fn is_air(&self, face: u32) -> [bool; 2] {
         self.sides(face).map(|cell| self.cells[cell as usize].is_air)
+    }
+
+    /// On how many sides of a triangle there is a solid.
+    pub fn solids(&self, face: u32) -> usize {
+        let is_solid = |cell: &u32| *cell != OUTSIDE && !self.cells[*cell as usize].is_air;
+        self.sides(face).iter().filter(|cell| is_solid(cell)).count()
     }
 
     /// A cell.
@@ -261,8 +270,8 @@ struct Evidence {
     solid: f64,
     /// Contact that speaks for air [m²].
     air: f64,
-    /// Contact with what is beyond the hull of a room through one face [m²], less that through two.
-    hull: f64,
+    /// Contact with what is beyond the hull of a room [m²]: through one face, and through two.
+    hull: [f64; 2],
     /// All contact [m²].
     contact: f64,
 }
@@ -272,7 +281,8 @@ impl Evidence {
     fn add(&mut self, is_air: bool, is_beyond: bool, [single, double]: [f64; 2]) {
         self.contact += single + double;
         if is_beyond {
-            self.hull += single - double;
+            self.hull[0] += single;
+            self.hull[1] += double;
         }
         if is_air {
             self.unlike_air += single;
@@ -284,7 +294,12 @@ impl Evidence {
     }
 
     fn is_solid(&self) -> bool {
-        self.hull <= 0.0 && self.unlike_air > 0.0 && self.unlike_air + self.solid > self.air
+        // All of a solid that stands flush against the hull is drawn over it; a room shares some of it.
+        let [single, double] = self.hull;
+        if single > LARGEST_SHARED * double {
+            return false;
+        }
+        self.unlike_air > 0.0 && (double > 0.0 || self.unlike_air + self.solid > self.air)
     }
 }
 

@@ -7,6 +7,7 @@ use crate::cracks::{find_cracks, joined_up};
 use crate::edges::{Edge, Survey};
 use crate::enclosure::closest_on_triangle;
 use crate::index::Index;
+use crate::layers::{Layers, unite};
 use crate::orient::{Oriented, orient};
 use crate::probe::{LocalPlane, Probe};
 use crate::rim::{Rim, keep_inside, rims};
@@ -89,7 +90,9 @@ impl Geometry {
         let bounds = mesh.bounds();
         let scale = Scale::of_bounds(bounds.0, bounds.1);
         let tolerance = f64::from(scale.resolution());
-        let Conformed { crossings, twins, united_area } = conform(&mut mesh, tolerance);
+        let Conformed { crossings, stacks } = conform(&mut mesh, tolerance);
+        let is_border = |material: u32| kind(material) == FaceKind::Interface;
+        let Layers { twins, is_doubled, united_area } = unite(&mut mesh, &stacks, &is_border, tolerance);
         let kinds: Vec<FaceKind> = mesh.triangles.iter().map(|triangle| kind(triangle.material)).collect();
         let is_interface: Vec<bool> = kinds.iter().map(|&kind| kind == FaceKind::Interface).collect();
         let mut edges = shared_edges(&mesh);
@@ -104,6 +107,7 @@ impl Geometry {
             is_left_out: &is_interface,
             kinds: &kinds,
             twins: &twins,
+            is_doubled: &is_doubled,
             tolerance,
         };
         let Oriented { cells, open_edges } = orient(&mut mesh, &drawing);
@@ -118,10 +122,7 @@ impl Geometry {
         let facets = facets(&mesh, &local, &surfaces, &of_triangle);
         let plane_of: Vec<PlaneId> = facets.iter().map(|facet| facet.plane).collect();
         let rims = rims(&mesh, all_edges, &plane_of, f64::from(scale.lift()));
-        let hidden = faces.hidden(&surfaces, &of_triangle);
-        let exposed = faces.exposed(&mesh, surfaces.len(), &of_triangle, &hidden);
-        let facets: Vec<Facet> =
-            facets.into_iter().filter(|facet| !hidden.contains(&facet.triangle)).collect();
+        let exposed = faces.exposed(&mesh, surfaces.len(), &of_triangle);
         let index = Index::build(&facets, planes, in_shell, scale.lift(), scale.resolution());
         let mut geometry = Self {
             mesh,

@@ -25,6 +25,7 @@ mod error;
 mod geometry;
 mod grid;
 mod index;
+mod layers;
 mod mend;
 mod mesh;
 mod nearest_side;

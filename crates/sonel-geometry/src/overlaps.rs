@@ -163,7 +163,7 @@ mod tests {
         let top: f64 = overlapping
             .surfaces()
             .iter()
-            .filter(|surface| surface.normal.z > 0.5 && (surface.offset - 1.0).abs() < 1e-9)
+            .filter(|surface| (surface.centroid.z - 1.0).abs() < 1e-9)
             .map(|surface| surface.area)
             .sum();
         assert!((top - 6.0).abs() < 1e-9, "{top}");

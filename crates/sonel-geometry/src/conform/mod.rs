@@ -2,21 +2,21 @@
 //!
 //! Drawings are not so: walls end in the middle of others, cross them, or lie on them. Between faces that touch without
 //! sharing corners a ray may slip through, and what lies behind is then in doubt. Here every triangle is divided along all
-//! lines in which others touch or cross it, and faces that overlap in one plane are divided alike and united. The ray test
+//! lines in which others touch or cross it, and faces that overlap in one plane are divided alike. The ray test
 //! is watertight where corners are shared, so it is for whatever people draw, and no other rule is needed where faces meet.
 //!
 //! A pass finds the contacts of all pairs of triangles ([`contact`]), divides the lines on each face where they meet
 //! ([`arrangement`]) and triangulates what is between them. Points nearer to one another than the tolerance are one. New
 //! corners may touch further sides within the tolerance, so passes are repeated on the triangles that have changed; most
-//! meshes need two. Faces that coincide are united at the end ([`layers`]).
+//! meshes need two. Faces that coincide are united later ([`crate::layers`]).
 //!
 //! Valid for details well above the tolerance. Reference: [Shewchuk1996] (docs/references.md), by the crate spade.
 
 mod arrangement;
 mod contact;
-mod layers;
 mod overhangs;
 
+use crate::layers::{Stack, stacks};
 use crate::topology::Connected;
 use crate::weld::Points;
 use crate::{Crossing, Mesh};
@@ -35,15 +35,13 @@ type OnSides = HashMap<[u32; 2], SmallVec<[u32; 4]>>;
 pub(crate) struct Conformed {
     /// Where faces crossed.
     pub crossings: Vec<Crossing>,
-    /// Pairs of triangles that coincide and were kept, the lower first.
-    pub twins: Vec<[u32; 2]>,
-    /// Area that was drawn again and left out [m²].
-    pub united_area: f64,
+    /// Triangles that coincide.
+    pub stacks: Vec<Stack>,
 }
 
-/// Divides triangles until the mesh conforms within `tolerance` [m] and unites those that coincide.
+/// Divides triangles until the mesh conforms within `tolerance` [m].
 ///
-/// Triangles keep their order; the parts of divided ones follow at the end, those of united ones are left out.
+/// Triangles keep their order; the parts of divided ones follow at the end.
 pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
     let mut points = None;
     let mut changed: Option<HashSet<u32>> = None;
@@ -67,8 +65,7 @@ pub(crate) fn conform(mesh: &mut Mesh, tolerance: f64) -> Conformed {
     if points.is_some() {
         overhangs::cut_off(mesh, &mut drawn);
     }
-    let (twins, united_area) = layers::unite(mesh, &drawn);
-    Conformed { crossings, twins, united_area }
+    Conformed { crossings, stacks: stacks(mesh, &drawn) }
 }
 
 /// Triangles that are divided, each with its parts.

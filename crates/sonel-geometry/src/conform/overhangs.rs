@@ -4,9 +4,9 @@
 //! outside; without them the walls end where they meet. A strip is a piece of a wall that others cut off from the rest, with a
 //! free rim, and no more than [`LARGEST_SHARE`] of the triangles that were drawn there.
 
-use super::layers::is_flat;
 use crate::Mesh;
 use crate::cracks::widest_crack;
+use crate::layers::is_flat;
 use crate::topology::{Connected, shared_edges};
 use foldhash::{HashMap, HashSet};
 use glam::DVec3;

@@ -1,8 +1,7 @@
-//! Which faces are closed, hidden and exposed, as the cells on their two sides tell.
+//! Which faces are closed and exposed, as the cells on their two sides tell.
 
 use crate::cells::Cells;
-use crate::{Mesh, PlaneId, Surface, SurfaceId};
-use foldhash::{HashMap, HashSet};
+use crate::{Mesh, SurfaceId};
 
 /// The faces of a mesh between its cells.
 pub(super) struct Faces<'a> {
@@ -17,19 +16,14 @@ impl Faces<'_> {
         self.is_interface.len() as u32
     }
 
-    /// For each face of a closed room whether only its front can face the air. A face that coincides with another one is part of a panel
-    /// or lies on one, and continues in it.
+    /// For each face of a closed room whether only its front can face the air.
     pub fn closed(&self) -> Vec<bool> {
         let is_closed = |face: u32| {
             let [front, back] = self.cells.sides(face);
             let is_wall = front != back && self.cells.is_air(face) != [true; 2];
             self.cells.is_room && !self.is_interface[face as usize] && is_wall
         };
-        let mut closed: Vec<bool> = (0..self.count()).map(is_closed).collect();
-        for face in self.twins.iter().flatten() {
-            closed[*face as usize] &= self.cells.is_air(*face) == [false; 2];
-        }
-        closed
+        (0..self.count()).map(is_closed).collect()
     }
 
     /// For each face whether it bounds a solid or the room; in the open, anything closed.
@@ -45,33 +39,8 @@ impl Faces<'_> {
         (0..self.count()).map(is_between).collect()
     }
 
-    /// Faces of solids that stand flush against a panel: only the panel is seen, from its other side. Of the two it has the material with the
-    /// larger area in their plane, since it continues beside the solid.
-    pub fn hidden(&self, surfaces: &[Surface], of_triangle: &[SurfaceId]) -> HashSet<u32> {
-        let mut areas: HashMap<(PlaneId, u32), f64> = HashMap::default();
-        for surface in surfaces {
-            *areas.entry((surface.plane, surface.material)).or_default() += surface.area;
-        }
-        let area = |face: u32| {
-            let Surface { plane, material, .. } = surfaces[of_triangle[face as usize].0 as usize];
-            areas[&(plane, material)]
-        };
-        let has_one_side = |pair: &&[u32; 2]| {
-            let [front, back] = self.cells.is_air(pair[0]);
-            front != back
-        };
-        let smaller = |&[a, b]: &[u32; 2]| if area(a) < area(b) { a } else { b };
-        self.twins.iter().filter(has_one_side).map(smaller).collect()
-    }
-
     /// Area of each surface exposed to the air [m²].
-    pub fn exposed(
-        &self,
-        mesh: &Mesh,
-        surfaces: usize,
-        of_triangle: &[SurfaceId],
-        hidden: &HashSet<u32>,
-    ) -> Vec<f64> {
+    pub fn exposed(&self, mesh: &Mesh, surfaces: usize, of_triangle: &[SurfaceId]) -> Vec<f64> {
         let mut sides: Vec<[bool; 2]> = (0..self.count()).map(|face| self.cells.is_air(face)).collect();
         // A panel of two faces shows the front of each.
         for &face in self.twins.iter().flatten() {
@@ -80,9 +49,7 @@ impl Faces<'_> {
             }
         }
         let mut exposed = vec![0.0; surfaces];
-        for face in
-            (0..self.count()).filter(|face| !self.is_interface[*face as usize] && !hidden.contains(face))
-        {
+        for face in (0..self.count()).filter(|face| !self.is_interface[*face as usize]) {
             let count = sides[face as usize].iter().filter(|side| **side).count();
             exposed[of_triangle[face as usize].0 as usize] += count as f64 * mesh.vector_area(face).length();
         }

@@ -29,6 +29,7 @@ impl Geometry {
             is_left_out: &is_left_out,
             kinds: &[],
             twins: &self.twins,
+            is_doubled: &[],
             tolerance,
         };
         Regions { geometry: self, cells: Cells::find(&self.mesh, &drawing) }
