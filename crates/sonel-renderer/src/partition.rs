@@ -79,13 +79,6 @@ impl Partitions {
         passes
     }
 
-    /// Whether there is none.
-    #[inline]
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
     /// Their materials in ascending order: which of two faces of a wall is met does not matter.
     #[must_use]
     pub fn materials(&self, geometry: &Geometry) -> Vec<u32> {

@@ -10,7 +10,7 @@ use super::Renderer;
 use crate::deposit::{Deposits, add_lanes};
 use crate::directions::Axes;
 use crate::exact::direct::{DirectWay, direct_way, spread};
-use crate::exact::edge::{Edges, Images, Place, RECEIVER_OUT, ReceiverContext, VisibleWave};
+use crate::exact::edge::{Edges, Images, Place, ReceiverContext, VisibleWave};
 use crate::exact::mirror::{ImageSources, MirrorArrival, Radiator};
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
@@ -30,7 +30,7 @@ struct Emitted<'a> {
     radiator: Radiator<'a>,
     image_sources: &'a ImageSources<'a>,
     /// The edges and what they see of the source, where any diffract.
-    over_edges: Option<(&'a Edges, &'a Images)>,
+    over_edges: Option<(&'a Edges, &'a Images<'a>)>,
 }
 
 /// What arrives at one receiver.
@@ -156,15 +156,12 @@ impl Renderer<'_> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
         let air = self.regions.as_ref().map(|regions| regions.air(air));
         let mut part = Part::new(self, (index, receiver), air, borders);
-        let place = self.beside_planes(receiver.exact, RECEIVER_OUT);
-        let place =
-            over_edges.map_or(place, |(edges, images)| edges.beside_corners(self.geometry, images, place));
         let at = ReceiverContext {
             geometry: self.geometry,
             table: &self.table,
             attenuation: air.map_or(&self.attenuation, |air| &air.attenuation),
             radiator,
-            receiver: place,
+            receiver: receiver.exact,
             sensitivity: receiver.sensitivity,
             complete_order: image_sources.order(),
         };
@@ -283,10 +280,5 @@ impl Renderer<'_> {
             through: passed.materials(self.geometry),
         };
         visit(&direct, &energy);
-    }
-
-    /// A source's or receiver's place [m] as edges are asked about it, `out` [resolutions] of the planes that it lies in.
-    pub(crate) fn beside_planes(&self, place: DVec3, out: f64) -> DVec3 {
-        self.edges.first().map_or(place, |edges| edges.beside_planes(self.geometry, place, out))
     }
 }

@@ -23,7 +23,7 @@ use crate::ball::Surroundings;
 use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
 use crate::error::RenderError;
-use crate::exact::edge::{Edges, SOURCE_OUT};
+use crate::exact::edge::Edges;
 use crate::exact::mirror::{ImageSources, Radiator, lattice_room};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
@@ -284,8 +284,7 @@ impl<'a> Renderer<'a> {
         }
         let prepared = self.prepare(source, receivers);
         let emitter = &self.map.header().scene.sources[source];
-        let mut radiator = Radiator::new(emitter, self.geometry.center());
-        radiator.position = self.beside_planes(radiator.position, SOURCE_OUT);
+        let radiator = Radiator::new(emitter, self.geometry.center());
         let image_sources = ImageSources::enumerate(
             self.geometry,
             &self.table,

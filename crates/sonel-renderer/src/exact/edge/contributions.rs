@@ -68,8 +68,8 @@ pub(super) struct Ranked {
 pub(super) struct Search<'a> {
     pub edges: &'a Edges,
     pub at: &'a ReceiverContext<'a>,
-    pub from: &'a Images,
-    pub to: &'a Images,
+    pub from: &'a Images<'a>,
+    pub to: &'a Images<'a>,
     pub field: &'a Field<'a>,
 }
 
@@ -182,30 +182,18 @@ impl Search<'_> {
 
     /// Visits all contributions, with their ends and edges.
     fn visit(&self, mut visit: impl FnMut(Contribution, &Ends<'_>, [&RoomEdge; 2])) {
-        let arcs = self.from.along_arcs();
         let order = self.from.order().min(self.to.order()).min(self.at.complete_order);
-        // Packets carry the sound of images that arcs lead to.
-        let carried: Vec<Place> = (1..self.from.all.len())
-            .filter(|&image| {
-                self.from.is_clear_along_arcs((self.at.geometry, self.at.table), image, self.at.receiver)
-            })
-            .map(|image| place(&self.from.all[image], &self.to.all[0]))
-            .collect();
         for (from, source) in self.from.all.iter().enumerate() {
             for (to, receiver) in self.to.all.iter().enumerate() {
                 // Images are sorted by order.
-                if source.order() + receiver.order() > order && !arcs {
+                if source.order() + receiver.order() > order {
                     break;
                 }
                 let Some(ends) = self.ends(source, receiver) else { continue };
-                let is_carried = || carried.iter().any(|place| place.shares_planes(&ends.place));
-                if arcs && (is_carried() || !ends.place.is_of_one_plane()) {
-                    continue;
-                }
                 let contribution = |over| Contribution { from, to, over };
                 for edge in common(&source.edges, &receiver.edges) {
                     let of = &self.edges.all[edge];
-                    if arcs || lies_off(of, &ends) {
+                    if lies_off(of, &ends) {
                         visit(contribution(Over::Edge(edge)), &ends, [of; 2]);
                     }
                 }
@@ -322,7 +310,7 @@ pub(super) fn place(source: &Image, receiver: &Image) -> Place {
 fn lies_off(edge: &RoomEdge, ends: &Ends<'_>) -> bool {
     ends.images
         .iter()
-        .all(|image| edge.faces.iter().any(|face| face.height(image.position) > 0.0) || edge.wedge.is_rim())
+        .all(|image| edge.faces.iter().any(|face| face.height(image.displaced) > 0.0) || edge.wedge.is_rim())
 }
 
 /// Where on an edge the way between two places is shortest [m].

@@ -49,18 +49,6 @@ impl Place {
         Self { position, planes: odd.map(|run| run[0]).collect(), through }
     }
 
-    /// Whether one plane makes it an image, or none.
-    #[must_use]
-    pub(super) fn is_of_one_plane(&self) -> bool {
-        self.planes.len() < 2
-    }
-
-    /// Whether the mirrors of `other` are in the same planes.
-    #[must_use]
-    pub(super) fn shares_planes(&self, other: &Self) -> bool {
-        self.planes == other.planes
-    }
-
     /// About the place.
     #[must_use]
     pub(super) fn key(&self) -> Key {

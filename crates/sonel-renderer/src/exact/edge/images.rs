@@ -2,7 +2,7 @@
 //!
 //! A source has images in the mirrors that its sound meets before an edge, a receiver in those between the edge and itself. All images up
 //! to the highest order whose number times that of the edges is affordable are taken. Visibility is computed on demand and
-//! cached.
+//! cached: straight ways in general position lead to places a hair off the edge, in the air about it.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -14,8 +14,7 @@ use sonel_geometry::{Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
 use sonel_map::lanes::lanes_of;
 
-use super::arcs::{self, Air, Appearance};
-use super::mirror::{Mirror, passed};
+use super::mirror::Mirror;
 use super::visibility::{samples, stretches, unobstructed};
 use super::{Edges, RoomEdge};
 use crate::exact::mirror::tree::ImageTree;
@@ -24,8 +23,8 @@ use crate::partition::Partitions;
 /// Most images of a source or a receiver, and most images times edges.
 const IMAGES: usize = 2048;
 const IMAGES_TIMES_EDGES: usize = 1 << 20;
-/// How far off a mirror, in lifts, an edge lies at least that it shows.
-pub(super) const OFF_THE_MIRROR: f64 = 16.0;
+/// How far off a mirror, in resolutions, an edge lies at least that it shows: corners may be one off their planes.
+pub(super) const OFF_THE_MIRROR: f64 = 8.0;
 
 /// An end of a path, or its image in mirrors.
 #[derive(Debug)]
@@ -34,6 +33,8 @@ pub(super) struct Image {
     pub mirrors: Vec<Mirror>,
     /// About the scene's centre [m].
     pub position: DVec3,
+    /// The same in general position.
+    pub displaced: DVec3,
     /// ∏ (1−α)(1−s) of the mirrors, per band.
     pub factor: Vec<f64>,
     /// One bit an edge: whether any part of it may be visible.
@@ -59,15 +60,12 @@ pub(super) struct View {
 type Views = HashMap<(usize, usize), Arc<Vec<View>>>;
 
 /// All images of one end.
-pub(crate) struct Images {
-    /// The end itself, about the scene's centre [m].
-    origin: DVec3,
+pub(crate) struct Images<'t> {
+    tree: Option<&'t ImageTree<'t>>,
     /// The end first, then by order.
     pub(super) all: Vec<Image>,
     /// Up to which order they are complete.
     order: u32,
-    /// Where paths are arcs.
-    air: Option<Air>,
     views: Mutex<Views>,
 }
 
@@ -103,24 +101,25 @@ impl Image {
         if let Some(last) = self.mirrors.last() {
             clip(ends.map(|end| last.height(end) - least));
         }
-        self.sides.iter().for_each(|side| clip(ends.map(|end| side.dot(end - self.position))));
+        self.sides.iter().for_each(|side| clip(ends.map(|end| side.dot(end - self.displaced))));
         (part[0] < part[1]).then(|| part.map(|share| share * edge.wedge.length()))
     }
 }
 
-impl Images {
-    /// The images at the root of `tree` and in it, up to `order` reflections.
+impl<'t> Images<'t> {
+    /// The images of a place [m], which is displaced into general position, in `tree`, up to `order` reflections.
     #[must_use]
     pub fn new(
         edges: &Edges,
         geometry: &Geometry,
         table: &CoefficientTable,
-        origin: DVec3,
-        (tree, order): (Option<&ImageTree<'_>>, u32),
+        [place, displaced]: [DVec3; 2],
+        (tree, order): (Option<&'t ImageTree<'t>>, u32),
     ) -> Self {
         let mut all = vec![Image {
             mirrors: Vec::new(),
-            position: origin,
+            position: place,
+            displaced,
             factor: vec![1.0; table.bands()],
             edges: Vec::new(),
             sides: Vec::new(),
@@ -137,25 +136,25 @@ impl Images {
                 });
                 Image {
                     factor: factor.collect(),
-                    position: tree.position(image),
+                    position: tree.positions(image)[0],
+                    displaced: tree.positions(image)[1],
                     sides: tree.sides(image).to_vec(),
                     edges: Vec::new(),
                     mirrors,
                 }
             }));
         }
-        let least = OFF_THE_MIRROR * f64::from(geometry.lift());
-        let air = table.profile();
+        let least = OFF_THE_MIRROR * f64::from(geometry.resolution());
         for image in &mut all {
             let mut bits = vec![0_u64; edges.all.len().div_ceil(64)];
             for (index, edge) in edges.all.iter().enumerate() {
-                if air.is_some() || image.within_beam(edge, least).is_some() {
+                if image.within_beam(edge, least).is_some() {
                     bits[index / 64] |= 1 << (index % 64);
                 }
             }
             image.edges = bits;
         }
-        Self { origin, all, order, air, views: Mutex::default() }
+        Self { tree, all, order, views: Mutex::default() }
     }
 
     /// Up to which order they are complete.
@@ -190,14 +189,11 @@ impl Images {
         index: usize,
     ) -> Option<Vec<View>> {
         let (of, edge) = (&self.all[image], &edges.all[index]);
-        let within = match self.air {
-            Some(_) => [0.0, edge.wedge.length()],
-            None => of.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.lift()))?,
-        };
+        let within = of.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.resolution()))?;
         let part = edge.wedge.between(within);
         // Its own faces are opaque to an edge.
         let through = |place: DVec3| {
-            let passed = self.passed((geometry, table), image, place)?;
+            let passed = self.passed((geometry, table), image, place + edge.off)?;
             let is_own = edge.faces.iter().any(|face| passed.contains(face.surface));
             (!is_own).then(|| passed.materials(geometry))
         };
@@ -215,7 +211,7 @@ impl Images {
         Some(seen.collect())
     }
 
-    /// The view of `parts` of an edge. Where paths are arcs its point is that of the middle of a part; a wave has that of its own place.
+    /// The view of `parts` of an edge.
     fn view(
         &self,
         edges: &Edges,
@@ -223,9 +219,7 @@ impl Images {
         parts: Vec<[f64; 2]>,
         through: Vec<u32>,
     ) -> Option<View> {
-        let edge = &edges.all[index];
-        let middle = parts.first().map(|part| edge.wedge.at(0.5 * (part[0] + part[1])))?;
-        let position = self.appearance(image, middle)?.position;
+        let (edge, position) = (&edges.all[index], self.all[image].displaced);
         let point = edge.wedge.locate(position)?;
         let nearest = parts.iter().min_by(|a, b| aside(point, a).total_cmp(&aside(point, b)))?;
         let place = edge.wedge.at(point.along.clamp(nearest[0], nearest[1]));
@@ -237,51 +231,20 @@ impl Images {
     /// What is passed on the way from the end over the mirrors of an image to `place`; [`None`] where something is on it that nothing passes.
     fn passed(
         &self,
-        scene: (&Geometry, &CoefficientTable),
+        (geometry, table): (&Geometry, &CoefficientTable),
         image: usize,
         place: DVec3,
     ) -> Option<Partitions> {
-        let mirrors = &self.all[image].mirrors;
-        match &self.air {
-            Some(air) => arcs::passed(scene, air, self.origin, mirrors.last(), place),
-            None => passed(scene, mirrors, self.origin, place),
+        match self.tree {
+            Some(tree) if image > 0 => tree.passed(geometry, table, image - 1, place),
+            _ => Partitions::on_way(geometry, table, [self.all[0].displaced, place]),
         }
     }
 
-    /// How the end appears from `place`, in the mirrors of an image; [`None`] where no arc leads over them.
+    /// The direction in which sound leaves the end over an image for `place` [m].
     #[must_use]
-    pub(super) fn appearance(&self, image: usize, place: DVec3) -> Option<Appearance> {
-        let of = &self.all[image];
-        match &self.air {
-            Some(air) => arcs::appearance(air, self.origin, of.mirrors.last(), place),
-            None => {
-                let leaving = of.unfold(place) - self.origin;
-                Some(Appearance { position: of.position, leaving, gain: 1.0 })
-            }
-        }
-    }
-
-    /// Amplitude of a wave over an edge after `way` [m] to this end, relative to even air.
-    #[must_use]
-    pub(super) fn weakening(&self, way: f64) -> f64 {
-        self.air.as_ref().map_or(1.0, |air| arcs::weakening(air, self.origin, way))
-    }
-
-    /// Whether a clear arc leads over an image straight to `place`; false in even air.
-    #[must_use]
-    pub(super) fn is_clear_along_arcs(
-        &self,
-        scene: (&Geometry, &CoefficientTable),
-        image: usize,
-        place: DVec3,
-    ) -> bool {
-        self.along_arcs() && self.passed(scene, image, place).is_some_and(|passed| passed.is_empty())
-    }
-
-    /// Whether paths are arcs.
-    #[must_use]
-    pub(super) fn along_arcs(&self) -> bool {
-        self.air.is_some()
+    pub(super) fn leaving(&self, image: usize, place: DVec3) -> DVec3 {
+        self.all[image].unfold(place) - self.all[0].position
     }
 }
 

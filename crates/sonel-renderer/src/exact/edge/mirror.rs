@@ -1,20 +1,13 @@
-//! Planar surfaces as mirrors: images of points, and whether a mirrored path is clear.
+//! Planar surfaces as mirrors: images of points.
 
 use glam::DVec3;
-use sonel_geometry::{Departure, Geometry, Hit, PlaneId, Side, SurfaceId};
-use sonel_map::CoefficientTable;
-
-use crate::partition::Partitions;
-
-/// Within so many lifts of the place where two mirrors meet a ray does not tell which of them is met first; their planes do.
-const IN_CORNER: f64 = 16.0;
+use sonel_geometry::{Geometry, PlaneId, Side, SurfaceId};
 
 /// A surface seen from one of its sides.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mirror {
     pub plane: PlaneId,
     pub surface: SurfaceId,
-    side: Side,
     /// Unit normal into the air.
     normal: DVec3,
     /// normal · x of its points, about the scene's centre [m].
@@ -28,13 +21,7 @@ impl Mirror {
         let of = geometry.surface(surface);
         let normal = of.normal * side.sign();
         let offset = side.sign() * (of.offset - of.normal.dot(geometry.center()));
-        Self { plane: of.plane, surface, side, normal, offset }
-    }
-
-    /// Unit normal into the air.
-    #[must_use]
-    pub fn normal(&self) -> DVec3 {
-        self.normal
+        Self { plane: of.plane, surface, normal, offset }
     }
 
     /// Height of `point` above the plane, positive in the air [m].
@@ -54,55 +41,4 @@ impl Mirror {
     pub fn is_coplanar_with(&self, other: &Self) -> bool {
         self.plane == other.plane && self.normal.dot(other.normal) > 0.0
     }
-}
-
-/// What the path from `from` over `mirrors`, in this order, to `to` passes; [`None`] where something is on it that nothing passes.
-#[must_use]
-pub(super) fn passed(
-    (geometry, table): (&Geometry, &CoefficientTable),
-    mirrors: &[Mirror],
-    from: DVec3,
-    to: DVec3,
-) -> Option<Partitions> {
-    let points = reflection_points(mirrors, from, to)?;
-    let mut passed = Partitions::default();
-    let corner = IN_CORNER * f64::from(geometry.lift());
-    let (mut at, mut departure) = (from, Departure::free(from.as_vec3()));
-    let mut is_in_corner = false;
-    for (met, (mirror, &point)) in mirrors.iter().zip(&points).enumerate() {
-        let next = points.get(met + 1).filter(|next| next.distance(point) <= corner);
-        if is_in_corner {
-            departure = Departure::free((point + mirror.normal * f64::from(geometry.lift())).as_vec3());
-        } else {
-            let direction = (point - at).normalize().as_vec3();
-            let met = |hit: &Hit| {
-                let is = |mirror: &Mirror| hit.surface == mirror.surface && hit.side == mirror.side;
-                is(mirror) || next.is_some() && is(&mirrors[met + 1])
-            };
-            let mut hit = geometry.closest_hit(departure, direction)?;
-            while !met(&hit) {
-                if !passed.pass(geometry, table, hit.surface) {
-                    return None;
-                }
-                hit = geometry.closest_hit(geometry.pass(&hit, direction), direction)?;
-            }
-            departure = geometry.leave(hit.position, hit.surface, hit.side);
-        }
-        is_in_corner = next.is_some();
-        at = point;
-    }
-    passed.extend(Partitions::between(geometry, table, departure, to.as_vec3())?);
-    Some(passed)
-}
-
-/// Where the straight path from `from` over `mirrors` to `to` is reflected [m]; [`None`] where it misses one of the planes.
-fn reflection_points(mirrors: &[Mirror], from: DVec3, to: DVec3) -> Option<Vec<DVec3>> {
-    let mut at = from;
-    let reflect = |(met, mirror): (usize, &Mirror)| {
-        let image = mirrors[met..].iter().rev().fold(to, |point, mirror| mirror.image(point));
-        let (above, below) = (mirror.height(at), -mirror.height(image));
-        at += (image - at) * (above / (above + below));
-        (above > 0.0 && below > 0.0).then_some(at)
-    };
-    mirrors.iter().enumerate().map(reflect).collect()
 }

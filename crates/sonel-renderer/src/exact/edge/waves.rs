@@ -5,10 +5,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use sonel_diffraction::face::{End, FaceEdge};
 use sonel_diffraction::{Complex, EdgePath, FacePath, Visibility, WAVES, Wave, WedgePoint, apex};
-use sonel_geometry::SAGITTA;
 
-use super::arcs::Appearance;
-use super::contributions::{Contribution, Over, nearest, place};
+use super::contributions::{Contribution, Over, place};
 use super::faces::Pair;
 use super::field::{FacePart, Field, Part, Place};
 use super::images::{Image, Images, OFF_THE_MIRROR, View, specular};
@@ -17,24 +15,17 @@ use super::rows::in_row;
 use super::visibility::smooth;
 use super::{Edges, ReceiverContext, RoomEdge};
 
-/// So many lifts beside its way a path may go on from a mirror; seen from an edge, so far on both of its sides.
-const LEFT: f64 = 2.0;
 /// Sine of the angle over a face from which on an end is in front of it.
 const IN_FRONT: f64 = 0.1;
 /// Nearest that an end counts to be to an edge where its place is in doubt [m].
 const NEAREST: f64 = 1e-3;
 
-/// Steps towards the place where arcs over an edge take least time; each leaves about g t of its error.
-const STEPS: usize = 8;
-/// Steps towards the places where they cross two edges of a face, which are near one another.
-const STEPS_OF_PAIR: usize = 3;
-
 /// Computes contributions at a receiver.
 pub(super) struct Waves<'a> {
     pub edges: &'a Edges,
     pub at: &'a ReceiverContext<'a>,
-    pub from: &'a Images,
-    pub to: &'a Images,
+    pub from: &'a Images<'a>,
+    pub to: &'a Images<'a>,
     pub field: Field<'a>,
     /// Materials of the partitions on the path that is being added, in ascending order.
     pub through: Vec<u32>,
@@ -94,70 +85,20 @@ impl Waves<'_> {
         [&self.from.all[contribution.from], &self.to.all[contribution.to]]
     }
 
-    /// How both ends appear from the places at which a path leaves the first edge for them.
-    fn appearances(&self, contribution: Contribution, [first, last]: [DVec3; 2]) -> Option<[Appearance; 2]> {
-        Some([self.from.appearance(contribution.from, first)?, self.to.appearance(contribution.to, last)?])
-    }
-
-    /// Both ends as they appear from where the path over an edge crosses it. `points` are those in even air.
-    fn over_edge(
-        &self,
-        contribution: Contribution,
-        edge: &RoomEdge,
-        mut points: [WedgePoint; 2],
-    ) -> Option<([Appearance; 2], [WedgePoint; 2])> {
-        let wedge = &edge.wedge;
-        let appear = |[from, to]: [WedgePoint; 2]| {
-            let place = wedge.at(apex(from, to).clamp(0.0, wedge.length()));
-            self.appearances(contribution, [place; 2])
-        };
-        if self.from.along_arcs() {
-            for _ in 0..STEPS {
-                let [from, to] = appear(points)?;
-                points = [wedge.locate(from.position)?, wedge.locate(to.position)?];
-            }
-        }
-        Some((appear(points)?, points))
-    }
-
-    /// The path over two edges of a face, and both ends as they appear from where it crosses the edges.
+    /// The path over two edges of a face.
     fn over_face(
         &self,
-        contribution: Contribution,
         edges: [FaceEdge<'_>; 2],
+        [from, to]: [DVec3; 2],
         points: [WedgePoint; 2],
-    ) -> Option<([Appearance; 2], FacePath)> {
-        let images = self.images(contribution).map(|image| image.position);
-        let [first, last] = edges.map(|edge| edge.wedge);
-        let face = |ends: [Appearance; 2], points: [WedgePoint; 2]| {
-            let end = |here: usize, next: usize| {
-                let edge = &edges[next];
-                let face = if edge.at_second { edge.wedge.angle() } else { 0.0 };
-                let at = edge.wedge.locate(ends[here].position);
-                End { point: points[here], before: at.is_some_and(|at| (at.angle - face).abs() < PI) }
-            };
-            let nearest = points[0].radius.min(points[1].radius).max(NEAREST);
-            let within = self.rounding() / nearest;
-            FacePath::new(edges, [end(0, 1), end(1, 0)], within, self.edges.spectrum.smallest_k())
+    ) -> Option<FacePath> {
+        let end = |position: DVec3, point: WedgePoint, next: &FaceEdge<'_>| {
+            let face = if next.at_second { next.wedge.angle() } else { 0.0 };
+            let at = next.wedge.locate(position);
+            End { point, before: at.is_some_and(|at| (at.angle - face).abs() < PI) }
         };
-        let places = [first, last].map(|wedge| nearest(wedge, images[0], images[1]));
-        let mut ends = self.appearances(contribution, places)?;
-        if !self.from.along_arcs() {
-            return Some((ends, face(ends, points)?));
-        }
-        let locate =
-            |ends: [Appearance; 2]| Some([first.locate(ends[0].position)?, last.locate(ends[1].position)?]);
-        for _ in 0..STEPS_OF_PAIR {
-            let [start, end] = face(ends, locate(ends)?)?.crossings();
-            ends = self.appearances(contribution, [first.at(start), last.at(end)])?;
-        }
-        Some((ends, face(ends, locate(ends)?)?))
-    }
-
-    /// How far off its path sound may be [m].
-    fn rounding(&self) -> f64 {
-        let chords = if self.from.along_arcs() { SAGITTA } else { 0.0 };
-        f64::from(self.at.geometry.resolution()) + chords
+        let ends = [end(from, points[0], &edges[1]), end(to, points[1], &edges[0])];
+        FacePath::new(edges, ends, self.doubt(points), self.edges.spectrum.smallest_k())
     }
 
     fn add_edge(
@@ -169,22 +110,23 @@ impl Waves<'_> {
     ) -> Option<()> {
         let all = self.edges;
         let edge = &all.all[index];
-        let (ends, [from, to]) = self.over_edge(contribution, edge, [source.point, receiver.point])?;
+        let [from, to] = [source.point, receiver.point];
+        let ends = self.images(contribution).map(|image| image.position);
         let group = self.group(contribution);
         let over = edge.wedge.at(apex(from, to).clamp(0.0, edge.wedge.length()));
         let faces = [0, 1].map(|face| self.image(contribution, &edge.faces[face], over, ends));
         let visible = Visibility {
             direct: Some(self.field.is_visible(group)),
             faces: faces.map(|image| image.group.map(|group| self.field.is_visible(group))),
-            within: self.doubt(contribution, from, to),
+            within: self.doubt([from, to]),
         };
-        let rows = self.row_shares(contribution, index, [from, to], ends.map(|end| end.position));
+        let rows = self.row_shares(contribution, index, [from, to], ends);
         for part in source.common(receiver) {
             let path = EdgePath::new(&edge.wedge, from, to, part, visible, all.spectrum.smallest_k());
             let along = apex(from, to).clamp(part[0], part[1]);
             let share = source.share * receiver.share;
             let place = edge.wedge.at(along);
-            let route = self.route(contribution, group, [place; 2], path.detour(), (share, &rows))?;
+            let route = self.route(contribution, group, [place; 2], (share, &rows));
             let straight = self.field.position(group).distance(self.at.receiver);
             self.field.keep_clear(group, (path.detour() - straight) / share);
             for (piece, length) in path.lengths().enumerate() {
@@ -213,16 +155,17 @@ impl Waves<'_> {
             FaceEdge { wedge, at_second: pair.at_second[edge], part }
         };
         let edges = [of(0, source.longest()), of(1, receiver.longest())];
-        let (ends, path) = self.over_face(contribution, edges, [source.point, receiver.point])?;
-        let [from, to] = ends.map(|end| end.position);
+        let ends = self.images(contribution).map(|image| image.position);
+        let displaced = self.images(contribution).map(|image| image.displaced);
+        let path = self.over_face(edges, displaced, [source.point, receiver.point])?;
         let [start, end] = path.crossings();
         let places = [first.wedge.at(start), last.wedge.at(end)];
         let group = self.group(contribution);
-        let [one, other] = pair.edges.map(|edge| self.in_row(contribution, edge, [from, to], None));
+        let [one, other] = pair.edges.map(|edge| self.in_row(contribution, edge, ends, None));
         let both: Vec<f64> = one.into_iter().zip(other).map(|(one, other)| one.min(other)).collect();
         let rows = [(); WAVES].map(|()| both.clone());
         let share = source.share * receiver.share;
-        let route = self.route(contribution, group, places, path.length(), (share, &rows))?;
+        let route = self.route(contribution, group, places, (share, &rows));
         let amplitudes = path.amplitudes(all.spectrum.wave_numbers());
         for (lead, terms) in path.leads().zip(&amplitudes) {
             let edge = [first, last][lead.edge];
@@ -254,7 +197,7 @@ impl Waves<'_> {
         ends: [DVec3; 2],
         is_dark: Option<bool>,
     ) -> Vec<f64> {
-        let least = OFF_THE_MIRROR * f64::from(self.at.geometry.lift());
+        let least = OFF_THE_MIRROR * f64::from(self.at.geometry.resolution());
         let images = self.images(contribution);
         // Edges behind a mirror are on no way, those in its plane border on it.
         let is_before = |other: &RoomEdge| {
@@ -348,7 +291,7 @@ impl Waves<'_> {
         contribution: Contribution,
         face: &Mirror,
         over: DVec3,
-        ends: [Appearance; 2],
+        [before, behind]: [DVec3; 2],
     ) -> FaceImage {
         let [from, to] = self.images(contribution);
         let order = from.order() + to.order() + 1;
@@ -356,7 +299,6 @@ impl Waves<'_> {
         let position = to.unfold(face.image(from.position));
         let place = Place::new(position, planes.chain([face.plane]), self.through.clone());
         let is_known = order <= self.at.complete_order;
-        let [before, behind] = ends.map(|end| end.position);
         let height = |end: DVec3| face.height(end) / end.distance(over);
         let in_front = [before, behind].into_iter().map(|end| smooth(height(end) / IN_FRONT)).product();
         let incident = over - before;
@@ -373,15 +315,13 @@ impl Waves<'_> {
         contribution: Contribution,
         group: usize,
         [first, last]: [DVec3; 2],
-        way: f64,
         (share, rows): (f64, &[Vec<f64>; WAVES]),
-    ) -> Option<EdgeRoute> {
+    ) -> EdgeRoute {
         let [from, to] = self.images(contribution);
-        let ends = self.appearances(contribution, [first, last])?;
-        let towards = ends[1].leaving.normalize_or_zero();
-        let radiation = self.at.radiator.towards(ends[0].leaving);
-        let gain = ends[0].gain * ends[1].gain * self.to.weakening(way);
-        let share = self.at.sensitivity.to(towards).sqrt() * share * gain;
+        let way = from.position.distance(first) + first.distance(last) + last.distance(to.position);
+        let towards = self.to.leaving(contribution.to, last).normalize_or_zero();
+        let radiation = self.at.radiator.towards(self.from.leaving(contribution.from, first));
+        let share = self.at.sensitivity.to(towards).sqrt() * share;
         let [ours, theirs] =
             [(from, first), (to, last)].map(|(image, at)| image.factor_towards(self.at.table, at));
         let through = ours.iter().zip(theirs.iter()).zip(self.at.attenuation);
@@ -399,15 +339,12 @@ impl Waves<'_> {
         let through = std::array::from_fn(|wave| {
             cells.iter().zip(&rows[wave]).map(|(cell, in_row)| through[cell.band] * in_row).collect()
         });
-        Some(EdgeRoute { group, through, way, towards })
+        EdgeRoute { group, through, way, towards }
     }
 
-    /// Angle [rad] about a boundary within which positions do not tell on which side of it a path is.
-    fn doubt(&self, contribution: Contribution, from: WedgePoint, to: WedgePoint) -> f64 {
-        let [source, receiver] = self.images(contribution);
-        let geometry = self.at.geometry;
-        let of_mirrors = LEFT * f64::from(source.order() + receiver.order()) * f64::from(geometry.lift());
-        (self.rounding() + of_mirrors) / from.radius.min(to.radius).max(NEAREST)
+    /// Angle [rad] about a boundary within which corners off their edge may decide on which side of it a path is.
+    fn doubt(&self, [from, to]: [WedgePoint; 2]) -> f64 {
+        f64::from(self.at.geometry.resolution()) / from.radius.min(to.radius).max(NEAREST)
     }
 }
 

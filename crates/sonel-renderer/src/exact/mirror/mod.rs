@@ -13,7 +13,7 @@ pub mod tree;
 
 use glam::DVec3;
 use sonel_acoustics::{Directivity, Radiation};
-use sonel_geometry::{Geometry, PlaneId, Shoebox};
+use sonel_geometry::{End, Geometry, PlaneId, Shoebox};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_scene::Source;
 
@@ -124,7 +124,7 @@ impl<'a> ImageSources<'a> {
             Some(room) => Self::Lattice(ImageLattice::new(geometry, &room, table, radiator, reach, most)),
             None => {
                 let budget = if most.is_some() { ASKED_NODE_LIMIT } else { NODE_LIMIT };
-                Self::Tree(ImageTree::new(geometry, table, radiator, budget, most))
+                Self::Tree(ImageTree::new(geometry, table, (radiator, End::Source), budget, most))
             }
         }
     }

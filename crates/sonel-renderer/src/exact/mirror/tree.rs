@@ -91,12 +91,12 @@ struct Grown {
 }
 
 impl<'t> ImageTree<'t> {
-    /// Grows the tree order by order while it fits `budget` nodes, up to order `most`.
+    /// Grows the tree of the radiator at an end of ways order by order while it fits `budget` nodes, up to order `most`.
     #[must_use]
     pub fn new(
         geometry: &Geometry,
         table: &CoefficientTable,
-        radiator: Radiator<'t>,
+        (radiator, end): (Radiator<'t>, End),
         budget: usize,
         most: Option<u32>,
     ) -> Self {
@@ -108,7 +108,7 @@ impl<'t> ImageTree<'t> {
             sides: Vec::new(),
             children: HashMap::new(),
             radiator,
-            origin: geometry.in_general_position(radiator.position, End::Source),
+            origin: geometry.in_general_position(radiator.position, end),
             lanes: lanes_of(table.bands()),
         };
         let source = Beam::new(tree.origin, &[]);
@@ -233,10 +233,11 @@ impl<'t> ImageTree<'t> {
         (0..=self.order).take_while(|&order| self.count(order) <= most).last().unwrap_or(0)
     }
 
-    /// Where image number `image` is, about the scene's centre [m].
+    /// Where image number `image` of the radiator is about the scene's centre [m], and where it is in general position.
     #[must_use]
-    pub fn position(&self, image: usize) -> DVec3 {
-        self.nodes[image].of_radiator
+    pub fn positions(&self, image: usize) -> [DVec3; 2] {
+        let Node { of_radiator, image, .. } = self.nodes[image];
+        [of_radiator, image]
     }
 
     /// Inward unit normals of the sides of the beam of image number `image`; all sides contain the image.
@@ -281,6 +282,23 @@ impl<'t> ImageTree<'t> {
         left: Option<PlaneId>,
     ) -> Option<DVec3> {
         self.validate(geometry, &self.nodes[image], (point, left), None)
+    }
+
+    /// The partitions on the way from the origin over the chain of image number `image` to `place` [m], in general position; [`None`] where
+    /// something is on it that nothing passes.
+    #[must_use]
+    pub fn passed(
+        &self,
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        image: usize,
+        place: DVec3,
+    ) -> Option<Partitions> {
+        let mut passed = Partitions::default();
+        let mut pass = |surface| passed.pass(geometry, table, surface);
+        let passes: Option<Passes<'_>> = if table.transmits() { Some(&mut pass) } else { None };
+        self.validate(geometry, &self.nodes[image], (place, None), passes)?;
+        Some(passed)
     }
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
