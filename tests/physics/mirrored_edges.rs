@@ -164,7 +164,7 @@ fn hollow_boxes_are_as_closed_ones() {
             Field::new(mesh, 0.0, SOURCE, &["diffraction"]).received(&places)
         };
         let closed = received(|mesh, low, high| meshes::add_box(mesh, OBSTACLE, low, high), 0.0);
-        let [largest, of_others] = [0.0, 0.05].map(|shift| {
+        let [largest, of_others] = [0.0, 0.1].map(|shift| {
             let hollow = received(add_standing_box, shift);
             let energies = hollow.iter().zip(&closed).flat_map(|(one, other)| one.iter().zip(other));
             energies.map(|(one, other)| (10.0 * (one / other).log10()).abs()).fold(0.0, f64::max)

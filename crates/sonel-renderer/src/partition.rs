@@ -87,12 +87,6 @@ impl Partitions {
         materials
     }
 
-    /// Whether `surface` is one of them.
-    #[must_use]
-    pub fn contains(&self, surface: SurfaceId) -> bool {
-        self.0.contains(&surface)
-    }
-
     /// Adds those of `other`.
     pub fn extend(&mut self, other: Self) {
         self.0.extend(other.0);

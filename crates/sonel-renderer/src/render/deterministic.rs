@@ -10,7 +10,7 @@ use super::Renderer;
 use crate::deposit::{Deposits, add_lanes};
 use crate::directions::Axes;
 use crate::exact::direct::{DirectWay, direct_way, spread};
-use crate::exact::edge::{Edges, Images, Place, ReceiverContext, VisibleWave};
+use crate::exact::edge::{Edges, Images, ReceiverContext, VisibleWave};
 use crate::exact::mirror::{ImageSources, MirrorArrival, Radiator};
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
@@ -173,7 +173,7 @@ impl Renderer<'_> {
                 part.add(class(order), (length, towards, order), energy, order <= listed);
             }),
             Some((edges, images)) => {
-                let mut visible = self.visible(&at, emitted);
+                let mut visible = self.visible(edges, &at, emitted);
                 let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
                 let sound = edges.arrivals_at(&at, images, &mut visible);
                 for arrival in sound.arrivals {
@@ -193,7 +193,7 @@ impl Renderer<'_> {
     }
 
     /// Direct sound and the image sources of `image_sources` that are visible from the receiver, without edges.
-    fn visible(&self, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
+    fn visible(&self, edges: &Edges, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
         let bands = self.table.bands();
         let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
         let mut visible = Vec::new();
@@ -204,7 +204,7 @@ impl Renderer<'_> {
                 None => at.receiver + found.towards * found.length,
             };
             visible.push(VisibleWave {
-                place: Place::new(position, found.planes.iter().copied(), found.through.clone()),
+                place: edges.place(self.geometry, position, found),
                 length: found.length,
                 towards: found.towards,
                 order: found.order,
@@ -239,8 +239,8 @@ impl Renderer<'_> {
                     .iter()
                     .map(|lanes| lanes.map(|factor| factor * sensitivity))
                     .collect::<Vec<_>>();
-                let (planes, through) = (found.planes.clone(), found.through.clone());
-                directional = MirrorArrival { factor: &rendered, planes, through, ..*found };
+                let (mirrors, through) = (found.mirrors.clone(), found.through.clone());
+                directional = MirrorArrival { factor: &rendered, mirrors, through, ..*found };
                 &directional
             };
             let spreading = spread(found.length);
@@ -275,7 +275,7 @@ impl Renderer<'_> {
             length,
             towards,
             order: 0,
-            planes: vec![],
+            mirrors: vec![],
             factor: &factors,
             through: passed.materials(self.geometry),
         };

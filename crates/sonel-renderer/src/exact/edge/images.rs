@@ -15,14 +15,15 @@ use sonel_map::CoefficientTable;
 use sonel_map::lanes::lanes_of;
 
 use super::mirror::Mirror;
-use super::visibility::{samples, stretches, unobstructed};
+use super::objects::SHELL;
+use super::visibility::stretches;
 use super::{Edges, RoomEdge};
 use crate::exact::mirror::tree::ImageTree;
 use crate::partition::Partitions;
 
 /// Most images of a source or a receiver, and most images times edges.
-const IMAGES: usize = 2048;
-const IMAGES_TIMES_EDGES: usize = 1 << 20;
+const IMAGES: usize = 256;
+const IMAGES_TIMES_EDGES: usize = 1 << 13;
 /// How far off a mirror, in resolutions, an edge lies at least that it shows: corners may be one off their planes.
 pub(super) const OFF_THE_MIRROR: f64 = 8.0;
 
@@ -50,11 +51,14 @@ pub(super) struct View {
     pub point: WedgePoint,
     /// Visible parts, from the start of the edge [m].
     pub parts: Vec<[f64; 2]>,
-    /// 1, but where another edge is about to hide all of it at once, down to 0.
-    pub share: f64,
+    /// Other objects that it is seen past as if they were not there, in ascending order.
+    pub objects: Vec<u32>,
     /// Materials of the partitions that it is seen through, in ascending order.
     pub through: Vec<u32>,
 }
+
+/// Objects and materials of partitions.
+type Seen = (Vec<u32>, Vec<u32>);
 
 /// What has been looked at, by image and edge.
 type Views = HashMap<(usize, usize), Arc<Vec<View>>>;
@@ -127,7 +131,7 @@ impl<'t> Images<'t> {
         if let Some(tree) = tree {
             all.extend((0..tree.count(order)).map(|image| {
                 let mut mirrors: Vec<Mirror> =
-                    tree.mirrors(image).map(|(surface, side)| Mirror::new(geometry, surface, side)).collect();
+                    tree.mirrors(image).map(|mirror| Mirror::new(geometry, &edges.objects, mirror)).collect();
                 mirrors.reverse();
                 let factor = (0..table.bands()).map(|band| {
                     let of =
@@ -191,54 +195,49 @@ impl<'t> Images<'t> {
         let (of, edge) = (&self.all[image], &edges.all[index]);
         let within = of.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.resolution()))?;
         let part = edge.wedge.between(within);
-        // Its own faces are opaque to an edge.
-        let through = |place: DVec3| {
-            let passed = self.passed((geometry, table), image, place + edge.off)?;
-            let is_own = edge.faces.iter().any(|face| passed.contains(face.surface));
-            (!is_own).then(|| passed.materials(geometry))
-        };
-        let mut all = vec![Vec::new()];
-        if table.transmits() {
-            all.extend(samples(&part).filter_map(through));
-            all.sort_unstable();
-            all.dedup();
-        }
-        let seen = all.into_iter().filter_map(|materials| {
-            let parts = stretches(&part, |place| through(place).as_ref() == Some(&materials));
+        let point = edge.wedge.locate(of.displaced)?;
+        let seen = stretches(&part, |place| self.seen_past(edges, (geometry, table), image, (edge, place)));
+        let view = |((objects, through), parts): (Seen, Vec<[f64; 2]>)| {
             let parts = parts.into_iter().map(|part| part.map(|along| along + within[0])).collect();
-            self.view(edges, (image, index), parts, materials)
-        });
-        Some(seen.collect())
+            View { point, parts, objects, through }
+        };
+        Some(seen.into_iter().map(view).collect())
     }
 
-    /// The view of `parts` of an edge.
-    fn view(
+    /// The other objects on the way from the end over the mirrors of an image to `place` on `edge`, and the materials of the partitions on it; [`None`]
+    /// where something else is on it. Its own object is opaque to an edge.
+    fn seen_past(
         &self,
         edges: &Edges,
-        (image, index): (usize, usize),
-        parts: Vec<[f64; 2]>,
-        through: Vec<u32>,
-    ) -> Option<View> {
-        let (edge, position) = (&edges.all[index], self.all[image].displaced);
-        let point = edge.wedge.locate(position)?;
-        let nearest = parts.iter().min_by(|a, b| aside(point, a).total_cmp(&aside(point, b)))?;
-        let place = edge.wedge.at(point.along.clamp(nearest[0], nearest[1]));
-        let hiding = edge.hiders.iter().map(|&other| &edges.all[other].wedge);
-        let share = unobstructed(place, position, hiding);
-        (share > 0.0).then_some(View { point, parts, share, through })
-    }
-
-    /// What is passed on the way from the end over the mirrors of an image to `place`; [`None`] where something is on it that nothing passes.
-    fn passed(
-        &self,
         (geometry, table): (&Geometry, &CoefficientTable),
         image: usize,
-        place: DVec3,
-    ) -> Option<Partitions> {
-        match self.tree {
-            Some(tree) if image > 0 => tree.passed(geometry, table, image - 1, place),
-            _ => Partitions::on_way(geometry, table, [self.all[0].displaced, place]),
-        }
+        (edge, place): (&RoomEdge, DVec3),
+    ) -> Option<Seen> {
+        let (mut passed, mut objects) = (Partitions::default(), Vec::new());
+        let place = place + edge.off;
+        let mut pass = |surface| {
+            if edge.faces.iter().all(|face| face.surface != surface) && passed.pass(geometry, table, surface)
+            {
+                return true;
+            }
+            let object = edges.objects.of(surface);
+            objects.push(object);
+            object != SHELL && object != edge.object
+        };
+        let is_seen = match self.tree {
+            Some(tree) if image > 0 => tree.passes(geometry, image - 1, place, &mut pass),
+            _ => {
+                let ends = [self.all[0].displaced, place];
+                if table.transmits() {
+                    geometry.pass_all(&geometry.faces_between(ends, None), pass)
+                } else {
+                    !geometry.visit_between(ends, None, |face| !pass(face.surface))
+                }
+            }
+        };
+        objects.sort_unstable();
+        objects.dedup();
+        is_seen.then(|| (objects, passed.materials(geometry)))
     }
 
     /// The direction in which sound leaves the end over an image for `place` [m].
@@ -279,11 +278,6 @@ impl View {
             |one: &'a [f64; 2]| other.parts.iter().map(|other| [one[0].max(other[0]), one[1].min(other[1])]);
         self.parts.iter().flat_map(both).filter(|[from, to]| from < to)
     }
-}
-
-/// How far along the edge a part is from the point [m].
-fn aside(point: WedgePoint, part: &[f64; 2]) -> f64 {
-    (point.along - point.along.clamp(part[0], part[1])).abs()
 }
 
 /// (1−α)(1−s) per band of a mirror met in `direction`.

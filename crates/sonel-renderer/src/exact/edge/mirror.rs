@@ -3,11 +3,18 @@
 use glam::DVec3;
 use sonel_geometry::{Geometry, PlaneId, Side, SurfaceId};
 
+use super::objects::Objects;
+
+/// Cosine up to which an angle is a right one.
+const RIGHT: f64 = 1e-9;
+
 /// A surface seen from one of its sides.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mirror {
     pub plane: PlaneId,
     pub surface: SurfaceId,
+    /// The object that it belongs to.
+    pub object: u32,
     /// Unit normal into the air.
     normal: DVec3,
     /// normal · x of its points, about the scene's centre [m].
@@ -15,13 +22,13 @@ pub(super) struct Mirror {
 }
 
 impl Mirror {
-    /// `surface`, seen from `side`.
+    /// A surface, seen from one side.
     #[must_use]
-    pub fn new(geometry: &Geometry, surface: SurfaceId, side: Side) -> Self {
+    pub fn new(geometry: &Geometry, objects: &Objects, (surface, side): (SurfaceId, Side)) -> Self {
         let of = geometry.surface(surface);
         let normal = of.normal * side.sign();
         let offset = side.sign() * (of.offset - of.normal.dot(geometry.center()));
-        Self { plane: of.plane, surface, normal, offset }
+        Self { plane: of.plane, surface, object: objects.of(surface), normal, offset }
     }
 
     /// Height of `point` above the plane, positive in the air [m].
@@ -34,6 +41,12 @@ impl Mirror {
     #[must_use]
     pub fn image(&self, point: DVec3) -> DVec3 {
         point - 2.0 * self.height(point) * self.normal
+    }
+
+    /// Whether both are at right angles: the image in both is that in either order.
+    #[must_use]
+    pub fn is_across(&self, other: &Self) -> bool {
+        self.normal.dot(other.normal).abs() <= RIGHT
     }
 
     /// Whether both lie in one plane and face the same side.

@@ -16,27 +16,28 @@ mod faces;
 mod field;
 mod images;
 mod mirror;
-mod rows;
+mod objects;
 mod visibility;
 mod waves;
 
 use glam::DVec3;
 use sonel_acoustics::Bands;
 use sonel_diffraction::{Spectrum, Wedge};
-use sonel_geometry::{End, Geometry};
+use sonel_geometry::{End, Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
 
 use crate::exact::mirror::tree::ImageTree;
-use crate::exact::mirror::{ImageSources, Radiator};
+use crate::exact::mirror::{ImageSources, MirrorArrival, Radiator};
 use crate::receiver::Sensitivity;
 use crate::rendering::EdgeWork;
 use contributions::Search;
 use faces::Pair;
 use field::Field;
 use mirror::Mirror;
+use objects::Objects;
 use waves::Waves;
 
-pub(crate) use field::Place;
+use field::Place;
 pub(crate) use images::Images;
 
 /// Places that differ by no more than so many resolutions are the same.
@@ -48,6 +49,7 @@ const HAIR: f64 = 2.0;
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
     all: Vec<RoomEdge>,
+    objects: Objects,
     pairs: Vec<Pair>,
     spectrum: Spectrum,
     /// Wave number in the middle of each band [1/m].
@@ -62,8 +64,8 @@ struct RoomEdge {
     faces: [Mirror; 2],
     /// From the edge a hair into the middle of its air [m].
     off: DVec3,
-    /// Edges that hide it all at once.
-    hiders: Vec<usize>,
+    /// The object that it belongs to.
+    object: u32,
 }
 
 /// Direct sound, or an image source that is visible from the receiver.
@@ -121,16 +123,28 @@ impl Edges {
     /// The edges of `geometry`; [`None`] where it has none that diffract.
     #[must_use]
     pub fn new(geometry: &Geometry, bands: &Bands, speed_of_sound: f64) -> Option<Self> {
-        let mut all = room_edges(geometry);
+        let objects = Objects::new(geometry);
+        let all = room_edges(geometry, &objects);
         if all.is_empty() {
             return None;
         }
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);
-        let hiders = faces::hiders(&all);
-        all.iter_mut().zip(hiders).for_each(|(edge, hiders)| edge.hiders = hiders);
         let centre = |(low, high): &(f64, f64)| std::f64::consts::TAU * (low * high).sqrt() / speed_of_sound;
-        Some(Self { pairs: faces::pairs(&all), all, centres: borders.iter().map(centre).collect(), spectrum })
+        Some(Self {
+            pairs: faces::pairs(&all),
+            all,
+            objects,
+            centres: borders.iter().map(centre).collect(),
+            spectrum,
+        })
+    }
+
+    /// Where a visible wave comes from that seems to come from `position` [m].
+    #[must_use]
+    pub fn place(&self, geometry: &Geometry, position: DVec3, found: &MirrorArrival<'_>) -> Place {
+        let mirror = |&surface: &SurfaceId| (geometry.surface(surface).plane, self.objects.of(surface));
+        Place::new(position, found.mirrors.iter().map(mirror), found.through.clone())
     }
 
     /// The images of the source, among `image_sources`, that edges are seen from.
@@ -164,7 +178,8 @@ impl Edges {
         let places = [at.receiver, at.geometry.in_general_position(at.receiver, End::Receiver)];
         let to = Images::new(self, at.geometry, at.table, places, (Some(&tree), tree.order()));
         let same_place = SAME_PLACE * f64::from(at.geometry.resolution());
-        let field = Field::new(&self.spectrum, at.attenuation, visible, same_place);
+        let field =
+            Field::new((&self.spectrum, &self.objects, &self.centres), at.attenuation, visible, same_place);
         let search = Search { edges: self, at, from, to: &to, field: &field };
         let mut ranked = search.rank(visible);
         let mut waves = Waves { edges: self, at, from, to: &to, field, through: Vec::new() };
@@ -179,16 +194,16 @@ impl Edges {
 }
 
 /// The edges of `geometry` that diffract, each once for every sector of air into which it does.
-fn room_edges(geometry: &Geometry) -> Vec<RoomEdge> {
+fn room_edges(geometry: &Geometry, objects: &Objects) -> Vec<RoomEdge> {
     let local = |point: DVec3| point - geometry.center();
     geometry
         .diffracting_edges()
         .flat_map(|edge| edge.sectors.iter().map(move |sector| (edge, sector)))
         .filter_map(|(edge, sector)| {
             let wedge = Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)?;
-            let faces = sector.faces.map(|(surface, side)| Mirror::new(geometry, surface, side));
+            let faces = sector.faces.map(|face| Mirror::new(geometry, objects, face));
             let off = HAIR * f64::from(geometry.resolution()) * sector.middle();
-            Some(RoomEdge { wedge, faces, off, hiders: Vec::new() })
+            Some(RoomEdge { wedge, faces, off, object: objects.of(sector.faces[0].0) })
         })
         .collect()
 }

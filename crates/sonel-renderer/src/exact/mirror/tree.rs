@@ -183,10 +183,10 @@ impl<'t> ImageTree<'t> {
             passed.attenuate(geometry, table, &mut factor);
             self.radiator.towards(leaving).weigh(&mut factor);
             let length = offset.length();
-            let planes = self.chain(node).map(|node| geometry.surface(node.mirror.surface).plane).collect();
+            let mirrors = self.chain(node).map(|node| node.mirror.surface).collect();
             let towards = offset / length;
             let through = passed.materials(geometry);
-            found(&MirrorArrival { length, towards, order: node.order, planes, factor: &factor, through });
+            found(&MirrorArrival { length, towards, order: node.order, mirrors, factor: &factor, through });
         }
     }
 
@@ -284,21 +284,16 @@ impl<'t> ImageTree<'t> {
         self.validate(geometry, &self.nodes[image], (point, left), None)
     }
 
-    /// The partitions on the way from the origin over the chain of image number `image` to `place` [m], in general position; [`None`] where
-    /// something is on it that nothing passes.
-    #[must_use]
-    pub fn passed(
+    /// Whether `passes` holds for all that is on the way from the origin over the chain of image number `image` to `place` [m], in general
+    /// position.
+    pub fn passes(
         &self,
         geometry: &Geometry,
-        table: &CoefficientTable,
         image: usize,
         place: DVec3,
-    ) -> Option<Partitions> {
-        let mut passed = Partitions::default();
-        let mut pass = |surface| passed.pass(geometry, table, surface);
-        let passes: Option<Passes<'_>> = if table.transmits() { Some(&mut pass) } else { None };
-        self.validate(geometry, &self.nodes[image], (place, None), passes)?;
-        Some(passed)
+        passes: &mut dyn FnMut(SurfaceId) -> bool,
+    ) -> bool {
+        self.validate(geometry, &self.nodes[image], (place, None), Some(passes)).is_some()
     }
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
