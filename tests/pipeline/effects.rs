@@ -79,7 +79,7 @@ fn nobody_is_left_without_sound_behind_a_screen() {
     let heard = |options: &[&str]| -> f64 {
         let options = [&["--receiver", "behind=15,0,0"][..], options].concat();
         render(&folder, "open.sonelmap", "behind.npz", &options).expect("a response");
-        response(&folder, "behind.npz").energy.iter().map(|&energy| f64::from(energy)).sum()
+        response(&folder, "behind.npz").energy.iter().sum()
     };
     assert!(heard(&[]) > 0.0);
     assert!(heard(&["--effects", "-diffraction"]) <= 0.0, "nothing else arrives there");
