@@ -25,9 +25,9 @@ const DROPPED: f64 = 0.0116;
 const FOUND: f64 = 0.5;
 /// Most contributions of a receiver.
 const BUDGET: usize = 1024;
-/// A contribution is computed where its bound is this share of a band's energy, 0.04 dB: so little an image source may step where an edge that is
+/// A contribution is computed where its bound is this share of a band's energy, 0.01 dB: so little an image source may step where an edge that is
 /// left out cuts it off. Over hidden direct sound it is the share of its loudest one.
-const LEAST: f64 = 0.01;
+const LEAST: f64 = 0.002;
 /// So many of the last tell which share of their bounds contributions bring.
 const SURE: usize = 256;
 /// Half the relative width of a band that two waves have to turn against one another in, to interfere no more [1].
