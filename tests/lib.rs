@@ -9,6 +9,7 @@ pub mod estimates;
 pub mod general_position;
 pub mod meshes;
 pub mod octaves;
+pub mod row_of_rooms;
 pub mod specular_paths;
 pub mod two_rooms;
 pub mod uneven_box;

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from read_sonelmap import (ABSORBED, DIFFRACTED, DIFFUSE, ESCAPED, EXPIRED, LEFT, LOST, REFRACTED, RETURNED, SPECULAR,
+from read_sonelmap import (ABSORBED, DIFFRACTED, DIFFUSE, EMERGED, ESCAPED, EXPIRED, LEFT, LOST, REFRACTED, RETURNED, SPECULAR,
                            SonelMap, arriving, sonels)
 
 # Events at which a path goes on without leaving a sonel.
-NO_SONEL = (DIFFRACTED, REFRACTED, RETURNED)
+NO_SONEL = (DIFFRACTED, EMERGED, REFRACTED, RETURNED)
 
 # Relative: both multiply the same factors in another order.
 ROUNDING = 1e-9

@@ -15,6 +15,7 @@ import numpy as np
 
 SPECULAR, DIFFUSE, TRANSMITTED, REFRACTED = range(4)
 DIFFRACTED, RETURNED = 6, 7
+EMERGED = 14
 ABSORBED, ESCAPED, EXPIRED, EXTINGUISHED, LOST, LEFT = range(8, 14)
 
 SURFACE = np.dtype([("material", "<u4"), ("closed", "<u4"), ("normal", "<f8", 3), ("offset", "<f8"), ("area", "<f8")])
@@ -396,7 +397,7 @@ def sonels(map, source):
         for step, (event, surface) in enumerate(zip(events, surfaces)):
             if event in (ESCAPED, EXPIRED, LOST, LEFT):
                 break
-            if event in (DIFFRACTED, REFRACTED, RETURNED):
+            if event in (DIFFRACTED, REFRACTED, RETURNED, EMERGED):
                 continue
             energy = share * feeding / (led * drawing).sum()
             factors, probabilities = coefficients.met(surface, points[step] - (points[step - 1] if step else origin))

@@ -21,6 +21,7 @@ mod sound;
 #[path = "../stability/cases/mod.rs"]
 mod stability;
 mod stopping;
+mod thick_partitions;
 mod uneven_box;
 mod walk;
 #[path = "../physics/watertight.rs"]

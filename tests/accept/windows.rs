@@ -1,4 +1,4 @@
-//! Receivers outside of a room with a window: levels against the slow simulator, and intervals that hold over a hundred seeds.
+//! Receivers outside of a room with a window: levels against image sources and the slow simulator, and intervals that hold over a hundred seeds.
 
 use sonel_analysis::{Parameter, parameters};
 use sonel_map::Settings;
@@ -7,7 +7,7 @@ use sonel_tests::Traced;
 use sonel_tests::window::RoomWithWindow;
 
 const SEEDS: u64 = 100;
-/// Receivers [m] and radii of the spheres that the slow simulator counts in.
+/// Receivers [m] and radii of the spheres in which the slow simulator counts scattered sound.
 const PLACES: [([f64; 3], f64); 3] =
     [([16.0, 2.5, 1.5], 0.6), ([46.0, 2.5, 1.5], 1.4), ([58.0, 2.5, 1.5], 1.4)];
 
@@ -26,7 +26,7 @@ fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
     let runs: Vec<_> = (1..=SEEDS).map(|seed| levels(room, emissions, seed)).collect();
     let mut wrong = Vec::new();
     for (index, (place, radius)) in PLACES.into_iter().enumerate() {
-        let counted = room.count(place, radius, rays).total();
+        let counted = room.fluence(place, radius, rays);
         let decibels = |energy: f64| 10.0 * (400.0 * std::f64::consts::PI * energy).log10();
         let (judge, error) = (decibels(counted.value), 4.343 * counted.sigma / counted.value);
         let mean = runs.iter().map(|run| run[index].0).sum::<f64>() / SEEDS as f64;
@@ -44,7 +44,8 @@ fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
             covered(1.0)
         );
         let bias = (mean - judge).abs();
-        if bias > 3.0 * error + 0.03 || !(0.90..=0.99).contains(&covered(1.0)) || covered(0.5) > 0.9 {
+        // What may have been missed widens intervals: only the lower limit applies (docs/physics.md §7).
+        if bias > 3.0 * error + 0.03 || covered(1.0) < 0.9 || covered(0.5) > 0.9 {
             wrong.push(format!("{place:?}: {bias:.3} dB off, coverage {}", covered(1.0)));
         }
     }
@@ -53,23 +54,20 @@ fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
 
 #[test]
 fn a_window_wall_is_heard_outside_as_loud_as_it_is() {
-    let room = RoomWithWindow {
-        corners: [[0.001, 0.001], [4.999, 2.999]],
-        transmission: Some(0.01),
-        scattering: 0.5,
-    };
+    let room =
+        RoomWithWindow { corners: [[0.1, 0.1], [4.9, 2.9]], transmission: Some(0.01), scattering: 0.5 };
     check("wall", room, 20_000, 4_000_000);
 }
 
 #[test]
 fn a_small_window_is_heard_outside_as_loud_as_it_is() {
     let room =
-        RoomWithWindow { corners: [[2.0, 1.0], [3.0, 2.0]], transmission: Some(1e-3), scattering: 0.3 };
-    check("small window", room, 20_000, 30_000_000);
+        RoomWithWindow { corners: [[1.5, 0.75], [3.0, 2.25]], transmission: Some(1e-3), scattering: 0.3 };
+    check("small window", room, 20_000, 6_000_000);
 }
 
 #[test]
 fn an_opening_is_heard_outside_as_loud_as_it_is() {
-    let room = RoomWithWindow { corners: [[2.0, 1.0], [3.0, 2.0]], transmission: None, scattering: 0.3 };
-    check("opening", room, 20_000, 30_000_000);
+    let room = RoomWithWindow { corners: [[1.5, 0.75], [3.0, 2.25]], transmission: None, scattering: 0.3 };
+    check("opening", room, 20_000, 6_000_000);
 }

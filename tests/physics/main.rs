@@ -29,6 +29,7 @@ mod rows;
 mod screens;
 mod short_runs;
 mod sound;
+mod thick_partitions;
 mod twofold;
 
 mod uneven_box;

@@ -28,5 +28,6 @@ fn name(event: Event) -> &'static str {
         Event::Extinguished => "extinguished",
         Event::Lost => "lost",
         Event::Returned => "returned",
+        Event::Emerged => "emerged",
     }
 }

@@ -7,11 +7,12 @@
 //! Which cells are solid is read off the drawing. The way into a solid crosses one face from the air, and two where it stands
 //! flush against a wall or another solid; so each contact with a cell already known speaks for air or for solid, by its area.
 //! A cell that touches the hull with single faces is a room. Beyond the hull of a closed room nothing is air. In the
-//! open every closed object is solid, as long as no source stands in it.
+//! open every closed object is solid, as long as no source stands in it, unless all are [rooms side by side](crate::rooms).
 
 use crate::Mesh;
 use crate::cracks::Facing;
 use crate::enclosure::{signed_volume, winding_number};
+use crate::rooms::{FaceKind, are_rooms};
 use crate::topology::{Connected, SharedEdge};
 use foldhash::HashMap;
 use glam::DVec3;
@@ -60,6 +61,8 @@ pub(crate) struct Drawing<'a> {
     pub cracks: &'a [Facing],
     /// Faces that bound nothing, as interfaces between airs.
     pub is_left_out: &'a [bool],
+    /// What its faces are; none where that does not matter.
+    pub kinds: &'a [FaceKind],
     /// Pairs of faces that coincide.
     pub twins: &'a [[u32; 2]],
     /// Whether two bodies touch in each face; empty where none do.
@@ -97,14 +100,15 @@ impl Cells {
         drawing.edges.iter().for_each(|edge| sides.join_around(edge, &is_taken));
         drawing.cracks.iter().for_each(|facing| sides.join_across(facing, drawing.edges));
         let boundaries = sides.closed_boundaries(&is_taken, drawing);
-        let mut cells = Self::bounded(mesh, boundaries, drawing.tolerance);
+        let mut cells = Self::bounded(mesh, boundaries, drawing);
         cells.add_twins(mesh, drawing.twins);
         cells.tell_air_from_solid(mesh, drawing, &is_taken);
         cells
     }
 
     /// The cells that boundaries enclose, each with the objects in it.
-    fn bounded(mesh: &Mesh, boundaries: Vec<Boundary>, tolerance: f64) -> Self {
+    fn bounded(mesh: &Mesh, boundaries: Vec<Boundary>, drawing: &Drawing<'_>) -> Self {
+        let tolerance = drawing.tolerance;
         let unbounded = Cell {
             hull: Vec::new(),
             bounds: (DVec3::NEG_INFINITY, DVec3::INFINITY),
@@ -130,6 +134,7 @@ impl Cells {
             });
         }
         let (low, high) = mesh.bounds();
+        let mut shells = Vec::new();
         for Boundary { sides, volume, area, bounds, whole_bounds, fins, .. } in objects {
             let cell = cells.at(mesh, beside(mesh, &sides, STEP * tolerance));
             let reaches_all =
@@ -139,7 +144,11 @@ impl Cells {
                 cell == OUTSIDE && (reaches_all(bounds) || has_few_fins && reaches_all(whole_bounds));
             sides.iter().for_each(|&side| cells.of_side[side as usize] = cell);
             cells.cells[cell as usize].volume -= volume;
+            if cell == OUTSIDE {
+                shells.push(sides);
+            }
         }
+        cells.is_room |= are_rooms(mesh, &shells, drawing.kinds);
         cells
     }
 

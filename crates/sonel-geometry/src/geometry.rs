@@ -11,6 +11,7 @@ use crate::layers::{Layers, unite};
 use crate::orient::{Oriented, orient};
 use crate::probe::{LocalPlane, Probe};
 use crate::rim::{Rim, keep_inside, rims};
+use crate::rooms::FaceKind;
 use crate::scale::Scale;
 use crate::shoebox::{Shoebox, recognise};
 use crate::surfaces::{Partition, partition};
@@ -23,17 +24,17 @@ use std::fmt;
 
 mod air;
 mod faces;
+mod passage;
 mod regions;
 mod sight;
 
 use faces::Faces;
+pub use passage::Passage;
 pub use regions::Regions;
-pub use sight::{Crossed, End};
+pub use sight::{Crossed, End, Leg, MOST_ROUNDS, Sight};
 
 /// A hit at the rim of a triangle is aimed anew at most so often; each time it is on a surface nearer to the origin.
 const AIMS: usize = 8;
-/// Thickness [m] up to which two faces in the open that belong together are one partition.
-const THICKEST_PARTITION: f64 = 1.0;
 
 /// A mesh made ready for rays: welded, oriented, its planar surfaces found, indexed.
 pub struct Geometry {
@@ -72,15 +73,14 @@ impl Geometry {
     /// [`GeometryError`] when the mesh has no triangle with an area, coordinates that are not finite or corners that
     /// do not exist.
     pub fn build(mesh: Mesh) -> Result<Self, GeometryError> {
-        Self::with_interfaces(mesh, |_| false)
+        Self::with_kinds(mesh, |_| FaceKind::Wall)
     }
 
-    /// The same, where faces of a material that `is_interface` are no walls but borders between airs: rays meet them, but they are part of no
-    /// shell, take no area from the room and have no edges.
+    /// The same, where the `kind` of a material's faces is known.
     ///
     /// # Errors
     /// As [`Self::build`].
-    pub fn with_interfaces(mesh: Mesh, is_interface: impl Fn(u32) -> bool) -> Result<Self, GeometryError> {
+    pub fn with_kinds(mesh: Mesh, kind: impl Fn(u32) -> FaceKind) -> Result<Self, GeometryError> {
         validate(&mesh)?;
         let welded = mesh.welded();
         if welded.mesh.triangles.is_empty() {
@@ -91,9 +91,10 @@ impl Geometry {
         let scale = Scale::of_bounds(bounds.0, bounds.1);
         let tolerance = f64::from(scale.resolution());
         let Conformed { crossings, stacks } = conform(&mut mesh, tolerance);
-        let Layers { twins, is_doubled, united_area } = unite(&mut mesh, &stacks, &is_interface, tolerance);
-        let is_interface: Vec<bool> =
-            mesh.triangles.iter().map(|triangle| is_interface(triangle.material)).collect();
+        let is_border = |material: u32| kind(material) == FaceKind::Interface;
+        let Layers { twins, is_doubled, united_area } = unite(&mut mesh, &stacks, &is_border, tolerance);
+        let kinds: Vec<FaceKind> = mesh.triangles.iter().map(|triangle| kind(triangle.material)).collect();
+        let is_interface: Vec<bool> = kinds.iter().map(|&kind| kind == FaceKind::Interface).collect();
         let mut edges = shared_edges(&mesh);
         let all_edges = is_interface.contains(&true).then(|| edges.clone());
         if all_edges.is_some() {
@@ -104,6 +105,7 @@ impl Geometry {
             edges: &edges,
             cracks: &facing,
             is_left_out: &is_interface,
+            kinds: &kinds,
             twins: &twins,
             is_doubled: &is_doubled,
             tolerance,
@@ -343,46 +345,15 @@ impl Geometry {
         self.is_behind(from, to, clearance) || self.crosses(from.origin, to, [from.plane, None], clearance)
     }
 
-    /// Whether a straight way leads from the start to a local position [m] past surfaces that `passes` alone, asked in the order in which
-    /// they are met. Nothing is asked where nothing is between.
-    pub fn reaches(&self, from: Departure, to: Vec3, passes: impl FnMut(SurfaceId) -> bool) -> bool {
+    /// The straight way from the start to a local position [m] past surfaces that `passes` alone; [`None`] where there is none. Nothing is asked
+    /// where nothing is between.
+    pub fn reaches(&self, from: Departure, to: Vec3, passes: impl Fn(SurfaceId) -> bool) -> Option<Sight> {
         if !self.is_blocked(from, to) {
-            return true;
+            return Some(Sight::default());
         }
-        let faces = self.faces_between([from.origin.as_dvec3(), to.as_dvec3()], from.plane);
-        !self.is_behind(from, to, f64::from(self.resolution())) && self.pass_all(&faces, passes)
-    }
-
-    /// Passes the partition met at `hit` on a way along `direction`: the start of the way behind it. Where the surface is one face of a
-    /// partition with thickness that is behind the other face, since its interior is no air.
-    pub fn pass(&self, hit: &Hit, direction: Vec3) -> Departure {
-        let behind = self.leave(hit.position, hit.surface, hit.side.opposite());
-        let far = self.far_face(hit, behind, direction);
-        far.map_or(behind, |far| self.leave(far.position, far.surface, far.side.opposite()))
-    }
-
-    /// Where a way that passed the face at `near` comes out of the partition with thickness whose face that is.
-    fn far_face(&self, near: &Hit, behind: Departure, direction: Vec3) -> Option<Hit> {
-        if !self.is_of_shell(near.triangle) {
-            return None;
-        }
-        let far = self.closest_hit(behind, direction)?;
-        self.are_one_partition(&(near, self).into(), &(&far, self).into()).then_some(far)
-    }
-
-    /// Thickness [m] of the partition of which the middle of a surface's first triangle is a face; [`None`] for a sheet.
-    pub fn partition_thickness(&self, surface: SurfaceId) -> Option<f64> {
-        let Surface { normal, ref triangles, .. } = *self.surface(surface);
-        let corners =
-            self.mesh.triangles[triangles[0] as usize].corners.map(|corner| self.local[corner as usize]);
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        [Side::Front, Side::Back].into_iter().find_map(|side| {
-            let inward = (-side.sign() * normal).as_vec3();
-            let near = self.closest_hit(self.step_off(middle, -inward), inward)?;
-            let behind = self.leave(near.position, near.surface, near.side.opposite());
-            let far = self.far_face(&near, behind, inward).filter(|_| near.surface == surface)?;
-            Some(f64::from(far.position.distance(near.position)))
-        })
+        let sight = self.sight([from.origin.as_dvec3(), to.as_dvec3()], from.plane, passes)?;
+        let aim = (to.as_dvec3() - sight.shift).as_vec3();
+        (!self.is_behind(from, aim, f64::from(self.resolution()))).then_some(sight)
     }
 
     /// A start one lift off a place along a unit direction.

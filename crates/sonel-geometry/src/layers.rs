@@ -136,6 +136,7 @@ impl<'a> FirstOnes<'a> {
             edges: &self.edges,
             cracks: &self.cracks,
             is_left_out: &self.is_left_out,
+            kinds: &[],
             twins: &[],
             is_doubled,
             tolerance: self.tolerance,

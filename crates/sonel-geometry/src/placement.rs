@@ -43,10 +43,12 @@ pub enum Obstacle {
         clearance: f64,
     },
     /// A closed object.
-    #[error("is inside a closed object where no sound arrives, {} from its surface", Length(*.distance))]
+    #[error("is inside a closed object where no sound arrives, {} from its surface{}", Length(*.distance), beside(*.is_open))]
     Solid {
         /// [m].
         distance: f64,
+        /// Whether it stands in the open, where it may have been drawn as a room.
+        is_open: bool,
     },
     /// The hull of the closed room.
     #[error(
@@ -69,6 +71,15 @@ impl fmt::Display for Length {
             small if small < 1e-3 => write!(f, "{:.4} mm", 1e3 * small),
             length => write!(f, "{length:.4} m"),
         }
+    }
+}
+
+/// How to draw a room beside others.
+fn beside(is_open: bool) -> &'static str {
+    if is_open {
+        " (a room beside others needs a wall that transmits, parallel to one of a neighbour and at most 1 m away)"
+    } else {
+        ""
     }
 }
 
@@ -108,7 +119,8 @@ impl Geometry {
             return Some(Obstacle::Hull { distance });
         }
         let is_reached = || !self.cells.is_room && sources.iter().any(|&source| self.cell_at(source) == cell);
-        (!self.cells.cell(cell).is_air && !is_reached()).then_some(Obstacle::Solid { distance })
+        (!self.cells.cell(cell).is_air && !is_reached())
+            .then_some(Obstacle::Solid { distance, is_open: !self.cells.is_room })
     }
 
     /// A free position near `point`, at least `distance` [m] from every surface: beside the nearest surface, then beside the next one, at most

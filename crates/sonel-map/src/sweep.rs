@@ -66,7 +66,7 @@ pub struct Segment<'a> {
     pub energy: &'a [Lanes],
     /// What happened before.
     pub history: SegmentHistory,
-    /// The sonel at its end; none where the packet was sent on from an edge, met an interface, goes on along its arc, escaped or
+    /// The sonel at its end; none where the packet was sent on from an edge, met an interface, came out of a partition, goes on along its arc, escaped or
     /// arrived after the end of the run.
     pub arrival: Option<Arrival>,
     /// Whether it is a chord of an arc that goes on behind its end.
@@ -127,7 +127,7 @@ pub fn sweep(
         if event.is_at_interface() {
             let beyond = usize::from(event == Event::Refracted);
             air = table.across(vertex.surface(), vertex.side()).map_or(air, |airs| airs[beyond]);
-        } else if event != Event::Diffracted {
+        } else if !matches!(event, Event::Diffracted | Event::Emerged) {
             let row = &*table.row(vertex.surface(), end - start);
             weight.pass(match event {
                 Event::Diffuse => &row.diffuse,

@@ -33,13 +33,15 @@ pub enum Event {
     Extinguished = 11,
     /// Met no surface in a closed room without cracks: a defect, counted.
     Lost = 12,
-    /// Met no surface behind a partition; the position is where it would be at the end of the run.
+    /// Met no surface behind a partition, where the position is that at the end of the run, or entered one that has no other face there.
     Left = 13,
+    /// Comes out of a partition with thickness, at the place on its other face that is opposite to where it entered.
+    Emerged = 14,
 }
 
 impl Event {
     /// All events with their codes.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Specular,
         Self::Diffuse,
         Self::Transmitted,
@@ -52,6 +54,7 @@ impl Event {
         Self::Extinguished,
         Self::Lost,
         Self::Left,
+        Self::Emerged,
     ];
 
     #[inline]
@@ -62,7 +65,7 @@ impl Event {
     /// Whether the packet ends with this event.
     #[must_use]
     pub fn is_final(self) -> bool {
-        self as u32 >= Self::Absorbed as u32
+        (Self::Absorbed as u32..=Self::Left as u32).contains(&(self as u32))
     }
 
     /// Whether the packet arrived at a surface within the run, so that a sonel was left there.
@@ -77,6 +80,7 @@ impl Event {
                 | Self::Diffracted
                 | Self::Refracted
                 | Self::Returned
+                | Self::Emerged
         )
     }
 
@@ -177,7 +181,7 @@ mod tests {
 
     #[test]
     fn unknown_event_codes_are_not_guessed() {
-        for code in [4_u32, 5, 14, 15] {
+        for code in [4_u32, 5, 15] {
             let vertex: Vertex = bytemuck::cast([0, 0, 0, code]);
             assert_eq!(vertex.event(), None);
         }

@@ -30,6 +30,9 @@ const MIRRORED: f64 = 0.5;
 /// where a ball that touches the interface is 0.5 dB too loud.
 const REFRACTED_CLEARANCE: f64 = 0.5;
 
+/// Radii within which a path is near: 256 of them are where one crosses the ball.
+const NEARBY: f64 = 16.0;
+
 /// What a path is to the ball that it crosses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Beam {
@@ -167,6 +170,17 @@ impl ReceiverSphere {
             distances.iter().map(|distance| whole(distance.min(radius))).sum::<f64>() / distances.len() as f64
         };
         Self { volume: mean(radius), inner_volume: mean(inner), ..ball }
+    }
+
+    /// Whether a segment passes within [`NEARBY`] radii of the centre, which sees it there: behind a wall or a pane it is another matter.
+    #[must_use]
+    pub fn is_passed_nearby(&self, geometry: &Geometry, (start, end): (Vec3, Vec3)) -> bool {
+        let (along, offset) = ((end - start).as_dvec3(), self.center - start.as_dvec3());
+        let nearest = (offset.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let (aside, reach) = (offset - nearest * along, NEARBY * self.radius);
+        let place = (self.center - aside).as_vec3();
+        aside.length_squared() < reach * reach
+            && !geometry.is_blocked(Departure::free(self.center.as_vec3()), place)
     }
 
     /// The part of the segment from `start` to `end` [m] that the receiver sees within the ball.

@@ -1,7 +1,8 @@
 //! What packets carry past the balls of receivers, and what of it crossed them.
 //!
 //! Where none of the packets crossed a ball, their spread says nothing of how many might have: with fewer than three to be expected,
-//! none is seen in one run of twenty [HanleyLippmanHand1983]. The interval reaches to what three of the strongest would have brought.
+//! none is seen in one run of twenty [HanleyLippmanHand1983]. The interval reaches to what three of the strongest would have brought: of those
+//! that passed at some distance, which know of the partitions between, or of all where none did.
 //! Beams are rare where a ball is small or far from what is lit, whatever else crosses it: every kind of path is counted apart.
 //!
 //! References: docs/physics.md §7, docs/references.md.
@@ -25,6 +26,8 @@ pub struct Crossings {
 struct Kind {
     /// The most that a packet carries, per band.
     strongest: Vec<Lanes>,
+    /// The same of those that passed each receiver nearby.
+    nearby: Vec<Lanes>,
     /// What crossed the ball of each receiver.
     crossed: Vec<Lanes>,
 }
@@ -35,23 +38,42 @@ impl Crossings {
     pub fn new(receivers: usize, bands: usize) -> Self {
         let lanes = lanes_of(bands);
         let nothing = |count: usize| vec![[0.0; 4]; count * lanes];
-        Self { lanes, kinds: Beam::ALL.map(|_| Kind { strongest: nothing(1), crossed: nothing(receivers) }) }
+        Self {
+            lanes,
+            kinds: Beam::ALL.map(|_| Kind {
+                strongest: nothing(1),
+                nearby: nothing(receivers),
+                crossed: nothing(receivers),
+            }),
+        }
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
-        for Kind { strongest, crossed } in &mut self.kinds {
-            strongest.iter_mut().chain(crossed).for_each(|lanes| *lanes = [0.0; 4]);
+        for Kind { strongest, nearby, crossed } in &mut self.kinds {
+            strongest.iter_mut().chain(nearby).chain(crossed).for_each(|lanes| *lanes = [0.0; 4]);
         }
     }
 
     /// Counts a packet that carries `energy`, whether it crosses any ball or none.
     #[inline]
     pub fn pass(&mut self, beam: Beam, energy: &[Lanes]) {
-        for (strongest, energy) in self.kinds[beam as usize].strongest.iter_mut().zip(energy) {
-            for lane in 0..4 {
-                strongest[lane] = strongest[lane].max(energy[lane]);
-            }
+        raise(&mut self.kinds[beam as usize].strongest, energy, 1.0);
+    }
+
+    /// Counts one that may pass `receiver` nearby; whether it does is asked where it would matter.
+    pub fn pass_near(
+        &mut self,
+        beam: Beam,
+        receiver: usize,
+        energy: &[Lanes],
+        is_near: impl FnOnce() -> bool,
+    ) {
+        let nearby =
+            &mut self.kinds[beam as usize].nearby[receiver * self.lanes..(receiver + 1) * self.lanes];
+        let is_more = |(nearby, energy): (&Lanes, &Lanes)| (0..4).any(|lane| energy[lane] > nearby[lane]);
+        if nearby.iter().zip(energy).any(is_more) && is_near() {
+            raise(nearby, energy, 1.0);
         }
     }
 
@@ -65,11 +87,8 @@ impl Crossings {
     pub fn add(&mut self, first: usize, other: &Self, weight: f64) {
         for (mine, other) in self.kinds.iter_mut().zip(&other.kinds) {
             add_lanes(&mut mine.crossed[first * self.lanes..][..other.crossed.len()], &other.crossed);
-            for (strongest, other) in mine.strongest.iter_mut().zip(&other.strongest) {
-                for lane in 0..4 {
-                    strongest[lane] = strongest[lane].max(weight * other[lane]);
-                }
-            }
+            raise(&mut mine.nearby[first * self.lanes..][..other.nearby.len()], &other.nearby, weight);
+            raise(&mut mine.strongest, &other.strongest, weight);
         }
     }
 
@@ -78,16 +97,29 @@ impl Crossings {
     #[must_use]
     pub fn unseen(&self, receiver: usize, fluence: impl Fn(Beam) -> f64) -> Vec<Lanes> {
         let mut unseen = vec![[0.0; 4]; self.lanes];
-        for (beam, Kind { strongest, crossed }) in Beam::ALL.into_iter().zip(&self.kinds) {
-            let crossed = &crossed[receiver * self.lanes..(receiver + 1) * self.lanes];
+        let of_receiver = receiver * self.lanes..(receiver + 1) * self.lanes;
+        for (beam, Kind { strongest, nearby, crossed }) in Beam::ALL.into_iter().zip(&self.kinds) {
+            let (nearby, crossed) = (&nearby[of_receiver.clone()], &crossed[of_receiver.clone()]);
             let most = MOST_UNSEEN * fluence(beam);
-            for ((unseen, strongest), crossed) in unseen.iter_mut().zip(strongest).zip(crossed) {
+            for (at, unseen) in unseen.iter_mut().enumerate() {
                 for lane in 0..4 {
-                    unseen[lane] += if crossed[lane] > 0.0 { 0.0 } else { most * strongest[lane] };
+                    let near = nearby[at][lane];
+                    let likely = if near > 0.0 { near } else { strongest[at][lane] };
+                    unseen[lane] += if crossed[at][lane] > 0.0 { 0.0 } else { most * likely };
                 }
             }
         }
         unseen
+    }
+}
+
+/// Raises `largest` to `weight` times `energy`, where that is more.
+#[inline]
+fn raise(largest: &mut [Lanes], energy: &[Lanes], weight: f64) {
+    for (largest, energy) in largest.iter_mut().zip(energy) {
+        for lane in 0..4 {
+            largest[lane] = largest[lane].max(weight * energy[lane]);
+        }
     }
 }
 
@@ -106,5 +138,8 @@ mod tests {
         let fluence = |beam: Beam| if beam == Beam::Refracted { 2.0 } else { 1e9 };
         assert_eq!(all.unseen(1, fluence), [[0.75, 0.375, 0.0, 0.0]]);
         assert_eq!(all.unseen(2, fluence), [[0.0, 0.375, 0.0, 0.0]], "one crossed in the first band");
+        all.pass_near(Beam::Refracted, 1, &[[0.5, 0.0, 0.0, 0.0]], || false);
+        all.pass_near(Beam::Refracted, 1, &[[0.0625, 0.0, 0.0, 0.0]], || true);
+        assert_eq!(all.unseen(1, fluence), [[0.375, 0.375, 0.0, 0.0]], "one passed nearby");
     }
 }

@@ -5,38 +5,34 @@
 //! References: docs/physics.md §3.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Arc, Departure, Geometry, SurfaceId};
+use sonel_geometry::{Arc, Departure, Geometry, Sight, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
 
-/// Partitions that a way passes, in order.
+/// Partitions that a way passes, in order, and how those with thickness shift it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Partitions(Vec<SurfaceId>);
+pub struct Partitions(Sight);
 
 impl Partitions {
     /// Those between a start and a local position [m]; [`None`] where something is between that nothing passes.
     #[inline]
     #[must_use]
     pub fn between(geometry: &Geometry, table: &CoefficientTable, from: Departure, to: Vec3) -> Option<Self> {
-        let mut passed = Self::default();
-        let reaches = if table.transmits() {
-            geometry.reaches(from, to, |surface| passed.pass(geometry, table, surface))
+        if table.transmits() {
+            geometry.reaches(from, to, |surface| is_partition(geometry, table, surface)).map(Self)
         } else {
-            !geometry.is_blocked(from, to)
-        };
-        reaches.then_some(passed)
+            (!geometry.is_blocked(from, to)).then(Self::default)
+        }
     }
 
     /// Those on the straight way between two local positions [m] in general position; [`None`] where something is between that nothing
     /// passes.
     #[must_use]
     pub fn on_way(geometry: &Geometry, table: &CoefficientTable, ends: [DVec3; 2]) -> Option<Self> {
-        let mut passed = Self::default();
-        let is_open = if table.transmits() {
-            geometry.pass_all(&geometry.faces_between(ends, None), |it| passed.pass(geometry, table, it))
+        if table.transmits() {
+            geometry.sight(ends, None, |surface| is_partition(geometry, table, surface)).map(Self)
         } else {
-            geometry.is_clear(ends, None)
-        };
-        is_open.then_some(passed)
+            geometry.is_clear(ends, None).then(Self::default)
+        }
     }
 
     /// Those on an arc from a local position [m], or from one lifted off a surface, which arrives at another after a time [s]; [`None`] where
@@ -62,7 +58,7 @@ impl Partitions {
                 if !passed.pass(geometry, table, hit.surface) {
                     return None;
                 }
-                from = geometry.pass(&hit, (joint - from).normalize()).origin;
+                from = geometry.pass(&hit)?.departure.origin;
             }
         }
         let end = Self::between(geometry, table, Departure::free(from), to)?;
@@ -72,30 +68,45 @@ impl Partitions {
 
     /// Notes that `surface` is passed; false where nothing passes it.
     pub fn pass(&mut self, geometry: &Geometry, table: &CoefficientTable, surface: SurfaceId) -> bool {
-        let passes = table.material(geometry.surface(surface).material).is_partition;
+        let passes = is_partition(geometry, table, surface);
         if passes {
-            self.0.push(surface);
+            self.0.surfaces.push(surface);
         }
         passes
+    }
+
+    /// By how much the way to a place misses it [m]: the way to p runs as one to p less this.
+    #[must_use]
+    pub fn shift(&self) -> DVec3 {
+        self.0.shift
+    }
+
+    /// Length of the way within partitions [m].
+    #[must_use]
+    pub fn thickness(&self) -> f64 {
+        self.0.thickness
     }
 
     /// Their materials in ascending order: which of two faces of a wall is met does not matter.
     #[must_use]
     pub fn materials(&self, geometry: &Geometry) -> Vec<u32> {
-        let mut materials: Vec<u32> = self.0.iter().map(|&id| geometry.surface(id).material).collect();
+        let mut materials: Vec<u32> =
+            self.0.surfaces.iter().map(|&id| geometry.surface(id).material).collect();
         materials.sort_unstable();
         materials
     }
 
     /// Adds those of `other`.
     pub fn extend(&mut self, other: Self) {
-        self.0.extend(other.0);
+        self.0.surfaces.extend(other.0.surfaces);
+        self.0.shift += other.0.shift;
+        self.0.thickness += other.0.thickness;
     }
 
     /// Takes from `energy` what they hold back.
     #[inline]
     pub fn attenuate(&self, geometry: &Geometry, table: &CoefficientTable, energy: &mut [Lanes]) {
-        for &surface in &self.0 {
+        for &surface in &self.0.surfaces {
             let row = table.material(geometry.surface(surface).material);
             for (energy, transmitted) in energy.iter_mut().zip(&row.transmitted.energy) {
                 for lane in 0..4 {
@@ -103,5 +114,17 @@ impl Partitions {
                 }
             }
         }
+    }
+}
+
+/// Whether sound passes `surface`.
+#[must_use]
+pub fn is_partition(geometry: &Geometry, table: &CoefficientTable, surface: SurfaceId) -> bool {
+    table.material(geometry.surface(surface).material).is_partition
+}
+
+impl From<Sight> for Partitions {
+    fn from(sight: Sight) -> Self {
+        Self(sight)
     }
 }

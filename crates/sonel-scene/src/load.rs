@@ -15,7 +15,7 @@ use crate::library;
 use crate::notation::{count, number};
 use crate::report::{Remarks, Report};
 use crate::room;
-use crate::scene::default_duration;
+use crate::scene::{default_duration, face_kind};
 use crate::seclusion;
 use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
@@ -241,7 +241,8 @@ fn compile(
         leave_out_holes(walls, &materials, report);
     }
     let closed = read_closed(document, report);
-    let geometry = walls.as_mut().and_then(|walls| build(walls, &interfaces, closed.as_ref(), report));
+    let geometry =
+        walls.as_mut().and_then(|walls| build(walls, (&materials, &interfaces), closed.as_ref(), report));
     inspect(geometry.as_ref(), &sources, &receivers, report);
     let compile_media = |geometry| regions::compile(regions, &interfaces, &sources, geometry, report);
     let media = geometry.as_ref().and_then(compile_media);
@@ -326,7 +327,7 @@ fn leave_out_holes(walls: &mut Walls, materials: &[Material], report: &mut Repor
 /// Closes cracks of the walls, builds their geometry and tells what that changed.
 fn build(
     walls: &mut Walls,
-    interfaces: &[Interface],
+    (materials, interfaces): (&[Material], &[Interface]),
     closed: Option<&Entry<'_>>,
     report: &mut Report<'_>,
 ) -> Option<Geometry> {
@@ -347,7 +348,8 @@ fn build(
         walls.mesh = mended.mesh;
     }
     let is_interface = |material| interfaces.iter().any(|interface| interface.material == material);
-    let geometry = match Geometry::with_interfaces(walls.mesh.clone(), is_interface) {
+    let kind = |material| face_kind(materials, material, is_interface);
+    let geometry = match Geometry::with_kinds(walls.mesh.clone(), kind) {
         Ok(geometry) => geometry,
         Err(error) => {
             report.problem(walls.at, format!("{path}: {error}"));

@@ -5,7 +5,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use sonel_acoustics::{Air, Bands, Directivity, Material, Pattern, equivalent_absorption_area, sabine_time};
-use sonel_geometry::{Geometry, GeometryError, LARGEST_TURN, Mesh, SpeedProfile};
+use sonel_geometry::{FaceKind, Geometry, GeometryError, LARGEST_TURN, Mesh, SpeedProfile};
 
 use crate::media::{Media, MediaFault, Region, find_sides};
 use crate::notation;
@@ -269,7 +269,7 @@ impl Scene {
     /// When the mesh has no usable triangle, see [`GeometryError`].
     pub fn geometry(&self) -> Result<Geometry, GeometryError> {
         let is_interface = |material| self.media.as_ref().is_some_and(|media| media.is_interface(material));
-        Geometry::with_interfaces(self.mesh.clone(), is_interface)
+        Geometry::with_kinds(self.mesh.clone(), |material| face_kind(&self.materials, material, is_interface))
     }
 
     /// Gives the scene `regions`, bounded by the faces of the materials `interfaces`, which become opaque to what knows of walls only. Sources
@@ -408,6 +408,22 @@ pub(crate) fn opaque(name: &str, bands: usize) -> Material {
 /// m per band at the exact midbands [1/m].
 pub(crate) fn attenuation_per_band(air: &Air, bands: &Bands) -> Vec<f64> {
     (0..bands.count()).map(|band| air.energy_attenuation(bands.exact_midband(band))).collect()
+}
+
+/// What the faces of a material are.
+pub(crate) fn face_kind(
+    materials: &[Material],
+    material: u32,
+    is_interface: impl Fn(u32) -> bool,
+) -> FaceKind {
+    let transmits = |it: &Material| it.transmission.iter().any(|&transmission| transmission > 0.0);
+    if is_interface(material) {
+        FaceKind::Interface
+    } else if materials.get(material as usize).is_some_and(transmits) {
+        FaceKind::Partition
+    } else {
+        FaceKind::Wall
+    }
 }
 
 #[cfg(test)]

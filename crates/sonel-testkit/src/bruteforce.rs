@@ -112,6 +112,11 @@ impl Counted {
         self.sum(|class| class == history as usize)
     }
 
+    /// Fluence of all bins that was scattered at least once [1/m²].
+    pub fn scattered(&self) -> Estimate {
+        self.sum(|class| class >= History::Diffuse as usize)
+    }
+
     /// Any function of the mean echogram, with its jackknifed standard error.
     pub fn jackknife(&self, f: impl Fn(&[f64]) -> f64) -> Estimate {
         let batches = self.batch_echograms();

@@ -7,6 +7,7 @@
 //! - [`chi_square`] and [`z_test`] judge samplers and estimators, [`significance`] splits a level over many tests;
 //! - [`uniform`] drives them: a tiny generator, constant for ever;
 //! - [`analytic`] holds the rooms with exact answers, [`bruteforce`] the one with a slow but obvious answer;
+//! - [`row_of_rooms`] is as slow for several rooms and what passes between them;
 //! - [`exponential`] and [`decay`] serve the parameter code: ideal decays with closed forms, and a plain regression;
 //! - [`waves`] solves the wave equation between walls, slowly;
 //! - [`meshes`] writes one room in every mesh format;
@@ -21,6 +22,7 @@ pub mod decay;
 pub mod exponential;
 pub mod meshes;
 mod quadrature;
+pub mod row_of_rooms;
 pub mod significance;
 pub mod test_folder;
 pub mod uniform;

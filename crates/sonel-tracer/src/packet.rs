@@ -47,6 +47,19 @@ struct Flight {
     /// See [`Emission::deciding`].
     deciding: usize,
     passed: Passed,
+    /// What the last partition does with it.
+    passage: Passage,
+}
+
+/// Where a partition leads.
+#[derive(Clone, Copy)]
+enum Passage {
+    /// On, or there was none.
+    On,
+    /// To the place opposite, on the face and side given.
+    Through(Hit),
+    /// Nowhere: no face is opposite.
+    Nowhere,
 }
 
 /// Partitions that a packet has passed.
@@ -116,6 +129,7 @@ impl Surroundings<'_> {
             stretch: self.airs.as_ref().map_or(1.0, |airs| airs.stretch(emission.air)),
             deciding: emission.deciding,
             passed: Passed::None,
+            passage: Passage::On,
         };
         let last = loop {
             if let Some(last) = self.step(&mut flight, stream, records) {
@@ -132,6 +146,14 @@ impl Surroundings<'_> {
     #[inline]
     fn step(&self, flight: &mut Flight, stream: &mut Stream, records: &mut Records) -> Option<Vertex> {
         records.ledger.segment(records.weight.energy());
+        match std::mem::replace(&mut flight.passage, Passage::On) {
+            Passage::On => {}
+            Passage::Through(far) => {
+                records.paths.vertices.push(Self::emerge(flight, &far));
+                return None;
+            }
+            Passage::Nowhere => return Some(Vertex::nowhere(flight.position.as_vec3(), Event::Left)),
+        }
         let hit = match &self.profile {
             None => self.geometry.closest_hit(flight.departure, flight.direction),
             Some(profile) => self.fly(profile, flight),
@@ -186,11 +208,24 @@ impl Surroundings<'_> {
             (_, before) => before,
         };
         flight.position = hit.position.as_dvec3();
-        flight.departure = match event {
-            Event::Transmitted => self.geometry.pass(hit, flight.direction),
-            _ => self.geometry.leave(hit.position, hit.surface, hit.side),
-        };
+        flight.departure = self.geometry.leave(hit.position, hit.surface, hit.side);
+        if event == Event::Transmitted {
+            let passage = self.geometry.pass(hit);
+            flight.departure = passage.map_or(flight.departure, |passage| passage.departure);
+            flight.passage = match passage {
+                None => Passage::Nowhere,
+                Some(passage) => passage.emerged.map_or(Passage::On, Passage::Through),
+            };
+        }
         event
+    }
+
+    /// Takes a packet out of the face of a partition that is `far`.
+    fn emerge(flight: &mut Flight, far: &Hit) -> Vertex {
+        let end = far.position.as_dvec3();
+        flight.length += flight.position.distance(end) * flight.stretch;
+        flight.position = end;
+        vertex(far, Event::Emerged)
     }
 
     /// What a packet meets on its arc, chord by chord, and in a closed room what it would meet after the end of the run; it then goes in the

@@ -51,6 +51,21 @@ fn screened() -> Scene {
     scene(0.2, mesh)
 }
 
+/// Divided by a wall with thickness, with walls that let sound through.
+fn divided() -> Scene {
+    let mut mesh = Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]);
+    let first = mesh.vertices.len() as u32;
+    let solid = Mesh::shoebox([0.3, 4.0, 3.0], [0; 6]);
+    mesh.vertices.extend(solid.vertices.iter().map(|vertex| *vertex + DVec3::new(2.0, 0.0, 0.0)));
+    mesh.triangles.extend(solid.triangles.iter().map(|triangle| {
+        let [a, b, c] = triangle.corners.map(|corner| corner + first);
+        MeshTriangle { corners: [a, c, b], ..*triangle }
+    }));
+    let mut scene = scene(0.2, mesh);
+    scene.materials[0].transmission = vec![0.0, 0.25, 0.01];
+    scene
+}
+
 fn settings(emissions: u64) -> Settings {
     Settings { emissions, batches: 7, ..Settings::default() }
 }
@@ -109,7 +124,7 @@ fn an_extended_run_is_the_longer_run_with_every_kind_of_event() {
         (0.5, 1e-2, Spectral::PerBand, Mode::Accurate),
         (1.0, 1e-9, Spectral::PerBand, Mode::Paper),
     ] {
-        for scene in [closed(), open(), screened()] {
+        for scene in [closed(), open(), screened(), divided()] {
             let of = |emissions| Settings {
                 survival,
                 extinction_threshold,
@@ -129,9 +144,11 @@ fn an_extended_run_is_the_longer_run_with_every_kind_of_event() {
     let events = [
         Event::Absorbed,
         Event::Diffracted,
+        Event::Emerged,
         Event::Escaped,
         Event::Expired,
         Event::Extinguished,
+        Event::Left,
         Event::Transmitted,
     ];
     assert!(events.iter().all(|event| met.contains(event)), "{met:?}");

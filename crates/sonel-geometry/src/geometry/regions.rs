@@ -27,6 +27,7 @@ impl Geometry {
             edges: &edges,
             cracks: &cracks,
             is_left_out: &is_left_out,
+            kinds: &[],
             twins: &self.twins,
             is_doubled: &[],
             tolerance,

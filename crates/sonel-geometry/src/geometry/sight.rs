@@ -8,10 +8,10 @@
 //!
 //! Reference: [EdelsbrunnerMuecke1990] (docs/references.md), whose perturbation is symbolic; ours is a number.
 
-use super::{Geometry, THICKEST_PARTITION};
+use super::Geometry;
+use super::passage::Entry;
 use crate::probe::Probe;
-use crate::surfaces::PARALLEL;
-use crate::{Hit, PlaneId, Side, SurfaceId};
+use crate::{PlaneId, Side, SurfaceId};
 use glam::{DVec3, Vec3};
 use smallvec::SmallVec;
 
@@ -33,6 +33,31 @@ const DISPLACEMENTS: [DVec3; 2] = [
 /// Half-widths in ulps of the extent, of the region in which the `f32` test of a block leaves a triangle to `f64`: the error of a
 /// sheared corner, with the origin's, times the four products in an edge function.
 const DOUBTFUL_ULPS: f32 = 512.0;
+
+/// Rounds in which a way and the partitions on it are made to agree.
+pub const MOST_ROUNDS: usize = 6;
+
+/// What a straight way passes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sight {
+    /// The surfaces, in order; of partitions with thickness the face that is entered.
+    pub surfaces: SmallVec<[SurfaceId; 4]>,
+    /// Sum of the [shifts](super::Passage::shift) of partitions with thickness [m]: a way to p runs as one to p less this.
+    pub shift: DVec3,
+    /// Sum of their thicknesses [m].
+    pub thickness: f64,
+}
+
+/// A straight piece of a way.
+#[derive(Debug, Clone, Copy)]
+pub struct Leg {
+    /// Where it begins, about the scene's centre [m].
+    pub from: DVec3,
+    /// The offset to its end, but for the shifts of partitions on it [m].
+    pub way: DVec3,
+    /// The plane that was left.
+    pub left: Option<PlaneId>,
+}
 
 /// A face on a straight way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,54 +143,70 @@ impl Geometry {
         faces
     }
 
-    /// Whether `passes` holds for all of some faces in order, asked once for both faces of a partition with thickness: its interior is no air.
-    pub fn pass_all(&self, faces: &[Crossed], mut passes: impl FnMut(SurfaceId) -> bool) -> bool {
-        let mut rest = faces;
-        while let [near, behind @ ..] = rest {
-            if !passes(near.surface) {
-                return false;
+    /// The straight way between two local positions [m] in general position past surfaces that `passes` alone; [`None`] where there is none.
+    ///
+    /// Every partition with thickness shifts the way, so the direction depends on which are passed: they are assumed, the way is followed, and
+    /// both agree in the end, mostly after two rounds.
+    pub fn sight(
+        &self,
+        [from, to]: [DVec3; 2],
+        left: Option<PlaneId>,
+        passes: impl Fn(SurfaceId) -> bool,
+    ) -> Option<Sight> {
+        let mut assumed = DVec3::ZERO;
+        for _ in 0..MOST_ROUNDS {
+            let mut sight = Sight::default();
+            let leg = Leg { from, way: to - assumed - from, left };
+            let end = self.follow(leg, &passes, |_| false, &mut sight);
+            if self.is_same_shift(sight.shift, assumed) {
+                return end.is_some().then_some(sight);
             }
-            let is_thick = behind.first().is_some_and(|far| self.are_one_partition(near, far));
-            rest = &behind[usize::from(is_thick)..];
+            assumed = sight.shift;
         }
-        true
+        None
     }
 
-    /// Whether two faces met one after the other belong to one partition with thickness.
-    ///
-    /// What is behind the faces of a room and of objects in it is solid, up to the next face met from behind. In the open, faces of closed
-    /// shells that look away from each other, or at each other across a gap between two rooms, are one partition if they are parallel,
-    /// of one material and at most [`THICKEST_PARTITION`] apart.
-    pub(super) fn are_one_partition(&self, near: &Crossed, far: &Crossed) -> bool {
-        let [from, to] = [near, far].map(|face| self.surface(face.surface));
-        let are_of_shells = [near, far].iter().all(|face| self.is_of_shell(face.triangle));
-        are_of_shells
-            && if self.is_closed_room() {
-                near.side == Side::Front && far.side == Side::Back
-            } else {
-                from.normal.dot(to.normal) < -PARALLEL
-                    && from.material == to.material
-                    && from.normal.dot(far.place - near.place).abs() <= THICKEST_PARTITION
+    /// Whether two shifts [m] are equal but for rounding.
+    #[must_use]
+    pub fn is_same_shift(&self, a: DVec3, b: DVec3) -> bool {
+        a.distance(b) <= f64::from(self.resolution())
+    }
+
+    /// Follows a leg past surfaces that `passes`, to the first face that `ends` it or to its end, and notes in `sight` what is passed. [`None`]
+    /// where something is on it that nothing passes.
+    pub fn follow(
+        &self,
+        mut leg: Leg,
+        passes: &dyn Fn(SurfaceId) -> bool,
+        ends: impl Fn(&Crossed) -> bool,
+        sight: &mut Sight,
+    ) -> Option<Option<Crossed>> {
+        'leg: loop {
+            for face in self.faces_between([leg.from, leg.from + leg.way], leg.left) {
+                if ends(&face) {
+                    return Some(Some(face));
+                }
+                if !passes(face.surface) {
+                    return None;
+                }
+                let Crossed { share, place, triangle, surface, side, .. } = face;
+                let passage = self.passage(&Entry { place, triangle, surface, side })?;
+                sight.surfaces.push(surface);
+                if passage.emerged.is_some() {
+                    sight.shift += passage.shift;
+                    sight.thickness += passage.thickness();
+                    let (from, left) = (place + passage.shift, passage.departure.plane);
+                    leg = Leg { from, way: (1.0 - share) * leg.way, left };
+                    continue 'leg;
+                }
             }
+            return Some(None);
+        }
     }
 
     /// Whether nothing is between two local positions [m] but what is in the plane that was `left`.
     #[must_use]
     pub fn is_clear(&self, ends: [DVec3; 2], left: Option<PlaneId>) -> bool {
         !self.visit_between(ends, left, |_| true)
-    }
-}
-
-impl From<(&Hit, &Geometry)> for Crossed {
-    fn from((hit, geometry): (&Hit, &Geometry)) -> Self {
-        let Hit { triangle, surface, side, position, .. } = *hit;
-        Self {
-            share: 0.0,
-            place: position.as_dvec3(),
-            surface,
-            plane: geometry.surface(surface).plane,
-            side,
-            triangle,
-        }
     }
 }

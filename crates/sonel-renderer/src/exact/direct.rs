@@ -6,7 +6,7 @@ use sonel_map::CoefficientTable;
 
 use crate::partition::Partitions;
 
-/// Length [m] and unit direction of the direct path from `source` to `receiver` (both about the scene's centre), and what it passes;
+/// Length outside of partitions [m] and unit direction of the direct path from `source` to `receiver` (both about the scene's centre), and what it passes;
 /// [`None`] where a surface is in between that nothing passes.
 #[must_use]
 pub fn direct_path(
@@ -20,7 +20,7 @@ pub fn direct_path(
         geometry.in_general_position(receiver, End::Receiver),
     ];
     let passed = Partitions::on_way(geometry, table, ends)?;
-    let offset = receiver - source;
+    let offset = receiver - passed.shift() - source;
     Some((offset.length(), offset.normalize(), passed))
 }
 
@@ -49,7 +49,14 @@ pub fn direct_way(
 ) -> Option<DirectWay> {
     let Some((profile, speed)) = table.profile() else {
         let (length, departing, passed) = direct_path(geometry, table, source, receiver)?;
-        return Some(DirectWay { length, departing, towards: -departing, spread: spread(length), passed });
+        let spread = spread(length);
+        return Some(DirectWay {
+            length: length + passed.thickness(),
+            departing,
+            towards: -departing,
+            spread,
+            passed,
+        });
     };
     let (arc, time) = (Arc::between(profile, source, receiver), profile.travel_time(source, receiver));
     let passed = Partitions::along(geometry, table, source.as_vec3(), (&arc, time), receiver.as_vec3())?;

@@ -267,7 +267,7 @@ impl Renderer<'_> {
         let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
         passed.attenuate(self.geometry, &self.table, &mut factors);
         passed.attenuate(self.geometry, &self.table, &mut energy);
-        if at.table.profile().is_some() {
+        if at.table.profile().is_some() || passed.thickness() > 0.0 {
             let even = self::spread(length);
             factors.iter_mut().flatten().for_each(|factor| *factor *= spread / even);
         }

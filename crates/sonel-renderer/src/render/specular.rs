@@ -154,8 +154,9 @@ impl Renderer<'_> {
             }
         }
         if passes {
-            way.departure = self.geometry.pass(hit, way.direction);
-            way.length += f64::from(end.distance(way.departure.origin)) * way.stretch;
+            let Some(passage) = self.geometry.pass(hit) else { return false };
+            way.departure = passage.departure;
+            way.length += passage.thickness() * way.stretch;
             return true;
         }
         way.direction = (way.direction - 2.0 * way.direction.dot(normal) * normal).normalize();

@@ -127,16 +127,21 @@ pub fn connect(
             continue;
         }
         let offset = receiver.position - sonel.position;
-        let projected = offset.dot(sonel.normal);
-        if projected <= 0.0 {
+        if offset.dot(sonel.normal) <= 0.0 {
             continue;
         }
+        if sonel.length + f64::from(offset.length()) * receiver.stretch > medium.bins.reach {
+            continue;
+        }
+        let Some(passed) = medium.partitions(sonel.departure, receiver.position) else { continue };
+        // Partitions with thickness shift the way.
+        let offset = offset - passed.shift().as_vec3();
+        let projected = offset.dot(sonel.normal).max(0.0);
         let squared = f64::from(offset.length_squared());
         let distance = squared.sqrt();
-        let leg = distance * receiver.stretch;
+        let leg = (distance + passed.thickness()) * receiver.stretch;
         let length = sonel.length + leg;
         let Some(bin) = medium.bins.bin(length) else { continue };
-        let Some(passed) = medium.partitions(sonel.departure, receiver.position) else { continue };
         // What is brighter than the receiver's limit is left to its rays.
         let solid_angle = (f64::from(projected) / (distance * squared)).min(receiver.brightest);
         let towards = -offset.as_dvec3();

@@ -80,9 +80,17 @@ pub fn cross<'a>(
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
+    // Others come from everywhere, and the strongest of them is near.
+    let is_beam = piece.beam != Beam::Diffused;
     for (index, receiver, direct_length) in receivers {
         let ball = receiver.balls.at(piece.start_length, piece.beam);
-        let Some(chord) = ball.chord(medium.geometry, piece.ends) else { continue };
+        let Some(chord) = ball.chord(medium.geometry, piece.ends) else {
+            let is_near = || ball.is_passed_nearby(medium.geometry, piece.ends);
+            if is_beam {
+                deposits.crossings.pass_near(piece.beam, index, piece.energy, is_near);
+            }
+            continue;
+        };
         let along = (piece.ends.1 - piece.ends.0).as_dvec3();
         let fluence = chord.fluence * receiver.sensitivity.to(-along);
         let length = (piece.start_length + chord.at * receiver.stretch).max(direct_length);

@@ -35,7 +35,8 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
         let outside = surfaces(geometry.outside().into_iter().map(|id| geometry.surface(id)));
         faults.push(format!(
             "no closed part of the mesh contains all other parts, so the room has no volume; remove or separate {} beyond the \
-             largest part: {}",
+             largest part: {}; rooms drawn as closed shells side by side must be at most 1 m apart, each with a wall that transmits \
+             parallel to one of its neighbour's",
             count(outside.len(), "surface"),
             listed(&outside)
         ));
@@ -58,6 +59,7 @@ pub(super) fn of(geometry: &Geometry, scene: &Scene) -> Vec<String> {
         faults.push(format!("{}: {}", count(slivers.len(), "sliver"), listed(&slivers)));
     }
     faults.extend(overlaps(geometry));
+    faults.extend(dead_ends(geometry, scene));
     faults.extend(unreachable(geometry, scene));
     faults
 }
@@ -142,6 +144,30 @@ fn overlaps(geometry: &Geometry) -> Option<String> {
         format!(
             "faces lie over others within {} mm: {}; their areas count twice: remove one of each",
             number(1e3 * WIDEST_OVERLAP),
+            listed(&named)
+        )
+    })
+}
+
+/// Partitions that nothing passes as they are drawn, in a sentence.
+fn dead_ends(geometry: &Geometry, scene: &Scene) -> Option<String> {
+    let transmits = |surface: &Surface| {
+        let material = scene.materials.get(surface.material as usize);
+        material.is_some_and(|it| it.transmission.iter().any(|&share| share > 0.0))
+    };
+    let exposed = geometry.surfaces().iter().zip((0..).map(SurfaceId)).filter(|(surface, id)| {
+        transmits(surface) && geometry.exposed(*id) > LARGEST_BARE_SHARE * surface.area
+    });
+    // Narrow sides of a partition are dead ends of no matter.
+    let (dead, passed): (Vec<_>, Vec<_>) = exposed.partition(|(_, id)| geometry.is_dead_end(*id));
+    let is_passed = |material: u32| passed.iter().any(|(surface, _)| surface.material == material);
+    let named =
+        surfaces(dead.into_iter().map(|(surface, _)| surface).filter(|surface| !is_passed(surface.material)));
+    (!named.is_empty()).then(|| {
+        format!(
+            "nothing passes {} of materials that transmit, as no parallel face is within 1 m behind: {}; draw the wall as one sheet, \
+             or its two faces parallel and at most 1 m apart",
+            count(named.len(), "surface"),
             listed(&named)
         )
     })

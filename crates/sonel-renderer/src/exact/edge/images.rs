@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 use sonel_diffraction::WedgePoint;
-use sonel_geometry::{Geometry, SurfaceId};
+use sonel_geometry::{Crossed, Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
 use sonel_map::lanes::lanes_of;
 
@@ -19,7 +19,7 @@ use super::objects::SHELL;
 use super::visibility::stretches;
 use super::{Edges, RoomEdge};
 use crate::exact::mirror::tree::ImageTree;
-use crate::partition::Partitions;
+use crate::partition::is_partition;
 
 /// Most images of a source or a receiver, and most images times edges.
 const IMAGES: usize = 256;
@@ -213,31 +213,28 @@ impl<'t> Images<'t> {
         image: usize,
         (edge, place): (&RoomEdge, DVec3),
     ) -> Option<Seen> {
-        let (mut passed, mut objects) = (Partitions::default(), Vec::new());
+        let (mut passed, mut objects) = (Vec::new(), Vec::new());
         let place = place + edge.off;
-        let mut pass = |surface| {
-            if edge.faces.iter().all(|face| face.surface != surface) && passed.pass(geometry, table, surface)
-            {
+        let ignored = |face: &Crossed| {
+            let is_own = edge.faces.iter().any(|own| own.surface == face.surface);
+            if !is_own && is_partition(geometry, table, face.surface) {
+                passed.push(*face);
                 return true;
             }
-            let object = edges.objects.of(surface);
+            let object = edges.objects.of(face.surface);
             objects.push(object);
             object != SHELL && object != edge.object
         };
         let is_seen = match self.tree {
-            Some(tree) if image > 0 => tree.passes(geometry, image - 1, place, &mut pass),
+            Some(tree) if image > 0 => tree.is_clear(geometry, image - 1, place, ignored),
             _ => {
-                let ends = [self.all[0].displaced, place];
-                if table.transmits() {
-                    geometry.pass_all(&geometry.faces_between(ends, None), pass)
-                } else {
-                    !geometry.visit_between(ends, None, |face| !pass(face.surface))
-                }
+                let mut ignored = ignored;
+                !geometry.visit_between([self.all[0].displaced, place], None, |face| !ignored(&face))
             }
         };
         objects.sort_unstable();
         objects.dedup();
-        is_seen.then(|| (objects, passed.materials(geometry)))
+        is_seen.then(|| (objects, materials_of(geometry, passed)))
     }
 
     /// The direction in which sound leaves the end over an image for `place` [m].
@@ -245,6 +242,22 @@ impl<'t> Images<'t> {
     pub(super) fn leaving(&self, image: usize, place: DVec3) -> DVec3 {
         self.all[image].unfold(place) - self.all[0].position
     }
+}
+
+/// The materials of the partitions that faces belong to, in ascending order; of one with thickness both faces are passed.
+fn materials_of(geometry: &Geometry, mut faces: Vec<Crossed>) -> Vec<u32> {
+    faces.sort_by_key(|face| face.plane);
+    let same = f64::from(geometry.resolution());
+    faces.dedup_by(|one, other| one.plane == other.plane && one.place.distance(other.place) <= same);
+    let is_thick = |face: &Crossed| geometry.partition_thickness(face.surface).is_some();
+    let material = |face: Crossed| geometry.surface(face.surface).material;
+    let (thick, sheets): (Vec<Crossed>, Vec<Crossed>) = faces.into_iter().partition(is_thick);
+    let mut of_thick: Vec<u32> = thick.into_iter().map(material).collect();
+    of_thick.sort_unstable();
+    let mut materials: Vec<u32> =
+        of_thick.into_iter().step_by(2).chain(sheets.into_iter().map(material)).collect();
+    materials.sort_unstable();
+    materials
 }
 
 impl Image {

@@ -8,18 +8,19 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use sonel_geometry::{Crossed, Departure, End, Geometry, PlaneId, Side, SurfaceId};
+use smallvec::{SmallVec, smallvec};
+use sonel_geometry::{Crossed, Departure, End, Geometry, Leg, MOST_ROUNDS, PlaneId, Side, Sight, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes, lanes_of};
 
 use super::beam::{Beam, clip, hull};
 use super::{Image, MirrorArrival, Radiator};
-use crate::partition::Partitions;
-
-/// Asked whether a surface lets a straight way through.
-type Passes<'a> = &'a mut dyn FnMut(SurfaceId) -> bool;
+use crate::partition::{Partitions, is_partition};
 
 /// No chain is longer, however few the surfaces.
 const ORDER_LIMIT: u32 = 24;
+
+/// Thicknesses of the thickest partition by which ways may be shifted out of their beams: a row of three rooms, and back.
+const SHIFTS: f64 = 4.0;
 
 /// How far outside its beam a chain is still tried [rad]: beams are cut a resolution inside the surfaces that they light.
 const BEAM_SLACK: f64 = 1e-4;
@@ -44,6 +45,8 @@ pub struct ImageTree<'a> {
     /// The radiator's position in general position, of which the nodes are images.
     origin: DVec3,
     lanes: usize,
+    /// How far partitions may shift a way out of its beam [m].
+    slack: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -110,6 +113,7 @@ impl<'t> ImageTree<'t> {
             radiator,
             origin: geometry.in_general_position(radiator.position, end),
             lanes: lanes_of(table.bands()),
+            slack: SHIFTS * thickest(geometry, table),
         };
         let source = Beam::new(tree.origin, &[]);
         let mut last_order = vec![Grown {
@@ -171,20 +175,27 @@ impl<'t> ImageTree<'t> {
     ) {
         let mut factor = vec![[0.0; 4]; self.lanes];
         let from = geometry.in_general_position(receiver, End::Receiver);
+        let passes = |surface| is_partition(geometry, table, surface);
         for node in &self.nodes {
-            let mut passed = Partitions::default();
-            let mut pass = |surface| passed.pass(geometry, table, surface);
-            let passes: Option<Passes<'_>> = if table.transmits() { Some(&mut pass) } else { None };
-            let Some(leaving) = self.validate(geometry, node, (from, None), passes) else {
-                continue;
+            let validated = if table.transmits() {
+                self.validate_through(geometry, node, from, &passes)
+            } else {
+                let leaving = self.validate(geometry, node, (from, None), |_| false);
+                leaving.map(|leaving| (leaving, Sight::default()))
             };
-            let offset = node.of_radiator - receiver;
+            let Some((leaving, sight)) = validated else { continue };
+            let offset = node.of_radiator - sight.shift - receiver;
             self.mirror(table, node, offset, &mut factor);
+            let passed = Partitions::from(sight);
             passed.attenuate(geometry, table, &mut factor);
             self.radiator.towards(leaving).weigh(&mut factor);
-            let length = offset.length();
+            let in_air = offset.length();
+            let length = in_air + passed.thickness();
+            // Sound spreads in the air alone.
+            let spreads = (length / in_air) * (length / in_air);
+            factor.iter_mut().flatten().for_each(|factor| *factor *= spreads);
             let mirrors = self.chain(node).map(|node| node.mirror.surface).collect();
-            let towards = offset / length;
+            let towards = offset / in_air;
             let through = passed.materials(geometry);
             found(&MirrorArrival { length, towards, order: node.order, mirrors, factor: &factor, through });
         }
@@ -281,19 +292,19 @@ impl<'t> ImageTree<'t> {
         point: DVec3,
         left: Option<PlaneId>,
     ) -> Option<DVec3> {
-        self.validate(geometry, &self.nodes[image], (point, left), None)
+        self.validate(geometry, &self.nodes[image], (point, left), |_| false)
     }
 
-    /// Whether `passes` holds for all that is on the way from the origin over the chain of image number `image` to `place` [m], in general
+    /// Whether nothing but what is `ignored` is on the way from the origin over the chain of image number `image` to `place` [m], in general
     /// position.
-    pub fn passes(
+    pub fn is_clear(
         &self,
         geometry: &Geometry,
         image: usize,
         place: DVec3,
-        passes: &mut dyn FnMut(SurfaceId) -> bool,
+        ignored: impl FnMut(&Crossed) -> bool,
     ) -> bool {
-        self.validate(geometry, &self.nodes[image], (place, None), Some(passes)).is_some()
+        self.validate(geometry, &self.nodes[image], (place, None), ignored).is_some()
     }
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
@@ -314,42 +325,120 @@ impl<'t> ImageTree<'t> {
         }
     }
 
+    /// Whether a place is in the beam of a node, `slack` [m] about it included.
+    fn is_in_beam(&self, node: &Node, place: DVec3, slack: f64) -> bool {
+        let sides = &self.sides[node.sides.0 as usize..node.sides.1 as usize];
+        let offset = place - node.image;
+        let outside = -BEAM_SLACK * offset.length() - slack;
+        sides.iter().all(|side| side.dot(offset) >= outside)
+    }
+
     /// Follows the chain backwards from `from`, which lies in the plane that is `left`. Returns the offset from the origin of the tree to the
-    /// first reflection where nothing is in the way but what `passes`; none where nothing does.
+    /// first reflection where nothing is in the way but what is `ignored`.
     fn validate(
         &self,
         geometry: &Geometry,
         leaf: &Node,
         (from, mut left): (DVec3, Option<PlaneId>),
-        mut passes: Option<Passes<'_>>,
+        mut ignored: impl FnMut(&Crossed) -> bool,
     ) -> Option<DVec3> {
-        let sides = &self.sides[leaf.sides.0 as usize..leaf.sides.1 as usize];
-        let offset = from - leaf.image;
-        let outside = -BEAM_SLACK * offset.length();
-        if sides.iter().any(|side| side.dot(offset) < outside) {
+        if !self.is_in_beam(leaf, from, 0.0) {
             return None;
         }
         let mut point = from;
         for node in self.chain(leaf) {
-            point = met(geometry, node, (point, left), &mut passes)?;
+            point = met(geometry, node, (point, left), &mut ignored)?;
             left = Some(geometry.surface(node.mirror.surface).plane);
         }
-        let ends = [point, self.origin];
-        let is_open = match passes {
-            Some(passes) => geometry.pass_all(&geometry.faces_between(ends, left), passes),
-            None => geometry.is_clear(ends, left),
-        };
-        is_open.then_some(point - self.origin)
+        let is_blocked = geometry.visit_between([point, self.origin], left, |face| !ignored(&face));
+        (!is_blocked).then_some(point - self.origin)
+    }
+
+    /// The same past surfaces that `passes`, with what is passed. Its shift is that of the image as it is seen from `from`.
+    ///
+    /// As for a straight way ([`Geometry::sight`]) the shifts of the legs are assumed and the chain is followed until both agree.
+    fn validate_through(
+        &self,
+        geometry: &Geometry,
+        leaf: &Node,
+        from: DVec3,
+        passes: &dyn Fn(SurfaceId) -> bool,
+    ) -> Option<(DVec3, Sight)> {
+        if !self.is_in_beam(leaf, from, self.slack) {
+            return None;
+        }
+        let chain: SmallVec<[&Node; 8]> = self.chain(leaf).collect();
+        let mut assumed: SmallVec<[DVec3; 8]> = smallvec![DVec3::ZERO; chain.len() + 1];
+        for _ in 0..MOST_ROUNDS {
+            let seen = as_seen(geometry, &chain, &assumed);
+            let mut legs: SmallVec<[Sight; 8]> = smallvec![Sight::default(); chain.len() + 1];
+            let leaving = self.follow_back(geometry, &chain, (from, &seen), passes, &mut legs);
+            let is_same = |(leg, assumed): (&Sight, &DVec3)| geometry.is_same_shift(leg.shift, *assumed);
+            if legs.iter().zip(&assumed).all(is_same) {
+                let surfaces = legs.iter().flat_map(|leg| leg.surfaces.iter().copied()).collect();
+                let thickness = legs.iter().map(|leg| leg.thickness).sum();
+                return leaving.map(|leaving| (leaving, Sight { surfaces, shift: seen[0], thickness }));
+            }
+            assumed = legs.iter().map(|leg| leg.shift).collect();
+        }
+        None
+    }
+
+    /// Follows `chain` backwards from `from`, where `shifts` is how far from where they are without partitions its images are seen on each leg,
+    /// and notes in `legs` what is passed.
+    fn follow_back(
+        &self,
+        geometry: &Geometry,
+        chain: &[&Node],
+        (from, shifts): (DVec3, &[DVec3]),
+        passes: &dyn Fn(SurfaceId) -> bool,
+        legs: &mut [Sight],
+    ) -> Option<DVec3> {
+        let (mut from, mut left) = (from, None);
+        for ((node, shift), sight) in chain.iter().zip(shifts).zip(&mut *legs) {
+            let plane = geometry.surface(node.mirror.surface).plane;
+            let leg = Leg { from, way: node.image - *shift - from, left };
+            let met = geometry.follow(leg, passes, |face| face.plane == plane, sight)??;
+            if met.surface != node.mirror.surface || met.side != node.mirror.side {
+                return None;
+            }
+            (from, left) = (met.place, Some(plane));
+        }
+        let way = self.origin - shifts[chain.len()] - from;
+        geometry.follow(Leg { from, way, left }, passes, |_| false, &mut legs[chain.len()])?;
+        Some(-way)
     }
 }
 
+/// How far from where they are without partitions the images of a chain, the last mirror first, are seen on every leg, for the shift of each
+/// [m]: what the legs behind a mirror shift is seen in it.
+fn as_seen(geometry: &Geometry, chain: &[&Node], shifts: &[DVec3]) -> SmallVec<[DVec3; 8]> {
+    let mut seen: SmallVec<[DVec3; 8]> = SmallVec::from_slice(shifts);
+    for (leg, node) in chain.iter().enumerate().rev() {
+        let normal = geometry.surface(node.mirror.surface).normal;
+        let behind = seen[leg + 1];
+        seen[leg] += behind - 2.0 * behind.dot(normal) * normal;
+    }
+    seen
+}
+
+/// Thickness of the thickest partition that sound passes [m].
+fn thickest(geometry: &Geometry, table: &CoefficientTable) -> f64 {
+    if !table.transmits() {
+        return 0.0;
+    }
+    let surfaces = (0..geometry.surfaces().len() as u32).map(SurfaceId);
+    let partitions = surfaces.filter(|&surface| is_partition(geometry, table, surface));
+    partitions.filter_map(|surface| geometry.partition_thickness(surface)).fold(0.0, f64::max)
+}
+
 /// Where the way from `point`, in the plane that is `left`, to the image of `node` meets its mirror; none where it meets anything before that
-/// nothing `passes`, or the plane beside the mirror.
+/// is not `ignored`, or the plane beside the mirror.
 fn met(
     geometry: &Geometry,
     node: &Node,
     (point, left): (DVec3, Option<PlaneId>),
-    passes: &mut Option<Passes<'_>>,
+    mut ignored: impl FnMut(&Crossed) -> bool,
 ) -> Option<DVec3> {
     let Node { mirror, image, .. } = *node;
     let reflection = crossing(geometry, mirror, point, image)?;
@@ -358,24 +447,17 @@ fn met(
     let beyond = point + (image - point) * ((above + depth) / (above + below));
     let (ends, plane) = ([point, beyond], geometry.surface(mirror.surface).plane);
     let is_mirror = |face: &Crossed| face.surface == mirror.surface && face.side == mirror.side;
-    let is_met = if let Some(passes) = passes {
-        let faces = geometry.faces_between(ends, left);
-        let at = faces.iter().position(|face| face.plane == plane)?;
-        is_mirror(&faces[at]) && geometry.pass_all(&faces[..at], passes)
-    } else {
-        let (mut there, at) = (None::<Crossed>, above / (above + depth));
-        let is_blocked = geometry.visit_between(ends, left, |face| {
-            if face.plane != plane {
-                return face.share < at;
-            }
-            if there.is_none_or(|known| face.hides(&known)) {
-                there = Some(face);
-            }
-            false
-        });
-        !is_blocked && there.is_some_and(|face| is_mirror(&face))
-    };
-    is_met.then_some(reflection)
+    let (mut there, at) = (None::<Crossed>, above / (above + depth));
+    let is_blocked = geometry.visit_between(ends, left, |face| {
+        if face.plane != plane {
+            return face.share < at && !ignored(&face);
+        }
+        if there.is_none_or(|known| face.hides(&known)) {
+            there = Some(face);
+        }
+        false
+    });
+    (!is_blocked && there.is_some_and(|face| is_mirror(&face))).then_some(reflection)
 }
 
 /// Surfaces that mirror anything in any band, from the sides that face air.

@@ -75,12 +75,16 @@ impl<'a> NearSource<'a> {
         deposits: &mut ClassDeposits<'_>,
     ) {
         let offset = self.radiator.position - place.position.as_dvec3();
-        let (distance, projected) = (offset.length(), offset.dot(place.normal.as_dvec3()));
-        let length = (place.length + distance) * prepared.stretch;
-        let Some(bin) = medium.bins.bin(length).filter(|_| projected > 0.0) else { return };
+        if offset.dot(place.normal.as_dvec3()) <= 0.0 {
+            return;
+        }
         let Some(passed) = medium.partitions(place.departure, self.radiator.position.as_vec3()) else {
             return;
         };
+        let offset = offset - passed.shift();
+        let (distance, projected) = (offset.length(), offset.dot(place.normal.as_dvec3()).max(0.0));
+        let length = (place.length + distance + passed.thickness()) * prepared.stretch;
+        let Some(bin) = medium.bins.bin(length) else { return };
         scratch.fill([1.0; 4]);
         self.radiator.towards(-offset).weigh(scratch);
         for (scratch, throughput) in scratch.iter_mut().zip(&place.throughput) {

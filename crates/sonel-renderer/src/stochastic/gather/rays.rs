@@ -244,8 +244,8 @@ impl Ray {
         rays: &mut Vec<Self>,
     ) {
         let row = table.mean_row(hit.surface);
-        if row.is_partition && self.passes(medium, hit, (row, sample), stream) {
-            rays.push(self);
+        if row.is_partition && self.is_to_pass(sample.through(hit, row), stream) {
+            rays.extend(self.passed(medium, hit, row));
             return;
         }
         let met = table.row(hit.surface, self.direction.as_dvec3());
@@ -344,26 +344,25 @@ impl Ray {
         self
     }
 
-    /// Whether it goes through the partition at `hit`, by chance; what it carries allows for that either way.
-    fn passes(
-        &mut self,
-        medium: &Medium<'_>,
-        hit: &Hit,
-        (row, sample): (&MaterialRow, &SonelSample),
-        stream: &mut Stream,
-    ) -> bool {
-        let through = sample.through(hit, row);
+    /// Whether it goes through a partition, by chance, where a share goes `through`; what it carries allows for that either way.
+    fn is_to_pass(&mut self, through: f64, stream: &mut Stream) -> bool {
         let passes = stream.uniform_fine() < through;
-        let before = self.weight();
-        if passes {
-            weigh(&mut self.throughput, &row.transmitted.energy, 1.0 / through);
-            self.departure = medium.geometry.pass(hit, self.direction);
-            self.at = hit.position.as_dvec3();
-        } else {
-            self.throughput.iter_mut().flatten().for_each(|band| *band /= 1.0 - through);
-        }
-        self.usual *= self.weight() / before;
+        let chance = if passes { through } else { 1.0 - through };
+        self.throughput.iter_mut().flatten().for_each(|band| *band /= chance);
+        self.usual /= chance;
         passes
+    }
+
+    /// The ray behind the partition at `hit`; none where no face is opposite.
+    fn passed(mut self, medium: &Medium<'_>, hit: &Hit, row: &MaterialRow) -> Option<Self> {
+        let passage = medium.geometry.pass(hit)?;
+        let before = self.weight();
+        weigh(&mut self.throughput, &row.transmitted.energy, 1.0);
+        self.usual *= self.weight() / before;
+        self.departure = passage.departure;
+        self.at = hit.position.as_dvec3() + passage.shift;
+        self.length += passage.thickness();
+        Some(self)
     }
 
     /// Goes on as a mirror with the `specular` factors has it; false where nothing is left.

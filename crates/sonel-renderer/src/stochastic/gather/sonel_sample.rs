@@ -170,7 +170,8 @@ impl SampledSonel {
         if !sends {
             return None;
         }
-        Partitions::between(geometry, table, self.departure, position)?;
+        let passed = Partitions::between(geometry, table, self.departure, position)?;
+        let offset = offset - passed.shift().as_vec3();
         let distance = offset.length();
         let near = distance.max(NEAR_PER_FREE_PATH * self.free_path);
         Some(SeenSonel {

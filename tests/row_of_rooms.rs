@@ -1,0 +1,139 @@
+//! Rooms in a row with partitions between them, drawn in several ways, with the slow simulator of the test kit beside them.
+
+use glam::{DVec3, dvec3};
+use sonel_acoustics::{BandWidth, Bands, Material};
+use sonel_geometry::{Mesh, MeshTriangle};
+use sonel_map::Settings;
+use sonel_renderer::{Estimator, RenderSettings};
+use sonel_scene::Scene;
+use sonel_testkit::row_of_rooms::RowOfRooms;
+use sonel_testkit::z_test::{Estimate, Within, agree};
+
+use crate::meshes::{add_box, add_quad};
+use crate::{Traced, batch_fluence};
+
+/// Extent of a room [m].
+const SIZE: DVec3 = dvec3(4.0, 5.0, 3.0);
+const SOURCE: [f64; 3] = [1.1, 2.1, 1.2];
+/// Receivers in the rooms, from their lower corners [m].
+const RECEIVERS: [[f64; 3]; 3] = [[2.9, 3.4, 1.3], [1.8, 3.1, 1.4], [2.2, 1.9, 1.6]];
+const WALL: u32 = 0;
+const PARTITION: u32 = 1;
+
+/// How partitions are drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Drawn {
+    /// As sheets.
+    Sheets,
+    /// As solids of a thickness [m] between the walls of one hull.
+    Solids(f64),
+    /// As gaps of a width [m] between rooms that are closed shells.
+    Shells(f64),
+}
+
+impl Drawn {
+    fn thickness(self) -> f64 {
+        match self {
+            Self::Sheets => 0.0,
+            Self::Solids(thickness) | Self::Shells(thickness) => thickness,
+        }
+    }
+}
+
+/// The rooms with the source in the first and a receiver in each.
+#[must_use]
+pub fn scene(row: RowOfRooms, drawn: Drawn) -> Scene {
+    let bands = Bands::new(vec![1000.0], BandWidth::Octave).expect("an octave");
+    let wall = |name| Material::uniform(name, row.absorption, row.scattering, 1);
+    let mut partition = wall("partition");
+    partition.transmission = vec![row.transmission];
+    let step = SIZE.x + drawn.thickness();
+    let mut scene = Scene::from_parts(mesh(row.rooms, drawn), vec![wall("wall"), partition], bands, 1.2)
+        .with_source("source", SOURCE)
+        .without_air_attenuation();
+    for (room, [x, y, z]) in RECEIVERS.into_iter().take(row.rooms).enumerate() {
+        scene = scene.with_receiver("receiver", [x + room as f64 * step, y, z]);
+    }
+    scene
+}
+
+fn mesh(rooms: usize, drawn: Drawn) -> Mesh {
+    let thickness = drawn.thickness();
+    let step = SIZE.x + thickness;
+    if let Drawn::Shells(_) = drawn {
+        let mut mesh = Mesh::default();
+        for room in 0..rooms {
+            let kind = |is_partition| if is_partition { PARTITION } else { WALL };
+            let ends = [kind(room > 0), kind(room + 1 < rooms)];
+            let shell = Mesh::shoebox(SIZE.to_array(), [ends[0], ends[1], WALL, WALL, WALL, WALL]);
+            let first = mesh.vertices.len() as u32;
+            mesh.vertices.extend(shell.vertices.iter().map(|it| *it + dvec3(room as f64 * step, 0.0, 0.0)));
+            mesh.triangles.extend(shell.triangles.iter().map(|triangle| MeshTriangle {
+                corners: triangle.corners.map(|corner| corner + first),
+                ..*triangle
+            }));
+        }
+        return mesh;
+    }
+    let mut mesh = Mesh::shoebox([rooms as f64 * step - thickness, SIZE.y, SIZE.z], [WALL; 6]);
+    for room in 1..rooms {
+        let x = room as f64 * step - thickness;
+        let corner = |x: f64, y: f64, z: f64| dvec3(x, y * SIZE.y, z * SIZE.z);
+        if drawn == Drawn::Sheets {
+            let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+            add_quad(&mut mesh, PARTITION, corners.map(|[y, z]| corner(x, y, z)));
+        } else {
+            add_box(&mut mesh, PARTITION, corner(x, 0.0, 0.0), corner(x + thickness, 1.0, 1.0));
+        }
+    }
+    mesh
+}
+
+/// Fluences at the receivers by the slow simulator.
+#[must_use]
+pub fn fluences(row: RowOfRooms, rays: usize) -> Vec<Estimate> {
+    let receivers: Vec<[f64; 3]> = (0..row.rooms)
+        .map(|room| [RECEIVERS[room][0] + room as f64 * SIZE.x, RECEIVERS[room][1], RECEIVERS[room][2]])
+        .collect();
+    row.fluences(SOURCE, &receivers, 0.5, rays)
+}
+
+/// A row of `rooms`.
+#[must_use]
+pub fn row(rooms: usize, scattering: f64) -> RowOfRooms {
+    RowOfRooms { rooms, size: SIZE.to_array(), absorption: 0.2, scattering, transmission: 0.1 }
+}
+
+/// Fluences at the receivers as rendered.
+///
+/// # Panics
+/// Where packets lose energy.
+#[must_use]
+pub fn rendered(row: RowOfRooms, drawn: Drawn, estimator: Estimator, emissions: u64) -> Vec<Estimate> {
+    let settings = Settings { emissions, ..Settings::default() };
+    let traced = Traced::with(&["transmission"], scene(row, drawn), settings);
+    assert!(traced.geometry.is_watertight() && traced.ledger.worst_residual() < 1e-9);
+    let rendering = traced.render(RenderSettings { estimator, ..RenderSettings::default() });
+    let of = |receiver| batch_fluence(&rendering, receiver, 0);
+    (0..row.rooms).map(of).map(|(value, sigma)| Estimate { value, sigma }).collect()
+}
+
+/// Checks that all rooms get what the slow simulator counts, within 4 σ each, and that a factor `loss` at each partition would show; how far
+/// they are off [dB].
+///
+/// # Panics
+/// Where they do not.
+pub fn check(name: &str, loss: f64, rendered: &[Estimate], counted: &[Estimate]) -> Vec<f64> {
+    let differs = |loss: f64| {
+        (0_i32..).zip(rendered).zip(counted).find_map(|((room, rendered), counted)| {
+            let expected = Estimate { value: counted.value * loss.powi(room), ..*counted };
+            let within = Within { sigmas: 4.0, maximal_sigma: 0.035 * counted.value };
+            agree(*rendered, expected, within).err().map(|off| format!("room {room}: {off}"))
+        })
+    };
+    assert_eq!(differs(1.0), None, "{name}");
+    assert!(differs(loss).is_some(), "{name}: a loss within the thickness is found");
+    let decibels =
+        |(rendered, counted): (&Estimate, &Estimate)| 10.0 * (rendered.value / counted.value).log10();
+    rendered.iter().zip(counted).map(decibels).collect()
+}
