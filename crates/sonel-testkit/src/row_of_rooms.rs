@@ -135,7 +135,8 @@ mod tests {
         let within = Within { sigmas: 4.0, maximal_sigma: 0.02 * found[0].value };
         agree(found[0], counted.total(), within).unwrap();
         assert!(found[1].value <= 0.0, "nothing passes");
-        let leaky = RowOfRooms { transmission: 0.1, ..ROW }.fluences(SOURCE, &[RECEIVER], 0.4, 4000);
+        let leaky =
+            RowOfRooms { transmission: ROW.absorption, ..ROW }.fluences(SOURCE, &[RECEIVER], 0.4, 4000);
         assert!(leaky[0].value > found[0].value, "what passes comes back");
     }
 }
