@@ -8,8 +8,8 @@ use sonel_geometry::Mesh;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::effects::{Decision, EffectSpec, decide};
-use sonel_study::pipeline::{InMemory, NoClock, PipelineSettings, Rendered, Room};
+use sonel_study::effects::{Decision, EffectSpec, decide, states};
+use sonel_study::pipeline::{InMemory, PipelineSettings, Rendered, Room};
 use sonel_study::response::receivers_of;
 
 use crate::{meshes, shipped};
@@ -67,13 +67,11 @@ pub fn run(scene: &Scene, spec: &str, emissions: u64) -> Run {
     let mut scene = scene.clone();
     let geometry = scene.geometry().expect("walls");
     let spec: EffectSpec = spec.parse().expect("a specification");
-    let decisions =
-        decide(&spec, Mode::Accurate, &mut scene, &geometry, false, &NoClock).expect("a sound scene");
-    let states = decisions.iter().map(Decision::state).collect();
-    let room = Room::new(&scene, states).expect("walls");
+    let decisions = decide(&spec, Mode::Accurate, &mut scene, &geometry);
+    let room = Room::new(&scene, states(&decisions, Mode::Accurate)).expect("walls");
     let settings = PipelineSettings {
         trace: Settings { emissions, seed: 7, ..Settings::default() },
-        render: RenderSettings { rays: Some(4096), ..RenderSettings::default() },
+        render: RenderSettings { rays: Some(4096), edges: spec.diffracts(), ..RenderSettings::default() },
     };
     let run = room.run(&settings, &receivers_of(&scene), &mut InMemory, &CpuClock).expect("a run");
     Run {

@@ -1,4 +1,4 @@
-//! What must not be wrong in a random building: sound in sealed rooms, image-source sums, closed meshes called open.
+//! What must not be wrong in a random building, with edges: sound in sealed rooms, image-source sums, closed meshes called open.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -71,7 +71,7 @@ fn building(seed: u64, estimators: &[Estimator], order: u32) -> (usize, Vec<Stri
     let scene = building.scene(source.position, &receivers, DURATION);
     let settings = Settings { emissions: EMISSIONS, seed, ..Settings::default() };
     let mirrors = Mirrors::of(&scene.mesh);
-    let traced = Traced::new(scene, settings);
+    let traced = Traced::diffracting(scene, settings);
     for &estimator in estimators {
         let settings = RenderSettings { mirror_order: Some(ORDER), ..RenderSettings::of(estimator) };
         let rendering = traced.render(settings);

@@ -47,6 +47,8 @@ pub struct Traced {
     pub map: SonelMap,
     /// The ledger as the tracer kept them.
     pub ledger: Ledger,
+    /// Whether edges diffract in rendering.
+    pub edges: bool,
 }
 
 impl Traced {
@@ -56,7 +58,7 @@ impl Traced {
         Self::with_effects(scene, settings, Vec::new())
     }
 
-    /// Traces `scene` into a map that says its edges diffract.
+    /// Traces `scene` into a map that is rendered with edges.
     #[must_use]
     pub fn diffracting(scene: Scene, settings: Settings) -> Self {
         Self::with(&["diffraction"], scene, settings)
@@ -68,14 +70,14 @@ impl Traced {
         let on = vec![true; scene.bands.count()];
         let state = |&name: &&str| EffectState::new(name, on.clone(), String::new());
         let states = effects.iter().map(state).collect();
-        Self::with_effects(scene, settings, states)
+        Self { edges: effects.contains(&"diffraction"), ..Self::with_effects(scene, settings, states) }
     }
 
     fn with_effects(scene: Scene, settings: Settings, effects: Vec<EffectState>) -> Self {
         let room = Room::new(&scene, effects).expect("a sound mesh");
         let TracedMap { map, ledger, .. } =
             room.trace(settings, &mut InMemory, &NoClock).expect("a tight room");
-        Self { geometry: room.into_geometry(), map, ledger }
+        Self { geometry: room.into_geometry(), map, ledger, edges: false }
     }
 
     /// Ready to be compared with another map.
@@ -96,7 +98,7 @@ impl Traced {
     #[must_use]
     pub fn render_with(&self, settings: RenderSettings, borders: &[Vec<f64>]) -> (Rendering, Vec<f64>) {
         let receivers = receivers_of(self.scene());
-        let renderer = Renderer::new(&self.map, &self.geometry, settings).expect("a sound map");
+        let renderer = self.renderer(settings);
         let rendering = renderer.render(0, &receivers, borders, &mut |_| {}).expect("sound receivers");
         (rendering, renderer.bins().edges())
     }
@@ -107,15 +109,23 @@ impl Traced {
         self.render_and_read(&settings, &NoClock).response
     }
 
+    /// A renderer of the map, with edges where they diffract.
+    #[must_use]
+    pub fn renderer(&self, settings: RenderSettings) -> Renderer<'_> {
+        Renderer::new(&self.map, &self.geometry, self.fitted(&settings)).expect("a sound map")
+    }
+
     /// Renders all sources at the scene's receivers and reads the parameters.
     #[must_use]
     pub fn render_and_read(&self, settings: &RenderSettings, clock: &dyn Clock) -> Rendered {
-        pipeline::render_and_read(&self.map, &self.geometry, &receivers_of(self.scene()), settings, clock)
+        let (receivers, settings) = (receivers_of(self.scene()), self.fitted(settings));
+        pipeline::render_and_read(&self.map, &self.geometry, &receivers, &settings, clock)
             .expect("sound receivers")
     }
 
     /// The map, to be varied at `receivers`.
     pub fn varied<'a>(&'a mut self, receivers: &'a [ReceiverPoint], render: RenderSettings) -> VariedMap<'a> {
+        let render = self.fitted(&render);
         VariedMap { map: &mut self.map, geometry: &self.geometry, receivers, render }
     }
 
@@ -133,6 +143,11 @@ impl Traced {
                 });
             }
         }
+    }
+
+    /// `settings` with edges where they diffract.
+    fn fitted(&self, settings: &RenderSettings) -> RenderSettings {
+        RenderSettings { edges: settings.edges && self.edges, ..settings.clone() }
     }
 
     fn scene(&self) -> &Scene {

@@ -220,7 +220,7 @@ def trace(
     survival: exponent β of the roulette, 0 … 1 (default 0.15).
     mode: "accurate" or "paper". spectral: "shared" or "per-band".
     duration: length of the echograms [s] instead of the scene's, or of what its room needs.
-    effects: "auto", "all" or "none", then changes: "auto,-diffraction".
+    effects: "auto", "all" or "none", then changes: "auto,-air".
     variants: other materials that the map carries besides, for `Map.render(set=…)`: {"materials.ceiling.absorption": [0.02, 0.9]},
         values that are one number or one per band, or a range "0.02:0.9"; also scattering, diffuse, transmission,
         sound_reduction_db; {"materials.ceiling": ["plaster-painted"]}, entries of the library. The option --for.
@@ -273,6 +273,7 @@ class Map:
         grid: str | None = None,
         bin: float | None = None,  # noqa: A002 - the name of the option
         estimator: str | None = None,
+        effects: str | None = None,
         rays: int | float | None = None,
         radius: float | None = None,
         order: int | None = None,
@@ -297,6 +298,7 @@ class Map:
         grid: further receivers, each axis lo:hi:n or one number [m]: "1:9:5,1:6:4,1.2".
         bin: width of a time bin [s] (default 0.001).
         estimator: "auto", "connection", "gather", "sphere" or "paper".
+        effects: "-diffraction" leaves edges out.
         rays: visibility rays per receiver. radius: of the discs in which they gather [m].
         order: highest order of image sources.
         seed: of the rendering (default that of the map).
@@ -310,6 +312,7 @@ class Map:
             grid=grid,
             bin=bin,
             estimator=estimator,
+            effects=effects,
             rays=rays,
             radius=radius,
             order=order,

@@ -8,6 +8,7 @@ mod coverage;
 mod effects;
 mod fit;
 mod flipped_bits;
+mod furniture;
 mod general_position;
 mod invariances;
 mod known_rooms;

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, dvec3};
 use sonel_map::Settings;
-use sonel_renderer::{Estimator, PathClass, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{Estimator, PathClass, ReceiverPoint, RenderSettings, Rendering};
 use sonel_tests::{Traced, shipped};
 
 /// Places of a walk.
@@ -27,7 +27,7 @@ fn render(traced: &Traced, receivers: &[ReceiverPoint], estimator: Estimator) ->
         mirror_order: Some(ORDER),
         ..RenderSettings::default()
     };
-    let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+    let renderer = traced.renderer(settings);
     let borders = vec![vec![0.0, traced.map.header().scene.duration]; receivers.len()];
     renderer.render(0, receivers, &borders, &mut |_| {}).expect("sound receivers")
 }

@@ -27,7 +27,7 @@ use glam::Vec3;
 use sonel_analysis::Parameter;
 use sonel_geometry::{Departure, Geometry};
 use sonel_map::{MapWriter, Settings, SonelMap};
-use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer};
+use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_scene::Scene;
 use sonel_study::response::receivers_of;
 use sonel_study::sensitivity::sensitivities;
@@ -101,7 +101,7 @@ fn measure_edges_alone(name: &str, count: usize, allowed: f64) {
         let settings =
             RenderSettings { estimator: sonel_renderer::Estimator::Connection, ..Default::default() };
         let receivers = spread(&traced, count);
-        let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+        let renderer = traced.renderer(settings);
         let borders = vec![vec![0.0, scene.duration]; receivers.len()];
         let start = ProcessTime::now();
         let rendering = renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers");
@@ -233,7 +233,7 @@ fn measure_connections(traced: &Traced, count: usize) {
         mirror_order: Some(0),
         ..Default::default()
     };
-    let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+    let renderer = traced.renderer(settings);
     let borders = vec![vec![0.0, scene.duration]; count];
     let shadows = shadow_rays(traced, &receivers);
     let render = || renderer.render(0, &receivers, &borders, &mut |_| {}).expect("sound receivers");

@@ -51,7 +51,7 @@ fn sums(response: &Response) -> (f64, f64, DVec3) {
 fn received(traced: &Traced, estimator: Estimator, pattern: Pattern, aim: DVec3) -> f64 {
     let position = traced.map.header().scene.receivers[0].position;
     let receiver = Receiver { name: "pattern".to_owned(), position, aim, pattern };
-    let settings = RenderSettings { directions: false, ..with_directions(estimator) };
+    let settings = RenderSettings { directions: false, edges: traced.edges, ..with_directions(estimator) };
     let receivers = [(&receiver).into()];
     let clock = &sonel_study::pipeline::NoClock;
     let received =
@@ -156,7 +156,7 @@ fn receivers_without_a_lateral_axis_are_refused_by_name() {
     let traced = traced(scene, 100);
     let settings = with_directions(Estimator::Auto);
     let receivers = sonel_study::response::receivers_of(&traced.map.header().scene);
-    let renderer = sonel_renderer::Renderer::new(&traced.map, &traced.geometry, settings).expect("a map");
+    let renderer = traced.renderer(settings);
     let problems = renderer.problems(&receivers);
     assert_eq!(problems.len(), 2, "{problems:?}");
     assert!(problems[0].contains("\"receiver\" aims straight up") && problems[1].contains("cardioid"));

@@ -3,7 +3,6 @@
 
 use sonel_map::Mode;
 use sonel_study::effects::{Decision, Effect, LEVEL_DB, decide};
-use sonel_study::pipeline::NoClock;
 use sonel_tests::effect_scenes::{against, scenes};
 
 const EMISSIONS: u64 = 1_000;
@@ -49,8 +48,7 @@ fn a_coarser_threshold_leaves_out_more() {
         let mut scene = scenes().into_iter().find(|scene| scene.name == "dead booth").expect("one of them");
         let geometry = scene.geometry().expect("walls");
         let spec = spec.parse().expect("a specification");
-        let decisions = decide(&spec, Mode::Accurate, &mut scene, &geometry, false, &NoClock);
-        decisions.expect("a run").swap_remove(Effect::Air as usize)
+        decide(&spec, Mode::Accurate, &mut scene, &geometry).swap_remove(Effect::Air as usize)
     };
     let [fine, coarse] = ["auto", "auto:1"].map(decision);
     let count = |decision: &Decision| decision.on.iter().filter(|&&on| on).count();

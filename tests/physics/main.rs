@@ -26,6 +26,7 @@ mod partitions;
 mod picture;
 mod refraction;
 mod rows;
+mod screens;
 mod short_runs;
 mod sound;
 mod thick_partitions;

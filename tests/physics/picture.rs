@@ -4,8 +4,8 @@ use glam::DVec3;
 use sonel_acoustics::{Bands, Material};
 use sonel_geometry::{Geometry, Mesh, Side};
 use sonel_map::Settings;
+use sonel_renderer::RenderSettings;
 use sonel_renderer::picture::{Camera, Picture, Windows};
-use sonel_renderer::{RenderSettings, Renderer};
 use sonel_scene::Scene;
 use sonel_tests::Traced;
 
@@ -30,7 +30,7 @@ fn picture(traced: &Traced, camera: &Camera, window: [f64; 2], radius: f64) -> P
     let scene = &traced.map.header().scene;
     let windows = Windows::new(&[window], scene.speed_of_sound, scene.duration).expect("within the run");
     let settings = RenderSettings { gather_radius: Some(radius), ..RenderSettings::default() };
-    let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+    let renderer = traced.renderer(settings);
     renderer.picture(0, camera, &windows, &mut |_| {}).expect("a small picture")
 }
 

@@ -6,8 +6,8 @@ use std::ops::RangeInclusive;
 use glam::{DVec3, dvec3};
 use rayon::prelude::*;
 use sonel_geometry::Mesh;
-use sonel_renderer::{DiscreteArrival, ReceiverPoint, RenderSettings, Renderer};
-use sonel_tests::{Traced, meshes};
+use sonel_renderer::{DiscreteArrival, ReceiverPoint, RenderSettings};
+use sonel_tests::meshes;
 
 use super::mirrored_edges::{BANDS, FLOOR, Field, OBSTACLE, VOID};
 
@@ -29,8 +29,7 @@ pub(super) fn add_sheet(mesh: &mut Mesh, x: f64, [y0, y1]: [f64; 2], [z0, z1]: [
 pub(super) fn arrivals(field: &Field, place: DVec3) -> Vec<DiscreteArrival> {
     let settings =
         RenderSettings { mirror_order: Some(field.order), rays: Some(512), ..RenderSettings::default() };
-    let Traced { map, geometry, .. } = &field.traced;
-    let renderer = Renderer::new(map, geometry, settings).expect("a sound map");
+    let renderer = field.traced.renderer(settings);
     let receiver = ReceiverPoint { position: place, ..field.ear.clone() };
     let rendering = renderer.render(0, &[receiver], &[vec![0.0, 0.3]], &mut |_| {});
     rendering.expect("a sound receiver").arrivals

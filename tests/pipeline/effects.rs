@@ -1,6 +1,5 @@
 //! Effects from the scene to the warning: what `sonel-trace` decides, `sonel-render` follows and misses.
 
-use clap::Parser;
 use sonel_testkit::test_folder::TestFolder;
 
 use crate::{render, response, trace};
@@ -41,36 +40,49 @@ fn folder() -> TestFolder {
     folder
 }
 
-/// What `sonel-render` logs for a receiver behind the screen.
-fn log_behind(folder: &TestFolder, map: &str) -> String {
-    let options = ["--receiver", "behind=13,5,0.6"];
-    let line = folder.line("sonel-render", map, "behind.npz", &options);
-    let mut log = Vec::new();
-    let arguments = sonel_render::Arguments::try_parse_from(line).expect("sound options");
-    sonel_render::run(&arguments, &mut Vec::new(), &mut log).expect("a response");
-    String::from_utf8(log).expect("text")
-}
-
 fn effect(report: &str, name: &str) -> serde_json::Value {
     let report: serde_json::Value = serde_json::from_str(report).expect("JSON");
     let effects = report["effects"].as_array().expect("effects");
     effects.iter().find(|effect| effect["name"] == name).expect("of every effect").clone()
 }
 
+/// Energy in all bands at a receiver behind the screen.
+fn behind(folder: &TestFolder, options: &[&str]) -> f64 {
+    let options = [&["--receiver", "behind=13,5,0.6", "--estimator", "connection"][..], options].concat();
+    render(folder, "auto.sonelmap", "behind.npz", &options).expect("a response");
+    response(folder, "behind.npz").arrivals.energy.iter().sum()
+}
+
+/// The scene's receiver sees the source, and the map knows nothing of the other one: edges are computed where they matter.
 #[test]
-fn a_receiver_that_needs_what_was_left_out_is_warned_of() {
+fn edges_are_computed_where_the_receivers_are() {
     let folder = folder();
-    let report = trace(&folder, "auto.sonelmap", &["--sonels", "2k", "--json"]).unwrap();
-    let diffraction = effect(&report, "diffraction");
-    assert_eq!(diffraction["on"], false, "{diffraction}");
-    let bounds = diffraction["level_bound_db"].as_array().unwrap();
-    assert!(bounds.iter().all(|bound| bound.as_f64().unwrap() <= 0.1), "{diffraction}");
-    assert!(log_behind(&folder, "auto.sonelmap").contains("in the shadow of source \"speaker\""));
-    // Those who asked for it need no warning, and with edges there is nothing to warn of.
-    for spec in ["auto,-diffraction", "all"] {
-        trace(&folder, "asked.sonelmap", &["--sonels", "2k", "--effects", spec]).unwrap();
-        assert!(!log_behind(&folder, "asked.sonelmap").contains("warning"), "{spec}");
-    }
+    trace(&folder, "auto.sonelmap", &["--sonels", "2k"]).unwrap();
+    assert!(behind(&folder, &[]) > 10.0 * behind(&folder, &["--effects", "-diffraction"]));
+    let refused = |result: anyhow::Result<String>| result.expect_err("not here").to_string();
+    let error = refused(trace(&folder, "b.sonelmap", &["--effects", "auto,-diffraction"]));
+    assert!(error.contains("sonel-render --effects -diffraction"), "{error}");
+    let error =
+        format!("{:#}", render(&folder, "auto.sonelmap", "b.npz", &["--effects", "-air"]).unwrap_err());
+    assert!(error.contains("sonel-trace"), "{error}");
+}
+
+/// A screen of 400 m × 200 m in the open, and nothing else: behind it there is sound, by default.
+#[test]
+fn nobody_is_left_without_sound_behind_a_screen() {
+    let folder = TestFolder::with(&SCREENED.replace("[2.0, 5.0, 1.5]", "[-10.0, 0.0, 0.0]"));
+    folder.write(
+        "screened.obj",
+        "v 0 -200 -100\nv 0 200 -100\nv 0 200 100\nv 0 -200 100\nusemtl walls\nf 1 2 3 4\n",
+    );
+    trace(&folder, "open.sonelmap", &["--sonels", "1k", "--duration", "0.8"]).unwrap();
+    let heard = |options: &[&str]| -> f64 {
+        let options = [&["--receiver", "behind=15,0,0"][..], options].concat();
+        render(&folder, "open.sonelmap", "behind.npz", &options).expect("a response");
+        response(&folder, "behind.npz").energy.iter().sum()
+    };
+    assert!(heard(&[]) > 0.0);
+    assert!(heard(&["--effects", "-diffraction"]) <= 0.0, "nothing else arrives there");
 }
 
 #[test]

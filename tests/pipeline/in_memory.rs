@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use sonel_map::{Mode, Settings, SonelMap, Vertex};
-use sonel_study::effects::{Decision, EffectSpec, decide};
+use sonel_study::effects::{EffectSpec, decide, states};
 use sonel_study::pipeline::{Clock, InMemory, NoClock, PipelineRun, PipelineSettings, Room};
 use sonel_study::response::receivers_of;
 use sonel_testkit::test_folder::TestFolder;
@@ -16,9 +16,8 @@ fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> PipelineRun {
         sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a sound scene");
     let mut scene = loaded.scene;
     let geometry = scene.geometry().expect("walls");
-    let decisions = decide(&EffectSpec::default(), Mode::Accurate, &mut scene, &geometry, false, &NoClock)
-        .expect("a sound scene");
-    let effects = decisions.iter().map(Decision::state).collect();
+    let decisions = decide(&EffectSpec::default(), Mode::Accurate, &mut scene, &geometry);
+    let effects = states(&decisions, Mode::Accurate);
     let settings = Settings { emissions, ..Settings::default() };
     let settings = PipelineSettings { trace: settings, ..PipelineSettings::default() };
     let room = Room::new(&scene, effects).expect("walls");

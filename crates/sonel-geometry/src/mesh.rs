@@ -61,7 +61,7 @@ impl Mesh {
     }
 
     /// Lower and upper corner of the box around some triangles [m].
-    pub(crate) fn bounds_of(&self, triangles: &[u32]) -> (DVec3, DVec3) {
+    pub fn bounds_of(&self, triangles: &[u32]) -> (DVec3, DVec3) {
         bounds_of_points(triangles.iter().flat_map(|&triangle| self.corners(triangle)))
     }
 }

@@ -119,7 +119,7 @@ impl EffectState {
     }
 }
 
-/// The effect by whose name a map states whether edges diffract (docs/interface.md).
+/// The effect by whose name a map of [`Mode::Paper`] states whether its packets were diffracted (docs/interface.md).
 pub const DIFFRACTION: &str = "diffraction";
 
 /// All provenance of a map.
@@ -138,7 +138,7 @@ pub struct MapHeader {
 }
 
 impl MapHeader {
-    /// Wavelength at the centre of every band in which edges diffract [m], zero in the others; [`None`] where they do in none.
+    /// Wavelength at the centre of every band in which packets are diffracted in the paper's mode [m], zero in the others; [`None`] where they are in none.
     #[must_use]
     pub fn diffracted_wavelengths(&self) -> Option<Vec<f64>> {
         let effect = self.effects.iter().find(|effect| effect.name == DIFFRACTION)?;

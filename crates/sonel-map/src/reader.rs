@@ -19,7 +19,7 @@ use crate::directivity;
 use crate::emission::{CHUNK_EMISSIONS, EmissionLayout};
 use crate::error::MapError;
 use crate::format::{ChunkEntry, ChunkFates, GRADIENT, SurfaceRow};
-use crate::header::{DIFFRACTION, MapHeader, ShardRange};
+use crate::header::{MapHeader, ShardRange};
 use crate::leads::Leads;
 use crate::ledger::{BandLedger, Fates, LEDGER_TERMS, Ledger};
 use crate::media;
@@ -221,7 +221,7 @@ impl SonelMap {
     }
 
     /// Puts variants of the materials behind those of the scene, as further bands: band b of variant v is band (v + 1) B + b of B. One
-    /// rendering then tells all of them from the same random numbers. Edges do not diffract in it. [`Self::narrow`] takes what is returned.
+    /// rendering then tells all of them from the same random numbers. Render it without edges. [`Self::narrow`] takes what is returned.
     ///
     /// # Panics
     /// Where a variant has not as many materials as the scene.
@@ -251,8 +251,7 @@ impl SonelMap {
             }
         }
         for effect in &mut self.header.effects {
-            let is_on = effect.name != DIFFRACTION;
-            effect.on = effect.on.iter().map(|&on| on && is_on).collect::<Vec<_>>().repeat(times);
+            effect.on = effect.on.repeat(times);
         }
         before
     }

@@ -87,13 +87,6 @@ impl Partitions {
         self.0.thickness
     }
 
-    /// Whether there is none.
-    #[inline]
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.0.surfaces.is_empty()
-    }
-
     /// Their materials in ascending order: which of two faces of a wall is met does not matter.
     #[must_use]
     pub fn materials(&self, geometry: &Geometry) -> Vec<u32> {
@@ -101,12 +94,6 @@ impl Partitions {
             self.0.surfaces.iter().map(|&id| geometry.surface(id).material).collect();
         materials.sort_unstable();
         materials
-    }
-
-    /// Whether `surface` is one of them.
-    #[must_use]
-    pub fn contains(&self, surface: SurfaceId) -> bool {
-        self.0.surfaces.contains(&surface)
     }
 
     /// Adds those of `other`.

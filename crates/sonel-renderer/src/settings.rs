@@ -30,6 +30,8 @@ pub struct RenderSettings {
     pub air: Air,
     /// Whether energies by direction are added up beside the energy ([`crate::directions`]).
     pub directions: bool,
+    /// Whether edges diffract.
+    pub edges: bool,
 }
 
 /// Who owns which path class: the same energy by different means, so that any two can be compared.
@@ -137,6 +139,7 @@ impl RenderSettings {
             seed: None,
             air: Air::OfScene,
             directions: false,
+            edges: true,
         }
     }
 }

@@ -182,8 +182,7 @@ impl<'a, S: MapStore> Workbench<'a, S> {
     /// Figures with everything that the map has, edges included; none where edges do not diffract.
     pub fn with_edges(&mut self) -> Result<Option<Vec<ReceiverParameters>>, PipelineError> {
         let map = self.map();
-        let diffracts = map.map.header().diffracted_wavelengths().is_some()
-            && map.geometry.diffracting_edges().next().is_some();
+        let diffracts = map.render.edges && map.geometry.diffracting_edges().next().is_some();
         diffracts.then(|| map.read()).transpose()
     }
 }

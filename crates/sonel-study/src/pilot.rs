@@ -15,11 +15,8 @@ use sonel_analysis::Parameter;
 use sonel_map::Settings;
 use sonel_renderer::{Columns, ReceiverPoint, RenderSettings};
 
-use crate::effects::edges;
 use crate::kurtosis;
-use crate::pipeline::{
-    Clock, InMemory, NoClock, PipelineError, Rendered, Room, TracedMap, render_and_read, trace,
-};
+use crate::pipeline::{Clock, InMemory, NoClock, PipelineError, Rendered, Room, TracedMap, render_and_read};
 use crate::split::{self, RenderedTwice, Variance};
 use crate::spread::{Place, Reading, pooled_kurtosis, readings};
 
@@ -170,10 +167,10 @@ impl Run {
         let PilotConfig { room, receivers, .. } = *config;
         let seed = config.trace.seed.wrapping_add(1).wrapping_mul(SEED);
         let settings = Settings { emissions, seed, batches: BATCHES, ..config.trace };
-        let effects = if with_edges { room.effects().to_vec() } else { edges::left_out(room.effects()) };
-        let traced = trace(room.scene(), room.geometry(), effects, settings, &mut InMemory, clock)?;
+        let traced = room.trace(settings, &mut InMemory, clock)?;
         let rays = config.rays(emissions);
-        let render = RenderSettings { seed: None, rays: Some(rays), ..config.render.clone() };
+        let edges = with_edges && config.render.edges;
+        let render = RenderSettings { seed: None, rays: Some(rays), edges, ..config.render.clone() };
         let rendered = render_and_read(&traced.map, room.geometry(), receivers, &render, clock)?;
         Ok(Self { emissions: settings.emissions as f64, rays, traced, rendered })
     }

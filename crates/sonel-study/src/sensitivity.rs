@@ -118,13 +118,14 @@ impl VariedMap<'_> {
     ) -> Result<Vec<ReceiverParameters>, RenderError> {
         let Self { map, geometry, receivers, render } = self;
         let before = map.widen(variants);
-        let parameters = Renderer::new(map, geometry, render.clone()).and_then(|renderer| {
-            let renderings = response::render(map, &renderer, receivers, progress)?;
-            let mut response = response::assemble(map, &renderer, receivers, &renderings);
-            // The bias of discs is the same in all variants, and reading parameters freed of it takes as long as reading them.
-            response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
-            Ok(parameters(&response))
-        });
+        let parameters = Renderer::new(map, geometry, RenderSettings { edges: false, ..render.clone() })
+            .and_then(|renderer| {
+                let renderings = response::render(map, &renderer, receivers, progress)?;
+                let mut response = response::assemble(map, &renderer, receivers, &renderings);
+                // The bias of discs is the same in all variants, and reading parameters freed of it takes as long as reading them.
+                response.batches.iter_mut().for_each(|batches| batches.kernel_difference.clear());
+                Ok(parameters(&response))
+            });
         map.narrow(before);
         parameters
     }

@@ -4,7 +4,7 @@ use glam::dvec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
-use sonel_renderer::{Estimator, PathClass, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_renderer::{Estimator, PathClass, ReceiverPoint, RenderSettings, Rendering};
 use sonel_scene::Scene;
 use sonel_testkit::z_test::{Estimate, Within, agree};
 use sonel_tests::{Traced, batch_fluence, meshes};
@@ -228,7 +228,7 @@ fn largest_contribution(estimator: Estimator) -> f64 {
         gather_radius: Some(DISC),
         ..RenderSettings::default()
     };
-    let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+    let renderer = traced.renderer(settings);
     let receiver = ReceiverPoint::omni("in front of a sonel", position);
     let rendering = renderer.render(0, &[receiver], &[vec![0.0, 0.2]], &mut |_| {}).expect("in the room");
     let direct = rendering.classes[PathClass::Direct as usize].1[0];

@@ -6,7 +6,7 @@ use glam::{DVec3, dvec3};
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
-use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings, Renderer};
+use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings};
 use sonel_scene::Scene;
 use sonel_testkit::uniform::Uniform;
 use sonel_tests::{Traced, meshes};
@@ -89,7 +89,7 @@ fn scene(mesh: Mesh, source: DVec3) -> Scene {
 fn fluences(traced: &Traced, places: &[DVec3], estimator: Estimator) -> Vec<f64> {
     let mirror_order = Some(form(3, 4));
     let settings = RenderSettings { estimator, rays: Some(32), mirror_order, ..RenderSettings::default() };
-    let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+    let renderer = traced.renderer(settings);
     let named = |(index, &position): (usize, &DVec3)| ReceiverPoint::omni(&index.to_string(), position);
     let receivers: Vec<ReceiverPoint> = places.iter().enumerate().map(named).collect();
     let borders = vec![vec![0.0, 0.05]; places.len()];
@@ -132,8 +132,9 @@ fn nothing_passes_a_sealed_partition() {
 
 /// What reaches `place` [1/m²] from each image of the source without edges, by the place of the image [µm].
 fn images(traced: &Traced, place: DVec3) -> BTreeMap<[i64; 3], f64> {
-    let settings = RenderSettings { rays: Some(64), mirror_order: Some(3), ..RenderSettings::default() };
-    let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+    let settings =
+        RenderSettings { rays: Some(64), mirror_order: Some(3), edges: false, ..RenderSettings::default() };
+    let renderer = traced.renderer(settings);
     let receiver = ReceiverPoint::omni("here", place);
     let rendering =
         renderer.render(0, &[receiver], &[vec![0.0, 0.05]], &mut |_| {}).expect("a sound receiver");

@@ -38,7 +38,7 @@ fn traced(scene: Scene) -> Traced {
 
 /// Renders `traced` at one position, or says why not.
 fn at(traced: &Traced, position: DVec3, settings: RenderSettings) -> Result<Rendering, String> {
-    received(&Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map"), position)
+    received(&traced.renderer(settings), position)
 }
 
 fn received(renderer: &Renderer<'_>, position: DVec3) -> Result<Rendering, String> {
@@ -94,7 +94,7 @@ fn every_place_is_heard_or_refused() {
             mirror_order,
             ..RenderSettings::default()
         };
-        let renderer = Renderer::new(&traced.map, &traced.geometry, settings).expect("a sound map");
+        let renderer = traced.renderer(settings);
         for (place, position) in places() {
             match received(&renderer, position) {
                 Ok(rendering) => {

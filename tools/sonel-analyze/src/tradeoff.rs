@@ -13,7 +13,7 @@ use sonel_console::{Outcome, scene};
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::{Estimator, RenderSettings, free_path};
-use sonel_study::effects::{self, Decision};
+use sonel_study::effects::{self, EffectSpec};
 use sonel_study::pipeline::Room;
 use sonel_study::response::receivers_of;
 use sonel_study::room_decay;
@@ -63,11 +63,11 @@ pub fn run(
     let spec = arguments.effects.clone().unwrap_or_default();
     let geometry = effects::leave_regions_out(&spec, mode, &mut scene, geometry)
         .context("the scene's walls cannot be used")?;
-    let decisions = effects::decide(&spec, mode, &mut scene, &geometry, false, &CpuClock)?;
+    let decisions = effects::decide(&spec, mode, &mut scene, &geometry);
     if let Some(sentence) = room_decay::lengthen(&mut scene, &geometry)? {
         writeln!(log, "{sentence}")?;
     }
-    let room = Room::within(&scene, geometry, decisions.iter().map(Decision::state).collect());
+    let room = Room::within(&scene, geometry, effects::states(&decisions, mode));
     let sweep = sweep(arguments, room.geometry());
 
     if !folder.exists() {
@@ -162,8 +162,9 @@ fn sweep(arguments: &Tradeoff, geometry: &Geometry) -> Sweep {
     }
     sonels.sort_unstable();
     sonels.dedup();
-    let base =
-        Setting { name: "default".to_owned(), trace: Settings::default(), render: RenderSettings::default() };
+    let edges = arguments.effects.as_ref().is_none_or(EffectSpec::diffracts);
+    let render = RenderSettings { edges, ..RenderSettings::default() };
+    let base = Setting { name: "default".to_owned(), trace: Settings::default(), render };
     let most = sonels.last().copied().unwrap_or(FIXED_SONELS);
     Sweep {
         settings: tried.settings(&base),

@@ -13,6 +13,7 @@ use sonel_console::time::parse_time;
 use sonel_map::ShardRange;
 use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_sound::ambisonics::MOST_ORDER;
+use sonel_study::effects::{EffectSpec, EffectSpecError};
 use sonel_study::target::Targets;
 
 use crate::change::Assignment;
@@ -66,6 +67,9 @@ pub struct Arguments {
     /// Estimator used for each path class.
     #[arg(long, value_parser = estimator(), default_value = Estimator::Auto.name())]
     pub estimator: Estimator,
+    /// Effects of the rendering: -diffraction leaves edges out. All others are decided by sonel-trace.
+    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true, value_parser = parse_effects)]
+    pub effects: EffectSpec,
     /// Highest order of image sources; by default from the room.
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,
@@ -160,6 +164,18 @@ impl Grid {
         }
         points
     }
+}
+
+/// `auto`, or changes of diffraction, with or without `auto` before them.
+fn parse_effects(text: &str) -> Result<EffectSpec, String> {
+    let changes = text.strip_prefix("auto,").unwrap_or(text);
+    if text != "auto"
+        && !changes.split(',').all(|change| matches!(change.trim(), "-diffraction" | "+diffraction"))
+    {
+        return Err("sonel-render decides about diffraction alone: write -diffraction or +diffraction, and give other effects to sonel-trace".to_owned());
+    }
+    let spec = if text == "auto" { text.to_owned() } else { format!("auto,{changes}") };
+    spec.parse().map_err(|error: EffectSpecError| error.to_string())
 }
 
 fn parse_rays(text: &str) -> Result<u32, String> {

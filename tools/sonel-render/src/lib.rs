@@ -29,7 +29,6 @@ use sonel_map::{Mode, SonelMap};
 use sonel_renderer::{Air, Estimator, ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_scene::Scene;
 use sonel_sound::Synthesizer;
-use sonel_study::effects;
 
 use assemble::{Job, Run};
 use receivers::{Gathered, GridCounts};
@@ -88,7 +87,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> a
     }
     let seconds = watch.seconds();
     writeln!(log, "{}; written to {target}", summary(&job, seconds))?;
-    told["warnings"] = remark(&job, &run, warnings, log)?.into();
+    told["warnings"] = remark(&run, warnings, log)?.into();
     if let Some(plan) = &plan {
         let comparison = planning::compare(plan, &job, &run, opened);
         writeln!(log, "{}", comparison.line())?;
@@ -173,7 +172,7 @@ pub fn respond(
     let Prepared { warnings, geometry, settings, receivers, grid } = prepare(map, label, arguments, log)?;
     let job = Job { map, geometry: &geometry, label, receivers: &receivers, watch: &watch, progress };
     let (run, mut told, _) = render(&job, &settings, arguments, log)?;
-    told["warnings"] = remark(&job, &run, warnings, log)?.into();
+    told["warnings"] = remark(&run, warnings, log)?.into();
     if let Some(grid) = grid {
         told["grid"] = grid.json();
     }
@@ -197,15 +196,8 @@ fn render<'a>(
 }
 
 /// Logs the shares of the path classes and what is to be warned of, `warnings` first; returns all warnings.
-fn remark(
-    job: &Job<'_>,
-    run: &Run<'_>,
-    warnings: Vec<String>,
-    log: &mut dyn Write,
-) -> anyhow::Result<Vec<String>> {
+fn remark(run: &Run<'_>, warnings: Vec<String>, log: &mut dyn Write) -> anyhow::Result<Vec<String>> {
     log_classes(&run.renderer, &run.renderings, log)?;
-    let missing = effects::missing(job.map.header(), job.geometry, job.receivers, &run.renderings);
-    let warnings = [warnings, missing].concat();
     for sentence in &warnings {
         writeln!(log, "warning: {sentence}")?;
     }
@@ -251,6 +243,7 @@ fn render_settings(arguments: &Arguments, scene: &Scene) -> anyhow::Result<Rende
         gather_radius: arguments.radius,
         seed: arguments.seed,
         air: air(arguments, scene)?,
+        edges: arguments.effects.diffracts(),
         directions: arguments.directions || arguments.ambix.is_some() || arguments.hrtf.is_some(),
         ..default
     })

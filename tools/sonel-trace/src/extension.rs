@@ -6,7 +6,6 @@ use std::fmt::Display;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use sonel_console::clock::CpuClock;
 use sonel_console::input;
 use sonel_console::version::without_build;
 use sonel_geometry::Geometry;
@@ -148,7 +147,7 @@ fn other_effects(
     let Some(spec) = arguments.effects.as_ref().filter(|_| is_same_scene(scene, header)) else {
         return Ok(Vec::new());
     };
-    let wanted = effects::decide(spec, header.settings.mode, &mut scene.clone(), geometry, false, &CpuClock)?;
+    let wanted = effects::decide(spec, header.settings.mode, &mut scene.clone(), geometry);
     let problem = |wanted: &Decision| {
         let name = wanted.effect.name();
         let traced = header.effects.iter().find(|effect| effect.name == name && effect.on != wanted.on)?;

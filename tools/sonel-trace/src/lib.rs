@@ -17,7 +17,6 @@ use std::sync::LazyLock;
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
-use sonel_console::clock::CpuClock;
 use sonel_console::output::{Kind, Output};
 use sonel_console::plan as console;
 use sonel_console::progress::{Progress, ProgressSink};
@@ -256,6 +255,11 @@ fn begin(
     log: &mut dyn Write,
 ) -> anyhow::Result<(Beginning, Geometry)> {
     let spec = arguments.effects.clone().unwrap_or_default();
+    if settings.mode == Mode::Accurate && spec.names_diffraction() {
+        bail!(
+            "--effects: edges are computed at the receivers: leave diffraction out here, sonel-render --effects -diffraction switches it off"
+        );
+    }
     if let Some(duration) = arguments.duration {
         scene = scene.with_duration(duration);
     }
@@ -287,11 +291,11 @@ fn begin(
         let (effects, scene) = extension::decided(map, settings.mode, &scene)?;
         return decided(MapHeader { tool_version, settings, shard, effects, scene }, None);
     }
-    let decisions = effects::decide(&spec, settings.mode, &mut scene, &geometry, arguments.plan, &CpuClock)?;
+    let decisions = effects::decide(&spec, settings.mode, &mut scene, &geometry);
     if let Some(sentence) = room_decay::lengthen(&mut scene, &geometry)? {
         writeln!(log, "{sentence}")?;
     }
-    let effects = decisions.iter().map(Decision::state).collect();
+    let effects = effects::states(&decisions, settings.mode);
     let header = MapHeader { tool_version, settings, shard, effects, scene };
     Ok((Beginning { header, decisions, extended: None }, geometry))
 }

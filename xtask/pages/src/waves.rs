@@ -10,7 +10,7 @@ mod tables;
 use std::f64::consts::{PI, SQRT_2};
 use std::time::Instant;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, ensure};
 use glam::DVec3;
 use sonel_acoustics::absorption_law::impedance;
 use sonel_geometry::{Departure, Geometry};
@@ -25,6 +25,8 @@ use rooms::Room;
 const CELL: f64 = 0.125;
 /// Pressure below this frequency is steady [Hz].
 const STEADY: f64 = 5.0;
+/// Largest share of the energy in the last half filter of a signal.
+const LATE_SHARE: f64 = 1e-6;
 const PAGE: &str = "docs/validation.md";
 const TABLE: &str = "docs/validation/waves.csv";
 
@@ -56,7 +58,7 @@ pub fn run(only: Option<&str>) -> Result<()> {
         return Ok(());
     }
     workspace::write(TABLE, table)?;
-    let summary = tables::summary(rooms::BOX_BANDS, &boxes);
+    let summary = tables::summary(rooms::BANDS, &boxes);
     workspace::write(PAGE, workspace::with_figures(&workspace::read(PAGE)?, &summary)?)
 }
 
@@ -79,11 +81,10 @@ fn of_waves(room: &Room) -> Result<Vec<Row>> {
         // 1 m from the source in the open: a unit pulse of the scheme becomes one of 3h/4π.
         let at_one_meter =
             (3.0 * CELL / (4.0 * PI)).powi(2) * filter.iter().map(|tap| tap * tap).sum::<f64>();
+        let energies = signals.iter().map(|signal| energies(signal, &filter, step));
+        let energies = energies.collect::<Result<Vec<_>>>().with_context(|| format!("{centre} Hz"))?;
         let mean = |value: &dyn Fn(&[f64]) -> f64| {
-            let energies = signals
-                .iter()
-                .map(|signal| filtered(signal, &filter, step).iter().map(|p| p * p).collect::<Vec<f64>>());
-            energies.map(|energies| value(&energies)).sum::<f64>() / signals.len() as f64
+            energies.iter().map(|energies| value(energies)).sum::<f64>() / energies.len() as f64
         };
         rows.push([
             mean(&|energies| reverberation_time(energies, step, -5.0, -35.0)),
@@ -152,6 +153,26 @@ fn octave(centre: f64, step: f64) -> Vec<f64> {
     (0..=2 * half).map(tap).collect()
 }
 
+/// p² in the band of the `filter`, without the end of the signal: a filter is centred, and where it reaches beyond the end it makes a click of
+/// what the scheme has left above the band.
+///
+/// # Errors
+/// When the last half filter of what is left holds a millionth of the energy or more: the signal is too short for its decay.
+fn energies(signal: &[f64], filter: &[f64], step: f64) -> Result<Vec<f64>> {
+    let half = filter.len() / 2;
+    let mut energies: Vec<f64> = filtered(signal, filter, step).into_iter().map(|p| p * p).collect();
+    energies.truncate(signal.len().saturating_sub(half));
+    let late: f64 = energies.iter().rev().take(half).sum();
+    let share = late / energies.iter().sum::<f64>();
+    ensure!(
+        share < LATE_SHARE,
+        "the last {half} samples hold {:.1} dB of the energy, {:.0} dB are allowed: solve for longer",
+        10.0 * share.log10(),
+        10.0 * LATE_SHARE.log10()
+    );
+    Ok(energies)
+}
+
 /// The signal in the band of the `filter`. A pulse of the scheme leaves a constant pressure in the room, which is taken out before.
 fn filtered(signal: &[f64], filter: &[f64], step: f64) -> Vec<f64> {
     let leak = 2.0 * PI * STEADY * step;
@@ -171,4 +192,40 @@ fn filtered(signal: &[f64], filter: &[f64], step: f64) -> Vec<f64> {
         taps.sum()
     };
     (0..signal.len()).map(sample).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Decay of 60 dB in `reverberation_time` [s] at 125 Hz over 2 s, beside a tone far above the band that does not decay.
+    fn signal(reverberation_time: f64, step: f64) -> Vec<f64> {
+        let sample = |index: u32| {
+            let time = f64::from(index) * step;
+            let tone = |frequency: f64| (2.0 * PI * frequency * time).sin();
+            tone(125.0) * 10_f64.powf(-3.0 * time / reverberation_time) + tone(1400.0)
+        };
+        (0..(2.0 / step) as u32).map(sample).collect()
+    }
+
+    #[test]
+    fn what_is_left_above_the_band_makes_no_click() {
+        let step = step(CELL, 343.0);
+        let filter = octave(125.0, step);
+        let signal = signal(1.0, step);
+        let decay = |energies: &[f64]| reverberation_time(energies, step, -5.0, -35.0);
+        let kept = decay(&energies(&signal, &filter, step).unwrap());
+        assert!((kept - 1.0).abs() < 0.01, "{kept} s");
+        let whole: Vec<f64> = filtered(&signal, &filter, step).into_iter().map(|p| p * p).collect();
+        let (end, total) =
+            (whole.iter().rev().take(filter.len() / 2).sum::<f64>(), whole.iter().sum::<f64>());
+        assert!(end > LATE_SHARE * total, "the click is noticed: {:e}", end / total);
+    }
+
+    #[test]
+    fn signals_that_end_before_their_decay_are_refused() {
+        let step = step(CELL, 343.0);
+        let error = energies(&signal(4.0, step), &octave(125.0, step), step).unwrap_err();
+        assert!(error.to_string().contains("solve for longer"), "{error}");
+    }
 }

@@ -25,10 +25,10 @@ pub enum End {
 }
 
 /// Displacement of an end in resolutions: two directions that no plane, line or symmetry of a drawing has. Both point up, so that a
-/// way level with the upper edge of a screen passes over it.
+/// way level with the upper edge of a screen passes over it, and to one side of all planes, so that ways are the same in both directions.
 const DISPLACEMENTS: [DVec3; 2] = [
     DVec3::new(0.213_774_640_151_283, -0.109_546_718_802_151, 0.438_740_961_207_573),
-    DVec3::new(-0.170_820_393_249_937, 0.317_837_245_195_782, 0.351_213_771_946_309),
+    DVec3::new(0.317_837_245_195_782, -0.170_820_393_249_937, 0.351_213_771_946_309),
 ];
 /// Half-widths in ulps of the extent, of the region in which the `f32` test of a block leaves a triangle to `f64`: the error of a
 /// sheared corner, with the origin's, times the four products in an edge function.

@@ -13,6 +13,7 @@ pub mod rays;
 pub mod zone;
 
 use sonel_geometry::Geometry;
+use sonel_map::Mode;
 
 use crate::disc_size::{disc_radius, free_path};
 use crate::path_class::PathClass;
@@ -53,7 +54,12 @@ impl Paper {
         let rays = settings.rays(traced.emissions);
         let shrink = libm::pow(f64::from(rays) / REFERENCE_RAYS, -1.0 / 6.0);
         let sphere = SPHERE_PER_FREE_PATH * free_path(geometry) * shrink;
-        let wavelengths = header.diffracted_wavelengths();
+        // Maps of the default mode say nothing of edges.
+        let wavelengths = match traced.mode {
+            Mode::Paper => header.diffracted_wavelengths(),
+            Mode::Accurate => Some(scene.bands.nominal().iter().map(|f| scene.speed_of_sound / f).collect()),
+        };
+        let wavelengths = wavelengths.filter(|_| settings.edges);
         let clearance = |position| CLEARANCE * geometry.distance_to_nearest_surface(position);
         Self {
             sheets: Sheet::all(geometry),

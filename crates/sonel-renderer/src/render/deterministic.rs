@@ -10,7 +10,7 @@ use super::Renderer;
 use crate::deposit::{Deposits, add_lanes};
 use crate::directions::Axes;
 use crate::exact::direct::{DirectWay, direct_way, spread};
-use crate::exact::edge::{Edges, Images, Place, RECEIVER_OUT, ReceiverContext, VisibleWave};
+use crate::exact::edge::{Edges, Images, ReceiverContext, VisibleWave};
 use crate::exact::mirror::{ImageSources, MirrorArrival, Radiator};
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
@@ -30,7 +30,7 @@ struct Emitted<'a> {
     radiator: Radiator<'a>,
     image_sources: &'a ImageSources<'a>,
     /// The edges and what they see of the source, where any diffract.
-    over_edges: Option<(&'a Edges, &'a Images)>,
+    over_edges: Option<(&'a Edges, &'a Images<'a>)>,
 }
 
 /// What arrives at one receiver.
@@ -156,15 +156,12 @@ impl Renderer<'_> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
         let air = self.regions.as_ref().map(|regions| regions.air(air));
         let mut part = Part::new(self, (index, receiver), air, borders);
-        let place = self.beside_planes(receiver.exact, RECEIVER_OUT);
-        let place =
-            over_edges.map_or(place, |(edges, images)| edges.beside_corners(self.geometry, images, place));
         let at = ReceiverContext {
             geometry: self.geometry,
             table: &self.table,
             attenuation: air.map_or(&self.attenuation, |air| &air.attenuation),
             radiator,
-            receiver: place,
+            receiver: receiver.exact,
             sensitivity: receiver.sensitivity,
             complete_order: image_sources.order(),
         };
@@ -176,7 +173,7 @@ impl Renderer<'_> {
                 part.add(class(order), (length, towards, order), energy, order <= listed);
             }),
             Some((edges, images)) => {
-                let mut visible = self.visible(&at, emitted);
+                let mut visible = self.visible(edges, &at, emitted);
                 let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
                 let sound = edges.arrivals_at(&at, images, &mut visible);
                 for arrival in sound.arrivals {
@@ -196,7 +193,7 @@ impl Renderer<'_> {
     }
 
     /// Direct sound and the image sources of `image_sources` that are visible from the receiver, without edges.
-    fn visible(&self, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
+    fn visible(&self, edges: &Edges, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
         let bands = self.table.bands();
         let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
         let mut visible = Vec::new();
@@ -207,7 +204,7 @@ impl Renderer<'_> {
                 None => at.receiver + found.towards * found.length,
             };
             visible.push(VisibleWave {
-                place: Place::new(position, found.planes.iter().copied(), found.through.clone()),
+                place: edges.place(self.geometry, position, found),
                 length: found.length,
                 towards: found.towards,
                 order: found.order,
@@ -242,8 +239,8 @@ impl Renderer<'_> {
                     .iter()
                     .map(|lanes| lanes.map(|factor| factor * sensitivity))
                     .collect::<Vec<_>>();
-                let (planes, through) = (found.planes.clone(), found.through.clone());
-                directional = MirrorArrival { factor: &rendered, planes, through, ..*found };
+                let (mirrors, through) = (found.mirrors.clone(), found.through.clone());
+                directional = MirrorArrival { factor: &rendered, mirrors, through, ..*found };
                 &directional
             };
             let spreading = spread(found.length);
@@ -278,15 +275,10 @@ impl Renderer<'_> {
             length,
             towards,
             order: 0,
-            planes: vec![],
+            mirrors: vec![],
             factor: &factors,
             through: passed.materials(self.geometry),
         };
         visit(&direct, &energy);
-    }
-
-    /// A source's or receiver's place [m] as edges are asked about it, `out` [resolutions] of the planes that it lies in.
-    pub(crate) fn beside_planes(&self, place: DVec3, out: f64) -> DVec3 {
-        self.edges.first().map_or(place, |edges| edges.beside_planes(self.geometry, place, out))
     }
 }

@@ -23,7 +23,7 @@ use crate::ball::Surroundings;
 use crate::deposit::TimeBins;
 use crate::disc_size::{DISC_PER_FREE_PATH, disc_radius, free_path};
 use crate::error::RenderError;
-use crate::exact::edge::{Edges, SOURCE_OUT};
+use crate::exact::edge::Edges;
 use crate::exact::mirror::{ImageSources, Radiator, lattice_room};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
@@ -127,8 +127,8 @@ impl<'a> Renderer<'a> {
         let attenuation = attenuation(scene, &settings, &bins)?;
         let ray_reach = bins.reach / scene.stretches().into_iter().fold(1.0, f64::min);
         let traced = &map.header().settings;
-        let diffracts =
-            map.header().diffracted_wavelengths().is_some() && geometry.diffracting_edges().next().is_some();
+        let by_paper = settings.estimator == Estimator::Paper;
+        let diffracts = settings.edges && !by_paper && geometry.diffracting_edges().next().is_some();
         let classes = band_classes(map, diffracts, &attenuation);
         let matters = carries(&settings.air, map);
         let carried: Vec<f64> =
@@ -145,7 +145,6 @@ impl<'a> Renderer<'a> {
             }
         };
         let table = map.coefficients(&classes);
-        let by_paper = settings.estimator == Estimator::Paper;
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
         let mut renderer = Self {
             image_order: if has_lattice { image_order(geometry, &table) } else { 0 },
@@ -153,7 +152,7 @@ impl<'a> Renderer<'a> {
                 (Sheet::all(geometry), gather_settings(&settings, (geometry, &table), traced, ray_reach))
             }),
             paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),
-            edges: if diffracts && !by_paper { edges(scene, geometry) } else { Vec::new() },
+            edges: if diffracts { edges(scene, geometry) } else { Vec::new() },
             regions,
             air: AirTable::new(&attenuation, bins.reach),
             carried_air: AirTable::new(&carried, bins.reach),
@@ -285,8 +284,7 @@ impl<'a> Renderer<'a> {
         }
         let prepared = self.prepare(source, receivers);
         let emitter = &self.map.header().scene.sources[source];
-        let mut radiator = Radiator::new(emitter, self.geometry.center());
-        radiator.position = self.beside_planes(radiator.position, SOURCE_OUT);
+        let radiator = Radiator::new(emitter, self.geometry.center());
         let image_sources = ImageSources::enumerate(
             self.geometry,
             &self.table,

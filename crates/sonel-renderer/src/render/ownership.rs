@@ -83,9 +83,9 @@ impl Renderer<'_> {
         match class {
             PathClass::Direct | PathClass::Diffuse | PathClass::Refracted => None,
             PathClass::Edge if self.edges.is_empty() => None,
-            PathClass::Edge => {
-                Some("rigid faces, along arcs, with one reflection at most before and after the edge")
-            }
+            PathClass::Edge => Some(
+                "direct sound only, as in even air: where paths bend, levels behind edges may be decibels off",
+            ),
             _ => Some("image sources are not computed along arcs"),
         }
     }

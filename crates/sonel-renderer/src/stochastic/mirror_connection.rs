@@ -8,7 +8,7 @@
 //! they missed is chosen too: the estimate stays unbiased.
 
 use glam::DVec3;
-use sonel_geometry::Geometry;
+use sonel_geometry::{End, Geometry};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, warp};
 
@@ -96,7 +96,7 @@ impl ReceiverImages {
                 (images, weights, None)
             }
             None => {
-                let tree = ImageTree::new(geometry, table, origin, NODE_LIMIT, Some(most));
+                let tree = ImageTree::new(geometry, table, (origin, End::Source), NODE_LIMIT, Some(most));
                 let images = tree.images(geometry, table);
                 let weights = pilot_weights(geometry, &tree, &images, receiver.exact);
                 (images, weights, Some(tree))

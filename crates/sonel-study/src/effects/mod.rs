@@ -4,8 +4,7 @@
 //! ([`LEVEL_DB`], [`DECAY`]). A new effect is a variant of [`Effect`], an arm of [`decide`] and a module with its bound.
 
 mod air;
-pub(crate) mod edges;
-mod shadow;
+mod edges;
 mod skips;
 mod spec;
 
@@ -15,12 +14,9 @@ use sonel_map::leads::LEAST_THROUGH;
 use sonel_map::{EffectState, Mode};
 use sonel_scene::Scene;
 
-pub use edges::LISTENERS;
-pub use shadow::missing;
 pub use skips::{Skip, skips};
 pub use spec::{EffectSpec, EffectSpecError};
 
-use crate::pipeline::{Clock, PipelineError};
 use spec::Request;
 
 /// Just-noticeable differences below which an effect may be left out, unless the specification names other ones.
@@ -141,8 +137,6 @@ struct Question {
     request: Request,
     /// Just-noticeable differences below which it may be left out.
     threshold: f64,
-    /// Whether the bound is asked for even if the effect was decided about.
-    weigh: bool,
 }
 
 impl Question {
@@ -156,24 +150,13 @@ impl Question {
 }
 
 /// Decides every effect for `scene`, whose walls are `geometry` and which is traced in `mode`, and changes the scene accordingly: air switched on or off,
-/// directivities dropped. The effect of edges is rendered in a short run, if the scene has any and nobody decided about them; `weigh` asks for the bounds
-/// of effects that were decided about, too. The decision is a function of scene and `spec` alone; `clock` tells only what an effect costs. An effect is on
-/// that the materials or any of their variants call for.
-///
-/// # Errors
-/// When the short run fails: the room leaks, a receiver is impossible.
-pub fn decide(
-    spec: &EffectSpec,
-    mode: Mode,
-    scene: &mut Scene,
-    geometry: &Geometry,
-    weigh: bool,
-    clock: &dyn Clock,
-) -> Result<Vec<Decision>, PipelineError> {
+/// directivities dropped. The decision is a function of scene and `spec` alone. An effect is on that the materials or any of their variants call for.
+#[must_use]
+pub fn decide(spec: &EffectSpec, mode: Mode, scene: &mut Scene, geometry: &Geometry) -> Vec<Decision> {
     let mut scenes = in_variants(scene);
-    let mut decisions = decide_one(spec, mode, scene, geometry, weigh, clock)?;
+    let mut decisions = decide_one(spec, mode, scene, geometry);
     for variant in &mut scenes {
-        let others = decide_one(spec, mode, variant, geometry, weigh, clock)?;
+        let others = decide_one(spec, mode, variant, geometry);
         decisions.iter_mut().zip(others).for_each(|(decision, other)| decision.extend(other));
     }
     if !decisions[Effect::Transmission as usize].on.contains(&true) {
@@ -181,7 +164,7 @@ pub fn decide(
             variant.transmission.fill(0.0);
         }
     }
-    Ok(decisions)
+    decisions
 }
 
 /// `scene` with its variants in the place of the materials: the first of all, the second of all, …
@@ -198,31 +181,25 @@ fn in_variants(scene: &Scene) -> Vec<Scene> {
 }
 
 /// [`decide`] for the materials of `scene`.
-fn decide_one(
-    spec: &EffectSpec,
-    mode: Mode,
-    scene: &mut Scene,
-    geometry: &Geometry,
-    weigh: bool,
-    clock: &dyn Clock,
-) -> Result<Vec<Decision>, PipelineError> {
-    // Air and directivity first: the short run is rendered with them.
-    let asked = |effect| Question { request: spec.request(effect), threshold: spec.threshold(), weigh };
-    let air = air::decide(asked(Effect::Air), scene, geometry);
-    let directivity = decide_directivity(spec.request(Effect::Directivity), scene);
-    Effect::ALL
-        .into_iter()
-        .map(|effect| match effect {
-            Effect::Diffraction if mode == Mode::Paper => {
-                Ok(edges::decide_for_paper(spec.request(effect), scene, geometry))
-            }
-            Effect::Diffraction => edges::decide(asked(effect), scene, geometry, clock),
-            Effect::Air => Ok(air.clone()),
-            Effect::Directivity => Ok(directivity.clone()),
-            Effect::Transmission => Ok(decide_transmission(spec.request(effect), mode, scene, geometry)),
-            Effect::Refraction => Ok(decide_refraction(spec.request(effect), mode, scene)),
-        })
-        .collect()
+fn decide_one(spec: &EffectSpec, mode: Mode, scene: &mut Scene, geometry: &Geometry) -> Vec<Decision> {
+    let decide = |effect| {
+        let request = spec.request(effect);
+        match effect {
+            Effect::Diffraction => edges::decide(request, mode, scene, geometry),
+            Effect::Air => air::decide(Question { request, threshold: spec.threshold() }, scene, geometry),
+            Effect::Directivity => decide_directivity(request, scene),
+            Effect::Transmission => decide_transmission(request, mode, scene, geometry),
+            Effect::Refraction => decide_refraction(request, mode, scene),
+        }
+    };
+    Effect::ALL.map(decide).into()
+}
+
+/// What a map that is traced in `mode` says of `decisions`: nothing of edges that are computed in rendering.
+#[must_use]
+pub fn states(decisions: &[Decision], mode: Mode) -> Vec<EffectState> {
+    let is_traced = |decision: &&Decision| mode == Mode::Paper || decision.effect != Effect::Diffraction;
+    decisions.iter().filter(is_traced).map(Decision::state).collect()
 }
 
 /// Leaves regions of other air and the gradient of the speed of sound out of `scene` where `spec` or `mode` does without refraction.
@@ -354,7 +331,6 @@ fn decide_directivity(request: Request, scene: &mut Scene) -> Decision {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::NoClock;
     use sonel_acoustics::{Bands, Material};
     use sonel_geometry::Mesh;
 
@@ -370,7 +346,7 @@ mod tests {
             let mut scene = Scene::from_parts(mesh.clone(), walls(), bands.clone(), 1.0);
             let geometry = scene.geometry().unwrap();
             let spec = spec.parse().unwrap();
-            let decisions = decide(&spec, mode, &mut scene, &geometry, false, &NoClock).unwrap();
+            let decisions = decide(&spec, mode, &mut scene, &geometry);
             // They are printed behind a colon.
             assert!(decisions.iter().all(|decision| !decision.reason.contains(':')), "{decisions:?}");
             decisions[Effect::Diffraction as usize].on.iter().all(|&on| on)

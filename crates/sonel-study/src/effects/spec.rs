@@ -40,27 +40,17 @@ pub(super) enum Request {
     Off,
 }
 
-impl Request {
-    /// Whether the effect is on, where that was asked.
-    pub fn decided(self) -> Option<bool> {
-        match self {
-            Self::Auto => None,
-            Self::Scene | Self::On => Some(true),
-            Self::Off => Some(false),
-        }
-    }
-}
-
 /// What the user asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectSpec {
     requests: [Request; 5],
     threshold: f64,
+    names_diffraction: bool,
 }
 
 impl Default for EffectSpec {
     fn default() -> Self {
-        Self { requests: [Request::Auto; 5], threshold: THRESHOLD }
+        Self { requests: [Request::Auto; 5], threshold: THRESHOLD, names_diffraction: false }
     }
 }
 
@@ -68,6 +58,18 @@ impl EffectSpec {
     /// What was asked for `effect`.
     pub(super) fn request(&self, effect: Effect) -> Request {
         self.requests[effect as usize]
+    }
+
+    /// Whether edges diffract in rendering.
+    #[must_use]
+    pub fn diffracts(&self) -> bool {
+        self.request(Effect::Diffraction) != Request::Off
+    }
+
+    /// Whether a change, by + or −, names diffraction, which a map of [`sonel_map::Mode::Accurate`] does not depend on.
+    #[must_use]
+    pub fn names_diffraction(&self) -> bool {
+        self.names_diffraction
     }
 
     /// Just-noticeable differences below which `auto` leaves an effect out.
@@ -90,7 +92,7 @@ impl FromStr for EffectSpec {
                 None => return Err(EffectSpecError::Base(other.to_owned())),
             },
         };
-        let mut requests = [base; 5];
+        let (mut requests, mut names_diffraction) = ([base; 5], false);
         for word in words {
             let (request, name) = match (word.strip_prefix('+'), word.strip_prefix('-')) {
                 (Some(name), _) => (Request::On, name),
@@ -100,8 +102,9 @@ impl FromStr for EffectSpec {
             let effect = Effect::ALL.into_iter().find(|effect| effect.name() == name);
             let effect = effect.ok_or_else(|| EffectSpecError::Unknown(name.to_owned()))?;
             requests[effect as usize] = request;
+            names_diffraction |= effect == Effect::Diffraction;
         }
-        Ok(Self { requests, threshold })
+        Ok(Self { requests, threshold, names_diffraction })
     }
 }
 

@@ -173,7 +173,9 @@ impl Stage<'_> {
                 ..Settings::default()
             };
             let traced = self.room.trace(settings, store, self.clock)?;
-            let rendered = self.render_and_read(&traced.map, &RenderSettings::default())?;
+            let edges = sweep.settings[0].render.edges;
+            let rendered =
+                self.render_and_read(&traced.map, &RenderSettings { edges, ..RenderSettings::default() })?;
             let sonels = (!is_exact(&rendered.renderings)).then_some(sonels);
             let reference = Reference { sonels, values: values(&rendered.parameters) };
             let is_done = sonels.is_none();

@@ -28,7 +28,7 @@ const VARIANTS: [Variant; 6] = [
     Variant { title: "fitted α", ..Variant::PLAIN },
     Variant { name: "initial", title: "initial α", estimate: 1, ..Variant::PLAIN },
     Variant { name: "angles", title: "locally reacting", is_locally_reacting: true, ..Variant::PLAIN },
-    Variant { name: "straight", title: "diffraction off", effects: "auto,-diffraction", ..Variant::PLAIN },
+    Variant { name: "straight", title: "diffraction off", effects: "-diffraction", ..Variant::PLAIN },
     Variant { name: "rough", title: "s at least 0.3", least_scattering: 0.3, ..Variant::PLAIN },
     Variant { name: "diffuse", title: "s = 1", least_scattering: 1.0, ..Variant::PLAIN },
 ];

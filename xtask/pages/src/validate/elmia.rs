@@ -21,7 +21,7 @@ const VARIANTS: [Variant; 4] = [
     Variant::PLAIN,
     Variant { name: "angles", title: "locally reacting", is_locally_reacting: true, ..Variant::PLAIN },
     Variant { name: "rough", title: "s at least 0.3", least_scattering: 0.3, ..Variant::PLAIN },
-    Variant { name: "straight", title: "diffraction off", effects: "auto,-diffraction", ..Variant::PLAIN },
+    Variant { name: "straight", title: "diffraction off", effects: "-diffraction", ..Variant::PLAIN },
 ];
 
 /// The hall. Its walls cross and end on one another, so the mesh is not watertight; few packets leave.

@@ -17,8 +17,8 @@ pub fn pairs(room: &Room, variant: &Variant) -> Result<Pairs> {
         let _ = std::fs::remove_file(workspace::root().join(leftover));
     }
     let run = |program, words: &[&str]| workspace::program(Profile::Release, program, words);
-    run("sonel-trace", &[&scene, "-o", &map, "--sonels", SONELS, "--effects", variant.effects, "--quiet"])?;
-    run("sonel-render", &[&map, "-o", &response, "--rays", RAYS, "--quiet"])?;
+    run("sonel-trace", &[&scene, "-o", &map, "--sonels", SONELS, "--quiet"])?;
+    run("sonel-render", &[&map, "-o", &response, "--rays", RAYS, "--effects", variant.effects, "--quiet"])?;
     let parameters = run("sonel-analyze", &["parameters", &response, "--format", "json"])?;
     let parameters: Value = serde_json::from_str(&parameters)?;
     let listed = parameters["receivers"].as_array().context("receivers")?;

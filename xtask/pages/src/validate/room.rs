@@ -69,7 +69,7 @@ pub struct Variant {
     pub title: &'static str,
     /// The set of coefficients.
     pub estimate: usize,
-    /// For `--effects`.
+    /// For `--effects` of `sonel-render`.
     pub effects: &'static str,
     pub is_locally_reacting: bool,
     /// The published scattering coefficients are raised to this.

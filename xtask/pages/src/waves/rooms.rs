@@ -21,14 +21,14 @@ pub struct Room {
     obj: String,
 }
 
-/// Octaves of the boxes [Hz].
-pub const BOX_BANDS: &[f64] = &[63.0, 125.0, 250.0];
+/// Octaves [Hz].
+pub const BANDS: &[f64] = &[63.0, 125.0, 250.0];
 
 /// All rooms of the table.
 pub fn all() -> Result<Vec<Room>> {
     let hall = Room {
         name: "hall",
-        bands: &[63.0, 125.0],
+        bands: BANDS,
         sonels: "30k",
         toml: workspace::read("scenes/hall/scene.toml")?,
         obj: workspace::read("scenes/hall/hall.obj")?,
@@ -47,7 +47,7 @@ pub fn all() -> Result<Vec<Room>> {
     ];
     let boxes = boxes.map(|(name, mesh)| Room {
         name,
-        bands: BOX_BANDS,
+        bands: BANDS,
         sonels: "30k",
         toml: PLAIN.to_owned(),
         obj: mesh.text,

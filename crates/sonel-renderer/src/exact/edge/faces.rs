@@ -78,26 +78,6 @@ fn faces(edges: &[RoomEdge]) -> Vec<Vec<Border>> {
     faces
 }
 
-/// For each edge the others that are parallel to it and of no common face: they hide it all at once.
-#[must_use]
-pub(super) fn hiders(edges: &[RoomEdge]) -> Vec<Vec<usize>> {
-    let mut of_one_face = vec![Vec::new(); edges.len()];
-    for face in faces(edges) {
-        for &(edge, _) in &face {
-            of_one_face[edge].extend(face.iter().map(|(other, _)| *other));
-        }
-    }
-    let hides = |edge: usize, other: usize| {
-        edge != other
-            && edges[edge].wedge.sine_to(&edges[other].wedge) <= PARALLEL
-            && !of_one_face[edge].contains(&other)
-    };
-    (0..edges.len()).map(|edge| (0..edges.len()).filter(|&other| hides(edge, other)).collect()).collect()
-}
-
-/// Sine of the angle up to which edges hide one another all at once [1].
-const PARALLEL: f64 = 0.01;
-
 /// Whether no edge of a face reaches beyond another one of it.
 fn is_convex(edges: &[RoomEdge], face: &[Border]) -> bool {
     face.iter().all(|&one| face.iter().all(|&other| is_within(edges, one, other)))

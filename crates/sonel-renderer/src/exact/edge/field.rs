@@ -14,9 +14,10 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use sonel_diffraction::{Complex, Spectrum, Wave};
+use sonel_diffraction::{Cell, Complex, Spectrum, Wave};
 use sonel_geometry::PlaneId;
 
+use super::objects::Objects;
 use super::{EdgeArrival, VisibleWave};
 
 /// Ways over edges that differ by no more than this are one arrival [m]: those of hidden image sources, and those beside visible ones.
@@ -33,8 +34,8 @@ const FAR: f64 = 1e6;
 pub(crate) struct Place {
     /// About the scene's centre [m].
     pub position: DVec3,
-    /// The planes of its mirrors in ascending order, each that is met an odd number of times once.
-    planes: Vec<PlaneId>,
+    /// The planes and objects of its mirrors in ascending order, each that is met an odd number of times once.
+    planes: Vec<(PlaneId, u32)>,
     /// Materials of the partitions between them, in ascending order.
     pub through: Vec<u32>,
 }
@@ -42,23 +43,11 @@ pub(crate) struct Place {
 impl Place {
     /// At `position` in `planes`, seen through partitions.
     #[must_use]
-    pub fn new(position: DVec3, planes: impl IntoIterator<Item = PlaneId>, through: Vec<u32>) -> Self {
-        let mut planes: Vec<PlaneId> = planes.into_iter().collect();
+    pub fn new(position: DVec3, planes: impl IntoIterator<Item = (PlaneId, u32)>, through: Vec<u32>) -> Self {
+        let mut planes: Vec<(PlaneId, u32)> = planes.into_iter().collect();
         planes.sort_unstable();
         let odd = planes.chunk_by(|one, other| one == other).filter(|run| run.len() % 2 == 1);
         Self { position, planes: odd.map(|run| run[0]).collect(), through }
-    }
-
-    /// Whether one plane makes it an image, or none.
-    #[must_use]
-    pub(super) fn is_of_one_plane(&self) -> bool {
-        self.planes.len() < 2
-    }
-
-    /// Whether the mirrors of `other` are in the same planes.
-    #[must_use]
-    pub(super) fn shares_planes(&self, other: &Self) -> bool {
-        self.planes == other.planes
     }
 
     /// About the place.
@@ -69,12 +58,16 @@ impl Place {
 }
 
 /// A place in millimetres and planes, to tell most image sources from one another.
-pub(super) type Key = ([i64; 3], Vec<PlaneId>);
+pub(super) type Key = ([i64; 3], Vec<(PlaneId, u32)>);
 
 /// Waves of one length.
 pub(super) struct Part {
     /// The image source that is seen past the edges.
     pub group: usize,
+    /// The object of the edges.
+    pub object: u32,
+    /// What the directions of source and receiver make of the amplitudes, per band.
+    pub gain: Vec<f64>,
     /// The length with which the amplitudes rotate [m].
     pub length: f64,
     /// The shortest way over the edges [m].
@@ -103,9 +96,26 @@ pub(super) struct FacePart {
     pub terms: Vec<Complex>,
 }
 
+/// The path of an image source as if nothing were in its way.
+pub(super) struct Path {
+    /// Amplitude at the receiver, of a source and a receiver that have no direction, per band [1/m].
+    pub free: Vec<f64>,
+    /// What their directions make of it.
+    pub gain: Vec<f64>,
+    /// Its length [m].
+    pub length: f64,
+    /// The objects that block it, or that it misses as a mirror.
+    pub blocking: Vec<u32>,
+    /// Those that it is mirrored in.
+    pub mirrors: Vec<u32>,
+}
+
 /// A wave with the way that it has come.
 struct Sent {
     wave: Wave,
+    object: u32,
+    /// What the directions of source and receiver make of its amplitude, per band.
+    gain: Vec<f64>,
     way: f64,
     towards: DVec3,
 }
@@ -116,17 +126,21 @@ struct Group {
     order: u32,
     /// Index of the visible wave.
     visible: Option<usize>,
-    /// Least excess over an edge that cuts it off [m].
-    clearance: f64,
+    path: Option<Path>,
+    /// Least excess over an edge of each object that cuts it off [m].
+    clearance: Vec<(u32, f64)>,
     sent: Vec<Sent>,
 }
 
 /// All waves at a receiver.
 pub(super) struct Field<'a> {
     spectrum: &'a Spectrum,
+    objects: &'a Objects,
+    /// Wave number in the middle of each band [1/m].
+    centres: &'a [f64],
     attenuation: &'a [f64],
     groups: Vec<Group>,
-    by_planes: HashMap<Vec<PlaneId>, Vec<usize>>,
+    by_planes: HashMap<Vec<(PlaneId, u32)>, Vec<usize>>,
     same_place: f64,
     parts: Vec<Part>,
 }
@@ -135,13 +149,15 @@ impl<'a> Field<'a> {
     /// The `visible` waves, and nothing over edges yet. Places nearer than `same_place` [m] are one.
     #[must_use]
     pub fn new(
-        spectrum: &'a Spectrum,
+        (spectrum, objects, centres): (&'a Spectrum, &'a Objects, &'a [f64]),
         attenuation: &'a [f64],
         visible: &[VisibleWave],
         same_place: f64,
     ) -> Self {
         let mut field = Self {
             spectrum,
+            objects,
+            centres,
             attenuation,
             groups: Vec::new(),
             by_planes: HashMap::new(),
@@ -174,17 +190,31 @@ impl<'a> Field<'a> {
                 place,
                 order,
                 visible: None,
-                clearance: f64::INFINITY,
+                path: None,
+                clearance: Vec::new(),
                 sent: Vec::new(),
             });
             group
         })
     }
 
-    /// Whether the image source of a group is visible.
+    /// Whether nobody has set the path of a group yet.
     #[must_use]
-    pub fn is_visible(&self, group: usize) -> bool {
-        self.groups[group].visible.is_some()
+    pub fn lacks_path(&self, group: usize) -> bool {
+        self.groups[group].path.is_none()
+    }
+
+    /// Sets the path of a group; nothing blocks one that is visible.
+    pub fn set_path(&mut self, group: usize, path: Path) {
+        let group = &mut self.groups[group];
+        let blocking = if group.visible.is_some() { Vec::new() } else { path.blocking };
+        group.path = Some(Path { blocking, ..path });
+    }
+
+    /// Whether `object` blocks the path of a group.
+    #[must_use]
+    pub fn is_blocked(&self, group: usize, object: u32) -> bool {
+        self.groups[group].path.as_ref().is_some_and(|path| path.blocking.contains(&object))
     }
 
     /// Where the image source of a group is [m].
@@ -193,10 +223,19 @@ impl<'a> Field<'a> {
         self.groups[group].place.position
     }
 
-    /// Notes that an edge cuts the image source of a group off over which the way is longer by `excess` [m].
-    pub fn keep_clear(&mut self, group: usize, excess: f64) {
+    /// Notes that an edge of `object` cuts the image source of a group off over which the way is longer by `excess` [m].
+    pub fn keep_clear(&mut self, group: usize, object: u32, excess: f64) {
         let clearance = &mut self.groups[group].clearance;
-        *clearance = clearance.min(excess);
+        match clearance.iter_mut().find(|(known, _)| *known == object) {
+            Some((_, least)) => *least = least.min(excess),
+            None => clearance.push((object, excess)),
+        }
+    }
+
+    /// The least of these [m].
+    fn clearance(&self, group: usize, object: u32) -> f64 {
+        let of_object = self.groups[group].clearance.iter().find(|(known, _)| *known == object);
+        of_object.map_or(f64::INFINITY, |(_, least)| *least)
     }
 
     /// Adds waves over edges.
@@ -219,11 +258,11 @@ impl<'a> Field<'a> {
 
     /// Gives the waves of a part to the groups that they belong to.
     fn share_out(&mut self, part: Part) {
-        let Part { group, length, way, towards, mut direct, faces } = part;
+        let Part { group, object, gain, length, way, towards, mut direct, faces } = part;
         let cells = self.spectrum.cells();
         for face in faces.into_iter().flatten() {
-            let is_visible = face.group.is_some_and(|group| self.is_visible(group));
-            let clearance = face.group.map_or(face.excess, |group| self.groups[group].clearance);
+            let is_visible = face.group.is_some_and(|group| !self.is_blocked(group, object));
+            let clearance = face.group.map_or(face.excess, |group| self.clearance(group, object));
             let mut own = Vec::with_capacity(cells.len());
             for ((sum, term), cell) in direct.iter_mut().zip(face.terms).zip(cells) {
                 let mirrored = face.mirrored[cell.band];
@@ -240,18 +279,19 @@ impl<'a> Field<'a> {
             }
             if let Some(image) = face.group {
                 let wave = Wave { length, amplitude: own };
-                self.groups[image].sent.push(Sent { wave, way, towards });
+                self.groups[image].sent.push(Sent { wave, object, gain: gain.clone(), way, towards });
             }
         }
         let wave = Wave { length, amplitude: direct };
-        self.groups[group].sent.push(Sent { wave, way, towards });
+        self.groups[group].sent.push(Sent { wave, object, gain, way, towards });
     }
 
     /// The energy of a group, shared out to the visible wave and to arrivals in proportion to what each brings alone.
     fn arrivals_at(&self, group: &Group, visible: &mut [VisibleWave]) -> Vec<EdgeArrival> {
         let together = SAME_ARRIVAL[usize::from(group.visible.is_some())];
+        let heard: Vec<Wave> = group.sent.iter().map(|sent| self.wave(sent, true)).collect();
         let mut sent: Vec<(&Wave, f64, DVec3)> =
-            group.sent.iter().map(|sent| (&sent.wave, sent.way, sent.towards)).collect();
+            heard.iter().zip(&group.sent).map(|(wave, sent)| (wave, sent.way, sent.towards)).collect();
         let direct = group.visible.map(|index| self.visible(&visible[index]));
         if let (Some(index), Some(direct)) = (group.visible, &direct) {
             sent.push((direct, 0.0, visible[index].towards));
@@ -267,14 +307,11 @@ impl<'a> Field<'a> {
                 first = next;
             }
         }
-        if energies.len() > 1 {
-            let all: Vec<&Wave> = sent.iter().map(|sent| sent.0).collect();
-            let total = self.spectrum.energy(&all);
-            for (band, total) in total.into_iter().enumerate() {
-                let sum: f64 = energies.iter().map(|(.., energy)| energy[band]).sum();
-                let gain = total / sum.max(f64::MIN_POSITIVE);
-                energies.iter_mut().for_each(|(.., energy)| energy[band] *= gain);
-            }
+        let total = self.total(group);
+        for (band, total) in total.into_iter().enumerate() {
+            let sum: f64 = energies.iter().map(|(.., energy)| energy[band]).sum();
+            let gain = total / sum.max(f64::MIN_POSITIVE);
+            energies.iter_mut().for_each(|(.., energy)| energy[band] *= gain);
         }
         let mut energies = energies.into_iter().map(|(length, towards, energy)| EdgeArrival {
             length,
@@ -288,6 +325,89 @@ impl<'a> Field<'a> {
             visible[index].energy = first.energy;
         }
         energies.collect()
+    }
+
+    /// The energy of a group per band [1/m²]: that past the object which leaves least of it, times what other objects leave.
+    fn total(&self, group: &Group) -> Vec<f64> {
+        let path = group.path.as_ref().expect("waves have a path");
+        let mut objects: Vec<u32> = group.sent.iter().map(|sent| sent.object).collect();
+        objects.extend(&path.blocking);
+        objects.sort_unstable();
+        objects.dedup();
+        if let [object] = objects[..] {
+            return self.past_object(group, object, true);
+        }
+        let alone = self.spectrum.energy(&[self.past(path, None, false)]);
+        let left = objects.iter().map(|&object| {
+            let energies = self.past_object(group, object, false).into_iter().zip(&alone);
+            energies.map(|(energy, alone)| energy / alone.max(f64::MIN_POSITIVE)).collect::<Vec<f64>>()
+        });
+        let left: Vec<Vec<f64>> = left.collect();
+        let sum = |number: &usize| left[*number].iter().sum::<f64>();
+        let least = (0..objects.len()).min_by(|a, b| sum(a).total_cmp(&sum(b))).expect("objects");
+        let past_one = self.past_object(group, objects[least], true).into_iter().enumerate();
+        past_one
+            .map(|(band, energy)| {
+                let of_band: Vec<(f64, u32)> =
+                    left.iter().zip(&objects).map(|(left, object)| (left[band], *object)).collect();
+                let of_all = self.combined(of_band, band);
+                energy * of_all / left[least][band].max(f64::MIN_POSITIVE)
+            })
+            .collect()
+    }
+
+    /// What all objects leave of the energy in a band, of what each leaves: the two greatest gains count, the greatest loss, and the second one as far
+    /// as it does beside that.
+    fn combined(&self, mut left: Vec<(f64, u32)>, band: usize) -> f64 {
+        left.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let gains: f64 = left.iter().rev().take(2).map(|(left, _)| left.max(1.0)).product();
+        let losses = match left[..] {
+            [] => 1.0,
+            [(only, _)] => only.min(1.0),
+            [(first, one), (second, other), ..] => {
+                let share = self.objects.second([one, other], self.centres[band]);
+                first.min(1.0) * libm::pow(second.min(1.0), share)
+            }
+        };
+        gains * losses
+    }
+
+    /// The energy of a group past one object alone, per band [1/m²]; `heard` by a source and a receiver with their directions or without.
+    fn past_object(&self, group: &Group, object: u32, heard: bool) -> Vec<f64> {
+        let path = group.path.as_ref().expect("waves have a path");
+        let sent = group.sent.iter().filter(|sent| sent.object == object);
+        let mut waves: Vec<Wave> = sent.map(|sent| self.wave(sent, heard)).collect();
+        waves.push(self.past(path, Some(object), heard));
+        self.spectrum.energy(&waves)
+    }
+
+    /// A path straight past an `object`: a small one hides little of it and mirrors little.
+    fn past(&self, path: &Path, object: Option<u32>, heard: bool) -> Wave {
+        let amplitude = |cell: &Cell| {
+            let left = object.map_or(1.0, |object| {
+                let described = self.objects.described(object, cell.k);
+                match (path.mirrors.contains(&object), path.blocking.contains(&object)) {
+                    (true, true) => 0.0,
+                    (true, false) => described,
+                    (false, true) => 1.0 - described,
+                    (false, false) => 1.0,
+                }
+            });
+            let gain = if heard { path.gain[cell.band] } else { 1.0 };
+            Complex::real(path.free[cell.band] * gain * left)
+        };
+        let amplitude = self.spectrum.cells().iter().map(amplitude).collect();
+        Wave { length: path.length, amplitude }
+    }
+
+    /// A wave that has been sent, `heard` by a source and a receiver with their directions or without.
+    fn wave(&self, sent: &Sent, heard: bool) -> Wave {
+        let cells = sent.wave.amplitude.iter().zip(self.spectrum.cells());
+        let gain = |cell: &Cell| {
+            self.objects.described(sent.object, cell.k) * if heard { sent.gain[cell.band] } else { 1.0 }
+        };
+        let amplitude = cells.map(|(amplitude, cell)| *amplitude * gain(cell)).collect();
+        Wave { length: sent.wave.length, amplitude }
     }
 
     /// A visible wave without edges.

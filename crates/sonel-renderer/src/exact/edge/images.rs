@@ -2,7 +2,7 @@
 //!
 //! A source has images in the mirrors that its sound meets before an edge, a receiver in those between the edge and itself. All images up
 //! to the highest order whose number times that of the edges is affordable are taken. Visibility is computed on demand and
-//! cached.
+//! cached: straight ways in general position lead to places a hair off the edge, in the air about it.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -10,22 +10,22 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 use sonel_diffraction::WedgePoint;
-use sonel_geometry::{Geometry, SurfaceId};
+use sonel_geometry::{Crossed, Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
 use sonel_map::lanes::lanes_of;
 
-use super::arcs::{self, Air, Appearance};
-use super::mirror::{Mirror, passed};
-use super::visibility::{samples, stretches, unobstructed};
+use super::mirror::Mirror;
+use super::objects::SHELL;
+use super::visibility::stretches;
 use super::{Edges, RoomEdge};
 use crate::exact::mirror::tree::ImageTree;
-use crate::partition::Partitions;
+use crate::partition::is_partition;
 
 /// Most images of a source or a receiver, and most images times edges.
-const IMAGES: usize = 2048;
-const IMAGES_TIMES_EDGES: usize = 1 << 20;
-/// How far off a mirror, in lifts, an edge lies at least that it shows.
-pub(super) const OFF_THE_MIRROR: f64 = 16.0;
+const IMAGES: usize = 256;
+const IMAGES_TIMES_EDGES: usize = 1 << 13;
+/// How far off a mirror, in resolutions, an edge lies at least that it shows: corners may be one off their planes.
+pub(super) const OFF_THE_MIRROR: f64 = 8.0;
 
 /// An end of a path, or its image in mirrors.
 #[derive(Debug)]
@@ -34,6 +34,8 @@ pub(super) struct Image {
     pub mirrors: Vec<Mirror>,
     /// About the scene's centre [m].
     pub position: DVec3,
+    /// The same in general position.
+    pub displaced: DVec3,
     /// ∏ (1−α)(1−s) of the mirrors, per band.
     pub factor: Vec<f64>,
     /// One bit an edge: whether any part of it may be visible.
@@ -49,25 +51,25 @@ pub(super) struct View {
     pub point: WedgePoint,
     /// Visible parts, from the start of the edge [m].
     pub parts: Vec<[f64; 2]>,
-    /// 1, but where another edge is about to hide all of it at once, down to 0.
-    pub share: f64,
+    /// Other objects that it is seen past as if they were not there, in ascending order.
+    pub objects: Vec<u32>,
     /// Materials of the partitions that it is seen through, in ascending order.
     pub through: Vec<u32>,
 }
+
+/// Objects and materials of partitions.
+type Seen = (Vec<u32>, Vec<u32>);
 
 /// What has been looked at, by image and edge.
 type Views = HashMap<(usize, usize), Arc<Vec<View>>>;
 
 /// All images of one end.
-pub(crate) struct Images {
-    /// The end itself, about the scene's centre [m].
-    origin: DVec3,
+pub(crate) struct Images<'t> {
+    tree: Option<&'t ImageTree<'t>>,
     /// The end first, then by order.
     pub(super) all: Vec<Image>,
     /// Up to which order they are complete.
     order: u32,
-    /// Where paths are arcs.
-    air: Option<Air>,
     views: Mutex<Views>,
 }
 
@@ -103,24 +105,25 @@ impl Image {
         if let Some(last) = self.mirrors.last() {
             clip(ends.map(|end| last.height(end) - least));
         }
-        self.sides.iter().for_each(|side| clip(ends.map(|end| side.dot(end - self.position))));
+        self.sides.iter().for_each(|side| clip(ends.map(|end| side.dot(end - self.displaced))));
         (part[0] < part[1]).then(|| part.map(|share| share * edge.wedge.length()))
     }
 }
 
-impl Images {
-    /// The images at the root of `tree` and in it, up to `order` reflections.
+impl<'t> Images<'t> {
+    /// The images of a place [m], which is displaced into general position, in `tree`, up to `order` reflections.
     #[must_use]
     pub fn new(
         edges: &Edges,
         geometry: &Geometry,
         table: &CoefficientTable,
-        origin: DVec3,
-        (tree, order): (Option<&ImageTree<'_>>, u32),
+        [place, displaced]: [DVec3; 2],
+        (tree, order): (Option<&'t ImageTree<'t>>, u32),
     ) -> Self {
         let mut all = vec![Image {
             mirrors: Vec::new(),
-            position: origin,
+            position: place,
+            displaced,
             factor: vec![1.0; table.bands()],
             edges: Vec::new(),
             sides: Vec::new(),
@@ -128,7 +131,7 @@ impl Images {
         if let Some(tree) = tree {
             all.extend((0..tree.count(order)).map(|image| {
                 let mut mirrors: Vec<Mirror> =
-                    tree.mirrors(image).map(|(surface, side)| Mirror::new(geometry, surface, side)).collect();
+                    tree.mirrors(image).map(|mirror| Mirror::new(geometry, &edges.objects, mirror)).collect();
                 mirrors.reverse();
                 let factor = (0..table.bands()).map(|band| {
                     let of =
@@ -137,25 +140,25 @@ impl Images {
                 });
                 Image {
                     factor: factor.collect(),
-                    position: tree.position(image),
+                    position: tree.positions(image)[0],
+                    displaced: tree.positions(image)[1],
                     sides: tree.sides(image).to_vec(),
                     edges: Vec::new(),
                     mirrors,
                 }
             }));
         }
-        let least = OFF_THE_MIRROR * f64::from(geometry.lift());
-        let air = table.profile();
+        let least = OFF_THE_MIRROR * f64::from(geometry.resolution());
         for image in &mut all {
             let mut bits = vec![0_u64; edges.all.len().div_ceil(64)];
             for (index, edge) in edges.all.iter().enumerate() {
-                if air.is_some() || image.within_beam(edge, least).is_some() {
+                if image.within_beam(edge, least).is_some() {
                     bits[index / 64] |= 1 << (index % 64);
                 }
             }
             image.edges = bits;
         }
-        Self { origin, all, order, air, views: Mutex::default() }
+        Self { tree, all, order, views: Mutex::default() }
     }
 
     /// Up to which order they are complete.
@@ -190,99 +193,71 @@ impl Images {
         index: usize,
     ) -> Option<Vec<View>> {
         let (of, edge) = (&self.all[image], &edges.all[index]);
-        let within = match self.air {
-            Some(_) => [0.0, edge.wedge.length()],
-            None => of.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.lift()))?,
-        };
+        let within = of.within_beam(edge, OFF_THE_MIRROR * f64::from(geometry.resolution()))?;
         let part = edge.wedge.between(within);
-        // Its own faces are opaque to an edge.
-        let through = |place: DVec3| {
-            let passed = self.passed((geometry, table), image, place)?;
-            let is_own = edge.faces.iter().any(|face| passed.contains(face.surface));
-            (!is_own).then(|| passed.materials(geometry))
-        };
-        let mut all = vec![Vec::new()];
-        if table.transmits() {
-            all.extend(samples(&part).filter_map(through));
-            all.sort_unstable();
-            all.dedup();
-        }
-        let seen = all.into_iter().filter_map(|materials| {
-            let parts = stretches(&part, |place| through(place).as_ref() == Some(&materials));
+        let point = edge.wedge.locate(of.displaced)?;
+        let seen = stretches(&part, |place| self.seen_past(edges, (geometry, table), image, (edge, place)));
+        let view = |((objects, through), parts): (Seen, Vec<[f64; 2]>)| {
             let parts = parts.into_iter().map(|part| part.map(|along| along + within[0])).collect();
-            self.view(edges, (image, index), parts, materials)
-        });
-        Some(seen.collect())
+            View { point, parts, objects, through }
+        };
+        Some(seen.into_iter().map(view).collect())
     }
 
-    /// The view of `parts` of an edge. Where paths are arcs its point is that of the middle of a part; a wave has that of its own place.
-    fn view(
+    /// The other objects on the way from the end over the mirrors of an image to `place` on `edge`, and the materials of the partitions on it; [`None`]
+    /// where something else is on it. Its own object is opaque to an edge.
+    fn seen_past(
         &self,
         edges: &Edges,
-        (image, index): (usize, usize),
-        parts: Vec<[f64; 2]>,
-        through: Vec<u32>,
-    ) -> Option<View> {
-        let edge = &edges.all[index];
-        let middle = parts.first().map(|part| edge.wedge.at(0.5 * (part[0] + part[1])))?;
-        let position = self.appearance(image, middle)?.position;
-        let point = edge.wedge.locate(position)?;
-        let nearest = parts.iter().min_by(|a, b| aside(point, a).total_cmp(&aside(point, b)))?;
-        let place = edge.wedge.at(point.along.clamp(nearest[0], nearest[1]));
-        let hiding = edge.hiders.iter().map(|&other| &edges.all[other].wedge);
-        let share = unobstructed(place, position, hiding);
-        (share > 0.0).then_some(View { point, parts, share, through })
-    }
-
-    /// What is passed on the way from the end over the mirrors of an image to `place`; [`None`] where something is on it that nothing passes.
-    fn passed(
-        &self,
-        scene: (&Geometry, &CoefficientTable),
+        (geometry, table): (&Geometry, &CoefficientTable),
         image: usize,
-        place: DVec3,
-    ) -> Option<Partitions> {
-        let mirrors = &self.all[image].mirrors;
-        match &self.air {
-            Some(air) => arcs::passed(scene, air, self.origin, mirrors.last(), place),
-            None => passed(scene, mirrors, self.origin, place),
-        }
-    }
-
-    /// How the end appears from `place`, in the mirrors of an image; [`None`] where no arc leads over them.
-    #[must_use]
-    pub(super) fn appearance(&self, image: usize, place: DVec3) -> Option<Appearance> {
-        let of = &self.all[image];
-        match &self.air {
-            Some(air) => arcs::appearance(air, self.origin, of.mirrors.last(), place),
-            None => {
-                let leaving = of.unfold(place) - self.origin;
-                Some(Appearance { position: of.position, leaving, gain: 1.0 })
+        (edge, place): (&RoomEdge, DVec3),
+    ) -> Option<Seen> {
+        let (mut passed, mut objects) = (Vec::new(), Vec::new());
+        let place = place + edge.off;
+        let ignored = |face: &Crossed| {
+            let is_own = edge.faces.iter().any(|own| own.surface == face.surface);
+            if !is_own && is_partition(geometry, table, face.surface) {
+                passed.push(*face);
+                return true;
             }
-        }
+            let object = edges.objects.of(face.surface);
+            objects.push(object);
+            object != SHELL && object != edge.object
+        };
+        let is_seen = match self.tree {
+            Some(tree) if image > 0 => tree.is_clear(geometry, image - 1, place, ignored),
+            _ => {
+                let mut ignored = ignored;
+                !geometry.visit_between([self.all[0].displaced, place], None, |face| !ignored(&face))
+            }
+        };
+        objects.sort_unstable();
+        objects.dedup();
+        is_seen.then(|| (objects, materials_of(geometry, passed)))
     }
 
-    /// Amplitude of a wave over an edge after `way` [m] to this end, relative to even air.
+    /// The direction in which sound leaves the end over an image for `place` [m].
     #[must_use]
-    pub(super) fn weakening(&self, way: f64) -> f64 {
-        self.air.as_ref().map_or(1.0, |air| arcs::weakening(air, self.origin, way))
+    pub(super) fn leaving(&self, image: usize, place: DVec3) -> DVec3 {
+        self.all[image].unfold(place) - self.all[0].position
     }
+}
 
-    /// Whether a clear arc leads over an image straight to `place`; false in even air.
-    #[must_use]
-    pub(super) fn is_clear_along_arcs(
-        &self,
-        scene: (&Geometry, &CoefficientTable),
-        image: usize,
-        place: DVec3,
-    ) -> bool {
-        self.along_arcs() && self.passed(scene, image, place).is_some_and(|passed| passed.is_empty())
-    }
-
-    /// Whether paths are arcs.
-    #[must_use]
-    pub(super) fn along_arcs(&self) -> bool {
-        self.air.is_some()
-    }
+/// The materials of the partitions that faces belong to, in ascending order; of one with thickness both faces are passed.
+fn materials_of(geometry: &Geometry, mut faces: Vec<Crossed>) -> Vec<u32> {
+    faces.sort_by_key(|face| face.plane);
+    let same = f64::from(geometry.resolution());
+    faces.dedup_by(|one, other| one.plane == other.plane && one.place.distance(other.place) <= same);
+    let is_thick = |face: &Crossed| geometry.partition_thickness(face.surface).is_some();
+    let material = |face: Crossed| geometry.surface(face.surface).material;
+    let (thick, sheets): (Vec<Crossed>, Vec<Crossed>) = faces.into_iter().partition(is_thick);
+    let mut of_thick: Vec<u32> = thick.into_iter().map(material).collect();
+    of_thick.sort_unstable();
+    let mut materials: Vec<u32> =
+        of_thick.into_iter().step_by(2).chain(sheets.into_iter().map(material)).collect();
+    materials.sort_unstable();
+    materials
 }
 
 impl Image {
@@ -316,11 +291,6 @@ impl View {
             |one: &'a [f64; 2]| other.parts.iter().map(|other| [one[0].max(other[0]), one[1].min(other[1])]);
         self.parts.iter().flat_map(both).filter(|[from, to]| from < to)
     }
-}
-
-/// How far along the edge a part is from the point [m].
-fn aside(point: WedgePoint, part: &[f64; 2]) -> f64 {
-    (point.along - point.along.clamp(part[0], part[1])).abs()
 }
 
 /// (1−α)(1−s) per band of a mirror met in `direction`.

@@ -7,55 +7,49 @@
 //! Faces are rigid for what they shade. In a mirror image absorption and scattering of its plane are those of the room, and the
 //! terms of the image take over from the one to the other as the image fades (docs/diffraction.md).
 //!
-//! Where paths are arcs, both ends are put where they appear from the edge ([`arcs`]). There are images of one reflection, on either end or on both in
-//! one plane, and none where the image is visible past the edges: packets carry its sound.
+//! Ends are in general position. Where the speed of sound has a gradient, edges are those of even air, of direct sound alone.
 //!
 //! References: [Svensson1999] (docs/references.md), docs/physics.md §5.1.
 
-mod arcs;
 mod contributions;
 mod faces;
 mod field;
 mod images;
 mod mirror;
-mod rows;
+mod objects;
 mod visibility;
 mod waves;
 
 use glam::DVec3;
 use sonel_acoustics::Bands;
 use sonel_diffraction::{Spectrum, Wedge};
-use sonel_geometry::Geometry;
+use sonel_geometry::{End, Geometry, SurfaceId};
 use sonel_map::CoefficientTable;
 
 use crate::exact::mirror::tree::ImageTree;
-use crate::exact::mirror::{ImageSources, Radiator};
+use crate::exact::mirror::{ImageSources, MirrorArrival, Radiator};
 use crate::receiver::Sensitivity;
 use crate::rendering::EdgeWork;
 use contributions::Search;
 use faces::Pair;
 use field::Field;
 use mirror::Mirror;
+use objects::Objects;
 use waves::Waves;
 
-pub(crate) use field::Place;
+use field::Place;
 pub(crate) use images::Images;
 
-/// How many resolutions from a plane a place may lie in it.
-const IN_PLANE: f64 = 8.0;
-/// How many resolutions out of a plane a source in it is moved, and a receiver. Where both are in one plane the field depends on which
-/// is how much farther off it: as far as the receiver can be without being moved, and where it is moved to, is next to nothing.
-pub(crate) const SOURCE_OUT: f64 = 128.0;
-pub(crate) const RECEIVER_OUT: f64 = 16.0;
-/// How many lifts from a line through a corner a place may be in line with it, and how far it is moved aside.
-const IN_LINE: f64 = 2.0;
-const BESIDE_LINE: f64 = 6.0;
 /// Places that differ by no more than so many resolutions are the same.
-const SAME_PLACE: f64 = 64.0;
+const SAME_PLACE: f64 = 8.0;
+
+/// How far off an edge [resolutions] the places are at which it is looked at: corners of the mesh may be one off its line.
+const HAIR: f64 = 2.0;
 
 /// All edges that diffract, and what they have to be asked with.
 pub(crate) struct Edges {
     all: Vec<RoomEdge>,
+    objects: Objects,
     pairs: Vec<Pair>,
     spectrum: Spectrum,
     /// Wave number in the middle of each band [1/m].
@@ -68,8 +62,10 @@ struct RoomEdge {
     wedge: Wedge,
     /// Its faces, seen from the air.
     faces: [Mirror; 2],
-    /// Edges that hide it all at once.
-    hiders: Vec<usize>,
+    /// From the edge a hair into the middle of its air [m].
+    off: DVec3,
+    /// The object that it belongs to.
+    object: u32,
 }
 
 /// Direct sound, or an image source that is visible from the receiver.
@@ -127,90 +123,63 @@ impl Edges {
     /// The edges of `geometry`; [`None`] where it has none that diffract.
     #[must_use]
     pub fn new(geometry: &Geometry, bands: &Bands, speed_of_sound: f64) -> Option<Self> {
-        let mut all = room_edges(geometry);
+        let objects = Objects::new(geometry);
+        let all = room_edges(geometry, &objects);
         if all.is_empty() {
             return None;
         }
         let borders: Vec<(f64, f64)> = (0..bands.count()).map(|band| bands.edges(band)).collect();
         let spectrum = Spectrum::new(&borders, speed_of_sound);
-        let hiders = faces::hiders(&all);
-        all.iter_mut().zip(hiders).for_each(|(edge, hiders)| edge.hiders = hiders);
         let centre = |(low, high): &(f64, f64)| std::f64::consts::TAU * (low * high).sqrt() / speed_of_sound;
-        Some(Self { pairs: faces::pairs(&all), all, centres: borders.iter().map(centre).collect(), spectrum })
-    }
-
-    /// The place of a source or receiver [m], or one beside it if it lies in the plane of a face: whether it sees an edge past the face
-    /// would be for rounding to say, for each edge on its own. The field is continuous across the plane. `out` is how far [resolutions].
-    #[must_use]
-    pub fn beside_planes(&self, geometry: &Geometry, place: DVec3, out: f64) -> DVec3 {
-        let resolution = f64::from(geometry.resolution());
-        let faces = self.all.iter().flat_map(|edge| &edge.faces);
-        faces.fold(place, |place, face| {
-            let in_plane = face.height(place).abs() <= IN_PLANE * resolution;
-            if in_plane { place + face.normal() * (out * resolution) } else { place }
+        Some(Self {
+            pairs: faces::pairs(&all),
+            all,
+            objects,
+            centres: borders.iter().map(centre).collect(),
+            spectrum,
         })
     }
 
-    /// `receiver` [m], or a place beside it if it is in line with a corner and with the source or an image of it of one reflection. There two edges
-    /// end where their wave is cut off, and two halves of both are not what a corner leaves. The field is continuous.
+    /// Where a visible wave comes from that seems to come from `position` [m].
     #[must_use]
-    pub fn beside_corners(&self, geometry: &Geometry, from: &Images, receiver: DVec3) -> DVec3 {
-        let lift = f64::from(geometry.lift());
-        let in_line = |place: DVec3| {
-            let ends =
-                self.all.iter().flat_map(|edge| [0.0, edge.wedge.length()].map(|end| edge.wedge.at(end)));
-            let sources =
-                || from.all.iter().take_while(|image| image.order() < 2).map(|image| image.position);
-            ends.into_iter().any(|end| {
-                sources().any(|source| {
-                    let way = place - source;
-                    let aside = (end - source).cross(way).length() / way.length();
-                    aside * way.length() / source.distance(end) <= IN_LINE * lift
-                })
-            })
-        };
-        let steps =
-            [DVec3::new(0.61, -0.53, 0.59), DVec3::new(-0.47, 0.67, 0.57), DVec3::new(0.71, 0.43, -0.55)];
-        let places = steps.into_iter().map(|step| receiver + step * (BESIDE_LINE * lift));
-        std::iter::once(receiver).chain(places).find(|place| !in_line(*place)).unwrap_or(receiver)
+    pub fn place(&self, geometry: &Geometry, position: DVec3, found: &MirrorArrival<'_>) -> Place {
+        let mirror = |&surface: &SurfaceId| (geometry.surface(surface).plane, self.objects.of(surface));
+        Place::new(position, found.mirrors.iter().map(mirror), found.through.clone())
     }
 
     /// The images of the source, among `image_sources`, that edges are seen from.
     #[must_use]
-    pub fn of_source(
+    pub fn of_source<'t>(
         &self,
         geometry: &Geometry,
         table: &CoefficientTable,
         source: DVec3,
-        image_sources: &ImageSources<'_>,
-    ) -> Images {
-        let of_arcs;
+        image_sources: &'t ImageSources<'t>,
+    ) -> Images<'t> {
         let tree = match image_sources {
-            _ if table.profile().is_some() => {
-                let budget = images::most_images(self.all.len());
-                of_arcs = ImageTree::new(geometry, table, Radiator::omni(source), budget, Some(1));
-                Some(&of_arcs)
-            }
             ImageSources::Tree(tree) => Some(tree),
             ImageSources::Lattice(_) => None,
         };
         let order = tree.map_or(0, |tree| tree.order_within(images::most_images(self.all.len())));
-        Images::new(self, geometry, table, source, (tree, order))
+        let places = [source, geometry.in_general_position(source, End::Source)];
+        Images::new(self, geometry, table, places, (tree, order))
     }
 
     /// What edges bring to one receiver; sets the energies of the `visible` waves that they change.
     pub fn arrivals_at(
         &self,
         at: &ReceiverContext<'_>,
-        from: &Images,
+        from: &Images<'_>,
         visible: &mut [VisibleWave],
     ) -> EdgeSound {
-        let listener = Radiator::omni(at.receiver);
-        let budget = images::most_images(self.all.len());
-        let tree = ImageTree::new(at.geometry, at.table, listener, budget, Some(from.order()));
-        let to = Images::new(self, at.geometry, at.table, at.receiver, (Some(&tree), tree.order()));
+        let (listener, budget) = (Radiator::omni(at.receiver), images::most_images(self.all.len()));
+        let tree =
+            ImageTree::new(at.geometry, at.table, (listener, End::Receiver), budget, Some(from.order()));
+        let places = [at.receiver, at.geometry.in_general_position(at.receiver, End::Receiver)];
+        let to = Images::new(self, at.geometry, at.table, places, (Some(&tree), tree.order()));
         let same_place = SAME_PLACE * f64::from(at.geometry.resolution());
-        let field = Field::new(&self.spectrum, at.attenuation, visible, same_place);
+        let field =
+            Field::new((&self.spectrum, &self.objects, &self.centres), at.attenuation, visible, same_place);
         let search = Search { edges: self, at, from, to: &to, field: &field };
         let mut ranked = search.rank(visible);
         let mut waves = Waves { edges: self, at, from, to: &to, field, through: Vec::new() };
@@ -225,15 +194,16 @@ impl Edges {
 }
 
 /// The edges of `geometry` that diffract, each once for every sector of air into which it does.
-fn room_edges(geometry: &Geometry) -> Vec<RoomEdge> {
+fn room_edges(geometry: &Geometry, objects: &Objects) -> Vec<RoomEdge> {
     let local = |point: DVec3| point - geometry.center();
     geometry
         .diffracting_edges()
         .flat_map(|edge| edge.sectors.iter().map(move |sector| (edge, sector)))
         .filter_map(|(edge, sector)| {
             let wedge = Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)?;
-            let faces = sector.faces.map(|(surface, side)| Mirror::new(geometry, surface, side));
-            Some(RoomEdge { wedge, faces, hiders: Vec::new() })
+            let faces = sector.faces.map(|face| Mirror::new(geometry, objects, face));
+            let off = HAIR * f64::from(geometry.resolution()) * sector.middle();
+            Some(RoomEdge { wedge, faces, off, object: objects.of(sector.faces[0].0) })
         })
         .collect()
 }

@@ -4,37 +4,27 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use sonel_diffraction::face::{End, FaceEdge};
-use sonel_diffraction::{Complex, EdgePath, FacePath, Visibility, WAVES, Wave, WedgePoint, apex};
-use sonel_geometry::SAGITTA;
+use sonel_diffraction::{Cell, Complex, EdgePath, FacePath, Visibility, WAVES, Wave, WedgePoint, apex};
 
-use super::arcs::Appearance;
-use super::contributions::{Contribution, Over, nearest, place};
+use super::contributions::{Contribution, Over, place};
 use super::faces::Pair;
-use super::field::{FacePart, Field, Part, Place};
-use super::images::{Image, Images, OFF_THE_MIRROR, View, specular};
+use super::field::{FacePart, Field, Part, Path, Place};
+use super::images::{Image, Images, View, specular};
 use super::mirror::Mirror;
-use super::rows::in_row;
 use super::visibility::smooth;
 use super::{Edges, ReceiverContext, RoomEdge};
 
-/// So many lifts beside its way a path may go on from a mirror; seen from an edge, so far on both of its sides.
-const LEFT: f64 = 2.0;
 /// Sine of the angle over a face from which on an end is in front of it.
 const IN_FRONT: f64 = 0.1;
 /// Nearest that an end counts to be to an edge where its place is in doubt [m].
 const NEAREST: f64 = 1e-3;
 
-/// Steps towards the place where arcs over an edge take least time; each leaves about g t of its error.
-const STEPS: usize = 8;
-/// Steps towards the places where they cross two edges of a face, which are near one another.
-const STEPS_OF_PAIR: usize = 3;
-
 /// Computes contributions at a receiver.
 pub(super) struct Waves<'a> {
     pub edges: &'a Edges,
     pub at: &'a ReceiverContext<'a>,
-    pub from: &'a Images,
-    pub to: &'a Images,
+    pub from: &'a Images<'a>,
+    pub to: &'a Images<'a>,
     pub field: Field<'a>,
     /// Materials of the partitions on the path that is being added, in ascending order.
     pub through: Vec<u32>,
@@ -56,8 +46,10 @@ struct FaceImage {
 /// What mirrors, air and directivity leave of a contribution, and where it is heard.
 struct EdgeRoute {
     group: usize,
-    /// Amplitude by wave and cell.
-    through: [Vec<f64>; WAVES],
+    object: u32,
+    /// Amplitude by band, of a source and a receiver that have no direction, and what directions make of it.
+    through: Vec<f64>,
+    gain: Vec<f64>,
     way: f64,
     towards: DVec3,
 }
@@ -76,7 +68,9 @@ impl Waves<'_> {
         let receivers = self.to.views(self.edges, scene, contribution.to, last);
         let mut is_seen = false;
         for source in sources.iter() {
-            for receiver in receivers.iter() {
+            // What one object hides from both ends does nothing.
+            let is_hidden = |object: &u32| source.objects.contains(object);
+            for receiver in receivers.iter().filter(|view| !view.objects.iter().any(is_hidden)) {
                 self.through = [&source.through[..], &receiver.through].concat();
                 self.through.sort_unstable();
                 let views = [source, receiver];
@@ -94,70 +88,20 @@ impl Waves<'_> {
         [&self.from.all[contribution.from], &self.to.all[contribution.to]]
     }
 
-    /// How both ends appear from the places at which a path leaves the first edge for them.
-    fn appearances(&self, contribution: Contribution, [first, last]: [DVec3; 2]) -> Option<[Appearance; 2]> {
-        Some([self.from.appearance(contribution.from, first)?, self.to.appearance(contribution.to, last)?])
-    }
-
-    /// Both ends as they appear from where the path over an edge crosses it. `points` are those in even air.
-    fn over_edge(
-        &self,
-        contribution: Contribution,
-        edge: &RoomEdge,
-        mut points: [WedgePoint; 2],
-    ) -> Option<([Appearance; 2], [WedgePoint; 2])> {
-        let wedge = &edge.wedge;
-        let appear = |[from, to]: [WedgePoint; 2]| {
-            let place = wedge.at(apex(from, to).clamp(0.0, wedge.length()));
-            self.appearances(contribution, [place; 2])
-        };
-        if self.from.along_arcs() {
-            for _ in 0..STEPS {
-                let [from, to] = appear(points)?;
-                points = [wedge.locate(from.position)?, wedge.locate(to.position)?];
-            }
-        }
-        Some((appear(points)?, points))
-    }
-
-    /// The path over two edges of a face, and both ends as they appear from where it crosses the edges.
+    /// The path over two edges of a face.
     fn over_face(
         &self,
-        contribution: Contribution,
         edges: [FaceEdge<'_>; 2],
+        [from, to]: [DVec3; 2],
         points: [WedgePoint; 2],
-    ) -> Option<([Appearance; 2], FacePath)> {
-        let images = self.images(contribution).map(|image| image.position);
-        let [first, last] = edges.map(|edge| edge.wedge);
-        let face = |ends: [Appearance; 2], points: [WedgePoint; 2]| {
-            let end = |here: usize, next: usize| {
-                let edge = &edges[next];
-                let face = if edge.at_second { edge.wedge.angle() } else { 0.0 };
-                let at = edge.wedge.locate(ends[here].position);
-                End { point: points[here], before: at.is_some_and(|at| (at.angle - face).abs() < PI) }
-            };
-            let nearest = points[0].radius.min(points[1].radius).max(NEAREST);
-            let within = self.rounding() / nearest;
-            FacePath::new(edges, [end(0, 1), end(1, 0)], within, self.edges.spectrum.smallest_k())
+    ) -> Option<FacePath> {
+        let end = |position: DVec3, point: WedgePoint, next: &FaceEdge<'_>| {
+            let face = if next.at_second { next.wedge.angle() } else { 0.0 };
+            let at = next.wedge.locate(position);
+            End { point, before: at.is_some_and(|at| (at.angle - face).abs() < PI) }
         };
-        let places = [first, last].map(|wedge| nearest(wedge, images[0], images[1]));
-        let mut ends = self.appearances(contribution, places)?;
-        if !self.from.along_arcs() {
-            return Some((ends, face(ends, points)?));
-        }
-        let locate =
-            |ends: [Appearance; 2]| Some([first.locate(ends[0].position)?, last.locate(ends[1].position)?]);
-        for _ in 0..STEPS_OF_PAIR {
-            let [start, end] = face(ends, locate(ends)?)?.crossings();
-            ends = self.appearances(contribution, [first.at(start), last.at(end)])?;
-        }
-        Some((ends, face(ends, locate(ends)?)?))
-    }
-
-    /// How far off its path sound may be [m].
-    fn rounding(&self) -> f64 {
-        let chords = if self.from.along_arcs() { SAGITTA } else { 0.0 };
-        f64::from(self.at.geometry.resolution()) + chords
+        let ends = [end(from, points[0], &edges[1]), end(to, points[1], &edges[0])];
+        FacePath::new(edges, ends, self.doubt(points), self.edges.spectrum.smallest_k())
     }
 
     fn add_edge(
@@ -169,24 +113,23 @@ impl Waves<'_> {
     ) -> Option<()> {
         let all = self.edges;
         let edge = &all.all[index];
-        let (ends, [from, to]) = self.over_edge(contribution, edge, [source.point, receiver.point])?;
+        let [from, to] = [source.point, receiver.point];
+        let ends = self.images(contribution).map(|image| image.position);
         let group = self.group(contribution);
         let over = edge.wedge.at(apex(from, to).clamp(0.0, edge.wedge.length()));
         let faces = [0, 1].map(|face| self.image(contribution, &edge.faces[face], over, ends));
         let visible = Visibility {
-            direct: Some(self.field.is_visible(group)),
-            faces: faces.map(|image| image.group.map(|group| self.field.is_visible(group))),
-            within: self.doubt(contribution, from, to),
+            direct: Some(!self.field.is_blocked(group, edge.object)),
+            faces: faces.map(|image| image.group.map(|group| !self.field.is_blocked(group, edge.object))),
+            within: self.doubt([from, to]),
         };
-        let rows = self.row_shares(contribution, index, [from, to], ends.map(|end| end.position));
         for part in source.common(receiver) {
             let path = EdgePath::new(&edge.wedge, from, to, part, visible, all.spectrum.smallest_k());
             let along = apex(from, to).clamp(part[0], part[1]);
-            let share = source.share * receiver.share;
             let place = edge.wedge.at(along);
-            let route = self.route(contribution, group, [place; 2], path.detour(), (share, &rows))?;
+            let route = self.route(contribution, (group, edge.object), [place; 2]);
             let straight = self.field.position(group).distance(self.at.receiver);
-            self.field.keep_clear(group, (path.detour() - straight) / share);
+            self.field.keep_clear(group, edge.object, path.detour() - straight);
             for (piece, length) in path.lengths().enumerate() {
                 let terms = path.amplitudes(piece, all.spectrum.wave_numbers());
                 if piece == 0 {
@@ -194,7 +137,7 @@ impl Waves<'_> {
                 }
                 self.add_terms(&route, length, &terms, edge, faces, [from, to]);
             }
-            self.keep_clear(&faces, path.detour(), share);
+            self.keep_clear(&faces, edge.object, path.detour());
         }
         Some(())
     }
@@ -213,22 +156,19 @@ impl Waves<'_> {
             FaceEdge { wedge, at_second: pair.at_second[edge], part }
         };
         let edges = [of(0, source.longest()), of(1, receiver.longest())];
-        let (ends, path) = self.over_face(contribution, edges, [source.point, receiver.point])?;
-        let [from, to] = ends.map(|end| end.position);
+        let ends = self.images(contribution).map(|image| image.position);
+        let displaced = self.images(contribution).map(|image| image.displaced);
+        let path = self.over_face(edges, displaced, [source.point, receiver.point])?;
         let [start, end] = path.crossings();
         let places = [first.wedge.at(start), last.wedge.at(end)];
         let group = self.group(contribution);
-        let [one, other] = pair.edges.map(|edge| self.in_row(contribution, edge, [from, to], None));
-        let both: Vec<f64> = one.into_iter().zip(other).map(|(one, other)| one.min(other)).collect();
-        let rows = [(); WAVES].map(|()| both.clone());
-        let share = source.share * receiver.share;
-        let route = self.route(contribution, group, places, path.length(), (share, &rows))?;
+        let route = self.route(contribution, (group, first.object), places);
         let amplitudes = path.amplitudes(all.spectrum.wave_numbers());
         for (lead, terms) in path.leads().zip(&amplitudes) {
             let edge = [first, last][lead.edge];
             let faces =
                 [0, 1].map(|face| self.image(contribution, &edge.faces[face], places[lead.edge], ends));
-            self.keep_clear(&faces, path.length(), share);
+            self.keep_clear(&faces, first.object, path.length());
             self.add_energy(&route, terms, energy);
             self.add_terms(&route, path.length(), terms, edge, faces, lead.ends);
         }
@@ -238,61 +178,20 @@ impl Waves<'_> {
     /// Adds the mean square of all waves of one length together to the `energy` of every band.
     fn add_energy(&self, route: &EdgeRoute, terms: &[[Complex; WAVES]], energy: &mut [f64]) {
         let spectrum = &self.edges.spectrum;
-        let sum = |(cell, terms): (usize, &[Complex; WAVES])| {
-            let terms = terms.iter().zip(&route.through);
-            terms.fold(Complex::ZERO, |sum, (term, through)| sum + *term * through[cell])
+        let sum = |(terms, cell): (&[Complex; WAVES], &Cell)| {
+            let sum = terms.iter().fold(Complex::ZERO, |sum, term| sum + *term);
+            sum * (route.through[cell.band] * route.gain[cell.band])
         };
-        let wave = Wave { length: 0.0, amplitude: terms.iter().enumerate().map(sum).collect() };
+        let wave = Wave { length: 0.0, amplitude: terms.iter().zip(spectrum.cells()).map(sum).collect() };
         energy.iter_mut().zip(spectrum.energy(&[wave])).for_each(|(sum, energy)| *sum += energy);
     }
 
-    /// The share of an edge among those of its row, see [`in_row`], of a path between `ends` [m].
-    fn in_row(
-        &self,
-        contribution: Contribution,
-        edge: usize,
-        ends: [DVec3; 2],
-        is_dark: Option<bool>,
-    ) -> Vec<f64> {
-        let least = OFF_THE_MIRROR * f64::from(self.at.geometry.lift());
-        let images = self.images(contribution);
-        // Edges behind a mirror are on no way, those in its plane border on it.
-        let is_before = |other: &RoomEdge| {
-            let middle = other.wedge.at(0.5 * other.wedge.length());
-            images.iter().all(|image| image.mirrors.last().is_none_or(|mirror| mirror.height(middle) > least))
-        };
-        in_row(self.edges, edge, ends, is_dark, is_before)
-    }
-
-    /// The shares of the waves over an edge: that of the image in a face is grazed as the image is seen from either end.
-    fn row_shares(
-        &self,
-        contribution: Contribution,
-        index: usize,
-        points: [WedgePoint; 2],
-        [from, to]: [DVec3; 2],
-    ) -> [Vec<f64>; WAVES] {
-        let edge = &self.edges.all[index];
-        let direct = self.in_row(contribution, index, [from, to], None);
-        let [first, second] = [0, 1].map(|face| {
-            let mirror = &edge.faces[face];
-            if mirror.height(from) <= 0.0 || mirror.height(to) <= 0.0 {
-                return direct.clone();
-            }
-            let is_dark = Some(turn(edge, points[0], points[1], face) > PI);
-            let there = self.in_row(contribution, index, [mirror.image(from), to], is_dark);
-            let back = self.in_row(contribution, index, [from, mirror.image(to)], is_dark);
-            there.into_iter().zip(back).map(|(there, back)| there.min(back)).collect()
-        });
-        [direct, first, second]
-    }
-
-    /// Notes that edges cut off the images in their faces; of sound whose way is `way` [m], `share` of which is there.
-    fn keep_clear(&mut self, faces: &[FaceImage; 2], way: f64, share: f64) {
+    /// Notes that edges of an object cut off the images in their faces; of sound whose way is `way` [m].
+    fn keep_clear(&mut self, faces: &[FaceImage; 2], object: u32, way: f64) {
         for face in faces.iter().filter(|face| face.in_front > 0.0) {
-            let excess = (way - face.straight).max(0.0) / share;
+            let excess = (way - face.straight).max(0.0);
             if let Some(group) = face.group {
-                self.field.keep_clear(group, excess);
+                self.field.keep_clear(group, object, excess);
             }
         }
     }
@@ -308,7 +207,8 @@ impl Waves<'_> {
         [from, to]: [WedgePoint; 2],
     ) {
         let of = |wave: usize| -> Vec<Complex> {
-            terms.iter().zip(&route.through[wave]).map(|(terms, &through)| terms[wave] * through).collect()
+            let cells = terms.iter().zip(self.edges.spectrum.cells());
+            cells.map(|(terms, cell)| terms[wave] * route.through[cell.band]).collect()
         };
         let faces = [0, 1].map(|face| {
             let FaceImage { group, straight, in_front, incident } = faces[face];
@@ -326,6 +226,8 @@ impl Waves<'_> {
         });
         self.field.add(Part {
             group: route.group,
+            object: route.object,
+            gain: route.gain.clone(),
             length,
             way: route.way,
             towards: route.towards,
@@ -339,7 +241,62 @@ impl Waves<'_> {
         let [from, to] = self.images(contribution);
         let (mut place, order) = (place(from, to), from.order() + to.order());
         place.through.clone_from(&self.through);
-        self.field.group(place, order)
+        self.group_at(contribution, place, order, None)
+    }
+
+    /// The group of the image source at `place` over the mirrors of a contribution and a `face` between them.
+    fn group_at(
+        &mut self,
+        contribution: Contribution,
+        place: Place,
+        order: u32,
+        face: Option<&Mirror>,
+    ) -> usize {
+        let position = place.position;
+        let group = self.field.group(place, order);
+        if self.field.lacks_path(group) {
+            let path = self.path(contribution, position, face);
+            self.field.set_path(group, path);
+        }
+        group
+    }
+
+    /// The path from the image source at `position` [m] past the edges, over the mirrors of a contribution and a `face` between them.
+    fn path(&self, contribution: Contribution, position: DVec3, face: Option<&Mirror>) -> Path {
+        // The image of a source behind a mirror may be where the receiver is.
+        let length = position.distance(self.at.receiver).max(f64::from(self.at.geometry.resolution()));
+        let [from, to] = self.images(contribution);
+        let mirrors: Vec<&Mirror> = from.mirrors.iter().chain(face).chain(to.mirrors.iter().rev()).collect();
+        let ends = [&self.from.all[0], &self.to.all[0]].map(|end| end.displaced);
+        let scene = (self.at.geometry, self.at.table);
+        let blocking = self.edges.objects.blocking(scene, ends, &mirrors, &self.through);
+        let [towards, back] =
+            [to, from].map(|end| face.map_or(end.position, |face| face.image(end.position)));
+        let ours = from.factor_towards(self.at.table, towards);
+        let theirs = to.factor_towards(self.at.table, back);
+        let by_face = face.map(|face| specular(self.at.table, face.surface, towards - from.position));
+        let free = |(band, m): (usize, &f64)| {
+            let mirrored = by_face.as_ref().map_or(1.0, |by_face| by_face[band]);
+            let factor = ours[band] * theirs[band] * mirrored * self.passed(band);
+            (factor * libm::exp(-m * length)).sqrt() / length
+        };
+        let radiation = self.at.radiator.towards(self.from.leaving(contribution.from, towards));
+        let sensitivity = self.at.sensitivity.to((position - self.at.receiver).normalize_or_zero());
+        let bands = 0..self.at.attenuation.len();
+        Path {
+            free: self.at.attenuation.iter().enumerate().map(free).collect(),
+            gain: bands.map(|band| (radiation.factor(band) * sensitivity).sqrt()).collect(),
+            length,
+            blocking,
+            mirrors: mirrors.iter().map(|mirror| mirror.object).collect(),
+        }
+    }
+
+    /// τ of all partitions on the path that is being added.
+    fn passed(&self, band: usize) -> f64 {
+        let passes =
+            |&material: &u32| self.at.table.material(material).transmitted.energy[band / 4][band % 4];
+        self.through.iter().map(passes).product()
     }
 
     /// Its image in a `face` of the edges, which are passed at `over` [m].
@@ -348,20 +305,19 @@ impl Waves<'_> {
         contribution: Contribution,
         face: &Mirror,
         over: DVec3,
-        ends: [Appearance; 2],
+        [before, behind]: [DVec3; 2],
     ) -> FaceImage {
         let [from, to] = self.images(contribution);
         let order = from.order() + to.order() + 1;
-        let planes = from.mirrors.iter().chain(&to.mirrors).map(|mirror| mirror.plane);
+        let planes = from.mirrors.iter().chain(&to.mirrors).map(|mirror| (mirror.plane, mirror.object));
         let position = to.unfold(face.image(from.position));
-        let place = Place::new(position, planes.chain([face.plane]), self.through.clone());
+        let place = Place::new(position, planes.chain([(face.plane, face.object)]), self.through.clone());
         let is_known = order <= self.at.complete_order;
-        let [before, behind] = ends.map(|end| end.position);
         let height = |end: DVec3| face.height(end) / end.distance(over);
         let in_front = [before, behind].into_iter().map(|end| smooth(height(end) / IN_FRONT)).product();
         let incident = over - before;
         FaceImage {
-            group: is_known.then(|| self.field.group(place, order)),
+            group: is_known.then(|| self.group_at(contribution, place, order, Some(face))),
             straight: face.image(before).distance(behind),
             in_front,
             incident,
@@ -371,43 +327,33 @@ impl Waves<'_> {
     fn route(
         &self,
         contribution: Contribution,
-        group: usize,
+        (group, object): (usize, u32),
         [first, last]: [DVec3; 2],
-        way: f64,
-        (share, rows): (f64, &[Vec<f64>; WAVES]),
-    ) -> Option<EdgeRoute> {
+    ) -> EdgeRoute {
         let [from, to] = self.images(contribution);
-        let ends = self.appearances(contribution, [first, last])?;
-        let towards = ends[1].leaving.normalize_or_zero();
-        let radiation = self.at.radiator.towards(ends[0].leaving);
-        let gain = ends[0].gain * ends[1].gain * self.to.weakening(way);
-        let share = self.at.sensitivity.to(towards).sqrt() * share * gain;
+        let way = from.position.distance(first) + first.distance(last) + last.distance(to.position);
+        let towards = self.to.leaving(contribution.to, last).normalize_or_zero();
+        let radiation = self.at.radiator.towards(self.from.leaving(contribution.from, first));
+        let sensitivity = self.at.sensitivity.to(towards);
         let [ours, theirs] =
             [(from, first), (to, last)].map(|(image, at)| image.factor_towards(self.at.table, at));
-        let through = ours.iter().zip(theirs.iter()).zip(self.at.attenuation);
-        let through: Vec<f64> = through
-            .enumerate()
-            .map(|(band, ((one, other), m))| {
-                let passes =
-                    |&material: &u32| self.at.table.material(material).transmitted.energy[band / 4][band % 4];
-                let passed: f64 = self.through.iter().map(passes).product();
-                let strength = (radiation.factor(band) * passed).sqrt() * share;
-                (one * other).sqrt() * libm::exp(-0.5 * m * way) * strength
-            })
-            .collect();
-        let cells = self.edges.spectrum.cells();
-        let through = std::array::from_fn(|wave| {
-            cells.iter().zip(&rows[wave]).map(|(cell, in_row)| through[cell.band] * in_row).collect()
-        });
-        Some(EdgeRoute { group, through, way, towards })
+        let through = |(band, m): (usize, &f64)| {
+            (ours[band] * theirs[band] * self.passed(band)).sqrt() * libm::exp(-0.5 * m * way)
+        };
+        let bands = 0..self.at.attenuation.len();
+        EdgeRoute {
+            group,
+            object,
+            through: self.at.attenuation.iter().enumerate().map(through).collect(),
+            gain: bands.map(|band| (radiation.factor(band) * sensitivity).sqrt()).collect(),
+            way,
+            towards,
+        }
     }
 
-    /// Angle [rad] about a boundary within which positions do not tell on which side of it a path is.
-    fn doubt(&self, contribution: Contribution, from: WedgePoint, to: WedgePoint) -> f64 {
-        let [source, receiver] = self.images(contribution);
-        let geometry = self.at.geometry;
-        let of_mirrors = LEFT * f64::from(source.order() + receiver.order()) * f64::from(geometry.lift());
-        (self.rounding() + of_mirrors) / from.radius.min(to.radius).max(NEAREST)
+    /// Angle [rad] about a boundary within which corners off their edge may decide on which side of it a path is.
+    fn doubt(&self, [from, to]: [WedgePoint; 2]) -> f64 {
+        f64::from(self.at.geometry.resolution()) / from.radius.min(to.radius).max(NEAREST)
     }
 }
 

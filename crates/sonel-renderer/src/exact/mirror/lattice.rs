@@ -119,7 +119,7 @@ impl<'a> ImageLattice<'a> {
                         length,
                         towards,
                         order,
-                        planes: Vec::new(),
+                        mirrors: Vec::new(),
                         factor: &factor,
                         through: Vec::new(),
                     });

@@ -13,7 +13,7 @@ pub mod tree;
 
 use glam::DVec3;
 use sonel_acoustics::{Directivity, Radiation};
-use sonel_geometry::{Geometry, PlaneId, Shoebox};
+use sonel_geometry::{End, Geometry, Shoebox, SurfaceId};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_scene::Source;
 
@@ -34,8 +34,8 @@ pub struct MirrorArrival<'a> {
     pub towards: DVec3,
     /// Number of reflections; none of direct sound.
     pub order: u32,
-    /// Planes of its mirrors; none where the images of an empty box are a lattice.
-    pub planes: Vec<PlaneId>,
+    /// Its mirrors; none where the images of an empty box are a lattice.
+    pub mirrors: Vec<SurfaceId>,
     /// ∏ (1−α)(1−s), and τ of the partitions passed, times the source's directivity factor, per band; without spreading and air.
     pub factor: &'a [Lanes],
     /// Materials of the partitions that it passes, in ascending order.
@@ -124,7 +124,7 @@ impl<'a> ImageSources<'a> {
             Some(room) => Self::Lattice(ImageLattice::new(geometry, &room, table, radiator, reach, most)),
             None => {
                 let budget = if most.is_some() { ASKED_NODE_LIMIT } else { NODE_LIMIT };
-                Self::Tree(ImageTree::new(geometry, table, radiator, budget, most))
+                Self::Tree(ImageTree::new(geometry, table, (radiator, End::Source), budget, most))
             }
         }
     }

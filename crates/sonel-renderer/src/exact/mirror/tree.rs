@@ -94,12 +94,12 @@ struct Grown {
 }
 
 impl<'t> ImageTree<'t> {
-    /// Grows the tree order by order while it fits `budget` nodes, up to order `most`.
+    /// Grows the tree of the radiator at an end of ways order by order while it fits `budget` nodes, up to order `most`.
     #[must_use]
     pub fn new(
         geometry: &Geometry,
         table: &CoefficientTable,
-        radiator: Radiator<'t>,
+        (radiator, end): (Radiator<'t>, End),
         budget: usize,
         most: Option<u32>,
     ) -> Self {
@@ -111,7 +111,7 @@ impl<'t> ImageTree<'t> {
             sides: Vec::new(),
             children: HashMap::new(),
             radiator,
-            origin: geometry.in_general_position(radiator.position, End::Source),
+            origin: geometry.in_general_position(radiator.position, end),
             lanes: lanes_of(table.bands()),
             slack: SHIFTS * thickest(geometry, table),
         };
@@ -180,7 +180,7 @@ impl<'t> ImageTree<'t> {
             let validated = if table.transmits() {
                 self.validate_through(geometry, node, from, &passes)
             } else {
-                let leaving = self.validate(geometry, node, (from, None));
+                let leaving = self.validate(geometry, node, (from, None), |_| false);
                 leaving.map(|leaving| (leaving, Sight::default()))
             };
             let Some((leaving, sight)) = validated else { continue };
@@ -194,10 +194,10 @@ impl<'t> ImageTree<'t> {
             // Sound spreads in the air alone.
             let spreads = (length / in_air) * (length / in_air);
             factor.iter_mut().flatten().for_each(|factor| *factor *= spreads);
-            let planes = self.chain(node).map(|node| geometry.surface(node.mirror.surface).plane).collect();
+            let mirrors = self.chain(node).map(|node| node.mirror.surface).collect();
             let towards = offset / in_air;
             let through = passed.materials(geometry);
-            found(&MirrorArrival { length, towards, order: node.order, planes, factor: &factor, through });
+            found(&MirrorArrival { length, towards, order: node.order, mirrors, factor: &factor, through });
         }
     }
 
@@ -244,10 +244,11 @@ impl<'t> ImageTree<'t> {
         (0..=self.order).take_while(|&order| self.count(order) <= most).last().unwrap_or(0)
     }
 
-    /// Where image number `image` is, about the scene's centre [m].
+    /// Where image number `image` of the radiator is about the scene's centre [m], and where it is in general position.
     #[must_use]
-    pub fn position(&self, image: usize) -> DVec3 {
-        self.nodes[image].of_radiator
+    pub fn positions(&self, image: usize) -> [DVec3; 2] {
+        let Node { of_radiator, image, .. } = self.nodes[image];
+        [of_radiator, image]
     }
 
     /// Inward unit normals of the sides of the beam of image number `image`; all sides contain the image.
@@ -291,7 +292,19 @@ impl<'t> ImageTree<'t> {
         point: DVec3,
         left: Option<PlaneId>,
     ) -> Option<DVec3> {
-        self.validate(geometry, &self.nodes[image], (point, left))
+        self.validate(geometry, &self.nodes[image], (point, left), |_| false)
+    }
+
+    /// Whether nothing but what is `ignored` is on the way from the origin over the chain of image number `image` to `place` [m], in general
+    /// position.
+    pub fn is_clear(
+        &self,
+        geometry: &Geometry,
+        image: usize,
+        place: DVec3,
+        ignored: impl FnMut(&Crossed) -> bool,
+    ) -> bool {
+        self.validate(geometry, &self.nodes[image], (place, None), ignored).is_some()
     }
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
@@ -321,22 +334,24 @@ impl<'t> ImageTree<'t> {
     }
 
     /// Follows the chain backwards from `from`, which lies in the plane that is `left`. Returns the offset from the origin of the tree to the
-    /// first reflection where nothing is in the way.
+    /// first reflection where nothing is in the way but what is `ignored`.
     fn validate(
         &self,
         geometry: &Geometry,
         leaf: &Node,
         (from, mut left): (DVec3, Option<PlaneId>),
+        mut ignored: impl FnMut(&Crossed) -> bool,
     ) -> Option<DVec3> {
         if !self.is_in_beam(leaf, from, 0.0) {
             return None;
         }
         let mut point = from;
         for node in self.chain(leaf) {
-            point = met(geometry, node, (point, left))?;
+            point = met(geometry, node, (point, left), &mut ignored)?;
             left = Some(geometry.surface(node.mirror.surface).plane);
         }
-        geometry.is_clear([point, self.origin], left).then_some(point - self.origin)
+        let is_blocked = geometry.visit_between([point, self.origin], left, |face| !ignored(&face));
+        (!is_blocked).then_some(point - self.origin)
     }
 
     /// The same past surfaces that `passes`, with what is passed. Its shift is that of the image as it is seen from `from`.
@@ -417,9 +432,14 @@ fn thickest(geometry: &Geometry, table: &CoefficientTable) -> f64 {
     partitions.filter_map(|surface| geometry.partition_thickness(surface)).fold(0.0, f64::max)
 }
 
-/// Where the way from `point`, in the plane that is `left`, to the image of `node` meets its mirror; none where it meets anything before,
-/// or the plane beside the mirror.
-fn met(geometry: &Geometry, node: &Node, (point, left): (DVec3, Option<PlaneId>)) -> Option<DVec3> {
+/// Where the way from `point`, in the plane that is `left`, to the image of `node` meets its mirror; none where it meets anything before that
+/// is not `ignored`, or the plane beside the mirror.
+fn met(
+    geometry: &Geometry,
+    node: &Node,
+    (point, left): (DVec3, Option<PlaneId>),
+    mut ignored: impl FnMut(&Crossed) -> bool,
+) -> Option<DVec3> {
     let Node { mirror, image, .. } = *node;
     let reflection = crossing(geometry, mirror, point, image)?;
     let (above, below) = (height(geometry, mirror, point), -height(geometry, mirror, image));
@@ -430,7 +450,7 @@ fn met(geometry: &Geometry, node: &Node, (point, left): (DVec3, Option<PlaneId>)
     let (mut there, at) = (None::<Crossed>, above / (above + depth));
     let is_blocked = geometry.visit_between(ends, left, |face| {
         if face.plane != plane {
-            return face.share < at;
+            return face.share < at && !ignored(&face);
         }
         if there.is_none_or(|known| face.hides(&known)) {
             there = Some(face);
