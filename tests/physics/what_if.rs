@@ -228,7 +228,7 @@ fn a_map_carries_its_variants_as_traces_of_their_own() {
     let walls = changed_box::with_floor([1.0, 0.0]);
     let others = [[0.1, 0.0], [0.1, 0.6], [1.0, 0.6]].map(changed_box::with_floor);
     let scene = changed_box::scene(&walls, &others);
-    for other in [others[0], others[1], walls] {
+    for other in [others[1], walls] {
         let (traced, fitness) = changed_box::changed(&scene, &other, FEW);
         assert_eq!(fitness, Fitness::default());
         agree_with_count(&traced, &other).unwrap();

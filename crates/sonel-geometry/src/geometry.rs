@@ -92,7 +92,7 @@ impl Geometry {
         let tolerance = f64::from(scale.resolution());
         let Conformed { crossings, stacks } = conform(&mut mesh, tolerance);
         let is_border = |material: u32| kind(material) == FaceKind::Interface;
-        let Layers { twins, is_doubled, united_area } = unite(&mut mesh, &stacks, &is_border, tolerance);
+        let Layers { twins, is_doubled, united_area } = unite(&mut mesh, &stacks, is_border, tolerance);
         let kinds: Vec<FaceKind> = mesh.triangles.iter().map(|triangle| kind(triangle.material)).collect();
         let is_interface: Vec<bool> = kinds.iter().map(|&kind| kind == FaceKind::Interface).collect();
         let mut edges = shared_edges(&mesh);

@@ -130,8 +130,10 @@ impl<'t> Images<'t> {
         }];
         if let Some(tree) = tree {
             all.extend((0..tree.count(order)).map(|image| {
-                let mut mirrors: Vec<Mirror> =
-                    tree.mirrors(image).map(|mirror| Mirror::new(geometry, &edges.objects, mirror)).collect();
+                let mut mirrors: Vec<Mirror> = tree
+                    .mirrors(image)
+                    .map(|mirror| Mirror::new(geometry, edges.objects.of(mirror.0), mirror))
+                    .collect();
                 mirrors.reverse();
                 let factor = (0..table.bands()).map(|band| {
                     let of =

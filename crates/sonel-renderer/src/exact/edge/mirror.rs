@@ -3,8 +3,6 @@
 use glam::DVec3;
 use sonel_geometry::{Geometry, PlaneId, Side, SurfaceId};
 
-use super::objects::Objects;
-
 /// Cosine up to which an angle is a right one.
 const RIGHT: f64 = 1e-9;
 
@@ -22,13 +20,13 @@ pub(super) struct Mirror {
 }
 
 impl Mirror {
-    /// A surface, seen from one side.
+    /// A surface of an object, seen from one side.
     #[must_use]
-    pub fn new(geometry: &Geometry, objects: &Objects, (surface, side): (SurfaceId, Side)) -> Self {
+    pub fn new(geometry: &Geometry, object: u32, (surface, side): (SurfaceId, Side)) -> Self {
         let of = geometry.surface(surface);
         let normal = of.normal * side.sign();
         let offset = side.sign() * (of.offset - of.normal.dot(geometry.center()));
-        Self { plane: of.plane, surface, object: objects.of(surface), normal, offset }
+        Self { plane: of.plane, surface, object, normal, offset }
     }
 
     /// Height of `point` above the plane, positive in the air [m].

@@ -201,7 +201,7 @@ fn room_edges(geometry: &Geometry, objects: &Objects) -> Vec<RoomEdge> {
         .flat_map(|edge| edge.sectors.iter().map(move |sector| (edge, sector)))
         .filter_map(|(edge, sector)| {
             let wedge = Wedge::new(edge.ends.map(local), sector.inward, sector.normal, sector.angle)?;
-            let faces = sector.faces.map(|face| Mirror::new(geometry, objects, face));
+            let faces = sector.faces.map(|face| Mirror::new(geometry, objects.of(face.0), face));
             let off = HAIR * f64::from(geometry.resolution()) * sector.middle();
             Some(RoomEdge { wedge, faces, off, object: objects.of(sector.faces[0].0) })
         })
