@@ -8,7 +8,7 @@
 //! they missed is chosen too: the estimate stays unbiased.
 
 use glam::DVec3;
-use sonel_geometry::{End, Geometry};
+use sonel_geometry::{Departure, End, Geometry};
 use sonel_map::{CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, warp};
 
@@ -149,7 +149,9 @@ impl ReceiverImages {
         let towards = match &self.tree {
             None => -offset * image.signs,
             Some(tree) => {
-                let Some(towards) = tree.connect(medium.geometry, index, from, sonel.departure.plane) else {
+                // From off the surface: rounding may put a sonel behind it, where a way leads under the foot of a wall.
+                let Departure { origin, plane } = sonel.departure;
+                let Some(towards) = tree.connect(medium.geometry, index, origin.as_dvec3(), plane) else {
                     return;
                 };
                 towards
