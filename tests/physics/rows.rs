@@ -43,9 +43,10 @@ fn outdoors(rows: usize) -> Traced {
 const KNOWN: [[f64; 9]; 2] =
     [[2.5, 2.0, 1.2, 3.5, 3.0, 2.0, 5.7, 5.1, 4.1], [4.0, 2.3, -0.9, 3.1, 1.5, -1.4, 4.0, 2.6, -0.4]];
 /// Root of the mean square of the errors allowed [dB].
-const ALLOWED: f64 = 4.0;
+const ALLOWED: f64 = 3.0;
 
 #[test]
+#[ignore = "known fault: rows pass for nearly nothing, 3.7 and 3.4 dB rms off"]
 fn long_waves_float_over_rows() {
     let [with, without] = [8, 0].map(|rows| outdoors(rows).render(RenderSettings::default()));
     for (band, known) in KNOWN.iter().enumerate() {
