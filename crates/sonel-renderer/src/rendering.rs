@@ -72,10 +72,14 @@ pub struct EdgeWork {
 }
 
 impl Rendering {
-    /// Nothing yet.
+    /// Nothing yet, at as many receivers as `borders` has lists of time borders [s].
     #[must_use]
-    pub fn new(receivers: usize, columns: Columns, bins: &TimeBins, bands: usize, batches: usize) -> Self {
-        let nothing = || (0..batches).map(|_| Vec::with_capacity(receivers * columns.coarse)).collect();
+    pub fn new(borders: &[Vec<f64>], columns: Columns, bins: &TimeBins, bands: usize, batches: usize) -> Self {
+        let receivers = borders.len();
+        let of_receiver =
+            |borders: &Vec<f64>| vec![CoarseEchogram::new(borders.len(), bands); columns.coarse];
+        let of_batch: Vec<CoarseEchogram> = borders.iter().flat_map(of_receiver).collect();
+        let nothing = || vec![of_batch.clone(); batches];
         Self {
             columns,
             total: Deposits::new(receivers * columns.fine, bins.count, bands),

@@ -299,15 +299,15 @@ pub fn render_and_read(
     let renderer = Renderer::new(map, geometry, settings.clone())?;
     seconds.prepare = clock.process() - begin;
     let (mut last, mut sweeping) = (clock.process(), None);
-    let renderings = response::render(map, &renderer, receivers, &mut |source, _| {
+    let renderings = response::render(map, &renderer, receivers, &mut |source, share| {
         let now = clock.process();
-        // The renderer reports of each source for the first time when what is deterministic is done.
+        // What is deterministic is done before the first report of a source and after that of its last batch.
         if sweeping == Some(source) {
             seconds.sweep += now - last;
         } else {
             seconds.deterministic += now - last;
         }
-        (last, sweeping) = (now, Some(source));
+        (last, sweeping) = (now, Some(source).filter(|_| share < 1.0));
     })?;
     let begin = clock.process();
     let response = response::assemble(map, &renderer, receivers, &renderings);

@@ -12,11 +12,12 @@ use sonel_analysis::{DecayCurve, Echogram};
 use sonel_echogram::Response;
 use sonel_geometry::{Geometry, LARGEST_TURN};
 use sonel_map::Settings;
-use sonel_renderer::RenderSettings;
+use sonel_renderer::{RenderSettings, Renderer};
 use sonel_scene::{LONGEST_DEFAULT_DURATION, Scene};
 
 use crate::evaluation_receivers::evaluation_receivers;
-use crate::pipeline::{InMemory, NoClock, PipelineError, render_and_read, trace};
+use crate::pipeline::{InMemory, NoClock, PipelineError, trace};
+use crate::response;
 
 /// Packets of each source: a level of −50 dB is certain to a few decibels.
 const PACKETS: u64 = 2048;
@@ -47,12 +48,14 @@ impl RoomDecay {
         let scene = scene.clone().with_duration(longest);
         let settings = Settings { emissions: PACKETS, ..Settings::default() };
         let traced = trace(&scene, geometry, Vec::new(), settings, &mut InMemory, &NoClock)?;
-        // Few images: spheres take what they leave. With a gradient there are none.
+        // Few images: spheres take what they leave. With a gradient there are none. Edges do not change how a room decays.
         let mirror_order = (gradient <= 0.0).then_some(1);
-        let render = RenderSettings { rays: Some(RAYS), mirror_order, ..RenderSettings::default() };
+        let settings =
+            RenderSettings { rays: Some(RAYS), mirror_order, edges: false, ..RenderSettings::default() };
         let receivers = evaluation_receivers(&scene, geometry);
-        let rendered = render_and_read(&traced.map, geometry, &receivers, &render, &NoClock)?;
-        Ok(Some(Self { response: rendered.response }))
+        let renderer = Renderer::new(&traced.map, geometry, settings)?;
+        let renderings = response::render(&traced.map, &renderer, &receivers, &mut |_, _| {})?;
+        Ok(Some(Self { response: response::assemble(&traced.map, &renderer, &receivers, &renderings) }))
     }
 
     /// Curves with the indices of their bands; none where no sound arrives or it does not decay.

@@ -109,7 +109,7 @@ impl<'a> Part<'a> {
 }
 
 impl Renderer<'_> {
-    /// Adds direct sound and image-source paths to `rendering`, and to each of its batches.
+    /// Adds direct sound, image-source paths and edges to `rendering`, which has all else, and to each of its batches.
     pub(crate) fn add_deterministic(
         &self,
         rendering: &mut Rendering,
@@ -127,16 +127,17 @@ impl Renderer<'_> {
             .par_iter()
             .zip(borders)
             .enumerate()
-            .map(|(index, (receiver, borders))| self.arrivals_at(index, &emitted, receiver, borders))
+            .map(|(index, (receiver, borders))| {
+                let bands = 0..self.table.bands();
+                let others: Vec<f64> = bands.map(|band| rendering.energy(index, band)).collect();
+                self.arrivals_at(index, &emitted, receiver, (borders, &others))
+            })
             .collect();
         for (index, part) in parts.into_iter().enumerate() {
             rendering.total.add_receivers(index * rendering.columns.fine, &part.fine, 1.0);
+            let first = index * rendering.columns.coarse;
             for batch in &mut rendering.batches {
-                batch.extend(part.coarse.iter().cloned());
-            }
-            let nothing = CoarseEchogram::new(borders[index].len(), self.table.bands());
-            for differences in &mut rendering.kernel_differences {
-                differences.extend(part.coarse.iter().map(|_| nothing.clone()));
+                batch[first..].iter_mut().zip(&part.coarse).for_each(|(batch, arrived)| batch.add(arrived));
             }
             for (class, energy) in CLASSES.into_iter().zip(&part.classes) {
                 rendering.record(class, index, 1.0, energy);
@@ -146,12 +147,13 @@ impl Renderer<'_> {
         }
     }
 
+    /// What arrives at `receiver` number `index`, where all other classes bring `others` per band [1/m²].
     fn arrivals_at<'b>(
         &'b self,
         index: usize,
         emitted: &Emitted<'_>,
         receiver: &PreparedReceiver,
-        borders: &'b [f64],
+        (borders, others): (&'b [f64], &[f64]),
     ) -> Part<'b> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
         let air = self.regions.as_ref().map(|regions| regions.air(air));
@@ -175,7 +177,7 @@ impl Renderer<'_> {
             Some((edges, images)) => {
                 let mut visible = self.visible(edges, &at, emitted);
                 let is_clear = visible.iter().any(|wave| wave.order == 0 && wave.place.through.is_empty());
-                let sound = edges.arrivals_at(&at, images, &mut visible);
+                let sound = edges.arrivals_at(&at, images, &mut visible, others);
                 for arrival in sound.arrivals {
                     let found = (arrival.length, arrival.towards, arrival.order);
                     // Beside a clear direct path edges are many and weak: they count but are not listed.

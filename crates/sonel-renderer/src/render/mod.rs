@@ -267,7 +267,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Renders one source. `borders` gives for every receiver the coarse time borders [s] of its batches; `progress` receives
-    /// the share of the work done so far, first 0 when everything without noise is there.
+    /// the share of the batches done so far: 0 when they begin, and 1 once more at the end, when everything without noise is there.
     ///
     /// # Errors
     /// [`RenderError::Receivers`] with all problems of all receivers.
@@ -294,10 +294,9 @@ impl<'a> Renderer<'a> {
         );
         let (bands, batches) = (self.table.bands(), self.emissions.batches.len());
         let mut rendering =
-            Rendering::new(prepared.len(), axes(&prepared).columns(), &self.bins, bands, batches);
+            Rendering::new(borders, axes(&prepared).columns(), &self.bins, bands, batches);
         rendering.mirror_order = image_sources.order();
         rendering.sphere_radius = prepared.iter().map(|receiver| receiver.balls.early_radius()).collect();
-        self.add_deterministic(&mut rendering, (source, radiator), &image_sources, &prepared, borders);
         progress(0.0);
         self.add_late_specular(&mut rendering, source, &prepared, borders);
         let selection = self.surveys[source].selection.as_ref();
@@ -305,11 +304,13 @@ impl<'a> Renderer<'a> {
         let tiles = prepared.len().div_ceil(together);
         for tile in 0..tiles {
             let range = tile * together..((tile + 1) * together).min(prepared.len());
-            let done = tile as f64 / tiles as f64;
+            let done = &mut |share| progress((tile as f64 + share) / tiles as f64);
             let tile = self.tile(source, &prepared, borders, range);
-            let done = &mut |share| progress(done + share / tiles as f64);
             self.add_batches(&mut rendering, (source, selection), &tile, done);
         }
+        // Last: which edges matter depends on what else is heard.
+        self.add_deterministic(&mut rendering, (source, radiator), &image_sources, &prepared, borders);
+        progress(1.0);
         self.bound_unseen(&mut rendering, source, (&prepared, borders));
         Ok(rendering.spread(&self.classes))
     }

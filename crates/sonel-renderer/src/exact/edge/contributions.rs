@@ -145,11 +145,11 @@ impl Strongest {
 }
 
 impl Search<'_> {
-    /// All contributions beside the `visible` waves.
+    /// All contributions beside the `visible` waves and `others` per band [1/m²].
     #[must_use]
-    pub fn rank(&self, visible: &[VisibleWave]) -> Ranked {
+    pub fn rank(&self, visible: &[VisibleWave], others: &[f64]) -> Ranked {
         let bands = self.at.attenuation.len();
-        let mut found = vec![0.0; bands];
+        let mut found: Vec<f64> = others.iter().map(|energy| 4.0 * PI * energy).collect();
         for wave in visible {
             found.iter_mut().zip(&wave.energy).for_each(|(sum, energy)| *sum += 4.0 * PI * energy);
         }

@@ -165,12 +165,14 @@ impl Edges {
         Images::new(self, geometry, table, places, (tree, order))
     }
 
-    /// What edges bring to one receiver; sets the energies of the `visible` waves that they change.
+    /// What edges bring to one receiver; sets the energies of the `visible` waves that they change. What little they would change beside `others`,
+    /// the fluence of all that is neither visible wave nor edge [1/m² per band], is left out.
     pub fn arrivals_at(
         &self,
         at: &ReceiverContext<'_>,
         from: &Images<'_>,
         visible: &mut [VisibleWave],
+        others: &[f64],
     ) -> EdgeSound {
         let (listener, budget) = (Radiator::omni(at.receiver), images::most_images(self.all.len()));
         let tree =
@@ -181,7 +183,7 @@ impl Edges {
         let field =
             Field::new((&self.spectrum, &self.objects, &self.centres), at.attenuation, visible, same_place);
         let search = Search { edges: self, at, from, to: &to, field: &field };
-        let mut ranked = search.rank(visible);
+        let mut ranked = search.rank(visible, others);
         let mut waves = Waves { edges: self, at, from, to: &to, field, through: Vec::new() };
         while let Some(contribution) = ranked.next() {
             if let Some(energy) = waves.add(contribution) {
