@@ -27,7 +27,7 @@ impl WaveNumbers {
         Self { values, halves, fourfold }
     }
 
-    /// Them [1/m].
+    /// The wave numbers [1/m], ascending.
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values

@@ -74,7 +74,13 @@ pub struct EdgeWork {
 impl Rendering {
     /// Nothing yet, at as many receivers as `borders` has lists of time borders [s].
     #[must_use]
-    pub fn new(borders: &[Vec<f64>], columns: Columns, bins: &TimeBins, bands: usize, batches: usize) -> Self {
+    pub fn new(
+        borders: &[Vec<f64>],
+        columns: Columns,
+        bins: &TimeBins,
+        bands: usize,
+        batches: usize,
+    ) -> Self {
         let receivers = borders.len();
         let of_receiver =
             |borders: &Vec<f64>| vec![CoarseEchogram::new(borders.len(), bands); columns.coarse];

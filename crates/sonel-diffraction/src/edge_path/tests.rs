@@ -25,12 +25,10 @@ fn waves(path: &EdgePath, spectrum: &Spectrum) -> Vec<Wave> {
         .enumerate()
         .map(|(piece, length)| Wave {
             length,
-            amplitude: spectrum
-                .cells()
-                .iter()
-                .map(|cell| {
-                    path.amplitudes(piece, &cell.k.into())[0].into_iter().fold(Complex::ZERO, |a, b| a + b)
-                })
+            amplitude: path
+                .amplitudes(piece, spectrum.wave_numbers())
+                .into_iter()
+                .map(|terms| terms.into_iter().fold(Complex::ZERO, |a, b| a + b))
                 .collect(),
         })
         .collect()
@@ -202,11 +200,11 @@ fn largest_step(all_on_the_direct_path: bool) -> f64 {
                     .lengths()
                     .enumerate()
                     .map(|(piece, length)| {
-                        let sum = |k: f64| {
-                            let terms = path.amplitudes(piece, &k.into())[0];
+                        let sum = |terms: [Complex; WAVES]| {
                             (0..WAVES).fold(Complex::ZERO, |sum, i| sum + terms[i] * of_group[i])
                         };
-                        Wave { length, amplitude: spectrum.cells().iter().map(|cell| sum(cell.k)).collect() }
+                        let terms = path.amplitudes(piece, spectrum.wave_numbers()).into_iter();
+                        Wave { length, amplitude: terms.map(sum).collect() }
                     })
                     .collect();
                 if turn.abs() < PI {

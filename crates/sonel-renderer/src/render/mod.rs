@@ -293,8 +293,7 @@ impl<'a> Renderer<'a> {
             if !self.enumerates_mirrors() { Some(0) } else { self.settings.mirror_order },
         );
         let (bands, batches) = (self.table.bands(), self.emissions.batches.len());
-        let mut rendering =
-            Rendering::new(borders, axes(&prepared).columns(), &self.bins, bands, batches);
+        let mut rendering = Rendering::new(borders, axes(&prepared).columns(), &self.bins, bands, batches);
         rendering.mirror_order = image_sources.order();
         rendering.sphere_radius = prepared.iter().map(|receiver| receiver.balls.early_radius()).collect();
         progress(0.0);

@@ -188,10 +188,7 @@ const NOTHING_HIDDEN: f64 = 1e-9;
 
 /// Joins the edges of a boundary that go straight on: a conforming mesh divides a border wherever another face touches it, and
 /// every disc pays for every piece. Vertices at which boundaries meet stay.
-fn straightened(
-    edges: impl Iterator<Item = (u32, u32)>,
-    corner: impl Fn(u32) -> DVec2,
-) -> Vec<Segment> {
+fn straightened(edges: impl Iterator<Item = (u32, u32)>, corner: impl Fn(u32) -> DVec2) -> Vec<Segment> {
     let edges: Vec<(u32, u32)> = edges.collect();
     let mut next: BTreeMap<u32, Option<u32>> = BTreeMap::new();
     let mut previous: BTreeMap<u32, Option<u32>> = BTreeMap::new();
@@ -277,7 +274,8 @@ mod tests {
     #[test]
     fn a_border_divided_by_other_faces_costs_no_more_edges() {
         // Boards that end on the rim of the floor divide two of its edges in the conforming mesh.
-        let (_, divided) = floor_with_screens(&[[1.0, 0.0, 1.0, 0.5], [2.0, 0.0, 2.0, 0.7], [0.0, 2.0, 0.5, 2.0]]);
+        let (_, divided) =
+            floor_with_screens(&[[1.0, 0.0, 1.0, 0.5], [2.0, 0.0, 2.0, 0.7], [0.0, 2.0, 0.5, 2.0]]);
         let (_, plain) = floor_with_screens(&[]);
         assert_eq!(plain.boundary.len(), 4);
         assert_eq!(divided.boundary.len(), 4);
