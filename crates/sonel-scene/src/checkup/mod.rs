@@ -7,6 +7,7 @@
 
 mod faults;
 mod repaired;
+mod scattering;
 
 use std::io;
 
@@ -14,8 +15,8 @@ pub use repaired::{FIRST_LINE, Repaired};
 
 use glam::DVec3;
 use sonel_acoustics::{
-    AbsorptionLaw, Material, equivalent_absorption_area, eyring_time, mean_absorption, mean_free_path,
-    sabine_time, schroeder_frequency,
+    equivalent_absorption_area, eyring_time, mean_absorption, mean_free_path, sabine_time,
+    schroeder_frequency,
 };
 use sonel_geometry::Geometry;
 
@@ -90,11 +91,6 @@ pub struct Times {
     pub eyring: f64,
 }
 
-/// Walls that absorb less reflect sound many times within a reverberation time.
-const HARD: f64 = 0.2;
-/// Walls that scatter less are mirrors over several reflections.
-const FLAT: f64 = 0.1;
-
 impl Checkup {
     /// Whether something needs a look.
     #[must_use]
@@ -127,7 +123,7 @@ pub fn check(
     faults.extend(of_mesh.into_iter().map(|(_, note)| note).filter(|note| !told(note)));
     let mut notes: Vec<String> = notes.into_iter().map(|(_, note)| note).collect();
     let sound = attempt.geometry.as_ref().filter(|_| attempt.problems.is_empty());
-    notes.extend(sound.and_then(|geometry| flat_walls(&attempt.scene, geometry)));
+    notes.extend(sound.into_iter().flat_map(|geometry| scattering::advice(&attempt.scene, geometry)));
     let traceable = attempt.geometry.filter(|_| attempt.problems.is_empty());
     let traceable = traceable.map(|geometry| (attempt.scene, geometry));
     Ok(Checkup { problems: attempt.problems, warnings, faults, notes, repairs, room, repaired, traceable })
@@ -169,26 +165,6 @@ fn room(attempt: &Attempt, geometry: &Geometry) -> Room {
         coverings,
         times,
     }
-}
-
-/// Says so where most of a closed room is hard, flat and uniformly absorbing in some band.
-fn flat_walls(scene: &Scene, geometry: &Geometry) -> Option<String> {
-    geometry.volume()?;
-    let share = |band: usize| {
-        let is_flat = |material: &Material| {
-            material.law == AbsorptionLaw::Uniform
-                && material.absorption[band] < HARD
-                && material.scattering[band] < FLAT
-        };
-        let area = |(index, material)| if is_flat(material) { geometry.exposed_area(index) } else { 0.0 };
-        (0_u32..).zip(&scene.materials).map(area).sum::<f64>() / geometry.area()
-    };
-    let shares = scene.bands.nominal().iter().enumerate().map(|(band, center)| (share(band), center));
-    let (share, center) = shares.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(share, _)| *share > 0.5)?;
-    Some(format!(
-        "{:.0} % of the surface is hard and flat (absorption below {HARD}, scattering below {FLAT}) at {center} Hz: simulated sound between bare parallel walls decays more slowly than in measured rooms; use scattering of 0.3, or absorption_law = \"locally-reacting\" for hard walls (docs/validation.md)",
-        100.0 * share
-    ))
 }
 
 fn times(scene: &Scene, coverings: &[Covering], volume: f64) -> Vec<Times> {
