@@ -4,12 +4,18 @@ use sonel_renderer::Estimator;
 use sonel_tests::general_position::judged;
 
 const BUILDINGS: u64 = 25_000;
+/// Buildings after which the campaign says how far it is.
+const BLOCK: u64 = 500;
 /// Order up to which every path is looked for.
 const ORDER: u32 = 3;
 
 #[test]
 fn nothing_passes_a_sealed_wall_and_no_image_is_lost_or_invented() {
-    let (pairs, faults) = judged(1000..1000 + BUILDINGS, &Estimator::COMPARABLE, ORDER);
-    println!("{pairs} pairs, {} faults", faults.len());
+    let (mut pairs, mut faults) = (0, Vec::new());
+    for first in (1000..1000 + BUILDINGS).step_by(BLOCK as usize) {
+        let of_block = judged(first..first + BLOCK, &Estimator::COMPARABLE, ORDER);
+        (pairs, faults) = (pairs + of_block.0, [faults, of_block.1].concat());
+        println!("buildings up to seed {}: {pairs} pairs, {} faults", first + BLOCK, faults.len());
+    }
     assert!(faults.is_empty(), "{} faults in {pairs} pairs:\n{}", faults.len(), faults.join("\n"));
 }
