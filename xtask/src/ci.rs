@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use xtask::workspace;
+use xtask::workspace::{self, Profile};
 
 use crate::{cluster, python_package, python_reader, tidy};
 
@@ -64,11 +64,11 @@ fn steps() -> [Step; 8] {
 
 /// Runs the examples of crate sonel, each with few sonels.
 fn examples() -> Result<()> {
-    for example in ["1-shoebox-to-t30", "2-map-reused-for-a-grid", "3-materials-after-the-trace"] {
-        let words = ["run", "--quiet", "--workspace", "--example", example, "--", "1000"];
-        succeed(workspace::cargo(&words))?;
-    }
-    Ok(())
+    succeed(workspace::cargo(&["build", "--quiet", "--workspace", "--examples"]))?;
+    let folder = workspace::programs(Profile::Dev)?.join("examples");
+    ["1-shoebox-to-t30", "2-map-reused-for-a-grid", "3-materials-after-the-trace"].iter().try_for_each(
+        |example| succeed(workspace::command(&folder.join(example).to_string_lossy(), &["1000"])),
+    )
 }
 
 fn succeed(mut command: Command) -> Result<()> {

@@ -92,9 +92,3 @@ impl Map {
         sonel_map::hexadecimal(&self.map.digest())
     }
 }
-
-impl From<SonelMap> for Map {
-    fn from(map: SonelMap) -> Self {
-        Self::of(map, "the map".to_owned())
-    }
-}

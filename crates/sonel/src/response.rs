@@ -70,12 +70,6 @@ impl Response {
         &self.echograms
     }
 
-    /// The arrays alone.
-    #[must_use]
-    pub fn into_echograms(self) -> Echograms {
-        self.echograms
-    }
-
     /// What is known of the room; none of a response that was read from a file.
     #[must_use]
     pub fn surroundings(&self) -> Option<Surroundings> {
