@@ -92,3 +92,33 @@ impl Map {
         sonel_map::hexadecimal(&self.map.digest())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Change, Material, RenderOptions, Scene, Silent, TraceOptions, Variants};
+
+    #[test]
+    fn renderings_of_a_map_share_its_walls() {
+        let scene = Scene::shoebox([4.0, 3.0, 2.5])
+            .material("walls", Material::new(0.3))
+            .source("source", [1.0, 1.0, 1.0])
+            .receiver("receiver", [3.0, 2.0, 1.2])
+            .duration(0.1)
+            .build(&Silent)
+            .expect("a sound scene");
+        let variants = vec![Variants::parse("materials.walls.transmission", "0.1").expect("a variant")];
+        let options = TraceOptions { sonels: Some(200), variants, ..TraceOptions::default() };
+        let map = scene.trace(&options, &Silent).expect("a map").map;
+        let before = map.geometry().expect("walls");
+        let set = vec![Change::of("materials.walls.absorption", 0.4.into()).expect("a change")];
+        for set in [Vec::new(), set] {
+            let options = RenderOptions { set, rays: Some(64), ..RenderOptions::default() };
+            let prepared = map.prepare(&[], &options, &Silent).expect("a sound map");
+            assert!(prepared.shares_walls(&before));
+        }
+        // What lets sound through is a partition: the walls are others.
+        let set = vec![Change::of("materials.walls.transmission", 0.1.into()).expect("a change")];
+        let options = RenderOptions { set, rays: Some(64), ..RenderOptions::default() };
+        assert!(!map.prepare(&[], &options, &Silent).expect("a map of variants").shares_walls(&before));
+    }
+}

@@ -225,6 +225,11 @@ impl PreparedRendering<'_> {
         &self.receivers
     }
 
+    #[cfg(test)]
+    pub(crate) fn shares_walls(&self, walls: &Arc<Geometry>) -> bool {
+        Arc::ptr_eq(&self.geometry, walls)
+    }
+
     fn job<'b>(&'b self, watch: Watch<'b>) -> Job<'b> {
         let Self { label, map, geometry, receivers, .. } = self;
         Job { map, geometry, label, receivers, watch }
