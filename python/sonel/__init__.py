@@ -13,9 +13,7 @@ logger "sonel". `docs/python.md` in the repository has examples.
 
 from __future__ import annotations
 
-import json
 import logging
-import operator
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -23,7 +21,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
-import tomli_w
 
 from . import _sonel
 from ._sonel import Error
@@ -54,7 +51,7 @@ class Scene:
     @classmethod
     def load(cls, path: _Path) -> Scene:
         """The scene in a file `scene.toml` (docs/formats/scene.md) and the mesh that it names."""
-        return cls(_sonel.Scene.load(os.fspath(path), _log))
+        return cls(_sonel.Scene.load(os.fspath(path), _LOGGER.log))
 
     @classmethod
     def shoebox(
@@ -78,7 +75,7 @@ class Scene:
         receivers: likewise, [3] or [R, 3]; they can also be given to `Map.render`.
         keys: other keys of the scene file: name, duration_s [s], bands, air, …
         """
-        return cls._made({"shoebox": size, **keys}, {}, materials, sources, receivers)
+        return cls._made({"shoebox": size, **keys}, None, materials, sources, receivers)
 
     @classmethod
     def from_mesh(
@@ -100,14 +97,14 @@ class Scene:
         face_materials: the name of the material of each face, [M]; not needed where there is one material.
         sources, receivers, keys: as for `Scene.shoebox`.
         """
-        mesh = _obj(vertices, faces, list(_materials(materials)), face_materials)
-        return cls._made({"mesh": "mesh.obj", **keys}, {"mesh.obj": mesh.encode()}, materials, sources, receivers)
+        polygons = _polygons(vertices, faces, list(_materials(materials)), face_materials)
+        return cls._made(keys, polygons, materials, sources, receivers)
 
     @classmethod
     def _made(
         cls,
         keys: dict[str, Any],
-        files: dict[str, bytes],
+        polygons: _sonel.Polygons | None,
         materials: _Materials,
         sources: _Points,
         receivers: _Points | None,
@@ -115,36 +112,23 @@ class Scene:
         document = {**keys, "materials": _materials(materials), "sources": _points(sources, "source")}
         if receivers is not None:
             document["receivers"] = _points(receivers, "receiver")
-        try:
-            text = tomli_w.dumps(_plain(document))
-        except TypeError as problem:
-            raise Error(f"a scene holds texts, numbers, lists and mappings: {problem}") from None
-        return cls(_sonel.Scene.read(text, files, _log))
+        return cls(_sonel.Scene.made(document, polygons, _LOGGER.log))
 
     def save(self, folder: _Path) -> Path:
         """Writes a scene made in Python as scene.toml, and its mesh beside it, for the programs. Returns the path of scene.toml.
 
         The folder is made where there is none; files that are there are not replaced.
         """
-        text, files = self._inner.text()
-        place = Path(folder)
-        place.mkdir(parents=True, exist_ok=True)
-        for name, content in {"scene.toml": text.encode(), **files}.items():
-            try:
-                with open(place / name, "xb") as file:
-                    file.write(content)
-            except FileExistsError:
-                raise Error(f"{place / name} exists: delete it first, or choose another folder") from None
-        return place / "scene.toml"
+        return Path(self._inner.save(os.fspath(folder)))
 
     @property
     def toml(self) -> str:
         """The text of the scene file."""
-        return self._inner.text()[0]
+        return self._inner.toml()
 
     def check(self) -> dict[str, Any]:
         """The checkup of `sonel-trace check --json` (docs/interface.md): sizes, areas, statistical times, faults of the mesh."""
-        return _object(self._inner.check())
+        return self._inner.check()
 
     @property
     def name(self) -> str:
@@ -187,7 +171,7 @@ class Scene:
 
 def check(path: _Path) -> dict[str, Any]:
     """The checkup of a scene file, which need not be sound: what `sonel-trace check --json` prints (docs/interface.md)."""
-    return _object(_sonel.Scene.check_file(os.fspath(path)))
+    return _sonel.Scene.check_file(os.fspath(path))
 
 
 def trace(
@@ -229,24 +213,22 @@ def trace(
     progress: True prints the share done to stderr, False nothing, None prints where stderr is a terminal. A function is called
         with what is being done and the share done, 0 … 1.
     """
-    words = _words(
-        sonels=sonels,
-        until=until,
-        at_most=at_most,
-        seed=seed,
-        batches=batches,
-        survival=survival,
-        mode=mode,
-        spectral=spectral,
-        duration=duration,
-        effects=effects,
-        extend=None if extend is None else os.fspath(extend._inner.path),
-    )
-    for name, values in (variants or {}).items():
-        alone = isinstance(values, str) or not isinstance(values, Iterable)
-        words.append(f"--for={name}={','.join(map(_variant, [values] if alone else values))}")
+    keywords = {
+        "sonels": sonels,
+        "until": until,
+        "at_most": at_most,
+        "seed": seed,
+        "batches": batches,
+        "survival": survival,
+        "mode": mode,
+        "spectral": spectral,
+        "duration": duration,
+        "effects": effects,
+        "variants": variants,
+        "extend": None if extend is None else extend._inner,
+    }
     with _Text(progress) as follower:
-        return Map(_sonel.trace(scene._inner, words, _log, threads, follower))
+        return Map(_sonel.trace(scene._inner, _LOGGER.log, threads, follower, **keywords))
 
 
 class Map:
@@ -307,35 +289,32 @@ class Map:
         until, at_most: add rays until the intervals are narrow enough.
         threads, progress: as for `trace`.
         """
-        words = _words(
-            materials=None if materials is None else os.fspath(materials),
-            grid=grid,
-            bin=bin,
-            estimator=estimator,
-            effects=effects,
-            rays=rays,
-            radius=radius,
-            order=order,
-            seed=seed,
-            temperature=temperature,
-            humidity=humidity,
-            no_air=None if air else True,
-            directions=directions or None,
-            until=until,
-            at_most=at_most,
-        )
-        for receiver in [] if receivers is None else _points(receivers, "receiver"):
-            words.append(f"--receiver={_receiver(**receiver)}")
-        for name, value in (set or {}).items():
-            value = value if isinstance(value, str) else ",".join(map(_word, np.atleast_1d(value).tolist()))
-            words.append(f"--set={name}={value}")
+        keywords = {
+            "set": set,
+            "materials": None if materials is None else os.fspath(materials),
+            "grid": grid,
+            "bin": bin,
+            "estimator": estimator,
+            "effects": effects,
+            "rays": rays,
+            "radius": radius,
+            "order": order,
+            "seed": seed,
+            "temperature": temperature,
+            "humidity": humidity,
+            "air": air,
+            "directions": directions,
+            "until": until,
+            "at_most": at_most,
+        }
+        places = [] if receivers is None else [_receiver(**point) for point in _points(receivers, "receiver")]
         with _Text(progress) as follower:
-            return Response(self._inner.render(words, _log, threads, follower))
+            return Response(self._inner.render(places, _LOGGER.log, threads, follower, **keywords))
 
     @property
     def report(self) -> dict[str, Any] | None:
         """What `sonel-trace --json` prints: counts, fates, energy ledger, effects. None for a map that was loaded."""
-        return None if self._inner.report is None else _object(self._inner.report)
+        return self._inner.report
 
     @property
     def digest(self) -> str:
@@ -381,7 +360,7 @@ class Response:
             "source_name": self.sources,
             "receiver_name": self.receivers,
             "receiver_directivity": self._inner.receiver_directivities,
-            "metadata_json": self._inner.metadata,
+            "metadata_json": self._inner.metadata_json,
         }
         if texts.get(key):
             return np.array(texts[key])
@@ -430,12 +409,12 @@ class Response:
     @property
     def metadata(self) -> dict[str, Any]:
         """Provenance: versions, digests, options, shares per path class (docs/formats/response.md)."""
-        return _object(self._inner.metadata)
+        return self._inner.metadata
 
     @property
     def report(self) -> dict[str, Any] | None:
         """What `sonel-render --json` prints. None for a response that was loaded."""
-        return None if self._inner.report is None else _object(self._inner.report)
+        return self._inner.report
 
     def impulse_responses(
         self, *, ambix: int | None = None, hrtf: _Path | None = None, seed: int | None = None
@@ -470,7 +449,7 @@ class Response:
 
     def figures(self) -> dict[str, Any]:
         """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""
-        return _object(self._inner.parameters())
+        return self._inner.parameters()
 
     def parameters(self) -> NDArray[np.void]:
         """Parameters of ISO 3382-1 as a structured array of shape [S, R, B].
@@ -509,12 +488,6 @@ class Response:
         return f"<sonel.Response: {s} sources, {r} receivers, {b} bands, {t} time bins>"
 
 
-def _object(text: str) -> dict[str, Any]:
-    """An object in JSON."""
-    read: dict[str, Any] = json.loads(text)
-    return read
-
-
 def _figure(figure: Mapping[str, Any] | None) -> tuple[float, float, float]:
     """Value and limits of the interval of a figure in JSON; NaN for what is null or not there."""
     if figure is None:
@@ -522,14 +495,6 @@ def _figure(figure: Mapping[str, Any] | None) -> tuple[float, float, float]:
     low, high = figure.get("ci95") or (None, None)
     value, low, high = (np.nan if number is None else number for number in (figure["value"], low, high))
     return value, low, high
-
-
-def _log(line: str) -> None:
-    level, text = logging.INFO, line
-    for word, meaning in (("warning: ", logging.WARNING), ("note: ", logging.INFO)):
-        if line.startswith(word):
-            level, text = meaning, line[len(word) :]
-    _LOGGER.log(level, "%s", text)
 
 
 class _Text:
@@ -553,46 +518,6 @@ class _Text:
             self._shown = text
             sys.stderr.write("\r" + text)
             sys.stderr.flush()
-
-
-def _word(value: Any) -> str:
-    """A value as the command line writes it."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, (float, np.floating)):
-        number = float(value)
-        return str(int(number)) if number.is_integer() and abs(number) < 2**53 else repr(number)
-    return str(operator.index(value))
-
-
-def _variant(value: Any) -> str:
-    """A value of --for: a word, a number, or one number per band in brackets."""
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        return _word(value)
-    return f"[{','.join(map(_word, np.asarray(value).tolist()))}]"
-
-
-def _words(**options: Any) -> list[str]:
-    """Options of a command line; those that are None are left out."""
-    words = []
-    for name, value in options.items():
-        if value is not None:
-            option = "--" + name.replace("_", "-")
-            words.append(option if value is True else f"{option}={_word(value)}")
-    return words
-
-
-def _plain(value: Any) -> Any:
-    """What TOML can hold: numpy's values as Python's."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Iterable) and not isinstance(value, str):
-        return [_plain(item) for item in value]
-    return value
 
 
 def _materials(materials: _Materials) -> dict[str, Any]:
@@ -634,50 +559,58 @@ def _points(points: _Points, kind: str) -> list[dict[str, Any]]:
     return [{"name": f"{kind} {i}", "position": row} for i, row in enumerate(positions.tolist(), 1)]
 
 
-def _receiver(name: str, position: Any = None, directivity: str = "omni", aim: Any = None, **others: Any) -> str:
-    """A receiver as the command line writes it."""
+def _receiver(
+    name: str, position: Any = None, directivity: str = "omni", aim: Any = None, **others: Any
+) -> tuple[str, list[float], str, list[float] | None]:
+    """Name, position, directivity and aim of a receiver."""
     if others:
         raise Error(f"receiver {name!r}: unknown key {next(iter(others))!r}; known: position, directivity, aim")
     if position is None:
         raise Error(f"receiver {name!r}: position is missing; give three numbers [x, y, z] in metres")
     if aim is None and directivity != "omni":
         raise Error(f"receiver {name!r}: aim is missing; a {directivity} receiver needs aim = [x, y, z]")
-    fields = [*map(_word, _numbers(position))]
-    if aim is not None:
-        fields += [str(directivity), *map(_word, _numbers(aim))]
-    return f"{name}={','.join(fields)}"
+    return name, _numbers(position), str(directivity), None if aim is None else _numbers(aim)
 
 
-def _obj(
+def _corners(faces: ArrayLike | Sequence[Sequence[int]]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Corners of each face, and the indices of all."""
+    try:
+        table = np.asarray(faces)
+    except ValueError:
+        table = np.empty(0, dtype=object)
+    if table.ndim == 2 and table.dtype != object:
+        return np.full(len(table), table.shape[1], dtype="<u4"), table.reshape(-1)
+    rows = [np.asarray(face) for face in faces]  # type: ignore[union-attr]
+    return np.array([len(row) for row in rows], dtype="<u4"), np.concatenate(rows)
+
+
+def _polygons(
     vertices: ArrayLike,
     faces: ArrayLike | Sequence[Sequence[int]],
     names: list[str],
     face_materials: Sequence[str] | None,
-) -> str:
-    """A mesh as the text of an OBJ file."""
+) -> _sonel.Polygons:
+    """A mesh as arrays in bytes."""
     try:
         points = np.asarray(vertices, dtype=float)
-        rows = [[operator.index(corner) for corner in face] for face in _plain(faces)]
+        sizes, corners = _corners(faces)
     except (TypeError, ValueError) as problem:
         raise Error(f"vertices are numbers and faces lists of indices: {problem}") from None
+    if not np.issubdtype(corners.dtype, np.integer):
+        raise Error(f"vertices are numbers and faces lists of indices, not of {corners.dtype}")
     if points.ndim != 2 or points.shape[1] != 3:
         raise Error(f"vertices have the shape {list(points.shape)}: give an array of shape [N, 3] in metres")
     if face_materials is None:
         if len(names) != 1:
             raise Error(f"there are {len(names)} materials: give the name of the material of each face in face_materials")
-        face_materials = names * len(rows)
-    if len(face_materials) != len(rows):
-        raise Error(f"face_materials has {len(face_materials)} names and faces has {len(rows)} rows: give one for each")
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
-    used = None
-    for number, (face, name) in enumerate(zip(rows, face_materials)):
-        wrong = [corner for corner in face if not 0 <= corner < len(points)]
-        if wrong:
-            raise Error(f"faces[{number}]: no vertex {wrong[0]}: there are {len(points)}, counted from 0")
-        if name != used:
-            used = str(name)
-            if used != used.strip() or any(not letter.isprintable() for letter in used):
-                raise Error(f"faces[{number}]: a mesh cannot hold the material name {used!r}: rename it")
-            lines.append(f"usemtl {used}")
-        lines.append("f " + " ".join(str(corner + 1) for corner in face))
-    return "\n".join(lines) + "\n"
+        face_materials = names * len(sizes)
+    if len(face_materials) != len(sizes):
+        raise Error(f"face_materials has {len(face_materials)} names and faces has {len(sizes)} rows: give one for each")
+    wrong = np.flatnonzero((corners < 0) | (corners >= len(points)))
+    if len(wrong):
+        number = np.searchsorted(np.cumsum(sizes), wrong[0], side="right")
+        raise Error(f"faces[{number}]: no vertex {corners[wrong[0]]}: there are {len(points)}, counted from 0")
+    used, indices = np.unique(np.asarray(face_materials, dtype=str), return_inverse=True)
+    arrays = (points.astype("<f8"), corners.astype("<u4"), sizes, indices.astype("<u4"))
+    v, c, s, m = (array.tobytes() for array in arrays)
+    return v, c, s, m, used.tolist()

@@ -1,8 +1,8 @@
-//! The compiled half of the Python package `sonel`: scenes, maps and responses by the code of the programs.
+//! The compiled half of the Python package `sonel`: scenes, maps and responses by the crate `sonel`.
 //!
-//! Options arrive as the words of a command line and are read by the programs' own parsers, so that both mean the same, refuse
-//! the same and write the same bytes. `python/sonel/__init__.py` is the half that users see: signatures, units, numpy.
+//! `python/sonel/__init__.py` is the half that users see: signatures, units, numpy.
 
+mod convert;
 mod map;
 mod response;
 mod scene;

@@ -1,104 +1,72 @@
 //! Maps: traced into a temporary file, or opened from one.
 
-use std::fs::File;
-use std::io::{self, Seek, SeekFrom};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Arc;
 
-use anyhow::{Context, anyhow};
-use clap::Parser;
 use pyo3::prelude::*;
-use sonel_console::input;
+use pyo3::types::PyDict;
+use sonel::{Air, Estimator, Mode, Observer, RenderOptions, Severity, Spectral, TraceOptions};
 use sonel_console::output::{Kind, Output};
-use sonel_map::SonelMap;
-use tempfile::TempDir;
 
+use crate::convert::{Keywords, Receiver, object, receiver};
 use crate::error;
-use crate::response::{Response, Room};
+use crate::response::Response;
 use crate::scene::Scene;
 use crate::work::{Followers, work};
 
 /// A sonel map in a file, which need not fit into memory.
 #[pyclass(frozen, module = "sonel._sonel")]
 pub struct Map {
-    /// What it is called in messages.
-    label: String,
-    path: PathBuf,
-    /// The file as it was when it was opened: another may be put in its place.
-    file: Mutex<File>,
-    digest: [u8; 32],
+    map: Arc<sonel::Map>,
+    /// The file that it was loaded from.
+    path: Option<PathBuf>,
     /// Of `sonel-trace --json`, where it was traced now.
-    report: Option<String>,
-    /// Holds the file of a map that was traced now; removed with it.
-    _folder: Option<TempDir>,
+    report: Option<serde_json::Value>,
 }
 
-/// The arguments of a program from the words of its command line.
-fn arguments<A: Parser>(program: &str, words: Vec<String>) -> anyhow::Result<A> {
-    let words = std::iter::once(program.to_owned()).chain(words);
-    // The usage of the program is nothing for Python.
-    A::try_parse_from(words).map_err(|error| {
-        let text = error.to_string();
-        let message = text.split("\n\n").next().unwrap_or_default();
-        anyhow!("{}", message.trim_start_matches("error: "))
-    })
-}
-
-/// Traces `scene` with the options of `sonel-trace` in `words`.
+/// Traces `scene` with keywords that are the fields of `sonel::TraceOptions`.
 #[pyfunction]
-#[pyo3(signature = (scene, words, log, threads=None, progress=None))]
+#[pyo3(signature = (scene, log, threads=None, progress=None, **keywords))]
 pub fn trace(
     py: Python<'_>,
     scene: &Bound<'_, Scene>,
-    words: Vec<String>,
     log: Bound<'_, PyAny>,
     threads: Option<usize>,
     progress: Option<Bound<'_, PyAny>>,
+    keywords: Option<Bound<'_, PyDict>>,
 ) -> PyResult<Map> {
-    let (loaded, inputs) = (scene.get().loaded.clone(), scene.get().inputs.clone());
-    work(py, &Followers { progress, log }, threads, move |progress, log| {
-        let folder = tempfile::Builder::new().prefix("sonel-").tempdir()?;
-        let path = folder.path().join("traced.sonelmap");
-        let options = [loaded.name.clone(), format!("--output={}", path.display()), "--json".to_owned()];
-        let arguments = arguments("sonel-trace", words.into_iter().chain(options).collect())?;
-        let mut report = Vec::new();
-        sonel_trace::run_on(
-            |_| {
-                let geometry = loaded.geometry()?;
-                Ok((loaded, geometry, inputs))
-            },
-            &arguments,
-            progress,
-            &mut report,
-            log,
-        )?;
-        let report = Some(String::from_utf8(report)?);
-        Map::open("the map".to_owned(), path, report, Some(folder))
+    let k = Keywords(keywords.unwrap_or_else(|| PyDict::new(py)));
+    let options = TraceOptions {
+        sonels: k.whole("sonels")?,
+        seed: k.whole("seed")?,
+        batches: k.whole("batches")?,
+        survival: k.number("survival")?,
+        mode: k.choice("mode", &[Mode::Accurate, Mode::Paper], Mode::name)?,
+        spectral: k.choice("spectral", &[Spectral::Shared, Spectral::PerBand], Spectral::name)?,
+        duration: k.number("duration")?,
+        variants: k.variants()?,
+        effects: k.parsed("effects")?,
+        until: k.parsed("until")?,
+        at_most: k.time("at_most")?,
+        ..TraceOptions::default()
+    };
+    let scene = Arc::clone(&scene.get().scene);
+    let extended = k.class::<Map>("extend")?.map(|map| Arc::clone(&map.get().map));
+    work(py, &Followers { progress, log }, threads, move |observer: &dyn Observer| {
+        let options = TraceOptions { extend: extended.as_deref(), ..options };
+        let traced = scene.trace(&options, observer)?;
+        // Whoever was interrupted does not want it any more.
+        let _ = observer.message(Severity::Info, &traced.summary());
+        let report = Some(traced.report());
+        Ok(Map { map: Arc::new(traced.map), path: None, report })
     })
 }
 
 impl Map {
-    fn open(
-        label: String,
-        path: PathBuf,
-        report: Option<String>,
-        folder: Option<TempDir>,
-    ) -> anyhow::Result<Self> {
-        let file = input::open(&path).with_context(|| format!("cannot read the map {label}"))?;
-        let digest = SonelMap::open(&file).with_context(|| label.clone())?.digest();
-        Ok(Self { label, path, file: Mutex::new(file), digest, report, _folder: folder })
-    }
-
-    fn map(&self) -> PyResult<SonelMap> {
-        let file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        SonelMap::open(&file).with_context(|| self.label.clone()).map_err(error)
-    }
-
     fn copy_to(&self, path: &Path) -> anyhow::Result<()> {
-        let output = Output::create(path, Kind::MAP, std::slice::from_ref(&self.path))?;
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.seek(SeekFrom::Start(0))?;
-        output.write(|out| io::copy(&mut *file, out))
+        let output = Output::create(path, Kind::MAP, self.path.as_slice())?;
+        output.write(|out| out.write_all(self.map.sonels().bytes()))
     }
 }
 
@@ -107,7 +75,8 @@ impl Map {
     /// The map in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        py.detach(|| Self::open(path.display().to_string(), path, None, None)).map_err(error)
+        let map = py.detach(|| sonel::Map::open(&path)).map_err(error)?;
+        Ok(Self { map: Arc::new(map), path: Some(path), report: None })
     }
 
     /// Writes the map.
@@ -115,55 +84,87 @@ impl Map {
         py.detach(|| self.copy_to(&path)).map_err(error)
     }
 
-    /// Renders with the options of `sonel-render` in `words`.
-    #[pyo3(signature = (words, log, threads=None, progress=None))]
+    /// Renders at `receivers` with keywords that are the fields of `sonel::RenderOptions`.
+    #[pyo3(signature = (receivers, log, threads=None, progress=None, **keywords))]
     fn render(
         &self,
         py: Python<'_>,
-        words: Vec<String>,
+        receivers: Vec<Receiver>,
         log: Bound<'_, PyAny>,
         threads: Option<usize>,
         progress: Option<Bound<'_, PyAny>>,
+        keywords: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Response> {
-        let (mut map, label) = (self.map()?, self.label.clone());
-        work(py, &Followers { progress, log }, threads, move |progress, log| {
-            let options = [label.clone(), "--output=response.npz".to_owned()];
-            let arguments = arguments("sonel-render", words.into_iter().chain(options).collect())?;
-            let (response, report) = sonel_render::respond(&mut map, &label, &arguments, progress, log)?;
-            let (scene, settings) = (&map.header().scene, &map.header().settings);
-            let volume = scene.geometry().with_context(|| label.clone())?.volume();
-            let room = Room { volume, up: scene.up, seed: arguments.seed.unwrap_or(settings.seed) };
-            Ok(Response::of(response, Some(report.to_string()), Some(room)))
+        let options = render_options(&Keywords(keywords.unwrap_or_else(|| PyDict::new(py))))?;
+        let receivers = receivers.into_iter().map(receiver).collect::<PyResult<Vec<_>>>()?;
+        let map = Arc::clone(&self.map);
+        work(py, &Followers { progress, log }, threads, move |observer: &dyn Observer| {
+            let rendered = map.render(&receivers, &options, observer)?;
+            for warning in &rendered.warnings {
+                let _ = observer.message(Severity::Warning, warning);
+            }
+            let report = rendered.report(rendered.seconds());
+            Ok(Response::of(rendered.response, Some(report)))
         })
     }
 
     #[getter]
-    fn path(&self) -> &PathBuf {
-        &self.path
-    }
-
-    #[getter]
-    fn report(&self) -> Option<&str> {
-        self.report.as_deref()
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.report.as_ref().map(|report| object(py, report)).transpose()
     }
 
     #[getter]
     fn digest(&self) -> String {
-        sonel_map::hexadecimal(&self.digest)
+        self.map.digest()
     }
 
     #[getter]
-    fn scene_name(&self) -> PyResult<String> {
-        Ok(self.map()?.header().scene.name.clone())
+    fn scene_name(&self) -> &str {
+        &self.map.sonels().header().scene.name
     }
 
     #[getter]
-    fn sonels(&self) -> PyResult<u64> {
-        Ok(self.map()?.header().settings.emissions)
+    fn sonels(&self) -> u64 {
+        self.map.sonels().header().settings.emissions
     }
 
     #[getter]
-    fn seed(&self) -> PyResult<u64> {
-        Ok(self.map()?.header().settings.seed)
+    fn seed(&self) -> u64 {
+        self.map.sonels().header().settings.seed
     }
+}
+
+fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
+    let default = RenderOptions::default();
+    let (temperature, humidity) = (k.number("temperature")?, k.number("humidity")?);
+    let air = match k.flag("air", true)? {
+        true => Air::State { temperature, humidity },
+        false if temperature.is_some() || humidity.is_some() => {
+            return Err(crate::convert::refused(
+                "`air` is False, so that `temperature` and `humidity` have no effect: leave them out",
+            ));
+        }
+        false => Air::None,
+    };
+    let estimators = [&Estimator::COMPARABLE[..], &[Estimator::Paper]].concat();
+    let effects: Option<String> = k.text("effects")?;
+    Ok(RenderOptions {
+        bin: k.number("bin")?.unwrap_or(default.bin),
+        estimator: k.choice("estimator", &estimators, Estimator::name)?.unwrap_or(default.estimator),
+        diffraction: effects
+            .map_or(Ok(true), |text| sonel_console::choices::diffraction(&text))
+            .map_err(|wrong| crate::convert::refused(format!("`effects`: {wrong}")))?,
+        order: k.whole("order")?,
+        radius: k.number("radius")?,
+        rays: k.whole("rays")?,
+        seed: k.whole("seed")?,
+        air,
+        directions: k.flag("directions", false)?,
+        materials: k.text("materials")?.map(PathBuf::from),
+        set: k.changes()?,
+        grid: k.parsed("grid")?,
+        shard: None,
+        until: k.parsed("until")?,
+        at_most: k.time("at_most")?,
+    })
 }

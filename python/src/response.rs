@@ -3,43 +3,26 @@
 //! An [`Array`] follows numpy's array interface, version 3: address, shape and type. It needs no C interface of numpy, and holds
 //! the response for as long as an array of numpy holds it.
 
-use std::io::BufReader;
 use std::path::PathBuf;
 use std::slice;
 use std::sync::Arc;
 
-use anyhow::Context;
-use glam::DVec3;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rayon::prelude::*;
-use sonel_console::input;
+use sonel::{Channels, Head};
 use sonel_console::output::{Kind, Output};
 use sonel_echogram::{LATERAL_KEYS, ReceiverDirectivity, Response as Echograms};
-use sonel_sound::{Head, Synthesizer};
 
+use crate::convert::object;
 use crate::error;
 
 /// Echograms of every source at every receiver.
 #[pyclass(frozen, module = "sonel._sonel")]
 pub struct Response {
-    echograms: Arc<Echograms>,
+    response: Arc<sonel::Response>,
     /// Of `sonel-render --json`, where it was rendered now.
-    report: Option<String>,
-    /// Likewise.
-    room: Option<Room>,
-}
-
-/// What sound needs beside the echograms.
-#[derive(Clone, Copy)]
-pub(crate) struct Room {
-    /// Of a closed room [m³].
-    pub volume: Option<f64>,
-    /// Unit vector that points up.
-    pub up: DVec3,
-    /// Of the rendering.
-    pub seed: u64,
+    report: Option<serde_json::Value>,
 }
 
 /// Numbers of a response, for `numpy.asarray`.
@@ -90,41 +73,38 @@ impl Number for u32 {
 }
 
 impl Response {
-    pub(crate) fn of(response: Echograms, report: Option<String>, room: Option<Room>) -> Self {
-        Self { echograms: Arc::new(response), report, room }
+    pub(crate) fn of(response: sonel::Response, report: Option<serde_json::Value>) -> Self {
+        Self { response: Arc::new(response), report }
+    }
+
+    fn echograms(&self) -> &Echograms {
+        self.response.echograms()
     }
 
     fn view<T: Number>(&self, values: &[T], shape: &[usize]) -> Option<Array> {
-        let owner: Arc<dyn Send + Sync> = Arc::<Echograms>::clone(&self.echograms);
+        let owner: Arc<dyn Send + Sync> = Arc::<sonel::Response>::clone(&self.response);
         Some(Array::of(owner, values, shape))
     }
 
     /// Impulse responses of all sources at all receivers: one channel, or those of ambisonics of an order, or those of a head in a SOFA file.
-    fn sound(&self, order: Option<u32>, head: Option<&[u8]>, seed: Option<u64>) -> anyhow::Result<Array> {
-        let room = self
-            .room
-            .context("a loaded response has no room: render it from its map for impulse responses")?;
-        let e = &*self.echograms;
-        let synthesizer = Synthesizer::new(e, room.volume, seed.unwrap_or(room.seed));
+    fn sound(&self, order: Option<u32>, head: Option<&[u8]>, seed: Option<u64>) -> sonel::Result<Array> {
         let head = head.map(Head::read).transpose()?;
-        let pairs: Vec<(usize, usize)> =
-            (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
-        let of_pair = |pair: (usize, usize)| match (order, &head) {
-            (Some(order), _) => synthesizer.ambisonics(pair, order, room.up),
-            (None, Some(head)) => synthesizer.binaural(pair, head, room.up),
-            (None, None) => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
+        let channels = match (order, &head) {
+            (Some(order), _) => Channels::Ambisonics(order),
+            (None, Some(head)) => Channels::Ears(head),
+            (None, None) => Channels::Single,
         };
-        let all: Vec<Vec<Vec<f32>>> = pairs.into_par_iter().map(of_pair).collect::<Result<_, _>>()?;
+        let all = self.response.impulse_responses(channels, seed)?;
         let (channels, samples) =
             all.first().map_or((0, 0), |pair| (pair.len(), pair.first().map_or(0, Vec::len)));
         let values: Arc<Vec<f32>> = Arc::new(all.into_iter().flatten().flatten().collect());
-        let shape = [e.sources(), e.receivers(), channels, samples];
+        let shape = [self.echograms().sources(), self.echograms().receivers(), channels, samples];
         Ok(Array::of(Arc::<Vec<f32>>::clone(&values), &values, &shape))
     }
 
     /// The array that docs/formats/response.md calls `key`.
     fn find(&self, key: &str) -> Option<Array> {
-        let e = &*self.echograms;
+        let e = self.echograms();
         let (s, r, b, a) = (e.sources(), e.receivers(), e.bands(), e.arrivals.source.len());
         let batches = e.batches.as_ref();
         let batch_shape = |bins| [e.batch_count(), s, r, b, bins];
@@ -167,14 +147,15 @@ impl Response {
         numbers: impl Fn(&ReceiverDirectivity) -> Vec<f64>,
         shape: &[usize],
     ) -> Option<Array> {
-        let directivities = Some(&self.echograms.receiver_directivities).filter(|found| !found.is_empty())?;
+        let directivities =
+            Some(&self.echograms().receiver_directivities).filter(|found| !found.is_empty())?;
         let values: Arc<Vec<f64>> = Arc::new(directivities.iter().flat_map(numbers).collect());
         let shape = [&[directivities.len()], shape].concat();
         Some(Array::of(Arc::<Vec<f64>>::clone(&values), &values, &shape))
     }
 
     fn find_by_direction(&self, key: &str) -> Option<Array> {
-        let e = &*self.echograms;
+        let e = self.echograms();
         let (shape, directions) = ([e.sources(), e.receivers(), e.bands(), e.bins()], e.directions.as_ref()?);
         let [s, r, b, t] = shape;
         for (lateral, keys) in directions.lateral.iter().zip(LATERAL_KEYS) {
@@ -202,19 +183,14 @@ impl Response {
     /// The response in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let read = || -> anyhow::Result<Self> {
-            let label = path.display().to_string();
-            let file = input::open(&path).with_context(|| format!("cannot read the response {label}"))?;
-            let echograms = Echograms::read(BufReader::new(file)).with_context(|| label)?;
-            Ok(Self::of(echograms, None, None))
-        };
-        py.detach(read).map_err(error)
+        py.detach(|| Ok(Self::of(sonel::Response::open(path)?, None)))
+            .map_err(|wrong: sonel::Error| error(wrong))
     }
 
     /// Writes the response.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let write = || -> anyhow::Result<()> {
-            Output::create(&path, Kind::RESPONSE, &[])?.write(|out| self.echograms.write(out).map(drop))
+            Output::create(&path, Kind::RESPONSE, &[])?.write(|out| self.echograms().write(out).map(drop))
         };
         py.detach(write).map_err(error)
     }
@@ -224,9 +200,10 @@ impl Response {
         self.find(key).ok_or_else(|| PyKeyError::new_err(key.to_owned()))
     }
 
-    /// The JSON of `sonel-analyze parameters`.
-    fn parameters(&self, py: Python<'_>) -> String {
-        py.detach(|| sonel_analysis::report::json(&sonel_analysis::parameters(&self.echograms)).to_string())
+    /// What `sonel-analyze parameters --format json` prints.
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let json = py.detach(|| sonel_analysis::report::json(self.response.parameters().rows()));
+        object(py, &json)
     }
 
     /// Impulse responses, [S, R, channels, samples].
@@ -244,37 +221,42 @@ impl Response {
     /// Volume of a closed room, the direction up, and the seed; nothing where the response was loaded.
     #[getter]
     fn room(&self) -> Option<(Option<f64>, [f64; 3], u64)> {
-        self.room.map(|room| (room.volume, room.up.to_array(), room.seed))
+        self.response.surroundings().map(|room| (room.volume, room.up.to_array(), room.seed))
     }
 
     #[getter]
-    fn report(&self) -> Option<&str> {
-        self.report.as_deref()
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.report.as_ref().map(|report| object(py, report)).transpose()
     }
 
     #[getter]
-    fn metadata(&self) -> String {
-        self.echograms.metadata.to_string()
+    fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        object(py, &self.echograms().metadata)
+    }
+
+    #[getter]
+    fn metadata_json(&self) -> String {
+        self.echograms().metadata.to_string()
     }
 
     #[getter]
     fn sources(&self) -> Vec<String> {
-        self.echograms.source_names.clone()
+        self.echograms().source_names.clone()
     }
 
     #[getter]
     fn receivers(&self) -> Vec<String> {
-        self.echograms.receiver_names.clone()
+        self.echograms().receiver_names.clone()
     }
 
     /// Names of the patterns; empty where all receivers are omnidirectional.
     #[getter]
     fn receiver_directivities(&self) -> Vec<&str> {
-        self.echograms.receiver_directivities.iter().map(|found| found.name.as_str()).collect()
+        self.echograms().receiver_directivities.iter().map(|found| found.name.as_str()).collect()
     }
 
     #[getter]
     fn speed_of_sound(&self) -> f64 {
-        self.echograms.speed_of_sound
+        self.echograms().speed_of_sound
     }
 }

@@ -1,77 +1,42 @@
-//! Scenes from files, and from texts that Python wrote.
+//! Scenes from files, and from values of Python.
 
-use std::collections::HashMap;
-use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use anyhow::Context;
 use pyo3::prelude::*;
-use sonel_console::progress::ProgressSink;
-use sonel_console::{input, scene};
+use pyo3::types::PyDict;
+use sonel::checkup::report;
+use sonel::{Document, Observer, PolygonMesh, Silent};
 
+use crate::convert::{object, refused, value};
+use crate::error;
 use crate::work::{Followers, work};
-
-/// Where a scene comes from.
-#[derive(Clone)]
-enum Origin {
-    File(PathBuf),
-    /// The scene file and the files that it names.
-    Text(String, HashMap<String, Vec<u8>>),
-}
-
-/// What a scene in a text is called in messages.
-const LABEL: &str = "scene.toml";
-
-impl Origin {
-    fn load(&self, log: &mut dyn io::Write) -> anyhow::Result<(sonel_scene::Scene, Vec<PathBuf>)> {
-        match self {
-            Self::File(path) => {
-                let (scene, _, files) = scene::load(path, ProgressSink::Nobody, log)?;
-                Ok((scene, files))
-            }
-            Self::Text(text, files) => {
-                let loaded = sonel_scene::load(text, LABEL, &mut |name| find(files, name))?;
-                Ok((scene::tell(loaded, log)?.0, Vec::new()))
-            }
-        }
-    }
-
-    fn check(&self) -> anyhow::Result<String> {
-        let checkup = match self {
-            Self::File(path) => {
-                scene::with_file(path, ProgressSink::Nobody, |text, label, open| {
-                    sonel_scene::checkup::check(text, label, open)
-                })?
-                .0
-            }
-            Self::Text(text, files) => {
-                sonel_scene::checkup::check(text, LABEL, &mut |name| find(files, name))?
-            }
-        };
-        Ok(sonel_trace::checkup_json(&checkup).to_string())
-    }
-}
-
-fn find(files: &HashMap<String, Vec<u8>>, name: &str) -> io::Result<Vec<u8>> {
-    files.get(name).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
-}
 
 /// A scene that was read and is sound.
 #[pyclass(frozen, module = "sonel._sonel")]
 pub struct Scene {
-    origin: Origin,
-    pub(crate) loaded: sonel_scene::Scene,
-    /// Files that it was read from.
-    pub(crate) inputs: Vec<PathBuf>,
+    pub(crate) scene: Arc<sonel::Scene>,
 }
 
-impl Scene {
-    fn of(py: Python<'_>, origin: Origin, log: Bound<'_, PyAny>) -> PyResult<Self> {
-        work(py, &Followers { progress: None, log }, None, move |_, log| {
-            let (loaded, inputs) = origin.load(log)?;
-            Ok(Self { origin, loaded, inputs })
-        })
+/// Polygons as arrays in bytes: vertices (f64), corners, corners per face, material per face (u32), and names of materials.
+type Polygons<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], Vec<String>);
+
+/// The little-endian numbers in `bytes`.
+fn numbers<T, const N: usize>(bytes: &[u8], of: fn([u8; N]) -> T) -> Vec<T> {
+    bytes.as_chunks().0.iter().map(|bytes| of(*bytes)).collect()
+}
+
+fn mesh((vertices, corners, sizes, used, names): Polygons<'_>) -> PyResult<PolygonMesh> {
+    let vertices = numbers(vertices, f64::from_le_bytes).as_chunks().0.to_vec();
+    let [corners, sizes, used] = [corners, sizes, used].map(|bytes| numbers(bytes, u32::from_le_bytes));
+    let (mut mesh, mut rest) = (PolygonMesh::new(vertices), &corners[..]);
+    for (size, name) in sizes.into_iter().zip(used) {
+        let face = rest.split_at_checked(size as usize).zip(names.get(name as usize));
+        let ((face, after), name) = face.ok_or_else(|| refused("faces have corners and materials"))?;
+        mesh.face(face, name);
+        rest = after;
     }
+    Ok(mesh)
 }
 
 #[pymethods]
@@ -79,79 +44,84 @@ impl Scene {
     /// The scene in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, log: Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::of(py, Origin::File(path), log)
+        work(py, &Followers { progress: None, log }, None, move |observer: &dyn Observer| {
+            Ok(Self { scene: Arc::new(sonel::Scene::load(&path, observer)?) })
+        })
     }
 
-    /// The scene in a text; `files` are those that it names.
+    /// The scene of the `keys` of a scene file, with walls of `polygons` or of the key `shoebox`.
     #[staticmethod]
-    fn read(
+    #[pyo3(signature = (keys, polygons, log))]
+    fn made(
         py: Python<'_>,
-        text: String,
-        files: HashMap<String, Vec<u8>>,
+        keys: &Bound<'_, PyDict>,
+        polygons: Option<Polygons<'_>>,
         log: Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        Self::of(py, Origin::Text(text, files), log)
+        let entries = keys.iter().map(|(key, given)| Ok((key.str()?.to_string(), value(&given)?)));
+        let document = Document::new(entries.collect::<PyResult<Vec<_>>>()?, polygons.map(mesh).transpose()?);
+        work(py, &Followers { progress: None, log }, None, move |observer: &dyn Observer| {
+            Ok(Self { scene: Arc::new(sonel::Scene::from_document(document, observer)?) })
+        })
     }
 
     /// The report of `sonel-trace check --json` on the scene of a file.
     #[staticmethod]
-    fn check_file(py: Python<'_>, path: PathBuf) -> PyResult<String> {
-        py.detach(|| Origin::File(path).check()).map_err(crate::error)
+    fn check_file(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
+        let check = || sonel::check_file(&path, &Silent).map(|(checkup, _)| report(&checkup));
+        object(py, &py.detach(check).map_err(error)?)
     }
 
     /// The report of `sonel-trace check --json`.
-    fn check(&self, py: Python<'_>) -> PyResult<String> {
-        py.detach(|| self.origin.check()).map_err(crate::error)
+    fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let check = || self.scene.check().map(|checkup| report(&checkup));
+        object(py, &py.detach(check).map_err(error)?)
     }
 
-    /// Text and files of a scene that came from Python.
-    fn text(&self) -> PyResult<(String, HashMap<String, Vec<u8>>)> {
-        match &self.origin {
-            Origin::Text(text, files) => Ok((text.clone(), files.clone())),
-            Origin::File(path) => {
-                let text = input::read_to_string(path)
-                    .with_context(|| format!("cannot read the scene {}", path.display()));
-                Ok((text.map_err(crate::error)?, HashMap::new()))
-            }
-        }
+    /// The text of the scene file.
+    fn toml(&self) -> PyResult<String> {
+        self.scene.to_toml().map_err(error)
+    }
+
+    /// Writes the scene file, and the mesh of a scene that came from Python; returns the path of the file.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<PathBuf> {
+        py.detach(|| self.scene.save(folder)).map_err(error)
     }
 
     #[getter]
     fn name(&self) -> &str {
-        &self.loaded.name
+        &self.scene.compiled().name
     }
 
     #[getter]
     fn duration(&self) -> f64 {
-        self.loaded.duration
+        self.scene.compiled().duration
     }
 
     #[getter]
     fn speed_of_sound(&self) -> f64 {
-        self.loaded.speed_of_sound
+        self.scene.compiled().speed_of_sound
     }
 
     #[getter]
     fn center_frequencies(&self) -> Vec<f64> {
-        self.loaded.bands.nominal().to_vec()
+        self.scene.compiled().bands.nominal().to_vec()
     }
 
     #[getter]
     fn materials(&self) -> Vec<&str> {
-        self.loaded.materials.iter().map(|material| material.name.as_str()).collect()
+        self.scene.compiled().materials.iter().map(|material| material.name.as_str()).collect()
     }
 
     #[getter]
     fn sources(&self) -> Vec<(&str, [f64; 3])> {
-        self.loaded.sources.iter().map(|source| (source.name.as_str(), source.position.to_array())).collect()
+        let sources = self.scene.compiled().sources.iter();
+        sources.map(|source| (source.name.as_str(), source.position.to_array())).collect()
     }
 
     #[getter]
     fn receivers(&self) -> Vec<(&str, [f64; 3])> {
-        self.loaded
-            .receivers
-            .iter()
-            .map(|receiver| (receiver.name.as_str(), receiver.position.to_array()))
-            .collect()
+        let receivers = self.scene.compiled().receivers.iter();
+        receivers.map(|receiver| (receiver.name.as_str(), receiver.position.to_array())).collect()
     }
 }

@@ -1,9 +1,9 @@
 //! Long work beside Python: on a thread of its own, while the calling thread lets other Python threads run, passes on what
 //! is said of the work, and looks whether somebody interrupts it.
 //!
-//! Work that is interrupted ends when it next speaks: its listener unwinds, and no file is left.
+//! Work that is interrupted ends when it next speaks, and no file is left.
 
-use std::io::Write;
+use std::ops::ControlFlow;
 use std::panic::resume_unwind;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread;
@@ -11,7 +11,8 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
-use sonel_console::progress::ProgressSink;
+use sonel::{Clock, Observer, Severity};
+use sonel_console::Stopwatch;
 
 use crate::error;
 
@@ -22,15 +23,15 @@ const PATIENCE: Duration = Duration::from_millis(50);
 pub struct Followers<'py> {
     /// Called with what is being done and its share that is done.
     pub progress: Option<Bound<'py, PyAny>>,
-    /// Called with each line of the log.
+    /// Called with the level of `logging` and the text of what is said.
     pub log: Bound<'py, PyAny>,
 }
 
 /// What the thread that works says.
 enum WorkMessage<T> {
     Progress(String, f64),
-    Line(String),
-    Done(anyhow::Result<T>),
+    Said(Severity, String),
+    Done(sonel::Result<T>),
 }
 
 /// Runs `job` with so many `threads`, all cores where none are given.
@@ -41,11 +42,17 @@ pub fn work<T: Send + 'static>(
     py: Python<'_>,
     followers: &Followers<'_>,
     threads: Option<usize>,
-    job: impl FnOnce(ProgressSink<'_>, &mut dyn Write) -> anyhow::Result<T> + Send + 'static,
+    job: impl FnOnce(&dyn Observer) -> sonel::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (sender, mut news) = channel();
+    let pool = threads.map(|threads| ThreadPoolBuilder::new().num_threads(threads).build()).transpose();
+    let pool = pool.map_err(error)?;
     let worker = thread::Builder::new().name("sonel".to_owned()).spawn(move || {
-        let result = on_threads(threads, &sender, job);
+        let reporter = Reporter { sender: &sender, watch: Stopwatch::start() };
+        let result = match pool {
+            Some(pool) => pool.install(|| job(&reporter)),
+            None => job(&reporter),
+        };
         // Whoever was interrupted does not want it any more.
         let _ = sender.send(WorkMessage::Done(result));
     })?;
@@ -61,8 +68,8 @@ pub fn work<T: Send + 'static>(
                     progress.call1((what, share))?;
                 }
             }
-            Ok(WorkMessage::Line(line)) => {
-                followers.log.call1((line,))?;
+            Ok(WorkMessage::Said(severity, text)) => {
+                followers.log.call1((level(severity), text))?;
             }
             Ok(WorkMessage::Done(result)) => return result.map_err(error),
             Err(RecvTimeoutError::Timeout) => {}
@@ -75,41 +82,36 @@ pub fn work<T: Send + 'static>(
     }
 }
 
-fn on_threads<T: Send>(
-    threads: Option<usize>,
-    sender: &Sender<WorkMessage<T>>,
-    job: impl FnOnce(ProgressSink<'_>, &mut dyn Write) -> anyhow::Result<T> + Send,
-) -> anyhow::Result<T> {
-    let listener = |what: &str, share: f64| {
-        if sender.send(WorkMessage::Progress(what.to_owned(), share)).is_err() {
-            resume_unwind(Box::new("interrupted"));
-        }
-    };
-    let work = || job(ProgressSink::Listener(&listener), &mut Log { sender, begun: Vec::new() });
-    match threads {
-        Some(threads) => ThreadPoolBuilder::new().num_threads(threads).build()?.install(work),
-        None => work(),
+/// The level of `logging`.
+fn level(severity: Severity) -> u8 {
+    match severity {
+        Severity::Info | Severity::Note => 20,
+        Severity::Warning => 30,
     }
 }
 
-/// Sends complete lines.
-struct Log<'a, T> {
+/// Sends what is said of the work to the calling thread; stops the work that nobody waits for any more.
+struct Reporter<'a, T> {
     sender: &'a Sender<WorkMessage<T>>,
-    begun: Vec<u8>,
+    watch: Stopwatch,
 }
 
-impl<T> Write for Log<'_, T> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.begun.extend_from_slice(bytes);
-        while let Some(end) = self.begun.iter().position(|&byte| byte == b'\n') {
-            let line: Vec<u8> = self.begun.drain(..=end).collect();
-            let line = String::from_utf8_lossy(&line[..end]).into_owned();
-            self.sender.send(WorkMessage::Line(line)).map_err(|_| std::io::ErrorKind::Interrupted)?;
-        }
-        Ok(bytes.len())
+impl<T> Reporter<'_, T> {
+    fn send(&self, message: WorkMessage<T>) -> ControlFlow<()> {
+        self.sender.send(message).map_or(ControlFlow::Break(()), ControlFlow::Continue)
+    }
+}
+
+impl<T: Send> Observer for Reporter<'_, T> {
+    fn progress(&self, step: &str, share: f64) -> ControlFlow<()> {
+        self.send(WorkMessage::Progress(step.to_owned(), share))
     }
 
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
+    fn message(&self, severity: Severity, text: &str) -> ControlFlow<()> {
+        self.send(WorkMessage::Said(severity, text.to_owned()))
+    }
+
+    fn clock(&self) -> Option<&dyn Clock> {
+        Some(&self.watch)
     }
 }

@@ -245,16 +245,53 @@ def test_a_mesh_has_the_sizes_of_its_polygons():
         ({"survival": 2.0, "sonels": 0}, ["--survival", 2, "--sonels", 0]),
         ({"until": "t31<1%"}, ["--until", "t31<1%"]),
         ({"effects": "auto,-airs"}, ["--effects", "auto,-airs"]),
-        ({"mode": "exact"}, ["--mode", "exact"]),
-        ({"batches": -1}, ["--batches", -1]),
-        ({"at_most": "1min"}, ["--at-most", "1min"]),
+        ({"mode": "paper", "survival": 0.5}, ["--mode", "paper", "--survival", 0.5]),
     ],
 )
 def test_bad_options_get_the_message_of_the_program(scene, tmp_path, options, words):
     _, said = run("sonel-trace", SHOEBOX, "-o", tmp_path / "a.sonelmap", "--quiet", *words, code=2)
     with pytest.raises(sonel.Error) as raised:
         sonel.trace(scene, **options)
-    assert str(raised.value) in said and str(raised.value)
+    message = str(raised.value)
+    assert "--" not in message.replace("sonel-render --effects", "") and f"`{list(options)[-1]}`" in message
+    assert message.rpartition("`: ")[2].replace("`", "") in said.replace("--", "")
+
+
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        (lambda scene, _: sonel.trace(scene, mode="precise"), "`mode` is \"precise\": choose among accurate, paper"),
+        (lambda scene, _: sonel.trace(scene, spectral="all"), "`spectral` is \"all\""),
+        (lambda scene, _: sonel.trace(scene, batches=-1), "`batches` is -1: give a whole number"),
+        (lambda scene, _: sonel.trace(scene, batches=5000), "`batches` 5000 is outside 1 … 4096"),
+        (lambda scene, _: sonel.trace(scene, sonels=1.5), "`sonels` is 1.5"),
+        (lambda scene, _: sonel.trace(scene, at_most="1min"), "`at_most` limits `until`"),
+        (lambda scene, _: sonel.trace(scene, survival="high"), "`survival` is high: give a number"),
+        (lambda _, room: room.render(bin=-1), "`bin` -1 s is no width"),
+        (lambda _, room: room.render(rays=0), "`rays` 0"),
+        (lambda _, room: room.render(estimator="best"), "`estimator` is \"best\": choose among auto"),
+        (lambda _, room: room.render(effects="-air"), "`effects`: .*-diffraction"),
+        (lambda _, room: room.render(grid="1:2"), "`grid`: .*lo:hi:n"),
+        (lambda _, room: room.render(air=False, humidity=50), "`air` is False"),
+        (lambda _, room: room.render(set=[1]), "`set` is .*give a mapping"),
+    ],
+)
+def test_bad_options_are_named_as_in_python(scene, room, work, message):
+    with pytest.raises(sonel.Error, match=message):
+        work(scene, room)
+
+
+def test_a_name_may_hold_what_separates_others():
+    scene = sonel.Scene.shoebox([10, 7, 3], {"walls": 0.2, "z1": 0.2}, sources=[2, 2, 1.5], receivers=SEATS)
+    corners = [[x, y, z] for x in (0, 10) for y in (0, 7) for z in (0, 3)]
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    odd = {"absorption": 0.2, "scattering": 0.1}
+    points = {"sources": [2, 2, 1.5], "receivers": SEATS}
+    named = sonel.Scene.from_mesh(corners, faces, {'wall.a="b': odd}, **points)
+    assert named.materials == ['wall.a="b'] and named.check()["room"]["volume_m3"] == scene.check()["room"]["volume_m3"]
+    room = sonel.trace(named, sonels=300)
+    felt = room.render(rays=64, set={'materials.wall.a="b.absorption': 0.3})
+    assert np.all(felt.energy.sum(-1) < room.render(rays=64).energy.sum(-1))
 
 
 def test_bad_files_get_the_message_of_the_program(mapped, tmp_path):
@@ -282,7 +319,7 @@ def test_bad_files_get_the_message_of_the_program(mapped, tmp_path):
         (lambda room: room.render([0, 0, 0]), "0 m from a surface"),
         (lambda room: room.render([[1, 2]]), "shape"),
         (lambda room: room.render({"a": [1, 2, "x"]}), "three numbers"),
-        (lambda room: room.render({"": [1, 2, 1]}), "NAME=x,y,z"),
+        (lambda room: room.render({"": [1, 2, 1]}), "empty name"),
         (lambda room: room.render([1, 2, np.nan]), "not finite"),
         (lambda room: room.render(SEATS, set={"materials.roof.absorption": 0.1}), "it has"),
         (lambda room: room.render(SEATS, set={"materials.walls.absorption": 2}), "outside 0 … 1"),

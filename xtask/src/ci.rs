@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use xtask::workspace;
+use xtask::workspace::{self, Profile};
 
 use crate::{cluster, python_package, python_reader, tidy};
 
@@ -39,7 +39,7 @@ pub fn run() -> Result<()> {
 type Step = (&'static str, fn() -> Result<()>);
 
 /// Cheapest first.
-fn steps() -> [Step; 7] {
+fn steps() -> [Step; 8] {
     [
         ("format", || succeed(workspace::cargo(&["fmt", "--all", "--check"]))),
         ("tidy", tidy::run),
@@ -55,10 +55,20 @@ fn steps() -> [Step; 7] {
             succeed(workspace::cargo(&["test", "--workspace", "--test", "accept", "--no-run"]))
         }),
         ("tests", || succeed(workspace::cargo(&["test", "--workspace", "--tests", "--no-fail-fast"]))),
+        ("examples", examples),
         ("python reader", python_reader::check),
         ("python package", python_package::check),
         ("workflow", cluster::check),
     ]
+}
+
+/// Runs the examples of crate sonel, each with few sonels.
+fn examples() -> Result<()> {
+    succeed(workspace::cargo(&["build", "--quiet", "--workspace", "--examples"]))?;
+    let folder = workspace::programs(Profile::Dev)?.join("examples");
+    ["1-shoebox-to-t30", "2-map-reused-for-a-grid", "3-materials-after-the-trace"].iter().try_for_each(
+        |example| succeed(workspace::command(&folder.join(example).to_string_lossy(), &["1000"])),
+    )
 }
 
 fn succeed(mut command: Command) -> Result<()> {

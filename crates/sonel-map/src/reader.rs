@@ -5,6 +5,7 @@
 //! layout before a program believes the paths.
 
 use std::fs::File;
+use std::sync::Arc;
 
 use glam::DVec3;
 use memmap2::Mmap;
@@ -34,10 +35,10 @@ use crate::vertex::Vertex;
 /// First word of the sections of maps whose packets edges deflected: no version reads or writes them any more.
 const DEFLECTING_EDGES: &str = "edges";
 
-/// An open map.
-#[derive(Debug)]
+/// An open map. Clones share its bytes.
+#[derive(Debug, Clone)]
 pub struct SonelMap {
-    bytes: Storage,
+    bytes: Arc<Storage>,
     header: MapHeader,
     minor: u16,
     digest: [u8; 32],
@@ -133,7 +134,14 @@ impl SonelMap {
         check_directory(&chunks, &header)?;
         let layout = header.settings.layout(&header.scene);
         let (minor, digest, drawn_with) = (preamble.minor, preamble.header_digest, None);
+        let bytes = Arc::new(bytes);
         Ok(Self { bytes, header, minor, digest, center, surfaces, chunks, ledgers, drawn_with, layout })
+    }
+
+    /// The bytes of its file.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.as_slice()
     }
 
     /// Provenance.

@@ -1,28 +1,29 @@
-//! Tables and values of a TOML document with their full key and position.
+//! Tables and values of a scene document with their full key and, where it was a file, their position.
 //!
 //! Every reader reports what is wrong with a value and returns `None` for it, so that reading goes on to the next.
 
 use std::ops::Range;
 
 use glam::DVec3;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
 
 use crate::report::Report;
 use crate::suggest::suggest;
+use crate::value::{Entries, Kind, Value};
+
+pub(crate) use crate::value::{quoted, quoted_key};
 
 /// A table with its full key; the document itself has an empty one.
 pub(crate) struct Table<'t> {
     path: String,
     pub(crate) at: usize,
-    entries: &'t DeTable<'t>,
+    entries: &'t Entries,
 }
 
 /// A value with its full key.
 pub(crate) struct Entry<'t> {
     pub(crate) path: String,
     pub(crate) at: usize,
-    value: &'t DeValue<'t>,
+    value: &'t Value,
 }
 
 /// A finite number and where it stands.
@@ -41,7 +42,7 @@ pub(crate) struct Numbers {
 
 impl<'t> Table<'t> {
     /// The whole document.
-    pub(crate) fn document(entries: &'t DeTable<'t>) -> Self {
+    pub(crate) fn document(entries: &'t Entries) -> Self {
         Self { path: String::new(), at: 0, entries }
     }
 
@@ -58,34 +59,29 @@ impl<'t> Table<'t> {
 
     /// The value of a key, if it is there.
     pub(crate) fn get(&self, key: &str) -> Option<Entry<'t>> {
-        let (_, value) = self.entries.iter().find(|(found, _)| found.get_ref() == key)?;
-        Some(Entry { path: self.path_of(key), at: value.span().start, value: value.get_ref() })
+        let value = self.entries.get(key)?;
+        Some(Entry { path: self.path_of(key), at: value.span.start, value })
     }
 
     /// Where the value of a key stands, in bytes.
     pub(crate) fn span_of(&self, key: &str) -> Option<Range<usize>> {
-        let (_, value) = self.entries.iter().find(|(found, _)| found.get_ref() == key)?;
-        Some(value.span())
+        self.entries.get(key).map(|value| value.span.clone())
     }
 
     /// Keys and values in the order of the file.
     pub(crate) fn in_file_order(&self) -> Vec<(&'t str, Entry<'t>)> {
-        let mut sorted: Vec<_> = self.entries.iter().collect();
-        sorted.sort_by_key(|(key, _)| key.span().start);
-        let entry = |(key, value): (&'t Spanned<_>, &'t Spanned<DeValue<'t>>)| {
-            let key: &'t std::borrow::Cow<'t, str> = key.get_ref();
-            (key.as_ref(), Entry { path: self.path_of(key), at: value.span().start, value: value.get_ref() })
+        let entry = |(key, _, value): &'t (String, usize, Value)| {
+            (key.as_str(), Entry { path: self.path_of(key), at: value.span.start, value })
         };
-        sorted.into_iter().map(entry).collect()
+        self.entries.0.iter().map(entry).collect()
     }
 
     /// Reports every key that is not `known`.
     pub(crate) fn allow_only(&self, known: &[&str], report: &mut Report<'_>) {
-        for (key, _) in self.entries.iter() {
-            let name = key.get_ref();
-            if !known.contains(&name.as_ref()) {
+        for (name, at, _) in &self.entries.0 {
+            if !known.contains(&name.as_str()) {
                 let advice = suggest(name, known.iter().copied());
-                report.problem(key.span().start, format!("{}: unknown key; {advice}", self.path_of(name)));
+                report.problem(*at, format!("{}: unknown key; {advice}", self.path_of(name)));
             }
         }
     }
@@ -102,20 +98,30 @@ impl<'t> Entry<'t> {
     }
 
     fn kind(&self) -> &'static str {
-        match self.value {
-            DeValue::String(_) => "a text in quotes",
-            DeValue::Integer(_) | DeValue::Float(_) => "a number",
-            DeValue::Boolean(_) => "true or false",
-            DeValue::Datetime(_) => "a date",
-            DeValue::Array(_) => "a list",
-            DeValue::Table(_) => "a table",
+        match self.value.kind {
+            Kind::Text(_) => "a text in quotes",
+            Kind::Number(_) => "a number",
+            Kind::Flag(_) => "true or false",
+            Kind::Date(_) => "a date",
+            Kind::List(_) => "a list",
+            Kind::Table(_) => "a table",
         }
+    }
+
+    /// The items of a list, each with its own place.
+    fn items(&self) -> Option<impl Iterator<Item = Entry<'t>> + use<'t, '_>> {
+        let Kind::List(items) = &self.value.kind else { return None };
+        Some(items.iter().enumerate().map(|(i, value)| Entry {
+            path: format!("{}[{}]", self.path, i + 1),
+            at: value.span.start,
+            value,
+        }))
     }
 
     /// A text.
     pub(crate) fn text(&self, report: &mut Report<'_>) -> Option<&'t str> {
-        match self.value {
-            DeValue::String(text) => Some(text.as_ref()),
+        match &self.value.kind {
+            Kind::Text(text) => Some(text),
             _ => {
                 self.expected("a text in quotes", report);
                 None
@@ -135,24 +141,17 @@ impl<'t> Entry<'t> {
 
     /// One text or a list of them, each with its own place.
     pub(crate) fn texts(&self, report: &mut Report<'_>) -> Vec<(&'t str, Entry<'t>)> {
-        let entries = match self.value {
-            DeValue::Array(items) => items
-                .iter()
-                .enumerate()
-                .map(|(i, item)| {
-                    let path = format!("{}[{}]", self.path, i + 1);
-                    Entry { path, at: item.span().start, value: item.get_ref() }
-                })
-                .collect(),
-            _ => vec![Entry { path: self.path.clone(), at: self.at, value: self.value }],
+        let entries: Vec<Entry<'t>> = match self.items() {
+            Some(items) => items.collect(),
+            None => vec![Entry { path: self.path.clone(), at: self.at, value: self.value }],
         };
         entries.into_iter().filter_map(|entry: Entry<'t>| Some((entry.filled_text(report)?, entry))).collect()
     }
 
     /// True or false.
     pub(crate) fn flag(&self, report: &mut Report<'_>) -> Option<bool> {
-        match self.value {
-            DeValue::Boolean(flag) => Some(*flag),
+        match self.value.kind {
+            Kind::Flag(flag) => Some(flag),
             _ => {
                 self.expected("true or false", report);
                 None
@@ -162,7 +161,7 @@ impl<'t> Entry<'t> {
 
     /// A finite number.
     pub(crate) fn number(&self, report: &mut Report<'_>) -> Option<Number> {
-        let Some(value) = number_of(self.value) else {
+        let Kind::Number(value) = self.value.kind else {
             self.expected("a number", report);
             return None;
         };
@@ -185,34 +184,31 @@ impl<'t> Entry<'t> {
 
     /// A list of finite numbers.
     pub(crate) fn numbers(&self, report: &mut Report<'_>) -> Option<Numbers> {
-        let DeValue::Array(items) = self.value else {
+        let Some(items) = self.items() else {
             self.expected("a list of numbers such as [1.0, 2.0]", report);
             return None;
         };
-        let item = |(i, item): (usize, &'t Spanned<DeValue<'t>>)| {
-            let path = format!("{}[{}]", self.path, i + 1);
-            Entry { path, at: item.span().start, value: item.get_ref() }.number(report)
-        };
-        let readable: Vec<Number> = items.iter().enumerate().filter_map(item).collect();
-        Some(Numbers { is_complete: readable.len() == items.len(), readable })
+        let numbers: Vec<Option<Number>> = items.map(|item| item.number(report)).collect();
+        let is_complete = numbers.iter().all(Option::is_some);
+        Some(Numbers { readable: numbers.into_iter().flatten().collect(), is_complete })
     }
 
     /// One finite number, or a list of them.
     pub(crate) fn number_or_list(&self, report: &mut Report<'_>) -> Option<Numbers> {
-        match self.value {
-            DeValue::Array(_) => self.numbers(report),
-            _ => self.number(report).map(|number| Numbers { readable: vec![number], is_complete: true }),
+        if self.is_list() {
+            return self.numbers(report);
         }
+        self.number(report).map(|number| Numbers { readable: vec![number], is_complete: true })
     }
 
     /// Whether this is a list.
     pub(crate) fn is_list(&self) -> bool {
-        matches!(self.value, DeValue::Array(_))
+        matches!(self.value.kind, Kind::List(_))
     }
 
     /// Whether this is a list with nothing in it.
     pub(crate) fn is_empty_list(&self) -> bool {
-        matches!(self.value, DeValue::Array(items) if items.is_empty())
+        matches!(&self.value.kind, Kind::List(items) if items.is_empty())
     }
 
     /// Three finite numbers.
@@ -227,8 +223,8 @@ impl<'t> Entry<'t> {
 
     /// A table.
     pub(crate) fn table(&self, report: &mut Report<'_>) -> Option<Table<'t>> {
-        match self.value {
-            DeValue::Table(entries) => Some(Table { path: self.path.clone(), at: self.at, entries }),
+        match &self.value.kind {
+            Kind::Table(entries) => Some(Table { path: self.path.clone(), at: self.at, entries }),
             _ => {
                 self.expected("a table", report);
                 None
@@ -238,42 +234,10 @@ impl<'t> Entry<'t> {
 
     /// The tables of a list of tables; `header` is how the file writes one.
     pub(crate) fn tables(&self, header: &str, report: &mut Report<'_>) -> Vec<Table<'t>> {
-        let DeValue::Array(items) = self.value else {
+        let Some(items) = self.items() else {
             self.expected(&format!("tables, each begun by {header}"), report);
             return Vec::new();
         };
-        let entry = |(i, item): (usize, &'t Spanned<DeValue<'t>>)| {
-            let Range { start: at, .. } = item.span();
-            Entry { path: format!("{}[{}]", self.path, i + 1), at, value: item.get_ref() }.table(report)
-        };
-        items.iter().enumerate().filter_map(entry).collect()
-    }
-}
-
-/// A key as a TOML file writes it: in quotes unless it is made of letters, digits, `_` and `-`.
-pub(crate) fn quoted_key(key: &str) -> String {
-    let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !key.is_empty() && key.chars().all(is_bare) { key.to_owned() } else { quoted(key) }
-}
-
-/// A text in quotes, as a TOML file writes it.
-pub(crate) fn quoted(text: &str) -> String {
-    let escaped = |letter: char| match letter {
-        '"' | '\\' => format!("\\{letter}"),
-        control if control.is_control() => format!("\\u{:04X}", u32::from(control)),
-        letter => letter.to_string(),
-    };
-    format!("\"{}\"", text.chars().map(escaped).collect::<String>())
-}
-
-/// The number a value stands for, if it is one; it may be infinite or no number.
-fn number_of(value: &DeValue<'_>) -> Option<f64> {
-    match value {
-        DeValue::Float(float) => float.as_str().parse().ok(),
-        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
-        DeValue::Integer(integer) => {
-            i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|integer| integer as f64)
-        }
-        _ => None,
+        items.filter_map(|item| item.table(report)).collect()
     }
 }

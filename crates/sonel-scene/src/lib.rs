@@ -19,6 +19,7 @@ pub mod media;
 mod mesh_file;
 mod notation;
 mod obj;
+mod polygon_mesh;
 mod problem;
 mod report;
 mod room;
@@ -26,15 +27,18 @@ mod scene;
 mod seclusion;
 mod sections;
 mod suggest;
+mod value;
 mod words;
 
 pub use balloon_file::{is_balloon_file, load_balloon, rolled};
 pub use draft::{Draft, draft};
-pub use load::{Loaded, load, load_materials, load_receivers, load_variants};
+pub use load::{Document, Loaded, load, load_materials, load_receivers, read_material, read_variants};
 pub use materials_file::materials_toml;
 pub use media::{Airs, Media, NO_AIR, Region};
+pub use polygon_mesh::PolygonMesh;
 pub use problem::{Place, Problem, SceneErrors};
 pub use scene::{
     DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DEFAULT_DURATION,
     LONGEST_DURATION, Receiver, Scene, Source,
 };
+pub use value::Value;

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::io;
+use std::ops::Range;
 
 use glam::DVec3;
 use sonel_acoustics::{Bands, Directivity, Material};
@@ -13,6 +14,7 @@ use crate::document::{Entry, Table, quoted_key};
 use crate::inspection::inspect;
 use crate::library;
 use crate::notation::{count, number};
+use crate::polygon_mesh::PolygonMesh;
 use crate::report::{Remarks, Report};
 use crate::room;
 use crate::scene::{default_duration, face_kind};
@@ -21,6 +23,7 @@ use crate::sections::points::{Placed, read_receivers, read_sources};
 use crate::sections::regions::Interface;
 use crate::sections::walls::{self, Walls, is_side};
 use crate::sections::{air, materials, regions};
+use crate::value::{Entries, Kind, Value, to_toml};
 use crate::{LONGEST_DEFAULT_DURATION, LONGEST_DURATION, Problem, Receiver, Scene, SceneErrors, Source};
 
 /// Keys of the document itself.
@@ -70,12 +73,84 @@ pub fn load(
     file_label: &str,
     open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Loaded, SceneErrors> {
-    let (compiled, remarks) = read_document(toml_text, file_label, |document, report| {
-        compile(document, toml_text, open_mesh, report)
-    })?;
-    let Remarks { notes, warnings, .. } = remarks;
-    let geometry = compiled.geometry.expect("a scene without problems has walls");
-    Ok(Loaded { scene: compiled.scene, geometry, notes, warnings })
+    loaded(attempt(toml_text, file_label, open_mesh)?)
+}
+
+/// The scene of `attempt` where it has no problem.
+fn loaded(attempt: Attempt) -> Result<Loaded, SceneErrors> {
+    let Attempt { scene, geometry, problems, remarks: Remarks { notes, warnings, .. }, .. } = attempt;
+    if !problems.is_empty() {
+        return Err(SceneErrors { problems });
+    }
+    let geometry = geometry.expect("a scene without problems has walls");
+    Ok(Loaded { scene, geometry, notes, warnings })
+}
+
+/// A scene made in code: the keys of a scene file (docs/formats/scene.md) as values, and the polygons that its `mesh` stands for.
+#[derive(Clone, Debug)]
+pub struct Document {
+    keys: Entries,
+    mesh: Option<PolygonMesh>,
+}
+
+impl Document {
+    /// What messages call it.
+    const LABEL: &str = "scene";
+    /// What its mesh is called when it is saved.
+    pub const MESH_NAME: &str = "mesh.obj";
+
+    /// A scene of `keys`, with walls of `mesh` or of the key `shoebox`.
+    pub fn new<K: Into<String>>(
+        keys: impl IntoIterator<Item = (K, Value)>,
+        mesh: Option<PolygonMesh>,
+    ) -> Self {
+        let mesh_name = mesh.as_ref().map(|_| ("mesh".to_owned(), Value::from(Self::MESH_NAME)));
+        let keys = keys.into_iter().map(|(key, value)| (key.into(), value));
+        let entries = mesh_name.into_iter().chain(keys).map(|(key, value)| (key, 0, value));
+        Self { keys: Entries(entries.collect()), mesh }
+    }
+
+    /// Its polygons; none for a shoebox.
+    #[must_use]
+    pub fn mesh(&self) -> Option<&PolygonMesh> {
+        self.mesh.as_ref()
+    }
+
+    /// The text of its scene file.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        to_toml(&self.keys)
+    }
+
+    /// Compiles the scene, which is that of its scene file.
+    ///
+    /// # Errors
+    /// Every problem, by key.
+    pub fn load(&self) -> Result<Loaded, SceneErrors> {
+        loaded(self.attempt())
+    }
+
+    pub(crate) fn attempt(&self) -> Attempt {
+        let mut none = |_: &str| Err(io::ErrorKind::NotFound.into());
+        let text = self.to_toml();
+        // The mesh is the first key.
+        let begin = "mesh = ".len();
+        let name = self.mesh.as_ref().map_or(0..0, |_| begin..begin + Self::MESH_NAME.len() + 2);
+        let origin = Origin { text: &text, mesh_name: name, mesh: self.mesh.as_ref() };
+        let mut report = Report::new(Self::LABEL, None);
+        let compiled = compile(&Table::document(&self.keys), &origin, &mut none, &mut report);
+        Attempt::of(compiled, report)
+    }
+}
+
+/// What a scene is compiled from beside its keys.
+struct Origin<'a> {
+    /// The scene file.
+    text: &'a str,
+    /// Bytes that name the mesh.
+    mesh_name: Range<usize>,
+    /// The mesh, where it is no file.
+    mesh: Option<&'a PolygonMesh>,
 }
 
 /// Reads the `[[receivers]]` of a file that holds nothing else: receivers of a map, kept beside it.
@@ -94,27 +169,39 @@ pub fn load_receivers(toml_text: &str, file_label: &str) -> Result<Vec<Receiver>
     read_document(toml_text, file_label, read).map(|(receivers, _)| receivers)
 }
 
-/// Reads the `variants` of `[materials.NAME]`, a text that holds nothing else: variants of `materials` for `bands`, with entries of the
-/// shipped library.
+/// Reads `variants` of the material `name` in a scene of `materials` and `bands`: tables with the keys of `[[materials.NAME.variants]]`,
+/// with entries of the shipped library. `label` is what messages call them.
 ///
 /// # Errors
-/// Every problem of the text; a material that is not among them is one.
-pub fn load_variants(
-    toml_text: &str,
-    label: &str,
+/// Every problem of the tables.
+pub fn read_variants(
+    (label, name): (&str, &str),
+    variants: Vec<Value>,
     materials: &[Material],
     bands: &Bands,
-) -> Result<Vec<Vec<Material>>, SceneErrors> {
+) -> Result<Vec<Material>, SceneErrors> {
+    let tables =
+        Value::table([("materials", Value::table([(name, Value::table([("variants", variants)]))]))]);
     let read = |document: &Table<'_>, report: &mut Report<'_>| {
         let bands = BandChoice::certain(bands.clone());
         let sources = library::MaterialSources::default();
-        if let Some(table) = document.get("materials").and_then(|section| section.table(report)) {
-            let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
-            table.allow_only(&names, report);
-        }
         materials::read_variants(document, materials, &bands, &sources, report)
     };
-    read_document(toml_text, label, read).map(|(variants, _)| variants)
+    Ok(read_value(tables, label, read)?.into_iter().flatten().collect())
+}
+
+/// Reads the material `name` of `keys`, as `[materials.NAME]` has them, for a map of `bands`. `label` is what messages call it.
+///
+/// # Errors
+/// Every problem of the keys.
+pub fn read_material(
+    (label, name): (&str, &str),
+    keys: Vec<(&str, Value)>,
+    bands: &Bands,
+) -> Result<Material, SceneErrors> {
+    let tables = Value::table([("materials", Value::table([(name, Value::table(keys))]))]);
+    let read = |document: &Table<'_>, report: &mut Report<'_>| only_materials(document, bands, report);
+    Ok(read_value(tables, label, read)?.remove(0))
 }
 
 /// Reads the `[materials.NAME]` of a file that holds nothing else: materials for a map of `bands`.
@@ -126,26 +213,38 @@ pub fn load_materials(
     file_label: &str,
     bands: &Bands,
 ) -> Result<Vec<Material>, SceneErrors> {
-    let read = |document: &Table<'_>, report: &mut Report<'_>| {
-        document.allow_only(&["materials"], report);
-        let materials = materials::read(
-            document,
-            &BandChoice::certain(bands.clone()),
-            &library::MaterialSources::default(),
-            report,
-        );
-        for interface in regions::read_interfaces(document, report) {
-            report.problem(
-                interface.at,
-                format!("{}: a map keeps its interfaces; remove the table", interface.path),
-            );
-        }
-        if materials.is_empty() {
-            report.problem(0, "no materials; add a table [materials.NAME] with its absorption");
-        }
-        materials
-    };
+    let read = |document: &Table<'_>, report: &mut Report<'_>| only_materials(document, bands, report);
     read_document(toml_text, file_label, read).map(|(materials, _)| materials)
+}
+
+fn only_materials(document: &Table<'_>, bands: &Bands, report: &mut Report<'_>) -> Vec<Material> {
+    document.allow_only(&["materials"], report);
+    let materials = materials::read(
+        document,
+        &BandChoice::certain(bands.clone()),
+        &library::MaterialSources::default(),
+        report,
+    );
+    for interface in regions::read_interfaces(document, report) {
+        let message = format!("{}: a map keeps its interfaces; remove the table", interface.path);
+        report.problem(interface.at, message);
+    }
+    if materials.is_empty() {
+        report.problem(0, "no materials; add a table [materials.NAME] with its absorption");
+    }
+    materials
+}
+
+/// Reads a table made in code, which messages call `label`, with `read`.
+fn read_value<T>(
+    table: Value,
+    label: &str,
+    read: impl FnOnce(&Table<'_>, &mut Report<'_>) -> T,
+) -> Result<T, SceneErrors> {
+    let Kind::Table(entries) = table.kind else { unreachable!("callers make tables") };
+    let mut report = Report::new(label, None);
+    let result = read(&Table::document(&entries), &mut report);
+    report.finish().map(|_| result)
 }
 
 /// Parses a document and reads it with `read`; the remarks come with the result.
@@ -164,7 +263,7 @@ fn read_all<'t, T>(
     file_label: &'t str,
     read: impl FnOnce(&Table<'_>, &mut Report<'_>) -> T,
 ) -> Result<(T, Report<'t>), SceneErrors> {
-    let mut report = Report::new(file_label, toml_text);
+    let mut report = Report::new(file_label, Some(toml_text));
     let (document, errors) = DeTable::parse_recoverable(toml_text);
     // A key given twice leaves a sound document; after any other error the rest is guesswork.
     let is_readable = errors.iter().all(|error| error.message() == DUPLICATE_KEY);
@@ -178,7 +277,7 @@ fn read_all<'t, T>(
     if !is_readable {
         return Err(report.finish().err().unwrap_or(SceneErrors { problems: Vec::new() }));
     }
-    let result = read(&Table::document(document.get_ref()), &mut report);
+    let result = read(&Table::document(&Entries::parsed(document.get_ref())), &mut report);
     Ok((result, report))
 }
 
@@ -203,11 +302,19 @@ pub(crate) fn attempt(
     file_label: &str,
     open_mesh: walls::OpenMesh<'_>,
 ) -> Result<Attempt, SceneErrors> {
-    let read =
-        |document: &Table<'_>, report: &mut Report<'_>| compile(document, toml_text, open_mesh, report);
-    let (Compiled { scene, geometry, unknown }, report) = read_all(toml_text, file_label, read)?;
-    let (remarks, problems) = report.finish_anyway();
-    Ok(Attempt { scene, geometry, unknown, remarks, problems })
+    let read = |document: &Table<'_>, report: &mut Report<'_>| {
+        let mesh_name = document.span_of("mesh").unwrap_or(0..0);
+        compile(document, &Origin { text: toml_text, mesh_name, mesh: None }, open_mesh, report)
+    };
+    let (compiled, report) = read_all(toml_text, file_label, read)?;
+    Ok(Attempt::of(compiled, report))
+}
+
+impl Attempt {
+    fn of(Compiled { scene, geometry, unknown }: Compiled, report: Report<'_>) -> Self {
+        let (remarks, problems) = report.finish_anyway();
+        Self { scene, geometry, unknown, remarks, problems }
+    }
 }
 
 struct Compiled {
@@ -219,7 +326,7 @@ struct Compiled {
 /// Reads every section. With problems in the report the scene is a makeshift and must not be used.
 fn compile(
     document: &Table<'_>,
-    toml_text: &str,
+    origin: &Origin<'_>,
     open_mesh: walls::OpenMesh<'_>,
     report: &mut Report<'_>,
 ) -> Compiled {
@@ -236,7 +343,7 @@ fn compile(
     let sources = read_sources(document, (&bands, up), open_mesh, report);
     let first_source = sources.first().map(|source| source.point.position);
     let receivers = read_receivers(document, first_source, report);
-    let mut walls = walls::read(document, &materials, open_mesh, report);
+    let mut walls = walls::read(document, &materials, (open_mesh, origin.mesh), report);
     if let Some(walls) = &mut walls {
         leave_out_holes(walls, &materials, report);
     }
@@ -272,7 +379,7 @@ fn compile(
         digest: [0; 32],
         mesh_digest,
     };
-    scene.digest = digest(document, toml_text, &scene.sources);
+    scene.digest = digest(origin, &scene.sources);
     if let Some(geometry) = &geometry {
         room::describe(&scene, geometry, unit, report);
         room::warn_of_its_side(&scene, geometry, report);
@@ -287,10 +394,10 @@ fn compile(
 
 /// Of the scene file, whatever the name of its mesh: the same walls in another file are the same scene. Factors of measured directivities
 /// follow it.
-fn digest(document: &Table<'_>, toml_text: &str, sources: &[Source]) -> [u8; 32] {
-    let name = document.span_of("mesh").unwrap_or(0..0);
+fn digest(origin: &Origin<'_>, sources: &[Source]) -> [u8; 32] {
+    let (text, name) = (origin.text.as_bytes(), &origin.mesh_name);
     let mut hasher = blake3::Hasher::new();
-    hasher.update(&toml_text.as_bytes()[..name.start]).update(&toml_text.as_bytes()[name.end..]);
+    hasher.update(&text[..name.start]).update(&text[name.end..]);
     for source in sources {
         if let Directivity::Measured { balloon, .. } = &source.directivity {
             balloon.factors().iter().for_each(|factor| {

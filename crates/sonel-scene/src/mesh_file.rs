@@ -6,7 +6,6 @@ use sonel_acoustics::Material;
 use sonel_geometry::{Mesh, MeshTriangle};
 
 use crate::document::quoted_key;
-use crate::formats::{self, Open};
 use crate::obj::{self, Face, FileTerms, LineProblem, Polygons, Triangulation};
 use crate::report::Report;
 use crate::suggest::suggest;
@@ -34,16 +33,15 @@ pub(crate) struct MeshOfFile {
     pub(crate) unit: f64,
 }
 
-/// Reads a mesh; `None` when its faces have problems. `file` is its name in messages. Unknown materials are problems too.
+/// Makes a mesh of `polygons`; `None` when its faces have problems. `file` is its name in messages. Unknown materials are problems too.
 pub(crate) fn read(
-    bytes: &[u8],
+    polygons: Result<Polygons, Vec<LineProblem>>,
     file: &str,
     stated: &Stated,
     materials: &[Material],
-    open: Open<'_>,
     report: &mut Report<'_>,
 ) -> Option<MeshOfFile> {
-    let polygons = match formats::read(file, bytes, open) {
+    let polygons = match polygons {
         Ok(polygons) => polygons,
         Err(problems) => {
             report_problems(problems, file, report);

@@ -5,7 +5,8 @@ use crate::{Place, Problem, SceneErrors};
 /// Problems of one scene and the notes for its log, with the text that turns offsets into lines.
 pub(crate) struct Report<'t> {
     file: &'t str,
-    text: &'t str,
+    /// None of a scene made in code, which has no lines.
+    text: Option<&'t str>,
     problems: Vec<Problem>,
     remarks: Remarks,
 }
@@ -25,13 +26,14 @@ pub(crate) struct Remarks {
 
 impl<'t> Report<'t> {
     /// Nothing found yet in `text`, the scene file that messages call `file`.
-    pub(crate) fn new(file: &'t str, text: &'t str) -> Self {
+    pub(crate) fn new(file: &'t str, text: Option<&'t str>) -> Self {
         Self { file, text, problems: Vec::new(), remarks: Remarks::default() }
     }
 
     /// A problem of the scene file at a byte offset.
     pub(crate) fn problem(&mut self, offset: usize, message: impl Into<String>) {
-        let place = place(self.file, self.text, offset);
+        let of_code = || Place { file: self.file.to_owned(), line: 0, column: 1 };
+        let place = self.text.map_or_else(of_code, |text| place(self.file, text, offset));
         self.problems.push(Problem { place, message: message.into() });
     }
 

@@ -272,6 +272,13 @@ impl Scene {
         Geometry::with_kinds(self.mesh.clone(), |material| face_kind(&self.materials, material, is_interface))
     }
 
+    /// Whether faces are walls, partitions and interfaces as in `other`, a scene of the same mesh: then both have one geometry.
+    #[must_use]
+    pub fn has_faces_of(&self, other: &Self) -> bool {
+        let kind = |scene: &Self, material| face_kind(&scene.materials, material, |_| false);
+        (0..self.materials.len() as u32).all(|material| kind(self, material) == kind(other, material))
+    }
+
     /// Gives the scene `regions`, bounded by the faces of the materials `interfaces`, which become opaque to what knows of walls only. Sources
     /// must be there before.
     ///

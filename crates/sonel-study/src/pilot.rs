@@ -330,6 +330,10 @@ mod tests {
     struct Ticking(Mutex<f64>);
 
     impl Clock for Ticking {
+        fn wall(&self) -> f64 {
+            0.0
+        }
+
         fn process(&self) -> f64 {
             let mut time = self.0.lock().expect("nobody panicked");
             *time += 1.0;

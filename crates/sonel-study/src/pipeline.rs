@@ -5,6 +5,7 @@
 //! rendering are separate, so that one map can be rendered in several ways.
 
 use std::io::{Cursor, Seek, Write};
+use std::sync::Arc;
 
 use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_echogram::Response;
@@ -17,8 +18,10 @@ use thiserror::Error;
 
 use crate::response;
 
-/// CPU seconds since any moment, which must not change during a pipeline run.
+/// Seconds since any moments, which must not change during a run.
 pub trait Clock: Sync {
+    /// Of the clock on the wall [s].
+    fn wall(&self) -> f64;
     /// Of all threads of the process [s].
     fn process(&self) -> f64;
     /// Of the thread that asks [s].
@@ -30,6 +33,10 @@ pub trait Clock: Sync {
 pub struct NoClock;
 
 impl Clock for NoClock {
+    fn wall(&self) -> f64 {
+        0.0
+    }
+
     fn process(&self) -> f64 {
         0.0
     }
@@ -87,7 +94,7 @@ pub struct PipelineSettings {
 pub struct Room<'a> {
     scene: &'a Scene,
     effects: Vec<EffectState>,
-    geometry: Geometry,
+    geometry: Arc<Geometry>,
 }
 
 /// A traced map and what it cost.
@@ -190,8 +197,8 @@ impl<'a> Room<'a> {
 
     /// The same with the walls of `scene` at hand.
     #[must_use]
-    pub fn within(scene: &'a Scene, geometry: Geometry, effects: Vec<EffectState>) -> Self {
-        Self { scene, effects, geometry }
+    pub fn within(scene: &'a Scene, geometry: impl Into<Arc<Geometry>>, effects: Vec<EffectState>) -> Self {
+        Self { scene, effects, geometry: geometry.into() }
     }
 
     /// The scene.
@@ -213,9 +220,12 @@ impl<'a> Room<'a> {
     }
 
     /// Only the walls.
+    ///
+    /// # Panics
+    /// Where somebody else holds the walls, which were given to [`Self::within`].
     #[must_use]
     pub fn into_geometry(self) -> Geometry {
-        self.geometry
+        Arc::into_inner(self.geometry).expect("the walls of a room that was made of a scene alone")
     }
 
     /// Traces the room and renders it at `receivers`.

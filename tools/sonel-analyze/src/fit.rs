@@ -7,12 +7,12 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use sonel::TemporaryMaps;
 use sonel_acoustics::{Coefficient, Material};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::quantity::counted;
-use sonel_console::store::TemporaryMaps;
 use sonel_renderer::RenderSettings;
 use sonel_scene::materials_toml;
 use sonel_study::fit::{FitSettings, Stage};
@@ -104,7 +104,7 @@ pub fn write_materials(
 pub struct Stages<'a> {
     quiet: bool,
     log: &'a mut dyn Write,
-    bar: Option<(u32, Progress<'static>)>,
+    bar: Option<(u32, Progress)>,
 }
 
 impl<'a> Stages<'a> {

@@ -22,8 +22,8 @@ mod verify;
 use std::io::Write;
 use std::sync::LazyLock;
 
-use sonel_console::version::version;
-use sonel_console::{Outcome, use_threads};
+use sonel::version::version;
+use sonel_console::{Log, Outcome, use_threads};
 
 pub use arguments::{
     Arguments, Command, Diff, Export, FitArguments, Format, IaccArguments, Image, Inspect, Listen, Merge,
@@ -37,7 +37,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVI
 ///
 /// # Errors
 /// When a file or an option is unusable.
-pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
     use_threads(arguments.threads)?;
     match &arguments.command {
         Command::Parameters(parameters) => parameters::run(parameters, out, log),

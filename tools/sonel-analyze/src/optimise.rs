@@ -4,10 +4,10 @@ use std::io::Write;
 
 use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets};
+use sonel::TemporaryMaps;
 use sonel_analysis::ParameterValue;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
-use sonel_console::store::TemporaryMaps;
 use sonel_renderer::RenderSettings;
 use sonel_scene::{Scene, load_materials};
 use sonel_study::optimise::{Candidate, Choice, OptimiseError, Proposal};

@@ -4,12 +4,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use sonel::TemporaryMaps;
 use sonel_analysis::plot::{self, Sheet};
 use sonel_console::clock::CpuClock;
+use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::{Progress, ProgressSink};
-use sonel_console::store::TemporaryMaps;
-use sonel_console::{Outcome, scene};
+use sonel_console::{Log, Outcome};
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::{Estimator, RenderSettings, free_path};
@@ -42,13 +43,16 @@ pub fn run(
     arguments: &Tradeoff,
     quiet: bool,
     out: &mut dyn Write,
-    log: &mut dyn Write,
+    log: &mut Log<'_>,
 ) -> anyhow::Result<Outcome> {
     let problems = problems(arguments);
     if !problems.is_empty() {
         bail!("{}", problems.join("\nerror: "));
     }
-    let (mut scene, geometry, inputs) = scene::load(&arguments.scene, ProgressSink::unless(quiet), log)?;
+    let follower = Follower::new(ProgressSink::unless(quiet), log);
+    let loaded = follower.result(sonel::Scene::load(&arguments.scene, &follower))?;
+    drop(follower);
+    let (mut scene, geometry, inputs) = loaded.into_parts();
     let folder = &arguments.output;
     // Whatever is wrong with the output shall be said before the work is done.
     check_folder(folder, &inputs)?;

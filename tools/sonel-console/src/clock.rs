@@ -1,15 +1,59 @@
-//! CPU seconds for the studies, which read no clock themselves.
+//! Seconds for the libraries, which read no clock themselves.
+
+use std::sync::LazyLock;
+use std::time::Instant;
 
 use cpu_time::{ProcessTime, ThreadTime};
 use sonel_study::pipeline::Clock;
 
-/// The CPU time of this process and of its threads.
+/// The time since the first question, and the CPU time of this process and of its threads.
 #[derive(Debug, Clone, Copy)]
 pub struct CpuClock;
 
+static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+
 impl Clock for CpuClock {
+    fn wall(&self) -> f64 {
+        BEGIN.elapsed().as_secs_f64()
+    }
+
     fn process(&self) -> f64 {
         ProcessTime::now().as_duration().as_secs_f64()
+    }
+
+    fn thread(&self) -> f64 {
+        ThreadTime::now().as_duration().as_secs_f64()
+    }
+}
+
+/// Seconds since its start, on the wall and of the processor.
+#[derive(Debug)]
+pub struct Stopwatch {
+    wall: Instant,
+    process: ProcessTime,
+}
+
+impl Stopwatch {
+    /// Starts.
+    #[must_use]
+    pub fn start() -> Self {
+        Self { wall: Instant::now(), process: ProcessTime::now() }
+    }
+
+    /// (wall, CPU of all threads) [s].
+    #[must_use]
+    pub fn seconds(&self) -> (f64, f64) {
+        (self.wall(), self.process())
+    }
+}
+
+impl Clock for Stopwatch {
+    fn wall(&self) -> f64 {
+        self.wall.elapsed().as_secs_f64()
+    }
+
+    fn process(&self) -> f64 {
+        self.process.elapsed().as_secs_f64()
     }
 
     fn thread(&self) -> f64 {

@@ -1,30 +1,27 @@
-//! Shared by the programs: clocks, choices, counts, times, plans, inputs that are files, outputs that appear when complete,
-//! interruptions, scenes, progress,
-//! versions, exit codes.
+//! Shared by the programs: clocks, choices, counts, times, outputs that appear when complete, interruptions, progress, exit codes.
 
 pub mod choices;
 pub mod clock;
 pub mod count;
-pub mod feasible;
-pub mod input;
+pub mod follower;
 pub mod interrupt;
-pub mod ledger;
 pub mod output;
-pub mod plan;
 pub mod progress;
-pub mod quantity;
 pub mod receiver;
-pub mod scene;
 pub mod shard;
-pub mod store;
 pub mod time;
-pub mod version;
 
-use std::cell::Cell;
 use std::error::Error;
 use std::io::Write;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+pub use clock::Stopwatch;
+pub use sonel::file as input;
+pub use sonel::quantity;
+
+/// Where a program logs to, from whatever thread.
+pub type Log<'a> = dyn Write + Send + 'a;
 
 /// How a program ended, when nothing was wrong with its input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,7 +38,7 @@ pub enum Outcome {
 /// When the reader of a stream goes away (`… | head`), the program ends at its next write, with exit code 0.
 pub fn run_to_exit(
     quiet: bool,
-    program: impl FnOnce(&mut dyn Write, &mut dyn Write) -> anyhow::Result<Outcome>,
+    program: impl FnOnce(&mut dyn Write, &mut Log<'_>) -> anyhow::Result<Outcome>,
 ) -> ExitCode {
     QUIET.store(quiet, Ordering::Relaxed);
     if let Err(error) = interrupt::remove_unfinished_files() {
@@ -54,25 +51,25 @@ pub fn run_to_exit(
 /// may not say so: writers of formats wrap it.
 fn unless_closed(
     out: impl Write,
-    log: impl Write,
-    program: impl FnOnce(&mut dyn Write, &mut dyn Write) -> anyhow::Result<Outcome>,
+    log: impl Write + Send,
+    program: impl FnOnce(&mut dyn Write, &mut Log<'_>) -> anyhow::Result<Outcome>,
 ) -> anyhow::Result<Outcome> {
-    let closed = Cell::new(false);
+    let closed = AtomicBool::new(false);
     let result =
         program(&mut Watched { stream: out, closed: &closed }, &mut Watched { stream: log, closed: &closed });
-    if closed.get() { result.or(Ok(Outcome::Done)) } else { result }
+    if closed.load(Ordering::Relaxed) { result.or(Ok(Outcome::Done)) } else { result }
 }
 
 /// A stream that notes when its reader has gone away.
 struct Watched<'a, W> {
     stream: W,
-    closed: &'a Cell<bool>,
+    closed: &'a AtomicBool,
 }
 
 impl<W> Watched<'_, W> {
     fn note<T>(&self, result: std::io::Result<T>) -> std::io::Result<T> {
         let is_closed = |error: &std::io::Error| error.kind() == std::io::ErrorKind::BrokenPipe;
-        self.closed.set(self.closed.get() || result.as_ref().is_err_and(is_closed));
+        self.closed.fetch_or(result.as_ref().is_err_and(is_closed), Ordering::Relaxed);
         result
     }
 }
@@ -102,10 +99,32 @@ fn exit_code(result: anyhow::Result<Outcome>) -> ExitCode {
     }
 }
 
+/// `error` as the command line spells options: `at_most` is `--at-most`.
+#[must_use]
+pub fn spelled(error: sonel::Error) -> anyhow::Error {
+    match error {
+        error if error.is_out_of_memory() => error.into(),
+        sonel::Error::NoReceivers => {
+            anyhow::anyhow!("no receivers: give --receiver NAME=x,y,z, --receivers FILE or --grid X,Y,Z")
+        }
+        error => anyhow::anyhow!("{}", in_words(&error.to_string())),
+    }
+}
+
+/// `text` with options as the command line spells them.
+fn in_words(text: &str) -> String {
+    sonel::with_options_spelled(text, |option| match option {
+        "variants" => "--for".to_owned(),
+        "air" => "--no-air".to_owned(),
+        option => format!("--{}", option.replace('_', "-")),
+    })
+}
+
 /// An error with its causes, and what to do where there is no memory, as when a map cannot be mapped.
 fn message(error: &anyhow::Error) -> String {
     let of_system = error.chain().filter_map(|cause| cause.downcast_ref::<std::io::Error>());
-    let is_memory = of_system.map(std::io::Error::kind).any(|kind| kind == std::io::ErrorKind::OutOfMemory);
+    let is_memory = of_system.map(std::io::Error::kind).any(|kind| kind == std::io::ErrorKind::OutOfMemory)
+        || error.chain().filter_map(|cause| cause.downcast_ref()).any(sonel::Error::is_out_of_memory);
     let advice = if is_memory { ": give the program more memory or address space (ulimit -v)" } else { "" };
     format!("{error:#}{advice}")
 }
@@ -120,7 +139,7 @@ pub(crate) fn note(text: &str) {
 }
 
 /// Where a program logs to: stderr, or nowhere with `--quiet`.
-fn log_stream(quiet: bool) -> Box<dyn Write> {
+fn log_stream(quiet: bool) -> Box<Log<'static>> {
     if quiet { Box::new(std::io::sink()) } else { Box::new(std::io::stderr()) }
 }
 
@@ -149,27 +168,6 @@ pub fn use_threads(threads: Option<usize>) -> anyhow::Result<()> {
             "cannot start threads: {error}: take fewer --threads, or allow more memory and processes (ulimit -v, -u)"
         ),
         _ => Ok(()),
-    }
-}
-
-/// Wall and CPU seconds since its start.
-#[derive(Debug)]
-pub struct Stopwatch {
-    wall: std::time::Instant,
-    cpu: cpu_time::ProcessTime,
-}
-
-impl Stopwatch {
-    /// Starts.
-    #[must_use]
-    pub fn start() -> Self {
-        Self { wall: std::time::Instant::now(), cpu: cpu_time::ProcessTime::now() }
-    }
-
-    /// (wall, CPU of all threads) [s].
-    #[must_use]
-    pub fn seconds(&self) -> (f64, f64) {
-        (self.wall.elapsed().as_secs_f64(), self.cpu.elapsed().as_secs_f64())
     }
 }
 

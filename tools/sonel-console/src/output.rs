@@ -2,12 +2,14 @@
 
 use std::ffi::OsString;
 use std::fs::File;
-use std::io::{BufWriter, Read, Write};
+use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use tempfile::TempPath;
 
+use sonel::MapStore;
+use sonel_map::{MapError, SonelMap};
 use sonel_scene::checkup::FIRST_LINE;
 
 use crate::{interrupt, note};
@@ -323,6 +325,59 @@ impl Output {
             anyhow::Error::new(error.error).context(format!("cannot rename to {}", target.display()))
         })?;
         Ok(())
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Output {
+    fn seek(&mut self, position: SeekFrom) -> std::io::Result<u64> {
+        self.file.seek(position)
+    }
+}
+
+/// Keeps maps beside their final place; the last one is published.
+pub struct MapOutputs<'a> {
+    create: &'a dyn Fn() -> anyhow::Result<Output>,
+    last: Option<Output>,
+}
+
+impl<'a> MapOutputs<'a> {
+    /// Begins each map with `create`.
+    #[must_use]
+    pub fn new(create: &'a dyn Fn() -> anyhow::Result<Output>) -> Self {
+        Self { create, last: None }
+    }
+
+    /// The last map that was written.
+    ///
+    /// # Panics
+    /// Where none was.
+    #[must_use]
+    pub fn last(self) -> Output {
+        self.last.expect("a trace writes a map")
+    }
+}
+
+impl MapStore for MapOutputs<'_> {
+    type Writer = Output;
+
+    fn begin(&mut self) -> std::io::Result<Output> {
+        (self.create)().map_err(|error| std::io::Error::other(format!("{error:#}")))
+    }
+
+    fn open(&mut self, mut written: Output) -> Result<SonelMap, MapError> {
+        let map = SonelMap::open(written.file()?)?;
+        self.last = Some(written);
+        Ok(map)
     }
 }
 

@@ -3,25 +3,19 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use glam::DVec3;
-use sonel_console::choices::estimator;
+use sonel::{Air, Change, Estimator, Grid, ReceiverPoint, RenderOptions, ShardRange, Targets};
+use sonel_console::choices::{diffraction, estimator};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::receiver::parse_receiver;
 use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
-use sonel_map::ShardRange;
-use sonel_renderer::{Estimator, ReceiverPoint};
 use sonel_sound::ambisonics::MOST_ORDER;
-use sonel_study::effects::{EffectSpec, EffectSpecError};
-use sonel_study::target::Targets;
-
-use crate::change::Assignment;
 
 /// Renders echograms at any receivers from a sonel map.
 #[derive(Debug, Clone, Parser)]
 #[command(
-    version = crate::VERSION.as_str(),
+    version = sonel::RENDERER_VERSION.as_str(),
     after_help = "Examples:\n  sonel-render room.sonelmap -o room.npz \\\n    --receiver \"seat 12=60,9,60\" --grid 10:60:6,1.2,10:60:6\n  \
                   sonel-render hall.sonelmap --plan\n  \
                   sonel-render hall.sonelmap -o hall.npz \\\n    --until \"t30<1%,level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
@@ -52,7 +46,7 @@ pub struct Arguments {
     #[arg(long = "receivers", value_name = "FILE")]
     pub receivers_file: Option<PathBuf>,
     /// A grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room are left out.
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_grid, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = str::parse::<Grid>, allow_hyphen_values = true)]
     pub grid: Option<Grid>,
     /// Render part I of N of the receivers only, I from 1; sonel-analyze merge joins the parts.
     #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with_all = ["plan", "until", "wav"])]
@@ -68,8 +62,8 @@ pub struct Arguments {
     #[arg(long, value_parser = estimator(), default_value = Estimator::Auto.name())]
     pub estimator: Estimator,
     /// Effects of the rendering: -diffraction leaves edges out. All others are decided by sonel-trace.
-    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true, value_parser = parse_effects)]
-    pub effects: EffectSpec,
+    #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true, value_parser = diffraction, action = clap::ArgAction::Set)]
+    pub effects: bool,
     /// Highest order of image sources; by default from the room.
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,
@@ -94,8 +88,8 @@ pub struct Arguments {
     /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission,
     /// sound_reduction_db; one number, or one per band with commas between) or sources.NAME.directivity=WORD or FILE.csv;
     /// repeatable. Changes that the stored paths do not support are errors.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = Assignment::parse)]
-    pub set: Vec<Assignment>,
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_change)]
+    pub set: Vec<Change>,
     /// Change materials: a TOML file of [materials.NAME], as in a scene file; others stay. Applied before --set.
     #[arg(long, value_name = "FILE.toml")]
     pub materials: Option<PathBuf>,
@@ -122,60 +116,34 @@ pub struct Arguments {
     pub threads: Option<usize>,
 }
 
-/// Positions of a grid along the three axes [m].
-#[derive(Debug, Clone, PartialEq)]
-pub struct Grid {
-    axes: [Axis; 3],
-}
-
-/// Positions of a grid along one axis [m], both ends included; a single one is in the middle.
-#[derive(Debug, Clone, PartialEq)]
-struct Axis {
-    low: f64,
-    high: f64,
-    count: u32,
-}
-
-/// A response of so many receivers would take tens of gigabytes.
-const MOST_GRID_POINTS: f64 = 1e5;
-
-impl Axis {
-    fn positions(&self) -> Vec<f64> {
-        let Self { low, high, count } = *self;
-        match count {
-            1 => vec![0.5 * (low + high)],
-            _ => (0..count).map(|i| low + (high - low) * f64::from(i) / f64::from(count - 1)).collect(),
+impl Arguments {
+    /// The options of the rendering.
+    pub(crate) fn options(&self) -> RenderOptions {
+        let (temperature, humidity) = (self.temperature, self.humidity);
+        RenderOptions {
+            bin: self.bin,
+            estimator: self.estimator,
+            diffraction: self.effects,
+            order: self.order,
+            radius: self.radius,
+            rays: self.rays,
+            seed: self.seed,
+            air: if self.no_air { Air::None } else { Air::State { temperature, humidity } },
+            directions: self.directions || self.ambix.is_some() || self.hrtf.is_some(),
+            materials: self.materials.clone(),
+            set: self.set.clone(),
+            grid: self.grid.clone(),
+            shard: self.shard,
+            until: self.until.clone(),
+            at_most: self.at_most,
         }
     }
 }
 
-impl Grid {
-    /// All points, x slowest, named by their indices.
-    #[must_use]
-    pub fn points(&self) -> Vec<ReceiverPoint> {
-        let [xs, ys, zs] = &self.axes.each_ref().map(Axis::positions);
-        let mut points = Vec::with_capacity(xs.len() * ys.len() * zs.len());
-        for (i, &x) in xs.iter().enumerate() {
-            for (j, &y) in ys.iter().enumerate() {
-                for (k, &z) in zs.iter().enumerate() {
-                    points.push(ReceiverPoint::omni(&format!("grid {i} {j} {k}"), DVec3::new(x, y, z)));
-                }
-            }
-        }
-        points
-    }
-}
-
-/// `auto`, or changes of diffraction, with or without `auto` before them.
-fn parse_effects(text: &str) -> Result<EffectSpec, String> {
-    let changes = text.strip_prefix("auto,").unwrap_or(text);
-    if text != "auto"
-        && !changes.split(',').all(|change| matches!(change.trim(), "-diffraction" | "+diffraction"))
-    {
-        return Err("sonel-render decides about diffraction alone: write -diffraction or +diffraction, and give other effects to sonel-trace".to_owned());
-    }
-    let spec = if text == "auto" { text.to_owned() } else { format!("auto,{changes}") };
-    spec.parse().map_err(|error: EffectSpecError| error.to_string())
+/// Reads `materials.NAME.KEY=VALUE` or `sources.NAME.directivity=WORD` or a file.
+fn parse_change(text: &str) -> Result<Change, String> {
+    let (name, value) = text.split_once('=').unwrap_or((text, ""));
+    Change::parse(name, value)
 }
 
 fn parse_rays(text: &str) -> Result<u32, String> {
@@ -183,40 +151,13 @@ fn parse_rays(text: &str) -> Result<u32, String> {
     rays.ok_or_else(|| format!("give 1 … {} rays", u32::MAX))
 }
 
-fn parse_grid(text: &str) -> Result<Grid, String> {
-    let wrong = || {
-        format!("\"{text}\" is not a grid: write three axes, each lo:hi:n or one number: 10:60:6,1.2,10:60:6")
-    };
-    let axes: Vec<Axis> =
-        text.split(',').map(|axis| parse_axis(axis).ok_or_else(wrong)).collect::<Result<_, _>>()?;
-    let axes: [Axis; 3] = axes.try_into().map_err(|_| wrong())?;
-    let points: f64 = axes.iter().map(|axis| f64::from(axis.count)).product();
-    if points > MOST_GRID_POINTS {
-        return Err(format!("{points} points are more than {MOST_GRID_POINTS}: give fewer along an axis"));
-    }
-    Ok(Grid { axes })
-}
-
-/// `lo:hi:n`, both ends included, or one number.
-fn parse_axis(text: &str) -> Option<Axis> {
-    let parts: Vec<&str> = text.split(':').map(str::trim).collect();
-    let number = |text: &str| text.parse::<f64>().ok().filter(|value| value.is_finite());
-    match parts[..] {
-        [single] => Some(Axis { low: number(single)?, high: number(single)?, count: 1 }),
-        [low, high, count] => {
-            let axis = Axis { low: number(low)?, high: number(high)?, count: count.parse().ok()? };
-            (axis.count > 0).then_some(axis)
-        }
-        _ => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     #[test]
-    fn receivers_and_grids_are_read() {
+    fn receivers_are_read() {
         let cardioid = parse_receiver("mic=1,2,3,cardioid,0,0,-2").unwrap();
         assert_eq!((cardioid.sensitivity.pattern.name(), cardioid.sensitivity.aim.z), ("cardioid", -1.0));
         assert!(parse_receiver("mic=1,2,3,cardiod,0,0,-2").unwrap_err().contains("unknown directivity"));
@@ -224,9 +165,6 @@ mod tests {
         assert!(parse_receiver("mic=1,2,3,cardioid").is_err());
         let receiver = parse_receiver("a = b=1, -2,3.5").unwrap();
         assert_eq!((receiver.name.as_str(), receiver.position), ("a = b", DVec3::new(1.0, -2.0, 3.5)));
-        let grid = parse_grid("0:10:3,1.2,-1:1:2").unwrap();
-        assert_eq!(grid.points().len(), 6);
-        assert_eq!(grid.points()[5].position, DVec3::new(10.0, 1.2, 1.0));
     }
 
     #[test]
@@ -234,9 +172,5 @@ mod tests {
         for text in ["1,2,3", "a=1,2", "a=1,2,x", "=1,2,3"] {
             assert!(parse_receiver(text).unwrap_err().contains("NAME=x,y,z"), "{text}");
         }
-        for text in ["1,2", "0:1:0,1,1", "0:1,1,1", "nan,1,1", "0:1:-3,1,1"] {
-            assert!(parse_grid(text).unwrap_err().contains("lo:hi:n"), "{text}");
-        }
-        assert!(parse_grid("0:1:1000,0:1:1000,0:1:1000").unwrap_err().contains("more than 100000"));
     }
 }

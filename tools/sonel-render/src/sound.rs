@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use glam::DVec3;
 use rayon::prelude::*;
+use sonel::ReceiverPoint;
 use sonel_console::input;
 use sonel_console::output::{self, Kind, Output};
-use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
 use sonel_sound::{Head, Recording, SAMPLE_RATE_HZ, SoundError, Synthesizer};
 

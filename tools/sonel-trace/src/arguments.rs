@@ -2,19 +2,13 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use clap::{Args, Parser};
+use sonel::{Effects, Mode, ShardRange, Spectral, Targets, TraceOptions, Variants};
 use sonel_console::choices::{mode, spectral};
 use sonel_console::count::parse_count;
 use sonel_console::parse_threads;
 use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
-use sonel_map::{Mode, Settings, ShardRange, Spectral};
-use sonel_scene::LONGEST_DURATION;
-use sonel_study::effects::EffectSpec;
-use sonel_study::target::Targets;
-
-use crate::variants::Alternatives;
 
 /// Traces sonels through a scene and saves the sonel map.
 #[derive(Debug, Clone, Parser)]
@@ -53,8 +47,8 @@ pub struct Arguments {
     /// Trace so that the map carries these materials besides, for sonel-render --set: materials.NAME.absorption=0.02,0.9 (values,
     /// a range 0.02:0.9, or [0.1,0.2,…] per band; also scattering, diffuse, transmission, sound_reduction_db), or
     /// materials.NAME=ENTRY,… of the library; repeatable. As `variants` in the scene file.
-    #[arg(long = "for", value_name = "NAME=VALUES", value_parser = Alternatives::parse)]
-    pub variants: Vec<Alternatives>,
+    #[arg(long = "for", value_name = "NAME=VALUES", value_parser = parse_variants)]
+    pub variants: Vec<Variants>,
     /// Continue this map of the same scene to N emissions (--sonels) with its own settings. The result is the map of the
     /// longer run, byte for byte; --output may name the same file.
     #[arg(long, value_name = "MAP.sonelmap")]
@@ -76,7 +70,7 @@ pub struct Arguments {
     /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable
     /// difference, auto below 0.1
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
-    pub effects: Option<EffectSpec>,
+    pub effects: Option<Effects>,
     /// Print counts, fates and the energy ledger as JSON.
     #[arg(long)]
     pub json: bool,
@@ -100,75 +94,29 @@ pub(crate) struct Common {
 }
 
 impl Arguments {
-    /// The settings of the run.
-    ///
-    /// # Errors
-    /// One sentence per option that is out of range or contradicts the mode.
-    pub fn settings(&self) -> anyhow::Result<Settings> {
-        let problems = self.problems();
-        if !problems.is_empty() {
-            bail!("{}", problems.join("\nerror: "));
+    /// The options of the run, but for the maps that they name.
+    pub(crate) fn options(&self) -> TraceOptions<'static> {
+        TraceOptions {
+            sonels: self.sonels,
+            seed: self.seed,
+            batches: self.batches,
+            survival: self.survival,
+            mode: self.mode,
+            spectral: self.spectral,
+            duration: self.duration,
+            shard: self.shard,
+            variants: self.variants.clone(),
+            extend: None,
+            decision: None,
+            effects: self.effects.clone(),
+            until: self.until.clone(),
+            at_most: self.at_most,
         }
-        let paper = self.mode == Some(Mode::Paper);
-        let defaults = Settings::default();
-        Ok(Settings {
-            emissions: self.sonels.unwrap_or(defaults.emissions),
-            seed: self.seed.unwrap_or(defaults.seed),
-            batches: self.batches.unwrap_or(defaults.batches),
-            survival: self.survival.unwrap_or(if paper { 1.0 } else { defaults.survival }),
-            spectral: if paper { Spectral::PerBand } else { self.spectral.unwrap_or(Spectral::Shared) },
-            mode: self.mode.unwrap_or(defaults.mode),
-            extinction_threshold: defaults.extinction_threshold,
-        })
     }
+}
 
-    fn problems(&self) -> Vec<String> {
-        let mut problems = Vec::new();
-        if let Some(survival) = self.survival
-            && !(0.0..=1.0).contains(&survival)
-        {
-            problems.push(format!("--survival {survival} is outside 0 … 1"));
-        }
-        if self.mode == Some(Mode::Paper) {
-            if self.survival.is_some_and(|survival| survival < 1.0) {
-                problems
-                    .push("--mode paper means --survival 1: omit --survival or use --mode accurate".into());
-            }
-            if self.spectral == Some(Spectral::Shared) {
-                problems.push(
-                    "--mode paper means --spectral per-band: omit --spectral or use --mode accurate".into(),
-                );
-            }
-        }
-        if let Some(duration) = self.duration
-            && !(duration > 0.0 && duration <= LONGEST_DURATION)
-        {
-            problems.push(format!(
-                "--duration {duration} s is outside the allowed range: give a number above 0 and at most {LONGEST_DURATION} s"
-            ));
-        }
-        if self.extend.is_some() && self.sonels.is_none() && self.until.is_none() {
-            problems.push("--extend needs --sonels N: the emissions of the whole new map".into());
-        }
-        if self.extend.is_some() && self.shard.is_some() {
-            problems.push(
-                "--extend and --shard cannot be combined: trace the shards of the longer run, or omit --shard"
-                    .into(),
-            );
-        }
-        if self.until.is_some() && self.shard.is_some() {
-            problems
-                .push("--until and --shard cannot be combined: find N with --plan, then trace shards".into());
-        }
-        if self.sonels == Some(0) {
-            problems.push("--sonels 0 traces nothing: give at least 1".into());
-        }
-        problems
-    }
-
-    /// The part of the run.
-    #[must_use]
-    pub fn shard_range(&self) -> ShardRange {
-        self.shard.unwrap_or(ShardRange::WHOLE)
-    }
+/// Reads `materials.NAME.KEY=VALUE,…` or `materials.NAME=ENTRY,…`.
+fn parse_variants(text: &str) -> Result<Variants, String> {
+    let (name, values) = text.split_once('=').unwrap_or((text, ""));
+    Variants::parse(name, values)
 }

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{anyhow, bail};
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
-use serde_json::{Value, json};
+use sonel::check_file;
+use sonel::checkup::{notes, report};
+use sonel_console::follower::Follower;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::ProgressSink;
-use sonel_console::{Outcome, scene};
-use sonel_scene::checkup::{Checkup, Covering, Room, Times, check};
-use sonel_study::room_decay::RoomDecay;
+use sonel_console::{Log, Outcome};
+use sonel_scene::checkup::{Checkup, Covering, Room};
 
 use crate::arguments::Common;
 
@@ -42,16 +43,17 @@ pub struct Checked {
 ///
 /// # Errors
 /// When the scene file cannot be read or is no TOML.
-pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
     let progress = ProgressSink::unless(checked.common.quiet);
-    let (checkup, files) =
-        scene::with_file(&checked.scene, progress, |text, label, open| check(text, label, open))?;
+    let follower = Follower::new(progress, log);
+    let (checkup, files) = follower.result(check_file(&checked.scene, &follower))?;
+    drop(follower);
     if let Some(path) = &checked.fix {
         fix(&checkup, path, &files, log)?;
     }
     let outcome = if checkup.is_clean() { Outcome::Done } else { Outcome::Missed };
     if checked.json {
-        writeln!(out, "{}", json(&checkup))?;
+        writeln!(out, "{}", report(&checkup))?;
         return Ok(outcome);
     }
     if let Some(room) = &checkup.room {
@@ -77,72 +79,6 @@ pub fn run(checked: &Checked, out: &mut dyn Write, log: &mut dyn Write) -> anyho
         _ => writeln!(out, "{count} problems found")?,
     }
     Ok(outcome)
-}
-
-/// The checkup as JSON (docs/interface.md).
-#[must_use]
-pub fn json(checkup: &Checkup) -> Value {
-    let errors: Vec<String> = checkup.problems.iter().map(ToString::to_string).collect();
-    json!({
-        "room": checkup.room.as_ref().map(room_json),
-        "notes": notes(checkup),
-        "errors": errors,
-        "warnings": checkup.warnings,
-        "faults": checkup.faults,
-    })
-}
-
-/// The notes of `checkup`, and one where a short trace shows that Sabine's time does not hold.
-fn notes(checkup: &Checkup) -> Vec<String> {
-    checkup.notes.iter().cloned().chain(uneven(checkup)).collect()
-}
-
-/// Times of a short trace this many times those of Sabine are named: twice what scattering, shape and few packets bring.
-const UNEVEN: f64 = 1.3;
-
-fn uneven(checkup: &Checkup) -> Option<String> {
-    let (scene, geometry) = checkup.traceable.as_ref()?;
-    // A room that leaks is an error of a trace, not of a checkup.
-    let decay = RoomDecay::of(scene, geometry).ok()??;
-    let times = &checkup.room.as_ref()?.times;
-    let found = times.iter().enumerate().filter_map(|(band, times)| {
-        let time = decay.reverberation_time(band).unwrap_or(f64::INFINITY);
-        (time > UNEVEN * times.sabine).then_some((time / times.sabine, time, times))
-    });
-    let (_, time, times) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let Times { center_hz, sabine, .. } = times;
-    let time =
-        if time.is_finite() { format!("T30 is {time:.2} s") } else { "T30 is longer still".to_owned() };
-    Some(format!(
-        "absorption is uneven: at {center_hz} Hz Sabine's time is {sabine:.2} s, but in a short trace {time}: sound stays between surfaces that \
-         absorb little; statistical times do not hold, and scattering of these surfaces decides T"
-    ))
-}
-
-fn room_json(room: &Room) -> Value {
-    let coverings = room.coverings.iter().map(|Covering { name, area, absorption }| {
-        json!({ "name": name, "area_m2": area, "absorption": absorption })
-    });
-    let times = room.times.iter().map(|times| {
-        json!({
-            "center_frequency_hz": times.center_hz,
-            "mean_absorption": times.mean_absorption,
-            "sabine_s": times.sabine,
-            "eyring_s": times.eyring,
-        })
-    });
-    let [triangles, surfaces] = room.counts;
-    json!({
-        "extents_m": room.extents.to_array(),
-        "volume_m3": room.volume,
-        "area_m2": room.area,
-        "mean_free_path_m": room.mean_free_path,
-        "schroeder_frequency_hz": room.schroeder_frequency,
-        "triangles": triangles,
-        "surfaces": surfaces,
-        "materials": coverings.collect::<Vec<_>>(),
-        "bands": times.collect::<Vec<_>>(),
-    })
 }
 
 /// Writes the repaired mesh, and the repairs to the log.

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use clap::{Parser, Subcommand};
-use sonel_console::{Outcome, use_threads};
+use sonel_console::{Log, Outcome, use_threads};
 
 use crate::arguments::Common;
 use crate::{Arguments, check, materials, new};
@@ -11,7 +11,7 @@ use crate::{Arguments, check, materials, new};
 /// Traces sonels through a scene and saves the sonel map.
 #[derive(Debug, Clone, Parser)]
 #[command(
-    version = crate::VERSION.as_str(),
+    version = sonel::TRACER_VERSION.as_str(),
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     disable_help_subcommand = true,
@@ -61,7 +61,7 @@ impl Program {
     ///
     /// # Errors
     /// As the command says.
-    pub fn run(&self, out: &mut dyn Write, log: &mut dyn Write) -> anyhow::Result<Outcome> {
+    pub fn run(&self, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
         if let Some(command) = &self.command {
             use_threads(command.common().threads)?;
         }

@@ -5,13 +5,15 @@
 use super::tree::{Finding, SourceFile, Tree};
 
 /// Our crates by layer, lowest first; a crate may depend on lower layers only.
-const LAYERS: [&[&str]; 6] = [
+const LAYERS: [&[&str]; 8] = [
     &["sonel-acoustics", "sonel-sampling", "sonel-geometry", "sonel-diffraction", "sonel-testkit"],
     &["sonel-scene"],
     &["sonel-map", "sonel-echogram"],
     &["sonel-tracer", "sonel-renderer", "sonel-analysis", "sonel-sound"],
     &["sonel-study"],
-    &["sonel-console", "sonel-trace", "sonel-render", "sonel-analyze"],
+    &["sonel"],
+    &["sonel-console"],
+    &["sonel-trace", "sonel-render", "sonel-analyze"],
 ];
 
 /// Foreign packages that any crate may use.
@@ -23,7 +25,7 @@ const HOMES: [(&str, &[&str]); 41] = [
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
     ("blake3", &["crates/sonel-scene", "crates/sonel-map", "crates/sonel-echogram"]),
-    ("clap", &["tools/", "python", "xtask"]),
+    ("clap", &["tools/", "xtask"]),
     ("clap_complete", &["xtask"]),
     ("clap_mangen", &["xtask"]),
     ("comfy-table", &["crates/sonel-analysis", "tools/"]),
@@ -57,7 +59,9 @@ const HOMES: [(&str, &[&str]); 41] = [
             "crates/sonel-echogram",
             "crates/sonel-analysis",
             "crates/sonel-study",
+            "crates/sonel/",
             "tools/",
+            "python",
             "xtask",
         ],
     ),
@@ -66,7 +70,7 @@ const HOMES: [(&str, &[&str]); 41] = [
     ("sofar", &["crates/sonel-sound"]),
     ("spade", &["crates/sonel-geometry"]),
     ("statrs", &["crates/sonel-testkit"]),
-    ("tempfile", &["tools/", "python", "crates/sonel-testkit"]),
+    ("tempfile", &["crates/sonel/", "tools/", "crates/sonel-testkit"]),
     ("tobj", &["crates/sonel-scene"]),
     ("toml", &["crates/sonel-scene", "xtask"]),
     ("zip", &["crates/sonel-echogram"]),
@@ -88,7 +92,7 @@ pub fn arrows(tree: &Tree) -> Vec<Finding> {
 pub fn homes(tree: &Tree) -> Vec<Finding> {
     each_dependency(tree, |manifest, package| {
         let for_tests = ["tests/", "fuzz/"].iter().any(|folder| manifest.path.starts_with(folder));
-        let is_own = package == "xtask" || package.starts_with("sonel-");
+        let is_own = ["xtask", "sonel"].contains(&package) || package.starts_with("sonel-");
         if for_tests || is_own || EVERYWHERE.contains(&package) {
             return None;
         }

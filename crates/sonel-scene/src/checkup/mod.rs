@@ -23,7 +23,7 @@ use sonel_geometry::Geometry;
 use crate::load::{Attempt, attempt};
 use crate::report::Remarks;
 use crate::room::leak;
-use crate::{Problem, Scene, SceneErrors};
+use crate::{Document, Problem, Scene, SceneErrors};
 
 /// What was found.
 #[derive(Debug)]
@@ -108,7 +108,18 @@ pub fn check(
     file_label: &str,
     open_mesh: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Checkup, SceneErrors> {
-    let attempt = attempt(toml_text, file_label, open_mesh)?;
+    Ok(checked(attempt(toml_text, file_label, open_mesh)?))
+}
+
+impl Document {
+    /// Checks the scene as [`check`] does its file.
+    #[must_use]
+    pub fn check(&self) -> Checkup {
+        checked(self.attempt())
+    }
+}
+
+fn checked(attempt: Attempt) -> Checkup {
     let room = attempt.geometry.as_ref().map(|geometry| room(&attempt, geometry));
     let repaired = attempt.geometry.as_ref().map(|geometry| Repaired::of(geometry, names(&attempt)));
     let mut faults =
@@ -126,7 +137,7 @@ pub fn check(
     notes.extend(sound.into_iter().flat_map(|geometry| scattering::advice(&attempt.scene, geometry)));
     let traceable = attempt.geometry.filter(|_| attempt.problems.is_empty());
     let traceable = traceable.map(|geometry| (attempt.scene, geometry));
-    Ok(Checkup { problems: attempt.problems, warnings, faults, notes, repairs, room, repaired, traceable })
+    Checkup { problems: attempt.problems, warnings, faults, notes, repairs, room, repaired, traceable }
 }
 
 /// Names of the materials, then of those that the scene lacks.

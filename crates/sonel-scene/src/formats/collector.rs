@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::obj::{Face, FileTerms, LineProblem, MaterialName, NAMELESS, Polygons, Vertices, and_more};
 
 /// Faces read so far and what is wrong with them.
-pub(super) struct Collector {
+pub(crate) struct Collector {
     terms: FileTerms,
     vertices: Vertices,
     corners: Vec<u32>,
@@ -17,12 +17,12 @@ pub(super) struct Collector {
     /// Place of the first face without area, and their count.
     flat: Option<(usize, usize)>,
     /// Places and remarks.
-    pub(super) notes: Vec<(usize, String)>,
-    pub(super) problems: Vec<LineProblem>,
+    pub(crate) notes: Vec<(usize, String)>,
+    pub(crate) problems: Vec<LineProblem>,
 }
 
 impl Collector {
-    pub(super) fn new(terms: FileTerms) -> Self {
+    pub(crate) fn new(terms: FileTerms) -> Self {
         Self {
             terms,
             vertices: Vertices::default(),
@@ -37,13 +37,13 @@ impl Collector {
     }
 
     /// Notes a problem at a line or face.
-    pub(super) fn problem(&mut self, place: usize, message: impl AsRef<str>) {
+    pub(crate) fn problem(&mut self, place: usize, message: impl AsRef<str>) {
         self.problems.push(self.terms.problem(place, message.as_ref()));
     }
 
     /// Adds a polygon under a name; one with fewer than three different corners is counted and left out. `place` is its line, or
     /// its number from 1.
-    pub(super) fn face(&mut self, corners: &[DVec3], name: &str, place: usize) {
+    pub(crate) fn face(&mut self, corners: &[DVec3], name: &str, place: usize) {
         if let Some(corner) = corners.iter().find(|corner| !corner.is_finite()) {
             self.problem(place, format!("a coordinate is not a finite number: {corner}"));
             return;
@@ -75,7 +75,7 @@ impl Collector {
         self.names.len() - 1
     }
 
-    pub(super) fn finish(mut self) -> Result<Polygons, Vec<LineProblem>> {
+    pub(crate) fn finish(mut self) -> Result<Polygons, Vec<LineProblem>> {
         if let Some((place, count)) = self.flat {
             self.notes.push((place, format!("the face has no area and was dropped{}", and_more(count))));
         }

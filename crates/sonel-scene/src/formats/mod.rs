@@ -15,6 +15,8 @@ use glam::DMat3;
 
 use crate::obj::{self, LineProblem, Polygons};
 
+pub(crate) use collector::Collector;
+
 /// Opens a file by its path relative to the scene file.
 pub(crate) type Open<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 

@@ -121,6 +121,7 @@ fn read_one(
     if table.get("interface").and_then(|entry| entry.flag(report)) == Some(true) {
         return read_interface(name, table, bands, report);
     }
+    let before = report.problem_count();
     let mut borrowed = material_sources.borrow(table, bands, report);
     if let Some(Material { absorption, scattering, .. }) = original {
         borrowed.absorption.get_or_insert_with(|| absorption.clone());
@@ -134,12 +135,13 @@ fn read_one(
     }
     let absorption =
         absorption.map(|(_, values)| values).or(borrowed.absorption).unwrap_or_else(|| vec![0.0; count]);
+    let is_absorption_known = report.problem_count() == before;
     let scattering = given("scattering", table, bands, report);
     let diffuse = given("diffuse", table, bands, report);
     if let (Some(_), Some(entry)) = (table.get("scattering"), table.get("diffuse")) {
         entry.problem(report, "given together with scattering; keep one of the two");
     }
-    let transmission = read_transmission(table, &absorption, bands, report);
+    let transmission = read_transmission(table, is_absorption_known.then_some(&absorption), bands, report);
     let scattering = match (scattering, diffuse) {
         (Some((_, values)), _) => values,
         (None, Some((entry, values))) => scattering_of(&entry, &values, &absorption, bands, report),
@@ -181,10 +183,11 @@ fn given<'a>(
     Some((entry, values))
 }
 
-/// Transmission as a coefficient or as a sound reduction; none where neither is given.
+/// Transmission as a coefficient or as a sound reduction; none where neither is given. It is compared with `absorption` where that could
+/// be read.
 fn read_transmission(
     table: &Table<'_>,
-    absorption: &[f64],
+    absorption: Option<&Vec<f64>>,
     bands: &BandChoice,
     report: &mut Report<'_>,
 ) -> Option<Vec<f64>> {
@@ -196,7 +199,7 @@ fn read_transmission(
         entry.problem(report, "given together with transmission; keep one of the two");
     }
     let transmission = transmission.or_else(|| reduction.map(|(values, entry)| (entry, values)));
-    if let Some((entry, values)) = &transmission {
+    if let (Some((entry, values)), Some(absorption)) = (&transmission, absorption) {
         check_transmission(entry, values, absorption, bands, report);
     }
     transmission.map(|(_, values)| values)

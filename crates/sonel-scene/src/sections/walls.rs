@@ -5,7 +5,9 @@ use sonel_acoustics::Material;
 use sonel_geometry::Mesh;
 
 use crate::document::{Entry, Table};
+use crate::formats;
 use crate::mesh_file::{self, FARTHEST, MeshOfFile, Stated};
+use crate::polygon_mesh::PolygonMesh;
 use crate::report::Report;
 use crate::suggest::suggest;
 
@@ -69,7 +71,7 @@ pub(crate) fn read_up(document: &Table<'_>, report: &mut Report<'_>) -> DVec3 {
 pub(crate) fn read(
     document: &Table<'_>,
     materials: &[Material],
-    open_mesh: OpenMesh<'_>,
+    (open_mesh, made): (OpenMesh<'_>, Option<&PolygonMesh>),
     report: &mut Report<'_>,
 ) -> Option<Walls> {
     let unit = read_unit(document, report);
@@ -85,7 +87,7 @@ pub(crate) fn read(
         }
         (Some(mesh), None) => {
             let stated = unit.map(|unit| Stated { unit, up: document.get("mesh_up").is_some() });
-            read_mesh(&mesh, stated.zip(weld), materials, open_mesh, report)
+            read_mesh(&mesh, stated.zip(weld), materials, (open_mesh, made), report)
         }
         (None, Some(shoebox)) => {
             if let Some(entry) = document.get("mesh_unit") {
@@ -138,15 +140,17 @@ fn read_mesh(
     entry: &Entry<'_>,
     stated: Option<(Stated, f64)>,
     materials: &[Material],
-    open_mesh: OpenMesh<'_>,
+    (open_mesh, made): (OpenMesh<'_>, Option<&PolygonMesh>),
     report: &mut Report<'_>,
 ) -> Option<Walls> {
     let path = entry.filled_text(report)?;
-    let bytes = read_file(entry, path, open_mesh, report)?;
+    let polygons = match made {
+        Some(made) => made.polygons(),
+        None => formats::read(path, &read_file(entry, path, open_mesh, report)?, open_mesh),
+    };
     let unknown = Stated { unit: None, up: true };
     let read_as = stated.as_ref().map_or(&unknown, |(stated, _)| stated);
-    let MeshOfFile { mesh, unknown, unit } =
-        mesh_file::read(&bytes, path, read_as, materials, open_mesh, report)?;
+    let MeshOfFile { mesh, unknown, unit } = mesh_file::read(polygons, path, read_as, materials, report)?;
     // Read for its own problems; in an unknown unit nothing can be said about positions in it.
     let (_, weld) = stated?;
     let digest = digest(&mesh);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{DVec3, dvec3};
 use sonel_acoustics::{Air, BandWidth, Pattern, sabine_time};
-use sonel_scene::{Loaded, Scene, load};
+use sonel_scene::{Document, Loaded, PolygonMesh, Scene, Value, load};
 
 fn load_good(name: &str) -> Loaded {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/good").join(name);
@@ -226,4 +226,48 @@ fn holes_are_left_out() {
     let ajar = hole.replace("transmission = 1", "transmission = 0.999");
     assert_eq!(load_shoebox(hole).mesh.triangles.len(), 10);
     assert_eq!(load_shoebox(&ajar).mesh.triangles.len(), 12);
+}
+
+#[test]
+fn a_scene_made_in_code_is_that_of_its_saved_file() {
+    let mut mesh = PolygonMesh::new(
+        (0..8)
+            .map(|i| [f64::from(i >> 2 & 1) * 4.0, f64::from(i >> 1 & 1) * 3.0, f64::from(i & 1)])
+            .collect(),
+    );
+    let sides: [[u32; 4]; 6] =
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+    for (index, side) in sides.iter().enumerate() {
+        mesh.face(side, if index == 4 { "car\"pet" } else { "plaster" });
+    }
+    let material = |absorption: f64| Value::table([("absorption", absorption)]);
+    let keys = |y: f64| {
+        [
+            ("sources", vec![Value::table([("position", vec![1.0, y, 0.5])])].into()),
+            ("name", Value::from("a \"room\"")),
+            ("materials", Value::table([("plaster", material(0.1)), ("car\"pet", material(0.4))])),
+            ("closed", true.into()),
+        ]
+    };
+    let made = Document::new(keys(1.0), Some(mesh.clone()));
+    let mut obj = Vec::new();
+    mesh.write_obj(&mut obj).unwrap();
+    let read = sonel_scene::load(&made.to_toml(), "scene.toml", &mut |name| {
+        assert_eq!(name, Document::MESH_NAME);
+        Ok(obj.clone())
+    });
+    assert_eq!(made.load().unwrap().scene, read.unwrap().scene);
+    let wrong = Document::new(keys(9.0), Some(mesh)).load().unwrap_err().to_string();
+    assert!(wrong.starts_with("scene: sources[1].position: "), "{wrong}");
+}
+
+#[test]
+fn what_failed_is_compared_with_nothing() {
+    let text = "shoebox = [4, 3, 2]\n[materials.walls]\nabsorption = [0.6, 1.2, 0.6, 0.6, 0.6, 0.6, 0.6, 0.6]\n\
+                transmission = 0.5\n[[sources]]\nposition = [1, 1, 1]\n";
+    let load = |text: &str| sonel_scene::load(text, "s.toml", &mut |_| panic!("a shoebox has no mesh"));
+    let errors = load(text).unwrap_err();
+    assert_eq!(errors.problems.len(), 1, "{errors}");
+    let less = load(&text.replace("1.2", "0.4")).unwrap_err().to_string();
+    assert!(less.contains("transmission 0.5 exceeds absorption 0.4 at 125 Hz"), "{less}");
 }

@@ -8,6 +8,8 @@ mod edges;
 mod skips;
 mod spec;
 
+use std::sync::Arc;
+
 use sonel_acoustics::{Directivity, Material, just_noticeable};
 use sonel_geometry::{Geometry, GeometryError, Surface, SurfaceId};
 use sonel_map::leads::LEAST_THROUGH;
@@ -211,14 +213,14 @@ pub fn leave_regions_out(
     spec: &EffectSpec,
     mode: Mode,
     scene: &mut Scene,
-    geometry: Geometry,
-) -> Result<Geometry, GeometryError> {
+    geometry: impl Into<Arc<Geometry>>,
+) -> Result<Arc<Geometry>, GeometryError> {
     let has_interfaces = scene.media.is_some();
     let is_even = spec.request(Effect::Refraction) == Request::Off || mode == Mode::Paper;
     if is_even {
         scene.make_air_even();
     }
-    if is_even && has_interfaces { scene.geometry() } else { Ok(geometry) }
+    if is_even && has_interfaces { scene.geometry().map(Arc::new) } else { Ok(geometry.into()) }
 }
 
 /// Refraction is simulated as soon as a scene has several airs.

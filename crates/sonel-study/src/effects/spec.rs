@@ -55,6 +55,54 @@ impl Default for EffectSpec {
 }
 
 impl EffectSpec {
+    /// Effects are on where leaving them out would change a level or reverberation time by more than a tenth of a just-noticeable
+    /// difference; the default.
+    #[must_use]
+    pub fn auto() -> Self {
+        Self::default()
+    }
+
+    /// Every effect that the scene has is on.
+    #[must_use]
+    pub fn all() -> Self {
+        Self { requests: [Request::Scene; 5], ..Self::default() }
+    }
+
+    /// No effect is on.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { requests: [Request::Off; 5], ..Self::default() }
+    }
+
+    /// Switches `effect` on.
+    #[must_use]
+    pub fn with(self, effect: Effect) -> Self {
+        self.requested(effect, Request::On)
+    }
+
+    /// Switches `effect` off.
+    #[must_use]
+    pub fn without(self, effect: Effect) -> Self {
+        self.requested(effect, Request::Off)
+    }
+
+    fn requested(mut self, effect: Effect, request: Request) -> Self {
+        self.requests[effect as usize] = request;
+        self.names_diffraction |= effect == Effect::Diffraction;
+        self
+    }
+
+    /// Leaves out, where [`Self::auto`] decides, what changes less than this many just-noticeable differences, a number above 0.
+    ///
+    /// # Errors
+    /// When `just_noticeable` is no such number.
+    pub fn with_threshold(self, just_noticeable: f64) -> Result<Self, EffectSpecError> {
+        match just_noticeable {
+            number if number.is_finite() && number > 0.0 => Ok(Self { threshold: number, ..self }),
+            other => Err(EffectSpecError::Threshold(other.to_string())),
+        }
+    }
+
     /// What was asked for `effect`.
     pub(super) fn request(&self, effect: Effect) -> Request {
         self.requests[effect as usize]
@@ -83,16 +131,16 @@ impl FromStr for EffectSpec {
 
     fn from_str(text: &str) -> Result<Self, EffectSpecError> {
         let mut words = text.split(',').map(str::trim);
-        let (base, threshold) = match words.next().unwrap_or_default() {
-            "auto" => (Request::Auto, THRESHOLD),
-            "all" => (Request::Scene, THRESHOLD),
-            "none" => (Request::Off, THRESHOLD),
-            other => match other.strip_prefix("auto:") {
-                Some(threshold) => (Request::Auto, read_threshold(threshold)?),
+        let mut spec = match words.next().unwrap_or_default() {
+            "auto" => Self::auto(),
+            "all" => Self::all(),
+            "none" => Self::none(),
+            other => match other.strip_prefix("auto:").map(|text| (text, text.parse())) {
+                Some((_, Ok(threshold))) => Self::auto().with_threshold(threshold)?,
+                Some((text, Err(_))) => return Err(EffectSpecError::Threshold(text.to_owned())),
                 None => return Err(EffectSpecError::Base(other.to_owned())),
             },
         };
-        let (mut requests, mut names_diffraction) = ([base; 5], false);
         for word in words {
             let (request, name) = match (word.strip_prefix('+'), word.strip_prefix('-')) {
                 (Some(name), _) => (Request::On, name),
@@ -100,17 +148,10 @@ impl FromStr for EffectSpec {
                 _ => return Err(EffectSpecError::Sign(word.to_owned())),
             };
             let effect = Effect::ALL.into_iter().find(|effect| effect.name() == name);
-            let effect = effect.ok_or_else(|| EffectSpecError::Unknown(name.to_owned()))?;
-            requests[effect as usize] = request;
-            names_diffraction |= effect == Effect::Diffraction;
+            spec = spec.requested(effect.ok_or_else(|| EffectSpecError::Unknown(name.to_owned()))?, request);
         }
-        Ok(Self { requests, threshold, names_diffraction })
+        Ok(spec)
     }
-}
-
-fn read_threshold(text: &str) -> Result<f64, EffectSpecError> {
-    let threshold = text.parse().ok().filter(|threshold: &f64| threshold.is_finite() && *threshold > 0.0);
-    threshold.ok_or_else(|| EffectSpecError::Threshold(text.to_owned()))
 }
 
 #[cfg(test)]

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
+use sonel::ledger::{balances_json, fates_json};
 use sonel_acoustics::Material;
 use sonel_analysis::survey::Deposit;
-use sonel_console::ledger::{balances_json, fates_json};
 use sonel_map::{Fate, MapHeader, hexadecimal};
 use sonel_scene::{Region, Scene};
 

@@ -1,98 +1,92 @@
-//! `--until`: adds sonels until the targets are met.
+//! `until`: adds sonels until the targets are met.
 
-use std::io::Write;
-
-use serde_json::{Value, json};
-use sonel_console::clock::CpuClock;
-use sonel_console::output::Output;
-use sonel_console::plan::{Comparison, overrun, reached, verdict, verdict_json};
-use sonel_console::progress::ProgressSink;
-use sonel_console::{Outcome, Stopwatch};
+use serde_json::json;
 use sonel_map::{MapHeader, Settings, SonelMap};
 use sonel_renderer::RenderSettings;
 use sonel_study::forecast::Effort;
 use sonel_study::pilot::{Pilot, SHARE_OF_TIME};
-use sonel_study::pipeline::{Rendered, render_and_read};
+use sonel_study::pipeline::{MapStore, Rendered, render_and_read};
 use sonel_study::plan::{LEAST_PER_BATCH, Names};
 use sonel_study::spread::{Reading, readings};
 use sonel_study::target::Targets;
 use sonel_study::until::{MARGIN, Verdict, WORTH_WHILE};
 
-use crate::planning::Planner;
-use crate::{Traced, trace};
+use crate::Result;
+use crate::observer::Watch;
+use crate::plan::{Comparison, overrun, reached, verdict, verdict_json};
+use crate::trace::planner::Planner;
+use crate::trace::{Finished, trace};
 
-/// Segments of a run at the most, unless --sonels says how many: a map of about 4 GB.
+/// Segments of a run at the most, unless `sonels` says how many: a map of about 4 GB.
 const MOST_SEGMENTS: f64 = 2.7e8;
 
 /// The part of the time left that a first look is planned for: prices are predictions.
 const RESERVE: f64 = 0.85;
 
 /// What a run goes on for, and how far.
-pub struct Goal<'a> {
+pub(super) struct Goal<'a> {
     /// How certain the parameters shall be.
     pub targets: &'a Targets,
     /// Emissions at the most, where somebody says so.
     pub sonels: Option<u64>,
     /// Seconds by the clock, where somebody says so.
     pub seconds: Option<f64>,
-    /// Runs since the program began.
-    pub watch: &'a Stopwatch,
-    /// Where the progress is shown.
-    pub progress: ProgressSink<'a>,
-    /// Begins an output.
-    pub create: &'a dyn Fn() -> anyhow::Result<Output>,
+    /// Who follows.
+    pub watch: Watch<'a>,
 }
 
-/// Traces and looks, until the targets are kept or a bound is met, and says how far it came.
-pub fn until(
+/// Traces into `store` and looks, until the targets are kept or a bound is met, and says how far it came.
+pub(super) fn until(
     planner: &Planner<'_>,
     header: &MapHeader,
-    mut beginning: Option<SonelMap>,
+    beginning: Option<&SonelMap>,
     goal: &Goal<'_>,
-    log: &mut dyn Write,
-) -> anyhow::Result<(Traced, Value, Outcome)> {
+    store: &mut impl MapStore,
+) -> Result<Finished> {
     let Goal { targets, watch, .. } = *goal;
     let names = Names::of(&header.scene, &planner.evaluation_receivers);
-    let known = beginning.as_ref().map_or(1, |map| map.header().settings.emissions);
-    let Start { pilot, first, most } = start(planner, &header.settings, known, goal, log)?;
+    let known = beginning.map_or(1, |map| map.header().settings.emissions);
+    let Start { pilot, first, most } = start(planner, &header.settings, known, goal)?;
     let Effort { mut emissions, batches, .. } = first;
     let (mut looks, mut trace_seconds) = (0, 0.0);
-    let mut previous: Option<(Output, SonelMap)> = None;
+    let mut previous: Option<SonelMap> = None;
     let (traced, found, comparison, end) = loop {
         let (begin, cpu) = watch.seconds();
         let mut header = header.clone();
         header.settings.emissions = emissions;
-        let known = previous.as_ref().map(|(_, map)| map).or(beginning.as_ref());
-        let mut traced = trace(header, planner.room.geometry(), known, (goal.create)()?, goal.progress)?;
+        let known = previous.as_ref().or(beginning);
+        let traced = trace(header, planner.room.geometry(), known, store, watch)?;
         trace_seconds += watch.seconds().1 - cpu;
-        beginning = None;
         drop(previous);
-        let map = SonelMap::open(traced.output.file()?)?;
-        let (found, figures, rendered) = look(planner, &map, targets)?;
+        let (found, figures, rendered) = look(planner, &traced.map, targets, watch)?;
         looks += 1;
-        writeln!(log, "{emissions} sonels: {}", verdict(&names, &found, targets))?;
+        watch.info(&format!("{emissions} sonels: {}", verdict(&names, &found, targets)));
         let affordable = goal.seconds.map(|seconds| {
             affordable(seconds - watch.seconds().0, (watch.seconds().0 - begin) / emissions as f64)
         });
         let Some(next) = next_number(&found, emissions, most, affordable) else {
             let effort = Effort::of_trace(emissions, batches);
             let costs = (trace_seconds, &rendered);
-            let comparison = compared(&pilot, effort, &figures, costs, map.byte_length());
+            let comparison = compared(&pilot, effort, &figures, costs, traced.map.byte_length());
             let end = why_ended(&found, emissions, most);
             break (traced, found, comparison, end);
         };
-        (previous, emissions) = (Some((traced.output, map)), next);
+        (previous, emissions) = (Some(traced.map), next);
     };
-    writeln!(log, "{} with {emissions} sonels{end}: {targets}\n{}", reached(&found), comparison.line())?;
+    watch.info(&format!(
+        "{} with {emissions} sonels{end}: {targets}\n{}",
+        reached(&found),
+        comparison.line()
+    ));
     if let Some(overrun) = overrun(goal.seconds, watch.seconds().0) {
-        writeln!(log, "{overrun}")?;
+        watch.info(&overrun);
     }
     let mut told = comparison.json();
     told["until"] = verdict_json(&names, &found, targets);
     told["until"]["sonels"] = json!(emissions);
     told["until"]["rays"] = json!(Effort::of_trace(emissions, batches).rays);
     told["until"]["looks"] = json!(looks);
-    Ok((traced, told, if found.is_reached() { Outcome::Done } else { Outcome::Missed }))
+    Ok(Finished { traced, told, is_reached: found.is_reached() })
 }
 
 /// Where a run begins.
@@ -105,30 +99,23 @@ struct Start {
 }
 
 /// Runs the pilot and chooses the first number of emissions, at least those `known`.
-fn start(
-    planner: &Planner<'_>,
-    settings: &Settings,
-    known: u64,
-    goal: &Goal<'_>,
-    log: &mut dyn Write,
-) -> anyhow::Result<Start> {
+fn start(planner: &Planner<'_>, settings: &Settings, known: u64, goal: &Goal<'_>) -> Result<Start> {
     let Goal { targets, watch, .. } = *goal;
     let before_pilot = watch.seconds();
     let left = goal.seconds.map(|seconds| SHARE_OF_TIME * (seconds - before_pilot.0).max(0.0));
-    let pilot = planner.pilot(&targets.parameters(), left)?;
+    let pilot = planner.pilot(&targets.parameters(), left, watch)?;
     let after_pilot = watch.seconds();
     // How many processors work for us: CPU seconds of the pilot per second by the clock.
     let processors = (after_pilot.1 - before_pilot.1) / (after_pilot.0 - before_pilot.0).max(1e-3);
     let batches = settings.batches;
     let need = pilot.need(targets, batches).effort;
     let most = goal.sonels.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
-    writeln!(
-        log,
+    watch.info(&format!(
         "{targets}: about {} sonels needed (pilot of {} sonels, {:.2} s)",
         need.emissions,
         pilot.emissions,
         after_pilot.0 - before_pilot.0
-    )?;
+    ));
     let wanted = (need.emissions as f64 * MARGIN) as u64;
     let affordable = first_look(&pilot, Effort::of_trace(wanted, batches), goal, processors);
     let emissions = affordable.max(LEAST_PER_BATCH * u64::from(batches)).min(most).max(known);
@@ -165,9 +152,9 @@ fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: Option<
 /// What ended a run that time or number did not allow to go on, in brackets.
 fn why_ended(verdict: &Verdict, emissions: u64, most: u64) -> &'static str {
     if next_number(verdict, emissions, most, None).is_some() {
-        " (time limit of --at-most)"
+        " (time limit of `at_most`)"
     } else if next_number(verdict, emissions, u64::MAX, None).is_some() {
-        " (largest number, see --sonels)"
+        " (largest number, see `sonels`)"
     } else {
         ""
     }
@@ -178,24 +165,30 @@ fn look(
     planner: &Planner<'_>,
     map: &SonelMap,
     targets: &Targets,
-) -> anyhow::Result<(Verdict, Vec<Reading>, Rendered)> {
+    watch: Watch<'_>,
+) -> Result<(Verdict, Vec<Reading>, Rendered)> {
     let settings = RenderSettings::default();
-    let rendered =
-        render_and_read(map, planner.room.geometry(), &planner.evaluation_receivers, &settings, &CpuClock)?;
+    let rendered = render_and_read(
+        map,
+        planner.room.geometry(),
+        &planner.evaluation_receivers,
+        &settings,
+        watch.clock(),
+    )?;
     let found = readings(&rendered.parameters, &targets.parameters());
     Ok((Verdict::new(&found, targets), found, rendered))
 }
 
-/// Looks at a finished run that was planned.
-pub fn compare_planned(
+/// Looks at a finished run that was planned; `seconds` are what the trace took of the processor.
+pub(super) fn compare_planned(
     planner: &Planner<'_>,
     pilot: &Pilot,
-    traced: &mut Traced,
+    map: &SonelMap,
     seconds: f64,
-) -> anyhow::Result<Comparison> {
-    let map = SonelMap::open(traced.output.file()?)?;
-    let (_, found, rendered) = look(planner, &map, &Targets::just_noticeable(1.0))?;
-    let settings = traced.header.settings;
+    watch: Watch<'_>,
+) -> Result<Comparison> {
+    let (_, found, rendered) = look(planner, map, &Targets::just_noticeable(1.0), watch)?;
+    let settings = map.header().settings;
     let effort = Effort::of_trace(settings.emissions, settings.batches);
     Ok(compared(pilot, effort, &found, (seconds, &rendered), map.byte_length()))
 }

@@ -70,16 +70,14 @@ pub fn map_table(plan: &Plan, label: &str) -> String {
 }
 
 /// What makes a map longer.
-#[must_use]
-pub fn extension(label: &str, sonels: u64) -> String {
+pub(crate) fn extension(label: &str, sonels: u64) -> String {
     format!("sonel-trace SCENE.toml -o {label} --extend {label} --sonels {sonels}")
 }
 
-/// What to say where more seconds were `spent` than --at-most allows.
-#[must_use]
-pub fn overrun(at_most: Option<f64>, spent: f64) -> Option<String> {
+/// What to say where more seconds were `spent` than `at_most` allows.
+pub(crate) fn overrun(at_most: Option<f64>, spent: f64) -> Option<String> {
     let at_most = at_most.filter(|seconds| spent > *seconds)?;
-    Some(format!("--at-most {at_most} s is exceeded by {:.1} s", spent - at_most))
+    Some(format!("`at_most` {at_most} s is exceeded by {:.1} s", spent - at_most))
 }
 
 /// Why no run takes what a row asks for.
@@ -193,8 +191,7 @@ pub fn json(plan: &Plan) -> Value {
 }
 
 /// What a look at the parameters found of `targets`, in a line: in the units of the targets.
-#[must_use]
-pub fn verdict(names: &Names, verdict: &Verdict, targets: &Targets) -> String {
+pub(crate) fn verdict(names: &Names, verdict: &Verdict, targets: &Targets) -> String {
     let of_worst = |worst: Worst| {
         let (limit, unit) = targets.written(worst.place.parameter)?;
         let (excess, name) = (worst.excess(), names.parameter(worst.place));
@@ -212,14 +209,12 @@ pub fn verdict(names: &Names, verdict: &Verdict, targets: &Targets) -> String {
 }
 
 /// Whether `targets` were reached, in a word.
-#[must_use]
-pub fn reached(verdict: &Verdict) -> &'static str {
+pub(crate) fn reached(verdict: &Verdict) -> &'static str {
     if verdict.is_reached() { "reached" } else { "NOT reached" }
 }
 
 /// What the last look at the parameters found of `targets`, as JSON.
-#[must_use]
-pub fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) -> Value {
+pub(crate) fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) -> Value {
     json!({
         "reached": verdict.is_reached(),
         "worst": verdict.worst.map(|worst| {

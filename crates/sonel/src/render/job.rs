@@ -1,39 +1,40 @@
-//! Writes the response file and its report.
+//! A rendering and its provenance.
 
 use std::f64::consts::LOG10_E;
+use std::sync::{Arc, LazyLock};
 
-use anyhow::Context;
 use serde_json::{Value, json};
 use sonel_acoustics::{Directivity, Material, energy_to_level_db};
-use sonel_console::Stopwatch;
-use sonel_console::progress::{Progress, ProgressSink};
 use sonel_echogram::Response;
 use sonel_geometry::Geometry;
 use sonel_map::{SonelMap, hexadecimal};
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
 use sonel_study::response;
 
-/// Steps of the progress bar.
-const PROGRESS_STEPS: u64 = 1000;
+use crate::Result;
+use crate::error::At;
+use crate::observer::Watch;
+use crate::version::version;
+
+/// Version of the renderer, as responses state it.
+pub static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVISION));
 
 /// What is rendered, and where.
-pub struct Job<'a> {
+pub(super) struct Job<'a> {
     /// The map.
     pub map: &'a SonelMap,
     /// Its walls.
-    pub geometry: &'a Geometry,
+    pub geometry: &'a Arc<Geometry>,
     /// What names the map in messages.
     pub label: &'a str,
     /// Where.
     pub receivers: &'a [ReceiverPoint],
-    /// Runs since the program began.
-    pub watch: &'a Stopwatch,
-    /// Who follows the progress.
-    pub progress: ProgressSink<'a>,
+    /// Who follows.
+    pub watch: Watch<'a>,
 }
 
 /// What was rendered, and how.
-pub struct Run<'a> {
+pub(super) struct Run<'a> {
     /// From which map.
     pub map: &'a SonelMap,
     /// By whom.
@@ -44,7 +45,7 @@ pub struct Run<'a> {
     pub renderings: Vec<Rendering>,
     /// The response.
     pub response: Response,
-    /// (wall, CPU) seconds since the program began when rendering itself began.
+    /// (wall, CPU) seconds by the observer's clock when rendering itself began.
     pub opened: (f64, f64),
     /// CPU seconds of checking the map and rendering.
     pub seconds: f64,
@@ -52,17 +53,17 @@ pub struct Run<'a> {
 
 impl<'a> Job<'a> {
     /// Renders with `settings`.
-    pub fn render(&self, settings: RenderSettings) -> anyhow::Result<Run<'a>> {
-        let Self { map, geometry, label, receivers, watch, progress } = *self;
+    pub(super) fn render(&self, settings: RenderSettings) -> Result<Run<'a>> {
+        const STEP: &str = "rendering";
+        let Self { map, geometry, label, receivers, watch } = *self;
         let begin = watch.seconds().1;
-        let renderer = Renderer::new(map, geometry, settings.clone()).with_context(|| label.to_owned())?;
+        let renderer = Renderer::new(map, geometry, settings.clone()).at(|| label.to_owned())?;
         let opened = watch.seconds();
-        let steps = PROGRESS_STEPS * map.header().scene.sources.len() as u64;
-        let progress = Progress::begin("rendering", steps, progress);
+        let sources = map.header().scene.sources.len() as f64;
         let renderings = response::render(map, &renderer, receivers, &mut |source, share| {
-            progress.reach(source as u64 * PROGRESS_STEPS + (share * PROGRESS_STEPS as f64) as u64);
+            watch.progress(STEP, (source as f64 + share) / sources);
         })?;
-        progress.end();
+        watch.progress(STEP, 1.0);
         let seconds = watch.seconds().1 - begin;
         let response = response::assemble(map, &renderer, receivers, &renderings);
         let run = Run { map, renderer, settings, renderings, response, opened, seconds };
@@ -77,7 +78,7 @@ impl Run<'_> {
         let header = self.map.header();
         let mut metadata = json!({
             "tool": "sonel-render",
-            "tool_version": *crate::VERSION,
+            "tool_version": *VERSION,
             "scene": header.scene.name,
             "scene_digest": hexadecimal(&header.scene.digest),
             "mesh_digest": hexadecimal(&header.scene.mesh_digest),
@@ -153,7 +154,7 @@ impl Run<'_> {
         let edges: Vec<Value> = rendering
             .edge_work
             .iter()
-            .map(|work| json!({ "computed": work.computed, "dropped_db": 10.0 * LOG10_E * work.dropped.ln_1p() }))
+            .map(|work| json!({ "computed": work.computed, "dropped_db": 10.0 * LOG10_E * libm::log1p(work.dropped) }))
             .collect();
         json!({
             "mirror_order": rendering.mirror_order,
@@ -162,19 +163,6 @@ impl Run<'_> {
             "edges": edges,
             "classes": classes,
         })
-    }
-
-    /// What `--json` prints, with what else is `told`.
-    pub fn report(&self, total: (f64, f64), told: &Value) -> Value {
-        let mut report = self.response.metadata.clone();
-        report["timings"] = json!({
-            "open_wall_s": self.opened.0,
-            "open_cpu_s": self.opened.1,
-            "wall_s": total.0,
-            "cpu_s": total.1,
-        });
-        crate::extend(&mut report, told);
-        report
     }
 }
 

@@ -10,7 +10,7 @@ use sonel_scene::Scene;
 
 /// A call of `sonel-trace` with the settings of `header`, for its variants and for its materials where they are others than the map was
 /// `drawn_with`. The map of this `label` is replaced; the scene file is not known. `geometry` is that of the scene.
-pub fn command(
+pub(super) fn command(
     header: &MapHeader,
     drawn_with: Option<&[Material]>,
     geometry: &Geometry,

@@ -1,7 +1,7 @@
 //! Plans of a rendering: a pilot predicts the rays required.
 
-use sonel_console::clock::CpuClock;
-use sonel_console::plan::Comparison;
+use std::sync::Arc;
+
 use sonel_renderer::RenderSettings;
 use sonel_study::evaluation_receivers::some_of;
 use sonel_study::forecast::Effort;
@@ -10,19 +10,22 @@ use sonel_study::pipeline::Room;
 use sonel_study::plan::Plan;
 use sonel_study::spread::{PLANNED, readings};
 
-use crate::assemble::{Job, Run};
+use crate::Result;
+use crate::plan::Comparison;
+use crate::render::job::{Job, Run};
 
 /// The sonels and batches of the map, rendered with the rays of `settings`.
-pub fn effort(job: &Job<'_>, settings: &RenderSettings) -> Effort {
+pub(super) fn effort(job: &Job<'_>, settings: &RenderSettings) -> Effort {
     let traced = job.map.header().settings;
     Effort { emissions: traced.emissions, rays: settings.rays(traced.emissions), batches: traced.batches }
 }
 
 /// The plan for rendering the map with `settings`: its scene is traced again, shortly and with other random numbers, and evaluated at the
 /// receivers or, of very many, some of them. Where all may take so many seconds, the pilot takes a part of them.
-pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> anyhow::Result<Plan> {
+pub(super) fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> Result<Plan> {
     let header = job.map.header();
-    let room = Room::within(&header.scene, header.scene.geometry()?, header.effects.clone());
+    let geometry = Arc::clone(job.geometry);
+    let room = Room::within(&header.scene, geometry, header.effects.clone());
     let evaluation_receivers = some_of(job.receivers.to_vec());
     let config = PilotConfig {
         room: &room,
@@ -33,13 +36,13 @@ pub fn plan(job: &Job<'_>, settings: &RenderSettings, at_most: Option<f64>) -> a
         parameters: &PLANNED,
         seconds: at_most.map(|seconds| SHARE_OF_TIME * seconds),
     };
-    let pilot = pilot::run(&config, &CpuClock)?;
+    let pilot = pilot::run(&config, job.watch.clock())?;
     let map = effort(job, settings);
     Ok(Plan::of_map(pilot, &header.scene, &evaluation_receivers, job.receivers.len(), map, settings.bin))
 }
 
 /// What `plan` said of `run` and what came of it; `opened` are the CPU seconds of opening the map.
-pub fn compare(plan: &Plan, job: &Job<'_>, run: &Run<'_>, opened: f64) -> Comparison {
+pub(super) fn compare(plan: &Plan, job: &Job<'_>, run: &Run<'_>, opened: f64) -> Comparison {
     let found = readings(&sonel_analysis::parameters(&run.response), &PLANNED);
     Comparison {
         render: Some(opened + run.seconds),

@@ -1,4 +1,4 @@
-//! Temporary map files of studies.
+//! Maps in temporary files.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -7,17 +7,17 @@ use std::path::PathBuf;
 use sonel_map::{MapError, SonelMap};
 use sonel_study::pipeline::MapStore;
 
-/// Keeps each map in a file without name in a folder, so that it may be larger than memory; the file is gone with the map.
-#[derive(Debug, Clone)]
+/// Keeps each map in a file without name, so that it may be larger than memory; the file is gone with the map.
+#[derive(Debug, Clone, Default)]
 pub struct TemporaryMaps {
-    folder: PathBuf,
+    folder: Option<PathBuf>,
 }
 
 impl TemporaryMaps {
-    /// In `folder`.
+    /// Keeps maps in `folder` instead of that of the system.
     #[must_use]
     pub fn new(folder: PathBuf) -> Self {
-        Self { folder }
+        Self { folder: Some(folder) }
     }
 }
 
@@ -25,7 +25,8 @@ impl MapStore for TemporaryMaps {
     type Writer = BufWriter<File>;
 
     fn begin(&mut self) -> std::io::Result<Self::Writer> {
-        Ok(BufWriter::with_capacity(1 << 20, tempfile::tempfile_in(&self.folder)?))
+        let file = self.folder.as_ref().map_or_else(tempfile::tempfile, tempfile::tempfile_in)?;
+        Ok(BufWriter::with_capacity(1 << 20, file))
     }
 
     fn open(&mut self, mut written: Self::Writer) -> Result<SonelMap, MapError> {

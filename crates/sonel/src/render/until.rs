@@ -1,9 +1,6 @@
-//! `--until`: adds rays until the targets are met, else states the rays or sonels required.
-
-use std::io::Write;
+//! `until`: adds rays until the targets are met, else states the rays or sonels required.
 
 use serde_json::{Value, json};
-use sonel_console::plan::{extension, overrun, reached, verdict, verdict_json};
 use sonel_renderer::{MOST_RAYS, RenderSettings};
 use sonel_study::pilot::Pilot;
 use sonel_study::plan::Names;
@@ -12,14 +9,16 @@ use sonel_study::spread::readings;
 use sonel_study::target::Targets;
 use sonel_study::until::{Verdict, WORTH_WHILE, grown};
 
-use crate::assemble::{Job, Run};
-use crate::planning::effort;
+use crate::Result;
+use crate::plan::{extension, overrun, reached, verdict, verdict_json};
+use crate::render::job::{Job, Run};
+use crate::render::planning::effort;
 
 /// The second look has so many times the rays of the first: enough to tell what they bring.
 const SECOND_LOOK: u32 = 2;
 
 /// What a rendering goes on for, and how far.
-pub struct Goal<'a> {
+pub(super) struct Goal<'a> {
     /// How certain the parameters shall be.
     pub targets: &'a Targets,
     /// Rays at the most, where somebody says so.
@@ -29,7 +28,7 @@ pub struct Goal<'a> {
 }
 
 /// A rendering whose parameters were looked at.
-pub struct Finished<'a> {
+pub(super) struct Finished<'a> {
     /// The last one.
     pub run: Run<'a>,
     /// What was found of the targets.
@@ -40,12 +39,8 @@ pub struct Finished<'a> {
 
 /// Renders and looks, until the targets are kept, a bound is met, or more rays cannot help. The looks are their own pilot: where the
 /// first is not enough, a second with more rays tells what rays bring.
-pub fn until<'a>(
-    job: &Job<'a>,
-    settings: &RenderSettings,
-    goal: &Goal<'_>,
-    log: &mut dyn Write,
-) -> anyhow::Result<Finished<'a>> {
+pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_>) -> Result<Finished<'a>> {
+    let watch = job.watch;
     let header = job.map.header();
     let (parameters, names) = (goal.targets.parameters(), Names::of(&header.scene, job.receivers));
     let most = goal.rays.unwrap_or(MOST_RAYS);
@@ -59,7 +54,7 @@ pub fn until<'a>(
         let look = Look { rays, parameters: sonel_analysis::parameters(&run.response) };
         looks += 1;
         let found = Verdict::new(&readings(&look.parameters, &parameters), goal.targets);
-        writeln!(log, "{rays} rays: {}", verdict(&names, &found, goal.targets))?;
+        watch.info(&format!("{rays} rays: {}", verdict(&names, &found, goal.targets)));
         let forecast = if found.is_inside() {
             RayForecast::Inside
         } else if before.is_none() && run.renderer.casts_rays(job.receivers) {
@@ -81,11 +76,11 @@ pub fn until<'a>(
                 told["rays_wanted"] = json!(forecast.rays_wanted());
                 told["sonels_wanted"] = json!(forecast.sonels_wanted());
                 let has_time = forecast.next(rays, most).is_none();
-                let end = if has_time { "" } else { " (time limit of --at-most)" };
-                writeln!(log, "{} with {rays} rays{end}: {}", reached(&found), goal.targets)?;
+                let end = if has_time { "" } else { " (time limit of `at_most`)" };
+                watch.info(&format!("{} with {rays} rays{end}: {}", reached(&found), goal.targets));
                 for sentence in [forecast.advice(job.label), overrun(goal.seconds, now)].into_iter().flatten()
                 {
-                    writeln!(log, "{sentence}")?;
+                    watch.info(&sentence);
                 }
                 return Ok(Finished { run, verdict: found, told: json!({ "until": told }) });
             }

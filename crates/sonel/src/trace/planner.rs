@@ -1,15 +1,16 @@
 //! Plans of a trace: a pilot predicts the sonels required.
 
-use anyhow::bail;
 use sonel_analysis::Parameter;
-use sonel_console::clock::CpuClock;
-use sonel_console::feasible::Demand;
 use sonel_map::{Settings, ShardRange};
 use sonel_renderer::{ReceiverPoint, RenderSettings};
 use sonel_study::evaluation_receivers::evaluation_receivers;
 use sonel_study::pilot::{self, Pilot, PilotConfig};
-use sonel_study::pipeline::{Clock, PipelineError, Room};
+use sonel_study::pipeline::Room;
 use sonel_study::spread::PLANNED;
+
+use crate::feasible::Demand;
+use crate::observer::Watch;
+use crate::{Error, Result};
 
 /// Fewer emissions than this are feasible in any scene.
 const SURELY_FEASIBLE: f64 = 1e7;
@@ -19,9 +20,9 @@ const VERTEX_BYTES: f64 = 16.0;
 const CHUNKS_IN_MEMORY: f64 = 64.0 * 512.0;
 
 /// Estimates the accuracy of runs at evaluation receivers.
-pub struct Planner<'a> {
+pub(crate) struct Planner<'a> {
     /// The room.
-    pub room: &'a Room<'a>,
+    pub room: Room<'a>,
     /// Settings of the run.
     pub settings: Settings,
     /// Where accuracy is read.
@@ -30,18 +31,19 @@ pub struct Planner<'a> {
 
 impl<'a> Planner<'a> {
     /// A planner for a run with `settings`.
-    pub fn new(room: &'a Room<'a>, settings: Settings) -> Self {
-        Self { room, settings, evaluation_receivers: evaluation_receivers(room.scene(), room.geometry()) }
+    pub fn new(room: Room<'a>, settings: Settings) -> Self {
+        let evaluation_receivers = evaluation_receivers(room.scene(), room.geometry());
+        Self { room, settings, evaluation_receivers }
     }
 
     /// Runs a pilot that looks at `parameters`, in so many CPU `seconds` where they are limited.
-    pub fn pilot(&self, parameters: &[Parameter], seconds: Option<f64>) -> Result<Pilot, PipelineError> {
-        pilot::run(&self.config(parameters, seconds), &CpuClock)
+    pub fn pilot(&self, parameters: &[Parameter], seconds: Option<f64>, watch: Watch<'_>) -> Result<Pilot> {
+        Ok(pilot::run(&self.config(parameters, seconds), watch.clock())?)
     }
 
     fn config<'b>(&'b self, parameters: &'b [Parameter], seconds: Option<f64>) -> PilotConfig<'b> {
         PilotConfig {
-            room: self.room,
+            room: &self.room,
             trace: self.settings,
             render: RenderSettings::default(),
             is_traced: false,
@@ -55,23 +57,23 @@ impl<'a> Planner<'a> {
     ///
     /// # Errors
     /// What it takes and what is allowed.
-    pub fn check_feasible(&self, shard: ShardRange) -> anyhow::Result<()> {
+    pub fn check_feasible(&self, shard: ShardRange, watch: Watch<'_>) -> Result<()> {
         let emissions = self.settings.emissions as f64 / f64::from(shard.count);
         if emissions < SURELY_FEASIBLE {
             return Ok(());
         }
         let sources = self.room.scene().sources.len() as f64;
-        let begin = CpuClock.process();
+        let begin = watch.clock().process();
         let segments = pilot::segments(&self.config(&PLANNED, None))?;
-        let each = (CpuClock.process() - begin) / pilot::FEW as f64;
+        let each = (watch.clock().process() - begin) / pilot::FEW as f64;
         let map_bytes = VERTEX_BYTES * segments * sources * emissions;
         let memory_bytes = VERTEX_BYTES * segments * CHUNKS_IN_MEMORY;
         let demand = Demand { cpu_seconds: each * emissions, map_bytes, memory_bytes };
         if let Some(excess) = demand.excess() {
-            bail!(
-                "--sonels {} is not feasible: {excess}. The whole run needs about: {demand}. Give fewer sonels, or use --plan",
+            return Err(Error::Options(vec![format!(
+                "`sonels` {} is not feasible: {excess}. The whole run needs about: {demand}. Give fewer sonels, or use `plan`",
                 self.settings.emissions
-            );
+            )]));
         }
         Ok(())
     }

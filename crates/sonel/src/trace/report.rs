@@ -1,50 +1,59 @@
 //! Report of a run as text and JSON.
 
-use std::path::Path;
-
 use serde_json::{Value, json};
-use sonel_console::ledger::{balances_json, fates_json};
-use sonel_map::{EffectState, Fate, Ledger, MapHeader};
+use sonel_map::{EffectState, Fate, MapHeader};
 use sonel_study::effects::{Bound, Decision, Skip};
 
-/// A finished run.
-pub struct Run<'a> {
-    /// Provenance.
-    pub header: &'a MapHeader,
-    /// Why its effects are as they are, where they were decided now.
-    pub decisions: &'a [Decision],
-    /// Its ledger.
-    pub ledger: &'a Ledger,
-    /// Vertices stored.
-    pub stored: u64,
-    /// (wall, CPU) seconds.
-    pub seconds: (f64, f64),
-}
+use crate::ledger::{balances_json, fates_json};
+use crate::trace::Traced;
 
-/// A few lines for the log.
-pub fn summary(run: &Run<'_>, output: &Path) -> String {
-    let fates = Fate::ALL.iter().map(|&fate| (fate.name(), run.ledger.fates.count(fate)));
-    let fates: Vec<String> =
-        fates.filter(|(_, count)| *count > 0).map(|(name, count)| format!("{count} {name}")).collect();
-    format!(
-        "{}: {} packets in {} segments, {} vertices stored; {}\n\
-         energy ledger: largest relative residual {:.1e}\neffects:\n{}\n\
-         {:.2} s ({:.2} CPU seconds); written to {}",
-        run.header.scene.name,
-        run.ledger.fates.total(),
-        run.ledger.segments,
-        run.stored,
-        fates.join(", "),
-        run.ledger.worst_residual(),
-        effects(run.header),
-        run.seconds.0,
-        run.seconds.1,
-        output.display()
-    )
+impl Traced {
+    /// What the run was and what became of the packets, in a few lines.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let (header, fates) = (self.header(), &self.ledger.fates);
+        let counts = Fate::ALL.iter().map(|&fate| (fate.name(), fates.count(fate)));
+        let counts: Vec<String> =
+            counts.filter(|(_, count)| *count > 0).map(|(name, count)| format!("{count} {name}")).collect();
+        format!(
+            "{}: {} packets in {} segments, {} vertices stored; {}\n\
+             energy ledger: largest relative residual {:.1e}\neffects:\n{}\n\
+             {:.2} s ({:.2} CPU seconds)",
+            header.scene.name,
+            fates.total(),
+            self.ledger.segments,
+            self.map.sonels().vertex_count(),
+            counts.join(", "),
+            self.ledger.worst_residual(),
+            effects(header),
+            self.seconds.0,
+            self.seconds.1,
+        )
+    }
+
+    /// The report of docs/interface.md. Energies are per source: with S sources every band emits 1 on average over them.
+    #[must_use]
+    pub fn report(&self) -> Value {
+        let scene = &self.header().scene;
+        let mut report = json!({
+            "emitted": self.ledger.fates.total(),
+            "stored": self.map.sonels().vertex_count(),
+            "segments": self.ledger.segments,
+            "wall_s": self.seconds.0,
+            "cpu_s": self.seconds.1,
+            "fates": fates_json(&self.ledger.fates),
+            "ledger": balances_json(&self.ledger, scene.bands.nominal(), scene.sources.len()),
+            "effects": effects_json(self.header(), &self.decisions),
+        });
+        for (key, value) in self.told.as_object().into_iter().flatten() {
+            report[key] = value.clone();
+        }
+        report
+    }
 }
 
 /// A line for each effect: whether it is on, and why.
-pub fn effects(header: &MapHeader) -> String {
+fn effects(header: &MapHeader) -> String {
     let lines: Vec<String> = header
         .effects
         .iter()
@@ -60,9 +69,17 @@ pub fn effects(header: &MapHeader) -> String {
     lines.join("\n")
 }
 
+/// What was decided about effects, and why, in lines.
+pub(super) fn effects_in_words(header: &MapHeader, decisions: &[Decision]) -> String {
+    if decisions.is_empty() {
+        return effects(header);
+    }
+    weighed(header, decisions, &sonel_study::effects::skips(&header.scene, header.settings.spectral))
+}
+
 /// A line for each effect with what leaving it out would change, band by band where it differs, and what it costs; then a line for
 /// each thing that the scene lets the stages skip.
-pub fn weighed(header: &MapHeader, decisions: &[Decision], skips: &[Skip]) -> String {
+fn weighed(header: &MapHeader, decisions: &[Decision], skips: &[Skip]) -> String {
     let nominal = header.scene.bands.nominal();
     let of_effects = decisions.iter().map(|decision| {
         let bound = decision.bound.as_ref().map_or(String::new(), in_words);
@@ -103,28 +120,8 @@ fn state(on: &[bool], nominal: &[f64]) -> String {
     }
 }
 
-/// The report of docs/interface.md, with what else is `told`. Energies are per source: with S sources every band emits 1 on
-/// average over them.
-pub fn json(run: &Run<'_>, told: &Value) -> Value {
-    let scene = &run.header.scene;
-    let mut report = json!({
-        "emitted": run.ledger.fates.total(),
-        "stored": run.stored,
-        "segments": run.ledger.segments,
-        "wall_s": run.seconds.0,
-        "cpu_s": run.seconds.1,
-        "fates": fates_json(&run.ledger.fates),
-        "ledger": balances_json(run.ledger, scene.bands.nominal(), scene.sources.len()),
-        "effects": effects_json(run.header, run.decisions),
-    });
-    for (key, value) in told.as_object().into_iter().flatten() {
-        report[key] = value.clone();
-    }
-    report
-}
-
 /// The effects as JSON, with their bounds where they were decided now.
-pub fn effects_json(header: &MapHeader, decisions: &[Decision]) -> Vec<Value> {
+pub(super) fn effects_json(header: &MapHeader, decisions: &[Decision]) -> Vec<Value> {
     if decisions.is_empty() {
         header.effects.iter().map(effect).collect()
     } else {

@@ -1,0 +1,193 @@
+//! The error of this crate.
+
+use std::io;
+
+use sonel_echogram::ResponseError;
+use sonel_geometry::GeometryError;
+use sonel_map::MapError;
+use sonel_renderer::RenderError;
+use sonel_scene::SceneErrors;
+use sonel_sound::SoundError;
+use sonel_study::pipeline::PipelineError;
+use sonel_tracer::TraceError;
+use thiserror::Error;
+
+/// Why something could not be done. The text states what is wrong, where, and what to do; several problems are a line each.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Options out of range, or that contradict one another: a sentence each. An option is called by its field, in backticks.
+    #[error("{}", .0.join("\nerror: "))]
+    Options(Vec<String>),
+    /// A map, scene or room that does not allow what is asked for: a sentence each.
+    #[error("{}", .0.join("\nerror: "))]
+    Refused(Vec<String>),
+    /// Everything wrong with a scene.
+    #[error(transparent)]
+    Scene(SceneErrors),
+    /// The walls cannot be used.
+    #[error(transparent)]
+    Geometry(GeometryError),
+    /// A map is damaged or of another version.
+    #[error(transparent)]
+    Map(MapError),
+    /// The map cannot be written.
+    #[error("cannot write the map: {0}")]
+    Write(MapError),
+    /// The trace failed, as in a room that leaks.
+    #[error(transparent)]
+    Trace(TraceError<MapError>),
+    /// A receiver is impossible, or a setting out of range.
+    #[error(transparent)]
+    Render(RenderError),
+    /// A response is damaged.
+    #[error(transparent)]
+    Response(ResponseError),
+    /// The response has no sound, or the head is damaged.
+    #[error(transparent)]
+    Sound(SoundError),
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(io::Error),
+    /// Neither receivers were given nor does the scene have any.
+    #[error("no receivers: give receivers or `grid`")]
+    NoReceivers,
+    /// An [`Observer`](crate::Observer) stopped the work.
+    #[error("stopped")]
+    Stopped,
+    /// An error at some place.
+    #[error("{place}: {cause}")]
+    At {
+        /// What was worked on, such as a file.
+        place: String,
+        /// What went wrong.
+        cause: Box<Error>,
+    },
+}
+
+/// What this crate returns.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// One thing that is not possible.
+    pub(crate) fn refused(sentence: impl Into<String>) -> Self {
+        Self::Refused(vec![sentence.into()])
+    }
+
+    /// Whether the system had no memory.
+    #[must_use]
+    pub fn is_out_of_memory(&self) -> bool {
+        match self {
+            Self::File(error) | Self::Map(MapError::Io(error)) => error.kind() == io::ErrorKind::OutOfMemory,
+            Self::At { cause, .. } => cause.is_out_of_memory(),
+            _ => false,
+        }
+    }
+}
+
+macro_rules! from {
+    ($($cause:ty => $variant:ident),*) => {
+        $(impl From<$cause> for Error {
+            fn from(cause: $cause) -> Self {
+                Self::$variant(cause)
+            }
+        })*
+    };
+}
+from!(SceneErrors => Scene, GeometryError => Geometry, MapError => Map, RenderError => Render,
+      ResponseError => Response, SoundError => Sound, io::Error => File);
+
+impl From<TraceError<MapError>> for Error {
+    fn from(error: TraceError<MapError>) -> Self {
+        match error {
+            TraceError::Sink(error) => Self::Write(error),
+            other => Self::Trace(other),
+        }
+    }
+}
+
+impl From<PipelineError> for Error {
+    fn from(error: PipelineError) -> Self {
+        match error {
+            PipelineError::Geometry(error) => error.into(),
+            PipelineError::Trace(error) => error.into(),
+            PipelineError::Map(error) => error.into(),
+            PipelineError::Render(error) => error.into(),
+        }
+    }
+}
+
+/// Says of an error where it happened.
+pub(crate) trait At<T> {
+    /// The error at `place`.
+    fn at(self, place: impl FnOnce() -> String) -> Result<T>;
+}
+
+impl<T, E: Into<Error>> At<T> for std::result::Result<T, E> {
+    fn at(self, place: impl FnOnce() -> String) -> Result<T> {
+        self.map_err(|error| Error::At { place: place(), cause: Box::new(error.into()) })
+    }
+}
+
+/// `text` with the options that it calls by their field, in backticks, as `spell` writes them.
+#[must_use]
+pub fn with_options_spelled(text: &str, spell: impl Fn(&str) -> String) -> String {
+    let parts = text.split('`').enumerate().map(|(index, part)| match index % 2 {
+        1 if OPTIONS.contains(&part) => (spell(part), true),
+        _ => (part.to_owned(), false),
+    });
+    let mut spelled = String::new();
+    let mut last_is_option = true;
+    for (part, is_option) in parts {
+        if !(is_option || last_is_option) {
+            spelled.push('`');
+        }
+        spelled += &part;
+        last_is_option = is_option;
+    }
+    spelled
+}
+
+/// Fields of [`TraceOptions`](crate::TraceOptions) and [`RenderOptions`](crate::RenderOptions) that messages name.
+const OPTIONS: [&str; 24] = [
+    "sonels",
+    "seed",
+    "batches",
+    "survival",
+    "mode",
+    "spectral",
+    "duration",
+    "shard",
+    "variants",
+    "extend",
+    "decision",
+    "effects",
+    "plan",
+    "until",
+    "at_most",
+    "set",
+    "materials",
+    "grid",
+    "bin",
+    "order",
+    "radius",
+    "rays",
+    "air",
+    "estimator",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_are_spelled_and_other_quotations_stay() {
+        let spell = |name: &str| format!("--{}", name.replace('_', "-"));
+        let text = "`at_most` needs `until`; no material `felty`: give `bin`";
+        assert_eq!(
+            with_options_spelled(text, spell),
+            "--at-most needs --until; no material `felty`: give --bin"
+        );
+        assert_eq!(with_options_spelled("a `b` c", spell), "a `b` c");
+    }
+}

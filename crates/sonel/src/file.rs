@@ -1,0 +1,56 @@
+//! Files: inputs are regular files, outputs appear when they are complete.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Write};
+use std::path::Path;
+
+use crate::{Error, Result};
+
+/// Opens a regular file: a pipe without a writer would block.
+///
+/// # Errors
+/// When it cannot be opened, or is a folder, a pipe, a device, or `-`.
+pub fn open(path: &Path) -> io::Result<File> {
+    if path.as_os_str() == "-" || !path.metadata()?.is_file() {
+        let message = "not a regular file: save its content to a file first";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    }
+    File::open(path)
+}
+
+/// The bytes of a regular file.
+///
+/// # Errors
+/// As [`open`], and when it cannot be read.
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open(path)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// The text of a regular file.
+///
+/// # Errors
+/// As [`read`], and when it is no UTF-8.
+pub fn read_to_string(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    open(path)?.read_to_string(&mut text)?;
+    Ok(text)
+}
+
+/// Writes `content` to a file beside `path` and puts it in its place.
+pub(crate) fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+    let failed = |error: Error| Error::At {
+        place: format!("cannot write {}; an older file there is untouched", path.display()),
+        cause: Box::new(error),
+    };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let written = || -> Result<()> {
+        let (file, place) = tempfile::NamedTempFile::new_in(folder)?.into_parts();
+        let mut out = BufWriter::new(file);
+        content(&mut out)?;
+        out.flush()?;
+        place.persist(path).map_err(|error| Error::File(error.error))
+    };
+    written().map_err(failed)
+}

@@ -1,0 +1,92 @@
+//! Room acoustics by sonel mapping: trace a scene once, render it at any receivers.
+//!
+//! sonel traces packets of sound energy from the sources of a room and stores their arrivals at surfaces (*sonels*) in a [`Map`]. From the
+//! map it renders echograms at any number of receivers: energies in octave or third-octave bands, and from them the parameters of ISO 3382-1,
+//! each with the interval that holds the true value with a probability of 95 %. The programs and the Python package call this crate.
+//!
+//! # The first hour
+//!
+//! 1. **A room to its reverberation time.** [`Scene::shoebox`] or [`Scene::load`] makes a scene; [`Scene::trace`] its map; [`Map::render`] a
+//!    [`Response`]; [`Response::parameters`] the parameters. `cargo run --release -p sonel --example 1-shoebox-to-t30`.
+//! 2. **One map, many receivers.** A [`Grid`] in [`RenderOptions`]: what is costly has been done. Example `2-map-reused-for-a-grid`.
+//! 3. **Other materials after the trace.** [`Change`] for another absorption of the same walls; [`Variants`] in [`TraceOptions`] where a
+//!    map shall carry materials that are far apart. Example `3-materials-after-the-trace`.
+//!
+//! ```no_run
+//! use sonel::{Material, Parameter, RenderOptions, Scene, Silent, TraceOptions};
+//!
+//! # fn main() -> sonel::Result<()> {
+//! let room = Scene::shoebox([10.0, 7.0, 3.0])
+//!     .material("walls", Material::new(0.2))
+//!     .source("stage", [2.0, 2.0, 1.5])
+//!     .receiver("seat", [7.0, 5.0, 1.2])
+//!     .build(&Silent)?;
+//! let map = room.trace(&TraceOptions::default(), &Silent)?.map;
+//! let rendered = map.render(&[], &RenderOptions::default(), &Silent)?;
+//! let (t30, half_width) = rendered.response.parameters().array(Parameter::T30)[4];
+//! println!("T30 at 1 kHz: {t30:.3} ± {half_width:.3} s");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # What to know
+//!
+//! - **Accuracy** is asked for in one of two ways: numbers ([`TraceOptions::sonels`], [`RenderOptions::rays`]), or [`Targets`] such as
+//!   `t30<1%,level<0.1dB` with `until`. [`Scene::plan`] predicts what accuracies cost.
+//! - **Effects** (air, transmission, directivity, …) are left out where that is inaudible; [`Effects`] decides otherwise.
+//! - **Results do not depend on threads or platform**: the same options give the same bytes.
+//! - **Long work** reports to an [`Observer`], which may stop it. [`Silent`] follows nothing. The crate prints nothing and reads no clock.
+//! - **Errors** are one type, [`Error`], and state all problems at once.
+//!
+//! The other crates of the workspace are the inside of this one; their types appear here where users meet them.
+
+#[doc(hidden)]
+pub mod checkup;
+mod coefficients;
+mod error;
+#[doc(hidden)]
+pub mod feasible;
+#[doc(hidden)]
+pub mod file;
+#[doc(hidden)]
+pub mod ledger;
+mod map;
+mod observer;
+#[doc(hidden)]
+pub mod plan;
+#[doc(hidden)]
+pub mod quantity;
+mod render;
+mod response;
+mod scene;
+mod store;
+mod trace;
+mod variants;
+#[doc(hidden)]
+pub mod version;
+
+pub use coefficients::{Coefficients, MaterialKey};
+pub use error::{Error, Result, with_options_spelled};
+pub use map::Map;
+pub use observer::{Observer, Severity, Silent};
+pub use render::{
+    Air, Axis, Change, ClassShare, Grid, GridCounts, PreparedRendering, RenderOptions, Rendered,
+    VERSION as RENDERER_VERSION,
+};
+pub use response::{Channels, Parameters, Response, Surroundings};
+pub use scene::{Material, Scene, SceneBuilder, check_file};
+pub use store::TemporaryMaps;
+pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
+pub use variants::{Alternatives, Variants};
+
+pub use sonel_acoustics::{AbsorptionLaw, BandWidth, Bands, Pattern};
+pub use sonel_analysis::{Parameter, ParameterValue};
+pub use sonel_map::{Mode, ShardRange, Spectral};
+pub use sonel_renderer::{Estimator, ReceiverPoint, Sensitivity};
+pub use sonel_scene::checkup::Checkup;
+pub use sonel_scene::{Document, PolygonMesh, Value};
+pub use sonel_sound::Head;
+pub use sonel_study::effects::{Effect, EffectSpec as Effects};
+pub use sonel_study::pipeline::{Clock, InMemory, MapStore};
+pub use sonel_study::plan::Plan;
+pub use sonel_study::target::Targets;

@@ -1,0 +1,103 @@
+//! Who follows long work: how far it is, what is to be said, whether to go on, and which clock it goes by.
+
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+use sonel_study::pipeline::{Clock, NoClock};
+
+use crate::{Error, Result};
+
+/// Follows long work. Every method has a default: [`Silent`] follows nothing and has no clock.
+///
+/// [`ControlFlow::Break`] stops the work, which then returns [`Error::Stopped`] and leaves no file.
+pub trait Observer: Sync {
+    /// Hears that `share`, 0 … 1, of a `step` is done: `reading`, `tracing` or `rendering`.
+    fn progress(&self, _step: &str, _share: f64) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    /// Hears a sentence, or several lines, that the work has to say.
+    fn message(&self, _severity: Severity, _text: &str) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    /// The clock of the work: limits of time count from its zero. Reports of work without a clock state 0 s.
+    fn clock(&self) -> Option<&dyn Clock> {
+        None
+    }
+}
+
+/// How much a message matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Severity {
+    /// A step of the work.
+    Info,
+    /// A default taken or a repair made.
+    Note,
+    /// What is likely a mistake, or makes results unreliable.
+    Warning,
+}
+
+/// Follows nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl Observer for Silent {}
+
+/// What unwinds through the engines when an observer stops the work.
+struct Stop;
+
+/// An observer as the work sees it.
+#[derive(Clone, Copy)]
+pub(crate) struct Watch<'a>(&'a dyn Observer);
+
+impl<'a> Watch<'a> {
+    pub(crate) fn progress(self, step: &str, share: f64) {
+        unless_stopped(self.0.progress(step, share));
+    }
+
+    pub(crate) fn say(self, severity: Severity, text: &str) {
+        unless_stopped(self.0.message(severity, text));
+    }
+
+    pub(crate) fn info(self, text: &str) {
+        self.say(Severity::Info, text);
+    }
+
+    pub(crate) fn clock(self) -> &'a dyn Clock {
+        self.0.clock().unwrap_or(&NoClock)
+    }
+
+    /// Checks that limits of time can be kept.
+    pub(crate) fn require_clock(self, at_most: Option<f64>) -> Result<()> {
+        match (at_most, self.0.clock()) {
+            (Some(_), None) => {
+                Err(Error::Options(vec!["`at_most` needs an observer with a clock".to_owned()]))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Seconds by the clock: on the wall, and of the processor.
+    pub(crate) fn seconds(self) -> (f64, f64) {
+        (self.clock().wall(), self.clock().process())
+    }
+}
+
+fn unless_stopped(flow: ControlFlow<()>) {
+    if flow.is_break() {
+        resume_unwind(Box::new(Stop));
+    }
+}
+
+/// Does `work` before the eyes of `observer`.
+///
+/// # Errors
+/// Those of the work, and [`Error::Stopped`].
+pub(crate) fn watched<T>(observer: &dyn Observer, work: impl FnOnce(Watch<'_>) -> Result<T>) -> Result<T> {
+    match catch_unwind(AssertUnwindSafe(|| work(Watch(observer)))) {
+        Ok(result) => result,
+        Err(payload) if payload.is::<Stop>() => Err(Error::Stopped),
+        Err(payload) => resume_unwind(payload),
+    }
+}

@@ -1,0 +1,257 @@
+//! Grids of receivers.
+
+use std::collections::HashSet;
+use std::fmt::{self, Display, Formatter};
+use std::str::FromStr;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use sonel_geometry::{Geometry, Obstacle};
+use sonel_map::ShardRange;
+use sonel_renderer::{ReceiverPoint, is_at_source};
+use sonel_scene::Scene;
+use sonel_study::response::receivers_of;
+
+use crate::observer::{Severity, Watch};
+use crate::{Error, Result};
+
+/// Positions of a grid along the three axes [m].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    axes: [Axis; 3],
+}
+
+impl From<f64> for Axis {
+    fn from(position: f64) -> Self {
+        Self { low: position, high: position, count: 1 }
+    }
+}
+
+/// Positions of a grid along one axis [m], both ends included; a single one is in the middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// First position [m].
+    pub low: f64,
+    /// Last position [m].
+    pub high: f64,
+    /// How many; 1 or more.
+    pub count: u32,
+}
+
+/// A response of so many receivers would take tens of gigabytes.
+const MOST_GRID_POINTS: f64 = 1e5;
+
+impl Axis {
+    fn positions(&self) -> Vec<f64> {
+        let Self { low, high, count } = *self;
+        match count {
+            1 => vec![0.5 * (low + high)],
+            _ => (0..count).map(|i| low + (high - low) * f64::from(i) / f64::from(count - 1)).collect(),
+        }
+    }
+}
+
+impl Grid {
+    /// The grid of `axes` x, y and z.
+    ///
+    /// # Errors
+    /// When it has more than 100 000 points, or none.
+    pub fn new(axes: [Axis; 3]) -> Result<Self, String> {
+        let points: f64 = axes.iter().map(|axis| f64::from(axis.count)).product();
+        if points > MOST_GRID_POINTS {
+            return Err(format!(
+                "{points} points are more than {MOST_GRID_POINTS}: give fewer along an axis"
+            ));
+        }
+        if axes.iter().any(|axis| axis.count == 0 || !axis.low.is_finite() || !axis.high.is_finite()) {
+            return Err("a grid needs a point and finite ends on every axis".to_owned());
+        }
+        Ok(Self { axes })
+    }
+
+    /// All points, x slowest, named by their indices.
+    #[must_use]
+    pub(crate) fn points(&self) -> Vec<ReceiverPoint> {
+        let [xs, ys, zs] = &self.axes.each_ref().map(Axis::positions);
+        let mut points = Vec::with_capacity(xs.len() * ys.len() * zs.len());
+        for (i, &x) in xs.iter().enumerate() {
+            for (j, &y) in ys.iter().enumerate() {
+                for (k, &z) in zs.iter().enumerate() {
+                    points.push(ReceiverPoint::omni(&format!("grid {i} {j} {k}"), DVec3::new(x, y, z)));
+                }
+            }
+        }
+        points
+    }
+}
+
+/// Points of a grid, and those left out because no receiver can stand there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GridCounts {
+    points: usize,
+    on_surfaces: usize,
+    in_closed_objects: usize,
+    outside: usize,
+    at_sources: usize,
+}
+
+/// Three axes, each `lo:hi:n` or one number: `10:60:6,1.2,10:60:6`.
+impl FromStr for Grid {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || {
+            format!(
+                "\"{text}\" is not a grid: write three axes, each lo:hi:n or one number: 10:60:6,1.2,10:60:6"
+            )
+        };
+        let axes: Vec<Axis> =
+            text.split(',').map(|axis| parse_axis(axis).ok_or_else(wrong)).collect::<Result<_, _>>()?;
+        Self::new(axes.try_into().map_err(|_| wrong())?)
+    }
+}
+
+/// `lo:hi:n`, both ends included, or one number.
+fn parse_axis(text: &str) -> Option<Axis> {
+    let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+    let number = |text: &str| text.parse::<f64>().ok().filter(|value| value.is_finite());
+    match parts[..] {
+        [single] => Some(number(single)?.into()),
+        [low, high, count] => {
+            let axis = Axis { low: number(low)?, high: number(high)?, count: count.parse().ok()? };
+            (axis.count > 0).then_some(axis)
+        }
+        _ => None,
+    }
+}
+
+/// The `given` receivers and free points of `grid`, or those of the scene; of these the part `shard`. Grid points where no receiver can stand
+/// are left out, which is said.
+pub(super) fn gather(
+    given: &[ReceiverPoint],
+    (grid, shard): (Option<&Grid>, Option<ShardRange>),
+    (scene, geometry): (&Scene, &Geometry),
+    watch: Watch<'_>,
+) -> Result<(Vec<ReceiverPoint>, Option<GridCounts>)> {
+    let mut receivers = given.to_vec();
+    let mut counts = None;
+    if let Some(grid) = grid {
+        let (free, found) = free_points(grid.points(), scene, geometry);
+        if free.is_empty() && receivers.is_empty() {
+            return Err(Error::refused(format!("`grid` has no free point: {found}")));
+        }
+        if free.len() < found.points {
+            watch.say(Severity::Note, &found.to_string());
+        }
+        receivers.extend(free);
+        counts = Some(found);
+    }
+    if receivers.is_empty() {
+        receivers = receivers_of(scene);
+    }
+    if receivers.is_empty() {
+        return Err(Error::NoReceivers);
+    }
+    let mut names = HashSet::new();
+    let twice: Vec<&str> =
+        receivers.iter().map(|receiver| receiver.name.as_str()).filter(|name| !names.insert(*name)).collect();
+    if !twice.is_empty() {
+        return Err(Error::refused(format!(
+            "receivers share a name: {}; give each its own",
+            twice.join(", ")
+        )));
+    }
+    match shard {
+        Some(shard) => Ok((part(&receivers, shard)?, counts)),
+        None => Ok((receivers, counts)),
+    }
+}
+
+/// The receivers of one shard.
+fn part(receivers: &[ReceiverPoint], shard: ShardRange) -> Result<Vec<ReceiverPoint>> {
+    let (count, parts) = (receivers.len(), shard.count);
+    if count < parts as usize {
+        return Err(Error::refused(format!(
+            "`shard`: {count} receivers cannot be divided into {parts} parts: give at most {count}"
+        )));
+    }
+    let range = shard.chunks(count as u64);
+    Ok(receivers[range.start as usize..range.end as usize].to_vec())
+}
+
+/// The points where a receiver can stand, and what became of the others.
+fn free_points(
+    points: Vec<ReceiverPoint>,
+    scene: &Scene,
+    geometry: &Geometry,
+) -> (Vec<ReceiverPoint>, GridCounts) {
+    let sources: Vec<DVec3> = scene.sources.iter().map(|source| source.position).collect();
+    let obstacles: Vec<Option<Obstacle>> =
+        points.par_iter().map(|point| geometry.obstacle(point.position, &sources)).collect();
+    let mut counts = GridCounts { points: points.len(), ..GridCounts::default() };
+    let mut free = Vec::new();
+    for (point, obstacle) in points.into_iter().zip(obstacles) {
+        match obstacle {
+            Some(Obstacle::Surface { .. }) => counts.on_surfaces += 1,
+            Some(Obstacle::Solid { .. }) => counts.in_closed_objects += 1,
+            Some(Obstacle::Hull { .. }) => counts.outside += 1,
+            None if is_at_source(point.position, scene, geometry) => counts.at_sources += 1,
+            None => free.push(point),
+        }
+    }
+    (free, counts)
+}
+
+impl GridCounts {
+    /// As `--json` prints it.
+    pub fn json(self) -> Value {
+        json!({
+            "points": self.points,
+            "left_out": {
+                "on_surfaces": self.on_surfaces,
+                "in_closed_objects": self.in_closed_objects,
+                "outside": self.outside,
+                "at_sources": self.at_sources,
+            },
+        })
+    }
+}
+
+impl Display for GridCounts {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let parts = [
+            (self.on_surfaces, "on surfaces"),
+            (self.in_closed_objects, "inside closed objects"),
+            (self.outside, "outside the room"),
+            (self.at_sources, "at a source"),
+        ];
+        let left_out: usize = parts.iter().map(|(count, _)| count).sum();
+        let parts: Vec<String> = parts
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, place)| format!("{count} {place}"))
+            .collect();
+        write!(f, "{left_out} of {} grid points are left out: {}", self.points, parts.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_are_read() {
+        let grid: Grid = "0:10:3,1.2,-1:1:2".parse().unwrap();
+        assert_eq!(grid.points().len(), 6);
+        assert_eq!(grid.points()[5].position, DVec3::new(10.0, 1.2, 1.0));
+    }
+
+    #[test]
+    fn wrong_ones_say_what_is_right() {
+        for text in ["1,2", "0:1:0,1,1", "0:1,1,1", "nan,1,1", "0:1:-3,1,1"] {
+            assert!(text.parse::<Grid>().unwrap_err().contains("lo:hi:n"), "{text}");
+        }
+        assert!("0:1:1000,0:1:1000,0:1:1000".parse::<Grid>().unwrap_err().contains("more than 100000"));
+    }
+}

@@ -1,0 +1,296 @@
+//! The rendering of a map: options, plan, response.
+
+mod change;
+mod grid;
+mod job;
+mod options;
+mod planning;
+mod remedy;
+mod until;
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use sonel_analysis::what_if::{Fitness, fitness};
+use sonel_geometry::Geometry;
+use sonel_map::{Mode, SonelMap};
+use sonel_renderer::{Estimator, ReceiverPoint, RenderSettings, Renderer, Rendering};
+use sonel_study::plan::Plan;
+
+use crate::error::At;
+use crate::observer::{Observer, Watch, watched};
+use crate::response::{Response, Surroundings};
+use crate::{Error, Map, Result};
+
+use job::{Job, Run};
+use until::{Finished, Goal};
+
+pub use change::Change;
+pub use grid::{Axis, Grid, GridCounts};
+pub use job::VERSION;
+pub use options::{Air, RenderOptions};
+
+/// A response and what is to be said of it.
+#[derive(Debug)]
+pub struct Rendered {
+    /// Echograms of every source at every receiver.
+    pub response: Response,
+    /// Share of every path class, source by source.
+    pub classes: Vec<Vec<ClassShare>>,
+    /// Why intervals deserve less trust, or are wider than those of another trace: a sentence each.
+    pub warnings: Vec<String>,
+    /// Points of the grid, where one was asked for.
+    pub grid: Option<GridCounts>,
+    /// Whether the targets of `until` were reached; none without.
+    pub is_reached: Option<bool>,
+    /// Seconds by the observer's clock: on the wall and of the processor, at the begin of the rendering itself and at the end.
+    seconds: [(f64, f64); 2],
+    /// What was predicted and achieved, where there was a plan.
+    pub comparison: Option<crate::plan::Comparison>,
+    /// What else the report states.
+    told: Value,
+}
+
+/// The energy of a path class.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClassShare {
+    /// The class as docs/physics.md writes it, such as `L S+ R`.
+    pub class: String,
+    /// Part of the energy of all receivers and bands, 0 … 1.
+    pub share: f64,
+    /// What estimated it.
+    pub estimator: &'static str,
+}
+
+impl Rendered {
+    /// The report of docs/interface.md; `seconds` are those at its end, by the observer's clock.
+    #[must_use]
+    pub fn report(&self, (wall, cpu): (f64, f64)) -> Value {
+        let mut report = self.response.echograms().metadata.clone();
+        let opened = self.seconds[0];
+        report["timings"] =
+            json!({ "open_wall_s": opened.0, "open_cpu_s": opened.1, "wall_s": wall, "cpu_s": cpu });
+        extend(&mut report, &self.told);
+        report["warnings"] = json!(self.warnings);
+        if let Some(comparison) = &self.comparison {
+            extend(&mut report, &comparison.json());
+        }
+        if let Some(grid) = self.grid {
+            report["grid"] = grid.json();
+        }
+        report
+    }
+
+    /// Seconds by the observer's clock at the end: on the wall, and of the processor.
+    #[must_use]
+    pub fn seconds(&self) -> (f64, f64) {
+        self.seconds[1]
+    }
+}
+
+/// Adds the fields of `more` to `object`.
+fn extend(object: &mut Value, more: &Value) {
+    for (key, value) in more.as_object().into_iter().flatten() {
+        object[key] = value.clone();
+    }
+}
+
+impl Map {
+    /// Renders echograms at `receivers` and the points of the options' grid; without any, at the receivers of the scene.
+    ///
+    /// # Errors
+    /// Options that are out of range or that the map does not support; a damaged map; a receiver on a surface; [`Error::Stopped`].
+    pub fn render(
+        &self,
+        receivers: &[ReceiverPoint],
+        options: &RenderOptions,
+        observer: &dyn Observer,
+    ) -> Result<Rendered> {
+        if options.at_most.is_some() && options.until.is_none() {
+            return Err(Error::Options(vec!["`at_most` limits `until`: give `until`, too".to_owned()]));
+        }
+        self.prepare(receivers, options, observer)?.render(None, observer)
+    }
+
+    /// Predicts cost and intervals of renderings for several accuracies.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    pub fn plan(
+        &self,
+        receivers: &[ReceiverPoint],
+        options: &RenderOptions,
+        observer: &dyn Observer,
+    ) -> Result<Plan> {
+        self.prepare(receivers, options, observer)?.plan(observer)
+    }
+
+    /// Decides everything about a rendering and renders nothing.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    pub fn prepare<'a>(
+        &'a self,
+        receivers: &[ReceiverPoint],
+        options: &'a RenderOptions,
+        observer: &dyn Observer,
+    ) -> Result<PreparedRendering<'a>> {
+        options.check()?;
+        watched(observer, |watch| {
+            watch.require_clock(options.at_most)?;
+            let begun = watch.seconds().1;
+            let Changed { map, geometry, warnings } = self.changed(options)?;
+            let scene = &map.header().scene;
+            let settings = options.settings(scene)?;
+            let which = (options.grid.as_ref(), options.shard);
+            let (receivers, grid) = grid::gather(receivers, which, (scene, &geometry), watch)?;
+            let label = self.label();
+            let opened = watch.seconds().1;
+            Ok(PreparedRendering {
+                label,
+                options,
+                map,
+                geometry,
+                warnings,
+                settings,
+                receivers,
+                grid,
+                opened: opened - begun,
+            })
+        })
+    }
+
+    /// The map with the materials and directivities that were asked for.
+    fn changed(&self, options: &RenderOptions) -> Result<Changed<'_>> {
+        let label = || self.label().to_owned();
+        let geometry = self.geometry()?;
+        if options.materials.is_none() && options.set.is_empty() {
+            return Ok(Changed { map: Cow::Borrowed(self.sonels()), geometry, warnings: Vec::new() });
+        }
+        let mut map = self.sonels().clone();
+        if map.header().settings.mode == Mode::Paper || options.estimator == Estimator::Paper {
+            return Err(Error::refused(
+                "the paper's estimator draws events anew with the materials of the map: leave `set` and `materials` out",
+            ));
+        }
+        let scene = &map.header().scene;
+        let (materials, sources) = change::changed(scene, options.materials.as_deref(), &options.set)?;
+        map.require_whole().at(label)?;
+        self.check()?;
+        map.change(materials, sources);
+        let Fitness { refusals, warnings } = fitness(&map, &geometry);
+        let command = remedy::command(map.header(), map.drawn_with(), &geometry, self.label());
+        if !refusals.is_empty() {
+            let reasons = refusals.join("\nerror: ");
+            return Err(Error::refused(format!(
+                "{} does not support these materials: {reasons}; trace the scene for them: {command}",
+                self.label()
+            )));
+        }
+        let warn = |sentence| format!("{sentence}; for narrower intervals: {command}");
+        let geometry = match map.header().scene.has_faces_of(&self.sonels().header().scene) {
+            true => geometry,
+            false => Arc::new(map.header().scene.geometry().at(label)?),
+        };
+        Ok(Changed { map: Cow::Owned(map), geometry, warnings: warnings.into_iter().map(warn).collect() })
+    }
+}
+
+/// A map with other materials, its walls, and what is to be warned of.
+struct Changed<'a> {
+    map: Cow<'a, SonelMap>,
+    geometry: Arc<Geometry>,
+    warnings: Vec<String>,
+}
+
+/// A rendering about which everything is decided.
+pub struct PreparedRendering<'a> {
+    label: &'a str,
+    options: &'a RenderOptions,
+    map: Cow<'a, SonelMap>,
+    geometry: Arc<Geometry>,
+    warnings: Vec<String>,
+    settings: RenderSettings,
+    receivers: Vec<ReceiverPoint>,
+    grid: Option<GridCounts>,
+    /// CPU seconds of the preparation.
+    opened: f64,
+}
+
+impl PreparedRendering<'_> {
+    /// All receivers, in the order of the response.
+    #[must_use]
+    pub fn receivers(&self) -> &[ReceiverPoint] {
+        &self.receivers
+    }
+
+    #[cfg(test)]
+    pub(crate) fn shares_walls(&self, walls: &Arc<Geometry>) -> bool {
+        Arc::ptr_eq(&self.geometry, walls)
+    }
+
+    fn job<'b>(&'b self, watch: Watch<'b>) -> Job<'b> {
+        let Self { label, map, geometry, receivers, .. } = self;
+        Job { map, geometry, label, receivers, watch }
+    }
+
+    /// Predicts cost and intervals of renderings for several accuracies.
+    ///
+    /// # Errors
+    /// A damaged map; [`Error::Stopped`].
+    pub fn plan(&self, observer: &dyn Observer) -> Result<Plan> {
+        watched(observer, |watch| planning::plan(&self.job(watch), &self.settings, self.options.at_most))
+    }
+
+    /// Renders. With a `plan` the report compares.
+    ///
+    /// # Errors
+    /// A damaged map; a receiver on a surface; [`Error::Stopped`].
+    pub fn render(self, plan: Option<&Plan>, observer: &dyn Observer) -> Result<Rendered> {
+        watched(observer, |watch| {
+            let job = self.job(watch);
+            let (mut run, told, is_reached) = self.run(&job)?;
+            if let Some(shard) = self.options.shard {
+                run.response.mark_as_part(shard.index, shard.count);
+            }
+            let comparison = plan.map(|plan| planning::compare(plan, &job, &run, self.opened));
+            let classes = run.renderings.iter().map(|rendering| classes(&run.renderer, rendering)).collect();
+            let seconds = [run.opened, watch.seconds()];
+            let header = self.map.header();
+            let surroundings = Surroundings {
+                volume: self.geometry.volume(),
+                up: header.scene.up,
+                seed: run.settings.seed.unwrap_or(header.settings.seed),
+            };
+            let response = Response::of(run.response, Some(surroundings));
+            let Self { warnings, grid, .. } = &self;
+            let (warnings, grid) = (warnings.clone(), *grid);
+            Ok(Rendered { response, classes, warnings, grid, is_reached, seconds, comparison, told })
+        })
+    }
+
+    /// Renders once, or until the targets are kept; with what the report states of it.
+    fn run<'b>(&self, job: &Job<'b>) -> Result<(Run<'b>, Value, Option<bool>)> {
+        let Some(targets) = &self.options.until else {
+            return Ok((job.render(self.settings.clone())?, json!({}), None));
+        };
+        let goal = Goal { targets, rays: self.options.rays, seconds: self.options.at_most };
+        let Finished { run, verdict, told } = until::until(job, &self.settings, &goal)?;
+        Ok((run, told, Some(verdict.is_reached())))
+    }
+}
+
+/// The shares of the path classes of a source.
+fn classes(renderer: &Renderer<'_>, rendering: &Rendering) -> Vec<ClassShare> {
+    let total: f64 = rendering.classes.iter().flat_map(|(_, energy)| energy).sum();
+    let share = |class: sonel_renderer::PathClass| {
+        let (_, energy) = &rendering.classes[class as usize];
+        ClassShare {
+            class: class.notation().to_owned(),
+            share: energy.iter().sum::<f64>() / total.max(f64::MIN_POSITIVE),
+            estimator: renderer.owner(class),
+        }
+    };
+    renderer.path_classes().map(share).collect()
+}

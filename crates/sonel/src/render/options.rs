@@ -1,0 +1,144 @@
+//! Options of a rendering.
+
+use std::path::PathBuf;
+
+use sonel_acoustics::Air as AirState;
+use sonel_map::ShardRange;
+use sonel_renderer::{Air as Attenuation, Estimator, RenderSettings};
+use sonel_scene::Scene;
+use sonel_study::target::Targets;
+
+use crate::{Change, Error, Grid, Result};
+
+/// Options of a rendering.
+#[derive(Debug, Clone)]
+pub struct RenderOptions {
+    /// Width of a time bin [s], above 0; by default 0.001. A response has at most 2²⁰ bins.
+    pub bin: f64,
+    /// Estimator of each path class; by default [`Estimator::Auto`].
+    pub estimator: Estimator,
+    /// Whether edges diffract; by default they do.
+    pub diffraction: bool,
+    /// Highest order of image sources; by default from the room.
+    pub order: Option<u32>,
+    /// Radius of the discs in which visibility rays gather [m]; by default from room and number of sonels.
+    pub radius: Option<f64>,
+    /// Visibility rays per receiver, at least 1; by default a quarter as many as sonels. With `until` the maximum.
+    pub rays: Option<u32>,
+    /// Seed of the rendering; by default that of the map.
+    pub seed: Option<u64>,
+    /// Air that attenuates; by default that of the scene.
+    pub air: Air,
+    /// Whether energies by direction of incidence are stored, too: for lateral fractions, ambisonics and two ears.
+    pub directions: bool,
+    /// A TOML file of `[materials.NAME]`; those materials replace the scene's before `set`.
+    pub materials: Option<PathBuf>,
+    /// What is otherwise than in the scene of the map.
+    pub set: Vec<Change>,
+    /// Further receivers. Points on surfaces, in solids or outside the room are left out.
+    pub grid: Option<Grid>,
+    /// The part of the receivers that is rendered; by default all.
+    pub shard: Option<ShardRange>,
+    /// Adds rays until the intervals are as narrow as this.
+    pub until: Option<Targets>,
+    /// Limit of `until` and of plans [s], by the observer's clock.
+    pub at_most: Option<f64>,
+}
+
+/// The air that attenuates in a rendering. Travel times are those of the trace.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Air {
+    /// That of the scene.
+    #[default]
+    OfScene,
+    /// Air with another temperature [°C] or relative humidity [%]; what is none is that of the scene.
+    State {
+        /// Temperature [°C].
+        temperature: Option<f64>,
+        /// Relative humidity [%].
+        humidity: Option<f64>,
+    },
+    /// Air that does not attenuate.
+    None,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        let RenderSettings { bin, estimator, .. } = RenderSettings::default();
+        Self {
+            bin,
+            estimator,
+            diffraction: true,
+            order: None,
+            radius: None,
+            rays: None,
+            seed: None,
+            air: Air::OfScene,
+            directions: false,
+            materials: None,
+            set: Vec::new(),
+            grid: None,
+            shard: None,
+            until: None,
+            at_most: None,
+        }
+    }
+}
+
+impl RenderOptions {
+    /// Checks what can be checked without a map.
+    pub(super) fn check(&self) -> Result<()> {
+        let positive = |number: f64| number.is_finite() && number > 0.0;
+        let bin = Some(self.bin).filter(|&bin| !positive(bin));
+        let at_most = self.at_most.filter(|&seconds| !positive(seconds));
+        let problems = [
+            bin.map(|bin| {
+                format!("`bin` {bin} s is no width of a time bin: give a width above 0 s, such as 0.001")
+            }),
+            at_most.map(|seconds| format!("`at_most` {seconds} s is no limit: give a time above 0 s")),
+            (self.rays == Some(0)).then(|| "`rays` 0 gather nothing: give at least 1".to_owned()),
+            (self.until.is_some() && self.shard.is_some())
+                .then(|| "`until` and `shard` cannot be combined".to_owned()),
+        ];
+        let problems: Vec<String> = problems.into_iter().flatten().collect();
+        if problems.is_empty() { Ok(()) } else { Err(Error::Options(problems)) }
+    }
+
+    pub(super) fn settings(&self, scene: &Scene) -> Result<RenderSettings> {
+        Ok(RenderSettings {
+            bin: self.bin,
+            mirror_order: self.order,
+            rays: self.rays,
+            gather_radius: self.radius,
+            seed: self.seed,
+            air: self.attenuation(scene)?,
+            edges: self.diffraction,
+            directions: self.directions,
+            ..RenderSettings::of(self.estimator)
+        })
+    }
+
+    /// What the air of the options attenuates.
+    fn attenuation(&self, scene: &Scene) -> Result<Attenuation> {
+        let (temperature, humidity) = match self.air {
+            Air::OfScene | Air::State { temperature: None, humidity: None } => {
+                return Ok(Attenuation::OfScene);
+            }
+            Air::None => return Ok(Attenuation::Attenuation(vec![0.0; scene.bands.count()])),
+            Air::State { temperature, humidity } => (temperature, humidity),
+        };
+        let state = AirState {
+            temperature_celsius: temperature.unwrap_or(scene.air.temperature_celsius),
+            relative_humidity_percent: humidity.unwrap_or(scene.air.relative_humidity_percent),
+            ..scene.air
+        };
+        let problems: Vec<String> = state.problems().iter().map(ToString::to_string).collect();
+        if !problems.is_empty() {
+            return Err(Error::Options(problems));
+        }
+        let attenuation = (0..scene.bands.count())
+            .map(|band| state.energy_attenuation(scene.bands.exact_midband(band)))
+            .collect();
+        Ok(Attenuation::Attenuation(attenuation))
+    }
+}

@@ -1,0 +1,154 @@
+//! Responses: echograms and what is read from them.
+
+use std::path::Path;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
+use sonel_echogram::Response as Echograms;
+use sonel_sound::{Head, Synthesizer};
+
+use crate::error::At;
+use crate::{Error, Result};
+
+/// Echograms of S sources at R receivers in B bands and T time bins: fluence per unit of emitted energy [1/m²].
+#[derive(Debug)]
+pub struct Response {
+    echograms: Echograms,
+    surroundings: Option<Surroundings>,
+}
+
+/// What sound needs beside the echograms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surroundings {
+    /// Volume of a closed room [m³].
+    pub volume: Option<f64>,
+    /// Unit vector that points up.
+    pub up: DVec3,
+    /// Seed of the rendering.
+    pub seed: u64,
+}
+
+/// Channels of an impulse response.
+#[derive(Debug, Clone, Copy)]
+pub enum Channels<'a> {
+    /// Pressure at the receiver.
+    Single,
+    /// Ambisonics of an order 1 … 3: ACN, SN3D. The response needs directions.
+    Ambisonics(u32),
+    /// Left and right ear of a head. The response needs directions.
+    Ears(&'a Head),
+}
+
+impl Response {
+    pub(crate) fn of(echograms: Echograms, surroundings: Option<Surroundings>) -> Self {
+        Self { echograms, surroundings }
+    }
+
+    /// Reads a response of `sonel-render` or [`Self::save`].
+    ///
+    /// # Errors
+    /// When the file cannot be read, is no response, or is damaged.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        let label = path.as_ref().display().to_string();
+        let file = crate::file::open(path.as_ref()).at(|| format!("cannot read the response {label}"))?;
+        let echograms = Echograms::read(std::io::BufReader::new(file)).at(|| label)?;
+        Ok(Self::of(echograms, None))
+    }
+
+    /// Writes the response as a numpy archive (docs/formats/response.md), which appears when it is complete and replaces an older file.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        crate::file::write(path.as_ref(), |out| Ok(self.echograms.write(out).map(drop)?))
+    }
+
+    /// The arrays: energies [S, R, B, T], borders of the time bins, batches, arrivals, names.
+    #[must_use]
+    pub fn echograms(&self) -> &Echograms {
+        &self.echograms
+    }
+
+    /// What is known of the room; none of a response that was read from a file.
+    #[must_use]
+    pub fn surroundings(&self) -> Option<Surroundings> {
+        self.surroundings
+    }
+
+    /// Parameters of [ISO3382-1] of every source at every receiver, with their intervals.
+    #[must_use]
+    pub fn parameters(&self) -> Parameters {
+        Parameters {
+            rows: sonel_analysis::parameters(&self.echograms),
+            receivers: self.echograms.receivers(),
+        }
+    }
+
+    /// Impulse responses at 48 kHz of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
+    /// sound is 1/r, sample 0 is the emission. `seed` is by default that of the rendering.
+    ///
+    /// # Errors
+    /// When the response was read from a file, or has no directions where channels need them.
+    pub fn impulse_responses(&self, channels: Channels<'_>, seed: Option<u64>) -> Result<Vec<Vec<Vec<f32>>>> {
+        let Some(Surroundings { volume, up, seed: own }) = self.surroundings else {
+            return Err(Error::refused(
+                "a loaded response has no room: render it from its map for impulse responses",
+            ));
+        };
+        let e = &self.echograms;
+        let synthesizer = Synthesizer::new(e, volume, seed.unwrap_or(own));
+        let pairs: Vec<(usize, usize)> =
+            (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
+        let of_pair = |pair: (usize, usize)| match channels {
+            Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, up),
+            Channels::Ears(head) => synthesizer.binaural(pair, head, up),
+            Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
+        };
+        Ok(pairs.into_par_iter().map(of_pair).collect::<Result<_, _>>()?)
+    }
+}
+
+/// Parameters of [ISO3382-1] of S sources at R receivers in B bands. A value is an estimate with the interval that holds the true one with a
+/// probability of 95 %, or the reason why the response supports none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    rows: Vec<ReceiverParameters>,
+    receivers: usize,
+}
+
+impl Parameters {
+    /// Everything, source by source and receiver by receiver.
+    #[must_use]
+    pub fn rows(&self) -> &[ReceiverParameters] {
+        &self.rows
+    }
+
+    /// One parameter, in the unit of its key ([`Parameter::key`]).
+    ///
+    /// # Panics
+    /// Where there is no such source, receiver or band.
+    pub fn value(
+        &self,
+        parameter: Parameter,
+        source: usize,
+        receiver: usize,
+        band: usize,
+    ) -> &ParameterValue {
+        self.rows[source * self.receivers + receiver].bands[band].parameter(parameter)
+    }
+
+    /// Values and half-widths of their 95 % intervals, [S, R, B], the band fastest, in the unit of [`Parameter::key`]; NaN where there is none.
+    #[must_use]
+    pub fn array(&self, parameter: Parameter) -> Vec<(f64, f64)> {
+        let bands = self.rows.iter().flat_map(|row| &row.bands);
+        let pair = |value: &ParameterValue| match value {
+            Ok(estimate) => {
+                let width = estimate.interval.as_ref().map_or(f64::NAN, |[low, high]| 0.5 * (high - low));
+                (estimate.value, width)
+            }
+            Err(_) => (f64::NAN, f64::NAN),
+        };
+        bands.map(|band| pair(band.parameter(parameter))).collect()
+    }
+}

@@ -1,0 +1,134 @@
+//! The public face: what observers hear and decide, what options refuse, what maps keep.
+
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+
+use sonel::{
+    Change, Error, Map, Material, MaterialKey, Observer, Parameter, RenderOptions, Response, Scene, Severity,
+    Silent, TraceOptions, with_options_spelled,
+};
+
+fn room() -> Scene {
+    Scene::shoebox([5.0, 4.0, 3.0])
+        .material("walls", Material::new(0.3).with(MaterialKey::Scattering, 0.5))
+        .source("source", [1.0, 1.0, 1.5])
+        .receiver("receiver", [3.9, 2.8, 1.2])
+        .duration(0.2)
+        .build(&Silent)
+        .expect("a sound scene")
+}
+
+fn options(sonels: u64) -> TraceOptions<'static> {
+    TraceOptions { sonels: Some(sonels), ..TraceOptions::default() }
+}
+
+/// Hears everything, and stops the work at a step.
+#[derive(Default)]
+struct Heard {
+    stop_at: Option<&'static str>,
+    steps: Mutex<Vec<(String, f64)>>,
+    messages: Mutex<Vec<(Severity, String)>>,
+}
+
+impl Observer for Heard {
+    fn progress(&self, step: &str, share: f64) -> ControlFlow<()> {
+        self.steps.lock().expect("no panic").push((step.to_owned(), share));
+        if self.stop_at == Some(step) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn message(&self, severity: Severity, text: &str) -> ControlFlow<()> {
+        self.messages.lock().expect("no panic").push((severity, text.to_owned()));
+        ControlFlow::Continue(())
+    }
+}
+
+#[test]
+fn an_observer_hears_progress_and_warnings() {
+    let heard = Heard::default();
+    room().trace(&options(20), &heard).expect("a map");
+    let steps = heard.steps.into_inner().expect("no panic");
+    assert!(steps.iter().all(|(step, _)| step == "tracing"));
+    assert!(steps.is_sorted_by(|a, b| a.1 <= b.1) && (steps[steps.len() - 1].1 - 1.0).abs() < 1e-12);
+    let messages = heard.messages.into_inner().expect("no panic");
+    assert!(
+        messages.iter().any(|(severity, text)| *severity == Severity::Warning && text.contains("20 sonels"))
+    );
+}
+
+#[test]
+fn an_observer_stops_traces_and_renderings() {
+    let stops = |step| Heard { stop_at: Some(step), ..Heard::default() };
+    let stopped = room().trace(&options(2000), &stops("tracing")).unwrap_err();
+    assert!(matches!(stopped, Error::Stopped));
+    let map = room().trace(&options(200), &stops("rendering")).expect("nothing is rendered").map;
+    let stopped = map.render(&[], &RenderOptions::default(), &stops("rendering")).unwrap_err();
+    assert!(matches!(stopped, Error::Stopped));
+    map.render(&[], &RenderOptions::default(), &Silent).expect("the map is as it was");
+}
+
+#[test]
+fn options_are_refused_by_their_fields() {
+    let scene = room();
+    let late = TraceOptions { until: Some("t30<1%".parse().unwrap()), at_most: Some(1.0), ..options(200) };
+    let spell = |name: &str| format!("--{}", name.replace('_', "-"));
+    for (wrong, words) in [
+        (late, "`at_most` needs an observer with a clock"),
+        (TraceOptions { at_most: Some(1.0), ..options(200) }, "`at_most` limits `until`"),
+        (
+            TraceOptions { survival: Some(2.0), batches: Some(0), ..options(0) },
+            "`batches` 0 is outside 1 … 4096",
+        ),
+    ] {
+        let error = scene.trace(&wrong, &Silent).unwrap_err();
+        assert!(matches!(error, Error::Options(_)), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+        assert!(with_options_spelled(&error.to_string(), spell).contains("--"), "{error}");
+    }
+    let map = scene.trace(&options(200), &Silent).expect("a map").map;
+    let error =
+        map.render(&[], &RenderOptions { bin: 0.0, ..RenderOptions::default() }, &Silent).unwrap_err();
+    assert!(matches!(&error, Error::Options(problems) if problems[0].starts_with("`bin` 0 s")), "{error}");
+}
+
+#[test]
+fn files_hold_what_was_saved_and_changes_leave_the_map_alone() {
+    let folder = sonel_testkit::test_folder::TestFolder::with("");
+    let map = room().trace(&options(500), &Silent).expect("a map").map;
+    let path = folder.path("room.sonelmap");
+    map.save(&path).expect("a file");
+    let opened = Map::open(&path).expect("a map");
+    assert_eq!(opened.digest(), map.digest());
+
+    let energies = |map: &Map, set: Vec<Change>| {
+        let options = RenderOptions { set, rays: Some(64), ..RenderOptions::default() };
+        map.render(&[], &options, &Silent).expect("a response").response
+    };
+    let before = energies(&opened, Vec::new());
+    let felt = Change::of("materials.walls.absorption", 0.5.into()).expect("a change");
+    let felt = energies(&opened, vec![felt]);
+    let after = energies(&opened, Vec::new());
+    let sum = |response: &Response| response.echograms().energy.iter().sum::<f64>();
+    assert!(sum(&felt) < sum(&before));
+    assert!(before.echograms() == after.echograms());
+
+    let path = folder.path("room.npz");
+    before.save(&path).expect("a file");
+    let read = Response::open(&path).expect("a response");
+    assert!(read.echograms() == before.echograms() && read.surroundings().is_none());
+    let levels = read.parameters();
+    let (level, half_width) = levels.array(Parameter::Level)[4];
+    let estimate = levels.value(Parameter::Level, 0, 0, 4).as_ref().expect("a level");
+    assert!((estimate.value - level).abs() < 1e-12 && half_width > 0.0);
+}
+
+#[test]
+fn a_scene_made_in_code_has_the_map_of_its_file() {
+    let folder = sonel_testkit::test_folder::TestFolder::with("");
+    let made = room();
+    let path = made.save(folder.path("room")).expect("a folder");
+    let read = Scene::load(&path, &Silent).expect("a sound scene");
+    let digest = |scene: &Scene| scene.trace(&options(200), &Silent).expect("a map").map.digest();
+    assert_eq!(digest(&read), digest(&made));
+    assert!(made.save(folder.path("room")).unwrap_err().to_string().contains("exists: delete it first"));
+    assert!(made.check().expect("a scene").problems.is_empty());
+}

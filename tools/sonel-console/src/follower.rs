@@ -1,0 +1,109 @@
+//! Follows long work for a program: a progress bar, a log, a stopwatch.
+
+use std::io;
+use std::ops::ControlFlow;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use sonel::{Clock, Observer, Severity};
+
+use crate::progress::{Progress, ProgressSink};
+use crate::{Log, Stopwatch, in_words, spelled};
+
+/// Steps of a progress bar.
+const STEPS: f64 = 1000.0;
+/// A step that cannot say how far it is.
+const READING: &str = "reading";
+
+/// Shows the progress of work and writes what it says to a log. Work stops when nobody reads the log any more.
+pub struct Follower<'a> {
+    progress: ProgressSink,
+    state: Mutex<State<'a>>,
+    watch: Stopwatch,
+}
+
+struct State<'a> {
+    log: &'a mut Log<'a>,
+    failed: Option<io::Error>,
+    /// The step that is shown, with its bar.
+    shown: Option<(String, Progress)>,
+}
+
+impl<'a> Follower<'a> {
+    /// Follows work from now on.
+    pub fn new<'b: 'a>(progress: ProgressSink, log: &'a mut Log<'b>) -> Self {
+        let state = State { log, failed: None, shown: None };
+        Self { progress, state: Mutex::new(state), watch: Stopwatch::start() }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State<'a>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// (wall, CPU) seconds since the beginning.
+    #[must_use]
+    pub fn seconds(&self) -> (f64, f64) {
+        self.watch.seconds()
+    }
+
+    /// Writes a line to the log.
+    ///
+    /// # Errors
+    /// When nobody reads it any more.
+    pub fn line(&self, line: &str) -> anyhow::Result<()> {
+        Ok(writeln!(self.state().log, "{line}")?)
+    }
+
+    /// The result of work that was followed, its error as the command line spells options.
+    ///
+    /// # Errors
+    /// That of the work, or of the log that stopped it.
+    pub fn result<T>(&self, result: sonel::Result<T>) -> anyhow::Result<T> {
+        match (result, self.state().failed.take()) {
+            (Err(sonel::Error::Stopped), Some(error)) => Err(error.into()),
+            (result, _) => result.map_err(spelled),
+        }
+    }
+}
+
+impl Observer for Follower<'_> {
+    fn progress(&self, step: &str, share: f64) -> ControlFlow<()> {
+        let mut state = self.state();
+        if state.shown.as_ref().is_none_or(|(shown, _)| shown != step) && share < 1.0 {
+            let bar = match step {
+                READING => Progress::wait(READING, self.progress),
+                _ => Progress::begin(step.to_owned(), STEPS as u64, self.progress),
+            };
+            state.shown = Some((step.to_owned(), bar));
+        }
+        if share >= 1.0 {
+            if let Some((_, bar)) = state.shown.take() {
+                bar.end();
+            }
+        } else if let Some((_, bar)) = &state.shown
+            && step != READING
+        {
+            bar.reach((share * STEPS) as u64);
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn message(&self, severity: Severity, text: &str) -> ControlFlow<()> {
+        let begin = match severity {
+            Severity::Info => "",
+            Severity::Note => "note: ",
+            Severity::Warning => "warning: ",
+        };
+        let mut state = self.state();
+        match writeln!(state.log, "{begin}{}", in_words(text)) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                state.failed = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    }
+
+    fn clock(&self) -> Option<&dyn Clock> {
+        Some(&self.watch)
+    }
+}
