@@ -180,14 +180,16 @@ impl Map {
         self.check()?;
         map.change(materials, sources);
         let Fitness { refusals, warnings } = fitness(&map, &geometry);
-        let command = remedy::command(map.header(), map.drawn_with(), &geometry, self.label());
+        let command = || remedy::command(map.header(), map.drawn_with(), &geometry, self.label());
         if !refusals.is_empty() {
             let reasons = refusals.join("\nerror: ");
             return Err(Error::refused(format!(
-                "{} does not support these materials: {reasons}; trace the scene for them: {command}",
-                self.label()
+                "{} does not support these materials: {reasons}; trace the scene for them: {}",
+                self.label(),
+                command()
             )));
         }
+        let command = if warnings.is_empty() { String::new() } else { command() };
         let warn = |sentence| format!("{sentence}; for narrower intervals: {command}");
         let geometry = match map.header().scene.has_faces_of(&self.sonels().header().scene) {
             true => geometry,

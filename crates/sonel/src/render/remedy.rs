@@ -7,6 +7,7 @@ use sonel_acoustics::Material;
 use sonel_geometry::Geometry;
 use sonel_map::{MapHeader, Settings, Spectral};
 use sonel_scene::Scene;
+use sonel_study::room_decay;
 
 /// A call of `sonel-trace` with the settings of `header`, for its variants and for its materials where they are others than the map was
 /// `drawn_with`. The map of this `label` is replaced; the scene file is not known. `geometry` is that of the scene.
@@ -39,13 +40,17 @@ pub(super) fn command(
     command
 }
 
-/// The duration that the materials take [s], where the scene states a shorter one.
+/// The duration that the materials take [s], where the map has a shorter one: as a trace finds it whose scene states none.
 fn longer(scene: &Scene, drawn_with: &[Material], geometry: &Geometry) -> Option<f64> {
     let drawn = Scene { materials: drawn_with.to_vec(), ..scene.clone() };
     if drawn.default_duration(geometry)?.to_bits() == scene.duration.to_bits() {
         return None;
     }
-    scene.default_duration(geometry).filter(|&duration| duration > scene.duration)
+    let mut needed =
+        Scene { duration: scene.default_duration(geometry)?, has_default_duration: true, ..scene.clone() };
+    // A room that cannot be traced has a message of its own.
+    room_decay::lengthen(&mut needed, geometry).ok()?;
+    Some(needed.duration).filter(|&duration| duration > scene.duration)
 }
 
 /// What every `--for` says.
@@ -95,12 +100,14 @@ fn quoted(word: &str) -> String {
 mod tests {
     use super::*;
     use sonel_acoustics::Bands;
+    use sonel_geometry::Mesh;
     use sonel_map::ShardRange;
 
     #[test]
     fn the_command_names_changes_and_variants() {
         let walls = Material::uniform("old walls", 0.2, 0.5, 8);
-        let mut scene = Scene::shoebox([3.0, 4.0, 5.0], walls.clone(), Bands::octaves());
+        let mut scene = Scene::shoebox([3.0, 4.0, 5.0], walls.clone(), Bands::octaves())
+            .with_source("source", [1.0, 1.0, 1.0]);
         scene.variants = vec![vec![Material::uniform("old walls", 0.9, 0.5, 8)]];
         let settings = Settings { emissions: 5000, ..Settings::default() };
         let mut header = MapHeader {
@@ -124,6 +131,28 @@ mod tests {
         // A duration that the scene states is too short for walls that absorb less.
         header.scene.duration = 0.1;
         header.scene.materials[0].absorption = vec![0.05; 8];
-        assert!(command(&header).contains(" --duration 2.47"), "{}", command(&header));
+        let sabine = header.scene.default_duration(&geometry).unwrap();
+        let stated = duration(&command(&header));
+        assert!((stated / sabine - 1.0).abs() < 0.2, "{stated} {sabine}");
+    }
+
+    fn duration(command: &str) -> f64 {
+        let (_, duration) = command.split_once(" --duration ").expect("a longer run");
+        duration.split(' ').next().unwrap().parse().unwrap()
+    }
+
+    /// Sound between hard walls outlives Sabine's time where the ceiling alone absorbs.
+    #[test]
+    fn a_room_that_would_decay_slowly_is_traced_for_longer_than_sabine_says() {
+        let material = |absorption| Material::uniform("side", absorption, 0.05, 8);
+        let drawn = [material(0.3), material(0.9)];
+        let mesh = Mesh::shoebox([7.0, 5.0, 3.0], [0, 0, 0, 0, 0, 1]);
+        let changed = vec![material(0.03), material(0.9)];
+        let scene =
+            Scene::from_parts(mesh, changed, Bands::octaves(), 0.5).with_source("source", [1.7, 1.4, 1.5]);
+        let geometry = scene.geometry().unwrap();
+        let sabine = scene.default_duration(&geometry).unwrap();
+        let needed = longer(&scene, &drawn, &geometry).unwrap();
+        assert!(needed > 1.3 * sabine, "{needed} {sabine}");
     }
 }
