@@ -46,7 +46,7 @@ const KNOWN: [[f64; 9]; 2] =
 const STATED: [f64; 2] = [3.7, 3.4];
 
 #[test]
-fn rows_raise_the_level_by_less_than_they_do_and_docs_say_how_much() {
+fn the_error_behind_rows_is_the_one_that_docs_state() {
     let [with, without] = [8, 0].map(|rows| outdoors(rows).render(RenderSettings::default()));
     for (band, (known, stated)) in KNOWN.iter().zip(STATED).enumerate() {
         let found =

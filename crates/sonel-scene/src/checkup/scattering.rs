@@ -20,7 +20,7 @@ const HARD: f64 = 0.2;
 const FLAT: f64 = 0.1;
 /// Mean of cos θ of sound that meets a wall in a diffuse field.
 const MEAN_COSINE: f64 = 2.0 / 3.0;
-/// Difference of scattering coefficients that is named: half the customary steps of 0.2 between kinds of surfaces.
+/// Difference of scattering coefficients from which on the rule is named: about what a coefficient is known to.
 const NAMED: f64 = 0.1;
 /// Frequency up to which the rule was compared with waves [Hz] (docs/validation.md).
 const HIGHEST: f64 = 250.0;
@@ -63,7 +63,7 @@ struct Face {
 }
 
 impl Face {
-    /// K_w K_l of sound that comes and goes over distances of `free_path` [m], at wave number over 2π of `per_metre` [1/m].
+    /// K_w K_l of sound that comes and goes over distances of `free_path` [m], at `per_metre` waves a metre.
     fn specular_share(&self, free_path: f64, per_metre: f64) -> f64 {
         if !self.has_rim {
             return 1.0;
