@@ -11,6 +11,9 @@ const SEEDS: u64 = 100;
 const PLACES: [([f64; 3], f64); 3] =
     [([16.0, 2.5, 1.5], 0.6), ([46.0, 2.5, 1.5], 1.4), ([58.0, 2.5, 1.5], 1.4)];
 
+/// Half-widths, in 1.96 standard deviations, at most.
+const WIDEST: f64 = 1.5;
+
 /// Level and interval at every place.
 fn levels(room: RoomWithWindow, emissions: u64, seed: u64) -> Vec<(f64, [f64; 2])> {
     let scene = room.scene(&PLACES.map(|(place, _)| place));
@@ -44,8 +47,13 @@ fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
             covered(1.0)
         );
         let bias = (mean - judge).abs();
-        if bias > 3.0 * error + 0.03 || !(0.90..=0.99).contains(&covered(1.0)) || covered(0.5) > 0.9 {
-            wrong.push(format!("{place:?}: {bias:.3} dB off, coverage {}", covered(1.0)));
+        // What no packet brought may only be bounded: there intervals hold more often than 19 times of 20, and are wider than the spread.
+        let too_wide = width > WIDEST * 1.96 * sd;
+        if bias > 3.0 * error + 0.03 || covered(1.0) < 0.90 || covered(0.5) > 0.9 || too_wide {
+            wrong.push(format!(
+                "{place:?}: {bias:.3} dB off, coverage {}, half-width {width:.3}",
+                covered(1.0)
+            ));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -69,4 +77,10 @@ fn a_small_window_is_heard_outside_as_loud_as_it_is() {
 fn an_opening_is_heard_outside_as_loud_as_it_is() {
     let room = RoomWithWindow { corners: [[1.5, 0.75], [3.0, 2.25]], transmission: None, scattering: 0.3 };
     check("opening", room, 20_000, 6_000_000);
+}
+
+#[test]
+fn an_opening_between_smooth_walls_is_heard_outside_as_loud_as_it_is() {
+    let room = RoomWithWindow { corners: [[1.5, 0.75], [3.0, 2.25]], transmission: None, scattering: 0.0 };
+    check("opening, s = 0", room, 20_000, 320_000);
 }
