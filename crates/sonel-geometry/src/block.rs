@@ -34,6 +34,8 @@ pub(crate) struct Pierced {
     pub plane: u32,
     /// Whether the ray arrives on the triangle's back.
     pub from_behind: bool,
+    /// Barycentric coordinates of the point.
+    pub weights: [f32; 3],
 }
 
 impl<const N: usize> Block<N> {
@@ -74,10 +76,12 @@ impl<const N: usize> Block<N> {
                 if plane == ray.ignored[0] || plane == ray.ignored[1] {
                     continue;
                 }
-                let doubled_area = exact(&sheared, lane);
+                let sides = exact(&sheared, lane);
+                let doubled_area: f64 = sides.iter().sum();
                 if doubled_area != 0.0 {
                     let from_behind = (doubled_area < 0.0) == ray.upward;
-                    found(Pierced { triangle: self.triangles[lane], plane, from_behind });
+                    let weights = sides.map(|side| (side / doubled_area) as f32);
+                    found(Pierced { triangle: self.triangles[lane], plane, from_behind, weights });
                 }
             }
         }
@@ -129,14 +133,15 @@ fn candidates<const N: usize>(sheared: &[[[f32; N]; 2]; 3], slack: f32) -> [u8; 
     pass
 }
 
-/// Twice the signed area of the triangle in ray space if the ray passes through it or its rim, else zero.
+/// The edge functions opposite the corners if the ray passes through the triangle or its rim, else zeros; their sum is twice its signed area
+/// in ray space.
 #[inline(always)]
-fn exact<const N: usize>(sheared: &[[[f32; N]; 2]; 3], lane: usize) -> f64 {
+fn exact<const N: usize>(sheared: &[[[f32; N]; 2]; 3], lane: usize) -> [f64; 3] {
     let [a, b, c] = sheared.each_ref().map(|corner| [f64::from(corner[0][lane]), f64::from(corner[1][lane])]);
     let edge = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
     let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
     let one_sided = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-    if one_sided { u + v + w } else { 0.0 }
+    if one_sided { [u, v, w] } else { [0.0; 3] }
 }
 
 /// The lesser of two numbers in one instruction; `f32::min` spends three on NaN.

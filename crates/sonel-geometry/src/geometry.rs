@@ -6,7 +6,7 @@ use crate::conform::{Conformed, conform};
 use crate::cracks::{find_cracks, joined_up};
 use crate::edges::{Edge, Survey};
 use crate::enclosure::closest_on_triangle;
-use crate::index::Index;
+use crate::index::{Index, Met};
 use crate::layers::{Layers, unite};
 use crate::orient::{Oriented, orient};
 use crate::probe::{LocalPlane, Probe};
@@ -303,8 +303,16 @@ impl Geometry {
     /// lowest triangle.
     pub fn closest_hit(&self, from: Departure, direction: Vec3) -> Option<Hit> {
         let ray = Probe::new(from.origin, direction, [from.plane, None]);
-        let nearest = self.index.nearest(&ray)?;
-        Some(self.settle(from, direction, (ray.at(nearest.distance), nearest.triangle)))
+        let Met { distance, triangle, weights, .. } = self.index.nearest(&ray)?;
+        let point = ray.at(distance);
+        // Most points are off the rim, by more than the error of the weights.
+        let rim = self.rims[triangle as usize];
+        let is_off_rim = (0..3).all(|corner| weights[corner] > 2.0 * rim[corner]);
+        Some(if is_off_rim {
+            self.hit(from, direction, (point, triangle))
+        } else {
+            self.settle(from, direction, (point, triangle))
+        })
     }
 
     /// Makes a hit of the point and triangle that a ray along `direction` met first. A point at the rim of its triangle is moved off it; where
@@ -325,6 +333,12 @@ impl Geometry {
             let Some(met) = self.index.nearest(&aim).filter(|met| met.distance < 1.0) else { break };
             (point, triangle, direction) = (aim.at(met.distance), met.triangle, towards);
         }
+        self.hit(from, direction, (point, triangle))
+    }
+
+    /// The hit of a ray along `direction` at a point of a triangle.
+    #[inline]
+    fn hit(&self, from: Departure, direction: Vec3, (point, triangle): (DVec3, u32)) -> Hit {
         let surface = self.of_triangle[triangle as usize];
         let from_front = direction.as_dvec3().dot(self.surface(surface).normal) < 0.0;
         let side = if from_front { Side::Front } else { Side::Back };
@@ -419,10 +433,17 @@ impl Geometry {
 
     /// The point of any triangle nearest to a world position [m], and that triangle.
     pub(crate) fn closest_point(&self, point: DVec3) -> (u32, DVec3) {
-        (0..self.mesh.triangles.len() as u32)
-            .map(|triangle| (triangle, closest_on_triangle(self.mesh.corners(triangle), point)))
-            .min_by(|a, b| a.1.distance_squared(point).total_cmp(&b.1.distance_squared(point)))
-            .expect("a geometry has triangles")
+        let mut closest = (f64::INFINITY, u32::MAX, point);
+        // Boxes are padded by more than the rounding of local positions.
+        self.index.around(self.to_local(point), |triangle| {
+            let on_triangle = closest_on_triangle(self.mesh.corners(triangle), point);
+            let distance = on_triangle.distance(point);
+            if (distance, triangle) < (closest.0, closest.1) {
+                closest = (distance, triangle, on_triangle);
+            }
+            closest.0
+        });
+        (closest.1, closest.2)
     }
 
     /// The scene as a rectangular room, if it is exactly one empty axis-aligned box with one surface for each wall,

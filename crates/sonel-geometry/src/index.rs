@@ -34,11 +34,18 @@ pub(crate) struct Met {
     pub from_behind: bool,
     pub triangle: u32,
     plane: u32,
+    /// Barycentric coordinates of the point, as exact as the ray's shear in single precision.
+    pub weights: [f32; 3],
 }
 
 impl Met {
-    const NOTHING: Self =
-        Self { distance: f64::INFINITY, from_behind: true, triangle: u32::MAX, plane: u32::MAX };
+    const NOTHING: Self = Self {
+        distance: f64::INFINITY,
+        from_behind: true,
+        triangle: u32::MAX,
+        plane: u32::MAX,
+        weights: [0.0; 3],
+    };
 
     /// The order is by distance; where two coincide the one that faces the ray comes first (a panel modelled as two
     /// sheets shows each its own material), then the lower index.
@@ -98,6 +105,7 @@ impl Index {
     }
 
     /// Whether a ray in the air could not have met this first: a closed shell from behind.
+    #[inline]
     fn is_doubtful(&self, met: Met) -> bool {
         met.from_behind && self.is_of_shell(met.triangle)
     }
@@ -146,6 +154,22 @@ impl Index {
         }
     }
 
+    /// Calls `visit` for triangles about a local position [m], until all others are farther off than the distance that it returned last.
+    pub fn around(&self, point: Vec3, mut visit: impl FnMut(u32) -> f64) {
+        match &self.arrangement {
+            Arrangement::Scan(blocks) => {
+                for triangle in blocks.iter().flat_map(Block::triangles) {
+                    visit(triangle);
+                }
+            }
+            Arrangement::Tree(tree) => {
+                tree.around(point, |block| {
+                    block.triangles().fold(f64::INFINITY, |_, triangle| visit(triangle))
+                });
+            }
+        }
+    }
+
     /// One of the planes.
     pub fn plane(&self, plane: PlaneId) -> &LocalPlane {
         &self.planes[plane.0 as usize]
@@ -155,8 +179,8 @@ impl Index {
     fn nearest_in<const N: usize>(&self, block: &Block<N>, ray: &Probe, nearest: &mut Nearest) {
         block.pierce(ray, |pierced| {
             let distance = ray.distance_to(&self.planes[pierced.plane as usize]);
-            let Pierced { triangle, plane, from_behind } = pierced;
-            let met = Met { distance, from_behind, triangle, plane };
+            let Pierced { triangle, plane, from_behind, weights } = pierced;
+            let met = Met { distance, from_behind, triangle, plane, weights };
             // No nearest facing triangle is nearer than the nearest of all.
             if distance > 0.0 && distance <= nearest.facing.distance {
                 if met.is_before(&nearest.any) {

@@ -5,7 +5,7 @@
 //! conservative. Here boxes are padded by more than any rounding in the triangle test, and the slab test allows for
 //! its own relative rounding [Ize2013], so that no box hides a triangle the block would accept.
 
-use crate::block::{Block, Facet};
+use crate::block::{Block, Facet, greater, lesser};
 use crate::probe::Probe;
 use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
@@ -69,8 +69,23 @@ impl Tree {
 
     /// Visits leaves on the ray from near to far; `visit` returns the distance beyond which nothing is wanted.
     #[inline(always)]
-    pub fn nearest(&self, ray: &Probe, mut visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
+    pub fn nearest(&self, ray: &Probe, visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
         let slabs = Slabs::new(ray);
+        self.from_near_to_far(|node, limit| node.enter(&slabs, limit), visit);
+    }
+
+    /// Visits leaves about a local position [m] from near to far; `visit` returns the distance beyond which nothing is wanted.
+    pub fn around(&self, point: Vec3, visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
+        self.from_near_to_far(|node, limit| node.distances(point, limit), visit);
+    }
+
+    /// Visits leaves from near to far, where `enter` gives the distances of the boxes in a node and marks those within a limit.
+    #[inline(always)]
+    fn from_near_to_far(
+        &self,
+        enter: impl Fn(&Node, f32) -> ([f32; WIDTH], u32),
+        mut visit: impl FnMut(&Block<LEAF_LANES>) -> f64,
+    ) {
         let mut limit = f32::INFINITY;
         let mut stack = Stack::default();
         let mut next = Some(Entry { child: 0, distance: 0.0 });
@@ -85,7 +100,7 @@ impl Tree {
                 continue;
             }
             let node = &self.nodes[entry.child as usize];
-            let (near, mut met) = node.enter(&slabs, limit);
+            let (near, mut met) = enter(node, limit);
             // Most nodes are left by one or two children: the nearest is visited at once, the others wait, nearest on top.
             let first = stack.used;
             next = None;
@@ -170,6 +185,21 @@ impl Node {
     fn meets(&self, lane: usize, low: Vec3, high: Vec3) -> bool {
         let bounds = &self.bounds;
         (0..3).all(|axis| bounds[axis][0][lane] <= high[axis] && low[axis] <= bounds[axis][1][lane])
+    }
+
+    /// Distance of a point from each child's box, and the children, as bits, that are within `limit`.
+    fn distances(&self, point: Vec3, limit: f32) -> ([f32; WIDTH], u32) {
+        let mut squares = [0.0; WIDTH];
+        for axis in 0..3 {
+            let [low, high] = &self.bounds[axis];
+            for lane in 0..WIDTH {
+                let beside = greater(greater(low[lane] - point[axis], point[axis] - high[lane]), 0.0);
+                squares[lane] += beside * beside;
+            }
+        }
+        let distances = squares.map(f32::sqrt);
+        let is_within = |lane: usize| distances[lane] < f32::INFINITY && distances[lane] <= limit;
+        (distances, (0..WIDTH).map(|lane| u32::from(is_within(lane)) << lane).sum())
     }
 
     /// Distance at which the ray enters each child's box, and the children, as bits, whose boxes it enters before `limit`.

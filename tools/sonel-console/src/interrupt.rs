@@ -96,7 +96,7 @@ mod failure {
                 "an input was truncated or became unreadable (bus error): do not change it during the run, check the disk, and run the command again",
             ),
             libc::SIGABRT => Some(
-                "the program was aborted; if memory is short, use fewer --threads or a wider --bin, or divide the run or its receivers (--shard)",
+                "the program was aborted; if memory is short, take fewer --threads or a wider --bin, or divide the run or its receivers (--shard)",
             ),
             _ => None,
         }

@@ -57,7 +57,7 @@ pub fn all() -> Result<Vec<Room>> {
 
 /// 24 × 16 × 10 m, bare but for the floor.
 const PLAIN: &str = r#"mesh = "hall.obj"
-duration_s = 4.0
+duration_s = 5.5
 
 [bands]
 center_frequencies_hz = [63, 125, 250]
