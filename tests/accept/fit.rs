@@ -7,11 +7,11 @@ use std::f64::consts::TAU;
 
 use sonel_acoustics::{BandWidth, Bands, Coefficient, Material};
 use sonel_analysis::{Parameter, parameters};
+use sonel_design::fit::{FitSettings, Fitted, Identifiability, Measurement, fit};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::fit::{FitSettings, Fitted, Identifiability, Measurement, fit};
 use sonel_study::pipeline::InMemory;
 use sonel_study::response::receivers_of;
 use sonel_testkit::uniform::Uniform;

@@ -2,11 +2,11 @@
 
 use sonel_acoustics::{BandWidth, Bands, Coefficient, Material};
 use sonel_analysis::{Parameter, parameters};
+use sonel_design::fit::{Fit, FitSettings, Fitted, Identifiability, Measurement, Stage, fit};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::fit::{Fit, FitSettings, Fitted, Identifiability, Measurement, Stage, fit};
 use sonel_study::pipeline::InMemory;
 use sonel_study::response::receivers_of;
 use sonel_tests::Traced;

@@ -3,14 +3,14 @@
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_analysis::Parameter;
 use sonel_analysis::average::average;
+use sonel_design::optimise::{Candidate, Choice, OptimiseError, Proposal, optimise};
+use sonel_design::wish::Wish;
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
-use sonel_study::optimise::{Candidate, Choice, OptimiseError, Proposal, optimise};
 use sonel_study::pipeline::{InMemory, NoClock};
 use sonel_study::response::receivers_of;
-use sonel_study::wish::Wish;
 use sonel_tests::Traced;
 
 /// Walls of 104 m², floor and ceiling of 40 m² each.

@@ -3,12 +3,12 @@
 use sonel_acoustics::{BandWidth, Bands, Coefficient, Material, Pattern};
 use sonel_analysis::what_if::{Fitness, fitness};
 use sonel_analysis::{Parameter, ReceiverParameters, parameters};
+use sonel_design::sensitivity::sensitivities;
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;
 use sonel_scene::Scene;
 use sonel_study::response::receivers_of;
-use sonel_study::sensitivity::sensitivities;
 use sonel_tests::estimates::{agree_in_windows, windows};
 use sonel_tests::two_rooms::{Partition, two_rooms};
 use sonel_tests::{Traced, batch_fluence, changed_box};

@@ -68,7 +68,7 @@ impl Parts {
 }
 
 /// What there is of batches with any weight, each with its share of all weights.
-pub(crate) fn weighted<'a>(
+pub fn weighted<'a>(
     weights: &[f64],
     of: impl Fn(usize) -> Option<&'a [f32]>,
 ) -> impl Iterator<Item = (f64, &'a [f32])> {

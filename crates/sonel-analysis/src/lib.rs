@@ -12,12 +12,10 @@
 //! - [`modal`]: bands below the Schroeder frequency;
 //! - [`average`]: single numbers and means over receivers;
 //! - [`jackknife`] and [`student`]: their intervals over batches; [`outlier`]: when intervals are unreliable;
-//! - [`report`]: tables, CSV and JSON (docs/interface.md); [`plot`]: line plots with intervals and plans, as SVG or PNG.
+//! - [`report`]: tables, CSV and JSON (docs/interface.md).
 //!
 //! [`comparison`] finds the parameters of two responses that differ beyond noise, [`map_comparison`] the places, times and
 //! bands of two maps.
-//!
-//! [`picture`] writes energy on surfaces, as a camera sees it, as OpenEXR and PNG.
 //!
 //! And from a map: [`survey`] walks its paths for the energy ledger and what arrived where, [`sonels`] lists its sonels one
 //! by one, [`export`] writes them for other programs.
@@ -25,7 +23,7 @@
 //! A parameter that the echogram cannot support is an [`Unsupported`] with its reason, never a number.
 
 pub mod average;
-mod batches;
+pub mod batches;
 pub mod comparison;
 pub mod decay;
 pub mod estimate;
@@ -41,9 +39,6 @@ pub mod modulation;
 pub mod open_plan;
 pub mod outlier;
 pub mod parameter;
-pub mod picture;
-mod pixels;
-pub mod plot;
 pub mod reading;
 pub mod receiver;
 pub mod regression;

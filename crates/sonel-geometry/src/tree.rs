@@ -5,7 +5,7 @@
 //! conservative. Here boxes are padded by more than any rounding in the triangle test, and the slab test allows for
 //! its own relative rounding [Ize2013], so that no box hides a triangle the block would accept.
 
-use crate::block::{Block, Facet, greater, lesser};
+use crate::block::{Block, Facet, greater};
 use crate::probe::Probe;
 use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;

@@ -262,7 +262,7 @@ impl<'a> Room<'a> {
 ///
 /// # Errors
 /// When the room leaks or the map cannot be stored.
-pub(crate) fn trace(
+pub fn trace(
     scene: &Scene,
     geometry: &Geometry,
     effects: Vec<EffectState>,

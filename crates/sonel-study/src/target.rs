@@ -20,7 +20,7 @@ pub struct Targets {
 
 /// A limit to half of an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Limit {
+pub enum Limit {
     /// In just-noticeable differences.
     JustNoticeable(f64),
     /// As a part of the value.
@@ -162,7 +162,7 @@ impl FromStr for Targets {
 }
 
 /// A limit in `unit`, if the parameter has that unit.
-pub(crate) fn in_unit(parameter: Parameter, number: f64, unit: &str) -> Option<Limit> {
+pub fn in_unit(parameter: Parameter, number: f64, unit: &str) -> Option<Limit> {
     let (_, own, factor) = parameter.heading();
     match unit {
         "jnd" => Some(Limit::JustNoticeable(number)),

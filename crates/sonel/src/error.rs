@@ -7,6 +7,7 @@ use sonel_geometry::GeometryError;
 use sonel_map::MapError;
 use sonel_renderer::RenderError;
 use sonel_scene::SceneErrors;
+#[cfg(feature = "sound")]
 use sonel_sound::SoundError;
 use sonel_study::pipeline::PipelineError;
 use sonel_tracer::TraceError;
@@ -44,6 +45,7 @@ pub enum Error {
     #[error(transparent)]
     Response(ResponseError),
     /// The response has no sound, or the head is damaged.
+    #[cfg(feature = "sound")]
     #[error(transparent)]
     Sound(SoundError),
     /// A file cannot be read or written.
@@ -95,7 +97,9 @@ macro_rules! from {
     };
 }
 from!(SceneErrors => Scene, GeometryError => Geometry, MapError => Map, RenderError => Render,
-      ResponseError => Response, SoundError => Sound, io::Error => File);
+      ResponseError => Response, io::Error => File);
+#[cfg(feature = "sound")]
+from!(SoundError => Sound);
 
 impl From<TraceError<MapError>> for Error {
     fn from(error: TraceError<MapError>) -> Self {

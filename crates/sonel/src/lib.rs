@@ -59,6 +59,8 @@ pub mod quantity;
 mod render;
 mod response;
 mod scene;
+#[cfg(feature = "sound")]
+mod sound;
 mod store;
 mod trace;
 mod variants;
@@ -73,8 +75,10 @@ pub use render::{
     Air, Axis, Change, ClassShare, Grid, GridCounts, PreparedRendering, RenderOptions, Rendered,
     VERSION as RENDERER_VERSION,
 };
-pub use response::{Channels, Parameters, Response, Surroundings};
+pub use response::{Parameters, Response, Surroundings};
 pub use scene::{Material, Scene, SceneBuilder, check_file};
+#[cfg(feature = "sound")]
+pub use sound::Channels;
 pub use store::TemporaryMaps;
 pub use trace::{PreparedTrace, TraceOptions, Traced, VERSION as TRACER_VERSION};
 pub use variants::{Alternatives, Variants};
@@ -85,6 +89,7 @@ pub use sonel_map::{Mode, ShardRange, Spectral};
 pub use sonel_renderer::{Estimator, ReceiverPoint, Sensitivity};
 pub use sonel_scene::checkup::Checkup;
 pub use sonel_scene::{Document, PolygonMesh, Value};
+#[cfg(feature = "sound")]
 pub use sonel_sound::Head;
 pub use sonel_study::effects::{Effect, EffectSpec as Effects};
 pub use sonel_study::pipeline::{Clock, InMemory, MapStore};

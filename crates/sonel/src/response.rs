@@ -3,13 +3,11 @@
 use std::path::Path;
 
 use glam::DVec3;
-use rayon::prelude::*;
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_echogram::Response as Echograms;
-use sonel_sound::{Head, Synthesizer};
 
+use crate::Result;
 use crate::error::At;
-use crate::{Error, Result};
 
 /// Echograms of S sources at R receivers in B bands and T time bins: fluence per unit of emitted energy [1/m²].
 #[derive(Debug)]
@@ -27,17 +25,6 @@ pub struct Surroundings {
     pub up: DVec3,
     /// Seed of the rendering.
     pub seed: u64,
-}
-
-/// Channels of an impulse response.
-#[derive(Debug, Clone, Copy)]
-pub enum Channels<'a> {
-    /// Pressure at the receiver.
-    Single,
-    /// Ambisonics of an order 1 … 3: ACN, SN3D. The response needs directions.
-    Ambisonics(u32),
-    /// Left and right ear of a head. The response needs directions.
-    Ears(&'a Head),
 }
 
 impl Response {
@@ -83,29 +70,6 @@ impl Response {
             rows: sonel_analysis::parameters(&self.echograms),
             receivers: self.echograms.receivers(),
         }
-    }
-
-    /// Impulse responses at 48 kHz of all sources at all receivers, [S × R, channels, samples]: pressure synthesised from the energies. Direct
-    /// sound is 1/r, sample 0 is the emission. `seed` is by default that of the rendering.
-    ///
-    /// # Errors
-    /// When the response was read from a file, or has no directions where channels need them.
-    pub fn impulse_responses(&self, channels: Channels<'_>, seed: Option<u64>) -> Result<Vec<Vec<Vec<f32>>>> {
-        let Some(Surroundings { volume, up, seed: own }) = self.surroundings else {
-            return Err(Error::refused(
-                "a loaded response has no room: render it from its map for impulse responses",
-            ));
-        };
-        let e = &self.echograms;
-        let synthesizer = Synthesizer::new(e, volume, seed.unwrap_or(own));
-        let pairs: Vec<(usize, usize)> =
-            (0..e.sources()).flat_map(|s| (0..e.receivers()).map(move |r| (s, r))).collect();
-        let of_pair = |pair: (usize, usize)| match channels {
-            Channels::Ambisonics(order) => synthesizer.ambisonics(pair, order, up),
-            Channels::Ears(head) => synthesizer.binaural(pair, head, up),
-            Channels::Single => Ok(vec![synthesizer.impulse_response(pair.0, pair.1)?]),
-        };
-        Ok(pairs.into_par_iter().map(of_pair).collect::<Result<_, _>>()?)
     }
 }
 

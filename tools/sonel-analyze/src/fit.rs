@@ -13,10 +13,10 @@ use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
 use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::quantity::counted;
+use sonel_design::fit::{FitSettings, Stage};
+use sonel_design::sensitivity::VariedMap;
 use sonel_renderer::RenderSettings;
 use sonel_scene::materials_toml;
-use sonel_study::fit::{FitSettings, Stage};
-use sonel_study::sensitivity::VariedMap;
 
 use crate::arguments::FitArguments;
 use crate::open;
@@ -52,7 +52,7 @@ pub fn run(
         render: RenderSettings { rays: arguments.rays, ..RenderSettings::default() },
     };
     let mut stages = Stages::begin(quiet, log);
-    let found = sonel_study::fit::fit(
+    let found = sonel_design::fit::fit(
         varied,
         &measured.measurements,
         &settings,

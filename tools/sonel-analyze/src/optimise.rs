@@ -8,12 +8,12 @@ use sonel::TemporaryMaps;
 use sonel_analysis::ParameterValue;
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
+use sonel_design::optimise::{Candidate, Choice, OptimiseError, Proposal};
+use sonel_design::sensitivity::VariedMap;
+use sonel_design::wish::Wish;
 use sonel_renderer::RenderSettings;
 use sonel_scene::{Scene, load_materials};
-use sonel_study::optimise::{Candidate, Choice, OptimiseError, Proposal};
 use sonel_study::response::receivers_of;
-use sonel_study::sensitivity::VariedMap;
-use sonel_study::wish::Wish;
 
 use crate::arguments::{Change, OptimiseArguments, To};
 use crate::fit::{Stages, folder_of, refuse_angular, write_materials};
@@ -43,7 +43,7 @@ pub fn run(
     let output = Output::create(&arguments.output, Kind::MATERIALS, std::slice::from_ref(&arguments.map))?;
     let mut stages = Stages::begin(quiet, log);
     let (map, render) = (&mut map, RenderSettings::default());
-    let found = sonel_study::optimise::optimise(
+    let found = sonel_design::optimise::optimise(
         VariedMap { map, geometry: &geometry, receivers: &receivers, render },
         &arguments.wishes,
         &candidates,

@@ -6,11 +6,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use sonel_analysis::plot::{self, Panel, PlotError, Sheet};
 use sonel_analysis::{ReceiverParameters, parameters};
 use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output, has_ending};
 use sonel_console::quantity::counted;
+use sonel_drawing::plot::{self, Panel, PlotError, Sheet};
 use sonel_echogram::Response;
 
 use crate::arguments::{Plot, What};

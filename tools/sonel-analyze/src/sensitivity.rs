@@ -6,9 +6,9 @@ use anyhow::Context;
 use sonel_analysis::{Parameter, sensitivity};
 use sonel_console::Outcome;
 use sonel_console::progress::{Progress, ProgressSink};
+use sonel_design::sensitivity::{VariedMap, sensitivities};
 use sonel_renderer::RenderSettings;
 use sonel_study::response::receivers_of;
-use sonel_study::sensitivity::{VariedMap, sensitivities};
 
 use crate::arguments::{Format, SensitivityArguments};
 use crate::open;

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use sonel::TemporaryMaps;
-use sonel_analysis::plot::{self, Sheet};
 use sonel_console::clock::CpuClock;
 use sonel_console::follower::Follower;
 use sonel_console::output::{self, Kind, Output};
 use sonel_console::progress::{Progress, ProgressSink};
 use sonel_console::{Log, Outcome};
+use sonel_design::tradeoff::report::{self, Findings};
+use sonel_design::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
+use sonel_drawing::plot::{self, Sheet};
 use sonel_geometry::Geometry;
 use sonel_map::{Mode, Settings};
 use sonel_renderer::{Estimator, RenderSettings, free_path};
@@ -18,8 +20,6 @@ use sonel_study::effects::{self, EffectSpec};
 use sonel_study::pipeline::Room;
 use sonel_study::response::receivers_of;
 use sonel_study::room_decay;
-use sonel_study::tradeoff::report::{self, Findings};
-use sonel_study::tradeoff::{Levels, Setting, Sweep, conduct, verdict};
 
 use crate::arguments::{Property, Tradeoff};
 

@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
-use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
+use sonel_drawing::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 
 use xtask::workspace::{self, Profile};
 

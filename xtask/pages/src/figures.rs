@@ -7,7 +7,7 @@ mod tables;
 
 use anyhow::{Context, Result};
 use serde_json::Value;
-use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
+use sonel_drawing::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 
 use xtask::workspace::{self, Profile};
 

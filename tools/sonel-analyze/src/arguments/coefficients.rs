@@ -6,8 +6,8 @@ use clap::Args;
 use sonel_analysis::Parameter;
 use sonel_console::count::parse_count;
 use sonel_console::receiver::parse_receiver;
+use sonel_design::wish::Wish;
 use sonel_renderer::ReceiverPoint;
-use sonel_study::wish::Wish;
 
 use super::Format;
 

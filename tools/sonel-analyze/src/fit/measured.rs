@@ -8,9 +8,9 @@ use sonel_analysis::Parameter;
 use sonel_analysis::measured::{MeasuredRow, read as read_rows};
 use sonel_console::input;
 use sonel_console::quantity::counted;
+use sonel_design::fit::Measurement;
 use sonel_renderer::ReceiverPoint;
 use sonel_scene::Scene;
-use sonel_study::fit::Measurement;
 use sonel_study::response::receivers_of;
 
 use crate::arguments::FitArguments;

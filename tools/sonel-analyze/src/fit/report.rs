@@ -6,8 +6,8 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 use sonel_acoustics::Coefficient;
 use sonel_analysis::Parameter;
+use sonel_design::fit::{Fit, Fitted, Identifiability};
 use sonel_scene::Scene;
-use sonel_study::fit::{Fit, Fitted, Identifiability};
 
 use crate::arguments::Format;
 

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use anyhow::bail;
 use sonel_analysis::average::single_number;
-use sonel_analysis::plot::{Axis, Place, Plan, Plans, Section};
 use sonel_analysis::{ParameterValue, ReceiverParameters, parameters};
 use sonel_console::quantity::counted;
+use sonel_drawing::plot::{Axis, Place, Plan, Plans, Section};
 use sonel_geometry::section;
 use sonel_scene::Scene;
 

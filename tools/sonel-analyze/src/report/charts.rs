@@ -1,7 +1,7 @@
 //! Panels as charts of plotly.js.
 
 use serde_json::{Value, json};
-use sonel_analysis::plot::{Axis, Mark, Panel, Scale, Series};
+use sonel_drawing::plot::{Axis, Mark, Panel, Scale, Series};
 
 use super::page::escaped;
 
@@ -56,7 +56,7 @@ pub fn rounded(value: f64) -> Value {
     json!((value * 1e4).round() / 1e4)
 }
 
-fn column(series: &Series, of: impl Fn(&sonel_analysis::plot::Point) -> f64) -> Vec<Value> {
+fn column(series: &Series, of: impl Fn(&sonel_drawing::plot::Point) -> f64) -> Vec<Value> {
     series.points.iter().map(|point| rounded(of(point))).collect()
 }
 

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use serde_json::{Value, json};
-use sonel_analysis::plot::{self, Arrival};
+use sonel_drawing::plot::{self, Arrival};
 use sonel_echogram::Response;
 use sonel_geometry::{Departure, Geometry};
 

@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_analysis::average::{average, single_number};
-use sonel_analysis::plot::{self, Axis, Panel};
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters, report};
+use sonel_drawing::plot::{self, Axis, Panel};
 
 use super::charts::{self, layout, rounded};
 use super::page::{Page, escaped};

@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use anyhow::{Context, Result};
 use glam::DVec2;
-use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
+use sonel_drawing::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 
 use laws::{Arrangement, LAWS, Losses};
 use xtask::workspace;

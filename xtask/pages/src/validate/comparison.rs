@@ -6,7 +6,7 @@
 use std::fmt::{Display, Write};
 
 use anyhow::{Context, Result};
-use sonel_analysis::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
+use sonel_drawing::plot::{self, Axis, Mark, Panel, Point, Series, Sheet};
 
 use super::room::{Pairs, Room, Values};
 

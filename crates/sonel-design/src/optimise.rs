@@ -14,9 +14,9 @@ use thiserror::Error;
 
 use crate::fit::{Stage, Workbench, values};
 use crate::local::{Datum, Local, Unknown};
-use crate::pipeline::{self, MapStore, NoClock, PipelineError};
 use crate::sensitivity::{Varied, VariedMap};
 use crate::wish::Wish;
+use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
 
 /// Combinations at the most.
 pub const MOST_COMBINATIONS: usize = 20_000;

@@ -1,7 +1,7 @@
 //! A sweep as plots: a panel a parameter, a series a setting.
 
 use sonel_analysis::Parameter;
-use sonel_analysis::plot::{Axis, Mark, Panel, Point as Dot, Series, Sheet};
+use sonel_drawing::plot::{Axis, Mark, Panel, Point as Dot, Series, Sheet};
 
 use super::Findings;
 use crate::tradeoff::errors::{self, Curve, Point};

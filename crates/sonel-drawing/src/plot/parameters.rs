@@ -1,8 +1,8 @@
 //! Parameters over bands, a panel a parameter.
 
 use super::{Axis, Mark, Panel, Point, Series};
-use crate::parameter::Parameter;
-use crate::receiver::{BandParameters, ReceiverParameters};
+use sonel_analysis::parameter::Parameter;
+use sonel_analysis::receiver::{BandParameters, ReceiverParameters};
 
 /// What any of `receivers` has figures of.
 #[must_use]

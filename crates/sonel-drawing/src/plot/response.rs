@@ -3,12 +3,12 @@
 use sonel_echogram::Response;
 
 use super::{Axis, Mark, Panel, Point, Series};
-use crate::batches::{Parts, weighted};
-use crate::decay::{DecayCurve, Echogram};
-use crate::jackknife;
-use crate::listed;
-use crate::parameter::LevelScale;
-use crate::student;
+use sonel_analysis::batches::{Parts, weighted};
+use sonel_analysis::decay::{DecayCurve, Echogram};
+use sonel_analysis::jackknife;
+use sonel_analysis::listed;
+use sonel_analysis::parameter::LevelScale;
+use sonel_analysis::student;
 
 /// What is shown below the highest level [dB].
 const SHOWN_DB: f64 = 70.0;

@@ -18,8 +18,8 @@ use thiserror::Error;
 pub use certainty::Identifiability;
 
 use crate::local::{Datum, Local, Unknown};
-use crate::pipeline::{self, MapStore, NoClock, PipelineError};
 use crate::sensitivity::{Varied, VariedMap};
+use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
 
 /// Renderings at the most.
 const MOST_ROUNDS: u32 = 10;
@@ -503,11 +503,11 @@ impl Band {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::{InMemory, Room};
-    use crate::response::receivers_of;
     use sonel_acoustics::Bands;
     use sonel_map::Settings;
     use sonel_scene::Scene;
+    use sonel_study::pipeline::{InMemory, Room};
+    use sonel_study::response::receivers_of;
 
     /// From nearly black to live few packets were reflected often enough; from live to a little less so they were.
     #[test]

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use sonel_analysis::Parameter;
 use thiserror::Error;
 
-use crate::target::{Limit, TargetError, in_unit, parameter};
+use sonel_study::target::{Limit, TargetError, in_unit, parameter};
 
 /// A value that the mean over receivers shall have.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,7 @@ use sonel_map::{Mode, Settings};
 use sonel_renderer::{PathClass, ReceiverPoint, RenderSettings, Rendering};
 
 use super::sweep::{JUDGED, Setting, Sweep};
-use crate::pipeline::{
+use sonel_study::pipeline::{
     Clock, MapStore, PipelineError, RenderSeconds, Rendered, Room, TraceSeconds, render_and_read,
 };
 

@@ -6,7 +6,7 @@ use roxmltree::Document;
 use sonel_echogram::{Arrivals, Batches, Response};
 
 use super::*;
-use crate::Parameter;
+use sonel_analysis::Parameter;
 
 /// The drawing of `sheet` as text, after checking that it is XML.
 fn drawn(sheet: &Sheet) -> String {
@@ -179,7 +179,8 @@ fn a_panel_of_each_parameter_shows_its_value_and_leaves_out_what_was_refused() {
     let mut short = response(&[0.9, 1.0, 1.0, 1.1]);
     short.time_edges_s.truncate(251);
     short.energy.truncate(250);
-    let figures = [crate::parameters(&response(&[0.9, 1.0, 1.0, 1.1])), crate::parameters(&short)];
+    let figures =
+        [sonel_analysis::parameters(&response(&[0.9, 1.0, 1.0, 1.1])), sonel_analysis::parameters(&short)];
     let panels = parameters(&[("whole".to_owned(), &figures[0][0]), ("short".to_owned(), &figures[1][0])]);
     assert_eq!(panels.len(), Parameter::ALL.len());
     let panel = &panels[Parameter::EarlyDecayTime as usize];

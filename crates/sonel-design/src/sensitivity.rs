@@ -11,8 +11,8 @@ use sonel_geometry::Geometry;
 use sonel_map::SonelMap;
 use sonel_renderer::{ReceiverPoint, RenderError, RenderSettings, Renderer};
 
-use crate::pipeline::{NoClock, PipelineError, render_and_read};
-use crate::response;
+use sonel_study::pipeline::{NoClock, PipelineError, render_and_read};
+use sonel_study::response;
 
 /// By how much a coefficient is raised or lowered: small beside what bends a parameter, large beside rounding.
 const STEP: f64 = 1e-3;

@@ -1,0 +1,13 @@
+//! Studies of materials and of cost, above those that plan and run the stages (`sonel-study`).
+//!
+//! - [`fit`]: coefficients of materials from measured parameters;
+//! - [`optimise`]: the cheapest change of materials that fulfils [`wish`]es;
+//! - [`sensitivity`]: how parameters change with the coefficients of materials;
+//! - [`tradeoff`]: error against CPU time, for several settings and numbers of sonels.
+
+pub mod fit;
+mod local;
+pub mod optimise;
+pub mod sensitivity;
+pub mod tradeoff;
+pub mod wish;
