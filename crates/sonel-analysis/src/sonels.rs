@@ -8,7 +8,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::{Arc, Geometry, SpeedProfile};
-use sonel_map::{Arrival, Lanes, PathView, PathWeight, SegmentHistory, SonelMap};
+use sonel_map::{Arrival, BandValues, Lanes, PathView, PathWeight, SegmentHistory, SonelMap};
 
 use crate::reading::Reading;
 
@@ -42,7 +42,7 @@ impl Sonel<'_> {
     /// run [1].
     #[must_use]
     pub fn energy(&self, band: usize) -> f64 {
-        self.energy[band / 4][band % 4]
+        self.energy.band(band)
     }
 }
 

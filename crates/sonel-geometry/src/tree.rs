@@ -5,7 +5,7 @@
 //! conservative. Here boxes are padded by more than any rounding in the triangle test, and the slab test allows for
 //! its own relative rounding [Ize2013], so that no box hides a triangle the block would accept.
 
-use crate::block::{Block, Facet, greater, lesser};
+use crate::block::{Block, Facet, greater};
 use crate::probe::Probe;
 use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
@@ -71,17 +71,17 @@ impl Tree {
     #[inline(always)]
     pub fn nearest(&self, ray: &Probe, visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
         let slabs = Slabs::new(ray);
-        self.from_near_to_far(|node, limit| node.enter(&slabs, limit), visit);
+        self.near_to_far(|node, limit| node.enter(&slabs, limit), visit);
     }
 
     /// Visits leaves about a local position [m] from near to far; `visit` returns the distance beyond which nothing is wanted.
     pub fn around(&self, point: Vec3, visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
-        self.from_near_to_far(|node, limit| node.distances(point, limit), visit);
+        self.near_to_far(|node, limit| node.distances(point, limit), visit);
     }
 
     /// Visits leaves from near to far, where `enter` gives the distances of the boxes in a node and marks those within a limit.
     #[inline(always)]
-    fn from_near_to_far(
+    fn near_to_far(
         &self,
         enter: impl Fn(&Node, f32) -> ([f32; WIDTH], u32),
         mut visit: impl FnMut(&Block<LEAF_LANES>) -> f64,

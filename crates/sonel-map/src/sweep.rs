@@ -1,10 +1,10 @@
 //! Sweeping a path: its segments in order, each with energy in every band, length and history.
 
 use glam::{DVec3, Vec3};
+use sonel_acoustics::Lanes;
 use sonel_geometry::{Arc, Side, SurfaceId};
 
 use crate::coefficients::CoefficientTable;
-use crate::lanes::Lanes;
 use crate::vertex::{Event, Vertex};
 use crate::weight::PathWeight;
 

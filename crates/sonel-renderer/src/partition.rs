@@ -6,7 +6,7 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, Geometry, Sight, SurfaceId};
-use sonel_map::{CoefficientTable, Lanes};
+use sonel_map::{BandValues, CoefficientTable, Lanes};
 
 /// Partitions that a way passes, in order, and how those with thickness shift it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -107,12 +107,7 @@ impl Partitions {
     #[inline]
     pub fn attenuate(&self, geometry: &Geometry, table: &CoefficientTable, energy: &mut [Lanes]) {
         for &surface in &self.0.surfaces {
-            let row = table.material(geometry.surface(surface).material);
-            for (energy, transmitted) in energy.iter_mut().zip(&row.transmitted.energy) {
-                for lane in 0..4 {
-                    energy[lane] *= transmitted[lane];
-                }
-            }
+            energy.multiply(&table.material(geometry.surface(surface).material).transmitted.energy);
         }
     }
 }

@@ -11,7 +11,7 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Side, SurfaceId};
-use sonel_map::{BandClasses, Lanes, Segment, SonelMap};
+use sonel_map::{BandClasses, BandValues, Lanes, Segment, SonelMap};
 use sonel_scene::Scene;
 
 use crate::air::AirTable;
@@ -112,8 +112,7 @@ impl Regions {
     /// Makes `energy` that comes to a receiver in `air`, straight over the last `length` times c₀/c [m], the receiver's.
     pub fn receive(&self, air: u32, length: f64, energy: &mut [Lanes]) {
         self.fade(air, length, energy);
-        let impedance = self.airs[air as usize].impedance;
-        energy.iter_mut().flatten().for_each(|band| *band *= impedance);
+        energy.scale(self.airs[air as usize].impedance);
     }
 }
 
@@ -129,25 +128,17 @@ pub struct Fading<'a> {
 impl<'a> Fading<'a> {
     /// At the beginning of a path of `lanes` lanes of bands, of up to `reach` [m].
     pub fn new(regions: &'a Regions, lanes: usize, reach: f64) -> Self {
-        let zeros = || vec![[0.0; 4]; lanes];
-        Self { regions, reach, kept: vec![[1.0; 4]; lanes], leaving: zeros(), arriving: zeros() }
+        let zeros = || vec![Lanes::ZERO; lanes];
+        Self { regions, reach, kept: vec![Lanes::ONE; lanes], leaving: zeros(), arriving: zeros() }
     }
 
     /// Hands over the next segment with its energies where it begins and, apart, where it ends.
     pub fn visit(&mut self, segment: &Segment<'_>, visit: &mut impl FnMut(&Segment<'_>, &[Lanes])) {
         let length = (segment.end_length - segment.start_length).min(self.reach);
-        multiply(&mut self.leaving, segment.energy, &self.kept);
+        self.leaving.set_product(segment.energy, &self.kept, 1.0);
         self.regions.fade(segment.air, length, &mut self.kept);
-        multiply(&mut self.arriving, segment.energy, &self.kept);
+        self.arriving.set_product(segment.energy, &self.kept, 1.0);
         visit(&Segment { energy: &self.leaving, ..*segment }, &self.arriving);
-    }
-}
-
-fn multiply(product: &mut [Lanes], a: &[Lanes], b: &[Lanes]) {
-    for ((product, a), b) in product.iter_mut().zip(a).zip(b) {
-        for lane in 0..4 {
-            product[lane] = a[lane] * b[lane];
-        }
     }
 }
 

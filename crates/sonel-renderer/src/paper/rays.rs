@@ -10,7 +10,7 @@
 use core::f64::consts::PI;
 
 use sonel_geometry::{Departure, Geometry, SurfaceId};
-use sonel_map::{CoefficientTable, Lanes};
+use sonel_map::{BandValues, CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
 use crate::exact::mirror::Radiator;
@@ -155,7 +155,7 @@ impl Looking<'_> {
         // Sonels know at which angle they reached the disc: its ray looks with the diffuse mean.
         let mean = self.table.mean_row(surface);
         let row = &*self.table.row(surface, direction);
-        let of = |energy: &[Lanes]| energy[self.column / 4][self.column % 4];
+        let of = |energy: &[Lanes]| energy.band(self.column);
         let diffuse = of(&mean.diffuse.energy);
         let mirror = diffuse + of(&row.specular.energy);
         let through = mirror + of(&row.transmitted.energy);
@@ -190,7 +190,7 @@ impl Looking<'_> {
 
 /// `value` in one column and nothing in the others.
 pub fn only(column: usize, columns: usize, value: f64) -> Vec<Lanes> {
-    let mut lanes = vec![[0.0; 4]; sonel_map::lanes_of(columns)];
-    lanes[column / 4][column % 4] = value;
+    let mut lanes = vec![Lanes::ZERO; sonel_map::lanes_of(columns)];
+    *lanes.band_mut(column) = value;
     lanes
 }

@@ -3,11 +3,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use sonel_acoustics::Pattern;
-use sonel_map::lanes::to_lanes;
-use sonel_map::{Lanes, lanes_of};
+use sonel_map::{BandValues, Lanes, lanes_of, to_lanes};
 
 use super::Renderer;
-use crate::deposit::{Deposits, add_lanes};
+use crate::deposit::Deposits;
 use crate::directions::Axes;
 use crate::exact::direct::{DirectWay, direct_way, spread};
 use crate::exact::edge::{Edges, Images, ReceiverContext, VisibleWave};
@@ -68,7 +67,7 @@ impl<'a> Part<'a> {
             air,
             fine: Deposits::new(columns.fine, renderer.bins.count, bands),
             coarse: vec![CoarseEchogram::new(borders.len(), bands); columns.coarse],
-            classes: CLASSES.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
+            classes: CLASSES.map(|_| vec![Lanes::ZERO; lanes_of(bands)]),
             arrivals: Vec::new(),
             edge_work: None,
         }
@@ -86,7 +85,7 @@ impl<'a> Part<'a> {
         let mut energy = energy;
         if let Some(air) = self.air {
             length *= air.stretch;
-            own = energy.iter().map(|lanes| lanes.map(|band| band * air.impedance)).collect();
+            own = energy.iter().map(|&lanes| lanes * air.impedance).collect();
             energy = &own;
         }
         let Renderer { bins, table, .. } = self.renderer;
@@ -98,9 +97,9 @@ impl<'a> Part<'a> {
                 coarse.add_arrival(self.borders, bins.time(length), energy, weight);
             }
         }
-        add_lanes(&mut self.classes[class], energy);
+        self.classes[class].add(energy);
         if listed {
-            let energy = (0..table.bands()).map(|band| energy[band / 4][band % 4]).collect();
+            let energy = energy.values().take(table.bands()).collect();
             let (receiver, over_edges) = (self.index, CLASSES[class] == PathClass::Edge);
             let towards = towards.to_array();
             self.arrivals.push(DiscreteArrival { receiver, length, energy, towards, order, over_edges });
@@ -197,7 +196,7 @@ impl Renderer<'_> {
     /// Direct sound and the image sources of `image_sources` that are visible from the receiver, without edges.
     fn visible(&self, edges: &Edges, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
         let bands = self.table.bands();
-        let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
+        let flat = |lanes: &[Lanes]| lanes.values().take(bands).collect::<Vec<f64>>();
         let mut visible = Vec::new();
         self.visit_visible(at, emitted, |found, energy| {
             // Of an arc, the place that it begins at.
@@ -229,26 +228,19 @@ impl Renderer<'_> {
         let own_air = self.regions.as_ref().map(|regions| regions.air(emitted.air));
         let reach = self.bins.reach / own_air.map_or(1.0, |air| air.stretch);
         let table = own_air.map_or(self.air.as_ref(), |air| air.table.as_ref());
-        let mut energy = vec![[0.0; 4]; lanes_of(self.table.bands())];
+        let mut energy = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         emitted.image_sources.visit(self.geometry, &self.table, at.receiver, reach, |found| {
             let (rendered, directional);
             let found = if at.sensitivity.pattern == Pattern::Omni {
                 found
             } else {
                 let sensitivity = at.sensitivity.to(found.towards);
-                rendered = found
-                    .factor
-                    .iter()
-                    .map(|lanes| lanes.map(|factor| factor * sensitivity))
-                    .collect::<Vec<_>>();
+                rendered = found.factor.iter().map(|&factor| factor * sensitivity).collect::<Vec<_>>();
                 let (mirrors, through) = (found.mirrors.clone(), found.through.clone());
                 directional = MirrorArrival { factor: &rendered, mirrors, through, ..*found };
                 &directional
             };
-            let spreading = spread(found.length);
-            for (energy, factor) in energy.iter_mut().zip(found.factor) {
-                *energy = factor.map(|factor| factor * spreading);
-            }
+            energy.set_times(found.factor, spread(found.length));
             if let Some(air) = table {
                 air.attenuate(found.length, &mut energy);
             }
@@ -270,8 +262,7 @@ impl Renderer<'_> {
         passed.attenuate(self.geometry, &self.table, &mut factors);
         passed.attenuate(self.geometry, &self.table, &mut energy);
         if at.table.profile().is_some() || passed.thickness() > 0.0 {
-            let even = self::spread(length);
-            factors.iter_mut().flatten().for_each(|factor| *factor *= spread / even);
+            factors.scale(spread / self::spread(length));
         }
         let direct = MirrorArrival {
             length,

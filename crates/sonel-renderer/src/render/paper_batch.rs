@@ -1,7 +1,7 @@
 //! One batch of the paper's pass: rays are cast, their discs indexed, the sonels stream past.
 
 use glam::DVec3;
-use sonel_map::{Arrival, Lanes, Segment, lanes_of};
+use sonel_map::{Arrival, BandValues, Lanes, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
 use super::Renderer;
@@ -33,7 +33,7 @@ impl Renderer<'_> {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let index = self.look(paper, (batch, source), radiator, group, estimate);
         self.look_over_edges(paper, (batch, source), radiator, group, estimate);
-        let mut scratch = vec![[0.0; 4]; lanes_of(self.table.bands())];
+        let mut scratch = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         self.each_segment(batch, source, |segment, _| {
             estimate.record_segment(segment, &self.medium(), &mut scratch);
             if let Some(arrival) = segment.arrival {
@@ -105,7 +105,7 @@ impl Renderer<'_> {
             let length = offset.length();
             let Some(bin) = self.bins.bin(length) else { continue };
             let mut stream = receiver_stream(self.seed(), Purpose::ZonePoint, receiver, source, batch);
-            let mut unobstructed = vec![[1.0; 4]; lanes_of(self.table.bands())];
+            let mut unobstructed = vec![Lanes::ONE; lanes_of(self.table.bands())];
             radiator.towards(offset).weigh(&mut unobstructed);
             for edge in &paper.edges {
                 let sequence = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
@@ -120,7 +120,7 @@ impl Renderer<'_> {
                 let towards = place.map(|place| place - receiver.exact);
                 let rendered =
                     towards.map_or(1.0, |towards| spread(length) * receiver.sensitivity.to(towards));
-                for (energy, unobstructed) in energy.iter_mut().flatten().zip(unobstructed.iter().flatten()) {
+                for (energy, &unobstructed) in energy.iter_mut().zip(&unobstructed) {
                     *energy *= unobstructed * rendered;
                 }
                 let arriving = (number, towards.unwrap_or_default());
@@ -143,7 +143,7 @@ impl Renderer<'_> {
         let at = paper.sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         let first = place(arrival.surface, arrival.side) * columns as u32;
         let mut discs = Vec::new();
-        for column in (0..columns).filter(|&column| segment.energy[column / 4][column % 4] > 0.0) {
+        for column in (0..columns).filter(|&column| segment.energy.band(column) > 0.0) {
             index.around(first + column as u32, at, &mut discs);
             for &(number, gain) in &discs {
                 let point = index.point(number);
@@ -151,11 +151,7 @@ impl Renderer<'_> {
                 let class = if point.seen_directly { PathClass::Diffuse } else { PathClass::DiffuseMirror };
                 let length = segment.end_length + point.length;
                 let Some(bin) = self.bins.bin(length) else { continue };
-                for ((scratch, energy), weight) in scratch.iter_mut().zip(segment.energy).zip(&point.weight) {
-                    for lane in 0..4 {
-                        scratch[lane] = energy[lane] * weight[lane];
-                    }
-                }
+                scratch.set_product(segment.energy, &point.weight, 1.0);
                 let bins = (bin, group.tile.coarse_bin(receiver, bin));
                 let arriving = (receiver, point.towards.as_dvec3());
                 estimate.class(class).add_from_kernel(arriving, bins, length, scratch, gain, &medium);
@@ -172,13 +168,13 @@ fn visibilities(
     wavelengths: &[f64],
     sequence: &ScrambledSobol,
 ) -> Vec<Lanes> {
-    let mut shares = vec![[0.0; 4]; lanes_of(wavelengths.len())];
+    let mut shares = vec![Lanes::ZERO; lanes_of(wavelengths.len())];
     let Some(place) = edge.place(geometry, source, receiver) else { return shares };
     let sees = |from: DVec3, to: DVec3| !geometry.is_blocked(Departure::free(from.as_vec3()), to.as_vec3());
     for (band, &wavelength) in wavelengths.iter().enumerate() {
         if let Some(zone) = FirstZone::new(source, receiver, place, wavelength) {
             let seen = |point| sees(source, point) && sees(receiver, point);
-            shares[band / 4][band % 4] = zone.visibility(sequence, ZONE_POINTS, seen);
+            *shares.band_mut(band) = zone.visibility(sequence, ZONE_POINTS, seen);
         }
     }
     shares

@@ -6,10 +6,10 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Arc, Departure, Side, SpeedProfile};
-use sonel_map::{Lanes, coefficients::EventRow};
+use sonel_map::{BandValues, Lanes};
 
 use crate::crossings::Crossings;
-use crate::deposit::{Deposits, add_lanes};
+use crate::deposit::Deposits;
 use crate::directions::Axes;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
@@ -38,17 +38,6 @@ pub fn normal_on(side: Side, front: Vec3) -> Vec3 {
     match side {
         Side::Front => front,
         Side::Back => -front,
-    }
-}
-
-/// e · δ / π in every band, written to `radiosity`.
-#[inline]
-pub fn radiosity(incident: &[Lanes], diffuse: &EventRow, radiosity: &mut [Lanes]) {
-    let times = core::f64::consts::FRAC_1_PI;
-    for ((radiosity, incident), diffuse) in radiosity.iter_mut().zip(incident).zip(&diffuse.energy) {
-        for lane in 0..4 {
-            radiosity[lane] = incident[lane] * diffuse[lane] * times;
-        }
     }
 }
 
@@ -88,7 +77,7 @@ impl ClassDeposits<'_> {
             self.deposits.add_times(column, bin, energy, *weight);
         }
         let lanes = energy.len();
-        add_lanes(&mut self.sum[receiver * lanes..(receiver + 1) * lanes], energy);
+        self.sum[receiver * lanes..].add(energy);
     }
 
     /// The same for energy found by a kernel, `gain` times as much of which half its area would have found, in the `coarse`
@@ -146,11 +135,7 @@ pub fn connect(
         let solid_angle = (f64::from(projected) / (distance * squared)).min(receiver.brightest);
         let towards = -offset.as_dvec3();
         let solid_angle = solid_angle * receiver.sensitivity.to(towards);
-        for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
-            for lane in 0..4 {
-                scratch[lane] = radiosity[lane] * solid_angle;
-            }
-        }
+        scratch.set_times(sonel.radiosity, solid_angle);
         passed.attenuate(medium.geometry, medium.table, scratch);
         medium.receive(receiver, leg, scratch);
         deposits.add((index, towards), bin, length, scratch, medium);
@@ -177,9 +162,7 @@ fn connect_by_arc(
     let Some(passed) = passed else { return };
     let towards = -arc.direction(time);
     let solid_angle = cosine * profile.spread(from, to) * receiver.sensitivity.to(towards);
-    for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
-        *scratch = radiosity.map(|radiosity| radiosity * solid_angle);
-    }
+    scratch.set_times(sonel.radiosity, solid_angle);
     passed.attenuate(medium.geometry, medium.table, scratch);
     deposits.add((index, towards), bin, length, scratch, medium);
 }

@@ -5,7 +5,7 @@
 //! averaging over the ball (docs/physics.md §4).
 
 use glam::Vec3;
-use sonel_map::{Lanes, Segment, SegmentHistory};
+use sonel_map::{BandValues, Lanes, Segment, SegmentHistory};
 
 use crate::ball::Beam;
 use crate::receiver::PreparedReceiver;
@@ -96,11 +96,7 @@ pub fn cross<'a>(
         let length = (piece.start_length + chord.at * receiver.stretch).max(direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
         deposits.crossings.cross(piece.beam, index, piece.energy);
-        for (scratch, energy) in scratch.iter_mut().zip(piece.energy) {
-            for lane in 0..4 {
-                scratch[lane] = energy[lane] * fluence;
-            }
-        }
+        scratch.set_times(piece.energy, fluence);
         medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);
         let (arriving, bins) = ((index, -along), (bin, coarse(index, bin)));
         deposits.add_from_kernel(arriving, bins, length, scratch, chord.gain, medium);

@@ -64,8 +64,8 @@ mod tests {
     #[test]
     fn a_sonel_in_the_inner_half_gains_what_one_in_the_outer_loses() {
         let mut difference = KernelDifference::new(&[vec![0.0, 1.0]], 1, 1);
-        difference.add(0, 0, &[[3.0, 0.0, 0.0, 0.0]], 1.0);
-        difference.add(0, 0, &[[3.0, 0.0, 0.0, 0.0]], -1.0);
+        difference.add(0, 0, &sonel_map::to_lanes([3.0]), 1.0);
+        difference.add(0, 0, &sonel_map::to_lanes([3.0]), -1.0);
         assert_eq!(difference.at[0].band(0).collect::<Vec<_>>(), [0.0]);
     }
 }

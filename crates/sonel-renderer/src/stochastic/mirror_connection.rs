@@ -9,7 +9,7 @@
 
 use glam::DVec3;
 use sonel_geometry::{Departure, End, Geometry};
-use sonel_map::{CoefficientTable, Lanes};
+use sonel_map::{BandValues, CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, warp};
 
 use crate::exact::mirror::lattice::ImageLattice;
@@ -58,10 +58,7 @@ pub fn has_few_surfaces(geometry: &Geometry) -> bool {
 #[must_use]
 pub fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
     let mirroring = (0..geometry.surfaces().len())
-        .flat_map(|surface| {
-            let material = geometry.surfaces()[surface].material;
-            table.material(material).specular.energy.iter().flatten().copied()
-        })
+        .map(|surface| table.material(geometry.surfaces()[surface].material).specular.energy.largest())
         .fold(0.0, f64::max);
     // The factor of an image of a receiver would depend on the sonel.
     if table.is_angular() || mirroring <= 0.0 || !has_few_surfaces(geometry) {
@@ -160,11 +157,7 @@ impl ReceiverImages {
         // What is brighter than the receiver's limit is left to its rays.
         let solid_angle = (projected / (distance * squared)).min(self.brightest);
         let weight = solid_angle * self.inverse_probability[index] * self.sensitivity.to(towards);
-        for ((scratch, radiosity), factor) in scratch.iter_mut().zip(sonel.radiosity).zip(&image.factor) {
-            for lane in 0..4 {
-                scratch[lane] = radiosity[lane] * factor[lane] * weight;
-            }
-        }
+        scratch.set_product(sonel.radiosity, &image.factor, weight);
         deposits.add((receiver, first.unwrap_or(towards)), bin, length, scratch, medium);
     }
 }
@@ -180,7 +173,7 @@ fn weights_without_visibility(geometry: &Geometry, images: &[Image], receiver: D
 }
 
 fn mirrored_energy(image: &Image) -> f64 {
-    image.factor.iter().flatten().sum()
+    image.factor.values().sum()
 }
 
 /// What an image brings as seen by rays from the receiver, with a share of [`weights_without_visibility`].

@@ -11,8 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use sonel_diffraction::WedgePoint;
 use sonel_geometry::{Crossed, Geometry, SurfaceId};
-use sonel_map::CoefficientTable;
-use sonel_map::lanes::lanes_of;
+use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::mirror::Mirror;
 use super::objects::SHELL;
@@ -136,8 +135,7 @@ impl<'t> Images<'t> {
                     .collect();
                 mirrors.reverse();
                 let factor = (0..table.bands()).map(|band| {
-                    let of =
-                        |mirror: &Mirror| table.mean_row(mirror.surface).specular.energy[band / 4][band % 4];
+                    let of = |mirror: &Mirror| table.mean_row(mirror.surface).specular.energy.band(band);
                     mirrors.iter().map(of).product()
                 });
                 Image {
@@ -298,7 +296,7 @@ impl View {
 /// (1−α)(1−s) per band of a mirror met in `direction`.
 #[must_use]
 pub(super) fn specular(table: &CoefficientTable, surface: SurfaceId, direction: DVec3) -> Vec<f64> {
-    let mut factor = vec![[1.0; 4]; lanes_of(table.bands())];
+    let mut factor = vec![Lanes::ONE; lanes_of(table.bands())];
     table.mirror(surface, direction, &mut factor);
-    factor.into_flattened()
+    factor.values().collect()
 }

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use sonel_diffraction::face::{End, FaceEdge};
 use sonel_diffraction::{Cell, Complex, EdgePath, FacePath, Visibility, WAVES, Wave, WedgePoint, apex};
+use sonel_map::BandValues;
 
 use super::contributions::{Contribution, Over, place};
 use super::faces::Pair;
@@ -294,8 +295,7 @@ impl Waves<'_> {
 
     /// τ of all partitions on the path that is being added.
     fn passed(&self, band: usize) -> f64 {
-        let passes =
-            |&material: &u32| self.at.table.material(material).transmitted.energy[band / 4][band % 4];
+        let passes = |&material: &u32| self.at.table.material(material).transmitted.energy.band(band);
         self.through.iter().map(passes).product()
     }
 

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 use sonel_geometry::{Crossed, Departure, End, Geometry, Leg, MOST_ROUNDS, PlaneId, Side, Sight, SurfaceId};
-use sonel_map::{CoefficientTable, Lanes, lanes_of};
+use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::beam::{Beam, clip, hull};
 use super::{Image, MirrorArrival, Radiator};
@@ -173,7 +173,7 @@ impl<'t> ImageTree<'t> {
         receiver: DVec3,
         mut found: impl FnMut(&MirrorArrival<'_>),
     ) {
-        let mut factor = vec![[0.0; 4]; self.lanes];
+        let mut factor = vec![Lanes::ZERO; self.lanes];
         let from = geometry.in_general_position(receiver, End::Receiver);
         let passes = |surface| is_partition(geometry, table, surface);
         for node in &self.nodes {
@@ -193,7 +193,7 @@ impl<'t> ImageTree<'t> {
             let length = in_air + passed.thickness();
             // Sound spreads in the air alone.
             let spreads = (length / in_air) * (length / in_air);
-            factor.iter_mut().flatten().for_each(|factor| *factor *= spreads);
+            factor.scale(spreads);
             let mirrors = self.chain(node).map(|node| node.mirror.surface).collect();
             let towards = offset / in_air;
             let through = passed.materials(geometry);
@@ -203,7 +203,7 @@ impl<'t> ImageTree<'t> {
 
     /// ∏ (1−α)(1−s) along the chain of `leaf` for sound that reaches its last mirror from `towards`, seen from the receiver.
     fn mirror(&self, table: &CoefficientTable, leaf: &Node, mut towards: DVec3, factor: &mut [Lanes]) {
-        factor.fill([1.0; 4]);
+        factor.fill(Lanes::ONE);
         for node in self.chain(leaf) {
             table.mirror(node.mirror.surface, towards, factor);
             if table.is_angular() {
@@ -221,14 +221,10 @@ impl<'t> ImageTree<'t> {
         leaf: &Node,
         factor: &mut [Lanes],
     ) {
-        factor.fill([1.0; 4]);
+        factor.fill(Lanes::ONE);
         for node in self.chain(leaf) {
             let material = geometry.surface(node.mirror.surface).material;
-            for (factor, specular) in factor.iter_mut().zip(&table.material(material).specular.energy) {
-                for lane in 0..4 {
-                    factor[lane] *= specular[lane];
-                }
-            }
+            factor.multiply(&table.material(material).specular.energy);
         }
     }
 
@@ -275,7 +271,7 @@ impl<'t> ImageTree<'t> {
         self.nodes
             .iter()
             .map(|node| {
-                let mut factor = vec![[0.0; 4]; self.lanes];
+                let mut factor = vec![Lanes::ZERO; self.lanes];
                 self.specular_factor(geometry, table, node, &mut factor);
                 Image { position: node.image, order: node.order, signs: DVec3::ONE, factor }
             })
@@ -464,8 +460,7 @@ fn met(
 fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
     let mut facets = Vec::new();
     for (index, surface) in geometry.surfaces().iter().enumerate() {
-        let specular = &table.material(surface.material).specular.energy;
-        if specular.iter().flatten().all(|&factor| factor <= 0.0) {
+        if table.material(surface.material).specular.energy.largest() <= 0.0 {
             continue;
         }
         let corners: Vec<DVec3> = surface

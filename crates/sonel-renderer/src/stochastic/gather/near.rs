@@ -5,7 +5,7 @@
 //! … D S^k R. Sources with a directivity leave their images to the discs, so do all in scenes with partitions or several airs.
 
 use sonel_geometry::Geometry;
-use sonel_map::{CoefficientTable, Lanes, SegmentHistory};
+use sonel_map::{BandValues, CoefficientTable, Lanes, SegmentHistory};
 
 use super::rays::NearPlace;
 use crate::exact::direct::spread;
@@ -54,8 +54,8 @@ impl<'a> NearSource<'a> {
     ) {
         self.connect_directly(place, (receiver, prepared), medium, scratch, deposits);
         let Some(images) = &self.images else { return };
-        let radiosity: Vec<_> =
-            place.throughput.iter().map(|lanes| lanes.map(|energy| energy * spread(1.0))).collect();
+        let mut radiosity = place.throughput.clone();
+        radiosity.scale(spread(1.0));
         let sonel = DiffuseSonel {
             position: place.position,
             normal: place.normal,
@@ -85,18 +85,13 @@ impl<'a> NearSource<'a> {
         let (distance, projected) = (offset.length(), offset.dot(place.normal.as_dvec3()).max(0.0));
         let length = (place.length + distance + passed.thickness()) * prepared.stretch;
         let Some(bin) = medium.bins.bin(length) else { return };
-        scratch.fill([1.0; 4]);
+        scratch.fill(Lanes::ONE);
         self.radiator.towards(-offset).weigh(scratch);
-        for (scratch, throughput) in scratch.iter_mut().zip(&place.throughput) {
-            for lane in 0..4 {
-                let irradiance = scratch[lane] * spread(distance) * projected / distance;
-                scratch[lane] = throughput[lane] * irradiance;
-            }
+        for (scratch, &throughput) in scratch.iter_mut().zip(&place.throughput) {
+            *scratch = throughput * (*scratch * spread(distance) * projected / distance);
         }
         if let Some(more) = medium.table.relative_reflection(place.surface, offset) {
-            for (scratch, more) in scratch.iter_mut().flatten().zip(more.iter().flatten()) {
-                *scratch *= more;
-            }
+            scratch.multiply(&more);
         }
         passed.attenuate(medium.geometry, medium.table, scratch);
         medium.receive(prepared, length, scratch);

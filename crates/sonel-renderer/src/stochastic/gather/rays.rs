@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use smallvec::{SmallVec, smallvec};
 use sonel_geometry::{Departure, Hit, SurfaceId};
 use sonel_map::coefficients::MaterialRow;
-use sonel_map::{CoefficientTable, Lanes};
+use sonel_map::{BandValues, CoefficientTable, Lanes};
 use sonel_sampling::{Frame, ScrambledSobol, Stream, warp};
 
 use super::disc::{Disc, Sheet};
@@ -219,7 +219,7 @@ impl Ray {
             direction,
             towards: direction,
             at: receiver.exact,
-            throughput: smallvec![[weight; 4]; sonel_map::lanes_of(table.bands())],
+            throughput: smallvec![Lanes::splat(weight); sonel_map::lanes_of(table.bands())],
             usual,
             length: 0.0,
             reflections: 0,
@@ -256,7 +256,7 @@ impl Ray {
 
     /// The most that it carries of any band.
     fn weight(&self) -> f64 {
-        strongest(&self.throughput)
+        self.throughput.largest()
     }
 
     /// The ray as it is; several that carry less each, where it carries much more than when it left; by roulette, where it carries little.
@@ -265,7 +265,7 @@ impl Ray {
         let parts = if weight > HEAVY { libm::ceil(weight / HEAVY) } else { (weight / LIGHT).min(1.0) };
         let copies = copies(parts, stream);
         if copies > 0 {
-            self.throughput.iter_mut().flatten().for_each(|energy| *energy /= parts);
+            self.throughput.divide(parts);
         }
         std::iter::repeat_n(self, copies)
     }
@@ -339,7 +339,7 @@ impl Ray {
     /// The ray with what `surface`, which it leaves, reflects of sound that comes along it.
     fn met_at_its_angle(mut self, table: &CoefficientTable, surface: SurfaceId) -> Self {
         if let Some(more) = table.relative_reflection(surface, self.direction.as_dvec3()) {
-            weigh(&mut self.throughput, &more, 1.0);
+            self.throughput.multiply(&more);
         }
         self
     }
@@ -348,7 +348,7 @@ impl Ray {
     fn is_to_pass(&mut self, through: f64, stream: &mut Stream) -> bool {
         let passes = stream.uniform_fine() < through;
         let chance = if passes { through } else { 1.0 - through };
-        self.throughput.iter_mut().flatten().for_each(|band| *band /= chance);
+        self.throughput.divide(chance);
         self.usual /= chance;
         passes
     }
@@ -357,7 +357,7 @@ impl Ray {
     fn passed(mut self, medium: &Medium<'_>, hit: &Hit, row: &MaterialRow) -> Option<Self> {
         let passage = medium.geometry.pass(hit)?;
         let before = self.weight();
-        weigh(&mut self.throughput, &row.transmitted.energy, 1.0);
+        self.throughput.multiply(&row.transmitted.energy);
         self.usual *= self.weight() / before;
         self.departure = passage.departure;
         self.at = hit.position.as_dvec3() + passage.shift;
@@ -367,7 +367,7 @@ impl Ray {
 
     /// Goes on as a mirror with the `specular` factors has it; false where nothing is left.
     fn reflect(&mut self, medium: &Medium<'_>, hit: &Hit, normal: Vec3, specular: &[Lanes]) -> bool {
-        weigh(&mut self.throughput, specular, 1.0);
+        self.throughput.multiply(specular);
         if self.weight() <= 0.0 {
             return false;
         }
@@ -379,28 +379,15 @@ impl Ray {
     }
 }
 
-/// The largest of all bands.
-pub fn strongest(bands: &[Lanes]) -> f64 {
-    bands.iter().flatten().copied().fold(0.0, f64::max)
+fn product(energies: &[Lanes], factors: &[Lanes], scale: f64) -> Weight {
+    let mut product = Weight::from_slice(energies);
+    product.multiply(factors);
+    product.scale(scale);
+    product
 }
 
 /// A whole number that is `expected` on average.
 fn copies(expected: f64, stream: &mut Stream) -> usize {
     let whole = libm::floor(expected);
     whole as usize + usize::from(stream.uniform_fine() < expected - whole)
-}
-
-fn product(energies: &[Lanes], factors: &[Lanes], scale: f64) -> Weight {
-    let mut product = Weight::from_slice(energies);
-    weigh(&mut product, factors, scale);
-    product
-}
-
-/// Multiplies `energies` by `factors` and `scale`.
-fn weigh(energies: &mut [Lanes], factors: &[Lanes], scale: f64) {
-    for (energy, factor) in energies.iter_mut().zip(factors) {
-        for lane in 0..4 {
-            energy[lane] = energy[lane] * factor[lane] * scale;
-        }
-    }
 }

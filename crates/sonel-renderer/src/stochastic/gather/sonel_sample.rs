@@ -9,7 +9,7 @@ use glam::Vec3;
 use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::leads::LEAST_THROUGH;
-use sonel_map::{Arrival, CoefficientTable, Segment};
+use sonel_map::{Arrival, BandValues, CoefficientTable, Segment};
 
 use crate::guided_directions::GuidedDirections;
 use crate::partition::Partitions;
@@ -162,11 +162,7 @@ impl SampledSonel {
         let row = table.mean_row(self.surface);
         let offset = position - self.position;
         let projected = offset.dot(self.normal);
-        let sends = if projected > 0.0 {
-            row.specular.energy.iter().flatten().any(|specular| *specular > 0.0)
-        } else {
-            row.is_partition
-        };
+        let sends = if projected > 0.0 { row.specular.energy.largest() > 0.0 } else { row.is_partition };
         if !sends {
             return None;
         }
