@@ -8,8 +8,8 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 use sonel_acoustics::{AbsorptionLaw, BandValues, Lanes, Material, to_lanes};
-use sonel_geometry::{Geometry, Side, SpeedProfile, SurfaceId};
-use sonel_scene::{Media, Scene};
+use sonel_geometry::{Geometry, SurfaceId};
+use sonel_scene::Propagation;
 
 use crate::classes::BandClasses;
 use crate::format::SurfaceRow;
@@ -94,9 +94,7 @@ pub struct CoefficientTable {
     /// Material and unit normal of every surface.
     surfaces: Vec<(u32, DVec3)>,
     transmits: bool,
-    media: Option<(Media, Vec<f64>)>,
-    /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
-    profile: Option<(SpeedProfile, f64)>,
+    propagation: Propagation,
 }
 
 impl CoefficientTable {
@@ -125,7 +123,7 @@ impl CoefficientTable {
         let laws = materials.iter().map(|material| law(material, classes)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
         let (bands, leads, surfaces) = (classes.count(), leads.classes().count(), Vec::new());
-        Self { bands, leads, rows, first_rows, laws, surfaces, transmits, media: None, profile: None }
+        Self { bands, leads, rows, first_rows, laws, surfaces, transmits, propagation: Propagation::Even }
     }
 
     /// The same for these surfaces of a map.
@@ -219,42 +217,17 @@ impl CoefficientTable {
         }
     }
 
-    /// The same with what sound meets in the air of `scene`, whose middle is `center`: other airs, or a gradient of its speed.
+    /// The same with the `propagation` between surfaces, which is that of even air otherwise.
     #[must_use]
-    pub fn with_media(self, scene: &Scene, center: DVec3) -> Self {
-        Self {
-            media: scene.media.clone().map(|media| (media, scene.stretches())),
-            profile: scene.profile(center).map(|profile| (profile, scene.speed_of_sound)),
-            ..self
-        }
+    pub fn with_propagation(self, propagation: Propagation) -> Self {
+        Self { propagation, ..self }
     }
 
-    /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
+    /// Propagation between surfaces.
     #[inline]
     #[must_use]
-    pub fn profile(&self) -> Option<(SpeedProfile, f64)> {
-        self.profile
-    }
-
-    /// Travel time over a length in `air` relative to that in the scene's air, c₀/c.
-    #[inline]
-    #[must_use]
-    pub fn stretch(&self, air: u32) -> f64 {
-        self.media.as_ref().map_or(1.0, |(_, stretches)| stretches[air as usize])
-    }
-
-    /// The airs on the side of an interface that a path arrives on and beyond it; none where `surface` is a wall.
-    #[inline]
-    #[must_use]
-    pub fn across(&self, surface: SurfaceId, side: Side) -> Option<[u32; 2]> {
-        self.media.as_ref().and_then(|(media, _)| media.across(surface, side))
-    }
-
-    /// Whether the scene has more than one air.
-    #[inline]
-    #[must_use]
-    pub fn has_media(&self) -> bool {
-        self.media.is_some()
+    pub fn propagation(&self) -> &Propagation {
+        &self.propagation
     }
 
     /// Number of columns of energies: bands, or classes of bands.

@@ -5,8 +5,9 @@
 //! References: docs/physics.md §3.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Arc, Departure, Geometry, Sight, SurfaceId};
+use sonel_geometry::{Departure, Geometry, Sight, SurfaceId};
 use sonel_map::{BandValues, CoefficientTable, Lanes};
+use sonel_scene::Leg;
 
 /// Partitions that a way passes, in order, and how those with thickness shift it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -35,18 +36,18 @@ impl Partitions {
         }
     }
 
-    /// Those on an arc from a local position [m], or from one lifted off a surface, which arrives at another after a time [s]; [`None`] where
-    /// something is on it that nothing passes.
+    /// Those on a `leg` from a local position [m], or from one lifted off a surface, to another; [`None`] where something is on it that
+    /// nothing passes.
     #[must_use]
     pub fn along(
         geometry: &Geometry,
         table: &CoefficientTable,
         mut from: Vec3,
-        (arc, time): (&Arc, f64),
+        leg: &Leg,
         to: Vec3,
     ) -> Option<Self> {
         let mut passed = Self::default();
-        for joint in arc.joints(time) {
+        for joint in leg.arc.joints(leg.time) {
             let joint = joint.as_vec3();
             let chord = joint - from;
             // A partition with thickness may be left beyond the end of the chord.

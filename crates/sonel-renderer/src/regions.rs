@@ -21,10 +21,8 @@ use crate::settings::{Air, Estimator, RenderSettings};
 /// The effect under which a map states whether air attenuates what packets carry (docs/interface.md).
 const AIR: &str = "air";
 
-/// The airs of a scene.
-pub struct Regions {
-    airs: Vec<RegionAir>,
-}
+/// The airs of a scene, by their numbers.
+pub struct Airs(Vec<RegionAir>);
 
 /// One of them.
 pub struct RegionAir {
@@ -35,9 +33,9 @@ pub struct RegionAir {
     /// m of each class of bands, as it is for what is computed one by one [1/m].
     pub attenuation: Vec<f64>,
     /// The same over a length.
-    pub table: Option<AirTable>,
+    pub table: AirTable,
     /// What it takes of what packets carry beyond what every air takes.
-    rest: Option<AirTable>,
+    rest: AirTable,
 }
 
 /// Distance from `position` (about the scene's centre [m]) to the next interface that faces it [m]; infinite without any.
@@ -54,22 +52,24 @@ pub fn distance_to_interface(scene: &Scene, geometry: &Geometry, position: Vec3)
     hits.map(|hit| f64::from(hit.distance)).fold(f64::INFINITY, f64::min)
 }
 
-impl Regions {
-    /// Those of `scene`, which has several, with the least attenuation of what packets carry, m c/c₀ per class of bands. `attenuates` says
-    /// of each band whether air matters to that. Lengths are up to `reach` [m].
+impl Airs {
+    /// Those of `scene`, and the least attenuation of what packets carry, m c/c₀ per class of bands. The scene's air has `attenuation` m per
+    /// band [1/m], regions have that of the scene or, if it was asked for anew, none. `carried` says of each band whether air matters to
+    /// what packets carry. Lengths are up to `reach` [m].
     pub fn new(
-        scene: &Scene,
+        (scene, air): (&Scene, &Air),
         classes: &BandClasses,
-        (attenuates, carried): (bool, &[bool]),
+        (attenuation, carried): (&[f64], &[bool]),
         reach: f64,
     ) -> (Self, Vec<f64>) {
-        let regions = scene.media.iter().flat_map(|media| &media.regions);
-        let all =
-            std::iter::once(&scene.air_attenuation).chain(regions.map(|region| &region.air_attenuation));
-        let of_classes = |bands: &[f64]| -> Vec<f64> {
-            classes.representatives().map(|band| if attenuates { bands[band] } else { 0.0 }).collect()
-        };
-        let attenuations: Vec<Vec<f64>> = all.map(|bands| of_classes(bands)).collect();
+        let still = vec![0.0; attenuation.len()];
+        let regions = scene.media.iter().flat_map(|media| &media.regions).map(|region| match air {
+            Air::OfScene => &region.air_attenuation[..],
+            Air::Attenuation(_) => &still,
+        });
+        let all = std::iter::once(attenuation).chain(regions);
+        let of_classes = |bands: &[f64]| classes.representatives().map(|band| bands[band]).collect();
+        let attenuations: Vec<Vec<f64>> = all.map(of_classes).collect();
         let (stretches, impedances) = (scene.stretches(), scene.impedances());
         let is_carried: Vec<bool> = classes.representatives().map(|band| carried[band]).collect();
         let of_packets: Vec<Vec<f64>> = attenuations
@@ -93,32 +93,38 @@ impl Regions {
                 rest: AirTable::new(&rest, reach),
             }
         };
-        (Self { airs: attenuations.into_iter().enumerate().map(air).collect() }, least)
+        (Self(attenuations.into_iter().enumerate().map(air).collect()), least)
     }
 
     /// One air.
     #[must_use]
     pub fn air(&self, air: u32) -> &RegionAir {
-        &self.airs[air as usize]
+        &self.0[air as usize]
+    }
+
+    /// Whether there is more than one.
+    #[inline]
+    pub fn are_several(&self) -> bool {
+        self.0.len() > 1
     }
 
     /// Takes from `energy` what `air` takes over `length`, times c₀/c [m], beyond what every air takes.
     pub fn fade(&self, air: u32, length: f64, energy: &mut [Lanes]) {
-        if let Some(rest) = &self.airs[air as usize].rest {
-            rest.attenuate(length, energy);
-        }
+        self.air(air).rest.attenuate(length, energy);
     }
 
     /// Makes `energy` that comes to a receiver in `air`, straight over the last `length` times c₀/c [m], the receiver's.
     pub fn receive(&self, air: u32, length: f64, energy: &mut [Lanes]) {
-        self.fade(air, length, energy);
-        energy.scale(self.airs[air as usize].impedance);
+        if self.are_several() {
+            self.fade(air, length, energy);
+            energy.scale(self.air(air).impedance);
+        }
     }
 }
 
 /// Energies along one path, with what the airs on its way have taken beyond what every air takes.
 pub struct Fading<'a> {
-    regions: &'a Regions,
+    airs: &'a Airs,
     reach: f64,
     kept: Vec<Lanes>,
     leaving: Vec<Lanes>,
@@ -127,16 +133,16 @@ pub struct Fading<'a> {
 
 impl<'a> Fading<'a> {
     /// At the beginning of a path of `lanes` lanes of bands, of up to `reach` [m].
-    pub fn new(regions: &'a Regions, lanes: usize, reach: f64) -> Self {
+    pub fn new(airs: &'a Airs, lanes: usize, reach: f64) -> Self {
         let zeros = || vec![Lanes::ZERO; lanes];
-        Self { regions, reach, kept: vec![Lanes::ONE; lanes], leaving: zeros(), arriving: zeros() }
+        Self { airs, reach, kept: vec![Lanes::ONE; lanes], leaving: zeros(), arriving: zeros() }
     }
 
     /// Hands over the next segment with its energies where it begins and, apart, where it ends.
     pub fn visit(&mut self, segment: &Segment<'_>, visit: &mut impl FnMut(&Segment<'_>, &[Lanes])) {
         let length = (segment.end_length - segment.start_length).min(self.reach);
         self.leaving.set_product(segment.energy, &self.kept, 1.0);
-        self.regions.fade(segment.air, length, &mut self.kept);
+        self.airs.fade(segment.air, length, &mut self.kept);
         self.arriving.set_product(segment.energy, &self.kept, 1.0);
         visit(&Segment { energy: &self.leaving, ..*segment }, &self.arriving);
     }

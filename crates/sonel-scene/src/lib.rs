@@ -21,6 +21,7 @@ mod notation;
 mod obj;
 mod polygon_mesh;
 mod problem;
+mod propagation;
 mod report;
 mod room;
 mod scene;
@@ -37,6 +38,7 @@ pub use materials_file::materials_toml;
 pub use media::{Airs, Media, NO_AIR, Region};
 pub use polygon_mesh::PolygonMesh;
 pub use problem::{Place, Problem, SceneErrors};
+pub use propagation::{AirSide, Flight, Interface, Leg, Propagation};
 pub use scene::{
     DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DEFAULT_DURATION,
     LONGEST_DURATION, Receiver, Scene, Source,

@@ -18,4 +18,4 @@ pub mod refraction;
 pub mod run;
 mod zone;
 
-pub use run::{ForeignPath, TraceError, TracedChunk, Tracer};
+pub use run::{TraceError, TracedChunk, Tracer};

@@ -70,12 +70,8 @@ impl BatchEstimate {
                 continue;
             }
             scratch.copy_from_slice(segment.energy);
-            if let Some(regions) = medium.regions {
-                regions.fade(segment.air, mark - segment.start_length, scratch);
-            }
-            if let Some(air) = medium.air {
-                air.attenuate(mark, scratch);
-            }
+            medium.airs.fade(segment.air, mark - segment.start_length, scratch);
+            medium.air.attenuate(mark, scratch);
             sum.add(scratch);
         }
     }
@@ -354,8 +350,8 @@ impl Renderer<'_> {
             geometry: self.geometry,
             table: &self.table,
             bins: &self.bins,
-            air: self.carried_air.as_ref(),
-            regions: self.regions.as_ref(),
+            air: &self.carried_air,
+            airs: &self.airs,
         }
     }
 
@@ -412,11 +408,11 @@ impl Renderer<'_> {
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
         let (source, carrier) = (source as u32, (&self.table, weight));
-        let Some(regions) = &self.regions else {
+        if !self.airs.are_several() {
             let visit = |segment: &Segment<'_>| visit(segment, segment.energy);
             return self.emissions.follow(source, path, unit, carrier, visit);
-        };
-        let mut fading = Fading::new(regions, lanes_of(self.table.bands()), self.bins.reach);
+        }
+        let mut fading = Fading::new(&self.airs, lanes_of(self.table.bands()), self.bins.reach);
         let visit = |segment: &Segment<'_>| fading.visit(segment, &mut visit);
         self.emissions.follow(source, path, unit, carrier, visit);
     }

@@ -39,8 +39,8 @@ struct Part<'a> {
     /// Time borders of the batches [s].
     borders: &'a [f64],
     axes: Axes,
-    /// The air of the source where the scene has several: all of it is in that, and so is the receiver if anything arrives.
-    air: Option<&'a RegionAir>,
+    /// The air of the source: all of it is in that, and so is the receiver if anything arrives.
+    air: &'a RegionAir,
     fine: Deposits,
     coarse: Vec<CoarseEchogram>,
     classes: [Vec<Lanes>; CLASSES.len()],
@@ -53,7 +53,7 @@ impl<'a> Part<'a> {
     fn new(
         renderer: &'a Renderer<'a>,
         (index, receiver): (usize, &PreparedReceiver),
-        air: Option<&'a RegionAir>,
+        air: &'a RegionAir,
         borders: &'a [f64],
     ) -> Self {
         let bands = renderer.table.bands();
@@ -77,17 +77,12 @@ impl<'a> Part<'a> {
     fn add(
         &mut self,
         class: usize,
-        (mut length, towards, order): (f64, DVec3, u32),
+        (length, towards, order): (f64, DVec3, u32),
         energy: &[Lanes],
         listed: bool,
     ) {
-        let own: Vec<Lanes>;
-        let mut energy = energy;
-        if let Some(air) = self.air {
-            length *= air.stretch;
-            own = energy.iter().map(|&lanes| lanes * air.impedance).collect();
-            energy = &own;
-        }
+        let length = length * self.air.stretch;
+        let energy: &[Lanes] = &energy.iter().map(|&lanes| lanes * self.air.impedance).collect::<Vec<_>>();
         let Renderer { bins, table, .. } = self.renderer;
         let Some(bin) = bins.bin(length) else { return };
         let weights = self.axes.weights(0, towards).into_iter().flatten();
@@ -155,12 +150,12 @@ impl Renderer<'_> {
         (borders, others): (&'b [f64], &[f64]),
     ) -> Part<'b> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
-        let air = self.regions.as_ref().map(|regions| regions.air(air));
+        let air = self.airs.air(air);
         let mut part = Part::new(self, (index, receiver), air, borders);
         let at = ReceiverContext {
             geometry: self.geometry,
             table: &self.table,
-            attenuation: air.map_or(&self.attenuation, |air| &air.attenuation),
+            attenuation: &air.attenuation,
             radiator,
             receiver: receiver.exact,
             sensitivity: receiver.sensitivity,
@@ -200,9 +195,10 @@ impl Renderer<'_> {
         let mut visible = Vec::new();
         self.visit_visible(at, emitted, |found, energy| {
             // Of an arc, the place that it begins at.
-            let position = match at.table.profile() {
-                Some(_) => at.radiator.position,
-                None => at.receiver + found.towards * found.length,
+            let position = if at.table.propagation().is_straight() {
+                at.receiver + found.towards * found.length
+            } else {
+                at.radiator.position
             };
             visible.push(VisibleWave {
                 place: edges.place(self.geometry, position, found),
@@ -225,9 +221,8 @@ impl Renderer<'_> {
         mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) {
         self.visit_direct(at, &mut visit);
-        let own_air = self.regions.as_ref().map(|regions| regions.air(emitted.air));
-        let reach = self.bins.reach / own_air.map_or(1.0, |air| air.stretch);
-        let table = own_air.map_or(self.air.as_ref(), |air| air.table.as_ref());
+        let air = self.airs.air(emitted.air);
+        let reach = self.bins.reach / air.stretch;
         let mut energy = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         emitted.image_sources.visit(self.geometry, &self.table, at.receiver, reach, |found| {
             let (rendered, directional);
@@ -241,9 +236,7 @@ impl Renderer<'_> {
                 &directional
             };
             energy.set_times(found.factor, spread(found.length));
-            if let Some(air) = table {
-                air.attenuate(found.length, &mut energy);
-            }
+            air.table.attenuate(found.length, &mut energy);
             visit(found, &energy);
         });
     }
@@ -261,7 +254,7 @@ impl Renderer<'_> {
         let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
         passed.attenuate(self.geometry, &self.table, &mut factors);
         passed.attenuate(self.geometry, &self.table, &mut energy);
-        if at.table.profile().is_some() || passed.thickness() > 0.0 {
+        if !at.table.propagation().is_straight() || passed.thickness() > 0.0 {
             factors.scale(spread / self::spread(length));
         }
         let direct = MirrorArrival {

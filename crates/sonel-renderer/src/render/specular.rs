@@ -63,6 +63,7 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate,
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
+        let air = self.map.header().scene.air_at_source(source);
         let traced = &self.map.header().settings;
         let rays = (RAYS_PER_PACKET * traced.emissions)
             .div_ceil(u64::from(traced.batches))
@@ -82,7 +83,7 @@ impl Renderer<'_> {
                 departure: Departure::free(radiator.position.as_vec3()),
                 direction,
                 length: 0.0,
-                stretch: self.stretch_at_source(source),
+                stretch: self.table.propagation().stretch(air, radiator.position),
                 reflections: 0,
             };
             while energy.largest() > 0.0 {

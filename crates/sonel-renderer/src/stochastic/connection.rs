@@ -5,8 +5,9 @@
 //! the part beyond [`PreparedReceiver::brightest`] is left to visibility rays, so that no single sonel weighs more.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Arc, Departure, Side, SpeedProfile};
+use sonel_geometry::{Departure, Side};
 use sonel_map::{BandValues, Lanes};
+use sonel_scene::Leg;
 
 use crate::crossings::Crossings;
 use crate::deposit::Deposits;
@@ -68,9 +69,7 @@ impl ClassDeposits<'_> {
         energy: &mut [Lanes],
         medium: &Medium<'_>,
     ) {
-        if let Some(air) = medium.air {
-            air.attenuate(length, energy);
-        }
+        medium.air.attenuate(length, energy);
         let first = receiver * self.axes.columns().fine;
         self.deposits.add(first, bin, energy);
         for (column, weight) in (first + 1..).zip(self.axes.weights(receiver, towards).iter().flatten()) {
@@ -111,8 +110,8 @@ pub fn connect(
     deposits: &mut ClassDeposits<'_>,
 ) {
     for (index, receiver) in receivers.iter().enumerate() {
-        if let Some(profile) = medium.table.profile() {
-            connect_by_arc(sonel, (index, receiver), profile, medium, scratch, deposits);
+        if let Some(leg) = medium.table.propagation().leg(sonel.position.as_dvec3(), receiver.exact) {
+            connect_by_arc(sonel, (index, receiver), &leg, medium, scratch, deposits);
             continue;
         }
         let offset = receiver.position - sonel.position;
@@ -142,26 +141,24 @@ pub fn connect(
     }
 }
 
-/// The same along an arc, for a speed of sound with a gradient and that of the scene [m/s].
+/// The same along an arc.
 #[cold]
 fn connect_by_arc(
     sonel: &DiffuseSonel<'_>,
     (index, receiver): (usize, &PreparedReceiver),
-    (profile, speed): (SpeedProfile, f64),
+    leg: &Leg,
     medium: &Medium<'_>,
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
-    let (from, to) = (sonel.position.as_dvec3(), receiver.exact);
-    let (arc, time) = (Arc::between(profile, from, to), profile.travel_time(from, to));
-    let cosine = arc.direction(0.0).dot(sonel.normal.as_dvec3());
-    let length = sonel.length + time * speed;
+    let cosine = leg.arc.direction(0.0).dot(sonel.normal.as_dvec3());
+    let length = sonel.length + leg.length;
     let Some(bin) = medium.bins.bin(length).filter(|_| cosine > 0.0) else { return };
     let start = sonel.departure.origin;
-    let passed = Partitions::along(medium.geometry, medium.table, start, (&arc, time), receiver.position);
+    let passed = Partitions::along(medium.geometry, medium.table, start, leg, receiver.position);
     let Some(passed) = passed else { return };
-    let towards = -arc.direction(time);
-    let solid_angle = cosine * profile.spread(from, to) * receiver.sensitivity.to(towards);
+    let towards = -leg.arc.direction(leg.time);
+    let solid_angle = cosine * leg.spread * receiver.sensitivity.to(towards);
     scratch.set_times(sonel.radiosity, solid_angle);
     passed.attenuate(medium.geometry, medium.table, scratch);
     deposits.add((index, towards), bin, length, scratch, medium);

@@ -8,7 +8,7 @@ use crate::air::AirTable;
 use crate::deposit::TimeBins;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
-use crate::regions::Regions;
+use crate::regions::Airs;
 
 /// What lies between a sonel and a receiver.
 #[derive(Clone, Copy)]
@@ -19,19 +19,17 @@ pub struct Medium<'a> {
     pub table: &'a CoefficientTable,
     /// Time bins.
     pub bins: &'a TimeBins,
-    /// Air, where it attenuates.
-    pub air: Option<&'a AirTable>,
-    /// The airs, where the scene has several.
-    pub regions: Option<&'a Regions>,
+    /// What every air takes of what packets carry.
+    pub air: &'a AirTable,
+    /// The airs.
+    pub airs: &'a Airs,
 }
 
 impl Medium<'_> {
     /// Makes `energy` that comes to `receiver`, straight over the last `length` times c₀/c [m], the receiver's, but for what every air takes.
     #[inline]
     pub fn receive(&self, receiver: &PreparedReceiver, length: f64, energy: &mut [Lanes]) {
-        if let Some(regions) = self.regions {
-            regions.receive(receiver.air, length, energy);
-        }
+        self.airs.receive(receiver.air, length, energy);
     }
 
     /// What a straight way passes; [`None`] where something is in the way that nothing passes.

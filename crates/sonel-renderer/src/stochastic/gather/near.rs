@@ -7,6 +7,8 @@
 use sonel_geometry::Geometry;
 use sonel_map::{BandValues, CoefficientTable, Lanes, SegmentHistory};
 
+use sonel_scene::Propagation;
+
 use super::rays::NearPlace;
 use crate::exact::direct::spread;
 use crate::exact::mirror::Radiator;
@@ -26,7 +28,7 @@ impl<'a> NearSource<'a> {
     #[must_use]
     pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator<'a>) -> Self {
         let is_omni = radiator.directivity.is_omni();
-        let order = if is_omni && !table.transmits() && !table.has_media() {
+        let order = if is_omni && !table.transmits() && *table.propagation() == Propagation::Even {
             image_order(geometry, table)
         } else {
             0
