@@ -3,7 +3,7 @@
 use glam::DVec3;
 use sonel_acoustics::{AbsorptionLaw, Air, BandWidth, Bands, Directivity, Material, Pattern};
 use sonel_geometry::{Mesh, MeshTriangle};
-use sonel_scene::{Receiver, Scene, Source};
+use sonel_scene::{Effect, Receiver, Scene, Source};
 
 use crate::codec::{
     DirectivityRecord, EffectRecord, HeaderRecord, MaterialRecord, ReceiverRecord, SceneRecord,
@@ -70,10 +70,17 @@ pub fn header_record(header: &MapHeader, center: DVec3, sections: Vec<SectionRec
 
 fn effect_record(effect: &EffectState) -> EffectRecord {
     EffectRecord {
-        name: effect.name.clone(),
+        name: effect.effect.name().to_owned(),
         on: effect.on.iter().copied().map(u8::from).collect(),
         reason: effect.reason.clone(),
     }
+}
+
+fn effect(record: EffectRecord) -> Result<EffectState, String> {
+    let EffectRecord { name, on, reason } = record;
+    let effect =
+        Effect::named(&name).ok_or_else(|| format!("effect \"{name}\" is unknown to this version"))?;
+    Ok(EffectState { effect, on: on.iter().map(|&on| on != 0).collect(), reason })
 }
 
 fn scene_record(scene: &Scene) -> SceneRecord {
@@ -145,13 +152,7 @@ pub fn header(
     if shard.index == 0 || shard.index > shard.count {
         return Err(format!("shard {} of {} does not exist", shard.index, shard.count));
     }
-    let effects = record
-        .effects
-        .into_iter()
-        .map(|effect| {
-            EffectState::new(&effect.name, effect.on.iter().map(|&on| on != 0).collect(), effect.reason)
-        })
-        .collect();
+    let effects = record.effects.into_iter().map(effect).collect::<Result<_, _>>()?;
     let words: Vec<String> = record.scene.sources.iter().map(|source| source.directivity.clone()).collect();
     let mut scene = scene(record.scene, mesh, laws)?;
     directivity::apply(&words, directivity, &mut scene)?;

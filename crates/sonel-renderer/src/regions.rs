@@ -12,14 +12,11 @@
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Side, SurfaceId};
 use sonel_map::{BandClasses, BandValues, Lanes, Segment, SonelMap};
-use sonel_scene::Scene;
+use sonel_scene::{Effect, Scene};
 
 use crate::air::AirTable;
 use crate::error::RenderError;
 use crate::settings::{Air, Estimator, RenderSettings};
-
-/// The effect under which a map states whether air attenuates what packets carry (docs/interface.md).
-const AIR: &str = "air";
 
 /// The airs of a scene, by their numbers.
 pub struct Airs(Vec<RegionAir>);
@@ -167,7 +164,7 @@ pub fn straight_length(scene: &Scene, geometry: &Geometry, source: usize, receiv
 /// computed one by one, air that was asked for anew, and air beside other materials, is as it is.
 pub(crate) fn carries(air: &Air, map: &SonelMap) -> Vec<bool> {
     let is_as_traced = *air == Air::OfScene && map.drawn_with().is_none();
-    let stated = map.header().effects.iter().find(|effect| effect.name == AIR && is_as_traced);
+    let stated = map.header().effect(Effect::Air).filter(|_| is_as_traced);
     let matters = |band: usize| stated.and_then(|effect| effect.on.get(band)).copied().unwrap_or(true);
     (0..map.header().scene.bands.count()).map(matters).collect()
 }

@@ -10,6 +10,7 @@ mod bands;
 pub mod checkup;
 mod document;
 mod draft;
+mod effect;
 mod formats;
 mod inspection;
 pub mod library;
@@ -33,6 +34,7 @@ mod words;
 
 pub use balloon_file::{is_balloon_file, load_balloon, rolled};
 pub use draft::{Draft, draft};
+pub use effect::Effect;
 pub use load::{Document, Loaded, load, load_materials, load_receivers, read_material, read_variants};
 pub use materials_file::materials_toml;
 pub use media::{Airs, Media, NO_AIR, Region};

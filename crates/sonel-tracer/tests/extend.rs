@@ -7,7 +7,7 @@ use glam::DVec3;
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_geometry::{Mesh, MeshTriangle};
 use sonel_map::{EffectState, Event, MapHeader, MapWriter, Mode, Settings, ShardRange, SonelMap, Spectral};
-use sonel_scene::{Scene, Source};
+use sonel_scene::{Effect, Scene, Source};
 use sonel_tracer::{TracedChunk, Tracer};
 
 fn scene(absorption: f64, mesh: Mesh) -> Scene {
@@ -76,7 +76,7 @@ fn header(scene: &Scene, settings: Settings) -> MapHeader {
         tool_version: "test".to_owned(),
         settings,
         shard: ShardRange::WHOLE,
-        effects: vec![EffectState::new("diffraction", vec![true; 3], "asked for".to_owned())],
+        effects: vec![EffectState { effect: Effect::Diffraction, on: vec![true; 3], reason: String::new() }],
         scene: scene.clone(),
     }
 }
