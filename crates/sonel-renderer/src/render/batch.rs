@@ -15,7 +15,7 @@ use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::Fading;
 use crate::rendering::{CoarseEchogram, Rendering};
-use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, connect, normal_on};
+use crate::stochastic::connection::{Arriving, ClassDeposits, DiffuseSonel, connect, normal_on};
 use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
@@ -338,9 +338,9 @@ impl Renderer<'_> {
             let length = segment.end_length + ray + leg;
             let Some(bin) = self.bins.bin(length) else { continue };
             medium.receive(prepared, (ray + leg).max(0.0), brought);
-            let bins = (bin, group.tile.coarse_bin(receiver, bin));
-            let arriving = (receiver, point.towards.as_dvec3());
-            estimate.class(class).add_from_kernel(arriving, bins, length, brought, gain, &medium);
+            let kernel = (gain, group.tile.coarse_bin(receiver, bin));
+            let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
+            estimate.class(class).add_from_kernel(arriving, brought, kernel, &medium);
         }
     }
 

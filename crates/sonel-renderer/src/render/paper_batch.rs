@@ -9,6 +9,7 @@ use super::batch::{BatchEstimate, ReceiverGroup, receiver_stream};
 use crate::exact::direct::{direct_path, spread};
 use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
+use crate::stochastic::connection::Arriving;
 use crate::stochastic::gather::GatherIndex;
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::rays::GatherPoint;
@@ -67,18 +68,15 @@ impl Renderer<'_> {
                 paper.cast(&looking, (number as u32, receiver), &mut stream, |sight| match sight {
                     Sight::Disc(point) => points.push(point),
                     Sight::Source(sight) => {
-                        let Some(bin) = self.bins.bin(sight.length) else { return };
+                        let length = sight.length;
+                        let Some(bin) = self.bins.bin(length) else { return };
                         let mut energy = only(column, columns, sight.fluence);
-                        let bins = (bin, group.tile.coarse_bin(number, bin));
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
-                        estimate.class(PathClass::LateSpecular).add_from_kernel(
-                            (number, sight.towards.as_dvec3()),
-                            bins,
-                            sight.length,
-                            &mut energy,
-                            gain,
-                            &medium,
-                        );
+                        let kernel = (gain, group.tile.coarse_bin(number, bin));
+                        let towards = sight.towards.as_dvec3();
+                        let arriving = Arriving { receiver: number, towards, length, bin };
+                        let mut deposits = estimate.class(PathClass::LateSpecular);
+                        deposits.add_from_kernel(arriving, &mut energy, kernel, &medium);
                     }
                 });
             }
@@ -123,8 +121,9 @@ impl Renderer<'_> {
                 for (energy, &unobstructed) in energy.iter_mut().zip(&unobstructed) {
                     *energy *= unobstructed * rendered;
                 }
-                let arriving = (number, towards.unwrap_or_default());
-                estimate.class(PathClass::Edge).add(arriving, bin, length, &mut energy, &self.medium());
+                let towards = towards.unwrap_or_default();
+                let arriving = Arriving { receiver: number, towards, length, bin };
+                estimate.class(PathClass::Edge).add(arriving, &mut energy, &self.medium());
             }
         }
     }
@@ -152,9 +151,9 @@ impl Renderer<'_> {
                 let length = segment.end_length + point.length;
                 let Some(bin) = self.bins.bin(length) else { continue };
                 scratch.set_product(segment.energy, &point.weight, 1.0);
-                let bins = (bin, group.tile.coarse_bin(receiver, bin));
-                let arriving = (receiver, point.towards.as_dvec3());
-                estimate.class(class).add_from_kernel(arriving, bins, length, scratch, gain, &medium);
+                let kernel = (gain, group.tile.coarse_bin(receiver, bin));
+                let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
+                estimate.class(class).add_from_kernel(arriving, scratch, kernel, &medium);
             }
         }
     }

@@ -42,6 +42,19 @@ pub fn normal_on(side: Side, front: Vec3) -> Vec3 {
     }
 }
 
+/// How energy arrives at a receiver.
+#[derive(Debug, Clone, Copy)]
+pub struct Arriving {
+    /// Number of the receiver.
+    pub receiver: usize,
+    /// Direction from the receiver to where it comes from, of any length.
+    pub towards: DVec3,
+    /// Path length [m].
+    pub length: f64,
+    /// Time bin of that.
+    pub bin: usize,
+}
+
 /// Where an estimator of one class leaves its energy: the echograms of all classes, and the sums of its own.
 #[derive(Debug)]
 pub struct ClassDeposits<'a> {
@@ -58,17 +71,10 @@ pub struct ClassDeposits<'a> {
 }
 
 impl ClassDeposits<'_> {
-    /// Adds `energy`, spread but not yet attenuated by air, to the echogram of a receiver, by number, to which it comes from a direction, of any
-    /// length.
+    /// Adds `energy`, spread but not yet attenuated by air, to the echogram of a receiver.
     #[inline]
-    pub fn add(
-        &mut self,
-        (receiver, towards): (usize, DVec3),
-        bin: usize,
-        length: f64,
-        energy: &mut [Lanes],
-        medium: &Medium<'_>,
-    ) {
+    pub fn add(&mut self, arriving: Arriving, energy: &mut [Lanes], medium: &Medium<'_>) {
+        let Arriving { receiver, towards, length, bin } = arriving;
         medium.air.attenuate(length, energy);
         let first = receiver * self.axes.columns().fine;
         self.deposits.add(first, bin, energy);
@@ -84,14 +90,13 @@ impl ClassDeposits<'_> {
     #[inline]
     pub fn add_from_kernel(
         &mut self,
-        (receiver, towards): (usize, DVec3),
-        (bin, coarse): (usize, u32),
-        length: f64,
+        arriving: Arriving,
         energy: &mut [Lanes],
-        gain: f64,
+        (gain, coarse): (f64, u32),
         medium: &Medium<'_>,
     ) {
-        self.add((receiver, towards), bin, length, energy, medium);
+        self.add(arriving, energy, medium);
+        let Arriving { receiver, towards, .. } = arriving;
         let columns = self.axes.columns().coarse;
         let weights = self.axes.weights(receiver, towards).into_iter().flatten();
         for (column, weight) in std::iter::once(1.0).chain(weights).take(columns).enumerate() {
@@ -137,7 +142,7 @@ pub fn connect(
         scratch.set_times(sonel.radiosity, solid_angle);
         passed.attenuate(medium.geometry, medium.table, scratch);
         medium.receive(receiver, leg, scratch);
-        deposits.add((index, towards), bin, length, scratch, medium);
+        deposits.add(Arriving { receiver: index, towards, length, bin }, scratch, medium);
     }
 }
 
@@ -161,5 +166,5 @@ fn connect_by_arc(
     let solid_angle = cosine * leg.spread * receiver.sensitivity.to(towards);
     scratch.set_times(sonel.radiosity, solid_angle);
     passed.attenuate(medium.geometry, medium.table, scratch);
-    deposits.add((index, towards), bin, length, scratch, medium);
+    deposits.add(Arriving { receiver: index, towards, length, bin }, scratch, medium);
 }

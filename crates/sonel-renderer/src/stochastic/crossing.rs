@@ -9,7 +9,7 @@ use sonel_map::{BandValues, Lanes, Segment, SegmentHistory};
 
 use crate::ball::Beam;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::connection::ClassDeposits;
+use crate::stochastic::connection::{Arriving, ClassDeposits};
 use crate::stochastic::medium::Medium;
 
 /// Path classes of reflected sound that other estimators bring to one receiver.
@@ -98,8 +98,8 @@ pub fn cross<'a>(
         deposits.crossings.cross(piece.beam, index, piece.energy);
         scratch.set_times(piece.energy, fluence);
         medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);
-        let (arriving, bins) = ((index, -along), (bin, coarse(index, bin)));
-        deposits.add_from_kernel(arriving, bins, length, scratch, chord.gain, medium);
+        let arriving = Arriving { receiver: index, towards: -along, length, bin };
+        deposits.add_from_kernel(arriving, scratch, (chord.gain, coarse(index, bin)), medium);
     }
 }
 

@@ -17,7 +17,7 @@ use crate::exact::mirror::tree::ImageTree;
 use crate::exact::mirror::{Image, Radiator};
 use crate::receiver::{PreparedReceiver, Sensitivity};
 use crate::stochastic::alias::AliasTable;
-use crate::stochastic::connection::{ClassDeposits, DiffuseSonel};
+use crate::stochastic::connection::{Arriving, ClassDeposits, DiffuseSonel};
 use crate::stochastic::medium::Medium;
 
 /// Largest K′ in an empty box: about 44 000 images. What is beyond carries little but is noisy: in a flat room K′ = 16 left 0.2 % of
@@ -158,7 +158,8 @@ impl ReceiverImages {
         let solid_angle = (projected / (distance * squared)).min(self.brightest);
         let weight = solid_angle * self.inverse_probability[index] * self.sensitivity.to(towards);
         scratch.set_product(sonel.radiosity, &image.factor, weight);
-        deposits.add((receiver, first.unwrap_or(towards)), bin, length, scratch, medium);
+        let towards = first.unwrap_or(towards);
+        deposits.add(Arriving { receiver, towards, length, bin }, scratch, medium);
     }
 }
 

@@ -13,7 +13,7 @@ use super::rays::NearPlace;
 use crate::exact::direct::spread;
 use crate::exact::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::connection::{ClassDeposits, DiffuseSonel};
+use crate::stochastic::connection::{Arriving, ClassDeposits, DiffuseSonel};
 use crate::stochastic::medium::Medium;
 use crate::stochastic::mirror_connection::{ReceiverImages, image_order};
 
@@ -97,6 +97,6 @@ impl<'a> NearSource<'a> {
         }
         passed.attenuate(medium.geometry, medium.table, scratch);
         medium.receive(prepared, length, scratch);
-        deposits.add((receiver, place.towards), bin, length, scratch, medium);
+        deposits.add(Arriving { receiver, towards: place.towards, length, bin }, scratch, medium);
     }
 }
