@@ -5,6 +5,8 @@
 //!
 //! References: docs/physics.md §1, docs/references.md.
 
+#![warn(unreachable_pub)]
+
 pub mod absorption_law;
 mod air;
 mod balloon;

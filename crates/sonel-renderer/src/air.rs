@@ -12,7 +12,7 @@ const WIDEST_SPACING: f64 = 0.25;
 
 /// e^(−m·length) for lengths up to a limit.
 #[derive(Debug, Clone)]
-pub struct AirTable {
+pub(crate) struct AirTable {
     attenuation: Vec<Lanes>,
     spacing: f64,
     nodes: Vec<Lanes>,
@@ -21,7 +21,7 @@ pub struct AirTable {
 impl AirTable {
     /// Number of nodes of a table for `attenuation` m per band [1/m] up to `reach` [m]; still air needs none.
     #[must_use]
-    pub fn node_count(attenuation: &[f64], reach: f64) -> usize {
+    pub(crate) fn node_count(attenuation: &[f64], reach: f64) -> usize {
         if strongest(attenuation) <= 0.0 {
             return 0;
         }
@@ -30,7 +30,7 @@ impl AirTable {
 
     /// A table for `attenuation` m per band [1/m] up to `reach` [m].
     #[must_use]
-    pub fn new(attenuation: &[f64], reach: f64) -> Self {
+    pub(crate) fn new(attenuation: &[f64], reach: f64) -> Self {
         let spacing = spacing(attenuation);
         let nodes = (0..Self::node_count(attenuation, reach))
             .flat_map(|node| to_lanes(attenuation.iter().map(|m| libm::exp(-m * node as f64 * spacing))))
@@ -40,7 +40,7 @@ impl AirTable {
 
     /// Multiplies `energy` by the attenuation over `length`, at most the reach [m].
     #[inline]
-    pub fn attenuate(&self, length: f64, energy: &mut [Lanes]) {
+    pub(crate) fn attenuate(&self, length: f64, energy: &mut [Lanes]) {
         if self.nodes.is_empty() {
             return;
         }

@@ -16,7 +16,7 @@ const MOST_UNSEEN: f64 = 3.0;
 
 /// Counted at some receivers, by kind of path.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Crossings {
+pub(crate) struct Crossings {
     lanes: usize,
     kinds: [Kind; Beam::ALL.len()],
 }
@@ -34,7 +34,7 @@ struct Kind {
 impl Crossings {
     /// Nothing yet.
     #[must_use]
-    pub fn new(receivers: usize, bands: usize) -> Self {
+    pub(crate) fn new(receivers: usize, bands: usize) -> Self {
         let lanes = lanes_of(bands);
         let nothing = |count: usize| vec![Lanes::ZERO; count * lanes];
         Self {
@@ -48,7 +48,7 @@ impl Crossings {
     }
 
     /// Forgets everything.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         for Kind { strongest, nearby, crossed } in &mut self.kinds {
             strongest.iter_mut().chain(nearby).chain(crossed).for_each(|lanes| *lanes = Lanes::ZERO);
         }
@@ -56,12 +56,12 @@ impl Crossings {
 
     /// Counts a packet that carries `energy`, whether it crosses any ball or none.
     #[inline]
-    pub fn pass(&mut self, beam: Beam, energy: &[Lanes]) {
+    pub(crate) fn pass(&mut self, beam: Beam, energy: &[Lanes]) {
         raise(&mut self.kinds[beam as usize].strongest, energy, 1.0);
     }
 
     /// Counts one that may pass `receiver` nearby; whether it does is asked where it would matter.
-    pub fn pass_near(
+    pub(crate) fn pass_near(
         &mut self,
         beam: Beam,
         receiver: usize,
@@ -77,12 +77,12 @@ impl Crossings {
     }
 
     /// Counts one that crosses the ball of `receiver`.
-    pub fn cross(&mut self, beam: Beam, receiver: usize, energy: &[Lanes]) {
+    pub(crate) fn cross(&mut self, beam: Beam, receiver: usize, energy: &[Lanes]) {
         self.kinds[beam as usize].crossed[receiver * self.lanes..][..self.lanes].add(energy);
     }
 
     /// Adds what a batch of `weight` counted at the receivers from `first` on.
-    pub fn add(&mut self, first: usize, other: &Self, weight: f64) {
+    pub(crate) fn add(&mut self, first: usize, other: &Self, weight: f64) {
         for (mine, other) in self.kinds.iter_mut().zip(&other.kinds) {
             mine.crossed[first * self.lanes..].add(&other.crossed);
             raise(&mut mine.nearby[first * self.lanes..], &other.nearby, weight);
@@ -93,7 +93,7 @@ impl Crossings {
     /// The most that paths may bring to `receiver` of kinds of which none crossed its ball, per band, where one would bring on average
     /// `fluence` of what it carries [1/m²].
     #[must_use]
-    pub fn unseen(&self, receiver: usize, fluence: impl Fn(Beam) -> f64) -> Vec<Lanes> {
+    pub(crate) fn unseen(&self, receiver: usize, fluence: impl Fn(Beam) -> f64) -> Vec<Lanes> {
         let mut unseen = vec![Lanes::ZERO; self.lanes];
         let of_receiver = receiver * self.lanes..(receiver + 1) * self.lanes;
         for (beam, Kind { strongest, nearby, crossed }) in Beam::ALL.into_iter().zip(&self.kinds) {

@@ -19,10 +19,10 @@ use crate::error::RenderError;
 use crate::settings::{Air, Estimator, RenderSettings};
 
 /// The airs of a scene, by their numbers.
-pub struct Airs(Vec<RegionAir>);
+pub(crate) struct Airs(Vec<RegionAir>);
 
 /// One of them.
-pub struct RegionAir {
+pub(crate) struct RegionAir {
     /// c₀/c.
     pub stretch: f64,
     /// ρc over that of the scene's air.
@@ -37,7 +37,7 @@ pub struct RegionAir {
 
 /// Distance from `position` (about the scene's centre [m]) to the next interface that faces it [m]; infinite without any.
 #[must_use]
-pub fn distance_to_interface(scene: &Scene, geometry: &Geometry, position: Vec3) -> f64 {
+pub(crate) fn distance_to_interface(scene: &Scene, geometry: &Geometry, position: Vec3) -> f64 {
     let Some(media) = &scene.media else { return f64::INFINITY };
     let is_interface = |surface: SurfaceId| media.across(surface, Side::Front).is_some();
     let surfaces =
@@ -53,7 +53,7 @@ impl Airs {
     /// Those of `scene`, and the least attenuation of what packets carry, m c/c₀ per class of bands. The scene's air has `attenuation` m per
     /// band [1/m], regions have that of the scene or, if it was asked for anew, none. `carried` says of each band whether air matters to
     /// what packets carry. Lengths are up to `reach` [m].
-    pub fn new(
+    pub(crate) fn new(
         (scene, air): (&Scene, &Air),
         classes: &BandClasses,
         (attenuation, carried): (&[f64], &[bool]),
@@ -95,23 +95,23 @@ impl Airs {
 
     /// One air.
     #[must_use]
-    pub fn air(&self, air: u32) -> &RegionAir {
+    pub(crate) fn air(&self, air: u32) -> &RegionAir {
         &self.0[air as usize]
     }
 
     /// Whether there is more than one.
     #[inline]
-    pub fn are_several(&self) -> bool {
+    pub(crate) fn are_several(&self) -> bool {
         self.0.len() > 1
     }
 
     /// Takes from `energy` what `air` takes over `length`, times c₀/c [m], beyond what every air takes.
-    pub fn fade(&self, air: u32, length: f64, energy: &mut [Lanes]) {
+    pub(crate) fn fade(&self, air: u32, length: f64, energy: &mut [Lanes]) {
         self.air(air).rest.attenuate(length, energy);
     }
 
     /// Makes `energy` that comes to a receiver in `air`, straight over the last `length` times c₀/c [m], the receiver's.
-    pub fn receive(&self, air: u32, length: f64, energy: &mut [Lanes]) {
+    pub(crate) fn receive(&self, air: u32, length: f64, energy: &mut [Lanes]) {
         if self.are_several() {
             self.fade(air, length, energy);
             energy.scale(self.air(air).impedance);
@@ -120,7 +120,7 @@ impl Airs {
 }
 
 /// Energies along one path, with what the airs on its way have taken beyond what every air takes.
-pub struct Fading<'a> {
+pub(crate) struct Fading<'a> {
     airs: &'a Airs,
     reach: f64,
     kept: Vec<Lanes>,
@@ -130,13 +130,13 @@ pub struct Fading<'a> {
 
 impl<'a> Fading<'a> {
     /// At the beginning of a path of `lanes` lanes of bands, of up to `reach` [m].
-    pub fn new(airs: &'a Airs, lanes: usize, reach: f64) -> Self {
+    pub(crate) fn new(airs: &'a Airs, lanes: usize, reach: f64) -> Self {
         let zeros = || vec![Lanes::ZERO; lanes];
         Self { airs, reach, kept: vec![Lanes::ONE; lanes], leaving: zeros(), arriving: zeros() }
     }
 
     /// Hands over the next segment with its energies where it begins and, apart, where it ends.
-    pub fn visit(&mut self, segment: &Segment<'_>, visit: &mut impl FnMut(&Segment<'_>, &[Lanes])) {
+    pub(crate) fn visit(&mut self, segment: &Segment<'_>, visit: &mut impl FnMut(&Segment<'_>, &[Lanes])) {
         let length = (segment.end_length - segment.start_length).min(self.reach);
         self.leaving.set_product(segment.energy, &self.kept, 1.0);
         self.airs.fade(segment.air, length, &mut self.kept);

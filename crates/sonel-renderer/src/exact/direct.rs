@@ -9,7 +9,7 @@ use crate::partition::Partitions;
 /// Length outside of partitions [m] and unit direction of the direct path from `source` to `receiver` (both about the scene's centre), and what it passes;
 /// [`None`] where a surface is in between that nothing passes.
 #[must_use]
-pub fn direct_path(
+pub(crate) fn direct_path(
     geometry: &Geometry,
     table: &CoefficientTable,
     source: DVec3,
@@ -25,7 +25,7 @@ pub fn direct_path(
 }
 
 /// A way from a source to a receiver.
-pub struct DirectWay {
+pub(crate) struct DirectWay {
     /// Its length; where the speed of sound has a gradient its travel time times that of the scene [m].
     pub length: f64,
     /// Unit direction in which it leaves the source.
@@ -41,7 +41,7 @@ pub struct DirectWay {
 /// The direct way from `source` to `receiver` (both about the scene's centre) in the air of `table`; [`None`] where a surface is in between
 /// that nothing passes.
 #[must_use]
-pub fn direct_way(
+pub(crate) fn direct_way(
     geometry: &Geometry,
     table: &CoefficientTable,
     source: DVec3,
@@ -70,6 +70,6 @@ pub fn direct_way(
 
 /// Fluence per unit emitted energy after spherical spreading over `length` [1/m²].
 #[must_use]
-pub fn spread(length: f64) -> f64 {
+pub(crate) fn spread(length: f64) -> f64 {
     1.0 / (4.0 * core::f64::consts::PI * length * length)
 }

@@ -24,7 +24,7 @@ impl AsRef<Disc> for PixelDisc {
 }
 
 /// Rows of a picture.
-pub struct Tile {
+pub(super) struct Tile {
     /// What each pixel shows.
     pub seen: Vec<Option<Hit>>,
     index: GatherIndex<PixelDisc>,
@@ -40,7 +40,7 @@ pub struct Tile {
 
 impl Tile {
     /// Looks at the pixels in `rows` of the picture.
-    pub fn new(
+    pub(super) fn new(
         renderer: &Renderer<'_>,
         camera: &Camera,
         rows: Range<u32>,
@@ -74,7 +74,7 @@ impl Tile {
     }
 
     /// Adds sonels to the discs that they lie in.
-    pub fn gather(&mut self, arrivals: &Arrivals) {
+    pub(super) fn gather(&mut self, arrivals: &Arrivals) {
         let (windows, lanes) = (self.windows, self.lanes);
         let mut discs = Vec::new();
         for (sonel, energy) in arrivals.sonels.iter().zip(arrivals.energy.chunks_exact(lanes)) {
@@ -92,7 +92,7 @@ impl Tile {
     }
 
     /// The energy of a `class` of bands in a `window`, by pixel [1/m²].
-    pub fn energies(&self, window: usize, class: usize) -> impl Iterator<Item = f32> {
+    pub(super) fn energies(&self, window: usize, class: usize) -> impl Iterator<Item = f32> {
         (0..self.seen.len()).map(move |pixel| {
             let cell = (pixel * self.windows + window) * self.lanes;
             self.energy[cell..].band(class) as f32
@@ -100,7 +100,7 @@ impl Tile {
     }
 
     /// Relative standard error of the sum over bands in a `window`, by pixel.
-    pub fn relative_errors(&self, window: usize) -> impl Iterator<Item = f32> {
+    pub(super) fn relative_errors(&self, window: usize) -> impl Iterator<Item = f32> {
         self.seen.iter().enumerate().map(move |(pixel, seen)| {
             let cell = pixel * self.windows + window;
             let energy = &self.energy[cell * self.lanes..][..self.lanes];

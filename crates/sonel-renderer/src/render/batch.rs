@@ -64,7 +64,12 @@ impl BatchEstimate {
     }
 
     /// Counts what `segment` carries at [`TimeBins::marks`](crate::deposit::TimeBins::marks). What escapes brings nothing any more.
-    pub fn record_segment(&mut self, segment: &Segment<'_>, medium: &Medium<'_>, scratch: &mut [Lanes]) {
+    pub(crate) fn record_segment(
+        &mut self,
+        segment: &Segment<'_>,
+        medium: &Medium<'_>,
+        scratch: &mut [Lanes],
+    ) {
         for (sum, mark) in self.under_way.iter_mut().zip(medium.bins.marks()) {
             if segment.escapes || mark < segment.start_length || mark >= segment.end_length {
                 continue;
@@ -112,7 +117,7 @@ impl BatchEstimate {
     }
 
     /// Where the estimator of `class` leaves its energy.
-    pub fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
+    pub(crate) fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
         ClassDeposits {
             deposits: &mut self.deposits,
             sum: &mut self.sums[class as usize],
@@ -140,7 +145,7 @@ pub(crate) struct Tile<'a> {
 impl Tile<'_> {
     /// The coarse bin of a receiver's fine bin.
     #[inline]
-    pub fn coarse_bin(&self, receiver: usize, bin: usize) -> u32 {
+    pub(crate) fn coarse_bin(&self, receiver: usize, bin: usize) -> u32 {
         self.coarse_bins[receiver][bin]
     }
 }

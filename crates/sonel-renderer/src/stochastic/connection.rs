@@ -19,7 +19,7 @@ use crate::stochastic::medium::Medium;
 
 /// One sonel, ready to be connected.
 #[derive(Debug)]
-pub struct DiffuseSonel<'a> {
+pub(crate) struct DiffuseSonel<'a> {
     /// Where it arrived [m].
     pub position: Vec3,
     /// Normal of the surface on the side of arrival.
@@ -35,7 +35,7 @@ pub struct DiffuseSonel<'a> {
 /// Unit normal of a surface on `side`.
 #[inline]
 #[must_use]
-pub fn normal_on(side: Side, front: Vec3) -> Vec3 {
+pub(crate) fn normal_on(side: Side, front: Vec3) -> Vec3 {
     match side {
         Side::Front => front,
         Side::Back => -front,
@@ -44,7 +44,7 @@ pub fn normal_on(side: Side, front: Vec3) -> Vec3 {
 
 /// How energy arrives at a receiver.
 #[derive(Debug, Clone, Copy)]
-pub struct Arriving {
+pub(crate) struct Arriving {
     /// Number of the receiver.
     pub receiver: usize,
     /// Direction from the receiver to where it comes from, of any length.
@@ -57,7 +57,7 @@ pub struct Arriving {
 
 /// Where an estimator of one class leaves its energy: the echograms of all classes, and the sums of its own.
 #[derive(Debug)]
-pub struct ClassDeposits<'a> {
+pub(crate) struct ClassDeposits<'a> {
     /// Echograms.
     pub deposits: &'a mut Deposits,
     /// Sum over time, per receiver and band.
@@ -73,7 +73,7 @@ pub struct ClassDeposits<'a> {
 impl ClassDeposits<'_> {
     /// Adds `energy`, spread but not yet attenuated by air, to the echogram of a receiver.
     #[inline]
-    pub fn add(&mut self, arriving: Arriving, energy: &mut [Lanes], medium: &Medium<'_>) {
+    pub(crate) fn add(&mut self, arriving: Arriving, energy: &mut [Lanes], medium: &Medium<'_>) {
         let Arriving { receiver, towards, length, bin } = arriving;
         medium.air.attenuate(length, energy);
         let first = receiver * self.axes.columns().fine;
@@ -88,7 +88,7 @@ impl ClassDeposits<'_> {
     /// The same for energy found by a kernel, `gain` times as much of which half its area would have found, in the `coarse`
     /// bin of the batches.
     #[inline]
-    pub fn add_from_kernel(
+    pub(crate) fn add_from_kernel(
         &mut self,
         arriving: Arriving,
         energy: &mut [Lanes],
@@ -107,7 +107,7 @@ impl ClassDeposits<'_> {
 
 /// Connects one sonel to all receivers.
 #[inline]
-pub fn connect(
+pub(crate) fn connect(
     sonel: &DiffuseSonel<'_>,
     receivers: &[PreparedReceiver],
     medium: &Medium<'_>,

@@ -14,7 +14,7 @@ use crate::stochastic::medium::Medium;
 
 /// Path classes of reflected sound that other estimators bring to one receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AssignedClasses {
+pub(crate) struct AssignedClasses {
     /// K: image-source paths from the source.
     pub mirror_order: u32,
     /// Whether the late specular rays bring longer specular paths.
@@ -31,7 +31,7 @@ pub struct AssignedClasses {
 /// reflection always is, since no straight way leads there.
 #[inline]
 #[must_use]
-pub fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bool {
+pub(crate) fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bool {
     if history.interfaces > 0 {
         return true;
     }
@@ -44,7 +44,7 @@ pub fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bo
 
 /// A straight piece of a way.
 #[derive(Debug, Clone, Copy)]
-pub struct Piece<'a> {
+pub(crate) struct Piece<'a> {
     /// Where it begins and ends, about the scene's centre [m].
     pub ends: (Vec3, Vec3),
     /// Path length from the source to its beginning [m].
@@ -60,7 +60,7 @@ pub struct Piece<'a> {
 impl<'a> Piece<'a> {
     /// The whole of `segment`.
     #[must_use]
-    pub fn of(segment: &Segment<'a>) -> Self {
+    pub(crate) fn of(segment: &Segment<'a>) -> Self {
         let ends = (segment.start, segment.end);
         let start_length = segment.start_length;
         let is_refracted = segment.history.interfaces > 0 && !segment.history.diffused;
@@ -72,7 +72,7 @@ impl<'a> Piece<'a> {
 /// Adds what `piece` brings to the balls of `receivers`, each with its number and the length of the straight way from the source.
 /// `coarse` is the coarse bin of a receiver's fine bin.
 #[inline]
-pub fn cross<'a>(
+pub(crate) fn cross<'a>(
     piece: &Piece<'_>,
     receivers: impl Iterator<Item = (usize, &'a PreparedReceiver, f64)>,
     medium: &Medium<'_>,

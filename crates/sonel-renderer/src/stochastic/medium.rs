@@ -12,7 +12,7 @@ use crate::regions::Airs;
 
 /// What lies between a sonel and a receiver.
 #[derive(Clone, Copy)]
-pub struct Medium<'a> {
+pub(crate) struct Medium<'a> {
     /// Walls.
     pub geometry: &'a Geometry,
     /// What they do.
@@ -28,14 +28,14 @@ pub struct Medium<'a> {
 impl Medium<'_> {
     /// Makes `energy` that comes to `receiver`, straight over the last `length` times c₀/c [m], the receiver's, but for what every air takes.
     #[inline]
-    pub fn receive(&self, receiver: &PreparedReceiver, length: f64, energy: &mut [Lanes]) {
+    pub(crate) fn receive(&self, receiver: &PreparedReceiver, length: f64, energy: &mut [Lanes]) {
         self.airs.receive(receiver.air, length, energy);
     }
 
     /// What a straight way passes; [`None`] where something is in the way that nothing passes.
     #[inline]
     #[must_use]
-    pub fn partitions(&self, from: Departure, to: Vec3) -> Option<Partitions> {
+    pub(crate) fn partitions(&self, from: Departure, to: Vec3) -> Option<Partitions> {
         Partitions::between(self.geometry, self.table, from, to)
     }
 }

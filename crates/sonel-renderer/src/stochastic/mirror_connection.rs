@@ -36,7 +36,7 @@ const BLIND_SHARE: f64 = 0.1;
 
 /// The images of one receiver and how they are chosen.
 #[derive(Debug)]
-pub struct ReceiverImages {
+pub(crate) struct ReceiverImages {
     /// [`PreparedReceiver::brightest`].
     brightest: f64,
     sensitivity: Sensitivity,
@@ -50,13 +50,13 @@ pub struct ReceiverImages {
 
 /// Whether the images of a receiver are few enough to be connected to.
 #[must_use]
-pub fn has_few_surfaces(geometry: &Geometry) -> bool {
+pub(crate) fn has_few_surfaces(geometry: &Geometry) -> bool {
     geometry.as_shoebox().is_some() || geometry.surfaces().len() <= SURFACE_LIMIT
 }
 
 /// K′ of the scene: the same for all receivers.
 #[must_use]
-pub fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
+pub(crate) fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
     let mirroring = (0..geometry.surfaces().len())
         .map(|surface| table.material(geometry.surfaces()[surface].material).specular.energy.largest())
         .fold(0.0, f64::max);
@@ -75,7 +75,7 @@ pub fn image_order(geometry: &Geometry, table: &CoefficientTable) -> u32 {
 impl ReceiverImages {
     /// The images of `receiver` up to order `most`, which a general geometry may not reach. [`None`] without any.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         geometry: &Geometry,
         table: &CoefficientTable,
         receiver: &PreparedReceiver,
@@ -112,7 +112,7 @@ impl ReceiverImages {
 
     /// K′ at this receiver.
     #[must_use]
-    pub fn order(&self) -> u32 {
+    pub(crate) fn order(&self) -> u32 {
         match &self.tree {
             Some(tree) => tree.order(),
             None => self.images.iter().map(|image| image.order).max().unwrap_or(0),
@@ -122,7 +122,7 @@ impl ReceiverImages {
     /// Connects `sonel` to the image that the uniform number `choice` selects. `receiver` is its number in `deposits`; sound comes to it from
     /// `first`, or from where the way over the image ends.
     #[inline]
-    pub fn connect(
+    pub(crate) fn connect(
         &self,
         sonel: &DiffuseSonel<'_>,
         (receiver, first): (usize, Option<DVec3>),

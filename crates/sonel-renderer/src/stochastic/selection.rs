@@ -29,7 +29,7 @@ const LEAST: f64 = 0.1;
 
 /// Which sonels are about the same time and place.
 #[derive(Debug, Clone, Copy)]
-pub struct Neighbourhoods {
+pub(crate) struct Neighbourhoods {
     lanes: usize,
     windows_per_length: f64,
     parts_per_length: Vec3,
@@ -38,7 +38,7 @@ pub struct Neighbourhoods {
 impl Neighbourhoods {
     /// Of paths up to `reach` [m] in a scene of `extents` [m], in so many lanes of bands.
     #[must_use]
-    pub fn new(lanes: usize, reach: f64, extents: DVec3) -> Self {
+    pub(crate) fn new(lanes: usize, reach: f64, extents: DVec3) -> Self {
         let parts_per_length = (PARTS as f64 / extents.max(DVec3::splat(f64::MIN_POSITIVE))).as_vec3();
         Self { lanes, windows_per_length: WINDOWS as f64 / reach, parts_per_length }
     }
@@ -65,7 +65,7 @@ impl Neighbourhoods {
 
 /// What sonels carry, by time, place and band.
 #[derive(Debug, Clone)]
-pub struct SonelCounts {
+pub(crate) struct SonelCounts {
     neighbourhoods: Neighbourhoods,
     /// Σe.
     sums: Vec<Lanes>,
@@ -76,27 +76,27 @@ pub struct SonelCounts {
 impl SonelCounts {
     /// Nothing counted yet.
     #[must_use]
-    pub fn new(neighbourhoods: Neighbourhoods) -> Self {
+    pub(crate) fn new(neighbourhoods: Neighbourhoods) -> Self {
         let empty = vec![Lanes::ZERO; neighbourhoods.count()];
         Self { neighbourhoods, sums: empty.clone(), squares: empty }
     }
 
     /// Counts a sonel at `place` (about the scene's centre [m]) after a path of `length` [m] that carries `energy`.
-    pub fn count(&mut self, length: f64, place: Vec3, energy: &[Lanes]) {
+    pub(crate) fn count(&mut self, length: f64, place: Vec3, energy: &[Lanes]) {
         let around = self.neighbourhoods.around(length, place);
         self.sums[around.clone()].add(energy);
         self.squares[around].add_product(energy, energy);
     }
 
     /// Adds what `other` counted.
-    pub fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         self.sums.add(&other.sums);
         self.squares.add(&other.squares);
     }
 
     /// How sonels are selected, and whether early ones are thinned out.
     #[must_use]
-    pub fn selection(&self, thins: bool) -> SonelSelection {
+    pub(crate) fn selection(&self, thins: bool) -> SonelSelection {
         let thinned = if thins { EARLY_PER_LATE * self.late_per_early() } else { f64::INFINITY };
         let mut inverse_thresholds = vec![Lanes::splat(f64::MAX); self.sums.len()];
         for (cell_and_lane, band) in self.cells() {
@@ -158,7 +158,7 @@ impl SonelCounts {
 
 /// How sonels are selected.
 #[derive(Debug, Clone)]
-pub struct SonelSelection {
+pub(crate) struct SonelSelection {
     neighbourhoods: Neighbourhoods,
     /// 1/ē.
     inverse_thresholds: Vec<Lanes>,
@@ -168,7 +168,7 @@ impl SonelSelection {
     /// p of a sonel at `place` (about the scene's centre [m]) after a path of `length` [m] that carries `energy`. Where nothing was counted it is 1.
     #[inline]
     #[must_use]
-    pub fn probability(&self, length: f64, place: Vec3, energy: &[Lanes]) -> f64 {
+    pub(crate) fn probability(&self, length: f64, place: Vec3, energy: &[Lanes]) -> f64 {
         let inverse = &self.inverse_thresholds[self.neighbourhoods.around(length, place)];
         let ratios = inverse.iter().zip(energy).map(|(&inverse, &energy)| energy * inverse);
         ratios.fold(Lanes::ZERO, Lanes::max).largest().min(1.0)
@@ -178,20 +178,20 @@ impl SonelSelection {
 /// Selects sonels of one path, each with its own probability and at even distances: systematic sampling, with less noise than single choices.
 /// Each path begins anew, so that no path changes what is selected of another.
 #[derive(Debug, Clone, Copy)]
-pub struct Selector {
+pub(crate) struct Selector {
     due: f64,
 }
 
 impl Selector {
     /// A selector that begins at a random `offset`, 0 … 1.
     #[must_use]
-    pub fn new(offset: f64) -> Self {
+    pub(crate) fn new(offset: f64) -> Self {
         Self { due: offset }
     }
 
     /// Whether the next sonel is selected, whose `probability` that is.
     #[inline]
-    pub fn takes(&mut self, probability: f64) -> bool {
+    pub(crate) fn takes(&mut self, probability: f64) -> bool {
         self.due += probability;
         let takes = self.due >= 1.0;
         self.due -= f64::from(u8::from(takes));

@@ -79,12 +79,12 @@ pub(crate) fn most_images(edges: usize) -> usize {
 
 impl Image {
     /// Number of reflections.
-    pub fn order(&self) -> u32 {
+    pub(super) fn order(&self) -> u32 {
         self.mirrors.len() as u32
     }
 
     /// Where what is at `point` behind the mirrors appears from the end of the path.
-    pub fn unfold(&self, point: DVec3) -> DVec3 {
+    pub(super) fn unfold(&self, point: DVec3) -> DVec3 {
         self.mirrors.iter().rev().fold(point, |point, mirror| mirror.image(point))
     }
 
@@ -112,7 +112,7 @@ impl Image {
 impl<'t> Images<'t> {
     /// The images of a place [m], which is displaced into general position, in `tree`, up to `order` reflections.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         edges: &Edges,
         geometry: &Geometry,
         table: &CoefficientTable,
@@ -163,7 +163,7 @@ impl<'t> Images<'t> {
 
     /// Up to which order they are complete.
     #[must_use]
-    pub fn order(&self) -> u32 {
+    pub(crate) fn order(&self) -> u32 {
         self.order
     }
 
@@ -280,13 +280,13 @@ impl Image {
 
 impl View {
     /// The longest visible part [m].
-    pub fn longest(&self) -> [f64; 2] {
+    pub(super) fn longest(&self) -> [f64; 2] {
         let length = |part: &&[f64; 2]| part[1] - part[0];
         *self.parts.iter().max_by(|a, b| length(a).total_cmp(&length(b))).expect("a view has parts")
     }
 
     /// The parts that are visible in `other` as well [m].
-    pub fn common<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = [f64; 2]> + 'a {
+    pub(super) fn common<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = [f64; 2]> + 'a {
         let both =
             |one: &'a [f64; 2]| other.parts.iter().map(|other| [one[0].max(other[0]), one[1].min(other[1])]);
         self.parts.iter().flat_map(both).filter(|[from, to]| from < to)

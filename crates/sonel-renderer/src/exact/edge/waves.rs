@@ -58,7 +58,7 @@ struct EdgeRoute {
 impl Waves<'_> {
     /// Adds the waves of a contribution to the field. Returns about the energy that they have by themselves, per band [1/m²]; [`None`] where an
     /// end does not see its edge.
-    pub fn add(&mut self, contribution: Contribution) -> Option<Vec<f64>> {
+    pub(super) fn add(&mut self, contribution: Contribution) -> Option<Vec<f64>> {
         let mut energy = vec![0.0; self.at.attenuation.len()];
         let [first, last] = match contribution.over {
             Over::Edge(edge) => [edge; 2],

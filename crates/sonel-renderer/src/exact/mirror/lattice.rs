@@ -14,7 +14,7 @@ const NEGLIGIBLE_FACTOR: f64 = 1e-8;
 
 /// Images along the three axes; the image (i, j, k) is their combination.
 #[derive(Debug)]
-pub struct ImageLattice<'a> {
+pub(crate) struct ImageLattice<'a> {
     order: u32,
     axes: [Vec<AxisImage>; 3],
     radiator: Radiator<'a>,
@@ -37,7 +37,7 @@ struct AxisImage {
 impl<'a> ImageLattice<'a> {
     /// The lattice of `radiator` in `room`, up to the order that carries energy within `reach` [m].
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         geometry: &Geometry,
         room: &Shoebox,
         table: &CoefficientTable,
@@ -63,13 +63,13 @@ impl<'a> ImageLattice<'a> {
 
     /// K.
     #[must_use]
-    pub fn order(&self) -> u32 {
+    pub(crate) fn order(&self) -> u32 {
         self.order
     }
 
     /// All images with their orders and ∏ (1−α)(1−s).
     #[must_use]
-    pub fn images(&self) -> Vec<Image> {
+    pub(crate) fn images(&self) -> Vec<Image> {
         let [xs, ys, zs] = &self.axes;
         let mut images = Vec::new();
         for (x, y) in xs.iter().flat_map(|x| ys.iter().map(move |y| (x, y))) {
@@ -93,7 +93,7 @@ impl<'a> ImageLattice<'a> {
     }
 
     /// Visits all images within `reach` [m] of `receiver`.
-    pub fn visit(&self, receiver: DVec3, reach: f64, mut found: impl FnMut(&MirrorArrival<'_>)) {
+    pub(crate) fn visit(&self, receiver: DVec3, reach: f64, mut found: impl FnMut(&MirrorArrival<'_>)) {
         let [xs, ys, zs] = &self.axes;
         let (mut plane, mut factor) = (vec![Lanes::ZERO; self.lanes], vec![Lanes::ZERO; self.lanes]);
         for x in xs {

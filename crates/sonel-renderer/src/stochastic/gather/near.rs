@@ -18,7 +18,7 @@ use crate::stochastic::medium::Medium;
 use crate::stochastic::mirror_connection::{ReceiverImages, image_order};
 
 /// A source as places next to receivers see it.
-pub struct NearSource<'a> {
+pub(crate) struct NearSource<'a> {
     radiator: Radiator<'a>,
     images: Option<ReceiverImages>,
 }
@@ -26,7 +26,7 @@ pub struct NearSource<'a> {
 impl<'a> NearSource<'a> {
     /// Prepares `radiator`, with its images where surfaces are few.
     #[must_use]
-    pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator<'a>) -> Self {
+    pub(crate) fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator<'a>) -> Self {
         let is_omni = radiator.directivity.is_omni();
         let order = if is_omni && !table.transmits() && *table.propagation() == Propagation::Even {
             image_order(geometry, table)
@@ -39,14 +39,14 @@ impl<'a> NearSource<'a> {
 
     /// Whether it finds sonels with `history` where they come from.
     #[must_use]
-    pub fn finds(&self, history: SegmentHistory) -> bool {
+    pub(crate) fn finds(&self, history: SegmentHistory) -> bool {
         !history.diffused
             && history.interfaces == 0
             && history.order <= self.images.as_ref().map_or(0, ReceiverImages::order)
     }
 
     /// Adds what `place` sends of it to `receiver`, by number.
-    pub fn connect(
+    pub(crate) fn connect(
         &self,
         place: &NearPlace,
         (receiver, prepared): (usize, &PreparedReceiver),

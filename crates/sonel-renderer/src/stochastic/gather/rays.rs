@@ -15,7 +15,7 @@ use crate::stochastic::medium::Medium;
 
 /// How rays gather.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GatherSettings {
+pub(crate) struct GatherSettings {
     /// Rays of one receiver in one batch.
     pub rays: u32,
     /// Longest path that matters [m].
@@ -28,14 +28,14 @@ pub struct GatherSettings {
 const HEAVY: f64 = 4.0;
 /// A ray that carries less than this part of what it left with, in every band, goes on by roulette. Where hard walls face each other, few rays
 /// bring most of the late energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30.
-pub const LIGHT: f64 = 0.02;
+pub(crate) const LIGHT: f64 = 0.02;
 
 /// Energies or factors per band, in place for up to eight bands: discs and rays are made by the million.
-pub type Weight = SmallVec<[Lanes; 2]>;
+pub(crate) type Weight = SmallVec<[Lanes; 2]>;
 
 /// One disc that gathers.
 #[derive(Debug, Clone)]
-pub struct GatherPoint {
+pub(crate) struct GatherPoint {
     /// Number of the receiver.
     pub receiver: u32,
     /// Where it gathers.
@@ -62,7 +62,7 @@ impl AsRef<Disc> for GatherPoint {
 
 /// Which sonels a disc gathers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sonels {
+pub(crate) enum Sonels {
     /// Each of them.
     All,
     /// Those that the ray does not find where it goes on from a near surface.
@@ -71,7 +71,7 @@ pub enum Sonels {
 
 /// A place near the receiver that reflects diffusely: what the source and its mirror images send there has still to be connected.
 #[derive(Debug, Clone)]
-pub struct NearPlace {
+pub(crate) struct NearPlace {
     /// The surface that it is on.
     pub surface: SurfaceId,
     /// Where it is [m].
@@ -94,7 +94,7 @@ pub struct NearPlace {
 
 /// What a visibility ray finds.
 #[derive(Debug)]
-pub enum Found {
+pub(crate) enum Found {
     /// A disc that gathers.
     Disc(GatherPoint),
     /// A place to be connected with the source.
@@ -103,7 +103,7 @@ pub enum Found {
 
 /// Who looks, and for whom.
 #[derive(Clone, Copy)]
-pub struct Observer<'a> {
+pub(crate) struct Observer<'a> {
     /// Number of the receiver.
     pub number: u32,
     /// The receiver.
@@ -115,7 +115,7 @@ pub struct Observer<'a> {
 }
 
 /// Casts the rays of one receiver in one batch and hands over what they find. `stream` is that of the receiver and batch.
-pub fn cast(
+pub(crate) fn cast(
     medium: &Medium<'_>,
     table: &CoefficientTable,
     sheets: &[Sheet],
