@@ -261,3 +261,32 @@ impl BandValues for [Lanes] {
         self.iter_mut().zip(a).zip(b).for_each(|((out, &a), &b)| *out = a * b * scale);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_are_where_they_were_put_with_zeros_behind() {
+        for bands in 1..10 {
+            let values: Vec<f64> = (1..=bands).map(|band| band as f64).collect();
+            let lanes = to_lanes(values.iter().copied());
+            assert_eq!(lanes.len(), lanes_of(bands));
+            assert_eq!((0..bands).map(|band| lanes.band(band)).collect::<Vec<_>>(), values);
+            assert_eq!(lanes.values().skip(bands).collect::<Vec<_>>(), vec![0.0; 4 * lanes.len() - bands]);
+        }
+    }
+
+    #[test]
+    fn operations_are_those_of_numbers_lane_by_lane() {
+        let (a, b) = (Lanes([1.0, -2.0, 0.0, 8.0]), Lanes([3.0, 0.5, 2.0, -4.0]));
+        assert_eq!([a + b, a - b], [Lanes([4.0, -1.5, 2.0, 4.0]), Lanes([-2.0, -2.5, -2.0, 12.0])]);
+        assert_eq!([a * b, a / b], [Lanes([3.0, -1.0, 0.0, -32.0]), Lanes([1.0 / 3.0, -4.0, 0.0, -2.0])]);
+        assert_eq!([a.max(b), a * 2.0], [Lanes([3.0, 0.5, 2.0, 8.0]), Lanes([2.0, -4.0, 0.0, 16.0])]);
+        assert_eq!(a.select(b, Lanes::ONE), Lanes([3.0, 1.0, 1.0, -4.0]));
+        let mut product = [Lanes::ZERO];
+        product.set_product(&[a], &[b], 0.5);
+        assert_eq!(product, [Lanes([1.5, -0.5, 0.0, -16.0])]);
+        assert_eq!(vec![a.sum(), a.largest(), [b, a].largest()], vec![7.0, 8.0, 8.0]);
+    }
+}

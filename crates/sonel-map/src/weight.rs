@@ -85,7 +85,7 @@ impl PathWeight {
         };
         self.emit(1.0, unit, start);
         radiation.weigh(&mut self.feeding);
-        radiation.weigh(&mut self.energy);
+        self.energy.multiply(&self.feeding);
     }
 
     /// Energy in every band, per unit emitted energy times the unit given to [`Self::emit`] [1].

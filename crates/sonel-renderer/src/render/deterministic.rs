@@ -41,6 +41,8 @@ struct Part<'a> {
     axes: Axes,
     /// The air of the source: all of it is in that, and so is the receiver if anything arrives.
     air: &'a RegionAir,
+    /// Energy of the arrival that is added, times ρc of its air over that of the scene.
+    arriving: Vec<Lanes>,
     fine: Deposits,
     coarse: Vec<CoarseEchogram>,
     classes: [Vec<Lanes>; CLASSES.len()],
@@ -65,6 +67,7 @@ impl<'a> Part<'a> {
             borders,
             axes,
             air,
+            arriving: vec![Lanes::ZERO; lanes_of(bands)],
             fine: Deposits::new(columns.fine, renderer.bins.count, bands),
             coarse: vec![CoarseEchogram::new(borders.len(), bands); columns.coarse],
             classes: CLASSES.map(|_| vec![Lanes::ZERO; lanes_of(bands)]),
@@ -82,7 +85,8 @@ impl<'a> Part<'a> {
         listed: bool,
     ) {
         let length = length * self.air.stretch;
-        let energy: &[Lanes] = &energy.iter().map(|&lanes| lanes * self.air.impedance).collect::<Vec<_>>();
+        self.arriving.set_times(energy, self.air.impedance);
+        let energy = &self.arriving[..];
         let Renderer { bins, table, .. } = self.renderer;
         let Some(bin) = bins.bin(length) else { return };
         let weights = self.axes.weights(0, towards).into_iter().flatten();
