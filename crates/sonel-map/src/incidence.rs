@@ -4,6 +4,7 @@
 //! events are drawn for the mean absorption over diffuse incidence. Energies take α at the angle itself: a mean would absorb too much of what
 //! is reflected between parallel walls again and again.
 
+/// Below 2⁻¹⁰ is a millionth of diffuse incidence, ∫ 2 cos θ d(cos θ) = 2⁻²⁰.
 const OCTAVES: u32 = 10;
 /// Eight ranges an octave: the leading bits of a double tell them apart.
 const BITS: u32 = 3;

@@ -10,7 +10,7 @@
 use glam::Vec3;
 use sonel_sampling::warp;
 
-/// Share of the rays that is uniform.
+/// Share of the rays that is uniform: no ray weighs more than twice a uniform one (defensive sampling).
 const UNIFORM: f64 = 0.5;
 /// Effective number (Σe)² / Σe² of sonels in a cell that is not divided any more.
 const FEW: f64 = 16.0;

@@ -285,7 +285,7 @@ impl Renderer<'_> {
             let image_order = group.others[number].image_order;
             let sample = &self.surveys[source].sample;
             let observer = Observer { number: number as u32, receiver, image_order, sample };
-            cast(&medium, &self.table, sheets, observer, settings, &mut stream, |found| match found {
+            cast(&medium, sheets, observer, settings, &mut stream, |found| match found {
                 Found::Disc(point) => points.push(point),
                 Found::Near(place) => {
                     let Some(source) = &group.source else { return };

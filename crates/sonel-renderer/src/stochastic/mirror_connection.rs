@@ -29,9 +29,10 @@ const NEGLIGIBLE_FACTOR: f64 = 1e-4;
 const SURFACE_LIMIT: usize = 64;
 /// Images of one receiver.
 const NODE_LIMIT: usize = 10_000;
-/// Rays that measure in which solid angle a receiver sees its images.
+/// Rays that measure in which solid angle a receiver sees its images: one that is seen by 1 % of them is known within 16 % (binomial standard
+/// error).
 const PILOT_RAYS: u32 = 4096;
-/// Share of the choices that do not rely on those rays.
+/// Share of the choices that do not rely on those rays: an image that they missed weighs at most ten times as much as by these alone.
 const BLIND_SHARE: f64 = 0.1;
 
 /// The images of one receiver and how they are chosen.

@@ -117,7 +117,6 @@ pub(crate) struct Observer<'a> {
 /// Casts the rays of one receiver in one batch and hands over what they find. `stream` is that of the receiver and batch.
 pub(crate) fn cast(
     medium: &Medium<'_>,
-    table: &CoefficientTable,
     sheets: &[Sheet],
     observer: Observer<'_>,
     settings: &GatherSettings,
@@ -129,11 +128,11 @@ pub(crate) fn cast(
     let mut near_places = 0;
     let mut rays: Vec<Ray> = Vec::new();
     for number in 0..settings.rays {
-        rays.push(Ray::new(observer.receiver, directions.point(number), settings, table));
+        rays.push(Ray::new(observer.receiver, directions.point(number), settings, medium.table));
         while let Some(mut ray) = rays.pop() {
             let Some(hit) = ray.arrive(medium, settings) else { continue };
             let surface = medium.geometry.surface(hit.surface);
-            let row = table.mean_row(hit.surface);
+            let row = medium.table.mean_row(hit.surface);
             let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
             let shares = if row.is_mirror {
                 Shares { gathered: 0.0, followed: 0.0 }
@@ -162,12 +161,12 @@ pub(crate) fn cast(
                 let on = ray.followed(medium, &hit, normal, (&row.diffuse.energy, shares.followed));
                 found(Found::Near(on.near_place(hit.surface, normal, choices.point(near_places)[0])));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
-                let on = on.scattered(normal, point).met_at_its_angle(table, hit.surface);
+                let on = on.scattered(normal, point).met_at_its_angle(medium.table, hit.surface);
                 rays.extend(on.balanced(stream));
                 near_places += 1;
             }
             if mirrors {
-                ray.go_on((medium, table, observer.sample), &hit, normal, stream, &mut rays);
+                ray.go_on(medium, observer.sample, &hit, normal, stream, &mut rays);
             }
         }
     }
@@ -237,18 +236,19 @@ impl Ray {
     /// Leaves what goes on from `hit`, through a partition or by a mirror, with the other `rays`.
     fn go_on(
         mut self,
-        (medium, table, sample): (&Medium<'_>, &CoefficientTable, &SonelSample),
+        medium: &Medium<'_>,
+        sample: &SonelSample,
         hit: &Hit,
         normal: Vec3,
         stream: &mut Stream,
         rays: &mut Vec<Self>,
     ) {
-        let row = table.mean_row(hit.surface);
+        let row = medium.table.mean_row(hit.surface);
         if row.is_partition && self.is_to_pass(sample.through(hit, row), stream) {
             rays.extend(self.passed(medium, hit, row));
             return;
         }
-        let met = table.row(hit.surface, self.direction.as_dvec3());
+        let met = medium.table.row(hit.surface, self.direction.as_dvec3());
         if self.reflect(medium, hit, normal, &met.specular.energy) {
             rays.extend(self.balanced(stream));
         }
