@@ -25,7 +25,7 @@ use sonel_geometry::Geometry;
 use sonel_map::{BandClasses, EffectState, Emissions, Ledger, PathWeight, Segment, Settings, SonelMap};
 use sonel_renderer::deposit::TimeBins;
 use sonel_renderer::{ReceiverPoint, RenderSettings, Renderer, Rendering};
-use sonel_scene::{Loaded, Scene};
+use sonel_scene::{Effect, Loaded, Scene};
 use sonel_study::pipeline::{self, Clock, InMemory, NoClock, Rendered, Room, TracedMap};
 use sonel_study::response::receivers_of;
 
@@ -68,7 +68,11 @@ impl Traced {
     #[must_use]
     pub fn with(effects: &[&str], scene: Scene, settings: Settings) -> Self {
         let on = vec![true; scene.bands.count()];
-        let state = |&name: &&str| EffectState::new(name, on.clone(), String::new());
+        let state = |&name: &&str| EffectState {
+            effect: Effect::named(name).expect("the name of an effect"),
+            on: on.clone(),
+            reason: String::new(),
+        };
         let states = effects.iter().map(state).collect();
         Self { edges: effects.contains(&"diffraction"), ..Self::with_effects(scene, settings, states) }
     }

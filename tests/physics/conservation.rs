@@ -1,7 +1,9 @@
 //! Energy is neither made nor lost: ledger, lossless and black boxes, Σ incident / emitted, mean free path.
 
 use sonel_acoustics::{Bands, Material, Pattern};
-use sonel_map::{BatchStart, CoefficientTable, EmissionLayout, Fate, PathWeight, Settings, Spectral};
+use sonel_map::{
+    BandValues, BatchStart, CoefficientTable, EmissionLayout, Fate, PathWeight, Settings, Spectral,
+};
 use sonel_scene::Scene;
 use sonel_tests::Traced;
 
@@ -117,7 +119,7 @@ fn a_lossless_box_keeps_its_energy() {
         traced.for_each_segment(|_, weight, segment| {
             arrivals += 1;
             for band in 0..8 {
-                let energy = weight * segment.energy[band / 4][band % 4] * 64.0;
+                let energy = weight * segment.energy.band(band) * 64.0;
                 assert!((energy - 1.0).abs() < 1e-9, "after {} reflections: {energy}", segment.history.order);
             }
         });

@@ -11,6 +11,8 @@ use core::f64::consts::{PI, TAU};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::lanes::{BandValues, Lanes};
+
 /// By how much the mean of stored factors may differ from 1: rounding of some hundred thousand nodes.
 const MEAN_TOLERANCE: f64 = 1e-9;
 
@@ -66,10 +68,10 @@ impl Radiation<'_> {
         }
     }
 
-    /// Multiplies the `energies` of bands, four together, by their factors.
+    /// Multiplies `energies` by their factors.
     #[inline]
-    pub fn weigh(&self, energies: &mut [[f64; 4]]) {
-        for (band, energy) in energies.as_flattened_mut().iter_mut().enumerate() {
+    pub fn weigh(&self, energies: &mut [Lanes]) {
+        for (band, energy) in energies.values_mut().enumerate() {
             *energy *= self.factor(band);
         }
     }

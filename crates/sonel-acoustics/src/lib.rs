@@ -5,12 +5,15 @@
 //!
 //! References: docs/physics.md §1, docs/references.md.
 
+#![warn(unreachable_pub)]
+
 pub mod absorption_law;
 mod air;
 mod balloon;
 mod bands;
 mod directivity;
 pub mod just_noticeable;
+mod lanes;
 mod levels;
 mod material;
 mod statistics;
@@ -20,6 +23,7 @@ pub use air::{Air, AirError};
 pub use balloon::{Balloon, BalloonError, Radiation};
 pub use bands::{BandError, BandWidth, Bands};
 pub use directivity::{Directivity, Pattern, UnknownDirectivity};
+pub use lanes::{BandValues, Lanes, lanes_of, to_lanes};
 pub use levels::{
     REFERENCE_IMPEDANCE, energy_from_level_db, energy_to_level_db, level_db, strength_db,
     strength_to_level_db,

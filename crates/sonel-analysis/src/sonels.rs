@@ -7,8 +7,10 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use sonel_geometry::{Arc, Geometry, SpeedProfile};
-use sonel_map::{Arrival, Lanes, PathView, PathWeight, SegmentHistory, SonelMap};
+use sonel_geometry::Geometry;
+use sonel_map::{
+    Arrival, BandValues, CoefficientTable, Lanes, PathView, PathWeight, SegmentHistory, SonelMap,
+};
 
 use crate::reading::Reading;
 
@@ -42,7 +44,7 @@ impl Sonel<'_> {
     /// run [1].
     #[must_use]
     pub fn energy(&self, band: usize) -> f64 {
-        self.energy[band / 4][band % 4]
+        self.energy.band(band)
     }
 }
 
@@ -114,13 +116,14 @@ impl<'a> Sonels<'a> {
     ) {
         let (emissions, emission) = (&self.reading.emissions, path.emission);
         // Where the speed of sound has a gradient, sound does not arrive in the direction in which it left.
-        let profile = self.reading.table.profile().map(|(profile, _)| profile);
-        let mut left = Some(emissions.direction(source, emission)).filter(|_| profile.is_none());
+        let table = &self.reading.table;
+        let mut left =
+            Some(emissions.direction(source, emission)).filter(|_| table.propagation().is_straight());
         self.reading.follow(source, path, emissions.share(emission), weight, |segment| {
             let left = left.take();
             let Some(arrival) = segment.arrival else { return };
             let direction =
-                left.unwrap_or_else(|| arriving(profile, segment.start.as_dvec3(), segment.end.as_dvec3()));
+                left.unwrap_or_else(|| arriving(table, segment.start.as_dvec3(), segment.end.as_dvec3()));
             visit(&Sonel {
                 source,
                 emission,
@@ -137,10 +140,7 @@ impl<'a> Sonels<'a> {
 }
 
 /// Unit direction in which sound from `start` arrives at `end`, about the middle of the scene [m]; zero where they are the same.
-fn arriving(profile: Option<SpeedProfile>, start: DVec3, end: DVec3) -> Vec3 {
-    let direction = match profile {
-        Some(profile) if start != end => -Arc::between(profile, end, start).direction(0.0),
-        _ => (end - start).normalize_or_zero(),
-    };
-    direction.as_vec3()
+fn arriving(table: &CoefficientTable, start: DVec3, end: DVec3) -> Vec3 {
+    let back = table.propagation().leg(end, start).filter(|_| start != end);
+    back.map_or((end - start).normalize_or_zero(), |back| -back.arc.direction(0.0)).as_vec3()
 }

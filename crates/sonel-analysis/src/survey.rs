@@ -8,7 +8,10 @@
 
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
-use sonel_map::{BandClasses, ChunkLedger, Event, Lanes, Ledger, PathView, PathWeight, SonelMap, sweep};
+use sonel_map::{
+    BandClasses, BandValues, ChunkLedger, Event, Lanes, Ledger, PathView, PathWeight, SonelMap, lanes_of,
+    sweep,
+};
 
 use crate::reading::Reading;
 
@@ -122,7 +125,7 @@ impl Walk<'_> {
         let share = emissions.share(path.emission);
         emissions.emit(source, path.emission, share, weight);
         ledger.emitted(share, &emissions.start(path.emission).expected, weight.energy());
-        let mut faded = Vec::new();
+        let mut faded = vec![Lanes::ZERO; lanes_of(table.bands())];
         sweep(emissions.origin(source), path.vertices, table, weight, |segment| {
             if segment.is_part {
                 return;
@@ -135,16 +138,12 @@ impl Walk<'_> {
             found.order(segment.history.order, *bands).add(segment.energy, &row.dissipated);
             if arrival.event == Event::Extinguished {
                 // The event of its last arrival is not stored: on average this much went on.
-                faded = segment.energy.iter().zip(&row.passed_on).map(product).collect();
+                faded.set_product(segment.energy, &row.passed_on, 1.0);
             }
         });
         let Some(event) = path.vertices.last().and_then(|vertex| vertex.event()) else { return };
         ledger.ended(event, if event == Event::Extinguished { &faded } else { weight.energy() });
     }
-}
-
-fn product((a, b): (&Lanes, &Lanes)) -> Lanes {
-    [a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]]
 }
 
 impl Deposit {
@@ -155,10 +154,10 @@ impl Deposit {
     fn add(&mut self, incident: &[Lanes], dissipated: &[Lanes]) {
         self.hits += 1;
         for (band, sum) in self.incident.iter_mut().enumerate() {
-            *sum += incident[band / 4][band % 4];
+            *sum += incident.band(band);
         }
         for (band, sum) in self.absorbed.iter_mut().enumerate() {
-            *sum += incident[band / 4][band % 4] * dissipated[band / 4][band % 4];
+            *sum += incident.band(band) * dissipated.band(band);
         }
     }
 

@@ -14,7 +14,7 @@
 use rayon::prelude::*;
 use sonel_acoustics::Material;
 use sonel_geometry::Geometry;
-use sonel_map::{BandLedger, Event, Leads, MapHeader, PathWeight, SonelMap, Spectral};
+use sonel_map::{BandLedger, BandValues, Event, Leads, MapHeader, PathWeight, SonelMap, Spectral};
 
 use crate::reading::Reading;
 use crate::survey::survey;
@@ -307,12 +307,12 @@ fn sums_of_batch(
             let part = (segment.end_length - segment.start_length) / step;
             let window = ((segment.end_length / step) as usize).min(WINDOWS - 1);
             for (band, sums) in sums[window].iter_mut().enumerate() {
-                let energy = segment.energy[band / 4][band % 4];
+                let energy = segment.energy.band(band);
                 sums.energy += energy;
                 sums.excess += energy * excess.ratio(&exponents, band);
                 sums.in_flight += energy * part;
                 if arrival.event == Event::Extinguished {
-                    sums.extinguished += energy * row.passed_on[band / 4][band % 4];
+                    sums.extinguished += energy * row.passed_on.band(band);
                 }
             }
             let material = geometry.surface(arrival.surface).material as usize;

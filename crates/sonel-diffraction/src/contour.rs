@@ -64,7 +64,7 @@ pub(crate) struct Integral<const N: usize> {
 
 impl<const N: usize> Integral<N> {
     /// For wave numbers of at least `smallest_k` [1/m]; `weighted` takes t and the weight of the node there.
-    pub fn new(
+    pub(crate) fn new(
         rule: &Rule,
         smallest_k: f64,
         scale: f64,
@@ -75,7 +75,7 @@ impl<const N: usize> Integral<N> {
     }
 
     /// What `of` takes from the functions, integrated.
-    pub fn at<const M: usize>(
+    pub(crate) fn at<const M: usize>(
         &self,
         numbers: &WaveNumbers,
         of: impl Fn(&[Complex; N]) -> [Complex; M],

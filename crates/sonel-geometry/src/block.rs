@@ -40,7 +40,7 @@ pub(crate) struct Pierced {
 
 impl<const N: usize> Block<N> {
     /// A block of at most `N` triangles.
-    pub fn new(facets: &[Facet]) -> Self {
+    pub(crate) fn new(facets: &[Facet]) -> Self {
         let mut block =
             Self { corners: [[[f32::NAN; N]; 3]; 3], triangles: [u32::MAX; N], planes: [u32::MAX; N] };
         for (lane, facet) in facets.iter().enumerate() {
@@ -56,13 +56,13 @@ impl<const N: usize> Block<N> {
     }
 
     /// The triangles in its lanes.
-    pub fn triangles(&self) -> impl Iterator<Item = u32> {
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = u32> {
         self.triangles.into_iter().filter(|&triangle| triangle != u32::MAX)
     }
 
     /// Calls `found` for every triangle that the line of the ray passes through, unless its plane is ignored.
     #[inline(always)]
-    pub fn pierce(&self, ray: &Probe, mut found: impl FnMut(Pierced)) {
+    pub(crate) fn pierce(&self, ray: &Probe, mut found: impl FnMut(Pierced)) {
         let sheared = self.shear(ray);
         let candidates = candidates(&sheared, 0.0);
         for (group, marks) in candidates.chunks(8).enumerate() {
@@ -90,7 +90,7 @@ impl<const N: usize> Block<N> {
     /// Whether `visit` is true of any triangle that the line of the ray passes through, or beside by less than `slack` [m²] in an edge
     /// function, unless its plane is ignored.
     #[inline(always)]
-    pub fn any_near(&self, ray: &Probe, slack: f32, mut visit: impl FnMut(u32) -> bool) -> bool {
+    pub(crate) fn any_near(&self, ray: &Probe, slack: f32, mut visit: impl FnMut(u32) -> bool) -> bool {
         let candidates = candidates(&self.shear(ray), slack);
         (0..N).any(|lane| {
             let plane = self.planes[lane];

@@ -52,22 +52,22 @@ pub(crate) fn sides_of_faces(
 
 impl OpenEdge {
     /// Length [m].
-    pub fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         self.points[0].distance(self.points[1])
     }
 
     /// The point at a distance `along` from the first end [m].
-    pub fn at(&self, along: f64) -> DVec3 {
+    pub(crate) fn at(&self, along: f64) -> DVec3 {
         self.points[0] + along * self.along
     }
 
     /// Where a point projects on the edge's line, as the distance from the first end [m].
-    pub fn project(&self, point: DVec3) -> f64 {
+    pub(crate) fn project(&self, point: DVec3) -> f64 {
         (point - self.points[0]).dot(self.along)
     }
 
     /// Unit vector along the edge, away from one of its ends.
-    pub fn away_from(&self, end: u32) -> DVec3 {
+    pub(crate) fn away_from(&self, end: u32) -> DVec3 {
         if self.ends[0] == end { self.along } else { -self.along }
     }
 }

@@ -89,7 +89,7 @@ struct Boundary {
 
 impl Cells {
     /// Finds the cells of a mesh.
-    pub fn find(mesh: &Mesh, drawing: &Drawing<'_>) -> Self {
+    pub(crate) fn find(mesh: &Mesh, drawing: &Drawing<'_>) -> Self {
         let first_of: HashMap<u32, u32> =
             drawing.twins.iter().map(|&[first, second]| (second, first)).collect();
         let is_taken: Vec<bool> = (0..)
@@ -210,12 +210,12 @@ impl Cells {
     }
 
     /// The cells in front of a triangle and behind it.
-    pub fn sides(&self, face: u32) -> [u32; 2] {
+    pub(crate) fn sides(&self, face: u32) -> [u32; 2] {
         [self.of_side[2 * face as usize], self.of_side[2 * face as usize + 1]]
     }
 
     /// Turns triangles over that have air behind them alone; not those of a panel on which a solid stands, which continue beside it.
-    pub fn turn_to_air(&mut self, mesh: &mut Mesh, twins: &[[u32; 2]]) {
+    pub(crate) fn turn_to_air(&mut self, mesh: &mut Mesh, twins: &[[u32; 2]]) {
         let faces = 0..mesh.triangles.len() as u32;
         let mut is_turned: Vec<bool> = faces.map(|face| self.is_air(face) == [false, true]).collect();
         twins.iter().flatten().for_each(|&face| is_turned[face as usize] = false);
@@ -228,28 +228,28 @@ impl Cells {
     }
 
     /// Whether air is in front of a triangle and behind it.
-    pub fn is_air(&self, face: u32) -> [bool; 2] {
+    pub(crate) fn is_air(&self, face: u32) -> [bool; 2] {
         self.sides(face).map(|cell| self.cells[cell as usize].is_air)
     }
 
     /// On how many sides of a triangle there is a solid.
-    pub fn solids(&self, face: u32) -> usize {
+    pub(crate) fn solids(&self, face: u32) -> usize {
         let is_solid = |cell: &u32| *cell != OUTSIDE && !self.cells[*cell as usize].is_air;
         self.sides(face).iter().filter(|cell| is_solid(cell)).count()
     }
 
     /// A cell.
-    pub fn cell(&self, cell: u32) -> &Cell {
+    pub(crate) fn cell(&self, cell: u32) -> &Cell {
         &self.cells[cell as usize]
     }
 
     /// The cells that are bounded, with their numbers.
-    pub fn inside(&self) -> impl Iterator<Item = (u32, &Cell)> {
+    pub(crate) fn inside(&self) -> impl Iterator<Item = (u32, &Cell)> {
         (0..).zip(&self.cells).skip(1)
     }
 
     /// The cell that a point is in: of those whose hulls are around it, the one of the least volume.
-    pub fn at(&self, mesh: &Mesh, point: DVec3) -> u32 {
+    pub(crate) fn at(&self, mesh: &Mesh, point: DVec3) -> u32 {
         let is_around = |&(_, cell): &(u32, &Cell)| {
             let (low, high) = cell.bounds;
             point.cmpge(low).all()

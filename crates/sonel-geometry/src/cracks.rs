@@ -54,7 +54,7 @@ pub(crate) struct Facing {
 
 impl Facing {
     /// Whether the faces are oriented alike.
-    pub fn agree(&self, mesh: &Mesh, edges: &[SharedEdge]) -> bool {
+    pub(crate) fn agree(&self, mesh: &Mesh, edges: &[SharedEdge]) -> bool {
         let [here, there] = [0, 1].map(|i| edges[self.rims[i]].is_ahead(mesh, self.faces[i]));
         (here != there) == self.is_parallel
     }

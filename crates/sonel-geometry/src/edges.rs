@@ -79,7 +79,7 @@ pub(crate) struct Survey<'a> {
 
 impl Survey<'_> {
     /// Finds all edges.
-    pub fn edges(&self) -> Vec<Edge> {
+    pub(crate) fn edges(&self) -> Vec<Edge> {
         let mut segments: Vec<Segment> = self.shared.iter().filter_map(|edge| self.segment(edge)).collect();
         segments.sort_by(|a, b| a.surfaces.cmp(&b.surfaces));
         let groups = straight_groups(self.mesh, &segments, self.tolerance);

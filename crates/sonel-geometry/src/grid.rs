@@ -12,7 +12,7 @@ pub(crate) struct BoxGrid {
 
 impl BoxGrid {
     /// Files some boxes, each a lower and an upper corner.
-    pub fn new(boxes: &[(DVec3, DVec3)]) -> Self {
+    pub(crate) fn new(boxes: &[(DVec3, DVec3)]) -> Self {
         let (low, high) = boxes
             .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), b| (low.min(b.0), high.max(b.1)));
@@ -38,7 +38,7 @@ impl BoxGrid {
     }
 
     /// Every box that holds a point, and perhaps others.
-    pub fn around(&self, point: DVec3) -> &[u32] {
+    pub(crate) fn around(&self, point: DVec3) -> &[u32] {
         self.cells.get(&self.cell(point)).map_or(&[], Vec::as_slice)
     }
 }

@@ -66,7 +66,7 @@ struct Nearest {
 impl Index {
     /// Arranges triangles, of which those `in_shell` are part of a closed shell; `padding` [m] is what a ray may pass
     /// beside a box by rounding, `resolution` [m] the error of a vertex.
-    pub fn build(
+    pub(crate) fn build(
         facets: &[Facet],
         planes: Vec<LocalPlane>,
         in_shell: Vec<bool>,
@@ -82,7 +82,7 @@ impl Index {
     }
 
     /// The first triangle in front of the ray's origin.
-    pub fn nearest(&self, ray: &Probe) -> Option<Met> {
+    pub(crate) fn nearest(&self, ray: &Probe) -> Option<Met> {
         let mut nearest = Nearest { any: Met::NOTHING, facing: Met::NOTHING };
         match &self.arrangement {
             Arrangement::Scan(blocks) => {
@@ -112,7 +112,7 @@ impl Index {
 
     /// Whether a triangle is part of a closed shell.
     #[inline]
-    pub fn is_of_shell(&self, triangle: u32) -> bool {
+    pub(crate) fn is_of_shell(&self, triangle: u32) -> bool {
         self.in_shell.get(triangle as usize).is_some_and(|&in_shell| in_shell)
     }
 
@@ -127,7 +127,7 @@ impl Index {
 
     /// Whether any triangle lies between the ray's origin and the tip of its direction, more than `clearance` [m] off
     /// in height over the triangle's plane.
-    pub fn any_before_tip(&self, ray: &Probe, clearance: f64) -> bool {
+    pub(crate) fn any_before_tip(&self, ray: &Probe, clearance: f64) -> bool {
         match &self.arrangement {
             Arrangement::Scan(blocks) => blocks.iter().any(|block| self.any_in(block, ray, clearance)),
             Arrangement::Tree(tree) => tree.any(ray, |block| self.any_in(block, ray, clearance)),
@@ -137,7 +137,7 @@ impl Index {
     /// Calls `visit` for every triangle that may lie on the ray as far as the tip of its direction, until it returns true; `slack` [m²] is
     /// the doubt in an edge function. Returns whether it did.
     #[inline]
-    pub fn any_near(&self, ray: &Probe, slack: f32, mut visit: impl FnMut(u32) -> bool) -> bool {
+    pub(crate) fn any_near(&self, ray: &Probe, slack: f32, mut visit: impl FnMut(u32) -> bool) -> bool {
         match &self.arrangement {
             Arrangement::Scan(blocks) => blocks.iter().any(|block| block.any_near(ray, slack, &mut visit)),
             Arrangement::Tree(tree) => tree.any(ray, |block| block.any_near(ray, slack, &mut visit)),
@@ -145,7 +145,7 @@ impl Index {
     }
 
     /// Calls `visit` for every triangle whose box may meet that from `low` to `high`, and for some others.
-    pub fn near_box(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(u32)) {
+    pub(crate) fn near_box(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(u32)) {
         match &self.arrangement {
             Arrangement::Scan(blocks) => blocks.iter().flat_map(Block::triangles).for_each(visit),
             Arrangement::Tree(tree) => {
@@ -155,7 +155,7 @@ impl Index {
     }
 
     /// Calls `visit` for triangles about a local position [m], until all others are farther off than the distance that it returned last.
-    pub fn around(&self, point: Vec3, mut visit: impl FnMut(u32) -> f64) {
+    pub(crate) fn around(&self, point: Vec3, mut visit: impl FnMut(u32) -> f64) {
         match &self.arrangement {
             Arrangement::Scan(blocks) => {
                 for triangle in blocks.iter().flat_map(Block::triangles) {
@@ -171,7 +171,7 @@ impl Index {
     }
 
     /// One of the planes.
-    pub fn plane(&self, plane: PlaneId) -> &LocalPlane {
+    pub(crate) fn plane(&self, plane: PlaneId) -> &LocalPlane {
         &self.planes[plane.0 as usize]
     }
 

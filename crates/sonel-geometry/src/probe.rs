@@ -38,12 +38,12 @@ const LEAST_SLOPE: f32 = 1e-30;
 
 impl LocalPlane {
     /// Signed height of a local point over the plane [m].
-    pub fn height(&self, point: Vec3) -> f64 {
+    pub(crate) fn height(&self, point: Vec3) -> f64 {
         self.height_of(point.as_dvec3())
     }
 
     /// Signed height of a local point over the plane [m].
-    pub fn height_of(&self, point: DVec3) -> f64 {
+    pub(crate) fn height_of(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
 }
@@ -51,7 +51,7 @@ impl LocalPlane {
 impl Probe {
     /// A ray from a local origin; `ignored` planes are passed through.
     #[inline]
-    pub fn new(origin: Vec3, direction: Vec3, ignored: [Option<PlaneId>; 2]) -> Self {
+    pub(crate) fn new(origin: Vec3, direction: Vec3, ignored: [Option<PlaneId>; 2]) -> Self {
         let size = direction.abs();
         debug_assert!(origin.is_finite() && direction.is_finite() && size.max_element() > 0.0);
         let z = if size.x >= size.y && size.x >= size.z {
@@ -81,25 +81,25 @@ impl Probe {
     ///
     /// It is computed from the plane and not from the triangle: coplanar triangles get equal distances to the bit.
     #[inline(always)]
-    pub fn distance_to(&self, plane: &LocalPlane) -> f64 {
+    pub(crate) fn distance_to(&self, plane: &LocalPlane) -> f64 {
         (plane.offset - plane.normal.dot(self.exact_origin)) / plane.normal.dot(self.exact_direction)
     }
 
     /// Whether the tip of the direction is beyond a plane as seen from the origin, by more than `clearance` [m].
     #[inline(always)]
-    pub fn tip_is_beyond(&self, plane: &LocalPlane, clearance: f64) -> bool {
+    pub(crate) fn tip_is_beyond(&self, plane: &LocalPlane, clearance: f64) -> bool {
         let depth = plane.normal.dot(self.exact_direction);
         let height = plane.offset - plane.normal.dot(self.exact_origin);
         height * depth > 0.0 && depth.abs() - height.abs() > clearance
     }
 
     /// Height over a plane gained or lost per unit of distance.
-    pub fn steepness(&self, plane: &LocalPlane) -> f64 {
+    pub(crate) fn steepness(&self, plane: &LocalPlane) -> f64 {
         plane.normal.dot(self.exact_direction).abs()
     }
 
     /// The point at a distance.
-    pub fn at(&self, distance: f64) -> DVec3 {
+    pub(crate) fn at(&self, distance: f64) -> DVec3 {
         self.exact_origin + distance * self.exact_direction
     }
 }

@@ -22,29 +22,29 @@ const RESOLUTIONS_PER_LIFT: f32 = 4.0;
 
 impl Scale {
     /// The scale of a scene within the given bounds [m].
-    pub fn of_bounds(low: DVec3, high: DVec3) -> Self {
+    pub(crate) fn of_bounds(low: DVec3, high: DVec3) -> Self {
         let center = 0.5 * (low + high);
         let extent = (high - center).max(center - low).max_element();
         Self { center, extent: extent as f32 * (1.0 + f32::EPSILON) }
     }
 
     /// Distance [m] below which two positions are the same.
-    pub fn resolution(&self) -> f32 {
+    pub(crate) fn resolution(&self) -> f32 {
         ULPS_PER_RESOLUTION * f32::EPSILON * self.extent
     }
 
     /// Distance [m] from a surface at which rays leave it.
-    pub fn lift(&self) -> f32 {
+    pub(crate) fn lift(&self) -> f32 {
         RESOLUTIONS_PER_LIFT * self.resolution()
     }
 
     /// World to local coordinates.
-    pub fn to_local(self, world: DVec3) -> Vec3 {
+    pub(crate) fn to_local(self, world: DVec3) -> Vec3 {
         (world - self.center).as_vec3()
     }
 
     /// Local to world coordinates.
-    pub fn to_world(self, local: Vec3) -> DVec3 {
+    pub(crate) fn to_world(self, local: Vec3) -> DVec3 {
         local.as_dvec3() + self.center
     }
 }

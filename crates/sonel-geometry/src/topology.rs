@@ -18,19 +18,19 @@ pub(crate) struct SharedEdge {
 
 impl SharedEdge {
     /// Unit vector along the edge, from its first end.
-    pub fn along(&self, mesh: &Mesh) -> DVec3 {
+    pub(crate) fn along(&self, mesh: &Mesh) -> DVec3 {
         let [from, to] = self.ends.map(|end| mesh.vertices[end as usize]);
         (to - from).normalize()
     }
 
     /// Whether one of its faces runs along it from the first end to the second, as it is oriented now.
-    pub fn is_ahead(&self, mesh: &Mesh, face: u32) -> bool {
+    pub(crate) fn is_ahead(&self, mesh: &Mesh, face: u32) -> bool {
         let [a, b, c] = mesh.triangles[face as usize].corners;
         [[a, b], [b, c], [c, a]].contains(&self.ends)
     }
 
     /// The vector from the edge to the far corner of one of its faces [m], at right angles to the edge.
-    pub fn height(&self, mesh: &Mesh, face: u32) -> DVec3 {
+    pub(crate) fn height(&self, mesh: &Mesh, face: u32) -> DVec3 {
         let corners = mesh.triangles[face as usize].corners;
         let apex = corners.into_iter().find(|corner| !self.ends.contains(corner)).unwrap_or(self.ends[0]);
         let reach = mesh.vertices[apex as usize] - mesh.vertices[self.ends[0] as usize];
@@ -38,7 +38,7 @@ impl SharedEdge {
     }
 
     /// Unit vector in one of its faces, at right angles to the edge and away from it.
-    pub fn inward(&self, mesh: &Mesh, face: u32) -> DVec3 {
+    pub(crate) fn inward(&self, mesh: &Mesh, face: u32) -> DVec3 {
         self.height(mesh, face).normalize_or_zero()
     }
 }
@@ -65,12 +65,12 @@ pub(crate) fn shared_edges(mesh: &Mesh) -> Vec<SharedEdge> {
 pub(crate) struct Connected(Vec<u32>);
 
 impl Connected {
-    pub fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
     }
 
     /// The representative of a set: its lowest member.
-    pub fn root(&mut self, mut member: u32) -> u32 {
+    pub(crate) fn root(&mut self, mut member: u32) -> u32 {
         while self.0[member as usize] != member {
             let parent = self.0[member as usize];
             self.0[member as usize] = self.0[parent as usize];
@@ -79,7 +79,7 @@ impl Connected {
         member
     }
 
-    pub fn join(&mut self, a: u32, b: u32) {
+    pub(crate) fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
     }

@@ -48,7 +48,7 @@ impl Boundable for Facet {
 
 impl Tree {
     /// Builds the hierarchy over at least two triangles, with boxes padded by `padding` [m].
-    pub fn build(facets: &[Facet], padding: f32) -> Self {
+    pub(crate) fn build(facets: &[Facet], padding: f32) -> Self {
         // One triangle a leaf, since blocks are filled below; no spatial splits, whose parts would each need padding.
         // The thorough build pays: where walls are finely tessellated the quick ones visit ten times the nodes.
         let share = if facets.len() > MANY { REINSERTED_OF_MANY } else { 1.0 };
@@ -69,19 +69,19 @@ impl Tree {
 
     /// Visits leaves on the ray from near to far; `visit` returns the distance beyond which nothing is wanted.
     #[inline(always)]
-    pub fn nearest(&self, ray: &Probe, visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
+    pub(crate) fn nearest(&self, ray: &Probe, visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
         let slabs = Slabs::new(ray);
-        self.from_near_to_far(|node, limit| node.enter(&slabs, limit), visit);
+        self.near_to_far(|node, limit| node.enter(&slabs, limit), visit);
     }
 
     /// Visits leaves about a local position [m] from near to far; `visit` returns the distance beyond which nothing is wanted.
-    pub fn around(&self, point: Vec3, visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
-        self.from_near_to_far(|node, limit| node.distances(point, limit), visit);
+    pub(crate) fn around(&self, point: Vec3, visit: impl FnMut(&Block<LEAF_LANES>) -> f64) {
+        self.near_to_far(|node, limit| node.distances(point, limit), visit);
     }
 
     /// Visits leaves from near to far, where `enter` gives the distances of the boxes in a node and marks those within a limit.
     #[inline(always)]
-    fn from_near_to_far(
+    fn near_to_far(
         &self,
         enter: impl Fn(&Node, f32) -> ([f32; WIDTH], u32),
         mut visit: impl FnMut(&Block<LEAF_LANES>) -> f64,
@@ -126,7 +126,7 @@ impl Tree {
 
     /// Whether `visit` is true for any leaf between the ray's origin and the tip of its direction.
     #[inline(always)]
-    pub fn any(&self, ray: &Probe, mut visit: impl FnMut(&Block<LEAF_LANES>) -> bool) -> bool {
+    pub(crate) fn any(&self, ray: &Probe, mut visit: impl FnMut(&Block<LEAF_LANES>) -> bool) -> bool {
         let slabs = Slabs::new(ray);
         let limit = round_up(1.0);
         let mut stack = Stack::default();
@@ -157,7 +157,7 @@ impl Tree {
     }
 
     /// Visits every leaf whose box meets that from `low` to `high`.
-    pub fn within(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(&Block<LEAF_LANES>)) {
+    pub(crate) fn within(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(&Block<LEAF_LANES>)) {
         let mut stack = Stack::default();
         stack.push(Entry { child: 0, distance: 0.0 });
         while let Some(entry) = stack.pop() {

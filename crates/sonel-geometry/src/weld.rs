@@ -79,7 +79,7 @@ pub(crate) struct Points {
 
 impl Points {
     /// Some points that are as far apart as they have to be.
-    pub fn new(tolerance: f64, places: &[DVec3]) -> Self {
+    pub(crate) fn new(tolerance: f64, places: &[DVec3]) -> Self {
         let mut points =
             Self { places: Vec::new(), tolerance, last: HashMap::default(), previous: Vec::new() };
         places.iter().for_each(|&place| {
@@ -101,7 +101,7 @@ impl Points {
     }
 
     /// The earliest point within the tolerance, or this one as a new point.
-    pub fn join(&mut self, point: DVec3) -> u32 {
+    pub(crate) fn join(&mut self, point: DVec3) -> u32 {
         let low = self.cell(point - self.tolerance);
         let high = self.cell(point + self.tolerance);
         let mut found = u32::MAX;

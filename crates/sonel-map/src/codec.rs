@@ -4,7 +4,7 @@
 //! enums, options or maps, so that the bytes can be described in half a page (docs/formats/sonelmap.md) and another
 //! codec can take over.
 
-pub use bincode::Decode;
+pub(crate) use bincode::Decode;
 use bincode::Encode;
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 
@@ -21,7 +21,7 @@ fn configuration<const LIMIT: usize>() -> Configuration<LittleEndian, Fixint, Li
 
 /// The header as it stands in the file.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct HeaderRecord {
+pub(crate) struct HeaderRecord {
     pub tool_version: String,
     pub settings: SettingsRecord,
     pub effects: Vec<EffectRecord>,
@@ -33,7 +33,7 @@ pub struct HeaderRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct SettingsRecord {
+pub(crate) struct SettingsRecord {
     pub emissions: u64,
     pub seed: u64,
     pub batches: u32,
@@ -47,7 +47,7 @@ pub struct SettingsRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct EffectRecord {
+pub(crate) struct EffectRecord {
     pub name: String,
     pub on: Vec<u8>,
     pub reason: String,
@@ -55,7 +55,7 @@ pub struct EffectRecord {
 
 /// A named run of bytes outside the header.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct SectionRecord {
+pub(crate) struct SectionRecord {
     pub name: String,
     pub offset: u64,
     pub length: u64,
@@ -63,7 +63,7 @@ pub struct SectionRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct SceneRecord {
+pub(crate) struct SceneRecord {
     pub name: String,
     pub up: [f64; 3],
     pub third_octaves: u8,
@@ -82,7 +82,7 @@ pub struct SceneRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct MaterialRecord {
+pub(crate) struct MaterialRecord {
     pub name: String,
     pub absorption: Vec<f64>,
     pub scattering: Vec<f64>,
@@ -92,7 +92,7 @@ pub struct MaterialRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct SourceRecord {
+pub(crate) struct SourceRecord {
     pub name: String,
     pub position: [f64; 3],
     pub power_level_db: Vec<f64>,
@@ -101,7 +101,7 @@ pub struct SourceRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct ReceiverRecord {
+pub(crate) struct ReceiverRecord {
     pub name: String,
     pub position: [f64; 3],
     pub aim: [f64; 3],
@@ -109,7 +109,7 @@ pub struct ReceiverRecord {
 
 /// Regions of other air: the section that only a scene with such regions has.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct MediaRecord {
+pub(crate) struct MediaRecord {
     pub regions: Vec<RegionRecord>,
     pub interfaces: Vec<u32>,
     pub at_sources: Vec<u32>,
@@ -118,12 +118,12 @@ pub struct MediaRecord {
 
 /// Variants of materials: the section that only a scene with such has.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct VariantsRecord {
+pub(crate) struct VariantsRecord {
     pub variants: Vec<VariantRecord>,
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct VariantRecord {
+pub(crate) struct VariantRecord {
     /// Number of the material.
     pub material: u32,
     pub coefficients: MaterialRecord,
@@ -131,7 +131,7 @@ pub struct VariantRecord {
 
 /// Measured directivities and those of receivers: the section that only a scene with such has.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct DirectivityRecord {
+pub(crate) struct DirectivityRecord {
     pub balloons: Vec<BalloonRecord>,
     pub sources: Vec<RollRecord>,
     /// Pattern of each receiver.
@@ -139,7 +139,7 @@ pub struct DirectivityRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct BalloonRecord {
+pub(crate) struct BalloonRecord {
     pub name: String,
     pub azimuths: u32,
     pub polars: u32,
@@ -149,14 +149,14 @@ pub struct BalloonRecord {
 
 /// The balloon of a source.
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct RollRecord {
+pub(crate) struct RollRecord {
     /// Number of the balloon from 1; 0 where the source has none.
     pub balloon: u32,
     pub up: [f64; 3],
 }
 
 #[derive(Debug, Clone, PartialEq, Encode, Decode)]
-pub struct RegionRecord {
+pub(crate) struct RegionRecord {
     pub name: String,
     pub inside: [f64; 3],
     pub temperature_celsius: f64,
@@ -168,13 +168,13 @@ pub struct RegionRecord {
 }
 
 /// Bytes of a header or of the record of a section.
-pub fn encode(record: &impl Encode) -> Result<Vec<u8>, String> {
+pub(crate) fn encode(record: &impl Encode) -> Result<Vec<u8>, String> {
     bincode::encode_to_vec(record, configuration::<LARGEST_HEADER>())
         .map_err(|error| format!("header, regions, directivities or variants cannot be encoded: {error}"))
 }
 
 /// A header, or the record of a section, from its bytes. All of them must be used, unless a later minor version may have added fields at the end.
-pub fn decode<D: Decode<()>>(bytes: &[u8], may_go_on: bool) -> Result<D, String> {
+pub(crate) fn decode<D: Decode<()>>(bytes: &[u8], may_go_on: bool) -> Result<D, String> {
     let (record, used) = decode_within_limit(bytes)?;
     if used == bytes.len() || may_go_on {
         Ok(record)

@@ -7,14 +7,13 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use sonel_acoustics::{AbsorptionLaw, Material};
-use sonel_geometry::{Geometry, Side, SpeedProfile, SurfaceId};
-use sonel_scene::{Media, Scene};
+use sonel_acoustics::{AbsorptionLaw, BandValues, Lanes, Material, to_lanes};
+use sonel_geometry::{Geometry, SurfaceId};
+use sonel_scene::Propagation;
 
 use crate::classes::BandClasses;
 use crate::format::SurfaceRow;
 use crate::incidence;
-use crate::lanes::{Lanes, multiply, to_lanes};
 use crate::leads::{LEAST_THROUGH, Leads};
 use crate::spectral::Spectral;
 
@@ -50,20 +49,20 @@ pub struct MaterialRow {
 }
 
 impl MaterialRow {
-    /// Takes `absorption` by lane and group of four bands in place of its own, of a material that nothing passes.
-    fn absorb(&mut self, absorption: impl Fn(usize, usize) -> f64) {
-        for four in 0..self.passed_on.len() {
-            for lane in 0..4 {
-                let before = self.passed_on[four][lane];
-                // Lanes behind the last band pass nothing on.
-                if before > 0.0 {
-                    let passed_on = 1.0 - absorption(lane, four);
-                    self.specular.energy[four][lane] *= passed_on / before;
-                    self.diffuse.energy[four][lane] *= passed_on / before;
-                    self.dissipated[four][lane] = 1.0 - passed_on;
-                    self.passed_on[four][lane] = passed_on;
-                }
-            }
+    /// Takes `absorption` in place of its own, of a material that nothing passes.
+    fn absorb(&mut self, absorption: impl Iterator<Item = Lanes>) {
+        let energies = self.specular.energy.iter_mut().zip(&mut self.diffuse.energy);
+        let balance = self.passed_on.iter_mut().zip(&mut self.dissipated);
+        for ((absorption, (passed_on, dissipated)), (specular, diffuse)) in
+            absorption.zip(balance).zip(energies)
+        {
+            // Lanes behind the last band pass nothing on.
+            let (before, after) = (*passed_on, Lanes::ONE - absorption);
+            let change = before.select(after / before, Lanes::ONE);
+            *specular *= change;
+            *diffuse *= change;
+            *dissipated = before.select(Lanes::ONE - after, *dissipated);
+            *passed_on = before.select(after, before);
         }
     }
 
@@ -71,7 +70,7 @@ impl MaterialRow {
     /// nothing passes.
     #[must_use]
     pub fn through(&self) -> f64 {
-        let is_mirrored = self.specular.energy.iter().flatten().any(|&factor| factor > 0.0);
+        let is_mirrored = self.specular.energy.largest() > 0.0;
         match (self.is_partition, is_mirrored) {
             (false, _) => 0.0,
             (true, true) => LEAST_THROUGH,
@@ -95,9 +94,7 @@ pub struct CoefficientTable {
     /// Material and unit normal of every surface.
     surfaces: Vec<(u32, DVec3)>,
     transmits: bool,
-    media: Option<(Media, Vec<f64>)>,
-    /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
-    profile: Option<(SpeedProfile, f64)>,
+    propagation: Propagation,
 }
 
 impl CoefficientTable {
@@ -126,7 +123,7 @@ impl CoefficientTable {
         let laws = materials.iter().map(|material| law(material, classes)).collect();
         let transmits = rows.iter().any(|row| row.is_partition);
         let (bands, leads, surfaces) = (classes.count(), leads.classes().count(), Vec::new());
-        Self { bands, leads, rows, first_rows, laws, surfaces, transmits, media: None, profile: None }
+        Self { bands, leads, rows, first_rows, laws, surfaces, transmits, propagation: Propagation::Even }
     }
 
     /// The same for these surfaces of a map.
@@ -176,7 +173,7 @@ impl CoefficientTable {
         };
         let cosine = direction.dot(normal).abs() / direction.length();
         let mut row = self.rows[first + 1 + incidence::range_of(cosine)].clone();
-        row.absorb(|lane, four| law.absorption_at(parameters[four][lane], cosine));
+        row.absorb(parameters.iter().map(|of| of.map(|parameter| law.absorption_at(parameter, cosine))));
         Cow::Owned(row)
     }
 
@@ -195,8 +192,7 @@ impl CoefficientTable {
         let row = self.row(surface, direction);
         let lanes = row.passed_on.iter().zip(&self.material(material).passed_on);
         // No wall of this kind absorbs all of diffuse incidence: nothing is divided by zero but the lanes behind the bands.
-        let ratio = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
-        Some(lanes.map(|(part, whole)| std::array::from_fn(|lane| ratio(part[lane], whole[lane]))).collect())
+        Some(lanes.map(|(&part, &whole)| whole.select(part / whole, Lanes::ZERO)).collect())
     }
 
     /// Unit normal of `surface`.
@@ -209,56 +205,29 @@ impl CoefficientTable {
     pub fn mirror(&self, surface: SurfaceId, direction: DVec3, energy: &mut [Lanes]) {
         let (material, normal) = self.surfaces[surface.0 as usize];
         let row = self.material(material);
-        let factors = energy.iter_mut().zip(&row.specular.energy);
         let Some((law, parameters)) = &self.laws[material as usize] else {
-            return factors.for_each(|(energy, factor)| multiply(energy, factor));
+            return energy.multiply(&row.specular.energy);
         };
         let cosine = direction.dot(normal).abs() / direction.length();
-        for (((energy, factor), parameter), mean) in factors.zip(parameters).zip(&row.passed_on) {
-            for lane in 0..4 {
-                // (1−s) is what the mean row mirrors of what it reflects; no wall of this kind absorbs all.
-                let mirrored = if mean[lane] > 0.0 { factor[lane] / mean[lane] } else { 0.0 };
-                energy[lane] *= mirrored * (1.0 - law.absorption_at(parameter[lane], cosine));
-            }
+        let means = row.specular.energy.iter().zip(&row.passed_on);
+        for ((energy, (&factor, &mean)), parameter) in energy.iter_mut().zip(means).zip(parameters) {
+            // (1−s) is what the mean row mirrors of what it reflects; no wall of this kind absorbs all.
+            let mirrored = mean.select(factor / mean, Lanes::ZERO);
+            *energy *= mirrored * (Lanes::ONE - parameter.map(|of| law.absorption_at(of, cosine)));
         }
     }
 
-    /// The same with what sound meets in the air of `scene`, whose middle is `center`: other airs, or a gradient of its speed.
+    /// The same with the `propagation` between surfaces, which is that of even air otherwise.
     #[must_use]
-    pub fn with_media(self, scene: &Scene, center: DVec3) -> Self {
-        Self {
-            media: scene.media.clone().map(|media| (media, scene.stretches())),
-            profile: scene.profile(center).map(|profile| (profile, scene.speed_of_sound)),
-            ..self
-        }
+    pub fn with_propagation(self, propagation: Propagation) -> Self {
+        Self { propagation, ..self }
     }
 
-    /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
+    /// Propagation between surfaces.
     #[inline]
     #[must_use]
-    pub fn profile(&self) -> Option<(SpeedProfile, f64)> {
-        self.profile
-    }
-
-    /// Travel time over a length in `air` relative to that in the scene's air, c₀/c.
-    #[inline]
-    #[must_use]
-    pub fn stretch(&self, air: u32) -> f64 {
-        self.media.as_ref().map_or(1.0, |(_, stretches)| stretches[air as usize])
-    }
-
-    /// The airs on the side of an interface that a path arrives on and beyond it; none where `surface` is a wall.
-    #[inline]
-    #[must_use]
-    pub fn across(&self, surface: SurfaceId, side: Side) -> Option<[u32; 2]> {
-        self.media.as_ref().and_then(|(media, _)| media.across(surface, side))
-    }
-
-    /// Whether the scene has more than one air.
-    #[inline]
-    #[must_use]
-    pub fn has_media(&self) -> bool {
-        self.media.is_some()
+    pub fn propagation(&self) -> &Propagation {
+        &self.propagation
     }
 
     /// Number of columns of energies: bands, or classes of bands.

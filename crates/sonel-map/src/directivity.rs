@@ -7,16 +7,16 @@ use sonel_scene::Scene;
 use crate::codec::{BalloonRecord, DirectivityRecord, RollRecord};
 
 /// Name of the section.
-pub const SECTION: &str = "directivity";
+pub(crate) const SECTION: &str = "directivity";
 
 /// What the header calls a measured directivity.
 const MEASURED: &str = "balloon";
 
 /// By how much squared length and angle of `aim` and `up` may be off.
-pub const ORTHONORMAL: f64 = 1e-9;
+pub(crate) const ORTHONORMAL: f64 = 1e-9;
 
 /// A directivity as the header names it.
-pub fn word(directivity: &Directivity) -> &'static str {
+pub(crate) fn word(directivity: &Directivity) -> &'static str {
     match directivity {
         Directivity::Pattern(pattern) => pattern.name(),
         Directivity::Measured { .. } => MEASURED,
@@ -24,7 +24,7 @@ pub fn word(directivity: &Directivity) -> &'static str {
 }
 
 /// The section of `scene`; [`None`] where the header says everything. Sources with the same balloon share its record.
-pub fn record(scene: &Scene) -> Option<DirectivityRecord> {
+pub(crate) fn record(scene: &Scene) -> Option<DirectivityRecord> {
     let mut balloons: Vec<&Balloon> = Vec::new();
     let sources: Vec<RollRecord> = scene
         .sources
@@ -61,7 +61,11 @@ pub fn record(scene: &Scene) -> Option<DirectivityRecord> {
 
 /// Gives sources and receivers of `scene` the directivities that the header's `words` and the section name; the reason where these
 /// contradict each other.
-pub fn apply(words: &[String], section: Option<DirectivityRecord>, scene: &mut Scene) -> Result<(), String> {
+pub(crate) fn apply(
+    words: &[String],
+    section: Option<DirectivityRecord>,
+    scene: &mut Scene,
+) -> Result<(), String> {
     let (balloons, rolls) = match section {
         None => (Vec::new(), Vec::new()),
         Some(DirectivityRecord { balloons, sources, receivers }) => {

@@ -7,10 +7,10 @@
 use std::ops::Range;
 
 use glam::Vec3;
+use sonel_acoustics::{Lanes, to_lanes};
 use sonel_sampling::{ScrambledSobol, warp};
 
 use crate::classes::BandClasses;
-use crate::lanes::{Lanes, to_lanes};
 use crate::spectral::Spectral;
 
 /// Emissions whose paths are traced, written and checked as one unit.

@@ -6,20 +6,20 @@
 use bytemuck::{Pod, Zeroable};
 
 /// First eight bytes of every map.
-pub const MAGIC: [u8; 8] = *b"SONELMAP";
+pub(crate) const MAGIC: [u8; 8] = *b"SONELMAP";
 /// Major version: readers refuse others.
-pub const MAJOR: u16 = 1;
+pub(crate) const MAJOR: u16 = 1;
 /// Minor version: later ones only add.
-pub const MINOR: u16 = 0;
+pub(crate) const MINOR: u16 = 0;
 /// Name of the section that only scenes with a gradient of the speed of sound have: its value [1/s].
-pub const GRADIENT: &str = "sound_speed_gradient";
+pub(crate) const GRADIENT: &str = "sound_speed_gradient";
 /// Chunks and sections begin at multiples of this.
-pub const ALIGNMENT: u64 = 64;
+pub(crate) const ALIGNMENT: u64 = 64;
 
 /// The first 64 bytes.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct Preamble {
+pub(crate) struct Preamble {
     /// [`MAGIC`].
     pub magic: [u8; 8],
     /// [`MAJOR`].
@@ -39,7 +39,7 @@ pub struct Preamble {
 impl Preamble {
     /// BLAKE3 of this preamble, its own digest left out, followed by the bytes of the header.
     #[must_use]
-    pub fn digest_with(&self, header: &[u8]) -> [u8; 32] {
+    pub(crate) fn digest_with(&self, header: &[u8]) -> [u8; 32] {
         let before_digest = &bytemuck::bytes_of(self)[..size_of::<Self>() - size_of::<[u8; 32]>()];
         blake3::Hasher::new().update(before_digest).update(header).finalize().into()
     }
@@ -48,7 +48,7 @@ impl Preamble {
 /// One row of the chunk directory: 64 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct ChunkEntry {
+pub(crate) struct ChunkEntry {
     /// Index of the source.
     pub source: u32,
     /// Paths in the chunk.
@@ -66,13 +66,13 @@ pub struct ChunkEntry {
 impl ChunkEntry {
     /// Where its vertices begin, from the beginning of the chunk [bytes].
     #[must_use]
-    pub fn vertices_at(&self) -> u64 {
+    pub(crate) fn vertices_at(&self) -> u64 {
         aligned(u64::from(self.path_count) * 4)
     }
 
     /// Its length [bytes]; [`None`] where the counts overflow.
     #[must_use]
-    pub fn length(&self) -> Option<u64> {
+    pub(crate) fn length(&self) -> Option<u64> {
         self.vertex_count.checked_mul(16)?.checked_add(self.vertices_at())
     }
 }
@@ -80,7 +80,7 @@ impl ChunkEntry {
 /// What a reader needs to know of a surface, so that it need not find surfaces in a mesh as `sonel-geometry` does: 48 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct SurfaceRow {
+pub(crate) struct SurfaceRow {
     /// Index of its material.
     pub material: u32,
     /// 1 where it belongs to a closed shell, so that its front is the side of the air; 0 for a free panel.
@@ -96,7 +96,7 @@ pub struct SurfaceRow {
 /// Fates and segments of one chunk: 64 bytes.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct ChunkFates {
+pub(crate) struct ChunkFates {
     /// Packets per fate.
     pub fates: [u64; 6],
     /// Segments traced.
@@ -108,7 +108,7 @@ pub struct ChunkFates {
 impl ChunkFates {
     /// Whether every path of `chunk` has one fate and every vertex ends one segment.
     #[must_use]
-    pub fn agree_with(&self, chunk: &ChunkEntry) -> bool {
+    pub(crate) fn agree_with(&self, chunk: &ChunkEntry) -> bool {
         let fates = self.fates.iter().try_fold(0, |sum: u64, &count| sum.checked_add(count));
         fates == Some(u64::from(chunk.path_count)) && self.segments == chunk.vertex_count
     }
@@ -116,7 +116,7 @@ impl ChunkFates {
 
 /// The next multiple of [`ALIGNMENT`].
 #[must_use]
-pub fn aligned(offset: u64) -> u64 {
+pub(crate) fn aligned(offset: u64) -> u64 {
     offset.next_multiple_of(ALIGNMENT)
 }
 

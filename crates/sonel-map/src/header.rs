@@ -1,6 +1,6 @@
 //! The header: settings, effects and scene that produced the paths.
 
-use sonel_scene::Scene;
+use sonel_scene::{Effect, Scene};
 
 use crate::emission::EmissionLayout;
 use crate::leads::{MOST_SETS, set_count};
@@ -103,24 +103,13 @@ impl ShardRange {
 /// Whether an effect was simulated, per band, and why.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectState {
-    /// Its name in `--effects`.
-    pub name: String,
+    /// The effect.
+    pub effect: Effect,
     /// On or off, per band.
     pub on: Vec<bool>,
     /// The reason in words.
     pub reason: String,
 }
-
-impl EffectState {
-    /// An effect that is `on` per band for a `reason`.
-    #[must_use]
-    pub fn new(name: &str, on: Vec<bool>, reason: String) -> Self {
-        Self { name: name.to_owned(), on, reason }
-    }
-}
-
-/// The effect by whose name a map of [`Mode::Paper`] states whether its packets were diffracted (docs/interface.md).
-pub const DIFFRACTION: &str = "diffraction";
 
 /// All provenance of a map.
 #[derive(Debug, Clone)]
@@ -138,10 +127,16 @@ pub struct MapHeader {
 }
 
 impl MapHeader {
+    /// What was decided about `effect`, if it is stated.
+    #[must_use]
+    pub fn effect(&self, effect: Effect) -> Option<&EffectState> {
+        self.effects.iter().find(|state| state.effect == effect)
+    }
+
     /// Wavelength at the centre of every band in which packets are diffracted in the paper's mode [m], zero in the others; [`None`] where they are in none.
     #[must_use]
     pub fn diffracted_wavelengths(&self) -> Option<Vec<f64>> {
-        let effect = self.effects.iter().find(|effect| effect.name == DIFFRACTION)?;
+        let effect = self.effect(Effect::Diffraction)?;
         let wavelength =
             |(&on, frequency): (&bool, &f64)| if on { self.scene.speed_of_sound / frequency } else { 0.0 };
         let wavelengths = effect.on.iter().zip(self.scene.bands.nominal()).map(wavelength).collect();

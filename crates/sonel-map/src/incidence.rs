@@ -4,6 +4,7 @@
 //! events are drawn for the mean absorption over diffuse incidence. Energies take α at the angle itself: a mean would absorb too much of what
 //! is reflected between parallel walls again and again.
 
+/// Below 2⁻¹⁰ is a millionth of diffuse incidence, ∫ 2 cos θ d(cos θ) = 2⁻²⁰.
 const OCTAVES: u32 = 10;
 /// Eight ranges an octave: the leading bits of a double tell them apart.
 const BITS: u32 = 3;
@@ -11,12 +12,12 @@ const BITS: u32 = 3;
 const LOWEST: f64 = f64::from_bits(((1023 - OCTAVES) as u64) << 52);
 
 /// How many ranges there are.
-pub const RANGES: usize = 1 + ((OCTAVES as usize) << BITS);
+pub(crate) const RANGES: usize = 1 + ((OCTAVES as usize) << BITS);
 
 /// The range that `cosine` belongs to; the lowest where it is no number.
 #[inline]
 #[must_use]
-pub fn range_of(cosine: f64) -> usize {
+pub(crate) fn range_of(cosine: f64) -> usize {
     if cosine >= LOWEST {
         (1 + leading_bits(cosine) - leading_bits(LOWEST)).min(RANGES as u64 - 1) as usize
     } else {
@@ -26,7 +27,7 @@ pub fn range_of(cosine: f64) -> usize {
 
 /// Smallest and largest cosine of a range.
 #[must_use]
-pub fn bounds(range: usize) -> [f64; 2] {
+pub(crate) fn bounds(range: usize) -> [f64; 2] {
     let lower = |range: usize| {
         let bits = (leading_bits(LOWEST) + range as u64 - 1) << (52 - BITS);
         f64::from_bits(bits)

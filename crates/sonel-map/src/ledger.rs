@@ -5,9 +5,10 @@
 //! balance can fail where an event, a probability or a coefficient is wrong. Sums are kept per chunk, as in the file, and
 //! added in chunk order: shards joined equal the run made in one piece.
 
+use sonel_acoustics::{BandValues, Lanes, lanes_of};
+
 use crate::classes::BandClasses;
 use crate::coefficients::MaterialRow;
-use crate::lanes::Lanes;
 use crate::vertex::Event;
 
 /// Why a packet ended.
@@ -202,7 +203,8 @@ impl Ledger {
 /// The ledger of a chunk while it is traced: sums per packet first, so that long runs do not drift.
 #[derive(Debug, Clone)]
 pub struct ChunkLedger {
-    ledgers: Vec<LaneLedger>,
+    /// The sums in the order of the fields of [`BandLedger`].
+    terms: [Vec<Lanes>; LEDGER_TERMS],
     packet_sampling: Vec<Lanes>,
     /// Whether the packet's last segment ended where part of its energy goes on that is not recorded yet.
     departs: bool,
@@ -212,8 +214,6 @@ pub struct ChunkLedger {
     pub segments: u64,
 }
 
-/// The sums of four columns, in the order of the fields of [`BandLedger`].
-type LaneLedger = [Lanes; LEDGER_TERMS];
 const EMITTED: usize = 0;
 const ABSORBED: usize = 1;
 const TRANSMITTED: usize = 2;
@@ -222,21 +222,14 @@ const TRUNCATED: usize = 4;
 const SAMPLING: usize = 5;
 const SAMPLING_VARIANCE: usize = 6;
 
-#[inline]
-fn accumulate(sum: &mut Lanes, energy: &Lanes) {
-    for lane in 0..4 {
-        sum[lane] += energy[lane];
-    }
-}
-
 impl ChunkLedger {
     /// An empty ledger for `columns` bands or classes of bands.
     #[must_use]
     pub fn new(columns: usize) -> Self {
-        let lanes = crate::lanes::lanes_of(columns);
+        let nothing = vec![Lanes::ZERO; lanes_of(columns)];
         Self {
-            ledgers: vec![LaneLedger::default(); lanes],
-            packet_sampling: vec![[0.0; 4]; lanes],
+            terms: [(); LEDGER_TERMS].map(|()| nothing.clone()),
+            packet_sampling: nothing,
             departs: false,
             fates: Fates::default(),
             segments: 0,
@@ -247,14 +240,9 @@ impl ChunkLedger {
     /// All energies here and below are parts of what the whole run emits.
     #[inline]
     pub fn emitted(&mut self, unit: f64, expected: &[Lanes], actual: &[Lanes]) {
-        for (((ledger, packet), expected), actual) in
-            self.ledgers.iter_mut().zip(&mut self.packet_sampling).zip(expected).zip(actual)
-        {
-            for lane in 0..4 {
-                ledger[EMITTED][lane] += unit * expected[lane];
-                packet[lane] = unit * expected[lane] - actual[lane];
-            }
-        }
+        self.terms[EMITTED].add_times(expected, unit);
+        self.packet_sampling.set_times(expected, unit);
+        self.packet_sampling.subtract(actual);
         self.departs = false;
     }
 
@@ -268,31 +256,15 @@ impl ChunkLedger {
     /// Records an arrival at a surface with `row`: `incident` energy, a part of which is expected to go on.
     #[inline]
     pub fn arrived(&mut self, incident: &[Lanes], row: &MaterialRow) {
-        for ((((ledger, packet), incident), dissipated), passed_on) in self
-            .ledgers
-            .iter_mut()
-            .zip(&mut self.packet_sampling)
-            .zip(incident)
-            .zip(&row.dissipated)
-            .zip(&row.passed_on)
-        {
-            for lane in 0..4 {
-                ledger[ABSORBED][lane] += incident[lane] * dissipated[lane];
-                packet[lane] += incident[lane] * passed_on[lane];
-            }
-        }
+        self.terms[ABSORBED].add_product(incident, &row.dissipated);
+        self.packet_sampling.add_product(incident, &row.passed_on);
         self.departs = true;
     }
 
     #[inline]
     fn depart(&mut self, energy: &[Lanes]) {
-        if !std::mem::take(&mut self.departs) {
-            return;
-        }
-        for (packet, energy) in self.packet_sampling.iter_mut().zip(energy) {
-            for lane in 0..4 {
-                packet[lane] -= energy[lane];
-            }
+        if std::mem::take(&mut self.departs) {
+            self.packet_sampling.subtract(energy);
         }
     }
 
@@ -301,29 +273,24 @@ impl ChunkLedger {
         if last != Event::Absorbed {
             self.depart(remaining);
         }
-        for ((ledger, packet), remaining) in self.ledgers.iter_mut().zip(&self.packet_sampling).zip(remaining)
-        {
-            match last {
-                Event::Escaped => accumulate(&mut ledger[ESCAPED], remaining),
-                Event::Left => accumulate(&mut ledger[TRANSMITTED], remaining),
-                Event::Absorbed => {}
-                _ => accumulate(&mut ledger[TRUNCATED], remaining),
-            }
-            debug_assert!(packet.iter().chain(remaining).all(|energy| energy.is_finite()));
-            for lane in 0..4 {
-                ledger[SAMPLING][lane] += packet[lane];
-                ledger[SAMPLING_VARIANCE][lane] += packet[lane] * packet[lane];
-            }
+        let packet = &self.packet_sampling;
+        debug_assert!(packet.values().chain(remaining.values()).all(f64::is_finite));
+        match last {
+            Event::Escaped => self.terms[ESCAPED].add(remaining),
+            Event::Left => self.terms[TRANSMITTED].add(remaining),
+            Event::Absorbed => {}
+            _ => self.terms[TRUNCATED].add(remaining),
         }
+        self.terms[SAMPLING].add(packet);
+        self.terms[SAMPLING_VARIANCE].add_product(packet, packet);
         self.fates.record(last);
     }
 
     /// The finished ledger of all bands, whose `classes` the columns are.
     #[must_use]
     pub fn finish(self, classes: &BandClasses) -> Ledger {
-        let band = |b: usize| {
-            let (ledger, lane) = (&self.ledgers[classes.of(b) / 4], classes.of(b) % 4);
-            BandLedger::from_terms(ledger.map(|term| term[lane]))
+        let band = |band: usize| {
+            BandLedger::from_terms(self.terms.each_ref().map(|term| term.band(classes.of(band))))
         };
         Ledger { bands: (0..classes.bands()).map(band).collect(), fates: self.fates, segments: self.segments }
     }

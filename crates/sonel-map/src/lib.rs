@@ -17,6 +17,8 @@
 //!
 //! The layout of the file, byte by byte, stands in docs/formats/sonelmap.md.
 
+#![warn(unreachable_pub)]
+
 #[cfg(target_endian = "big")]
 compile_error!(
     "sonel maps are mapped into memory as little-endian arrays; a big-endian reader needs its own codec"
@@ -32,7 +34,6 @@ pub mod error;
 mod format;
 pub mod header;
 mod incidence;
-pub mod lanes;
 pub mod leads;
 pub mod ledger;
 mod media;
@@ -58,12 +59,12 @@ pub use emission::{BatchStart, CHUNK_EMISSIONS, EmissionDirections, EmissionLayo
 pub use emissions::Emissions;
 pub use error::MapError;
 pub use header::{EffectState, MapHeader, Mode, Settings, ShardRange};
-pub use lanes::{Lanes, lanes_of};
 pub use leads::Leads;
 pub use ledger::{BandLedger, ChunkLedger, Fate, Fates, Ledger};
 pub use merge::{MergeError, Merger};
 pub use provenance::hexadecimal;
 pub use reader::{BeforeWidening, PathView, SonelMap};
+pub use sonel_acoustics::{BandValues, Lanes, lanes_of, to_lanes};
 pub use spectral::Spectral;
 pub use sweep::{Arrival, Segment, SegmentHistory, sweep};
 pub use vertex::{Event, Vertex};

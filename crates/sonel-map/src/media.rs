@@ -8,9 +8,9 @@ use crate::codec::{MediaRecord, RegionRecord};
 use crate::format::SurfaceRow;
 
 /// Name of the section.
-pub const SECTION: &str = "regions";
+pub(crate) const SECTION: &str = "regions";
 
-pub fn record(media: &Media) -> MediaRecord {
+pub(crate) fn record(media: &Media) -> MediaRecord {
     let region = |region: &Region| RegionRecord {
         name: region.name.clone(),
         inside: region.inside.to_array(),
@@ -30,7 +30,7 @@ pub fn record(media: &Media) -> MediaRecord {
 }
 
 /// The regions of `record` for `scene`, whose surfaces are `rows`; the reason where they contradict these.
-pub fn media(record: MediaRecord, scene: &Scene, rows: &[SurfaceRow]) -> Result<Media, String> {
+pub(crate) fn media(record: MediaRecord, scene: &Scene, rows: &[SurfaceRow]) -> Result<Media, String> {
     let airs = record.regions.len() as u32 + 1;
     let bands = scene.bands.count();
     let is_interface = |row: &SurfaceRow| record.interfaces.contains(&row.material);

@@ -116,7 +116,7 @@ fn mesh(scene: &Scene) -> String {
 
 fn effect(effect: &EffectState) -> Fact {
     let on: Vec<&str> = effect.on.iter().map(|&on| if on { "on" } else { "off" }).collect();
-    (format!("effect {}", effect.name), format!("{} ({})", on.join(", "), effect.reason))
+    (format!("effect {}", effect.effect.name()), format!("{} ({})", on.join(", "), effect.reason))
 }
 
 fn material(material: &Material) -> [Fact; 5] {
@@ -206,7 +206,11 @@ mod tests {
         };
         let mut scene = Scene::from_parts(Mesh::shoebox([5.0, 4.0, 3.0], [0; 6]), vec![wall], bands, 0.5);
         scene.sources.push(Source::omni("left", DVec3::ONE, 2));
-        let effect = EffectState::new("air", vec![true; 2], "asked for".to_owned());
+        let effect = EffectState {
+            effect: sonel_scene::Effect::Air,
+            on: vec![true; 2],
+            reason: "asked for".to_owned(),
+        };
         MapHeader {
             tool_version: "1.2.3".to_owned(),
             settings: Settings::default(),

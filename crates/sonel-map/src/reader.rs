@@ -12,7 +12,7 @@ use memmap2::Mmap;
 use rayon::prelude::*;
 use sonel_acoustics::{Directivity, Material};
 use sonel_geometry::{Geometry, LARGEST_TURN};
-use sonel_scene::{Scene, Source};
+use sonel_scene::{Propagation, Scene, Source};
 
 use crate::classes::BandClasses;
 use crate::coefficients::CoefficientTable;
@@ -299,7 +299,7 @@ impl SonelMap {
     pub fn coefficients(&self, classes: &BandClasses) -> CoefficientTable {
         CoefficientTable::grouped(&self.header.scene.materials, classes, &self.leads())
             .with_surfaces(&self.surfaces)
-            .with_media(&self.header.scene, self.center)
+            .with_propagation(Propagation::of(&self.header.scene, self.center))
     }
 
     /// Compares every chunk with its checksum and with the rules of the layout, on all cores. `surfaces` is the number of

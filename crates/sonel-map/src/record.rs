@@ -3,7 +3,7 @@
 use glam::DVec3;
 use sonel_acoustics::{AbsorptionLaw, Air, BandWidth, Bands, Directivity, Material, Pattern};
 use sonel_geometry::{Mesh, MeshTriangle};
-use sonel_scene::{Receiver, Scene, Source};
+use sonel_scene::{Effect, Receiver, Scene, Source};
 
 use crate::codec::{
     DirectivityRecord, EffectRecord, HeaderRecord, MaterialRecord, ReceiverRecord, SceneRecord,
@@ -18,7 +18,7 @@ use crate::spectral::Spectral;
 const LARGEST_BATCH_COUNT: u32 = 1 << 16;
 
 /// Vertices as f64 triples and triangles as (corner, corner, corner, material).
-pub fn mesh_columns(mesh: &Mesh) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
+pub(crate) fn mesh_columns(mesh: &Mesh) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
     let vertices = mesh.vertices.iter().map(DVec3::to_array).collect();
     let triangles = mesh
         .triangles
@@ -32,7 +32,7 @@ pub fn mesh_columns(mesh: &Mesh) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
 }
 
 /// The mesh of columns written by [`mesh_columns`].
-pub fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 4]]) -> Mesh {
+pub(crate) fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 4]]) -> Mesh {
     Mesh {
         vertices: vertices.iter().copied().map(DVec3::from_array).collect(),
         triangles: triangles
@@ -42,7 +42,7 @@ pub fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 4]]) -> Mesh {
     }
 }
 
-pub fn header_record(header: &MapHeader, center: DVec3, sections: Vec<SectionRecord>) -> HeaderRecord {
+pub(crate) fn header_record(header: &MapHeader, center: DVec3, sections: Vec<SectionRecord>) -> HeaderRecord {
     let chunk_bytes =
         sections.iter().find(|section| section.name == "chunks").map_or(0, |section| section.length);
     let settings = &header.settings;
@@ -70,10 +70,17 @@ pub fn header_record(header: &MapHeader, center: DVec3, sections: Vec<SectionRec
 
 fn effect_record(effect: &EffectState) -> EffectRecord {
     EffectRecord {
-        name: effect.name.clone(),
+        name: effect.effect.name().to_owned(),
         on: effect.on.iter().copied().map(u8::from).collect(),
         reason: effect.reason.clone(),
     }
+}
+
+fn effect(record: EffectRecord) -> Result<EffectState, String> {
+    let EffectRecord { name, on, reason } = record;
+    let effect =
+        Effect::named(&name).ok_or_else(|| format!("effect \"{name}\" is unknown to this version"))?;
+    Ok(EffectState { effect, on: on.iter().map(|&on| on != 0).collect(), reason })
 }
 
 fn scene_record(scene: &Scene) -> SceneRecord {
@@ -96,7 +103,7 @@ fn scene_record(scene: &Scene) -> SceneRecord {
     }
 }
 
-pub fn material_record(material: &Material) -> MaterialRecord {
+pub(crate) fn material_record(material: &Material) -> MaterialRecord {
     MaterialRecord {
         name: material.name.clone(),
         absorption: material.absorption.clone(),
@@ -125,17 +132,17 @@ fn receiver_record(receiver: &Receiver) -> ReceiverRecord {
 }
 
 /// Name of the section that only a map with materials of another law than [`AbsorptionLaw::Uniform`] has: a code per material.
-pub const LAWS: &str = "absorption.laws";
+pub(crate) const LAWS: &str = "absorption.laws";
 
 /// The rows of [`LAWS`]; none where all are uniform.
-pub fn laws(materials: &[Material]) -> Option<Vec<u8>> {
+pub(crate) fn laws(materials: &[Material]) -> Option<Vec<u8>> {
     let is_angular = materials.iter().any(|material| material.law.is_angular());
     is_angular.then(|| materials.iter().map(|material| material.law.code()).collect())
 }
 
 /// The header of `record` with the scene's `mesh`, its directivities and the rows of [`LAWS`], none where there are none; the reason
 /// where the record contradicts itself.
-pub fn header(
+pub(crate) fn header(
     record: HeaderRecord,
     mesh: Mesh,
     (directivity, laws): (Option<DirectivityRecord>, &[u8]),
@@ -145,13 +152,7 @@ pub fn header(
     if shard.index == 0 || shard.index > shard.count {
         return Err(format!("shard {} of {} does not exist", shard.index, shard.count));
     }
-    let effects = record
-        .effects
-        .into_iter()
-        .map(|effect| {
-            EffectState::new(&effect.name, effect.on.iter().map(|&on| on != 0).collect(), effect.reason)
-        })
-        .collect();
+    let effects = record.effects.into_iter().map(effect).collect::<Result<_, _>>()?;
     let words: Vec<String> = record.scene.sources.iter().map(|source| source.directivity.clone()).collect();
     let mut scene = scene(record.scene, mesh, laws)?;
     directivity::apply(&words, directivity, &mut scene)?;
@@ -239,7 +240,7 @@ fn scene(record: SceneRecord, mesh: Mesh, laws: &[u8]) -> Result<Scene, String> 
     })
 }
 
-pub fn material(record: MaterialRecord) -> Material {
+pub(crate) fn material(record: MaterialRecord) -> Material {
     Material {
         name: record.name,
         absorption: record.absorption,

@@ -5,7 +5,7 @@ use crate::error::MapError;
 use crate::format::{MAGIC, MAJOR, MINOR, Preamble};
 
 /// The preamble of a map of a version that is read.
-pub fn read_preamble(bytes: &[u8]) -> Result<Preamble, MapError> {
+pub(crate) fn read_preamble(bytes: &[u8]) -> Result<Preamble, MapError> {
     if !bytes.starts_with(&MAGIC) {
         return Err(MapError::NotAMap);
     }
@@ -34,7 +34,7 @@ fn part<'a>(bytes: &'a [u8], offset: u64, length: u64, name: &str) -> Result<&'a
 }
 
 /// A map's header and what it names.
-pub struct Sections<'a> {
+pub(crate) struct Sections<'a> {
     bytes: &'a [u8],
     /// The header.
     pub header: HeaderRecord,
@@ -44,7 +44,7 @@ pub struct Sections<'a> {
 
 impl<'a> Sections<'a> {
     /// Reads the header of the map in `bytes`.
-    pub fn read(bytes: &'a [u8], preamble: &Preamble) -> Result<Self, MapError> {
+    pub(crate) fn read(bytes: &'a [u8], preamble: &Preamble) -> Result<Self, MapError> {
         let damaged = |reason: String| MapError::Damaged { offset: preamble.header_offset, reason };
         let header = part(bytes, preamble.header_offset, preamble.header_length, "the header")?;
         if preamble.digest_with(header) != preamble.header_digest {
@@ -59,22 +59,22 @@ impl<'a> Sections<'a> {
     }
 
     /// The error of a header that says what cannot be.
-    pub fn damaged(&self, reason: String) -> MapError {
+    pub(crate) fn damaged(&self, reason: String) -> MapError {
         MapError::Damaged { offset: self.header_offset, reason }
     }
 
     /// Whether there is a section `name`.
-    pub fn has(&self, name: &str) -> bool {
+    pub(crate) fn has(&self, name: &str) -> bool {
         self.header.sections.iter().any(|section| section.name == name)
     }
 
     /// The rows of section `name`; none where there is no such section.
-    pub fn optional<T: bytemuck::AnyBitPattern>(&self, name: &str) -> Result<&'a [T], MapError> {
+    pub(crate) fn optional<T: bytemuck::AnyBitPattern>(&self, name: &str) -> Result<&'a [T], MapError> {
         if self.has(name) { self.rows(name) } else { Ok(&[]) }
     }
 
     /// The record that section `name` holds; [`None`] where there is no such section.
-    pub fn record<D: Decode<()>>(&self, name: &str) -> Result<Option<D>, MapError> {
+    pub(crate) fn record<D: Decode<()>>(&self, name: &str) -> Result<Option<D>, MapError> {
         if !self.has(name) {
             return Ok(None);
         }
@@ -82,7 +82,7 @@ impl<'a> Sections<'a> {
     }
 
     /// The rows of section `name`.
-    pub fn rows<T: bytemuck::AnyBitPattern>(&self, name: &str) -> Result<&'a [T], MapError> {
+    pub(crate) fn rows<T: bytemuck::AnyBitPattern>(&self, name: &str) -> Result<&'a [T], MapError> {
         let section = self.header.sections.iter().find(|section| section.name == name).ok_or_else(|| {
             MapError::Damaged { offset: 0, reason: format!("the header names no section {name}") }
         })?;

@@ -12,14 +12,14 @@ use crate::header::ShardRange;
 
 /// A run in which shards have their places.
 #[derive(Debug, Clone, Copy)]
-pub struct Run {
+pub(crate) struct Run {
     /// Emissions of a source.
     pub total: u64,
 }
 
 /// What is wrong with a set of shards; they are named by their positions in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Fault {
+pub(crate) enum Fault {
     /// Two shards hold these emissions of every source.
     Overlap(usize, usize, Range<u64>),
     /// No shard holds these emissions, and they are needed.
@@ -37,7 +37,7 @@ impl Run {
     }
 
     /// Whether `shard` holds any of `emissions`.
-    pub fn holds_some(self, shard: ShardRange, emissions: &Range<u64>) -> bool {
+    pub(crate) fn holds_some(self, shard: ShardRange, emissions: &Range<u64>) -> bool {
         let held = self.emissions(self.chunks(shard));
         held.start.max(emissions.start) < held.end.min(emissions.end)
     }
@@ -47,7 +47,7 @@ impl Run {
     /// # Errors
     /// All faults: overlaps, and what is missing to the whole run. Shards that neither overlap nor leave gaps may miss the
     /// rest, where they make a shard that has a name.
-    pub fn union(self, shards: &[ShardRange]) -> Result<ShardRange, Vec<Fault>> {
+    pub(crate) fn union(self, shards: &[ShardRange]) -> Result<ShardRange, Vec<Fault>> {
         let order = order(shards);
         let (Some(&first), Some(&last)) = (order.first(), order.last()) else { return Ok(ShardRange::WHOLE) };
         let all = self.total.div_ceil(CHUNK_EMISSIONS);
@@ -83,7 +83,7 @@ impl Run {
 }
 
 /// Positions of `shards` in the order of their intervals.
-pub fn order(shards: &[ShardRange]) -> Vec<usize> {
+pub(crate) fn order(shards: &[ShardRange]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..shards.len()).collect();
     order.sort_by(|&a, &b| {
         let (a, b) = (shards[a], shards[b]);

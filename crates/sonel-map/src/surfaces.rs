@@ -10,7 +10,7 @@ use sonel_geometry::Geometry;
 use crate::format::SurfaceRow;
 
 /// The rows of `geometry`, in the order of its surface ids.
-pub fn rows(geometry: &Geometry) -> Vec<SurfaceRow> {
+pub(crate) fn rows(geometry: &Geometry) -> Vec<SurfaceRow> {
     geometry
         .surfaces()
         .iter()
@@ -25,7 +25,7 @@ pub fn rows(geometry: &Geometry) -> Vec<SurfaceRow> {
 }
 
 /// Whether the rows can be what they claim to be, whatever the geometry; the reason where not.
-pub fn check_rows(rows: &[SurfaceRow], materials: usize) -> Result<(), String> {
+pub(crate) fn check_rows(rows: &[SurfaceRow], materials: usize) -> Result<(), String> {
     let is_sound = |row: &SurfaceRow| {
         (row.material as usize) < materials
             && row.closed <= 1
@@ -41,7 +41,7 @@ pub fn check_rows(rows: &[SurfaceRow], materials: usize) -> Result<(), String> {
 
 /// Whether rows and centre are those of `geometry`, within what its positions can tell apart; the first difference where
 /// not.
-pub fn compare(rows: &[SurfaceRow], center: DVec3, geometry: &Geometry) -> Result<(), String> {
+pub(crate) fn compare(rows: &[SurfaceRow], center: DVec3, geometry: &Geometry) -> Result<(), String> {
     let resolution = f64::from(geometry.resolution());
     let extent = f64::from(geometry.extent());
     let ours = self::rows(geometry);

@@ -1,10 +1,11 @@
 //! Sweeping a path: its segments in order, each with energy in every band, length and history.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Arc, Side, SurfaceId};
+use sonel_acoustics::Lanes;
+use sonel_geometry::{Side, SurfaceId};
+use sonel_scene::Leg;
 
 use crate::coefficients::CoefficientTable;
-use crate::lanes::Lanes;
 use crate::vertex::{Event, Vertex};
 use crate::weight::PathWeight;
 
@@ -95,15 +96,11 @@ pub fn sweep(
 ) {
     let (mut start, mut start_length) = (source, 0.0);
     let mut history = SegmentHistory::default();
-    let profile = table.profile();
+    let propagation = table.propagation();
     for vertex in vertices {
         let Some(event) = vertex.event() else { return };
         let end = vertex.position.as_dvec3();
-        let end_length = start_length
-            + match profile {
-                None => start.distance(end) * table.stretch(air),
-                Some((profile, speed)) => profile.travel_time(start, end) * speed,
-            };
+        let end_length = start_length + propagation.length(air, start, end);
         let segment = Segment {
             is_part: false,
             start: start.as_vec3(),
@@ -116,17 +113,17 @@ pub fn sweep(
             arrival: event.leaves_sonel().then(|| Arrival::at(vertex, event)),
             escapes: matches!(event, Event::Escaped | Event::Lost | Event::Left),
         };
-        if profile.is_some() {
-            visit_chords((start, end), &segment, table, &mut visit);
-        } else {
+        if propagation.is_straight() || start == end {
             visit(&segment);
+        } else {
+            visit_chords(propagation.leg(start, end), &segment, &mut visit);
         }
         if event.is_final() {
             return;
         }
         if event.is_at_interface() {
             let beyond = usize::from(event == Event::Refracted);
-            air = table.across(vertex.surface(), vertex.side()).map_or(air, |airs| airs[beyond]);
+            air = propagation.interface(vertex.surface(), vertex.side()).map_or(air, |it| it.airs[beyond]);
         } else if !matches!(event, Event::Diffracted | Event::Emerged) {
             let row = &*table.row(vertex.surface(), end - start);
             weight.pass(match event {
@@ -139,23 +136,15 @@ pub fn sweep(
     }
 }
 
-/// Visits the chords of a `leg` where the speed of sound has a gradient.
+/// Visits the chords of a segment that is an arc.
 #[cold]
-fn visit_chords(
-    (start, end): (DVec3, DVec3),
-    leg: &Segment<'_>,
-    table: &CoefficientTable,
-    visit: &mut dyn FnMut(&Segment<'_>),
-) {
-    let Some((profile, _)) = table.profile().filter(|_| start != end) else { return visit(leg) };
-    let time = profile.travel_time(start, end);
-    let arc = Arc::between(profile, start, end);
-    let chords = arc.chords(time);
-    let step = (leg.end_length - leg.start_length) / f64::from(chords);
+fn visit_chords(leg: Option<Leg>, whole: &Segment<'_>, visit: &mut dyn FnMut(&Segment<'_>)) {
+    let Some(Leg { arc, time, .. }) = leg else { return visit(whole) };
+    let step = (whole.end_length - whole.start_length) / f64::from(arc.chords(time));
     let mut chord =
-        Segment { end: leg.start, end_length: leg.start_length, arrival: None, is_part: true, ..*leg };
+        Segment { end: whole.start, end_length: whole.start_length, arrival: None, is_part: true, ..*whole };
     for (number, joint) in (1..).zip(arc.joints(time)) {
-        let end_length = leg.start_length + f64::from(number) * step;
+        let end_length = whole.start_length + f64::from(number) * step;
         chord = Segment {
             start: chord.end,
             start_length: chord.end_length,
@@ -165,5 +154,5 @@ fn visit_chords(
         };
         visit(&chord);
     }
-    visit(&Segment { start: chord.end, start_length: chord.end_length, ..*leg });
+    visit(&Segment { start: chord.end, start_length: chord.end_length, ..*whole });
 }

@@ -7,7 +7,7 @@ use crate::error::MapError;
 use crate::format::{ALIGNMENT, ChunkEntry, aligned};
 
 /// Whether the parts follow one another as they were written: preamble, `chunks`, `sections`, header.
-pub fn check_order(
+pub(crate) fn check_order(
     chunks: &[ChunkEntry],
     sections: &[SectionRecord],
     header_offset: u64,
@@ -37,12 +37,12 @@ pub fn check_order(
 }
 
 /// Whether nothing but zeros follows `end` up to the next aligned position.
-pub fn check_padding(file: &[u8], end: u64) -> Result<(), MapError> {
+pub(crate) fn check_padding(file: &[u8], end: u64) -> Result<(), MapError> {
     check_zeros(&file[end as usize..(aligned(end) as usize).min(file.len())], end)
 }
 
 /// Whether `padding`, which begins at `offset` of the file, is nothing but zeros.
-pub fn check_zeros(padding: &[u8], offset: u64) -> Result<(), MapError> {
+pub(crate) fn check_zeros(padding: &[u8], offset: u64) -> Result<(), MapError> {
     if padding.iter().all(|&byte| byte == 0) {
         Ok(())
     } else {

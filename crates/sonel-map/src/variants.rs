@@ -8,10 +8,10 @@ use crate::leads::{MOST_SETS, set_count};
 use crate::record;
 
 /// Name of the section.
-pub const SECTION: &str = "variants";
+pub(crate) const SECTION: &str = "variants";
 
 /// The section of `scene`; [`None`] where no material has variants.
-pub fn record(scene: &Scene) -> Option<VariantsRecord> {
+pub(crate) fn record(scene: &Scene) -> Option<VariantsRecord> {
     let of = |(material, variants): (u32, &Vec<Material>)| -> Vec<VariantRecord> {
         let record = |variant| VariantRecord { material, coefficients: record::material_record(variant) };
         variants.iter().map(record).collect()
@@ -21,7 +21,7 @@ pub fn record(scene: &Scene) -> Option<VariantsRecord> {
 }
 
 /// Gives `scene` the variants that the section names; the reason where it cannot have them.
-pub fn apply(section: Option<VariantsRecord>, scene: &mut Scene) -> Result<(), String> {
+pub(crate) fn apply(section: Option<VariantsRecord>, scene: &mut Scene) -> Result<(), String> {
     let Some(VariantsRecord { variants }) = section else { return Ok(()) };
     scene.variants = vec![Vec::new(); scene.materials.len()];
     for VariantRecord { material, coefficients } in variants {

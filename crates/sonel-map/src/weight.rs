@@ -5,12 +5,11 @@
 //! out exactly whenever they become small, so that nothing underflows however long the path.
 
 use glam::Vec3;
-use sonel_acoustics::Directivity;
+use sonel_acoustics::{BandValues, Directivity, Lanes, lanes_of};
 use sonel_scene::Source;
 
 use crate::coefficients::{CoefficientTable, EventRow};
 use crate::emission::PacketStart;
-use crate::lanes::{Lanes, lanes_of, multiply};
 
 /// Products below this are scaled up by its inverse: far from both underflow and any effect on the sum.
 const RESCALE_BELOW: f64 = f64::from_bits((1023 - 256) << 52);
@@ -31,7 +30,7 @@ pub struct PathWeight {
 }
 
 /// Products of four columns of leads.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Drawing {
     /// ∏ p_k.
     product: Lanes,
@@ -45,11 +44,10 @@ impl PathWeight {
     /// Room for the columns of `table`.
     #[must_use]
     pub fn of(table: &CoefficientTable) -> Self {
-        let nothing = Drawing { product: [0.0; 4], counts: [0.0; 4], sizes: [0.0; 4] };
-        let energy = vec![[0.0; 4]; lanes_of(table.bands())];
+        let energy = vec![Lanes::ZERO; lanes_of(table.bands())];
         Self {
             feeding: energy.clone(),
-            drawing: vec![nothing; lanes_of(table.leads())],
+            drawing: vec![Drawing::default(); lanes_of(table.leads())],
             energy,
             source_factor: 0.0,
             numerator: 0.0,
@@ -62,15 +60,15 @@ impl PathWeight {
     pub fn emit(&mut self, source_factor: f64, unit: f64, start: &PacketStart) {
         self.source_factor = source_factor;
         self.numerator = source_factor * unit;
-        self.leads = start.sizes.iter().flatten().sum();
+        self.leads = start.sizes.values().sum();
         self.feeding.copy_from_slice(&start.carried);
-        let mut weighted = [0.0; 4];
+        let mut weighted = Lanes::ZERO;
         for ((drawing, &counts), &sizes) in self.drawing.iter_mut().zip(&start.counts).zip(&start.sizes) {
-            let product = sizes.map(|size| if size > 0.0 { 1.0 } else { 0.0 });
+            let product = sizes.select(Lanes::ONE, Lanes::ZERO);
             *drawing = Drawing { product, counts, sizes };
-            add_product(&mut weighted, &product, &counts);
+            weighted += product * counts;
         }
-        self.balance(sum(weighted));
+        self.balance(weighted.sum());
     }
 
     /// Starts a path that leaves `source` in a unit `direction`, as [`Self::emit`].
@@ -86,13 +84,8 @@ impl PathWeight {
             }
         };
         self.emit(1.0, unit, start);
-        for (index, (feeding, energy)) in self.feeding.iter_mut().zip(&mut self.energy).enumerate() {
-            for lane in 0..4 {
-                let factor = radiation.factor(4 * index + lane);
-                feeding[lane] *= factor;
-                energy[lane] *= factor;
-            }
-        }
+        radiation.weigh(&mut self.feeding);
+        self.energy.multiply(&self.feeding);
     }
 
     /// Energy in every band, per unit emitted energy times the unit given to [`Self::emit`] [1].
@@ -107,31 +100,23 @@ impl PathWeight {
     #[inline]
     #[must_use]
     pub fn is_extinct(&self, threshold: f64) -> bool {
-        let (mut most, mut drawn) = ([0.0_f64; 4], [0.0; 4]);
-        for feeding in &self.feeding {
-            for lane in 0..4 {
-                most[lane] = most[lane].max(feeding[lane]);
-            }
-        }
+        let mut drawn = Lanes::ZERO;
         for drawing in &self.drawing {
-            add_product(&mut drawn, &drawing.product, &drawing.sizes);
+            drawn += drawing.product * drawing.sizes;
         }
-        let most = most[0].max(most[1]).max(most[2].max(most[3]));
-        self.source_factor * self.leads * most <= threshold * sum(drawn)
+        self.source_factor * self.leads * self.feeding.largest() <= threshold * drawn.sum()
     }
 
     /// Passes through `event`.
     #[inline]
     pub fn pass(&mut self, event: &EventRow) {
-        for (feeding, factor) in self.feeding.iter_mut().zip(&event.energy) {
-            multiply(feeding, factor);
+        self.feeding.multiply(&event.energy);
+        let mut weighted = Lanes::ZERO;
+        for (drawing, &probability) in self.drawing.iter_mut().zip(&event.probability) {
+            drawing.product *= probability;
+            weighted += drawing.product * drawing.counts;
         }
-        let mut weighted = [0.0; 4];
-        for (drawing, probability) in self.drawing.iter_mut().zip(&event.probability) {
-            multiply(&mut drawing.product, probability);
-            add_product(&mut weighted, &drawing.product, &drawing.counts);
-        }
-        self.finish(sum(weighted));
+        self.finish(weighted.sum());
     }
 
     /// Energies from products whose weighted sum is `weighted`.
@@ -149,38 +134,20 @@ impl PathWeight {
     fn balance(&mut self, weighted: f64) {
         let factor = if weighted > 0.0 { self.numerator / weighted } else { 0.0 };
         debug_assert!(factor.is_finite(), "{} / {weighted:e}", self.numerator);
-        for (energy, feeding) in self.energy.iter_mut().zip(&self.feeding) {
-            for lane in 0..4 {
-                energy[lane] = feeding[lane] * factor;
-            }
-        }
+        self.energy.set_times(&self.feeding, factor);
     }
 
     #[cold]
     fn rescale(&mut self) {
-        for products in self.feeding.iter_mut().chain(self.drawing.iter_mut().map(|lead| &mut lead.product)) {
-            multiply(products, &[RESCALE_BY; 4]);
-        }
+        self.feeding.scale(RESCALE_BY);
+        self.drawing.iter_mut().for_each(|drawing| drawing.product *= RESCALE_BY);
     }
-}
-
-#[inline]
-fn add_product(sum: &mut Lanes, a: &Lanes, b: &Lanes) {
-    for lane in 0..4 {
-        sum[lane] += a[lane] * b[lane];
-    }
-}
-
-#[inline]
-fn sum(lanes: Lanes) -> f64 {
-    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::to_lanes;
-    use sonel_acoustics::Material;
+    use sonel_acoustics::{Material, to_lanes};
 
     fn material(absorption: [f64; 3], scattering: [f64; 3]) -> Material {
         Material {
@@ -212,7 +179,7 @@ mod tests {
             let row = table.material(0);
             weight.pass(if bounce % 2 == 0 { &row.specular } else { &row.diffuse });
         }
-        assert!(weight.energy()[0][..3].iter().all(|energy| (energy - 1.0 / 3.0).abs() < 1e-15));
+        assert!(weight.energy().values().take(3).all(|energy| (energy - 1.0 / 3.0).abs() < 1e-15));
     }
 
     /// Expected energy after each bounce, by enumerating lead and event, is the true one: α .2/.9/.01 and s .5/.05/.95.

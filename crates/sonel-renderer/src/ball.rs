@@ -35,7 +35,7 @@ const NEARBY: f64 = 16.0;
 
 /// What a path is to the ball that it crosses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Beam {
+pub(crate) enum Beam {
     /// It was reflected diffusely.
     Diffused,
     /// It was reflected specularly alone.
@@ -46,12 +46,12 @@ pub enum Beam {
 
 impl Beam {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Diffused, Self::Mirrored, Self::Refracted];
+    pub(crate) const ALL: [Self; 3] = [Self::Diffused, Self::Mirrored, Self::Refracted];
 }
 
 /// What is about a receiver.
 #[derive(Debug, Clone, Copy)]
-pub struct Surroundings {
+pub(crate) struct Surroundings {
     /// How far the sound that comes to it goes at a time [m]: the mean free path, of what comes from farther off the distance.
     pub free_path: f64,
     /// Distance of the next interface between airs [m]; infinite without any.
@@ -60,7 +60,7 @@ pub struct Surroundings {
 
 /// The balls of a receiver, one for each range of path lengths.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Balls {
+pub(crate) struct Balls {
     balls: [ReceiverSphere; GROWTH.len()],
     /// The first one for paths that were reflected specularly alone.
     mirrored: ReceiverSphere,
@@ -72,7 +72,13 @@ pub struct Balls {
 impl Balls {
     /// Balls about `center` (about the scene's centre [m]), of `radius` [m] for early sound; the next surface is `nearest` [m] away.
     #[must_use]
-    pub fn new(geometry: &Geometry, center: DVec3, radius: f64, nearest: f64, about: Surroundings) -> Self {
+    pub(crate) fn new(
+        geometry: &Geometry,
+        center: DVec3,
+        radius: f64,
+        nearest: f64,
+        about: Surroundings,
+    ) -> Self {
         // The size of an open scene does not say how far the field about a receiver is alike.
         let closed = geometry.is_closed_room();
         let radius = |growth| if closed { growth * radius } else { radius.min(CLEARANCE * nearest) };
@@ -90,14 +96,14 @@ impl Balls {
 
     /// Radius for early sound [m].
     #[must_use]
-    pub fn early_radius(&self) -> f64 {
+    pub(crate) fn early_radius(&self) -> f64 {
         self.balls[0].radius
     }
 
     /// The ball for paths that have gone `length` [m].
     #[inline]
     #[must_use]
-    pub fn at(&self, length: f64, beam: Beam) -> &ReceiverSphere {
+    pub(crate) fn at(&self, length: f64, beam: Beam) -> &ReceiverSphere {
         let grown = |(_, from): &(f64, f64)| from * self.mean_free_path <= length;
         match (GROWTH.iter().rposition(grown).unwrap_or(0), beam) {
             (0, Beam::Mirrored) => &self.mirrored,
@@ -109,7 +115,7 @@ impl Balls {
 
 /// A ball about a receiver.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct ReceiverSphere {
+pub(crate) struct ReceiverSphere {
     /// Its centre about the scene's centre [m].
     center: DVec3,
     /// Its radius [m].
@@ -124,7 +130,7 @@ pub struct ReceiverSphere {
 
 /// The part of a segment within a ball.
 #[derive(Debug, Clone, Copy)]
-pub struct Chord {
+pub(crate) struct Chord {
     /// Distance from the start of the segment at which its line passes the centre [m].
     pub at: f64,
     /// Its length per volume [1/m²].
@@ -147,7 +153,7 @@ fn distances(geometry: &Geometry, center: DVec3) -> Vec<f64> {
 impl ReceiverSphere {
     /// What a packet of energy 1 brings on average where it crosses the ball [1/m²].
     #[must_use]
-    pub fn fluence_per_crossing(&self) -> f64 {
+    pub(crate) fn fluence_per_crossing(&self) -> f64 {
         1.0 / (PI * self.radius * self.radius)
     }
 
@@ -174,7 +180,7 @@ impl ReceiverSphere {
 
     /// Whether a segment passes within [`NEARBY`] radii of the centre, which sees it there: behind a wall or a pane it is another matter.
     #[must_use]
-    pub fn is_passed_nearby(&self, geometry: &Geometry, (start, end): (Vec3, Vec3)) -> bool {
+    pub(crate) fn is_passed_nearby(&self, geometry: &Geometry, (start, end): (Vec3, Vec3)) -> bool {
         let (along, offset) = ((end - start).as_dvec3(), self.center - start.as_dvec3());
         let nearest = (offset.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         let (aside, reach) = (offset - nearest * along, NEARBY * self.radius);
@@ -189,7 +195,7 @@ impl ReceiverSphere {
     /// which are as good as random.
     #[inline]
     #[must_use]
-    pub fn chord(&self, geometry: &Geometry, (start, end): (Vec3, Vec3)) -> Option<Chord> {
+    pub(crate) fn chord(&self, geometry: &Geometry, (start, end): (Vec3, Vec3)) -> Option<Chord> {
         let along = (end - start).as_dvec3();
         let extent_squared = along.length_squared();
         let offset = self.center - start.as_dvec3();

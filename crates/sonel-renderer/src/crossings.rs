@@ -7,17 +7,16 @@
 //!
 //! References: docs/physics.md §7, docs/references.md.
 
-use sonel_map::{Lanes, lanes_of};
+use sonel_map::{BandValues, Lanes, lanes_of};
 
 use crate::ball::Beam;
-use crate::deposit::add_lanes;
 
 /// Packets that may be expected where none is seen: with more, one is seen in 19 of 20 runs.
 const MOST_UNSEEN: f64 = 3.0;
 
 /// Counted at some receivers, by kind of path.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Crossings {
+pub(crate) struct Crossings {
     lanes: usize,
     kinds: [Kind; Beam::ALL.len()],
 }
@@ -35,9 +34,9 @@ struct Kind {
 impl Crossings {
     /// Nothing yet.
     #[must_use]
-    pub fn new(receivers: usize, bands: usize) -> Self {
+    pub(crate) fn new(receivers: usize, bands: usize) -> Self {
         let lanes = lanes_of(bands);
-        let nothing = |count: usize| vec![[0.0; 4]; count * lanes];
+        let nothing = |count: usize| vec![Lanes::ZERO; count * lanes];
         Self {
             lanes,
             kinds: Beam::ALL.map(|_| Kind {
@@ -49,20 +48,20 @@ impl Crossings {
     }
 
     /// Forgets everything.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         for Kind { strongest, nearby, crossed } in &mut self.kinds {
-            strongest.iter_mut().chain(nearby).chain(crossed).for_each(|lanes| *lanes = [0.0; 4]);
+            strongest.iter_mut().chain(nearby).chain(crossed).for_each(|lanes| *lanes = Lanes::ZERO);
         }
     }
 
     /// Counts a packet that carries `energy`, whether it crosses any ball or none.
     #[inline]
-    pub fn pass(&mut self, beam: Beam, energy: &[Lanes]) {
+    pub(crate) fn pass(&mut self, beam: Beam, energy: &[Lanes]) {
         raise(&mut self.kinds[beam as usize].strongest, energy, 1.0);
     }
 
     /// Counts one that may pass `receiver` nearby; whether it does is asked where it would matter.
-    pub fn pass_near(
+    pub(crate) fn pass_near(
         &mut self,
         beam: Beam,
         receiver: usize,
@@ -71,23 +70,22 @@ impl Crossings {
     ) {
         let nearby =
             &mut self.kinds[beam as usize].nearby[receiver * self.lanes..(receiver + 1) * self.lanes];
-        let is_more = |(nearby, energy): (&Lanes, &Lanes)| (0..4).any(|lane| energy[lane] > nearby[lane]);
-        if nearby.iter().zip(energy).any(is_more) && is_near() {
+        let is_more = |(nearby, energy)| energy > nearby;
+        if nearby.values().zip(energy.values()).any(is_more) && is_near() {
             raise(nearby, energy, 1.0);
         }
     }
 
     /// Counts one that crosses the ball of `receiver`.
-    pub fn cross(&mut self, beam: Beam, receiver: usize, energy: &[Lanes]) {
-        let crossed = &mut self.kinds[beam as usize].crossed;
-        add_lanes(&mut crossed[receiver * self.lanes..(receiver + 1) * self.lanes], energy);
+    pub(crate) fn cross(&mut self, beam: Beam, receiver: usize, energy: &[Lanes]) {
+        self.kinds[beam as usize].crossed[receiver * self.lanes..][..self.lanes].add(energy);
     }
 
     /// Adds what a batch of `weight` counted at the receivers from `first` on.
-    pub fn add(&mut self, first: usize, other: &Self, weight: f64) {
+    pub(crate) fn add(&mut self, first: usize, other: &Self, weight: f64) {
         for (mine, other) in self.kinds.iter_mut().zip(&other.kinds) {
-            add_lanes(&mut mine.crossed[first * self.lanes..][..other.crossed.len()], &other.crossed);
-            raise(&mut mine.nearby[first * self.lanes..][..other.nearby.len()], &other.nearby, weight);
+            mine.crossed[first * self.lanes..].add(&other.crossed);
+            raise(&mut mine.nearby[first * self.lanes..], &other.nearby, weight);
             raise(&mut mine.strongest, &other.strongest, weight);
         }
     }
@@ -95,18 +93,15 @@ impl Crossings {
     /// The most that paths may bring to `receiver` of kinds of which none crossed its ball, per band, where one would bring on average
     /// `fluence` of what it carries [1/m²].
     #[must_use]
-    pub fn unseen(&self, receiver: usize, fluence: impl Fn(Beam) -> f64) -> Vec<Lanes> {
-        let mut unseen = vec![[0.0; 4]; self.lanes];
+    pub(crate) fn unseen(&self, receiver: usize, fluence: impl Fn(Beam) -> f64) -> Vec<Lanes> {
+        let mut unseen = vec![Lanes::ZERO; self.lanes];
         let of_receiver = receiver * self.lanes..(receiver + 1) * self.lanes;
         for (beam, Kind { strongest, nearby, crossed }) in Beam::ALL.into_iter().zip(&self.kinds) {
             let (nearby, crossed) = (&nearby[of_receiver.clone()], &crossed[of_receiver.clone()]);
             let most = MOST_UNSEEN * fluence(beam);
             for (at, unseen) in unseen.iter_mut().enumerate() {
-                for lane in 0..4 {
-                    let near = nearby[at][lane];
-                    let likely = if near > 0.0 { near } else { strongest[at][lane] };
-                    unseen[lane] += if crossed[at][lane] > 0.0 { 0.0 } else { most * likely };
-                }
+                let likely = nearby[at].select(nearby[at], strongest[at]);
+                *unseen += crossed[at].select(Lanes::ZERO, likely * most);
             }
         }
         unseen
@@ -116,30 +111,29 @@ impl Crossings {
 /// Raises `largest` to `weight` times `energy`, where that is more.
 #[inline]
 fn raise(largest: &mut [Lanes], energy: &[Lanes], weight: f64) {
-    for (largest, energy) in largest.iter_mut().zip(energy) {
-        for lane in 0..4 {
-            largest[lane] = largest[lane].max(weight * energy[lane]);
-        }
+    for (largest, &energy) in largest.iter_mut().zip(energy) {
+        *largest = largest.max(energy * weight);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sonel_map::to_lanes;
 
     #[test]
     fn three_of_the_strongest_stand_for_what_no_receiver_saw() {
         let mut batch = Crossings::new(2, 2);
-        batch.pass(Beam::Refracted, &[[0.5, 0.1, 0.0, 0.0]]);
-        batch.pass(Beam::Refracted, &[[0.2, 0.25, 0.0, 0.0]]);
-        batch.cross(Beam::Refracted, 1, &[[0.2, 0.0, 0.0, 0.0]]);
+        batch.pass(Beam::Refracted, &to_lanes([0.5, 0.1]));
+        batch.pass(Beam::Refracted, &to_lanes([0.2, 0.25]));
+        batch.cross(Beam::Refracted, 1, &to_lanes([0.2]));
         let mut all = Crossings::new(3, 2);
         all.add(1, &batch, 0.25);
         let fluence = |beam: Beam| if beam == Beam::Refracted { 2.0 } else { 1e9 };
-        assert_eq!(all.unseen(1, fluence), [[0.75, 0.375, 0.0, 0.0]]);
-        assert_eq!(all.unseen(2, fluence), [[0.0, 0.375, 0.0, 0.0]], "one crossed in the first band");
-        all.pass_near(Beam::Refracted, 1, &[[0.5, 0.0, 0.0, 0.0]], || false);
-        all.pass_near(Beam::Refracted, 1, &[[0.0625, 0.0, 0.0, 0.0]], || true);
-        assert_eq!(all.unseen(1, fluence), [[0.375, 0.375, 0.0, 0.0]], "one passed nearby");
+        assert_eq!(all.unseen(1, fluence), to_lanes([0.75, 0.375]));
+        assert_eq!(all.unseen(2, fluence), to_lanes([0.0, 0.375]), "one crossed in the first band");
+        all.pass_near(Beam::Refracted, 1, &to_lanes([0.5]), || false);
+        all.pass_near(Beam::Refracted, 1, &to_lanes([0.0625]), || true);
+        assert_eq!(all.unseen(1, fluence), to_lanes([0.375, 0.375]), "one passed nearby");
     }
 }

@@ -3,8 +3,7 @@
 use std::alloc::{Layout, handle_alloc_error};
 
 use bytemuck::{Pod, Zeroable};
-use sonel_map::lanes::to_lanes;
-use sonel_map::{BandClasses, Lanes, lanes_of};
+use sonel_map::{BandClasses, BandValues, Lanes, lanes_of, to_lanes};
 
 /// Time bins of equal width from the emission on, in units of path length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,21 +102,16 @@ impl Deposits {
     /// Adds `energy`, per band, at `bin` of `receiver`.
     #[inline]
     pub fn add(&mut self, receiver: usize, bin: usize, energy: &[Lanes]) {
-        debug_assert!(energy.iter().flatten().all(|value| value.is_finite() && *value >= 0.0));
+        debug_assert!(energy.values().all(|value| value.is_finite() && value >= 0.0));
         let at = (bin * self.receivers + receiver) * self.lanes;
-        let lanes = self.lanes;
-        add_lanes(&mut self.energy_mut()[at..at + lanes], energy);
+        self.energy_mut()[at..].add(energy);
     }
 
     /// Adds `weight` times `energy`, per band, at `bin` of `receiver`: any sign.
     #[inline]
     pub fn add_times(&mut self, receiver: usize, bin: usize, energy: &[Lanes], weight: f64) {
         let at = (bin * self.receivers + receiver) * self.lanes;
-        for (sum, energy) in self.energy_mut()[at..].iter_mut().zip(energy) {
-            for lane in 0..4 {
-                sum[lane] += weight * energy[lane];
-            }
-        }
+        self.energy_mut()[at..].add_times(energy, weight);
     }
 
     /// Energy of `receiver` in `bin`, per band.
@@ -131,7 +125,7 @@ impl Deposits {
     /// Energy of `receiver` in `bin` and `band`.
     #[must_use]
     pub fn get(&self, receiver: usize, bin: usize, band: usize) -> f64 {
-        self.at(receiver, bin)[band / 4][band % 4]
+        self.at(receiver, bin).band(band)
     }
 
     /// Energy of `receiver` in all bins of `band`.
@@ -159,11 +153,7 @@ impl Deposits {
         for (mine, theirs) in
             self.energy_mut().chunks_exact_mut(mine).zip(other.energy().chunks_exact(theirs))
         {
-            for (slot, energy) in mine[from..].iter_mut().zip(theirs) {
-                for lane in 0..4 {
-                    slot[lane] += weight * energy[lane];
-                }
-            }
+            mine[from..].add_times(theirs, weight);
         }
     }
 }
@@ -171,17 +161,7 @@ impl Deposits {
 /// Values of the bands, from those of the classes of bands.
 #[must_use]
 pub fn spread_lanes(classes: &BandClasses, of_class: &[Lanes]) -> Vec<Lanes> {
-    to_lanes((0..classes.bands()).map(|band| of_class[classes.of(band) / 4][classes.of(band) % 4]))
-}
-
-/// Adds `energy` to `sum`, per band.
-#[inline]
-pub fn add_lanes(sum: &mut [Lanes], energy: &[Lanes]) {
-    for (sum, energy) in sum.iter_mut().zip(energy) {
-        for lane in 0..4 {
-            sum[lane] += energy[lane];
-        }
-    }
+    to_lanes((0..classes.bands()).map(|band| of_class.band(classes.of(band))))
 }
 
 #[cfg(test)]

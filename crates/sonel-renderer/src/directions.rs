@@ -29,23 +29,27 @@ impl Columns {
 
 /// Lateral axes of receivers, unit vectors; none where no directions are asked for.
 #[derive(Debug, Clone, Default)]
-pub struct Axes(Vec<DVec3>);
+pub(crate) struct Axes(Vec<DVec3>);
 
 impl Axes {
     /// Of `receivers` with these axes, or without directions.
-    pub fn of(axes: impl IntoIterator<Item = Option<DVec3>>) -> Self {
+    pub(crate) fn of(axes: impl IntoIterator<Item = Option<DVec3>>) -> Self {
         Self(axes.into_iter().flatten().collect())
     }
 
     /// Columns of each receiver.
     #[inline]
-    pub fn columns(&self) -> Columns {
+    pub(crate) fn columns(&self) -> Columns {
         if self.0.is_empty() { Columns::PLAIN } else { Columns::DIRECTED }
     }
 
     /// Weights of all columns but the first, of sound that comes to `receiver` from `towards`, of any length; none without directions.
     #[inline]
-    pub fn weights(&self, receiver: usize, towards: DVec3) -> Option<[f64; Columns::DIRECTED.fine - 1]> {
+    pub(crate) fn weights(
+        &self,
+        receiver: usize,
+        towards: DVec3,
+    ) -> Option<[f64; Columns::DIRECTED.fine - 1]> {
         let axis = self.0.get(receiver)?;
         let towards = towards.normalize_or_zero();
         let cosine = axis.dot(towards);
@@ -55,7 +59,7 @@ impl Axes {
 
 /// The lateral axis: horizontal and at right angles to `aim`, with `up` a unit vector. [`None`] where the aim is vertical.
 #[must_use]
-pub fn lateral_axis(aim: DVec3, up: DVec3) -> Option<DVec3> {
+pub(crate) fn lateral_axis(aim: DVec3, up: DVec3) -> Option<DVec3> {
     /// Sine of the angle to the vertical up to which an aim has no horizontal part worth an axis.
     const VERTICAL: f64 = 1e-3;
     let across = up.cross(aim.normalize_or_zero());

@@ -10,7 +10,7 @@
 use glam::Vec3;
 use sonel_sampling::warp;
 
-/// Share of the rays that is uniform.
+/// Share of the rays that is uniform: no ray weighs more than twice a uniform one (defensive sampling).
 const UNIFORM: f64 = 0.5;
 /// Effective number (Σe)² / Σe² of sonels in a cell that is not divided any more.
 const FEW: f64 = 16.0;
@@ -21,7 +21,7 @@ const DEEPEST: u32 = 12;
 
 /// A density over the sphere to draw directions from; uniform by default.
 #[derive(Debug, Clone, Default)]
-pub struct GuidedDirections {
+pub(crate) struct GuidedDirections {
     /// The root first. Empty: uniform.
     cells: Vec<Cell>,
 }
@@ -49,7 +49,7 @@ impl Seen {
 impl GuidedDirections {
     /// The density for what comes from unit directions, with the energy of each.
     #[must_use]
-    pub fn new(seen: &[(Vec3, f64)]) -> Self {
+    pub(crate) fn new(seen: &[(Vec3, f64)]) -> Self {
         let total: f64 = seen.iter().map(|(_, energy)| energy).sum();
         if total <= 0.0 {
             return Self::default();
@@ -97,7 +97,7 @@ impl GuidedDirections {
 
     /// The direction of a uniform `point` of the unit square, and its density times 4π.
     #[must_use]
-    pub fn sample(&self, point: [f32; 2]) -> (Vec3, f64) {
+    pub(crate) fn sample(&self, point: [f32; 2]) -> (Vec3, f64) {
         let mut within = point.map(f64::from);
         let (mut corner, mut side, mut cell) = ([0.0; 2], 1.0, self.cells.first().copied());
         let mut density = 1.0;

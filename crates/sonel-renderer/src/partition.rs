@@ -5,18 +5,24 @@
 //! References: docs/physics.md §3.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Arc, Departure, Geometry, Sight, SurfaceId};
-use sonel_map::{CoefficientTable, Lanes};
+use sonel_geometry::{Departure, Geometry, Sight, SurfaceId};
+use sonel_map::{BandValues, CoefficientTable, Lanes};
+use sonel_scene::Leg;
 
 /// Partitions that a way passes, in order, and how those with thickness shift it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Partitions(Sight);
+pub(crate) struct Partitions(Sight);
 
 impl Partitions {
     /// Those between a start and a local position [m]; [`None`] where something is between that nothing passes.
     #[inline]
     #[must_use]
-    pub fn between(geometry: &Geometry, table: &CoefficientTable, from: Departure, to: Vec3) -> Option<Self> {
+    pub(crate) fn between(
+        geometry: &Geometry,
+        table: &CoefficientTable,
+        from: Departure,
+        to: Vec3,
+    ) -> Option<Self> {
         if table.transmits() {
             geometry.reaches(from, to, |surface| is_partition(geometry, table, surface)).map(Self)
         } else {
@@ -27,7 +33,7 @@ impl Partitions {
     /// Those on the straight way between two local positions [m] in general position; [`None`] where something is between that nothing
     /// passes.
     #[must_use]
-    pub fn on_way(geometry: &Geometry, table: &CoefficientTable, ends: [DVec3; 2]) -> Option<Self> {
+    pub(crate) fn on_way(geometry: &Geometry, table: &CoefficientTable, ends: [DVec3; 2]) -> Option<Self> {
         if table.transmits() {
             geometry.sight(ends, None, |surface| is_partition(geometry, table, surface)).map(Self)
         } else {
@@ -35,18 +41,18 @@ impl Partitions {
         }
     }
 
-    /// Those on an arc from a local position [m], or from one lifted off a surface, which arrives at another after a time [s]; [`None`] where
-    /// something is on it that nothing passes.
+    /// Those on a `leg` from a local position [m], or from one lifted off a surface, to another; [`None`] where something is on it that
+    /// nothing passes.
     #[must_use]
-    pub fn along(
+    pub(crate) fn along(
         geometry: &Geometry,
         table: &CoefficientTable,
         mut from: Vec3,
-        (arc, time): (&Arc, f64),
+        leg: &Leg,
         to: Vec3,
     ) -> Option<Self> {
         let mut passed = Self::default();
-        for joint in arc.joints(time) {
+        for joint in leg.arc.joints(leg.time) {
             let joint = joint.as_vec3();
             let chord = joint - from;
             // A partition with thickness may be left beyond the end of the chord.
@@ -67,7 +73,7 @@ impl Partitions {
     }
 
     /// Notes that `surface` is passed; false where nothing passes it.
-    pub fn pass(&mut self, geometry: &Geometry, table: &CoefficientTable, surface: SurfaceId) -> bool {
+    pub(crate) fn pass(&mut self, geometry: &Geometry, table: &CoefficientTable, surface: SurfaceId) -> bool {
         let passes = is_partition(geometry, table, surface);
         if passes {
             self.0.surfaces.push(surface);
@@ -77,19 +83,19 @@ impl Partitions {
 
     /// By how much the way to a place misses it [m]: the way to p runs as one to p less this.
     #[must_use]
-    pub fn shift(&self) -> DVec3 {
+    pub(crate) fn shift(&self) -> DVec3 {
         self.0.shift
     }
 
     /// Length of the way within partitions [m].
     #[must_use]
-    pub fn thickness(&self) -> f64 {
+    pub(crate) fn thickness(&self) -> f64 {
         self.0.thickness
     }
 
     /// Their materials in ascending order: which of two faces of a wall is met does not matter.
     #[must_use]
-    pub fn materials(&self, geometry: &Geometry) -> Vec<u32> {
+    pub(crate) fn materials(&self, geometry: &Geometry) -> Vec<u32> {
         let mut materials: Vec<u32> =
             self.0.surfaces.iter().map(|&id| geometry.surface(id).material).collect();
         materials.sort_unstable();
@@ -97,7 +103,7 @@ impl Partitions {
     }
 
     /// Adds those of `other`.
-    pub fn extend(&mut self, other: Self) {
+    pub(crate) fn extend(&mut self, other: Self) {
         self.0.surfaces.extend(other.0.surfaces);
         self.0.shift += other.0.shift;
         self.0.thickness += other.0.thickness;
@@ -105,21 +111,16 @@ impl Partitions {
 
     /// Takes from `energy` what they hold back.
     #[inline]
-    pub fn attenuate(&self, geometry: &Geometry, table: &CoefficientTable, energy: &mut [Lanes]) {
+    pub(crate) fn attenuate(&self, geometry: &Geometry, table: &CoefficientTable, energy: &mut [Lanes]) {
         for &surface in &self.0.surfaces {
-            let row = table.material(geometry.surface(surface).material);
-            for (energy, transmitted) in energy.iter_mut().zip(&row.transmitted.energy) {
-                for lane in 0..4 {
-                    energy[lane] *= transmitted[lane];
-                }
-            }
+            energy.multiply(&table.material(geometry.surface(surface).material).transmitted.energy);
         }
     }
 }
 
 /// Whether sound passes `surface`.
 #[must_use]
-pub fn is_partition(geometry: &Geometry, table: &CoefficientTable, surface: SurfaceId) -> bool {
+pub(crate) fn is_partition(geometry: &Geometry, table: &CoefficientTable, surface: SurfaceId) -> bool {
     table.material(geometry.surface(surface).material).is_partition
 }
 

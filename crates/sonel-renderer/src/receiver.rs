@@ -62,7 +62,7 @@ impl From<&Receiver> for ReceiverPoint {
 
 /// A receiver as the estimators see it.
 #[derive(Debug, Clone)]
-pub struct PreparedReceiver {
+pub(crate) struct PreparedReceiver {
     /// About the scene's centre [m], exact.
     pub exact: DVec3,
     /// The same in the precision of the geometry.
@@ -88,21 +88,21 @@ pub struct PreparedReceiver {
 
 /// The lateral axes of `receivers`.
 #[must_use]
-pub fn axes(receivers: &[PreparedReceiver]) -> Axes {
+pub(crate) fn axes(receivers: &[PreparedReceiver]) -> Axes {
     Axes::of(receivers.iter().map(|receiver| receiver.lateral_axis))
 }
 
 /// Share of the mean free path that the radius takes at [`REFERENCE_EMISSIONS`].
 const RADIUS_PER_FREE_PATH: f64 = 0.12;
 /// Radii shrink as N^(−1/6) from here, so that its O(r²) bias vanishes as fast as the noise (docs/physics.md §4).
-pub const REFERENCE_EMISSIONS: f64 = 50_000.0;
+pub(crate) const REFERENCE_EMISSIONS: f64 = 50_000.0;
 /// A surface is near within this many radii of a disc: nearer, few sonels bring much, and rays are less noisy than connections.
 const NEAR_PER_DISC: f64 = 8.0;
 
 impl PreparedReceiver {
     /// Prepares `receiver`, which has this `about` it, for a map of `emissions` emissions. Discs have `disc_radius` [m], where rays gather.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         receiver: &ReceiverPoint,
         geometry: &Geometry,
         about: Surroundings,
@@ -130,7 +130,7 @@ impl PreparedReceiver {
 
     /// A point that only images are made of, about the scene's centre [m].
     #[must_use]
-    pub fn point(exact: DVec3) -> Self {
+    pub(crate) fn point(exact: DVec3) -> Self {
         Self {
             exact,
             position: exact.as_vec3(),
@@ -147,26 +147,26 @@ impl PreparedReceiver {
 
     /// Whether a surface is so near that connections share with the gather.
     #[must_use]
-    pub fn is_near_surface(&self) -> bool {
+    pub(crate) fn is_near_surface(&self) -> bool {
         self.brightest.is_finite()
     }
 
     /// How much of what a place under `solid_angle` (cos θ / d², d by way of mirrors if need be) [1/m²] reflects diffusely is left to rays:
     /// connections bring the rest.
     #[must_use]
-    pub fn followed_share(&self, solid_angle: f64) -> f64 {
+    pub(crate) fn followed_share(&self, solid_angle: f64) -> f64 {
         if solid_angle > self.brightest { 1.0 - self.brightest / solid_angle } else { 0.0 }
     }
 
     /// Whether `position` is so near that rays go on from there instead of gathering.
     #[must_use]
-    pub fn is_near(&self, position: Vec3) -> bool {
+    pub(crate) fn is_near(&self, position: Vec3) -> bool {
         self.is_near_along(f64::from(self.position.distance(position)))
     }
 
     /// Whether a place at the end of a way of `length` [m] can be near.
     #[must_use]
-    pub fn is_near_along(&self, length: f64) -> bool {
+    pub(crate) fn is_near_along(&self, length: f64) -> bool {
         length * length * self.brightest < 1.0
     }
 }

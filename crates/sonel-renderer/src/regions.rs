@@ -11,23 +11,18 @@
 
 use glam::{DVec3, Vec3};
 use sonel_geometry::{Departure, Geometry, Side, SurfaceId};
-use sonel_map::{BandClasses, Lanes, Segment, SonelMap};
-use sonel_scene::Scene;
+use sonel_map::{BandClasses, BandValues, Lanes, Segment, SonelMap};
+use sonel_scene::{Effect, Scene};
 
 use crate::air::AirTable;
 use crate::error::RenderError;
 use crate::settings::{Air, Estimator, RenderSettings};
 
-/// The effect under which a map states whether air attenuates what packets carry (docs/interface.md).
-const AIR: &str = "air";
-
-/// The airs of a scene.
-pub struct Regions {
-    airs: Vec<RegionAir>,
-}
+/// The airs of a scene, by their numbers.
+pub(crate) struct Airs(Vec<RegionAir>);
 
 /// One of them.
-pub struct RegionAir {
+pub(crate) struct RegionAir {
     /// c₀/c.
     pub stretch: f64,
     /// ρc over that of the scene's air.
@@ -35,14 +30,14 @@ pub struct RegionAir {
     /// m of each class of bands, as it is for what is computed one by one [1/m].
     pub attenuation: Vec<f64>,
     /// The same over a length.
-    pub table: Option<AirTable>,
+    pub table: AirTable,
     /// What it takes of what packets carry beyond what every air takes.
-    rest: Option<AirTable>,
+    rest: AirTable,
 }
 
 /// Distance from `position` (about the scene's centre [m]) to the next interface that faces it [m]; infinite without any.
 #[must_use]
-pub fn distance_to_interface(scene: &Scene, geometry: &Geometry, position: Vec3) -> f64 {
+pub(crate) fn distance_to_interface(scene: &Scene, geometry: &Geometry, position: Vec3) -> f64 {
     let Some(media) = &scene.media else { return f64::INFINITY };
     let is_interface = |surface: SurfaceId| media.across(surface, Side::Front).is_some();
     let surfaces =
@@ -54,22 +49,24 @@ pub fn distance_to_interface(scene: &Scene, geometry: &Geometry, position: Vec3)
     hits.map(|hit| f64::from(hit.distance)).fold(f64::INFINITY, f64::min)
 }
 
-impl Regions {
-    /// Those of `scene`, which has several, with the least attenuation of what packets carry, m c/c₀ per class of bands. `attenuates` says
-    /// of each band whether air matters to that. Lengths are up to `reach` [m].
-    pub fn new(
-        scene: &Scene,
+impl Airs {
+    /// Those of `scene`, and the least attenuation of what packets carry, m c/c₀ per class of bands. The scene's air has `attenuation` m per
+    /// band [1/m], regions have that of the scene or, if it was asked for anew, none. `carried` says of each band whether air matters to
+    /// what packets carry. Lengths are up to `reach` [m].
+    pub(crate) fn new(
+        (scene, air): (&Scene, &Air),
         classes: &BandClasses,
-        (attenuates, carried): (bool, &[bool]),
+        (attenuation, carried): (&[f64], &[bool]),
         reach: f64,
     ) -> (Self, Vec<f64>) {
-        let regions = scene.media.iter().flat_map(|media| &media.regions);
-        let all =
-            std::iter::once(&scene.air_attenuation).chain(regions.map(|region| &region.air_attenuation));
-        let of_classes = |bands: &[f64]| -> Vec<f64> {
-            classes.representatives().map(|band| if attenuates { bands[band] } else { 0.0 }).collect()
-        };
-        let attenuations: Vec<Vec<f64>> = all.map(|bands| of_classes(bands)).collect();
+        let still = vec![0.0; attenuation.len()];
+        let regions = scene.media.iter().flat_map(|media| &media.regions).map(|region| match air {
+            Air::OfScene => &region.air_attenuation[..],
+            Air::Attenuation(_) => &still,
+        });
+        let all = std::iter::once(attenuation).chain(regions);
+        let of_classes = |bands: &[f64]| classes.representatives().map(|band| bands[band]).collect();
+        let attenuations: Vec<Vec<f64>> = all.map(of_classes).collect();
         let (stretches, impedances) = (scene.stretches(), scene.impedances());
         let is_carried: Vec<bool> = classes.representatives().map(|band| carried[band]).collect();
         let of_packets: Vec<Vec<f64>> = attenuations
@@ -93,33 +90,38 @@ impl Regions {
                 rest: AirTable::new(&rest, reach),
             }
         };
-        (Self { airs: attenuations.into_iter().enumerate().map(air).collect() }, least)
+        (Self(attenuations.into_iter().enumerate().map(air).collect()), least)
     }
 
     /// One air.
     #[must_use]
-    pub fn air(&self, air: u32) -> &RegionAir {
-        &self.airs[air as usize]
+    pub(crate) fn air(&self, air: u32) -> &RegionAir {
+        &self.0[air as usize]
+    }
+
+    /// Whether there is more than one.
+    #[inline]
+    pub(crate) fn are_several(&self) -> bool {
+        self.0.len() > 1
     }
 
     /// Takes from `energy` what `air` takes over `length`, times c₀/c [m], beyond what every air takes.
-    pub fn fade(&self, air: u32, length: f64, energy: &mut [Lanes]) {
-        if let Some(rest) = &self.airs[air as usize].rest {
-            rest.attenuate(length, energy);
-        }
+    pub(crate) fn fade(&self, air: u32, length: f64, energy: &mut [Lanes]) {
+        self.air(air).rest.attenuate(length, energy);
     }
 
     /// Makes `energy` that comes to a receiver in `air`, straight over the last `length` times c₀/c [m], the receiver's.
-    pub fn receive(&self, air: u32, length: f64, energy: &mut [Lanes]) {
-        self.fade(air, length, energy);
-        let impedance = self.airs[air as usize].impedance;
-        energy.iter_mut().flatten().for_each(|band| *band *= impedance);
+    pub(crate) fn receive(&self, air: u32, length: f64, energy: &mut [Lanes]) {
+        if self.are_several() {
+            self.fade(air, length, energy);
+            energy.scale(self.air(air).impedance);
+        }
     }
 }
 
 /// Energies along one path, with what the airs on its way have taken beyond what every air takes.
-pub struct Fading<'a> {
-    regions: &'a Regions,
+pub(crate) struct Fading<'a> {
+    airs: &'a Airs,
     reach: f64,
     kept: Vec<Lanes>,
     leaving: Vec<Lanes>,
@@ -128,26 +130,18 @@ pub struct Fading<'a> {
 
 impl<'a> Fading<'a> {
     /// At the beginning of a path of `lanes` lanes of bands, of up to `reach` [m].
-    pub fn new(regions: &'a Regions, lanes: usize, reach: f64) -> Self {
-        let zeros = || vec![[0.0; 4]; lanes];
-        Self { regions, reach, kept: vec![[1.0; 4]; lanes], leaving: zeros(), arriving: zeros() }
+    pub(crate) fn new(airs: &'a Airs, lanes: usize, reach: f64) -> Self {
+        let zeros = || vec![Lanes::ZERO; lanes];
+        Self { airs, reach, kept: vec![Lanes::ONE; lanes], leaving: zeros(), arriving: zeros() }
     }
 
     /// Hands over the next segment with its energies where it begins and, apart, where it ends.
-    pub fn visit(&mut self, segment: &Segment<'_>, visit: &mut impl FnMut(&Segment<'_>, &[Lanes])) {
+    pub(crate) fn visit(&mut self, segment: &Segment<'_>, visit: &mut impl FnMut(&Segment<'_>, &[Lanes])) {
         let length = (segment.end_length - segment.start_length).min(self.reach);
-        multiply(&mut self.leaving, segment.energy, &self.kept);
-        self.regions.fade(segment.air, length, &mut self.kept);
-        multiply(&mut self.arriving, segment.energy, &self.kept);
+        self.leaving.set_product(segment.energy, &self.kept, 1.0);
+        self.airs.fade(segment.air, length, &mut self.kept);
+        self.arriving.set_product(segment.energy, &self.kept, 1.0);
         visit(&Segment { energy: &self.leaving, ..*segment }, &self.arriving);
-    }
-}
-
-fn multiply(product: &mut [Lanes], a: &[Lanes], b: &[Lanes]) {
-    for ((product, a), b) in product.iter_mut().zip(a).zip(b) {
-        for lane in 0..4 {
-            product[lane] = a[lane] * b[lane];
-        }
     }
 }
 
@@ -170,7 +164,7 @@ pub fn straight_length(scene: &Scene, geometry: &Geometry, source: usize, receiv
 /// computed one by one, air that was asked for anew, and air beside other materials, is as it is.
 pub(crate) fn carries(air: &Air, map: &SonelMap) -> Vec<bool> {
     let is_as_traced = *air == Air::OfScene && map.drawn_with().is_none();
-    let stated = map.header().effects.iter().find(|effect| effect.name == AIR && is_as_traced);
+    let stated = map.header().effect(Effect::Air).filter(|_| is_as_traced);
     let matters = |band: usize| stated.and_then(|effect| effect.on.get(band)).copied().unwrap_or(true);
     (0..map.header().scene.bands.count()).map(matters).collect()
 }

@@ -1,10 +1,10 @@
 //! The rendering of one source, and sums of energy in it.
 
 use crate::crossings::Crossings;
-use crate::deposit::{Deposits, TimeBins, add_lanes, spread_lanes};
+use crate::deposit::{Deposits, TimeBins, spread_lanes};
 use crate::directions::Columns;
 use crate::path_class::PathClass;
-use sonel_map::{BandClasses, Lanes, lanes_of};
+use sonel_map::{BandClasses, BandValues, Lanes, lanes_of};
 
 /// A relative variance below this is rounding.
 const ROUNDING: f64 = 1e-14;
@@ -146,7 +146,7 @@ impl Rendering {
         let class = class as usize;
         let bands = self.classes[class].1.len();
         for band in 0..bands {
-            let (energy, at) = (energy[band / 4][band % 4], receiver * bands + band);
+            let (energy, at) = (energy.band(band), receiver * bands + band);
             self.classes[class].1[band] += weight * energy;
             self.class_energies[class][at] += weight * energy;
             self.squares[class][at] += weight * energy * energy;
@@ -156,7 +156,7 @@ impl Rendering {
     /// Extends the interval of `receiver` by what it may have missed, `unseen` [1/m²], in the bin of the first arrival at `time` [s]: a bias,
     /// half of which a kernel of half the area would show.
     pub fn add_unseen(&mut self, (receiver, borders): (usize, &[f64]), time: f64, unseen: &[Lanes]) {
-        if unseen.iter().flatten().any(|unseen| *unseen > 0.0) {
+        if unseen.largest() > 0.0 {
             for batch in &mut self.kernel_differences {
                 batch[receiver * self.columns.coarse].add_arrival(borders, time, unseen, 0.5);
             }
@@ -167,7 +167,7 @@ impl Rendering {
     pub fn add_energy_in_flight(&mut self, weight: f64, energy: &[Vec<Lanes>; 2]) {
         for (sums, energy) in self.under_way.iter_mut().zip(energy) {
             for (band, sum) in sums.iter_mut().enumerate() {
-                *sum += weight * energy[band / 4][band % 4];
+                *sum += weight * energy.band(band);
             }
         }
     }
@@ -214,7 +214,7 @@ impl CoarseEchogram {
     #[must_use]
     pub fn new(borders: usize, bands: usize) -> Self {
         let lanes = lanes_of(bands);
-        Self { lanes, energy: vec![[0.0; 4]; borders.saturating_sub(1) * lanes] }
+        Self { lanes, energy: vec![Lanes::ZERO; borders.saturating_sub(1) * lanes] }
     }
 
     fn spread(&self, classes: &BandClasses) -> Self {
@@ -224,17 +224,17 @@ impl CoarseEchogram {
 
     /// Forgets everything.
     pub fn clear(&mut self) {
-        self.energy.fill([0.0; 4]);
+        self.energy.fill(Lanes::ZERO);
     }
 
     /// Energy of `band` in every bin.
     pub fn band(&self, band: usize) -> impl Iterator<Item = f64> + '_ {
-        self.energy.chunks_exact(self.lanes).map(move |bin| bin[band / 4][band % 4])
+        self.energy.chunks_exact(self.lanes).map(move |bin| bin.band(band))
     }
 
     /// Adds what `other` holds between the same borders.
     pub fn add(&mut self, other: &Self) {
-        add_lanes(&mut self.energy, &other.energy);
+        self.energy.add(&other.energy);
     }
 
     /// Adds `weight` times a discrete arrival at `time` [s].
@@ -276,25 +276,21 @@ impl CoarseEchogram {
     /// Adds `share` times `energy` to one of its bins.
     #[inline]
     pub fn add_share(&mut self, coarse: usize, energy: &[Lanes], share: f64) {
-        let bin = &mut self.energy[coarse * self.lanes..(coarse + 1) * self.lanes];
-        for (slot, energy) in bin.iter_mut().zip(energy) {
-            for lane in 0..4 {
-                slot[lane] += share * energy[lane];
-            }
-        }
+        self.energy[coarse * self.lanes..(coarse + 1) * self.lanes].add_times(energy, share);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sonel_map::to_lanes;
 
     #[test]
     fn fine_bins_are_divided_at_borders_and_nothing_is_lost() {
         let bins = TimeBins::new(0.01, 0.1, 343.0);
         let mut fine = Deposits::new(1, bins.count, 1);
         for bin in 2..10 {
-            fine.add(0, bin, &[[1.0, 0.0, 0.0, 0.0]]);
+            fine.add(0, bin, &to_lanes([1.0]));
         }
         let borders = [0.0, 0.022, 0.055, 0.1];
         let mut coarse = CoarseEchogram::new(borders.len(), 1);
@@ -309,7 +305,7 @@ mod tests {
     fn an_arrival_on_a_border_belongs_to_the_later_bin() {
         let borders = [0.0, 0.5, 1.0];
         let mut coarse = CoarseEchogram::new(3, 2);
-        coarse.add_arrival(&borders, 0.5, &[[1.0, 2.0, 0.0, 0.0]], 1.0);
+        coarse.add_arrival(&borders, 0.5, &to_lanes([1.0, 2.0]), 1.0);
         assert_eq!(coarse.band(0).collect::<Vec<_>>(), [0.0, 1.0]);
         assert_eq!(coarse.band(1).collect::<Vec<_>>(), [0.0, 2.0]);
     }

@@ -5,11 +5,14 @@
 //!
 //! References: docs/interface.md, docs/formats/scene.md.
 
+#![warn(unreachable_pub)]
+
 mod balloon_file;
 mod bands;
 pub mod checkup;
 mod document;
 mod draft;
+mod effect;
 mod formats;
 mod inspection;
 pub mod library;
@@ -21,6 +24,7 @@ mod notation;
 mod obj;
 mod polygon_mesh;
 mod problem;
+mod propagation;
 mod report;
 mod room;
 mod scene;
@@ -32,11 +36,13 @@ mod words;
 
 pub use balloon_file::{is_balloon_file, load_balloon, rolled};
 pub use draft::{Draft, draft};
+pub use effect::Effect;
 pub use load::{Document, Loaded, load, load_materials, load_receivers, read_material, read_variants};
 pub use materials_file::materials_toml;
 pub use media::{Airs, Media, NO_AIR, Region};
 pub use polygon_mesh::PolygonMesh;
 pub use problem::{Place, Problem, SceneErrors};
+pub use propagation::{AirSide, Flight, Interface, Leg, Propagation};
 pub use scene::{
     DEFAULT_POWER_LEVEL_DB, DEFAULT_SCATTERING, DURATION_PER_SABINE_TIME, LONGEST_DEFAULT_DURATION,
     LONGEST_DURATION, Receiver, Scene, Source,

@@ -327,14 +327,6 @@ impl Scene {
         }
     }
 
-    /// Gives the scene one even air: regions, the faces that bound them and the gradient are removed.
-    pub fn make_air_even(&mut self) {
-        self.sound_speed_gradient = 0.0;
-        if let Some(media) = self.media.take() {
-            self.mesh.triangles.retain(|triangle| !media.is_interface(triangle.material));
-        }
-    }
-
     /// Number of the air at a source, 0 for the scene's.
     #[must_use]
     pub fn air_at_source(&self, source: usize) -> u32 {

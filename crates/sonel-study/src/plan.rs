@@ -260,7 +260,7 @@ const COARSE: f64 = 222.0;
 /// Own memory of trace and render [bytes]: chunks under way; echograms of the batches of a sweep and of all receivers, the coarse
 /// ones of all batches with their kernels, and the discs of the batches that are rendered at once.
 fn memory(pilot: &Pilot, effort: Effort, bands: &Bands, receivers: f64, bins: f64) -> [f64; 2] {
-    let lane_bytes = 32.0 * bands.count().div_ceil(4) as f64;
+    let lane_bytes = (size_of::<sonel_map::Lanes>() * sonel_map::lanes_of(bands.count())) as f64;
     let trace = pilot.costs.bytes.each * CHUNKS.min(effort.emissions as f64);
     let [together, batches] = SWEEP;
     let fine =

@@ -1,23 +1,23 @@
 //! Traces one packet from emission to its fate.
 
-use glam::{DVec3, Vec3};
-use sonel_geometry::{Arc, Departure, Geometry, Hit, SpeedProfile};
+use glam::DVec3;
+use sonel_geometry::{Departure, Geometry, Hit};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::{
-    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, PacketStart, PathWeight, Vertex,
+    CHUNK_EMISSIONS, ChunkLedger, ChunkPaths, CoefficientTable, Event, PacketStart, PathWeight, Vertex, sweep,
 };
 use sonel_sampling::{Frame, Stream};
-use sonel_scene::Source;
+use sonel_scene::{Flight, Interface, Source};
 
 use crate::interaction::{draw_event, mirrored, scattered};
-use crate::refraction::{Airs, Refraction, refract};
+use crate::refraction::{Refraction, refract};
 use crate::zone::{DiffractionZones, Way};
 
 /// The surroundings of a packet: what all packets of a run share.
 pub struct Surroundings<'a> {
     /// Walls.
     pub geometry: &'a Geometry,
-    /// Coefficients per material.
+    /// Coefficients per material, and propagation between them.
     pub table: CoefficientTable,
     /// Material and frame about the front normal, per surface.
     pub surfaces: Vec<Frame>,
@@ -25,25 +25,15 @@ pub struct Surroundings<'a> {
     pub reach: f64,
     /// See [`sonel_map::Settings::extinction_threshold`].
     pub extinction_threshold: f64,
-    /// The airs, where the scene has more than one.
-    pub(crate) airs: Option<Airs>,
-    /// The speed of sound about the scene's centre where it has a gradient, and that of the scene [m/s].
-    pub(crate) profile: Option<(SpeedProfile, f64)>,
     /// Whether a packet that meets no surface is lost rather than gone.
     pub closed: bool,
     /// Zones in which the paper's packets are diffracted; none where they are not.
     pub(crate) zones: Option<DiffractionZones>,
 }
 
-/// Where a packet stands: its last vertex, and how it goes on.
-struct Flight {
-    position: DVec3,
-    departure: Departure,
-    direction: Vec3,
-    /// Travel time times the speed of sound of the scene's air [m].
-    length: f64,
-    /// c₀/c of the air that it is in.
-    stretch: f64,
+/// A packet on its way.
+struct Packet {
+    flight: Flight,
     /// See [`Emission::deciding`].
     deciding: usize,
     passed: Passed,
@@ -77,7 +67,7 @@ pub struct Emission<'a> {
     /// Place of the source about the scene's centre [m].
     pub position: DVec3,
     /// Unit direction.
-    pub direction: Vec3,
+    pub direction: glam::Vec3,
     /// Number of the air at the source.
     pub air: u32,
     /// Its source.
@@ -121,18 +111,17 @@ impl Surroundings<'_> {
     /// Traces one packet to its end, leaving its path and its ledger in `records`.
     pub fn trace_packet(&self, emission: &Emission<'_>, stream: &mut Stream, records: &mut Records) {
         begin(emission, records);
-        let mut flight = Flight {
+        let flight = Flight {
             position: emission.position,
             departure: Departure::free(emission.position.as_vec3()),
             direction: emission.direction,
             length: 0.0,
-            stretch: self.airs.as_ref().map_or(1.0, |airs| airs.stretch(emission.air)),
-            deciding: emission.deciding,
-            passed: Passed::None,
-            passage: Passage::On,
+            air: emission.air,
         };
+        let mut packet =
+            Packet { flight, deciding: emission.deciding, passed: Passed::None, passage: Passage::On };
         let last = loop {
-            if let Some(last) = self.step(&mut flight, stream, records) {
+            if let Some(last) = self.step(&mut packet, stream, records) {
                 break last;
             }
         };
@@ -144,40 +133,35 @@ impl Surroundings<'_> {
 
     /// Carries a packet to its next vertex, which `records` get unless it is the last: that is returned.
     #[inline]
-    fn step(&self, flight: &mut Flight, stream: &mut Stream, records: &mut Records) -> Option<Vertex> {
+    fn step(&self, packet: &mut Packet, stream: &mut Stream, records: &mut Records) -> Option<Vertex> {
         records.ledger.segment(records.weight.energy());
-        match std::mem::replace(&mut flight.passage, Passage::On) {
+        match std::mem::replace(&mut packet.passage, Passage::On) {
             Passage::On => {}
             Passage::Through(far) => {
-                records.paths.vertices.push(Self::emerge(flight, &far));
+                records.paths.vertices.push(self.emerge(&mut packet.flight, &far));
                 return None;
             }
-            Passage::Nowhere => return Some(Vertex::nowhere(flight.position.as_vec3(), Event::Left)),
+            Passage::Nowhere => {
+                return Some(Vertex::nowhere(packet.flight.position.as_vec3(), Event::Left));
+            }
         }
-        let hit = match &self.profile {
-            None => self.geometry.closest_hit(flight.departure, flight.direction),
-            Some(profile) => self.fly(profile, flight),
-        };
-        if let Some(vertex) = self.diffract(flight, hit.as_ref(), stream) {
+        let propagation = self.table.propagation();
+        let hit = propagation.advance(self.geometry, &mut packet.flight, self.reach);
+        if let Some(vertex) = self.diffract(packet, hit.as_ref(), stream) {
             records.paths.vertices.push(vertex);
             return None;
         }
-        let Some(hit) = hit else { return Some(self.vanish(flight)) };
-        let end = hit.position.as_dvec3();
-        flight.length += match &self.profile {
-            None => flight.position.distance(end) * flight.stretch,
-            Some((profile, speed)) => profile.travel_time(flight.position, end) * speed,
-        };
+        let Some(hit) = hit else { return Some(self.vanish(packet)) };
+        let flight = &mut packet.flight;
+        flight.length += propagation.length(flight.air, flight.position, hit.position.as_dvec3());
         if flight.length > self.reach {
             return Some(vertex(&hit, Event::Expired));
         }
-        if let Some(airs) = &self.airs
-            && let Some(vertex) = self.meet_interface(airs, flight, &hit, stream)
-        {
-            records.paths.vertices.push(vertex);
+        if let Some(interface) = propagation.interface(hit.surface, hit.side) {
+            records.paths.vertices.push(self.meet_interface(interface, flight, &hit, stream));
             return None;
         }
-        let event = self.meet_wall(flight, &hit, stream, records);
+        let event = self.meet_wall(packet, &hit, stream, records);
         let met = vertex(&hit, event);
         if event.is_final() {
             return Some(met);
@@ -188,11 +172,12 @@ impl Surroundings<'_> {
 
     /// What becomes of a packet at a wall; where it goes on, the way on which it does.
     #[inline]
-    fn meet_wall(&self, flight: &mut Flight, hit: &Hit, stream: &mut Stream, records: &mut Records) -> Event {
+    fn meet_wall(&self, packet: &mut Packet, hit: &Hit, stream: &mut Stream, records: &mut Records) -> Event {
         let Records { ledger, weight, .. } = records;
+        let flight = &mut packet.flight;
         let frame = &self.surfaces[hit.surface.0 as usize];
         let row = &*self.table.row(hit.surface, hit.position.as_dvec3() - flight.position);
-        let event = decide(row, flight.deciding, stream, ledger, weight);
+        let event = decide(row, packet.deciding, stream, ledger, weight);
         flight.direction = match event {
             Event::Specular => mirrored(flight.direction, frame.normal),
             Event::Diffuse => scattered(frame, hit.side, stream.uniform_pair()),
@@ -202,7 +187,7 @@ impl Surroundings<'_> {
         if weight.is_extinct(self.extinction_threshold) {
             return Event::Extinguished;
         }
-        flight.passed = match (event, flight.passed) {
+        packet.passed = match (event, packet.passed) {
             (Event::Transmitted, _) => Passed::Last,
             (_, Passed::Last) => Passed::Before,
             (_, before) => before,
@@ -212,7 +197,7 @@ impl Surroundings<'_> {
         if event == Event::Transmitted {
             let passage = self.geometry.pass(hit);
             flight.departure = passage.map_or(flight.departure, |passage| passage.departure);
-            flight.passage = match passage {
+            packet.passage = match passage {
                 None => Passage::Nowhere,
                 Some(passage) => passage.emerged.map_or(Passage::On, Passage::Through),
             };
@@ -221,54 +206,25 @@ impl Surroundings<'_> {
     }
 
     /// Takes a packet out of the face of a partition that is `far`.
-    fn emerge(flight: &mut Flight, far: &Hit) -> Vertex {
+    fn emerge(&self, flight: &mut Flight, far: &Hit) -> Vertex {
         let end = far.position.as_dvec3();
-        flight.length += flight.position.distance(end) * flight.stretch;
+        flight.length += flight.position.distance(end) * self.table.propagation().stretch(flight.air, end);
         flight.position = end;
         vertex(far, Event::Emerged)
     }
 
-    /// What a packet meets on its arc, chord by chord, and in a closed room what it would meet after the end of the run; it then goes in the
-    /// direction that it has there.
-    fn fly(&self, (profile, speed): &(SpeedProfile, f64), flight: &mut Flight) -> Option<Hit> {
-        let arc = Arc::leaving(*profile, flight.position, flight.direction.as_dvec3().normalize());
-        let remaining = (self.reach - flight.length) / speed;
-        let limit = if self.closed { remaining + profile.longest_time() } else { remaining };
-        let (mut from, mut time) = (flight.departure.origin, 0.0);
-        while time < limit {
-            let end = arc.chord_end(time);
-            let to = arc.at(end).as_vec3();
-            if let Some(hit) = self.geometry.hit_on_chord(from, to) {
-                let passed = profile.travel_time(flight.position, hit.position.as_dvec3());
-                // The arc meets the surface elsewhere than its chord: with another direction, which many reflections would add up.
-                let surface = self.geometry.surface(hit.surface);
-                let offset = surface.offset - surface.normal.dot(self.geometry.center());
-                let missing = offset - surface.normal.dot(arc.at(passed));
-                let approach = surface.normal.dot(arc.direction(passed)) * profile.speed_at(arc.at(passed));
-                let later = Some(missing / approach).filter(|later| later.abs() < end - time).unwrap_or(0.0);
-                flight.direction = arc.direction(passed + later).as_vec3();
-                return Some(hit);
-            }
-            (from, time) = (to, end);
-        }
-        None
-    }
-
-    /// Sends a packet on from an interface, into the other air or back: neither changes its energy, so there is nothing to record. None where it
-    /// has met a wall.
+    /// Sends a packet on from an interface, into the other air or back: neither changes its energy, so there is nothing to record.
     fn meet_interface(
         &self,
-        airs: &Airs,
+        Interface { airs: [here, beyond], sides }: Interface,
         flight: &mut Flight,
         hit: &Hit,
         stream: &mut Stream,
-    ) -> Option<Vertex> {
-        let [here, beyond] = airs.across(hit.surface, hit.side)?;
-        let pair = airs.pair([here, beyond]);
+    ) -> Vertex {
         let normal = self.geometry.surface(hit.surface).normal;
         let direction = flight.direction.as_dvec3().normalize();
-        let Refraction { reflected, onward } = refract(direction, normal, pair);
-        let returns = pair[0] != pair[1] && stream.uniform_fine() < reflected;
+        let Refraction { reflected, onward } = refract(direction, normal, sides);
+        let returns = sides[0] != sides[1] && stream.uniform_fine() < reflected;
         let (event, air, side) = match onward.filter(|_| !returns) {
             Some(onward) => {
                 flight.direction = onward.as_vec3().normalize();
@@ -279,73 +235,44 @@ impl Surroundings<'_> {
                 (Event::Returned, here, hit.side)
             }
         };
-        flight.stretch = airs.stretch(air);
+        flight.air = air;
         flight.position = hit.position.as_dvec3();
         flight.departure = self.geometry.leave(hit.position, hit.surface, side);
-        Some(vertex(hit, event))
+        vertex(hit, event)
     }
 
-    /// Records a packet whose path was traced before, as [`Self::trace_packet`] does for the same emission and the same random numbers,
-    /// and leaves its path in `records`: nothing is cast. False where the path is not what `trace_packet` would find.
+    /// Takes over a `path` that was traced before and [`is_complete`], as [`Self::trace_packet`] would trace it: nothing is cast.
     ///
     /// Energies depend on how many packets a run has, so the ledger of a shorter run is of no use for a longer one.
-    #[must_use]
-    pub fn replay(
-        &self,
-        emission: &Emission<'_>,
-        path: &[Vertex],
-        stream: &mut Stream,
-        records: &mut Records,
-    ) -> bool {
+    pub fn take_over(&self, emission: &Emission<'_>, path: &[Vertex], records: &mut Records) {
         begin(emission, records);
         let Records { paths, ledger, weight } = records;
-        let (mut last, mut position) = (None, emission.position);
-        for vertex in path {
-            let Some(event) = vertex.event() else { return false };
-            ledger.segment(weight.energy());
-            if event == Event::Diffracted {
-                stream.uniform_pair();
+        let mut from = emission.position;
+        sweep((from, emission.air), path, &self.table, weight, |segment| {
+            if segment.is_part {
+                return;
             }
-            if event.is_at_interface() {
-                let airs = self.airs.as_ref().and_then(|airs| {
-                    airs.across(vertex.surface(), vertex.side()).map(|across| airs.pair(across))
-                });
-                let Some([here, beyond]) = airs else { return false };
-                if here != beyond {
-                    stream.uniform_fine();
-                }
+            let to = segment.end.as_dvec3();
+            ledger.segment(segment.energy);
+            if let Some(arrival) = segment.arrival {
+                ledger.arrived(segment.energy, &self.table.row(arrival.surface, to - from));
             }
-            if event.leaves_sonel() {
-                let row = &*self.table.row(vertex.surface(), vertex.position.as_dvec3() - position);
-                let drawn = decide(row, emission.deciding, stream, ledger, weight);
-                let extinct = drawn != Event::Absorbed && weight.is_extinct(self.extinction_threshold);
-                if event != if extinct { Event::Extinguished } else { drawn } {
-                    return false;
-                }
-                if event == Event::Diffuse {
-                    stream.uniform_pair();
-                }
-            }
-            position = vertex.position.as_dvec3();
-            last = Some(event);
-        }
-        let Some(last) = last else { return false };
-        ledger.ended(last, weight.energy());
+            from = to;
+        });
+        ledger.ended(last(path).expect("a complete path has an end"), weight.energy());
         paths.vertices.extend_from_slice(path);
         paths.ends.push(paths.vertices.len() as u32);
-        true
     }
 
     /// Sends a packet on from an edge whose zone it comes into before it meets anything else, or where it does. Its energy stays
     /// what it is, so there is nothing to record.
     #[inline]
-    fn diffract(&self, flight: &mut Flight, hit: Option<&Hit>, stream: &mut Stream) -> Option<Vertex> {
+    fn diffract(&self, packet: &mut Packet, hit: Option<&Hit>, stream: &mut Stream) -> Option<Vertex> {
         let zones = self.zones.as_ref()?;
-        let to = match hit {
-            Some(hit) => hit.position.as_dvec3(),
-            None => self.end_of_run(flight).as_dvec3(),
-        };
-        let caught = zones.catch(self.geometry, &Way { from: flight.position, to, hit }, flight.deciding)?;
+        let flight = &mut packet.flight;
+        let to = hit.map_or_else(|| self.table.propagation().end(flight, self.reach), |hit| hit.position);
+        let way = Way { from: flight.position, to: to.as_dvec3(), hit };
+        let caught = zones.catch(self.geometry, &way, packet.deciding)?;
         let length = flight.length + flight.position.distance(caught.place.as_dvec3());
         // Too late to matter: it goes straight on to its end.
         if length > self.reach {
@@ -357,24 +284,23 @@ impl Surroundings<'_> {
     }
 
     /// The last vertex of a packet that met no surface: where it would be at the end of the run.
-    fn vanish(&self, flight: &Flight) -> Vertex {
-        let event = match flight.passed {
+    fn vanish(&self, packet: &Packet) -> Vertex {
+        let event = match packet.passed {
             Passed::Last => Event::Left,
             Passed::None if self.closed => Event::Lost,
             _ => Event::Escaped,
         };
-        Vertex::nowhere(self.end_of_run(flight), event)
+        Vertex::nowhere(self.table.propagation().end(&packet.flight, self.reach), event)
     }
+}
 
-    /// Where a packet that meets nothing is at the end of the run.
-    fn end_of_run(&self, flight: &Flight) -> Vec3 {
-        let remaining = self.reach - flight.length;
-        if let Some((profile, speed)) = self.profile {
-            let direction = flight.direction.as_dvec3().normalize();
-            return Arc::leaving(profile, flight.position, direction).at(remaining / speed).as_vec3();
-        }
-        flight.departure.origin + flight.direction * (remaining / flight.stretch) as f32
-    }
+fn last(path: &[Vertex]) -> Option<Event> {
+    path.last().and_then(|vertex| vertex.event())
+}
+
+/// Whether a path states every event: where a packet was extinguished, what it did before is not stored.
+pub fn is_complete(path: &[Vertex]) -> bool {
+    last(path).is_some_and(|last| last != Event::Extinguished)
 }
 
 /// Sends a packet on its way.

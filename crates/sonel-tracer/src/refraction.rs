@@ -10,17 +10,7 @@
 //! Reference: [Kuttruff2009], docs/physics.md §3.
 
 use glam::DVec3;
-use sonel_geometry::{Side, SurfaceId};
-use sonel_scene::{Media, Scene};
-
-/// An air as an interface sees it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AirSide {
-    /// Speed of sound [m/s].
-    pub speed_of_sound: f64,
-    /// ρc [Pa·s/m].
-    pub impedance: f64,
-}
+use sonel_scene::AirSide;
 
 /// What becomes of a plane wave at an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,42 +39,6 @@ pub fn refract(direction: DVec3, normal: DVec3, [from, to]: [AirSide; 2]) -> Ref
     let ahead = normal * direction.dot(normal).signum();
     let onward = ratio * direction + (beyond - ratio * cosine) * ahead;
     Refraction { reflected: amplitude * amplitude, onward: Some(onward.normalize()) }
-}
-
-/// The airs of a scene and where they meet.
-pub(crate) struct Airs {
-    media: Media,
-    sides: Vec<AirSide>,
-    stretches: Vec<f64>,
-}
-
-impl Airs {
-    /// Those of `scene`; none where it has but one.
-    pub fn of(scene: &Scene) -> Option<Self> {
-        let media = scene.media.clone()?;
-        let stretches = scene.stretches();
-        let side = |(impedance, stretch): (f64, &f64)| AirSide {
-            speed_of_sound: scene.speed_of_sound / stretch,
-            impedance,
-        };
-        let sides = scene.impedances().into_iter().zip(&stretches).map(side).collect();
-        Some(Self { media, sides, stretches })
-    }
-
-    /// The airs before and behind an interface that is met on `side`; none where `surface` is a wall.
-    pub fn across(&self, surface: SurfaceId, side: Side) -> Option<[u32; 2]> {
-        self.media.across(surface, side)
-    }
-
-    /// What interfaces see of two airs.
-    pub fn pair(&self, airs: [u32; 2]) -> [AirSide; 2] {
-        airs.map(|air| self.sides[air as usize])
-    }
-
-    /// c₀/c of an air.
-    pub fn stretch(&self, air: u32) -> f64 {
-        self.stretches[air as usize]
-    }
 }
 
 #[cfg(test)]

@@ -10,11 +10,10 @@ use sonel_map::{
     Settings, ShardRange, SonelMap, Spectral,
 };
 use sonel_sampling::{Frame, Purpose, StreamFamily};
-use sonel_scene::{Scene, Source};
+use sonel_scene::{Propagation, Scene, Source};
 use thiserror::Error;
 
-use crate::packet::{Emission, Records, Surroundings};
-use crate::refraction::Airs;
+use crate::packet::{Emission, Records, Surroundings, is_complete};
 use crate::zone::DiffractionZones;
 
 /// Chunks traced before they are handed over together, while the next are traced: bounds the memory, whatever the number of
@@ -49,24 +48,9 @@ pub enum TraceError<E> {
         /// What is in the way.
         misplaced: Misplaced,
     },
-    /// A map to be extended has other paths than this program traces.
-    #[error(transparent)]
-    Foreign(#[from] ForeignPath),
     /// Whoever took the chunks failed.
     #[error(transparent)]
     Sink(E),
-}
-
-/// A path of a map that is not what this program traces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error(
-    "the map cannot be extended: emission {emission} of source number {source_index} has another path than this program traces, so another version of sonel wrote it; trace the longer run from the beginning"
-)]
-pub struct ForeignPath {
-    /// Index of the source.
-    pub source_index: u32,
-    /// Index of the emission.
-    pub emission: u64,
 }
 
 /// One chunk of traced packets.
@@ -108,7 +92,9 @@ impl<'a> Tracer<'a> {
             .collect();
         let surroundings = Surroundings {
             geometry,
-            table: CoefficientTable::grouped(&scene.materials, &classes, &leads).with_geometry(geometry),
+            table: CoefficientTable::grouped(&scene.materials, &classes, &leads)
+                .with_geometry(geometry)
+                .with_propagation(Propagation::of(scene, geometry.center())),
             surfaces,
             reach: scene.duration * scene.speed_of_sound,
             // What is nothing to the materials of the scene may be all to a variant.
@@ -117,8 +103,6 @@ impl<'a> Tracer<'a> {
             } else {
                 -1.0
             },
-            airs: Airs::of(scene),
-            profile: scene.profile(geometry.center()).map(|profile| (profile, scene.speed_of_sound)),
             closed: geometry.is_watertight(),
             zones: None,
         };
@@ -165,11 +149,11 @@ impl<'a> Tracer<'a> {
         self.trace(shard, None, sink)
     }
 
-    /// As [`Self::run`] for the whole run, but takes paths from `beginning`, a sound map of the same scene and settings with
-    /// fewer emissions: the same chunks come out, and only what is new is traced.
+    /// As [`Self::run`] for the whole run, but takes paths from `beginning`, a valid map that this [`crate::REVISION`] traced of the same scene
+    /// with the same settings but fewer emissions: the same chunks come out, and only what is new is traced.
     ///
     /// # Errors
-    /// As [`Self::run`]; [`TraceError::Foreign`] where a path of `beginning` is not what this program traces.
+    /// As [`Self::run`].
     pub fn extend<E: Send>(
         &self,
         beginning: &SonelMap,
@@ -197,7 +181,6 @@ impl<'a> Tracer<'a> {
             let next = groups.next();
             let hand_over = || -> Result<(), TraceError<E>> {
                 for chunk in group {
-                    let chunk = chunk?;
                     total.add(&chunk.ledger);
                     first_lost = first_lost.or_else(|| self.first_lost(&chunk));
                     sink(chunk).map_err(TraceError::Sink)?;
@@ -233,12 +216,7 @@ impl<'a> Tracer<'a> {
         shard.chunks(self.emissions.layout.chunks())
     }
 
-    fn trace_chunk(
-        &self,
-        source: u32,
-        chunk: u64,
-        known: Option<&SonelMap>,
-    ) -> Result<TracedChunk, ForeignPath> {
+    fn trace_chunk(&self, source: u32, chunk: u64, known: Option<&SonelMap>) -> TracedChunk {
         let mut records = Records::new(&self.surroundings.table);
         let streams = StreamFamily::new(self.seed, Purpose::Packet, [source, 0, 0, 0]);
         let (emissions, (position, air)) = (&self.emissions, self.emissions.origin(source));
@@ -253,22 +231,17 @@ impl<'a> Tracer<'a> {
                 start: emissions.start(index),
                 share: emissions.share(index),
             };
-            let mut stream = streams.stream(index);
-            match known.and_then(|map| map.path(source, index)) {
-                None => self.surroundings.trace_packet(&emission, &mut stream, &mut records),
-                Some(path) => {
-                    if !self.surroundings.replay(&emission, path.vertices, &mut stream, &mut records) {
-                        return Err(ForeignPath { source_index: source, emission: index });
-                    }
-                }
+            match known.and_then(|map| map.path(source, index)).filter(|path| is_complete(path.vertices)) {
+                None => self.surroundings.trace_packet(&emission, &mut streams.stream(index), &mut records),
+                Some(path) => self.surroundings.take_over(&emission, path.vertices, &mut records),
             }
         }
-        Ok(TracedChunk {
+        TracedChunk {
             source,
             first_emission: indices.start,
             paths: records.paths,
             ledger: records.ledger.finish(&self.classes),
-        })
+        }
     }
 
     /// The way of the first packet of a chunk that met no surface of a watertight room [m].

@@ -70,7 +70,7 @@ struct Candidate<'a> {
 impl DiffractionZones {
     /// The zones of all diffracting edges; `wavelengths` are those of the bands [m], zero where nothing is diffracted.
     #[must_use]
-    pub fn new(geometry: &Geometry, wavelengths: &[f64]) -> Self {
+    pub(crate) fn new(geometry: &Geometry, wavelengths: &[f64]) -> Self {
         let edges = geometry.diffracting_edges().enumerate();
         Self {
             rims: edges.flat_map(|(number, edge)| rims(geometry, number as u32, edge)).collect(),
@@ -82,7 +82,7 @@ impl DiffractionZones {
 
     /// The zone of `band` that `way` comes into first; [`None`] where it comes into none.
     #[must_use]
-    pub fn catch(&self, geometry: &Geometry, way: &Way<'_>, band: usize) -> Option<ZoneHit<'_>> {
+    pub(crate) fn catch(&self, geometry: &Geometry, way: &Way<'_>, band: usize) -> Option<ZoneHit<'_>> {
         let width = self.widths[band];
         let length = way.from.distance(way.to);
         let mut first: Option<Candidate<'_>> = None;
@@ -130,7 +130,7 @@ impl DiffractionZones {
 impl ZoneHit<'_> {
     /// How the packet goes on, by two uniform numbers: any direction of the hemisphere about the middle of the air.
     #[must_use]
-    pub fn onward(&self, geometry: &Geometry, u: [f32; 2]) -> (Departure, Vec3) {
+    pub(crate) fn onward(&self, geometry: &Geometry, u: [f32; 2]) -> (Departure, Vec3) {
         let local = warp::uniform_sphere(u);
         let frame = Frame::about(self.sector.middle().as_vec3().normalize());
         (geometry.leave_edge(self.place, self.sector), frame.outward(local.with_z(local.z.abs())))

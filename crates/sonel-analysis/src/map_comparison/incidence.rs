@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use sonel_map::{EmissionLayout, PathWeight};
+use sonel_map::{BandValues, EmissionLayout, Lanes, PacketStart, PathWeight};
 
 use super::counterparts::PlacesOf;
 use crate::reading::Reading;
@@ -41,22 +41,22 @@ impl Observer<'_> {
 
     /// Part of the energy of `batch` that the emissions held by the map carry, per column: 1 for a whole map.
     pub fn held_part(&self, batch: u32) -> Vec<f64> {
-        self.over_leads(batch, |start, lane, slot| start.expected[lane][slot])
+        self.over_leads(batch, |start| &start.expected)
     }
 
     /// Packets held by the map that carry each column.
     pub fn packets(&self, batch: u32) -> Vec<f64> {
-        self.over_leads(batch, |start, lane, slot| start.carried[lane][slot])
+        self.over_leads(batch, |start| &start.carried)
     }
 
-    fn over_leads(&self, batch: u32, of: impl Fn(&sonel_map::PacketStart, usize, usize) -> f64) -> Vec<f64> {
+    fn over_leads(&self, batch: u32, of: impl Fn(&PacketStart) -> &[Lanes]) -> Vec<f64> {
         let (layout, held) = (self.reading.emissions.layout, self.held());
         let led = |total, lead| EmissionLayout { total, ..layout }.lead_count(batch, lead) as f64;
         let sum = |column: usize| {
             (0..layout.leads())
                 .map(|lead| {
                     let start = self.reading.emissions.batches[batch as usize].packet(lead);
-                    let each = of(start, column / 4, column % 4);
+                    let each = of(start).band(column);
                     // A batch without packets has infinite energies and nobody to carry them.
                     let packets = led(held.end, lead) - led(held.start, lead);
                     if packets > 0.0 { packets * each } else { 0.0 }
@@ -102,9 +102,9 @@ impl Observer<'_> {
             let row = arrival.surface.0 as usize * self.window_ends.len() + window;
             let sums = &mut tally.sums[row * self.columns.len()..][..self.columns.len()];
             for (sum, &column) in sums.iter_mut().zip(&self.columns) {
-                let energy = segment.energy[column / 4][column % 4];
+                let energy = segment.energy.band(column);
                 if energy > 0.0 {
-                    let packets = energy / expected[column / 4][column % 4];
+                    let packets = energy / expected.band(column);
                     *sum = [sum[0] + energy, sum[1] + packets, sum[2] + packets * packets];
                 }
             }

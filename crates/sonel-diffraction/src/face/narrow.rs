@@ -64,7 +64,7 @@ pub(super) struct Narrowness {
 
 impl Narrow {
     /// The face between `first` and `last`, `width` [m] wide.
-    pub fn new(
+    pub(super) fn new(
         [first, last]: [FaceEdge<'_>; 2],
         [source, receiver]: [End; 2],
         width: f64,
@@ -79,7 +79,7 @@ impl Narrow {
     }
 
     /// At every wave number.
-    pub fn narrowness(&self, numbers: &WaveNumbers) -> Vec<Narrowness> {
+    pub(super) fn narrowness(&self, numbers: &WaveNumbers) -> Vec<Narrowness> {
         let first = self.back.0.shares(numbers);
         let last = self.back.1.as_ref().map(|back| back.shares(numbers));
         let both = first.iter().zip(last.as_ref().unwrap_or(&first));

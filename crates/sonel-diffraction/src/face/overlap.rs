@@ -62,7 +62,11 @@ struct Transition {
 
 impl Overlap {
     /// The overlap on two edges.
-    pub fn new([first, last]: [FaceEdge<'_>; 2], [source, receiver]: [End; 2], asked: FaceQuery) -> Self {
+    pub(super) fn new(
+        [first, last]: [FaceEdge<'_>; 2],
+        [source, receiver]: [End; 2],
+        asked: FaceQuery,
+    ) -> Self {
         let there = Transition::new([&first, &last], [source, receiver], asked);
         let back = Transition::new([&last, &first], [receiver, source], asked);
         let width = 0.5 * (there.width + back.width);
@@ -70,7 +74,7 @@ impl Overlap {
     }
 
     /// How the receiver's edge is lit in its form, and the source's in the other, at every wave number.
-    pub fn lights(&self, numbers: &WaveNumbers) -> [Vec<Light>; 2] {
+    pub(super) fn lights(&self, numbers: &WaveNumbers) -> [Vec<Light>; 2] {
         let [last, first] = [0, 1].map(|end| self.ends[end].ratios(numbers));
         let share = |ratio: Complex, end: usize| (ratio - ONE) * (1.0 / (self.ends[end].most - 1.0 + ALIKE));
         let of = |((&last, &first), narrow): ((&Complex, &Complex), Narrowness)| {

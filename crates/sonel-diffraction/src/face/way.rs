@@ -24,7 +24,7 @@ pub(super) struct FaceWay {
 
 impl FaceWay {
     /// The way from what is at `from` about the edge `before` to the receiver past the edge `last`.
-    pub fn new([before, last]: [&FaceEdge<'_>; 2], from: WedgePoint, receiver: End) -> Self {
+    pub(super) fn new([before, last]: [&FaceEdge<'_>; 2], from: WedgePoint, receiver: End) -> Self {
         let to = last.beyond(receiver);
         let lights = before.lights(from, before.wedge.in_plane(to, before.face()));
         let near = last.wedge.in_plane(lights, last.face());
@@ -34,13 +34,13 @@ impl FaceWay {
     }
 
     /// a of the way between both edges, so that it is a cosh η long over two places of theirs [m].
-    pub fn across(&self, edges: [&FaceEdge<'_>; 2]) -> f64 {
+    pub(super) fn across(&self, edges: [&FaceEdge<'_>; 2]) -> f64 {
         let way = (self.crosses - self.lights).normalize_or_zero();
         edges.iter().fold(self.lengths[0], |length, edge| length * way.cross(edge.wedge.direction()).length())
     }
 
     /// Where the sound would come from, about the `last` edge, if it came straight from the source, and how far that is beyond P [m].
-    pub fn afar(&self, [before, last]: [&FaceEdge<'_>; 2], source: End) -> (WedgePoint, f64) {
+    pub(super) fn afar(&self, [before, last]: [&FaceEdge<'_>; 2], source: End) -> (WedgePoint, f64) {
         let source =
             before.wedge.at(source.point.along) - before.wedge.inward(before.at_second) * source.point.radius;
         let longer = source.distance(self.lights);

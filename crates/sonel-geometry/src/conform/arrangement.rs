@@ -41,12 +41,12 @@ struct Plane {
 
 impl Lines {
     /// Faces without lines.
-    pub fn new(faces: Vec<u32>) -> Self {
+    pub(super) fn new(faces: Vec<u32>) -> Self {
         Self { faces, lines: Vec::new(), points: Vec::new(), divided: BTreeMap::new() }
     }
 
     /// Adds what another face leaves.
-    pub fn add(&mut self, piece: Piece) {
+    pub(super) fn add(&mut self, piece: Piece) {
         match piece {
             Piece::Line([a, b]) if a != b => self.lines.push([a.min(b), a.max(b)]),
             Piece::Line([a, _]) | Piece::Point(a) => self.points.push(a),
@@ -54,7 +54,13 @@ impl Lines {
     }
 
     /// Divides all lines where they cross or meet corners, and notes the corners on them in `on_sides`.
-    pub fn divide(&mut self, mesh: &Mesh, points: &mut Points, tolerance: f64, on_sides: &mut OnSides) {
+    pub(super) fn divide(
+        &mut self,
+        mesh: &Mesh,
+        points: &mut Points,
+        tolerance: f64,
+        on_sides: &mut OnSides,
+    ) {
         let mut lines: Vec<[u32; 2]> = self.faces.iter().flat_map(|&face| sides(mesh, face)).collect();
         lines.extend(&self.lines);
         lines.sort_unstable();
@@ -83,7 +89,7 @@ impl Lines {
     }
 
     /// The parts of each face, where it has any; lines at their sides are divided at the corners `on_sides` too.
-    pub fn triangulated(
+    pub(super) fn triangulated(
         &self,
         mesh: &Mesh,
         tolerance: f64,

@@ -41,7 +41,7 @@ pub(super) struct Meeting {
 
 impl Meeting {
     /// The line in which both cross.
-    pub fn crossing(&self) -> Option<Crossing> {
+    pub(super) fn crossing(&self) -> Option<Crossing> {
         match self.contact {
             Contact::Along(ends) if self.is_crossing => Some(Crossing { ends }),
             _ => None,

@@ -17,7 +17,7 @@ impl Faces<'_> {
     }
 
     /// For each face of a closed room whether only its front can face the air.
-    pub fn closed(&self) -> Vec<bool> {
+    pub(super) fn closed(&self) -> Vec<bool> {
         let is_closed = |face: u32| {
             let [front, back] = self.cells.sides(face);
             let is_wall = front != back && self.cells.is_air(face) != [true; 2];
@@ -27,7 +27,7 @@ impl Faces<'_> {
     }
 
     /// For each face whether it bounds a solid or the room; in the open, anything closed.
-    pub fn in_shell(&self) -> Vec<bool> {
+    pub(super) fn in_shell(&self) -> Vec<bool> {
         let is_between = |face: u32| {
             let [front, back] = if self.cells.is_room {
                 self.cells.is_air(face).map(u32::from)
@@ -40,7 +40,7 @@ impl Faces<'_> {
     }
 
     /// Area of each surface exposed to the air [m²].
-    pub fn exposed(&self, mesh: &Mesh, surfaces: usize, of_triangle: &[SurfaceId]) -> Vec<f64> {
+    pub(super) fn exposed(&self, mesh: &Mesh, surfaces: usize, of_triangle: &[SurfaceId]) -> Vec<f64> {
         let mut sides: Vec<[bool; 2]> = (0..self.count()).map(|face| self.cells.is_air(face)).collect();
         // A panel of two faces shows the front of each.
         for &face in self.twins.iter().flatten() {

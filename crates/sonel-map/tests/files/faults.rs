@@ -257,6 +257,14 @@ fn settings_that_cannot_be_are_refused() {
 }
 
 #[test]
+fn effects_that_this_version_does_not_know_are_refused() {
+    let valid = hand_made::bytes();
+    let name = valid.windows(3).position(|bytes| bytes == b"air").expect("the name of an effect");
+    let error = read(&forged::in_header(&valid, name, b"ear")).expect_err("no such effect");
+    assert!(error.to_string().contains("effect \"ear\""), "{error}");
+}
+
+#[test]
 fn sections_must_be_where_they_belong() {
     let sound = hand_made::bytes();
     for name in ["mesh.vertices", "mesh.triangles", "surfaces", "chunks", "chunk.fates", "chunk.ledger"] {

@@ -8,7 +8,7 @@ use sonel_geometry::{Geometry, Mesh, Side};
 use sonel_map::{
     ChunkPaths, EffectState, Event, Fates, Ledger, MapHeader, MapWriter, Settings, ShardRange, Vertex,
 };
-use sonel_scene::{Receiver, Scene, Source};
+use sonel_scene::{Effect, Receiver, Scene, Source};
 
 /// Emissions of each of the two sources.
 pub const EMISSIONS: u64 = 7;
@@ -58,7 +58,11 @@ pub fn header(emissions: u64) -> MapHeader {
             ..Settings::default()
         },
         shard: ShardRange::WHOLE,
-        effects: vec![EffectState::new("air", vec![false, true, true], "asked for".to_owned())],
+        effects: vec![EffectState {
+            effect: Effect::Air,
+            on: vec![false, true, true],
+            reason: "asked for".to_owned(),
+        }],
         scene: scene(),
     }
 }

@@ -1,7 +1,7 @@
 //! L R: direct sound by a straight way in general position, along an arc where the speed of sound has a gradient; no bias, no noise.
 
 use glam::DVec3;
-use sonel_geometry::{Arc, End, Geometry, SpeedProfile};
+use sonel_geometry::{End, Geometry};
 use sonel_map::CoefficientTable;
 
 use crate::partition::Partitions;
@@ -9,7 +9,7 @@ use crate::partition::Partitions;
 /// Length outside of partitions [m] and unit direction of the direct path from `source` to `receiver` (both about the scene's centre), and what it passes;
 /// [`None`] where a surface is in between that nothing passes.
 #[must_use]
-pub fn direct_path(
+pub(crate) fn direct_path(
     geometry: &Geometry,
     table: &CoefficientTable,
     source: DVec3,
@@ -25,7 +25,7 @@ pub fn direct_path(
 }
 
 /// A way from a source to a receiver.
-pub struct DirectWay {
+pub(crate) struct DirectWay {
     /// Its length; where the speed of sound has a gradient its travel time times that of the scene [m].
     pub length: f64,
     /// Unit direction in which it leaves the source.
@@ -41,13 +41,13 @@ pub struct DirectWay {
 /// The direct way from `source` to `receiver` (both about the scene's centre) in the air of `table`; [`None`] where a surface is in between
 /// that nothing passes.
 #[must_use]
-pub fn direct_way(
+pub(crate) fn direct_way(
     geometry: &Geometry,
     table: &CoefficientTable,
     source: DVec3,
     receiver: DVec3,
 ) -> Option<DirectWay> {
-    let Some((profile, speed)) = table.profile() else {
+    let Some(leg) = table.propagation().leg(source, receiver) else {
         let (length, departing, passed) = direct_path(geometry, table, source, receiver)?;
         let spread = spread(length);
         return Some(DirectWay {
@@ -58,24 +58,18 @@ pub fn direct_way(
             passed,
         });
     };
-    let (arc, time) = (Arc::between(profile, source, receiver), profile.travel_time(source, receiver));
-    let passed = Partitions::along(geometry, table, source.as_vec3(), (&arc, time), receiver.as_vec3())?;
+    let passed = Partitions::along(geometry, table, source.as_vec3(), &leg, receiver.as_vec3())?;
     Some(DirectWay {
-        length: time * speed,
-        departing: arc.direction(0.0),
-        towards: -arc.direction(time),
-        spread: arc_spread(&profile, source, receiver),
+        length: leg.length,
+        departing: leg.arc.direction(0.0),
+        towards: -leg.arc.direction(leg.time),
+        spread: leg.spread / (4.0 * core::f64::consts::PI),
         passed,
     })
 }
 
-/// [`spread`] along an arc.
-fn arc_spread(profile: &SpeedProfile, source: DVec3, receiver: DVec3) -> f64 {
-    profile.spread(source, receiver) / (4.0 * core::f64::consts::PI)
-}
-
 /// Fluence per unit emitted energy after spherical spreading over `length` [1/m²].
 #[must_use]
-pub fn spread(length: f64) -> f64 {
+pub(crate) fn spread(length: f64) -> f64 {
     1.0 / (4.0 * core::f64::consts::PI * length * length)
 }

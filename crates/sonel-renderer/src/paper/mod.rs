@@ -9,8 +9,8 @@
 //!
 //! Where the paper is silent or contradicts itself, docs/paper-mode.md says how it is read, and how far off each reading is.
 
-pub mod rays;
-pub mod zone;
+pub(crate) mod rays;
+pub(crate) mod zone;
 
 use sonel_geometry::Geometry;
 use sonel_map::Mode;
@@ -49,7 +49,7 @@ pub(crate) struct Paper {
 impl Paper {
     /// Prepares `geometry` for the map of `header`.
     #[must_use]
-    pub fn new(geometry: &Geometry, header: &sonel_map::MapHeader, settings: &RenderSettings) -> Self {
+    pub(crate) fn new(geometry: &Geometry, header: &sonel_map::MapHeader, settings: &RenderSettings) -> Self {
         let (scene, traced) = (&header.scene, &header.settings);
         let rays = settings.rays(traced.emissions);
         let shrink = libm::pow(f64::from(rays) / REFERENCE_RAYS, -1.0 / 6.0);
@@ -73,13 +73,13 @@ impl Paper {
 
     /// Radius of the sphere that stands for source number `source` [m].
     #[must_use]
-    pub fn source_radius(&self, source: usize) -> f64 {
+    pub(crate) fn source_radius(&self, source: usize) -> f64 {
         self.source_radius[source]
     }
 
     /// Who owns `class`.
     #[must_use]
-    pub fn owner(&self, class: PathClass) -> &'static str {
+    pub(crate) fn owner(&self, class: PathClass) -> &'static str {
         match class {
             PathClass::Direct => "shadow ray",
             PathClass::Edge => "first Fresnel zone",
@@ -93,7 +93,7 @@ impl Paper {
 
     /// Why, and with which radius.
     #[must_use]
-    pub fn reason(&self, class: PathClass) -> String {
+    pub(crate) fn reason(&self, class: PathClass) -> String {
         match class {
             PathClass::Direct => "as the paper writes".to_owned(),
             PathClass::Edge if self.edges.is_empty() => "diffraction is off or no edge diffracts".to_owned(),

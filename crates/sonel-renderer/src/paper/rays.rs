@@ -10,7 +10,7 @@
 use core::f64::consts::PI;
 
 use sonel_geometry::{Departure, Geometry, SurfaceId};
-use sonel_map::{CoefficientTable, Lanes};
+use sonel_map::{BandValues, CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, Stream, warp};
 
 use crate::exact::mirror::Radiator;
@@ -22,7 +22,7 @@ use super::Paper;
 
 /// The source, seen by mirrors.
 #[derive(Debug, Clone, Copy)]
-pub struct SourceSight {
+pub(crate) struct SourceSight {
     /// Length of the way to the middle of the source's image [m].
     pub length: f64,
     /// Fluence per unit emitted energy, without air [1/m²].
@@ -34,7 +34,7 @@ pub struct SourceSight {
 }
 
 /// What a ray can find.
-pub enum Sight {
+pub(crate) enum Sight {
     /// A disc in which sonels are counted.
     Disc(GatherPoint),
     /// The source.
@@ -42,7 +42,7 @@ pub enum Sight {
 }
 
 /// The surroundings of the rays of one band.
-pub struct Looking<'a> {
+pub(crate) struct Looking<'a> {
     /// Walls.
     pub geometry: &'a Geometry,
     /// Coefficients.
@@ -67,7 +67,7 @@ enum Turn {
 
 impl Paper {
     /// Casts the rays of receiver number `receiver` in one batch.
-    pub fn cast(
+    pub(crate) fn cast(
         &self,
         looking: &Looking<'_>,
         receiver: (u32, &PreparedReceiver),
@@ -155,7 +155,7 @@ impl Looking<'_> {
         // Sonels know at which angle they reached the disc: its ray looks with the diffuse mean.
         let mean = self.table.mean_row(surface);
         let row = &*self.table.row(surface, direction);
-        let of = |energy: &[Lanes]| energy[self.column / 4][self.column % 4];
+        let of = |energy: &[Lanes]| energy.band(self.column);
         let diffuse = of(&mean.diffuse.energy);
         let mirror = diffuse + of(&row.specular.energy);
         let through = mirror + of(&row.transmitted.energy);
@@ -189,8 +189,8 @@ impl Looking<'_> {
 }
 
 /// `value` in one column and nothing in the others.
-pub fn only(column: usize, columns: usize, value: f64) -> Vec<Lanes> {
-    let mut lanes = vec![[0.0; 4]; sonel_map::lanes_of(columns)];
-    lanes[column / 4][column % 4] = value;
+pub(crate) fn only(column: usize, columns: usize, value: f64) -> Vec<Lanes> {
+    let mut lanes = vec![Lanes::ZERO; sonel_map::lanes_of(columns)];
+    *lanes.band_mut(column) = value;
     lanes
 }

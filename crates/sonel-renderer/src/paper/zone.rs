@@ -20,7 +20,7 @@ pub(crate) struct ZoneEdge {
 
 /// The first Fresnel zone of one edge between a source and a receiver.
 #[derive(Debug, Clone, Copy)]
-pub struct FirstZone {
+pub(crate) struct FirstZone {
     source: DVec3,
     /// Unit vector to the receiver, and two across it.
     axes: [DVec3; 3],
@@ -33,7 +33,7 @@ pub struct FirstZone {
 impl ZoneEdge {
     /// All edges of `geometry`, each once.
     #[must_use]
-    pub fn all(geometry: &Geometry) -> Vec<Self> {
+    pub(crate) fn all(geometry: &Geometry) -> Vec<Self> {
         let local = |point: DVec3| point - geometry.center();
         geometry
             .diffracting_edges()
@@ -49,7 +49,7 @@ impl ZoneEdge {
     /// The place of the edge where the way over it from `source` to `receiver` is shortest; [`None`] where either is within the
     /// solid, or where the receiver does not see it: no visibility ray would meet it.
     #[must_use]
-    pub fn place(&self, geometry: &Geometry, source: DVec3, receiver: DVec3) -> Option<DVec3> {
+    pub(crate) fn place(&self, geometry: &Geometry, source: DVec3, receiver: DVec3) -> Option<DVec3> {
         let along = apex(self.wedge.locate(source)?, self.wedge.locate(receiver)?);
         let place = self.wedge.at(along.clamp(0.0, self.wedge.length()));
         let blocked = geometry.is_blocked(Departure::free(receiver.as_vec3()), place.as_vec3());
@@ -61,7 +61,7 @@ impl FirstZone {
     /// The zone of the edge at `place`; [`None`] where the wave has passed the receiver before it comes to the edge, and
     /// without a wavelength.
     #[must_use]
-    pub fn new(source: DVec3, receiver: DVec3, place: DVec3, wavelength: f64) -> Option<Self> {
+    pub(crate) fn new(source: DVec3, receiver: DVec3, place: DVec3, wavelength: f64) -> Option<Self> {
         let (radius, distance) = (source.distance(place), source.distance(receiver));
         let axis = (receiver - source).try_normalize()?;
         let (across, aside) = axis.any_orthonormal_pair();
@@ -79,7 +79,7 @@ impl FirstZone {
 
     /// The point that two uniform numbers select, uniform on the zone.
     #[must_use]
-    pub fn point(&self, [u, v]: [f32; 2]) -> DVec3 {
+    pub(crate) fn point(&self, [u, v]: [f32; 2]) -> DVec3 {
         let cosine = 1.0 - f64::from(u) * (1.0 - self.border);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let (turn_sine, turn_cosine) = libm::sincos(TAU * f64::from(v));
@@ -89,7 +89,12 @@ impl FirstZone {
 
     /// v₁: the share of `count` points of `sequence` that are `seen`.
     #[must_use]
-    pub fn visibility(&self, sequence: &ScrambledSobol, count: u32, seen: impl Fn(DVec3) -> bool) -> f64 {
+    pub(crate) fn visibility(
+        &self,
+        sequence: &ScrambledSobol,
+        count: u32,
+        seen: impl Fn(DVec3) -> bool,
+    ) -> f64 {
         let visible = (0..count).filter(|&index| seen(self.point(sequence.point(index)))).count();
         visible as f64 / f64::from(count)
     }

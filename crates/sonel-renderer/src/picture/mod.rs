@@ -140,9 +140,7 @@ impl Renderer<'_> {
                 found.sonels.push(SeenSonel { place, window, at });
                 let first = found.energy.len();
                 found.energy.extend_from_slice(arriving);
-                if let Some(air) = &self.carried_air {
-                    air.attenuate(segment.end_length, &mut found.energy[first..]);
-                }
+                self.carried_air.attenuate(segment.end_length, &mut found.energy[first..]);
             });
         }
         found

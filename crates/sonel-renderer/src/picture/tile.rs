@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use sonel_geometry::Hit;
-use sonel_map::{Lanes, lanes_of};
+use sonel_map::{BandValues, Lanes, lanes_of};
 
 use super::{Arrivals, Camera};
 use crate::render::Renderer;
@@ -24,7 +24,7 @@ impl AsRef<Disc> for PixelDisc {
 }
 
 /// Rows of a picture.
-pub struct Tile {
+pub(super) struct Tile {
     /// What each pixel shows.
     pub seen: Vec<Option<Hit>>,
     index: GatherIndex<PixelDisc>,
@@ -40,7 +40,7 @@ pub struct Tile {
 
 impl Tile {
     /// Looks at the pixels in `rows` of the picture.
-    pub fn new(
+    pub(super) fn new(
         renderer: &Renderer<'_>,
         camera: &Camera,
         rows: Range<u32>,
@@ -58,58 +58,53 @@ impl Tile {
         };
         let discs = seen.iter().enumerate().filter_map(disc).collect();
         let lanes = lanes_of(renderer.table.bands());
-        let mut bands = vec![[0.0; 4]; lanes];
+        let mut bands = vec![Lanes::ZERO; lanes];
         for band in 0..renderer.classes.bands() {
-            let class = renderer.classes.of(band);
-            bands[class / 4][class % 4] += 1.0;
+            *bands.band_mut(renderer.classes.of(band)) += 1.0;
         }
         Self {
             index: GatherIndex::new(discs),
             windows,
             lanes,
             bands,
-            energy: vec![[0.0; 4]; seen.len() * windows * lanes],
+            energy: vec![Lanes::ZERO; seen.len() * windows * lanes],
             squared: vec![0.0; seen.len() * windows],
             seen,
         }
     }
 
     /// Adds sonels to the discs that they lie in.
-    pub fn gather(&mut self, arrivals: &Arrivals) {
+    pub(super) fn gather(&mut self, arrivals: &Arrivals) {
         let (windows, lanes) = (self.windows, self.lanes);
         let mut discs = Vec::new();
         for (sonel, energy) in arrivals.sonels.iter().zip(arrivals.energy.chunks_exact(lanes)) {
-            let of_all: f64 = energy.iter().zip(&self.bands).map(|(energy, bands)| dot(energy, bands)).sum();
+            let of_all = self.of_all(energy);
             let (sums, squared) = (&mut self.energy, &mut self.squared);
             self.index.around(sonel.place, sonel.at, &mut discs);
             for (number, _) in &discs {
                 let found = self.index.point(*number);
                 let per_area = found.disc.view.area.recip();
                 let cell = found.pixel * windows + sonel.window as usize;
-                for (sum, energy) in sums[cell * lanes..][..lanes].iter_mut().zip(energy) {
-                    for lane in 0..4 {
-                        sum[lane] += energy[lane] * per_area;
-                    }
-                }
+                sums[cell * lanes..].add_times(energy, per_area);
                 squared[cell] += (of_all * per_area) * (of_all * per_area);
             }
         }
     }
 
     /// The energy of a `class` of bands in a `window`, by pixel [1/m²].
-    pub fn energies(&self, window: usize, class: usize) -> impl Iterator<Item = f32> {
+    pub(super) fn energies(&self, window: usize, class: usize) -> impl Iterator<Item = f32> {
         (0..self.seen.len()).map(move |pixel| {
             let cell = (pixel * self.windows + window) * self.lanes;
-            self.energy[cell + class / 4][class % 4] as f32
+            self.energy[cell..].band(class) as f32
         })
     }
 
     /// Relative standard error of the sum over bands in a `window`, by pixel.
-    pub fn relative_errors(&self, window: usize) -> impl Iterator<Item = f32> {
+    pub(super) fn relative_errors(&self, window: usize) -> impl Iterator<Item = f32> {
         self.seen.iter().enumerate().map(move |(pixel, seen)| {
             let cell = pixel * self.windows + window;
             let energy = &self.energy[cell * self.lanes..][..self.lanes];
-            let sum: f64 = energy.iter().zip(&self.bands).map(|(energy, bands)| dot(energy, bands)).sum();
+            let sum = self.of_all(energy);
             match seen {
                 None => 0.0,
                 Some(_) if sum > 0.0 => (self.squared[cell].sqrt() / sum) as f32,
@@ -117,8 +112,9 @@ impl Tile {
             }
         })
     }
-}
 
-fn dot(a: &Lanes, b: &Lanes) -> f64 {
-    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
+    /// `energy` summed over all bands.
+    fn of_all(&self, energy: &[Lanes]) -> f64 {
+        energy.iter().zip(&self.bands).map(|(&energy, &bands)| (energy * bands).sum()).sum()
+    }
 }

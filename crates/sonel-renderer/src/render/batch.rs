@@ -3,19 +3,19 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
-use sonel_map::{Arrival, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
+use sonel_map::{Arrival, BandValues, Lanes, PathView, PathWeight, Segment, SegmentHistory, lanes_of};
 use sonel_sampling::{Purpose, Stream, StreamFamily};
 
 use super::Renderer;
 use crate::crossings::Crossings;
-use crate::deposit::{Deposits, TimeBins, add_lanes};
+use crate::deposit::{Deposits, TimeBins};
 use crate::directions::{Axes, Columns};
 use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
 use crate::receiver::{PreparedReceiver, axes};
 use crate::regions::Fading;
 use crate::rendering::{CoarseEchogram, Rendering};
-use crate::stochastic::connection::{ClassDeposits, DiffuseSonel, connect, normal_on, radiosity};
+use crate::stochastic::connection::{Arriving, ClassDeposits, DiffuseSonel, connect, normal_on};
 use crate::stochastic::crossing::{AssignedClasses, Piece, cross, is_left_to_sphere};
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::near::NearSource;
@@ -49,35 +49,35 @@ impl BatchEstimate {
             deposits: Deposits::new(tile.receivers.len() * fine, bins, bands),
             kernel: KernelDifference::new(tile.borders, coarse, bands),
             axes,
-            sums: PathClass::ALL.map(|_| vec![[0.0; 4]; tile.receivers.len() * lanes_of(bands)]),
+            sums: PathClass::ALL.map(|_| vec![Lanes::ZERO; tile.receivers.len() * lanes_of(bands)]),
             crossings: Crossings::new(tile.receivers.len(), bands),
-            under_way: [(); 2].map(|()| vec![[0.0; 4]; lanes_of(bands)]),
+            under_way: [(); 2].map(|()| vec![Lanes::ZERO; lanes_of(bands)]),
         }
     }
 
     /// Forgets the batch before. Memory is taken over from batch to batch: fresh pages would cost a tenth of the time.
     fn clear(&mut self) {
         self.deposits.clear();
-        self.sums.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
+        self.sums.iter_mut().chain(&mut self.under_way).for_each(|sum| sum.fill(Lanes::ZERO));
         self.crossings.clear();
         self.kernel.at.iter_mut().for_each(CoarseEchogram::clear);
-        self.under_way.iter_mut().flatten().for_each(|sum| *sum = [0.0; 4]);
     }
 
     /// Counts what `segment` carries at [`TimeBins::marks`](crate::deposit::TimeBins::marks). What escapes brings nothing any more.
-    pub fn record_segment(&mut self, segment: &Segment<'_>, medium: &Medium<'_>, scratch: &mut [Lanes]) {
+    pub(crate) fn record_segment(
+        &mut self,
+        segment: &Segment<'_>,
+        medium: &Medium<'_>,
+        scratch: &mut [Lanes],
+    ) {
         for (sum, mark) in self.under_way.iter_mut().zip(medium.bins.marks()) {
             if segment.escapes || mark < segment.start_length || mark >= segment.end_length {
                 continue;
             }
             scratch.copy_from_slice(segment.energy);
-            if let Some(regions) = medium.regions {
-                regions.fade(segment.air, mark - segment.start_length, scratch);
-            }
-            if let Some(air) = medium.air {
-                air.attenuate(mark, scratch);
-            }
-            add_lanes(sum, scratch);
+            medium.airs.fade(segment.air, mark - segment.start_length, scratch);
+            medium.air.attenuate(mark, scratch);
+            sum.add(scratch);
         }
     }
 
@@ -117,7 +117,7 @@ impl BatchEstimate {
     }
 
     /// Where the estimator of `class` leaves its energy.
-    pub fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
+    pub(crate) fn class(&mut self, class: PathClass) -> ClassDeposits<'_> {
         ClassDeposits {
             deposits: &mut self.deposits,
             sum: &mut self.sums[class as usize],
@@ -145,7 +145,7 @@ pub(crate) struct Tile<'a> {
 impl Tile<'_> {
     /// The coarse bin of a receiver's fine bin.
     #[inline]
-    pub fn coarse_bin(&self, receiver: usize, bin: usize) -> u32 {
+    pub(crate) fn coarse_bin(&self, receiver: usize, bin: usize) -> u32 {
         self.coarse_bins[receiver][bin]
     }
 }
@@ -285,7 +285,7 @@ impl Renderer<'_> {
             let image_order = group.others[number].image_order;
             let sample = &self.surveys[source].sample;
             let observer = Observer { number: number as u32, receiver, image_order, sample };
-            cast(&medium, &self.table, sheets, observer, settings, &mut stream, |found| match found {
+            cast(&medium, sheets, observer, settings, &mut stream, |found| match found {
                 Found::Disc(point) => points.push(point),
                 Found::Near(place) => {
                     let Some(source) = &group.source else { return };
@@ -318,19 +318,14 @@ impl Renderer<'_> {
         let at = sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         // Discs weigh with the diffuse mean; what this sonel's angle reflects more or less of it is its own.
         let reflected = self.table.relative_reflection(arrival.surface, segment.direction()).map(|more| {
-            let lanes = selected.iter().zip(more);
-            lanes
-                .map(|(energy, more)| std::array::from_fn(|lane| energy[lane] * more[lane]))
-                .collect::<Vec<Lanes>>()
+            selected.iter().zip(more).map(|(&energy, more)| energy * more).collect::<Vec<Lanes>>()
         });
         let arriving = reflected.as_deref().unwrap_or(selected);
         index.around(place(arrival.surface, arrival.side), at, discs);
         brought.clear();
         for (number, _) in discs.iter() {
             let weighed = arriving.iter().zip(&index.point(*number).weight);
-            brought.extend(weighed.map(|(energy, weight)| -> Lanes {
-                std::array::from_fn(|lane| energy[lane] * weight[lane])
-            }));
+            brought.extend(weighed.map(|(&energy, &weight)| energy * weight));
         }
         for (&(number, gain), brought) in discs.iter().zip(brought.chunks_exact_mut(arriving.len())) {
             let point = index.point(number);
@@ -348,9 +343,9 @@ impl Renderer<'_> {
             let length = segment.end_length + ray + leg;
             let Some(bin) = self.bins.bin(length) else { continue };
             medium.receive(prepared, (ray + leg).max(0.0), brought);
-            let bins = (bin, group.tile.coarse_bin(receiver, bin));
-            let arriving = (receiver, point.towards.as_dvec3());
-            estimate.class(class).add_from_kernel(arriving, bins, length, brought, gain, &medium);
+            let kernel = (gain, group.tile.coarse_bin(receiver, bin));
+            let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
+            estimate.class(class).add_from_kernel(arriving, brought, kernel, &medium);
         }
     }
 
@@ -360,8 +355,8 @@ impl Renderer<'_> {
             geometry: self.geometry,
             table: &self.table,
             bins: &self.bins,
-            air: self.carried_air.as_ref(),
-            regions: self.regions.as_ref(),
+            air: &self.carried_air,
+            airs: &self.airs,
         }
     }
 
@@ -371,7 +366,7 @@ impl Renderer<'_> {
             return self.estimate_as_paper(paper, (batch, source), group, estimate);
         }
         let bands = self.table.bands();
-        let zeros = vec![[0.0; 4]; lanes_of(bands)];
+        let zeros = vec![Lanes::ZERO; lanes_of(bands)];
         let choices = |r| receiver_stream(self.seed(), Purpose::MirrorChoice, r, source, batch);
         let selections = StreamFamily::new(self.seed(), Purpose::SonelChoice, [source as u32, 0, 0, 0]);
         let mut scratch = Scratch {
@@ -418,11 +413,11 @@ impl Renderer<'_> {
         mut visit: impl FnMut(&Segment<'_>, &[Lanes]),
     ) {
         let (source, carrier) = (source as u32, (&self.table, weight));
-        let Some(regions) = &self.regions else {
+        if !self.airs.are_several() {
             let visit = |segment: &Segment<'_>| visit(segment, segment.energy);
             return self.emissions.follow(source, path, unit, carrier, visit);
-        };
-        let mut fading = Fading::new(regions, lanes_of(self.table.bands()), self.bins.reach);
+        }
+        let mut fading = Fading::new(&self.airs, lanes_of(self.table.bands()), self.bins.reach);
         let visit = |segment: &Segment<'_>| fading.visit(segment, &mut visit);
         self.emissions.follow(source, path, unit, carrier, visit);
     }
@@ -459,11 +454,10 @@ impl Renderer<'_> {
         if !scratch.selector.takes(probability) {
             return;
         }
-        for (selected, arriving) in scratch.selected.iter_mut().zip(arriving) {
-            *selected = arriving.map(|energy| energy / probability);
-        }
+        scratch.selected.copy_from_slice(arriving);
+        scratch.selected.divide(probability);
         self.gather(segment, arrival, group, scratch, estimate);
-        radiosity(&scratch.selected, &row.diffuse, &mut scratch.radiosity);
+        scratch.radiosity.set_product(&scratch.selected, &row.diffuse.energy, core::f64::consts::FRAC_1_PI);
         let sonel = DiffuseSonel {
             position: segment.end,
             normal: normal_on(arrival.side, self.normals[arrival.surface.0 as usize]),

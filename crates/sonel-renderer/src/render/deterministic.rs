@@ -3,11 +3,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use sonel_acoustics::Pattern;
-use sonel_map::lanes::to_lanes;
-use sonel_map::{Lanes, lanes_of};
+use sonel_map::{BandValues, Lanes, lanes_of, to_lanes};
 
 use super::Renderer;
-use crate::deposit::{Deposits, add_lanes};
+use crate::deposit::Deposits;
 use crate::directions::Axes;
 use crate::exact::direct::{DirectWay, direct_way, spread};
 use crate::exact::edge::{Edges, Images, ReceiverContext, VisibleWave};
@@ -40,8 +39,10 @@ struct Part<'a> {
     /// Time borders of the batches [s].
     borders: &'a [f64],
     axes: Axes,
-    /// The air of the source where the scene has several: all of it is in that, and so is the receiver if anything arrives.
-    air: Option<&'a RegionAir>,
+    /// The air of the source: all of it is in that, and so is the receiver if anything arrives.
+    air: &'a RegionAir,
+    /// Energy of the arrival that is added, times ρc of its air over that of the scene.
+    arriving: Vec<Lanes>,
     fine: Deposits,
     coarse: Vec<CoarseEchogram>,
     classes: [Vec<Lanes>; CLASSES.len()],
@@ -54,7 +55,7 @@ impl<'a> Part<'a> {
     fn new(
         renderer: &'a Renderer<'a>,
         (index, receiver): (usize, &PreparedReceiver),
-        air: Option<&'a RegionAir>,
+        air: &'a RegionAir,
         borders: &'a [f64],
     ) -> Self {
         let bands = renderer.table.bands();
@@ -66,9 +67,10 @@ impl<'a> Part<'a> {
             borders,
             axes,
             air,
+            arriving: vec![Lanes::ZERO; lanes_of(bands)],
             fine: Deposits::new(columns.fine, renderer.bins.count, bands),
             coarse: vec![CoarseEchogram::new(borders.len(), bands); columns.coarse],
-            classes: CLASSES.map(|_| vec![[0.0; 4]; lanes_of(bands)]),
+            classes: CLASSES.map(|_| vec![Lanes::ZERO; lanes_of(bands)]),
             arrivals: Vec::new(),
             edge_work: None,
         }
@@ -78,17 +80,13 @@ impl<'a> Part<'a> {
     fn add(
         &mut self,
         class: usize,
-        (mut length, towards, order): (f64, DVec3, u32),
+        (length, towards, order): (f64, DVec3, u32),
         energy: &[Lanes],
         listed: bool,
     ) {
-        let own: Vec<Lanes>;
-        let mut energy = energy;
-        if let Some(air) = self.air {
-            length *= air.stretch;
-            own = energy.iter().map(|lanes| lanes.map(|band| band * air.impedance)).collect();
-            energy = &own;
-        }
+        let length = length * self.air.stretch;
+        self.arriving.set_times(energy, self.air.impedance);
+        let energy = &self.arriving[..];
         let Renderer { bins, table, .. } = self.renderer;
         let Some(bin) = bins.bin(length) else { return };
         let weights = self.axes.weights(0, towards).into_iter().flatten();
@@ -98,9 +96,9 @@ impl<'a> Part<'a> {
                 coarse.add_arrival(self.borders, bins.time(length), energy, weight);
             }
         }
-        add_lanes(&mut self.classes[class], energy);
+        self.classes[class].add(energy);
         if listed {
-            let energy = (0..table.bands()).map(|band| energy[band / 4][band % 4]).collect();
+            let energy = energy.values().take(table.bands()).collect();
             let (receiver, over_edges) = (self.index, CLASSES[class] == PathClass::Edge);
             let towards = towards.to_array();
             self.arrivals.push(DiscreteArrival { receiver, length, energy, towards, order, over_edges });
@@ -156,12 +154,12 @@ impl Renderer<'_> {
         (borders, others): (&'b [f64], &[f64]),
     ) -> Part<'b> {
         let Emitted { air, radiator, image_sources, over_edges } = *emitted;
-        let air = self.regions.as_ref().map(|regions| regions.air(air));
+        let air = self.airs.air(air);
         let mut part = Part::new(self, (index, receiver), air, borders);
         let at = ReceiverContext {
             geometry: self.geometry,
             table: &self.table,
-            attenuation: air.map_or(&self.attenuation, |air| &air.attenuation),
+            attenuation: &air.attenuation,
             radiator,
             receiver: receiver.exact,
             sensitivity: receiver.sensitivity,
@@ -197,13 +195,14 @@ impl Renderer<'_> {
     /// Direct sound and the image sources of `image_sources` that are visible from the receiver, without edges.
     fn visible(&self, edges: &Edges, at: &ReceiverContext<'_>, emitted: &Emitted<'_>) -> Vec<VisibleWave> {
         let bands = self.table.bands();
-        let flat = |lanes: &[Lanes]| (0..bands).map(|band| lanes[band / 4][band % 4]).collect::<Vec<f64>>();
+        let flat = |lanes: &[Lanes]| lanes.values().take(bands).collect::<Vec<f64>>();
         let mut visible = Vec::new();
         self.visit_visible(at, emitted, |found, energy| {
             // Of an arc, the place that it begins at.
-            let position = match at.table.profile() {
-                Some(_) => at.radiator.position,
-                None => at.receiver + found.towards * found.length,
+            let position = if at.table.propagation().is_straight() {
+                at.receiver + found.towards * found.length
+            } else {
+                at.radiator.position
             };
             visible.push(VisibleWave {
                 place: edges.place(self.geometry, position, found),
@@ -226,32 +225,22 @@ impl Renderer<'_> {
         mut visit: impl FnMut(&MirrorArrival<'_>, &[Lanes]),
     ) {
         self.visit_direct(at, &mut visit);
-        let own_air = self.regions.as_ref().map(|regions| regions.air(emitted.air));
-        let reach = self.bins.reach / own_air.map_or(1.0, |air| air.stretch);
-        let table = own_air.map_or(self.air.as_ref(), |air| air.table.as_ref());
-        let mut energy = vec![[0.0; 4]; lanes_of(self.table.bands())];
+        let air = self.airs.air(emitted.air);
+        let reach = self.bins.reach / air.stretch;
+        let mut energy = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         emitted.image_sources.visit(self.geometry, &self.table, at.receiver, reach, |found| {
             let (rendered, directional);
             let found = if at.sensitivity.pattern == Pattern::Omni {
                 found
             } else {
                 let sensitivity = at.sensitivity.to(found.towards);
-                rendered = found
-                    .factor
-                    .iter()
-                    .map(|lanes| lanes.map(|factor| factor * sensitivity))
-                    .collect::<Vec<_>>();
+                rendered = found.factor.iter().map(|&factor| factor * sensitivity).collect::<Vec<_>>();
                 let (mirrors, through) = (found.mirrors.clone(), found.through.clone());
                 directional = MirrorArrival { factor: &rendered, mirrors, through, ..*found };
                 &directional
             };
-            let spreading = spread(found.length);
-            for (energy, factor) in energy.iter_mut().zip(found.factor) {
-                *energy = factor.map(|factor| factor * spreading);
-            }
-            if let Some(air) = table {
-                air.attenuate(found.length, &mut energy);
-            }
+            energy.set_times(found.factor, spread(found.length));
+            air.table.attenuate(found.length, &mut energy);
             visit(found, &energy);
         });
     }
@@ -269,9 +258,8 @@ impl Renderer<'_> {
         let (mut energy, mut factors) = (to_lanes(energy), to_lanes(factors.iter().copied()));
         passed.attenuate(self.geometry, &self.table, &mut factors);
         passed.attenuate(self.geometry, &self.table, &mut energy);
-        if at.table.profile().is_some() || passed.thickness() > 0.0 {
-            let even = self::spread(length);
-            factors.iter_mut().flatten().for_each(|factor| *factor *= spread / even);
+        if !at.table.propagation().is_straight() || passed.thickness() > 0.0 {
+            factors.scale(spread / self::spread(length));
         }
         let direct = MirrorArrival {
             length,

@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
 use sonel_map::{BandClasses, CoefficientTable, Emissions, SonelMap};
-use sonel_scene::{Scene, Source};
+use sonel_scene::{Propagation, Scene, Source};
 
 use crate::air::AirTable;
 use crate::ball::Surroundings;
@@ -27,9 +27,7 @@ use crate::exact::edge::Edges;
 use crate::exact::mirror::{ImageSources, Radiator, lattice_room};
 use crate::paper::Paper;
 use crate::receiver::{PreparedReceiver, ReceiverPoint, axes};
-use crate::regions::{
-    Regions, carries, distance_to_interface, fit_settings, refuse_regions, straight_length,
-};
+use crate::regions::{Airs, carries, distance_to_interface, fit_settings, refuse_regions, straight_length};
 use crate::rendering::Rendering;
 use crate::settings::{Air, Estimator, RenderSettings};
 use crate::stochastic::gather::GatherSettings;
@@ -53,19 +51,15 @@ pub struct Renderer<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) settings: RenderSettings,
     pub(crate) bins: TimeBins,
-    /// Air of what is computed one by one.
-    pub(crate) air: Option<AirTable>,
-    /// Air of what packets carry.
-    pub(crate) carried_air: Option<AirTable>,
-    /// m of each class of bands, as it is for what is computed one by one.
-    pub(crate) attenuation: Vec<f64>,
+    /// The airs of the scene.
+    pub(crate) airs: Airs,
+    /// What every air takes of what packets carry.
+    pub(crate) carried_air: AirTable,
     /// Bands that neither coefficients nor air tell apart: all estimators work on these.
     pub(crate) classes: BandClasses,
     pub(crate) table: CoefficientTable,
     /// The edges in each air, where they diffract.
     pub(crate) edges: Vec<Edges>,
-    /// The airs, where the scene has several.
-    pub(crate) regions: Option<Regions>,
     pub(crate) normals: Vec<Vec3>,
     pub(crate) emissions: Emissions<'a>,
     /// Largest K′.
@@ -130,20 +124,8 @@ impl<'a> Renderer<'a> {
         let by_paper = settings.estimator == Estimator::Paper;
         let diffracts = settings.edges && !by_paper && geometry.diffracting_edges().next().is_some();
         let classes = band_classes(map, diffracts, &attenuation);
-        let matters = carries(&settings.air, map);
-        let carried: Vec<f64> =
-            attenuation.iter().zip(&matters).map(|(&m, &matters)| if matters { m } else { 0.0 }).collect();
-        let of_classes =
-            |bands: &[f64]| -> Vec<f64> { classes.representatives().map(|band| bands[band]).collect() };
-        let (attenuation, carried) = (of_classes(&attenuation), of_classes(&carried));
-        let (regions, carried) = match &scene.media {
-            None => (None, carried),
-            Some(_) => {
-                let attenuates = settings.air == Air::OfScene;
-                let (regions, least) = Regions::new(scene, &classes, (attenuates, &matters), bins.reach);
-                (Some(regions), least)
-            }
-        };
+        let carried = carries(&settings.air, map);
+        let (airs, least) = Airs::new((scene, &settings.air), &classes, (&attenuation, &carried), bins.reach);
         let table = map.coefficients(&classes);
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
         let mut renderer = Self {
@@ -153,10 +135,8 @@ impl<'a> Renderer<'a> {
             }),
             paper: by_paper.then(|| Paper::new(geometry, map.header(), &settings)),
             edges: if diffracts { edges(scene, geometry) } else { Vec::new() },
-            regions,
-            air: AirTable::new(&attenuation, bins.reach),
-            carried_air: AirTable::new(&carried, bins.reach),
-            attenuation,
+            airs,
+            carried_air: AirTable::new(&least, bins.reach),
             table,
             normals: geometry.surfaces().iter().map(|surface| surface.normal.as_vec3().normalize()).collect(),
             emissions: Emissions::of_map(map, geometry.center(), &classes),
@@ -197,7 +177,7 @@ impl<'a> Renderer<'a> {
     /// Attenuation by air in use, per band [1/m].
     #[must_use]
     pub fn attenuation(&self) -> Vec<f64> {
-        self.classes.spread(&self.attenuation)
+        self.classes.spread(&self.airs.air(0).attenuation)
     }
 
     /// When direct sound of `source` arrives, or would arrive, at a world position [m]: [s].
@@ -205,16 +185,6 @@ impl<'a> Renderer<'a> {
     pub fn direct_time(&self, source: usize, receiver: DVec3) -> f64 {
         let scene = &self.map.header().scene;
         straight_length(scene, self.geometry, source, receiver) / scene.speed_of_sound
-    }
-
-    /// c₀/c of an air.
-    pub(crate) fn stretch(&self, air: u32) -> f64 {
-        self.regions.as_ref().map_or(1.0, |regions| regions.air(air).stretch)
-    }
-
-    /// c₀/c of the air at a source.
-    pub(crate) fn stretch_at_source(&self, source: usize) -> f64 {
-        self.stretch(self.map.header().scene.air_at_source(source))
     }
 
     /// The edges where all paths are in one air.
@@ -225,10 +195,8 @@ impl<'a> Renderer<'a> {
     /// [`straight_length`] from a source to a receiver.
     pub(crate) fn straight_length(&self, source: usize, receiver: &PreparedReceiver) -> f64 {
         let (scene, center) = (&self.map.header().scene, self.geometry.center());
-        match scene.media {
-            None if scene.sound_speed_gradient == 0.0 => {
-                (scene.sources[source].position - center).distance(receiver.exact)
-            }
+        match self.table.propagation() {
+            Propagation::Even => (scene.sources[source].position - center).distance(receiver.exact),
             _ => straight_length(scene, self.geometry, source, receiver.exact + center),
         }
     }
@@ -337,7 +305,7 @@ impl<'a> Renderer<'a> {
 
     /// Whether image sources own anything.
     fn enumerates_mirrors(&self) -> bool {
-        self.connects_diffuse() && self.table.profile().is_none()
+        self.connects_diffuse() && self.table.propagation().is_straight()
     }
 
     /// Whether connections own … D R.
@@ -383,15 +351,9 @@ impl<'a> Renderer<'a> {
                     directions: outlook.directions,
                     ..PreparedReceiver::new(r, self.geometry, about, traced.emissions, disc)
                 };
-                if let Some((profile, speed)) = self.table.profile() {
-                    return PreparedReceiver {
-                        stretch: speed / profile.speed_at(receiver.exact),
-                        ..receiver
-                    };
-                }
-                let Some(airs) = &airs else { return receiver };
-                let air = airs.at(r.position);
-                PreparedReceiver { air, stretch: self.stretch(air), ..receiver }
+                let air = airs.as_ref().map_or(0, |airs| airs.at(r.position));
+                let stretch = self.table.propagation().stretch(air, receiver.exact);
+                PreparedReceiver { air, stretch, ..receiver }
             })
             .collect()
     }

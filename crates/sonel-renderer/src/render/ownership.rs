@@ -7,7 +7,7 @@ use crate::settings::Estimator;
 impl Renderer<'_> {
     /// The classes that paths of this map can be of.
     pub fn path_classes(&self) -> impl Iterator<Item = PathClass> {
-        PathClass::ALL.into_iter().filter(|class| *class != PathClass::Refracted || self.regions.is_some())
+        PathClass::ALL.into_iter().filter(|class| *class != PathClass::Refracted || self.airs.are_several())
     }
 
     /// The estimator that owns `class`.
@@ -17,14 +17,14 @@ impl Renderer<'_> {
             return paper.owner(class);
         }
         match class {
-            PathClass::Direct if self.table.profile().is_some() => "shadow ray along an arc",
+            PathClass::Direct if !self.table.propagation().is_straight() => "shadow ray along an arc",
             PathClass::Direct => "shadow ray",
             PathClass::ImageSource => "image sources",
             PathClass::Edge => "edges",
             PathClass::Refracted => "receiver sphere",
             PathClass::LateSpecular if self.casts_specular_rays() => "specular rays into receiver spheres",
             PathClass::Diffuse if self.gather.is_some() => "connection, near surfaces shared with rays",
-            PathClass::Diffuse if self.connects_diffuse() && self.table.profile().is_some() => {
+            PathClass::Diffuse if self.connects_diffuse() && !self.table.propagation().is_straight() => {
                 "connection along an arc"
             }
             PathClass::Diffuse if self.connects_diffuse() => "connection",
@@ -79,8 +79,8 @@ impl Renderer<'_> {
 
     /// Why the estimator of a class is another one where the speed of sound has a gradient.
     pub(crate) fn reason_of_arcs(&self, class: PathClass) -> Option<&'static str> {
-        self.table.profile()?;
         match class {
+            _ if self.table.propagation().is_straight() => None,
             PathClass::Direct | PathClass::Diffuse | PathClass::Refracted => None,
             PathClass::Edge if self.edges.is_empty() => None,
             PathClass::Edge => Some(

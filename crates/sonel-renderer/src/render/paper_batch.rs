@@ -1,7 +1,7 @@
 //! One batch of the paper's pass: rays are cast, their discs indexed, the sonels stream past.
 
 use glam::DVec3;
-use sonel_map::{Arrival, Lanes, Segment, lanes_of};
+use sonel_map::{Arrival, BandValues, Lanes, Segment, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol};
 
 use super::Renderer;
@@ -9,6 +9,7 @@ use super::batch::{BatchEstimate, ReceiverGroup, receiver_stream};
 use crate::exact::direct::{direct_path, spread};
 use crate::exact::mirror::Radiator;
 use crate::path_class::PathClass;
+use crate::stochastic::connection::Arriving;
 use crate::stochastic::gather::GatherIndex;
 use crate::stochastic::gather::disc::place;
 use crate::stochastic::gather::rays::GatherPoint;
@@ -33,7 +34,7 @@ impl Renderer<'_> {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
         let index = self.look(paper, (batch, source), radiator, group, estimate);
         self.look_over_edges(paper, (batch, source), radiator, group, estimate);
-        let mut scratch = vec![[0.0; 4]; lanes_of(self.table.bands())];
+        let mut scratch = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         self.each_segment(batch, source, |segment, _| {
             estimate.record_segment(segment, &self.medium(), &mut scratch);
             if let Some(arrival) = segment.arrival {
@@ -67,18 +68,15 @@ impl Renderer<'_> {
                 paper.cast(&looking, (number as u32, receiver), &mut stream, |sight| match sight {
                     Sight::Disc(point) => points.push(point),
                     Sight::Source(sight) => {
-                        let Some(bin) = self.bins.bin(sight.length) else { return };
+                        let length = sight.length;
+                        let Some(bin) = self.bins.bin(length) else { return };
                         let mut energy = only(column, columns, sight.fluence);
-                        let bins = (bin, group.tile.coarse_bin(number, bin));
                         let gain = if sight.in_half { 2.0 } else { 0.0 };
-                        estimate.class(PathClass::LateSpecular).add_from_kernel(
-                            (number, sight.towards.as_dvec3()),
-                            bins,
-                            sight.length,
-                            &mut energy,
-                            gain,
-                            &medium,
-                        );
+                        let kernel = (gain, group.tile.coarse_bin(number, bin));
+                        let towards = sight.towards.as_dvec3();
+                        let arriving = Arriving { receiver: number, towards, length, bin };
+                        let mut deposits = estimate.class(PathClass::LateSpecular);
+                        deposits.add_from_kernel(arriving, &mut energy, kernel, &medium);
                     }
                 });
             }
@@ -105,7 +103,7 @@ impl Renderer<'_> {
             let length = offset.length();
             let Some(bin) = self.bins.bin(length) else { continue };
             let mut stream = receiver_stream(self.seed(), Purpose::ZonePoint, receiver, source, batch);
-            let mut unobstructed = vec![[1.0; 4]; lanes_of(self.table.bands())];
+            let mut unobstructed = vec![Lanes::ONE; lanes_of(self.table.bands())];
             radiator.towards(offset).weigh(&mut unobstructed);
             for edge in &paper.edges {
                 let sequence = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
@@ -120,11 +118,12 @@ impl Renderer<'_> {
                 let towards = place.map(|place| place - receiver.exact);
                 let rendered =
                     towards.map_or(1.0, |towards| spread(length) * receiver.sensitivity.to(towards));
-                for (energy, unobstructed) in energy.iter_mut().flatten().zip(unobstructed.iter().flatten()) {
+                for (energy, &unobstructed) in energy.iter_mut().zip(&unobstructed) {
                     *energy *= unobstructed * rendered;
                 }
-                let arriving = (number, towards.unwrap_or_default());
-                estimate.class(PathClass::Edge).add(arriving, bin, length, &mut energy, &self.medium());
+                let towards = towards.unwrap_or_default();
+                let arriving = Arriving { receiver: number, towards, length, bin };
+                estimate.class(PathClass::Edge).add(arriving, &mut energy, &self.medium());
             }
         }
     }
@@ -143,7 +142,7 @@ impl Renderer<'_> {
         let at = paper.sheets[arrival.surface.0 as usize].flat(segment.end.as_dvec3());
         let first = place(arrival.surface, arrival.side) * columns as u32;
         let mut discs = Vec::new();
-        for column in (0..columns).filter(|&column| segment.energy[column / 4][column % 4] > 0.0) {
+        for column in (0..columns).filter(|&column| segment.energy.band(column) > 0.0) {
             index.around(first + column as u32, at, &mut discs);
             for &(number, gain) in &discs {
                 let point = index.point(number);
@@ -151,14 +150,10 @@ impl Renderer<'_> {
                 let class = if point.seen_directly { PathClass::Diffuse } else { PathClass::DiffuseMirror };
                 let length = segment.end_length + point.length;
                 let Some(bin) = self.bins.bin(length) else { continue };
-                for ((scratch, energy), weight) in scratch.iter_mut().zip(segment.energy).zip(&point.weight) {
-                    for lane in 0..4 {
-                        scratch[lane] = energy[lane] * weight[lane];
-                    }
-                }
-                let bins = (bin, group.tile.coarse_bin(receiver, bin));
-                let arriving = (receiver, point.towards.as_dvec3());
-                estimate.class(class).add_from_kernel(arriving, bins, length, scratch, gain, &medium);
+                scratch.set_product(segment.energy, &point.weight, 1.0);
+                let kernel = (gain, group.tile.coarse_bin(receiver, bin));
+                let arriving = Arriving { receiver, towards: point.towards.as_dvec3(), length, bin };
+                estimate.class(class).add_from_kernel(arriving, scratch, kernel, &medium);
             }
         }
     }
@@ -172,13 +167,13 @@ fn visibilities(
     wavelengths: &[f64],
     sequence: &ScrambledSobol,
 ) -> Vec<Lanes> {
-    let mut shares = vec![[0.0; 4]; lanes_of(wavelengths.len())];
+    let mut shares = vec![Lanes::ZERO; lanes_of(wavelengths.len())];
     let Some(place) = edge.place(geometry, source, receiver) else { return shares };
     let sees = |from: DVec3, to: DVec3| !geometry.is_blocked(Departure::free(from.as_vec3()), to.as_vec3());
     for (band, &wavelength) in wavelengths.iter().enumerate() {
         if let Some(zone) = FirstZone::new(source, receiver, place, wavelength) {
             let seen = |point| sees(source, point) && sees(receiver, point);
-            shares[band / 4][band % 4] = zone.visibility(sequence, ZONE_POINTS, seen);
+            *shares.band_mut(band) = zone.visibility(sequence, ZONE_POINTS, seen);
         }
     }
     shares

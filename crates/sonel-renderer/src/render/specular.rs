@@ -5,7 +5,7 @@
 //! Rays that carry little go on by roulette. Each batch has rays of its own, so the interval covers them.
 
 use sonel_geometry::{Departure, Hit};
-use sonel_map::{Lanes, lanes_of};
+use sonel_map::{BandValues, Lanes, lanes_of};
 use sonel_sampling::{Purpose, ScrambledSobol, Stream, StreamFamily, warp};
 
 use super::Renderer;
@@ -17,7 +17,7 @@ use crate::receiver::PreparedReceiver;
 use crate::rendering::Rendering;
 use crate::stochastic::connection::normal_on;
 use crate::stochastic::crossing::{Piece, cross};
-use crate::stochastic::gather::rays::{LIGHT, strongest};
+use crate::stochastic::gather::rays::LIGHT;
 
 /// Receivers that share rays: their echograms bound the memory.
 const RECEIVERS: usize = 64;
@@ -63,6 +63,7 @@ impl Renderer<'_> {
         estimate: &mut BatchEstimate,
     ) {
         let radiator = Radiator::new(&self.map.header().scene.sources[source], self.geometry.center());
+        let air = self.map.header().scene.air_at_source(source);
         let traced = &self.map.header().settings;
         let rays = (RAYS_PER_PACKET * traced.emissions)
             .div_ceil(u64::from(traced.batches))
@@ -70,35 +71,35 @@ impl Renderer<'_> {
         let family = StreamFamily::new(self.seed(), Purpose::SpecularRay, [source as u32, 0, 0, 0]);
         let mut stream = family.stream(u64::from(batch));
         let directions = ScrambledSobol::from_keys([stream.bits(), stream.bits()]);
-        let nothing = vec![[0.0; 4]; lanes_of(self.table.bands())];
+        let nothing = vec![Lanes::ZERO; lanes_of(self.table.bands())];
         let (mut energy, mut scratch) = (nothing.clone(), nothing);
         for ray in 0..rays {
             let direction = warp::uniform_sphere(directions.point(ray));
-            energy.fill([1.0; 4]);
+            energy.fill(Lanes::ONE);
             radiator.towards(direction.as_dvec3()).weigh(&mut energy);
-            energy.iter_mut().flatten().for_each(|energy| *energy /= f64::from(rays));
-            let mut usual = strongest(&energy);
+            energy.divide(f64::from(rays));
+            let mut usual = energy.largest();
             let mut way = Way {
                 departure: Departure::free(radiator.position.as_vec3()),
                 direction,
                 length: 0.0,
-                stretch: self.stretch_at_source(source),
+                stretch: self.table.propagation().stretch(air, radiator.position),
                 reflections: 0,
             };
-            while strongest(&energy) > 0.0 {
+            while energy.largest() > 0.0 {
                 let hit = self.geometry.closest_hit(way.departure, way.direction);
                 if way.reflections > mirror_order {
                     estimate.crossings.pass(Beam::Mirrored, &energy);
                     self.cross(&way, hit.as_ref(), tile, (&energy, &mut scratch), estimate);
                 }
                 let Some(hit) = hit else { break };
-                let (reflections, before) = (way.reflections, strongest(&energy));
+                let (reflections, before) = (way.reflections, energy.largest());
                 if !self.mirror(&mut way, &hit, &mut energy, &mut stream) {
                     break;
                 }
                 // What a partition lets through is all that there is behind it.
                 if way.reflections == reflections {
-                    usual *= strongest(&energy) / before;
+                    usual *= energy.largest() / before;
                 }
                 if !survives(&mut energy, LIGHT * usual, &mut stream) {
                     break;
@@ -148,10 +149,8 @@ impl Renderer<'_> {
         let passes = through > 0.0 && stream.uniform_fine() < through;
         let (factors, share) =
             if passes { (&row.transmitted, through) } else { (&row.specular, 1.0 - through) };
-        for (energy, factor) in energy.iter_mut().zip(&factors.energy) {
-            for lane in 0..4 {
-                energy[lane] *= factor[lane] / share;
-            }
+        for (energy, &factor) in energy.iter_mut().zip(&factors.energy) {
+            *energy *= factor / share;
         }
         if passes {
             let Some(passage) = self.geometry.pass(hit) else { return false };
@@ -178,10 +177,10 @@ struct Way {
 
 /// Whether a ray that carries `energy` goes on: by roulette where that is less than `light` in every band.
 fn survives(energy: &mut [Lanes], light: f64, stream: &mut Stream) -> bool {
-    let survival = strongest(energy) / light;
+    let survival = energy.largest() / light;
     if survival >= 1.0 {
         return true;
     }
-    energy.iter_mut().flatten().for_each(|band| *band /= survival);
+    energy.divide(survival);
     stream.uniform_fine() < survival
 }

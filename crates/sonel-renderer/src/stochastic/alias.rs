@@ -4,7 +4,7 @@
 
 /// Constant-time choice among weighted items from one uniform number.
 #[derive(Debug)]
-pub struct AliasTable {
+pub(super) struct AliasTable {
     threshold: Vec<f64>,
     alias: Vec<u32>,
 }
@@ -12,7 +12,7 @@ pub struct AliasTable {
 impl AliasTable {
     /// Items with these `weights`, not all of them zero.
     #[must_use]
-    pub fn new(weights: &[f64]) -> Self {
+    pub(super) fn new(weights: &[f64]) -> Self {
         let scale = weights.len() as f64 / weights.iter().sum::<f64>();
         let mut threshold: Vec<f64> = weights.iter().map(|weight| weight * scale).collect();
         let mut alias: Vec<u32> = (0..weights.len() as u32).collect();
@@ -37,7 +37,7 @@ impl AliasTable {
     /// The item for the uniform number `u` in [0, 1).
     #[inline]
     #[must_use]
-    pub fn choose(&self, u: f64) -> usize {
+    pub(super) fn choose(&self, u: f64) -> usize {
         let scaled = u * self.threshold.len() as f64;
         let item = (scaled as usize).min(self.threshold.len() - 1);
         if scaled - (item as f64) < self.threshold[item] { item } else { self.alias[item] as usize }

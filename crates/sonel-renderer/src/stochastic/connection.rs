@@ -5,11 +5,12 @@
 //! the part beyond [`PreparedReceiver::brightest`] is left to visibility rays, so that no single sonel weighs more.
 
 use glam::{DVec3, Vec3};
-use sonel_geometry::{Arc, Departure, Side, SpeedProfile};
-use sonel_map::{Lanes, coefficients::EventRow};
+use sonel_geometry::{Departure, Side};
+use sonel_map::{BandValues, Lanes};
+use sonel_scene::Leg;
 
 use crate::crossings::Crossings;
-use crate::deposit::{Deposits, add_lanes};
+use crate::deposit::Deposits;
 use crate::directions::Axes;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
@@ -18,7 +19,7 @@ use crate::stochastic::medium::Medium;
 
 /// One sonel, ready to be connected.
 #[derive(Debug)]
-pub struct DiffuseSonel<'a> {
+pub(crate) struct DiffuseSonel<'a> {
     /// Where it arrived [m].
     pub position: Vec3,
     /// Normal of the surface on the side of arrival.
@@ -34,27 +35,29 @@ pub struct DiffuseSonel<'a> {
 /// Unit normal of a surface on `side`.
 #[inline]
 #[must_use]
-pub fn normal_on(side: Side, front: Vec3) -> Vec3 {
+pub(crate) fn normal_on(side: Side, front: Vec3) -> Vec3 {
     match side {
         Side::Front => front,
         Side::Back => -front,
     }
 }
 
-/// e · δ / π in every band, written to `radiosity`.
-#[inline]
-pub fn radiosity(incident: &[Lanes], diffuse: &EventRow, radiosity: &mut [Lanes]) {
-    let times = core::f64::consts::FRAC_1_PI;
-    for ((radiosity, incident), diffuse) in radiosity.iter_mut().zip(incident).zip(&diffuse.energy) {
-        for lane in 0..4 {
-            radiosity[lane] = incident[lane] * diffuse[lane] * times;
-        }
-    }
+/// How energy arrives at a receiver.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Arriving {
+    /// Number of the receiver.
+    pub receiver: usize,
+    /// Direction from the receiver to where it comes from, of any length.
+    pub towards: DVec3,
+    /// Path length [m].
+    pub length: f64,
+    /// Time bin of that.
+    pub bin: usize,
 }
 
 /// Where an estimator of one class leaves its energy: the echograms of all classes, and the sums of its own.
 #[derive(Debug)]
-pub struct ClassDeposits<'a> {
+pub(crate) struct ClassDeposits<'a> {
     /// Echograms.
     pub deposits: &'a mut Deposits,
     /// Sum over time, per receiver and band.
@@ -68,42 +71,32 @@ pub struct ClassDeposits<'a> {
 }
 
 impl ClassDeposits<'_> {
-    /// Adds `energy`, spread but not yet attenuated by air, to the echogram of a receiver, by number, to which it comes from a direction, of any
-    /// length.
+    /// Adds `energy`, spread but not yet attenuated by air, to the echogram of a receiver.
     #[inline]
-    pub fn add(
-        &mut self,
-        (receiver, towards): (usize, DVec3),
-        bin: usize,
-        length: f64,
-        energy: &mut [Lanes],
-        medium: &Medium<'_>,
-    ) {
-        if let Some(air) = medium.air {
-            air.attenuate(length, energy);
-        }
+    pub(crate) fn add(&mut self, arriving: Arriving, energy: &mut [Lanes], medium: &Medium<'_>) {
+        let Arriving { receiver, towards, length, bin } = arriving;
+        medium.air.attenuate(length, energy);
         let first = receiver * self.axes.columns().fine;
         self.deposits.add(first, bin, energy);
         for (column, weight) in (first + 1..).zip(self.axes.weights(receiver, towards).iter().flatten()) {
             self.deposits.add_times(column, bin, energy, *weight);
         }
         let lanes = energy.len();
-        add_lanes(&mut self.sum[receiver * lanes..(receiver + 1) * lanes], energy);
+        self.sum[receiver * lanes..].add(energy);
     }
 
     /// The same for energy found by a kernel, `gain` times as much of which half its area would have found, in the `coarse`
     /// bin of the batches.
     #[inline]
-    pub fn add_from_kernel(
+    pub(crate) fn add_from_kernel(
         &mut self,
-        (receiver, towards): (usize, DVec3),
-        (bin, coarse): (usize, u32),
-        length: f64,
+        arriving: Arriving,
         energy: &mut [Lanes],
-        gain: f64,
+        (gain, coarse): (f64, u32),
         medium: &Medium<'_>,
     ) {
-        self.add((receiver, towards), bin, length, energy, medium);
+        self.add(arriving, energy, medium);
+        let Arriving { receiver, towards, .. } = arriving;
         let columns = self.axes.columns().coarse;
         let weights = self.axes.weights(receiver, towards).into_iter().flatten();
         for (column, weight) in std::iter::once(1.0).chain(weights).take(columns).enumerate() {
@@ -114,7 +107,7 @@ impl ClassDeposits<'_> {
 
 /// Connects one sonel to all receivers.
 #[inline]
-pub fn connect(
+pub(crate) fn connect(
     sonel: &DiffuseSonel<'_>,
     receivers: &[PreparedReceiver],
     medium: &Medium<'_>,
@@ -122,8 +115,8 @@ pub fn connect(
     deposits: &mut ClassDeposits<'_>,
 ) {
     for (index, receiver) in receivers.iter().enumerate() {
-        if let Some(profile) = medium.table.profile() {
-            connect_by_arc(sonel, (index, receiver), profile, medium, scratch, deposits);
+        if let Some(leg) = medium.table.propagation().leg(sonel.position.as_dvec3(), receiver.exact) {
+            connect_by_arc(sonel, (index, receiver), &leg, medium, scratch, deposits);
             continue;
         }
         let offset = receiver.position - sonel.position;
@@ -146,40 +139,32 @@ pub fn connect(
         let solid_angle = (f64::from(projected) / (distance * squared)).min(receiver.brightest);
         let towards = -offset.as_dvec3();
         let solid_angle = solid_angle * receiver.sensitivity.to(towards);
-        for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
-            for lane in 0..4 {
-                scratch[lane] = radiosity[lane] * solid_angle;
-            }
-        }
+        scratch.set_times(sonel.radiosity, solid_angle);
         passed.attenuate(medium.geometry, medium.table, scratch);
         medium.receive(receiver, leg, scratch);
-        deposits.add((index, towards), bin, length, scratch, medium);
+        deposits.add(Arriving { receiver: index, towards, length, bin }, scratch, medium);
     }
 }
 
-/// The same along an arc, for a speed of sound with a gradient and that of the scene [m/s].
+/// The same along an arc.
 #[cold]
 fn connect_by_arc(
     sonel: &DiffuseSonel<'_>,
     (index, receiver): (usize, &PreparedReceiver),
-    (profile, speed): (SpeedProfile, f64),
+    leg: &Leg,
     medium: &Medium<'_>,
     scratch: &mut [Lanes],
     deposits: &mut ClassDeposits<'_>,
 ) {
-    let (from, to) = (sonel.position.as_dvec3(), receiver.exact);
-    let (arc, time) = (Arc::between(profile, from, to), profile.travel_time(from, to));
-    let cosine = arc.direction(0.0).dot(sonel.normal.as_dvec3());
-    let length = sonel.length + time * speed;
+    let cosine = leg.arc.direction(0.0).dot(sonel.normal.as_dvec3());
+    let length = sonel.length + leg.length;
     let Some(bin) = medium.bins.bin(length).filter(|_| cosine > 0.0) else { return };
     let start = sonel.departure.origin;
-    let passed = Partitions::along(medium.geometry, medium.table, start, (&arc, time), receiver.position);
+    let passed = Partitions::along(medium.geometry, medium.table, start, leg, receiver.position);
     let Some(passed) = passed else { return };
-    let towards = -arc.direction(time);
-    let solid_angle = cosine * profile.spread(from, to) * receiver.sensitivity.to(towards);
-    for (scratch, radiosity) in scratch.iter_mut().zip(sonel.radiosity) {
-        *scratch = radiosity.map(|radiosity| radiosity * solid_angle);
-    }
+    let towards = -leg.arc.direction(leg.time);
+    let solid_angle = cosine * leg.spread * receiver.sensitivity.to(towards);
+    scratch.set_times(sonel.radiosity, solid_angle);
     passed.attenuate(medium.geometry, medium.table, scratch);
-    deposits.add((index, towards), bin, length, scratch, medium);
+    deposits.add(Arriving { receiver: index, towards, length, bin }, scratch, medium);
 }

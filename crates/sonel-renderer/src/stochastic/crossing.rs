@@ -5,16 +5,16 @@
 //! averaging over the ball (docs/physics.md §4).
 
 use glam::Vec3;
-use sonel_map::{Lanes, Segment, SegmentHistory};
+use sonel_map::{BandValues, Lanes, Segment, SegmentHistory};
 
 use crate::ball::Beam;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::connection::ClassDeposits;
+use crate::stochastic::connection::{Arriving, ClassDeposits};
 use crate::stochastic::medium::Medium;
 
 /// Path classes of reflected sound that other estimators bring to one receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AssignedClasses {
+pub(crate) struct AssignedClasses {
     /// K: image-source paths from the source.
     pub mirror_order: u32,
     /// Whether the late specular rays bring longer specular paths.
@@ -31,7 +31,7 @@ pub struct AssignedClasses {
 /// reflection always is, since no straight way leads there.
 #[inline]
 #[must_use]
-pub fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bool {
+pub(crate) fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bool {
     if history.interfaces > 0 {
         return true;
     }
@@ -44,7 +44,7 @@ pub fn is_left_to_sphere(history: SegmentHistory, others: AssignedClasses) -> bo
 
 /// A straight piece of a way.
 #[derive(Debug, Clone, Copy)]
-pub struct Piece<'a> {
+pub(crate) struct Piece<'a> {
     /// Where it begins and ends, about the scene's centre [m].
     pub ends: (Vec3, Vec3),
     /// Path length from the source to its beginning [m].
@@ -60,7 +60,7 @@ pub struct Piece<'a> {
 impl<'a> Piece<'a> {
     /// The whole of `segment`.
     #[must_use]
-    pub fn of(segment: &Segment<'a>) -> Self {
+    pub(crate) fn of(segment: &Segment<'a>) -> Self {
         let ends = (segment.start, segment.end);
         let start_length = segment.start_length;
         let is_refracted = segment.history.interfaces > 0 && !segment.history.diffused;
@@ -72,7 +72,7 @@ impl<'a> Piece<'a> {
 /// Adds what `piece` brings to the balls of `receivers`, each with its number and the length of the straight way from the source.
 /// `coarse` is the coarse bin of a receiver's fine bin.
 #[inline]
-pub fn cross<'a>(
+pub(crate) fn cross<'a>(
     piece: &Piece<'_>,
     receivers: impl Iterator<Item = (usize, &'a PreparedReceiver, f64)>,
     medium: &Medium<'_>,
@@ -96,14 +96,10 @@ pub fn cross<'a>(
         let length = (piece.start_length + chord.at * receiver.stretch).max(direct_length);
         let Some(bin) = medium.bins.bin(length) else { continue };
         deposits.crossings.cross(piece.beam, index, piece.energy);
-        for (scratch, energy) in scratch.iter_mut().zip(piece.energy) {
-            for lane in 0..4 {
-                scratch[lane] = energy[lane] * fluence;
-            }
-        }
+        scratch.set_times(piece.energy, fluence);
         medium.receive(receiver, (length - piece.fades_from).max(0.0), scratch);
-        let (arriving, bins) = ((index, -along), (bin, coarse(index, bin)));
-        deposits.add_from_kernel(arriving, bins, length, scratch, chord.gain, medium);
+        let arriving = Arriving { receiver: index, towards: -along, length, bin };
+        deposits.add_from_kernel(arriving, scratch, (chord.gain, coarse(index, bin)), medium);
     }
 }
 

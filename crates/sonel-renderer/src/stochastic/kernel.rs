@@ -13,7 +13,7 @@ use crate::rendering::CoarseEchogram;
 
 /// E′ − E at the receivers of one sweep.
 #[derive(Debug, Clone)]
-pub struct KernelDifference {
+pub(crate) struct KernelDifference {
     /// By receiver and column.
     pub at: Vec<CoarseEchogram>,
 }
@@ -21,7 +21,7 @@ pub struct KernelDifference {
 impl KernelDifference {
     /// Nothing yet, between the coarse `borders` of each receiver, in so many columns each.
     #[must_use]
-    pub fn new(borders: &[Vec<f64>], columns: usize, bands: usize) -> Self {
+    pub(crate) fn new(borders: &[Vec<f64>], columns: usize, bands: usize) -> Self {
         let empty = |borders: &Vec<f64>| repeat_n(CoarseEchogram::new(borders.len(), bands), columns);
         Self { at: borders.iter().flat_map(empty).collect() }
     }
@@ -29,14 +29,14 @@ impl KernelDifference {
     /// Adds how much `more` half the area makes of `energy` that the whole kernel found: once as much if the sonel lies in it too, less all of
     /// it if not; weighed as the column has it.
     #[inline]
-    pub fn add(&mut self, column: usize, coarse: usize, energy: &[Lanes], more: f64) {
+    pub(crate) fn add(&mut self, column: usize, coarse: usize, energy: &[Lanes], more: f64) {
         self.at[column].add_share(coarse, energy, more);
     }
 }
 
 /// The coarse bin of every fine bin, by their middles.
 #[must_use]
-pub fn coarse_bins(borders: &[f64], bins: &TimeBins) -> Vec<u32> {
+pub(crate) fn coarse_bins(borders: &[f64], bins: &TimeBins) -> Vec<u32> {
     let last = borders.len() as u32 - 2;
     let mut coarse = 0;
     (0..bins.count)
@@ -64,8 +64,8 @@ mod tests {
     #[test]
     fn a_sonel_in_the_inner_half_gains_what_one_in_the_outer_loses() {
         let mut difference = KernelDifference::new(&[vec![0.0, 1.0]], 1, 1);
-        difference.add(0, 0, &[[3.0, 0.0, 0.0, 0.0]], 1.0);
-        difference.add(0, 0, &[[3.0, 0.0, 0.0, 0.0]], -1.0);
+        difference.add(0, 0, &sonel_map::to_lanes([3.0]), 1.0);
+        difference.add(0, 0, &sonel_map::to_lanes([3.0]), -1.0);
         assert_eq!(difference.at[0].band(0).collect::<Vec<_>>(), [0.0]);
     }
 }

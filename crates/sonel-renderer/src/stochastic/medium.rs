@@ -8,36 +8,34 @@ use crate::air::AirTable;
 use crate::deposit::TimeBins;
 use crate::partition::Partitions;
 use crate::receiver::PreparedReceiver;
-use crate::regions::Regions;
+use crate::regions::Airs;
 
 /// What lies between a sonel and a receiver.
 #[derive(Clone, Copy)]
-pub struct Medium<'a> {
+pub(crate) struct Medium<'a> {
     /// Walls.
     pub geometry: &'a Geometry,
     /// What they do.
     pub table: &'a CoefficientTable,
     /// Time bins.
     pub bins: &'a TimeBins,
-    /// Air, where it attenuates.
-    pub air: Option<&'a AirTable>,
-    /// The airs, where the scene has several.
-    pub regions: Option<&'a Regions>,
+    /// What every air takes of what packets carry.
+    pub air: &'a AirTable,
+    /// The airs.
+    pub airs: &'a Airs,
 }
 
 impl Medium<'_> {
     /// Makes `energy` that comes to `receiver`, straight over the last `length` times c₀/c [m], the receiver's, but for what every air takes.
     #[inline]
-    pub fn receive(&self, receiver: &PreparedReceiver, length: f64, energy: &mut [Lanes]) {
-        if let Some(regions) = self.regions {
-            regions.receive(receiver.air, length, energy);
-        }
+    pub(crate) fn receive(&self, receiver: &PreparedReceiver, length: f64, energy: &mut [Lanes]) {
+        self.airs.receive(receiver.air, length, energy);
     }
 
     /// What a straight way passes; [`None`] where something is in the way that nothing passes.
     #[inline]
     #[must_use]
-    pub fn partitions(&self, from: Departure, to: Vec3) -> Option<Partitions> {
+    pub(crate) fn partitions(&self, from: Departure, to: Vec3) -> Option<Partitions> {
         Partitions::between(self.geometry, self.table, from, to)
     }
 }

@@ -1,10 +1,10 @@
 //! Classes that packets estimate: each batch of emissions is an estimate of its own.
 
 mod alias;
-pub mod connection;
-pub mod crossing;
-pub mod gather;
-pub mod kernel;
-pub mod medium;
-pub mod mirror_connection;
-pub mod selection;
+pub(crate) mod connection;
+pub(crate) mod crossing;
+pub(crate) mod gather;
+pub(crate) mod kernel;
+pub(crate) mod medium;
+pub(crate) mod mirror_connection;
+pub(crate) mod selection;

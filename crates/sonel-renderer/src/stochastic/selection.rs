@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
-use sonel_map::Lanes;
+use sonel_map::{BandValues, Lanes};
 
 /// Windows of time in a run: 40 ms of three seconds, in which a room decays by some dB.
 const WINDOWS: usize = 64;
@@ -29,7 +29,7 @@ const LEAST: f64 = 0.1;
 
 /// Which sonels are about the same time and place.
 #[derive(Debug, Clone, Copy)]
-pub struct Neighbourhoods {
+pub(crate) struct Neighbourhoods {
     lanes: usize,
     windows_per_length: f64,
     parts_per_length: Vec3,
@@ -38,7 +38,7 @@ pub struct Neighbourhoods {
 impl Neighbourhoods {
     /// Of paths up to `reach` [m] in a scene of `extents` [m], in so many lanes of bands.
     #[must_use]
-    pub fn new(lanes: usize, reach: f64, extents: DVec3) -> Self {
+    pub(crate) fn new(lanes: usize, reach: f64, extents: DVec3) -> Self {
         let parts_per_length = (PARTS as f64 / extents.max(DVec3::splat(f64::MIN_POSITIVE))).as_vec3();
         Self { lanes, windows_per_length: WINDOWS as f64 / reach, parts_per_length }
     }
@@ -65,7 +65,7 @@ impl Neighbourhoods {
 
 /// What sonels carry, by time, place and band.
 #[derive(Debug, Clone)]
-pub struct SonelCounts {
+pub(crate) struct SonelCounts {
     neighbourhoods: Neighbourhoods,
     /// Σe.
     sums: Vec<Lanes>,
@@ -76,34 +76,29 @@ pub struct SonelCounts {
 impl SonelCounts {
     /// Nothing counted yet.
     #[must_use]
-    pub fn new(neighbourhoods: Neighbourhoods) -> Self {
-        let empty = vec![[0.0; 4]; neighbourhoods.count()];
+    pub(crate) fn new(neighbourhoods: Neighbourhoods) -> Self {
+        let empty = vec![Lanes::ZERO; neighbourhoods.count()];
         Self { neighbourhoods, sums: empty.clone(), squares: empty }
     }
 
     /// Counts a sonel at `place` (about the scene's centre [m]) after a path of `length` [m] that carries `energy`.
-    pub fn count(&mut self, length: f64, place: Vec3, energy: &[Lanes]) {
+    pub(crate) fn count(&mut self, length: f64, place: Vec3, energy: &[Lanes]) {
         let around = self.neighbourhoods.around(length, place);
-        let (sums, squares) = (&mut self.sums[around.clone()], &mut self.squares[around]);
-        for ((sum, square), energy) in sums.iter_mut().zip(squares).zip(energy) {
-            for lane in 0..4 {
-                sum[lane] += energy[lane];
-                square[lane] += energy[lane] * energy[lane];
-            }
-        }
+        self.sums[around.clone()].add(energy);
+        self.squares[around].add_product(energy, energy);
     }
 
     /// Adds what `other` counted.
-    pub fn add(&mut self, other: &Self) {
-        crate::deposit::add_lanes(&mut self.sums, &other.sums);
-        crate::deposit::add_lanes(&mut self.squares, &other.squares);
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.sums.add(&other.sums);
+        self.squares.add(&other.squares);
     }
 
     /// How sonels are selected, and whether early ones are thinned out.
     #[must_use]
-    pub fn selection(&self, thins: bool) -> SonelSelection {
+    pub(crate) fn selection(&self, thins: bool) -> SonelSelection {
         let thinned = if thins { EARLY_PER_LATE * self.late_per_early() } else { f64::INFINITY };
-        let mut inverse_thresholds = vec![[f64::MAX; 4]; self.sums.len()];
+        let mut inverse_thresholds = vec![Lanes::splat(f64::MAX); self.sums.len()];
         for (cell_and_lane, band) in self.cells() {
             let largest = self.largest_sum(cell_and_lane, band);
             let most_equal = self.most_equal(cell_and_lane, band);
@@ -118,7 +113,7 @@ impl SonelCounts {
 
     /// Effective number of late sonels over that of the window with most of them, of the whole scene, in the band where it is least.
     fn late_per_early(&self) -> f64 {
-        let mut counts = vec![[[0.0; 2]; 4]; self.neighbourhoods.lanes];
+        let mut counts = vec![[[0.0; 2]; Lanes::COUNT]; self.neighbourhoods.lanes];
         for (cell_and_lane, band) in self.cells() {
             let largest = self.largest_sum(cell_and_lane, band);
             let is_late = |&at: &usize| self.sums[at][band] < LATE * largest;
@@ -137,7 +132,7 @@ impl SonelCounts {
     /// All cells with a lane each, and the bands in it.
     fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         (0..CELLS * self.neighbourhoods.lanes)
-            .flat_map(|cell_and_lane| (0..4).map(move |band| (cell_and_lane, band)))
+            .flat_map(|cell_and_lane| (0..Lanes::COUNT).map(move |band| (cell_and_lane, band)))
     }
 
     /// Windows with any energy of one band in a cell.
@@ -163,7 +158,7 @@ impl SonelCounts {
 
 /// How sonels are selected.
 #[derive(Debug, Clone)]
-pub struct SonelSelection {
+pub(crate) struct SonelSelection {
     neighbourhoods: Neighbourhoods,
     /// 1/ē.
     inverse_thresholds: Vec<Lanes>,
@@ -173,35 +168,30 @@ impl SonelSelection {
     /// p of a sonel at `place` (about the scene's centre [m]) after a path of `length` [m] that carries `energy`. Where nothing was counted it is 1.
     #[inline]
     #[must_use]
-    pub fn probability(&self, length: f64, place: Vec3, energy: &[Lanes]) -> f64 {
-        let mut largest = 0.0_f64;
-        let around = self.neighbourhoods.around(length, place);
-        for (inverse, energy) in self.inverse_thresholds[around].iter().zip(energy) {
-            for lane in 0..4 {
-                largest = largest.max(energy[lane] * inverse[lane]);
-            }
-        }
-        largest.min(1.0)
+    pub(crate) fn probability(&self, length: f64, place: Vec3, energy: &[Lanes]) -> f64 {
+        let inverse = &self.inverse_thresholds[self.neighbourhoods.around(length, place)];
+        let ratios = inverse.iter().zip(energy).map(|(&inverse, &energy)| energy * inverse);
+        ratios.fold(Lanes::ZERO, Lanes::max).largest().min(1.0)
     }
 }
 
 /// Selects sonels of one path, each with its own probability and at even distances: systematic sampling, with less noise than single choices.
 /// Each path begins anew, so that no path changes what is selected of another.
 #[derive(Debug, Clone, Copy)]
-pub struct Selector {
+pub(crate) struct Selector {
     due: f64,
 }
 
 impl Selector {
     /// A selector that begins at a random `offset`, 0 … 1.
     #[must_use]
-    pub fn new(offset: f64) -> Self {
+    pub(crate) fn new(offset: f64) -> Self {
         Self { due: offset }
     }
 
     /// Whether the next sonel is selected, whose `probability` that is.
     #[inline]
-    pub fn takes(&mut self, probability: f64) -> bool {
+    pub(crate) fn takes(&mut self, probability: f64) -> bool {
         self.due += probability;
         let takes = self.due >= 1.0;
         self.due -= f64::from(u8::from(takes));
@@ -212,12 +202,13 @@ impl Selector {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sonel_map::to_lanes;
     use sonel_testkit::uniform::Uniform;
 
     /// Energies over four decades, as of packets that met hard and soft surfaces by chance.
     fn energies() -> Vec<Vec<Lanes>> {
         let mut random = Uniform::new(3);
-        (0..20_000).map(|_| vec![[libm::exp(-9.0 * random.between(0.0, 1.0)); 4]]).collect()
+        (0..20_000).map(|_| vec![Lanes::splat(libm::exp(-9.0 * random.between(0.0, 1.0)))]).collect()
     }
 
     const HERE: Vec3 = Vec3::splat(-4.0);
@@ -266,16 +257,16 @@ mod tests {
 
     #[test]
     fn equal_sonels_and_times_without_any_are_all_selected() {
-        let equal = vec![vec![[0.25, 0.5, 0.0, 0.0]]; 10];
+        let equal = vec![to_lanes([0.25, 0.5]); 10];
         let selection = counts(&equal).selection(false);
         assert!(selection.probability(50.0, HERE, &equal[0]) >= 1.0);
         assert!(selection.probability(90.0, HERE, &equal[0]) >= 1.0, "nothing was counted there");
-        assert!(selection.probability(50.0, HERE, &[[0.025, 0.05, 0.0, 0.0]]) < 0.5);
+        assert!(selection.probability(50.0, HERE, &to_lanes([0.025, 0.05])) < 0.5);
     }
 
     #[test]
     fn early_sonels_are_thinned_out_where_late_ones_are_few() {
-        let (early, later, late) = ([[1.0; 4]], [[0.1; 4]], [[0.001; 4]]);
+        let (early, later, late) = ([Lanes::ONE], [Lanes::splat(0.1)], [Lanes::splat(0.001)]);
         let probabilities = |late_count: u32| {
             let mut counts = nothing();
             (0..1000).for_each(|_| counts.count(5.0, HERE, &early));
@@ -300,10 +291,10 @@ mod tests {
     #[test]
     fn a_quiet_room_has_thresholds_of_its_own() {
         let mut counts = nothing();
-        (0..100).for_each(|_| counts.count(5.0, HERE, &[[1.0; 4]]));
-        (0..100).for_each(|_| counts.count(5.0, THERE, &[[1e-3; 4]]));
+        (0..100).for_each(|_| counts.count(5.0, HERE, &[Lanes::splat(1.0)]));
+        (0..100).for_each(|_| counts.count(5.0, THERE, &[Lanes::splat(1e-3)]));
         let selection = counts.selection(false);
-        assert!(selection.probability(5.0, THERE, &[[1e-3; 4]]) > 0.999);
-        assert!(selection.probability(5.0, HERE, &[[1e-3; 4]]) < 0.002);
+        assert!(selection.probability(5.0, THERE, &[Lanes::splat(1e-3)]) > 0.999);
+        assert!(selection.probability(5.0, HERE, &[Lanes::splat(1e-3)]) < 0.002);
     }
 }

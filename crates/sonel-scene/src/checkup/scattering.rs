@@ -28,7 +28,7 @@ const HIGHEST: f64 = 250.0;
 const CURVED: f64 = 0.866;
 
 /// The advice on `scene`, a sentence each.
-pub fn advice(scene: &Scene, geometry: &Geometry) -> Vec<String> {
+pub(super) fn advice(scene: &Scene, geometry: &Geometry) -> Vec<String> {
     flat_walls(scene, geometry).into_iter().chain(small_faces(scene, geometry)).collect()
 }
 

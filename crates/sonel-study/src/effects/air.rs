@@ -15,7 +15,7 @@ use std::f64::consts::LOG10_E;
 use glam::DVec3;
 use sonel_acoustics::mean_absorption;
 use sonel_geometry::Geometry;
-use sonel_scene::{Region, Scene};
+use sonel_scene::Scene;
 
 use super::spec::Request;
 use super::{ASKED, Bound, Decision, Effect, Question};
@@ -30,21 +30,8 @@ const LONGEST_WAY: f64 = 4.0;
 pub(super) fn decide(asked: Question, scene: &mut Scene, geometry: &Geometry) -> Decision {
     let request = asked.request;
     match request {
-        Request::Off => {
-            scene.air_attenuation.fill(0.0);
-            regions(scene).for_each(|region| region.air_attenuation.fill(0.0));
-        }
-        Request::On => {
-            for (band, attenuation) in scene.air_attenuation.iter_mut().enumerate() {
-                *attenuation = scene.air.energy_attenuation(scene.bands.exact_midband(band));
-            }
-            let bands = scene.bands.clone();
-            for region in regions(scene) {
-                for (band, attenuation) in region.air_attenuation.iter_mut().enumerate() {
-                    *attenuation = region.air.energy_attenuation(bands.exact_midband(band));
-                }
-            }
-        }
+        Request::Off => scene.leave_out(Effect::Air),
+        Request::On => scene.attenuate_by_air(),
         Request::Auto | Request::Scene => {}
     }
     let attenuates: Vec<bool> = strongest(scene).iter().map(|&m| m > 0.0).collect();
@@ -76,10 +63,6 @@ fn losses(scene: &Scene, geometry: &Geometry) -> Vec<Loss> {
     let ways = ways(scene, geometry);
     let of = |(m, (likely, most)): (&f64, (f64, f64))| Loss { likely: m * likely, most: m * most };
     strongest(scene).iter().zip(ways).map(of).collect()
-}
-
-fn regions(scene: &mut Scene) -> impl Iterator<Item = &mut Region> {
-    scene.media.iter_mut().flat_map(|media| &mut media.regions)
 }
 
 /// m per band of the air that attenuates most [1/m].

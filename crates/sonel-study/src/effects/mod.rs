@@ -10,10 +10,11 @@ mod spec;
 
 use std::sync::Arc;
 
-use sonel_acoustics::{Directivity, Material, just_noticeable};
+use sonel_acoustics::{Material, just_noticeable};
 use sonel_geometry::{Geometry, GeometryError, Surface, SurfaceId};
 use sonel_map::leads::LEAST_THROUGH;
 use sonel_map::{EffectState, Mode};
+pub use sonel_scene::Effect;
 use sonel_scene::Scene;
 
 pub use skips::{Skip, skips};
@@ -30,39 +31,6 @@ pub const DECAY: f64 = THRESHOLD * just_noticeable::EARLY_DECAY_TIME;
 
 /// The reason of effects that the user decided about.
 const ASKED: &str = "requested";
-
-/// An effect that a scene may call for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effect {
-    /// Edge diffraction of deterministic paths.
-    Diffraction,
-    /// Sound through partitions.
-    Transmission,
-    /// Sound between regions of different air.
-    Refraction,
-    /// Attenuation by air.
-    Air,
-    /// Directivity of sources.
-    Directivity,
-}
-
-impl Effect {
-    /// All effects in the order of the interface.
-    pub const ALL: [Self; 5] =
-        [Self::Diffraction, Self::Transmission, Self::Refraction, Self::Air, Self::Directivity];
-
-    /// Its name in `--effects`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Diffraction => "diffraction",
-            Self::Transmission => "transmission",
-            Self::Refraction => "refraction",
-            Self::Air => "air",
-            Self::Directivity => "directivity",
-        }
-    }
-}
 
 /// The most that leaving an effect out changes, per band.
 #[derive(Debug, Clone, PartialEq)]
@@ -129,7 +97,7 @@ impl Decision {
     /// What a map says of it.
     #[must_use]
     pub fn state(&self) -> EffectState {
-        EffectState::new(self.effect.name(), self.on.clone(), self.reason.clone())
+        EffectState { effect: self.effect, on: self.on.clone(), reason: self.reason.clone() }
     }
 }
 
@@ -162,9 +130,7 @@ pub fn decide(spec: &EffectSpec, mode: Mode, scene: &mut Scene, geometry: &Geome
         decisions.iter_mut().zip(others).for_each(|(decision, other)| decision.extend(other));
     }
     if !decisions[Effect::Transmission as usize].on.contains(&true) {
-        for variant in scene.variants.iter_mut().flatten() {
-            variant.transmission.fill(0.0);
-        }
+        scene.leave_out(Effect::Transmission);
     }
     decisions
 }
@@ -218,7 +184,7 @@ pub fn leave_regions_out(
     let has_interfaces = scene.media.is_some();
     let is_even = spec.request(Effect::Refraction) == Request::Off || mode == Mode::Paper;
     if is_even {
-        scene.make_air_even();
+        scene.leave_out(Effect::Refraction);
     }
     if is_even && has_interfaces { scene.geometry().map(Arc::new) } else { Ok(geometry.into()) }
 }
@@ -260,7 +226,7 @@ fn decide_gradient(scene: &Scene) -> Decision {
 }
 
 /// Transmission is simulated as soon as a material in use lets anything through; without it that is turned to heat.
-fn decide_transmission(request: Request, mode: Mode, scene: &mut Scene, geometry: &Geometry) -> Decision {
+fn decide_transmission(request: Request, mode: Mode, scene: &Scene, geometry: &Geometry) -> Decision {
     let bands = scene.bands.count();
     let partitions: Vec<&Surface> =
         geometry.surfaces().iter().filter(|s| is_partition(&scene.materials[s.material as usize])).collect();
@@ -270,9 +236,6 @@ fn decide_transmission(request: Request, mode: Mode, scene: &mut Scene, geometry
         return Decision { bound, ..off("no material transmits".to_owned()) };
     }
     if request == Request::Off || mode == Mode::Paper {
-        for material in &mut scene.materials {
-            material.transmission.fill(0.0);
-        }
         let why = if request == Request::Off { ASKED } else { "the paper has no transmission" };
         return off(format!("{why}, transmitted energy is absorbed"));
     }
@@ -316,9 +279,7 @@ fn decide_directivity(request: Request, scene: &mut Scene) -> Decision {
     let bands = scene.bands.count();
     let directional = scene.sources.iter().filter(|source| !source.directivity.is_omni()).count();
     if request == Request::Off {
-        for source in &mut scene.sources {
-            source.directivity = Directivity::OMNI;
-        }
+        scene.leave_out(Effect::Directivity);
     }
     let (on, reason) = match (directional, request) {
         (0, _) => (false, "every source is omnidirectional".to_owned()),

@@ -140,7 +140,7 @@ fn other_effects(
     let wanted = effects::decide(asked, header.settings.mode, &mut scene.clone(), geometry);
     let problem = |wanted: &Decision| {
         let name = wanted.effect.name();
-        let traced = header.effects.iter().find(|effect| effect.name == name && effect.on != wanted.on)?;
+        let traced = header.effect(wanted.effect).filter(|traced| traced.on != wanted.on)?;
         let [wanted, traced] = [&wanted.on, &traced.on].map(|on| in_words(on));
         Some(format!(
             "`effects` would have {name} {wanted}, the map was traced with {traced}: leave `effects` out"

@@ -63,7 +63,7 @@ fn effects(header: &MapHeader) -> String {
                 all if all == effect.on.len() => "on".to_owned(),
                 some => format!("on in {some} of {} bands", effect.on.len()),
             };
-            format!("  {:12} {state}: {}", effect.name, effect.reason)
+            format!("  {:12} {state}: {}", effect.effect.name(), effect.reason)
         })
         .collect();
     lines.join("\n")
@@ -145,7 +145,7 @@ fn effect(effect: &EffectState) -> Value {
         Some(&first) if uniform => json!(first),
         _ => json!(effect.on),
     };
-    json!({ "name": effect.name, "on": on, "reason": effect.reason })
+    json!({ "name": effect.effect.name(), "on": on, "reason": effect.reason })
 }
 
 #[cfg(test)]

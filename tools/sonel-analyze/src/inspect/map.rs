@@ -44,7 +44,7 @@ pub fn json(walked: &WalkedMap) -> Value {
         "sources": scene.sources.iter().map(|source| point(&source.name, source.position)).collect::<Vec<_>>(),
         "receivers": scene.receivers.iter().map(|at| point(&at.name, at.position)).collect::<Vec<_>>(),
         "effects": header.effects.iter()
-            .map(|effect| json!({ "name": effect.name, "on": effect.on, "reason": effect.reason }))
+            .map(|effect| json!({ "name": effect.effect.name(), "on": effect.on, "reason": effect.reason }))
             .collect::<Vec<_>>(),
         "emitted": map.path_count(),
         "stored": map.vertex_count(),
@@ -144,7 +144,7 @@ pub fn text(walked: &WalkedMap) -> String {
         let on = effect.on.iter().filter(|on| **on).count();
         line(
             "effect",
-            &format!("{} on in {on} of {} bands: {}", effect.name, effect.on.len(), effect.reason),
+            &format!("{} on in {on} of {} bands: {}", effect.effect.name(), effect.on.len(), effect.reason),
         );
     }
     line(

@@ -148,7 +148,7 @@ impl Strongest {
 impl Search<'_> {
     /// All contributions beside the `visible` waves and `others` per band [1/m²].
     #[must_use]
-    pub fn rank(&self, visible: &[VisibleWave], others: &[f64]) -> Ranked {
+    pub(super) fn rank(&self, visible: &[VisibleWave], others: &[f64]) -> Ranked {
         let bands = self.at.attenuation.len();
         let mut found: Vec<f64> = others.iter().map(|energy| 4.0 * PI * energy).collect();
         for wave in visible {
@@ -271,7 +271,7 @@ impl Search<'_> {
 
 impl Ranked {
     /// The next contribution that has to be computed.
-    pub fn next(&mut self) -> Option<Contribution> {
+    pub(super) fn next(&mut self) -> Option<Contribution> {
         if self.next >= self.heavy || self.dropped() <= DROPPED {
             return None;
         }
@@ -288,7 +288,7 @@ impl Ranked {
     }
 
     /// Notes the `energy` per band of what has been computed [1/m²].
-    pub fn found(&mut self, energy: &[f64]) {
+    pub(super) fn found(&mut self, energy: &[f64]) {
         for ((found, computed), energy) in self.found.iter_mut().zip(&mut self.computed).zip(energy) {
             *found += FOUND * energy;
             computed[1] += energy;
@@ -297,14 +297,14 @@ impl Ranked {
 
     /// How many have been computed.
     #[must_use]
-    pub fn computed(&self) -> usize {
+    pub(super) fn computed(&self) -> usize {
         self.next
     }
 
     /// How much the others are expected to change any band, as a share of its energy. Most are invisible: they bring as much of their bounds as
     /// the last that have been computed, once these are enough to tell.
     #[must_use]
-    pub fn dropped(&self) -> f64 {
+    pub(super) fn dropped(&self) -> f64 {
         if self.next >= self.contributions.len() {
             return 0.0;
         }

@@ -20,7 +20,7 @@ pub(super) struct Pair {
 impl Pair {
     /// In the other direction.
     #[must_use]
-    pub fn reversed(self) -> Self {
+    pub(super) fn reversed(self) -> Self {
         let [one, other] = self.edges;
         let [first, second] = self.at_second;
         Self { edges: [other, one], at_second: [second, first] }

@@ -43,7 +43,11 @@ pub(crate) struct Place {
 impl Place {
     /// At `position` in `planes`, seen through partitions.
     #[must_use]
-    pub fn new(position: DVec3, planes: impl IntoIterator<Item = (PlaneId, u32)>, through: Vec<u32>) -> Self {
+    pub(crate) fn new(
+        position: DVec3,
+        planes: impl IntoIterator<Item = (PlaneId, u32)>,
+        through: Vec<u32>,
+    ) -> Self {
         let mut planes: Vec<(PlaneId, u32)> = planes.into_iter().collect();
         planes.sort_unstable();
         let odd = planes.chunk_by(|one, other| one == other).filter(|run| run.len() % 2 == 1);
@@ -148,7 +152,7 @@ pub(super) struct Field<'a> {
 impl<'a> Field<'a> {
     /// The `visible` waves, and nothing over edges yet. Places nearer than `same_place` [m] are one.
     #[must_use]
-    pub fn new(
+    pub(super) fn new(
         (spectrum, objects, centres): (&'a Spectrum, &'a Objects, &'a [f64]),
         attenuation: &'a [f64],
         visible: &[VisibleWave],
@@ -173,7 +177,7 @@ impl<'a> Field<'a> {
 
     /// The group of the image source at `place`, if it has one.
     #[must_use]
-    pub fn find(&self, place: &Place) -> Option<usize> {
+    pub(super) fn find(&self, place: &Place) -> Option<usize> {
         let is_there = |&&group: &&usize| {
             let known = &self.groups[group].place;
             known.position.distance(place.position) <= self.same_place && known.through == place.through
@@ -182,7 +186,7 @@ impl<'a> Field<'a> {
     }
 
     /// The group of the image source at `place`.
-    pub fn group(&mut self, place: Place, order: u32) -> usize {
+    pub(super) fn group(&mut self, place: Place, order: u32) -> usize {
         self.find(&place).unwrap_or_else(|| {
             let group = self.groups.len();
             self.by_planes.entry(place.planes.clone()).or_default().push(group);
@@ -200,12 +204,12 @@ impl<'a> Field<'a> {
 
     /// Whether nobody has set the path of a group yet.
     #[must_use]
-    pub fn lacks_path(&self, group: usize) -> bool {
+    pub(super) fn lacks_path(&self, group: usize) -> bool {
         self.groups[group].path.is_none()
     }
 
     /// Sets the path of a group; nothing blocks one that is visible.
-    pub fn set_path(&mut self, group: usize, path: Path) {
+    pub(super) fn set_path(&mut self, group: usize, path: Path) {
         let group = &mut self.groups[group];
         let blocking = if group.visible.is_some() { Vec::new() } else { path.blocking };
         group.path = Some(Path { blocking, ..path });
@@ -213,18 +217,18 @@ impl<'a> Field<'a> {
 
     /// Whether `object` blocks the path of a group.
     #[must_use]
-    pub fn is_blocked(&self, group: usize, object: u32) -> bool {
+    pub(super) fn is_blocked(&self, group: usize, object: u32) -> bool {
         self.groups[group].path.as_ref().is_some_and(|path| path.blocking.contains(&object))
     }
 
     /// Where the image source of a group is [m].
     #[must_use]
-    pub fn position(&self, group: usize) -> DVec3 {
+    pub(super) fn position(&self, group: usize) -> DVec3 {
         self.groups[group].place.position
     }
 
     /// Notes that an edge of `object` cuts the image source of a group off over which the way is longer by `excess` [m].
-    pub fn keep_clear(&mut self, group: usize, object: u32, excess: f64) {
+    pub(super) fn keep_clear(&mut self, group: usize, object: u32, excess: f64) {
         let clearance = &mut self.groups[group].clearance;
         match clearance.iter_mut().find(|(known, _)| *known == object) {
             Some((_, least)) => *least = least.min(excess),
@@ -239,13 +243,13 @@ impl<'a> Field<'a> {
     }
 
     /// Adds waves over edges.
-    pub fn add(&mut self, part: Part) {
+    pub(super) fn add(&mut self, part: Part) {
         self.parts.push(part);
     }
 
     /// Sets the energies of the `visible` waves that edges change; returns what arrives over edges besides.
     #[must_use]
-    pub fn energies(mut self, visible: &mut [VisibleWave]) -> Vec<EdgeArrival> {
+    pub(super) fn energies(mut self, visible: &mut [VisibleWave]) -> Vec<EdgeArrival> {
         for part in std::mem::take(&mut self.parts) {
             self.share_out(part);
         }

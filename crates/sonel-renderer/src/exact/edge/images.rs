@@ -11,8 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use sonel_diffraction::WedgePoint;
 use sonel_geometry::{Crossed, Geometry, SurfaceId};
-use sonel_map::CoefficientTable;
-use sonel_map::lanes::lanes_of;
+use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::mirror::Mirror;
 use super::objects::SHELL;
@@ -80,12 +79,12 @@ pub(crate) fn most_images(edges: usize) -> usize {
 
 impl Image {
     /// Number of reflections.
-    pub fn order(&self) -> u32 {
+    pub(super) fn order(&self) -> u32 {
         self.mirrors.len() as u32
     }
 
     /// Where what is at `point` behind the mirrors appears from the end of the path.
-    pub fn unfold(&self, point: DVec3) -> DVec3 {
+    pub(super) fn unfold(&self, point: DVec3) -> DVec3 {
         self.mirrors.iter().rev().fold(point, |point, mirror| mirror.image(point))
     }
 
@@ -113,7 +112,7 @@ impl Image {
 impl<'t> Images<'t> {
     /// The images of a place [m], which is displaced into general position, in `tree`, up to `order` reflections.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         edges: &Edges,
         geometry: &Geometry,
         table: &CoefficientTable,
@@ -136,8 +135,7 @@ impl<'t> Images<'t> {
                     .collect();
                 mirrors.reverse();
                 let factor = (0..table.bands()).map(|band| {
-                    let of =
-                        |mirror: &Mirror| table.mean_row(mirror.surface).specular.energy[band / 4][band % 4];
+                    let of = |mirror: &Mirror| table.mean_row(mirror.surface).specular.energy.band(band);
                     mirrors.iter().map(of).product()
                 });
                 Image {
@@ -165,7 +163,7 @@ impl<'t> Images<'t> {
 
     /// Up to which order they are complete.
     #[must_use]
-    pub fn order(&self) -> u32 {
+    pub(crate) fn order(&self) -> u32 {
         self.order
     }
 
@@ -282,13 +280,13 @@ impl Image {
 
 impl View {
     /// The longest visible part [m].
-    pub fn longest(&self) -> [f64; 2] {
+    pub(super) fn longest(&self) -> [f64; 2] {
         let length = |part: &&[f64; 2]| part[1] - part[0];
         *self.parts.iter().max_by(|a, b| length(a).total_cmp(&length(b))).expect("a view has parts")
     }
 
     /// The parts that are visible in `other` as well [m].
-    pub fn common<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = [f64; 2]> + 'a {
+    pub(super) fn common<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = [f64; 2]> + 'a {
         let both =
             |one: &'a [f64; 2]| other.parts.iter().map(|other| [one[0].max(other[0]), one[1].min(other[1])]);
         self.parts.iter().flat_map(both).filter(|[from, to]| from < to)
@@ -298,7 +296,7 @@ impl View {
 /// (1−α)(1−s) per band of a mirror met in `direction`.
 #[must_use]
 pub(super) fn specular(table: &CoefficientTable, surface: SurfaceId, direction: DVec3) -> Vec<f64> {
-    let mut factor = vec![[1.0; 4]; lanes_of(table.bands())];
+    let mut factor = vec![Lanes::ONE; lanes_of(table.bands())];
     table.mirror(surface, direction, &mut factor);
-    factor.into_flattened()
+    factor.values().collect()
 }

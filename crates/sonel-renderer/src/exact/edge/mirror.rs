@@ -22,7 +22,7 @@ pub(super) struct Mirror {
 impl Mirror {
     /// A surface of an object, seen from one side.
     #[must_use]
-    pub fn new(geometry: &Geometry, object: u32, (surface, side): (SurfaceId, Side)) -> Self {
+    pub(super) fn new(geometry: &Geometry, object: u32, (surface, side): (SurfaceId, Side)) -> Self {
         let of = geometry.surface(surface);
         let normal = of.normal * side.sign();
         let offset = side.sign() * (of.offset - of.normal.dot(geometry.center()));
@@ -31,25 +31,25 @@ impl Mirror {
 
     /// Height of `point` above the plane, positive in the air [m].
     #[must_use]
-    pub fn height(&self, point: DVec3) -> f64 {
+    pub(super) fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
 
     /// The mirror image of `point`.
     #[must_use]
-    pub fn image(&self, point: DVec3) -> DVec3 {
+    pub(super) fn image(&self, point: DVec3) -> DVec3 {
         point - 2.0 * self.height(point) * self.normal
     }
 
     /// Whether both are at right angles: the image in both is that in either order.
     #[must_use]
-    pub fn is_across(&self, other: &Self) -> bool {
+    pub(super) fn is_across(&self, other: &Self) -> bool {
         self.normal.dot(other.normal).abs() <= RIGHT
     }
 
     /// Whether both lie in one plane and face the same side.
     #[must_use]
-    pub fn is_coplanar_with(&self, other: &Self) -> bool {
+    pub(super) fn is_coplanar_with(&self, other: &Self) -> bool {
         self.plane == other.plane && self.normal.dot(other.normal) > 0.0
     }
 }

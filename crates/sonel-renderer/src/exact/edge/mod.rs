@@ -122,7 +122,7 @@ pub(crate) struct ReceiverContext<'a> {
 impl Edges {
     /// The edges of `geometry`; [`None`] where it has none that diffract.
     #[must_use]
-    pub fn new(geometry: &Geometry, bands: &Bands, speed_of_sound: f64) -> Option<Self> {
+    pub(crate) fn new(geometry: &Geometry, bands: &Bands, speed_of_sound: f64) -> Option<Self> {
         let objects = Objects::new(geometry);
         let all = room_edges(geometry, &objects);
         if all.is_empty() {
@@ -142,14 +142,14 @@ impl Edges {
 
     /// Where a visible wave comes from that seems to come from `position` [m].
     #[must_use]
-    pub fn place(&self, geometry: &Geometry, position: DVec3, found: &MirrorArrival<'_>) -> Place {
+    pub(crate) fn place(&self, geometry: &Geometry, position: DVec3, found: &MirrorArrival<'_>) -> Place {
         let mirror = |&surface: &SurfaceId| (geometry.surface(surface).plane, self.objects.of(surface));
         Place::new(position, found.mirrors.iter().map(mirror), found.through.clone())
     }
 
     /// The images of the source, among `image_sources`, that edges are seen from.
     #[must_use]
-    pub fn of_source<'t>(
+    pub(crate) fn of_source<'t>(
         &self,
         geometry: &Geometry,
         table: &CoefficientTable,
@@ -167,7 +167,7 @@ impl Edges {
 
     /// What edges bring to one receiver; sets the energies of the `visible` waves that they change. What little they would change beside `others`,
     /// the fluence of all that is neither visible wave nor edge [1/m² per band], is left out.
-    pub fn arrivals_at(
+    pub(crate) fn arrivals_at(
         &self,
         at: &ReceiverContext<'_>,
         from: &Images<'_>,

@@ -31,7 +31,7 @@ pub(super) struct Objects {
 impl Objects {
     /// Those of `geometry`: surfaces that continue one another, or meet where sound diffracts, are of one object.
     #[must_use]
-    pub fn new(geometry: &Geometry) -> Self {
+    pub(super) fn new(geometry: &Geometry) -> Self {
         let mut parent: Vec<u32> = (0..geometry.surfaces().len() as u32).collect();
         let joins = geometry.edges().iter().filter(|e| !e.sectors.is_empty() || e.shape == EdgeShape::Seam);
         for pair in joins.flat_map(|edge| edge.surfaces.windows(2)) {
@@ -61,7 +61,7 @@ impl Objects {
     /// How much of the scattering of an object its edges describe at wave number `k` [1/m]: all from a third of a wave across on. Below it scattering falls as
     /// the square of the frequency [Rayleigh1896], which two orders of edges do not.
     #[must_use]
-    pub fn described(&self, object: u32, k: f64) -> f64 {
+    pub(super) fn described(&self, object: u32, k: f64) -> f64 {
         let waves = |width: &f64| width * k / TAU;
         self.widths.get(object as usize).map_or(1.0, |width| (9.0 * waves(width) * waves(width)).min(1.0))
     }
@@ -69,7 +69,7 @@ impl Objects {
     /// How much the smaller one of the losses in decibels of two objects counts beside the greater at wave number `k` [1/m]: (C₃ − 1)/2 of double
     /// barriers [ISO9613-2], nothing where they are close together and all of it where they are many wavelengths apart.
     #[must_use]
-    pub fn second(&self, objects: [u32; 2], k: f64) -> f64 {
+    pub(super) fn second(&self, objects: [u32; 2], k: f64) -> f64 {
         let middles = objects.map(|object| self.middles.get(object as usize));
         let [Some(one), Some(other)] = middles else { return 1.0 };
         let apart = one.distance(*other) * k / (10.0 * PI);
@@ -79,14 +79,14 @@ impl Objects {
 
     /// The object of `surface`.
     #[must_use]
-    pub fn of(&self, surface: SurfaceId) -> u32 {
+    pub(super) fn of(&self, surface: SurfaceId) -> u32 {
         self.of_surface[surface.0 as usize]
     }
 
     /// The objects that block the path between two `ends` [m], in general position, over `mirrors`, or are too small a mirror for it. Partitions of the
     /// materials in `through` do not.
     #[must_use]
-    pub fn blocking(
+    pub(super) fn blocking(
         &self,
         (geometry, table): (&Geometry, &CoefficientTable),
         [from, to]: [DVec3; 2],

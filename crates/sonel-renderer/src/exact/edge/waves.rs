@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use sonel_diffraction::face::{End, FaceEdge};
 use sonel_diffraction::{Cell, Complex, EdgePath, FacePath, Visibility, WAVES, Wave, WedgePoint, apex};
+use sonel_map::BandValues;
 
 use super::contributions::{Contribution, Over, place};
 use super::faces::Pair;
@@ -57,7 +58,7 @@ struct EdgeRoute {
 impl Waves<'_> {
     /// Adds the waves of a contribution to the field. Returns about the energy that they have by themselves, per band [1/m²]; [`None`] where an
     /// end does not see its edge.
-    pub fn add(&mut self, contribution: Contribution) -> Option<Vec<f64>> {
+    pub(super) fn add(&mut self, contribution: Contribution) -> Option<Vec<f64>> {
         let mut energy = vec![0.0; self.at.attenuation.len()];
         let [first, last] = match contribution.over {
             Over::Edge(edge) => [edge; 2],
@@ -294,8 +295,7 @@ impl Waves<'_> {
 
     /// τ of all partitions on the path that is being added.
     fn passed(&self, band: usize) -> f64 {
-        let passes =
-            |&material: &u32| self.at.table.material(material).transmitted.energy[band / 4][band % 4];
+        let passes = |&material: &u32| self.at.table.material(material).transmitted.energy.band(band);
         self.through.iter().map(passes).product()
     }
 

@@ -14,7 +14,7 @@ const SMALLEST_SINE: f64 = 1e-6;
 
 /// An image and what is seen of it through an aperture.
 #[derive(Debug, Clone)]
-pub struct Beam {
+pub(crate) struct Beam {
     /// The image [m].
     pub apex: DVec3,
     /// Inward unit normals of the planes through the apex and the aperture's edges.
@@ -24,7 +24,7 @@ pub struct Beam {
 impl Beam {
     /// The beam from `apex` through the convex polygon `aperture`, which does not lie in one plane with it.
     #[must_use]
-    pub fn new(apex: DVec3, aperture: &[DVec3]) -> Self {
+    pub(crate) fn new(apex: DVec3, aperture: &[DVec3]) -> Self {
         let centre = aperture.iter().sum::<DVec3>() / aperture.len() as f64 - apex;
         let sides = (0..aperture.len())
             .filter_map(|at| {
@@ -42,19 +42,19 @@ impl Beam {
 
     /// Inward unit normals of the planes that bound the beam; all contain the apex.
     #[must_use]
-    pub fn sides(&self) -> &[DVec3] {
+    pub(crate) fn sides(&self) -> &[DVec3] {
         &self.sides
     }
 
     /// Whether a ball lies wholly outside one side.
     #[must_use]
-    pub fn misses(&self, centre: DVec3, radius: f64) -> bool {
+    pub(crate) fn misses(&self, centre: DVec3, radius: f64) -> bool {
         self.sides.iter().any(|side| side.dot(centre - self.apex) < -radius)
     }
 
     /// The part of a convex polygon inside the beam, `tolerance` [m] generous.
     #[must_use]
-    pub fn clip(&self, polygon: Vec<DVec3>, tolerance: f64) -> Vec<DVec3> {
+    pub(crate) fn clip(&self, polygon: Vec<DVec3>, tolerance: f64) -> Vec<DVec3> {
         self.sides.iter().fold(polygon, |polygon, &side| {
             if polygon.is_empty() {
                 polygon
@@ -69,7 +69,7 @@ impl Beam {
 ///
 /// Reference: [SutherlandHodgman1974] (docs/references.md).
 #[must_use]
-pub fn clip(polygon: &[DVec3], height: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
+pub(crate) fn clip(polygon: &[DVec3], height: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (at, &corner) in polygon.iter().enumerate() {
         let next = polygon[(at + 1) % polygon.len()];
@@ -89,7 +89,7 @@ pub fn clip(polygon: &[DVec3], height: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
 /// Points are sorted along a direction that no side of a drawing is at right angles to: of equal ones rounding would decide which are
 /// corners.
 #[must_use]
-pub fn hull(points: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+pub(crate) fn hull(points: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     let (first, second) = normal.any_orthonormal_pair();
     let across = 0.853_149_270_118_41 * first + 0.521_672_413_307_59 * second;
     let along = normal.cross(across);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use sonel_geometry::{Geometry, Shoebox};
-use sonel_map::{CoefficientTable, Lanes, lanes_of};
+use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::{Image, MirrorArrival, Radiator};
 
@@ -14,7 +14,7 @@ const NEGLIGIBLE_FACTOR: f64 = 1e-8;
 
 /// Images along the three axes; the image (i, j, k) is their combination.
 #[derive(Debug)]
-pub struct ImageLattice<'a> {
+pub(crate) struct ImageLattice<'a> {
     order: u32,
     axes: [Vec<AxisImage>; 3],
     radiator: Radiator<'a>,
@@ -37,7 +37,7 @@ struct AxisImage {
 impl<'a> ImageLattice<'a> {
     /// The lattice of `radiator` in `room`, up to the order that carries energy within `reach` [m].
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         geometry: &Geometry,
         room: &Shoebox,
         table: &CoefficientTable,
@@ -63,13 +63,13 @@ impl<'a> ImageLattice<'a> {
 
     /// K.
     #[must_use]
-    pub fn order(&self) -> u32 {
+    pub(crate) fn order(&self) -> u32 {
         self.order
     }
 
     /// All images with their orders and ∏ (1−α)(1−s).
     #[must_use]
-    pub fn images(&self) -> Vec<Image> {
+    pub(crate) fn images(&self) -> Vec<Image> {
         let [xs, ys, zs] = &self.axes;
         let mut images = Vec::new();
         for (x, y) in xs.iter().flat_map(|x| ys.iter().map(move |y| (x, y))) {
@@ -78,10 +78,9 @@ impl<'a> ImageLattice<'a> {
                 if order == 0 || order > self.order {
                     continue;
                 }
-                let mut factor = vec![[0.0; 4]; self.lanes];
-                product(&x.factor, &y.factor, 1.0, &mut factor);
-                let plane = factor.clone();
-                product(&plane, &z.factor, 1.0, &mut factor);
+                let mut factor = x.factor.clone();
+                factor.multiply(&y.factor);
+                factor.multiply(&z.factor);
                 images.push(Image {
                     position: DVec3::new(x.coordinate, y.coordinate, z.coordinate),
                     order,
@@ -94,16 +93,16 @@ impl<'a> ImageLattice<'a> {
     }
 
     /// Visits all images within `reach` [m] of `receiver`.
-    pub fn visit(&self, receiver: DVec3, reach: f64, mut found: impl FnMut(&MirrorArrival<'_>)) {
+    pub(crate) fn visit(&self, receiver: DVec3, reach: f64, mut found: impl FnMut(&MirrorArrival<'_>)) {
         let [xs, ys, zs] = &self.axes;
-        let (mut plane, mut factor) = (vec![[0.0; 4]; self.lanes], vec![[0.0; 4]; self.lanes]);
+        let (mut plane, mut factor) = (vec![Lanes::ZERO; self.lanes], vec![Lanes::ZERO; self.lanes]);
         for x in xs {
             for y in ys.iter().filter(|y| x.order + y.order <= self.order) {
                 let (dx, dy) = (x.coordinate - receiver.x, y.coordinate - receiver.y);
                 if dx * dx + dy * dy > reach * reach {
                     continue;
                 }
-                product(&x.factor, &y.factor, 1.0, &mut plane);
+                plane.set_product(&x.factor, &y.factor, 1.0);
                 for z in zs.iter().filter(|z| x.order + y.order + z.order <= self.order) {
                     let order = x.order + y.order + z.order;
                     let offset = DVec3::new(dx, dy, z.coordinate - receiver.z);
@@ -112,7 +111,7 @@ impl<'a> ImageLattice<'a> {
                         continue;
                     }
                     let leaving = -offset * DVec3::new(x.sign, y.sign, z.sign);
-                    product(&plane, &z.factor, 1.0, &mut factor);
+                    factor.set_product(&plane, &z.factor, 1.0);
                     self.radiator.towards(leaving).weigh(&mut factor);
                     let towards = offset / length;
                     found(&MirrorArrival {
@@ -129,17 +128,9 @@ impl<'a> ImageLattice<'a> {
     }
 }
 
-fn product(a: &[Lanes], b: &[Lanes], scale: f64, out: &mut [Lanes]) {
-    for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
-        for lane in 0..4 {
-            out[lane] = a[lane] * b[lane] * scale;
-        }
-    }
-}
-
 /// The order at which no band's image sources matter any more, or at which all images lie beyond `reach`.
 fn affordable_order(walls: &[&[Lanes]; 6], size: DVec3, reach: f64) -> u32 {
-    let most_mirroring = walls.iter().flat_map(|wall| wall.iter().flatten()).copied().fold(0.0, f64::max);
+    let most_mirroring = walls.iter().map(|wall| wall.largest()).fold(0.0, f64::max);
     let by_energy = if most_mirroring <= 0.0 {
         0
     } else if most_mirroring < 1.0 {
@@ -176,15 +167,9 @@ fn axis_images(order: u32, source: f64, ends: [f64; 2], walls: [&[Lanes]; 2]) ->
 }
 
 fn wall_factor(walls: [&[Lanes]; 2], hits: [u32; 2]) -> Vec<Lanes> {
-    let mut factor = vec![[1.0; 4]; walls[0].len()];
+    let mut factor = vec![Lanes::ONE; walls[0].len()];
     for (wall, hits) in walls.into_iter().zip(hits) {
-        for _ in 0..hits {
-            for (factor, wall) in factor.iter_mut().zip(wall) {
-                for lane in 0..4 {
-                    factor[lane] *= wall[lane];
-                }
-            }
-        }
+        (0..hits).for_each(|_| factor.multiply(wall));
     }
     factor
 }

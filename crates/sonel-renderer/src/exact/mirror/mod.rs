@@ -7,9 +7,9 @@
 //!
 //! Reference: [AllenBerkley1979] (docs/references.md).
 
-pub mod beam;
-pub mod lattice;
-pub mod tree;
+pub(crate) mod beam;
+pub(crate) mod lattice;
+pub(crate) mod tree;
 
 use glam::DVec3;
 use sonel_acoustics::{Directivity, Radiation};
@@ -27,7 +27,7 @@ const ASKED_NODE_LIMIT: usize = 2_000_000;
 
 /// Sound of one image-source path at a receiver.
 #[derive(Debug)]
-pub struct MirrorArrival<'a> {
+pub(crate) struct MirrorArrival<'a> {
     /// Path length [m].
     pub length: f64,
     /// Unit direction from the receiver to the image.
@@ -44,7 +44,7 @@ pub struct MirrorArrival<'a> {
 
 /// One image of the origin of a set of image sources.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Image {
+pub(crate) struct Image {
     /// Where it is, about the scene's centre [m].
     pub position: DVec3,
     /// Number of reflections, at least one.
@@ -57,7 +57,7 @@ pub struct Image {
 
 /// All image-source paths of one source.
 #[derive(Debug)]
-pub enum ImageSources<'a> {
+pub(crate) enum ImageSources<'a> {
     /// Of an empty box.
     Lattice(ImageLattice<'a>),
     /// Of any geometry.
@@ -66,7 +66,7 @@ pub enum ImageSources<'a> {
 
 /// Where and how a source radiates.
 #[derive(Debug, Clone, Copy)]
-pub struct Radiator<'a> {
+pub(crate) struct Radiator<'a> {
     /// Position about the scene's centre [m].
     pub position: DVec3,
     /// Its directivity.
@@ -78,25 +78,25 @@ pub struct Radiator<'a> {
 impl<'a> Radiator<'a> {
     /// `source` in a scene centred at `center`.
     #[must_use]
-    pub fn new(source: &'a Source, center: DVec3) -> Self {
+    pub(crate) fn new(source: &'a Source, center: DVec3) -> Self {
         Self { position: source.position - center, directivity: &source.directivity, aim: source.aim }
     }
 
     /// One that radiates alike in all directions, at `position` about the scene's centre [m].
     #[must_use]
-    pub fn omni(position: DVec3) -> Radiator<'static> {
+    pub(crate) fn omni(position: DVec3) -> Radiator<'static> {
         Radiator { position, directivity: &Directivity::OMNI, aim: DVec3::X }
     }
 
     /// Directivity factors in the direction of `offset` [m].
     #[must_use]
-    pub fn towards(&self, offset: DVec3) -> Radiation<'a> {
+    pub(crate) fn towards(&self, offset: DVec3) -> Radiation<'a> {
         self.directivity.towards(self.aim, offset.normalize())
     }
 
     /// Its largest directivity factor in `band`.
     #[must_use]
-    pub fn largest(&self, band: usize) -> f64 {
+    pub(crate) fn largest(&self, band: usize) -> f64 {
         match self.directivity {
             Directivity::Pattern(pattern) => pattern.factor(1.0),
             Directivity::Measured { balloon, .. } => balloon.largest(band),
@@ -106,14 +106,14 @@ impl<'a> Radiator<'a> {
 
 /// The room, where it is an empty box whose image sources form a lattice: all angles of incidence are absorbed alike.
 #[must_use]
-pub fn lattice_room(geometry: &Geometry, table: &CoefficientTable) -> Option<Shoebox> {
+pub(crate) fn lattice_room(geometry: &Geometry, table: &CoefficientTable) -> Option<Shoebox> {
     geometry.as_shoebox().filter(|_| !table.is_angular())
 }
 
 impl<'a> ImageSources<'a> {
     /// Enumerates the image-source paths of `radiator` up to paths of `reach` [m]; `most` limits K below what is affordable.
     #[must_use]
-    pub fn enumerate(
+    pub(crate) fn enumerate(
         geometry: &Geometry,
         table: &CoefficientTable,
         radiator: Radiator<'a>,
@@ -131,7 +131,7 @@ impl<'a> ImageSources<'a> {
 
     /// K: image-source paths of at most so many reflections are complete.
     #[must_use]
-    pub fn order(&self) -> u32 {
+    pub(crate) fn order(&self) -> u32 {
         match self {
             Self::Lattice(lattice) => lattice.order(),
             Self::Tree(tree) => tree.order(),
@@ -139,7 +139,7 @@ impl<'a> ImageSources<'a> {
     }
 
     /// Visits the image-source paths that reach `receiver` (about the scene's centre [m]) within the simulated path length.
-    pub fn visit(
+    pub(crate) fn visit(
         &self,
         geometry: &Geometry,
         table: &CoefficientTable,

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 use sonel_geometry::{Crossed, Departure, End, Geometry, Leg, MOST_ROUNDS, PlaneId, Side, Sight, SurfaceId};
-use sonel_map::{CoefficientTable, Lanes, lanes_of};
+use sonel_map::{BandValues, CoefficientTable, Lanes, lanes_of};
 
 use super::beam::{Beam, clip, hull};
 use super::{Image, MirrorArrival, Radiator};
@@ -34,7 +34,7 @@ const TOUCHING: f64 = 1e-3;
 
 /// Image sources up to the order K that fits the budget.
 #[derive(Debug)]
-pub struct ImageTree<'a> {
+pub(crate) struct ImageTree<'a> {
     order: u32,
     nodes: Vec<Node>,
     /// Inward normals of the beams' sides.
@@ -96,7 +96,7 @@ struct Grown {
 impl<'t> ImageTree<'t> {
     /// Grows the tree of the radiator at an end of ways order by order while it fits `budget` nodes, up to order `most`.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         geometry: &Geometry,
         table: &CoefficientTable,
         (radiator, end): (Radiator<'t>, End),
@@ -161,19 +161,19 @@ impl<'t> ImageTree<'t> {
 
     /// K.
     #[must_use]
-    pub fn order(&self) -> u32 {
+    pub(crate) fn order(&self) -> u32 {
         self.order
     }
 
     /// Visits the image-source paths that reach `receiver`.
-    pub fn visit(
+    pub(crate) fn visit(
         &self,
         geometry: &Geometry,
         table: &CoefficientTable,
         receiver: DVec3,
         mut found: impl FnMut(&MirrorArrival<'_>),
     ) {
-        let mut factor = vec![[0.0; 4]; self.lanes];
+        let mut factor = vec![Lanes::ZERO; self.lanes];
         let from = geometry.in_general_position(receiver, End::Receiver);
         let passes = |surface| is_partition(geometry, table, surface);
         for node in &self.nodes {
@@ -193,7 +193,7 @@ impl<'t> ImageTree<'t> {
             let length = in_air + passed.thickness();
             // Sound spreads in the air alone.
             let spreads = (length / in_air) * (length / in_air);
-            factor.iter_mut().flatten().for_each(|factor| *factor *= spreads);
+            factor.scale(spreads);
             let mirrors = self.chain(node).map(|node| node.mirror.surface).collect();
             let towards = offset / in_air;
             let through = passed.materials(geometry);
@@ -203,7 +203,7 @@ impl<'t> ImageTree<'t> {
 
     /// ∏ (1−α)(1−s) along the chain of `leaf` for sound that reaches its last mirror from `towards`, seen from the receiver.
     fn mirror(&self, table: &CoefficientTable, leaf: &Node, mut towards: DVec3, factor: &mut [Lanes]) {
-        factor.fill([1.0; 4]);
+        factor.fill(Lanes::ONE);
         for node in self.chain(leaf) {
             table.mirror(node.mirror.surface, towards, factor);
             if table.is_angular() {
@@ -221,45 +221,41 @@ impl<'t> ImageTree<'t> {
         leaf: &Node,
         factor: &mut [Lanes],
     ) {
-        factor.fill([1.0; 4]);
+        factor.fill(Lanes::ONE);
         for node in self.chain(leaf) {
             let material = geometry.surface(node.mirror.surface).material;
-            for (factor, specular) in factor.iter_mut().zip(&table.material(material).specular.energy) {
-                for lane in 0..4 {
-                    factor[lane] *= specular[lane];
-                }
-            }
+            factor.multiply(&table.material(material).specular.energy);
         }
     }
 
     /// Number of the images of up to `order` reflections, which come first.
     #[must_use]
-    pub fn count(&self, order: u32) -> usize {
+    pub(crate) fn count(&self, order: u32) -> usize {
         self.nodes.partition_point(|node| node.order <= order)
     }
 
     /// The highest order up to which there are no more than `most` images.
     #[must_use]
-    pub fn order_within(&self, most: usize) -> u32 {
+    pub(crate) fn order_within(&self, most: usize) -> u32 {
         (0..=self.order).take_while(|&order| self.count(order) <= most).last().unwrap_or(0)
     }
 
     /// Where image number `image` of the radiator is about the scene's centre [m], and where it is in general position.
     #[must_use]
-    pub fn positions(&self, image: usize) -> [DVec3; 2] {
+    pub(crate) fn positions(&self, image: usize) -> [DVec3; 2] {
         let Node { of_radiator, image, .. } = self.nodes[image];
         [of_radiator, image]
     }
 
     /// Inward unit normals of the sides of the beam of image number `image`; all sides contain the image.
     #[must_use]
-    pub fn sides(&self, image: usize) -> &[DVec3] {
+    pub(crate) fn sides(&self, image: usize) -> &[DVec3] {
         let (first, end) = self.nodes[image].sides;
         &self.sides[first as usize..end as usize]
     }
 
     /// The mirrors of image number `image`, the last one first.
-    pub fn mirrors(&self, image: usize) -> impl Iterator<Item = (SurfaceId, Side)> + '_ {
+    pub(crate) fn mirrors(&self, image: usize) -> impl Iterator<Item = (SurfaceId, Side)> + '_ {
         self.chain(&self.nodes[image]).map(|node| (node.mirror.surface, node.mirror.side))
     }
 
@@ -271,11 +267,11 @@ impl<'t> ImageTree<'t> {
 
     /// All images with their orders and ∏ (1−α)(1−s).
     #[must_use]
-    pub fn images(&self, geometry: &Geometry, table: &CoefficientTable) -> Vec<Image> {
+    pub(crate) fn images(&self, geometry: &Geometry, table: &CoefficientTable) -> Vec<Image> {
         self.nodes
             .iter()
             .map(|node| {
-                let mut factor = vec![[0.0; 4]; self.lanes];
+                let mut factor = vec![Lanes::ZERO; self.lanes];
                 self.specular_factor(geometry, table, node, &mut factor);
                 Image { position: node.image, order: node.order, signs: DVec3::ONE, factor }
             })
@@ -285,7 +281,7 @@ impl<'t> ImageTree<'t> {
     /// The direction in which the origin of the tree sees `point`, in the plane that is `left`, over the chain of image number `image` [m];
     /// [`None`] where something is in the way.
     #[must_use]
-    pub fn connect(
+    pub(crate) fn connect(
         &self,
         geometry: &Geometry,
         image: usize,
@@ -297,7 +293,7 @@ impl<'t> ImageTree<'t> {
 
     /// Whether nothing but what is `ignored` is on the way from the origin over the chain of image number `image` to `place` [m], in general
     /// position.
-    pub fn is_clear(
+    pub(crate) fn is_clear(
         &self,
         geometry: &Geometry,
         image: usize,
@@ -309,7 +305,7 @@ impl<'t> ImageTree<'t> {
 
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
     /// numbers in ascending order of reflections.
-    pub fn follow(&self, geometry: &Geometry, direction: DVec3, mut found: impl FnMut(usize)) {
+    pub(crate) fn follow(&self, geometry: &Geometry, direction: DVec3, mut found: impl FnMut(usize)) {
         let (mut departure, mut direction) =
             (Departure::free(self.radiator.position.as_vec3()), direction.as_vec3());
         let mut parent = None;
@@ -464,8 +460,7 @@ fn met(
 fn facets(geometry: &Geometry, table: &CoefficientTable) -> Vec<Facet> {
     let mut facets = Vec::new();
     for (index, surface) in geometry.surfaces().iter().enumerate() {
-        let specular = &table.material(surface.material).specular.energy;
-        if specular.iter().flatten().all(|&factor| factor <= 0.0) {
+        if table.material(surface.material).specular.energy.largest() <= 0.0 {
             continue;
         }
         let corners: Vec<DVec3> = surface

@@ -16,7 +16,7 @@ use super::visible::{Segment, distance_to, visible_area};
 
 /// A surface laid out in its plane.
 #[derive(Debug, Clone)]
-pub struct Sheet {
+pub(crate) struct Sheet {
     origin: DVec3,
     across: DVec3,
     along: DVec3,
@@ -28,7 +28,7 @@ pub struct Sheet {
 
 /// A disc in which sonels are gathered.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Disc {
+pub(crate) struct Disc {
     /// Surface and side, as `super::rays::place` numbers them.
     pub place: u32,
     /// Centre in the plane of the surface [m].
@@ -41,7 +41,7 @@ pub struct Disc {
 
 /// What a disc sees of its surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct View {
+pub(crate) struct View {
     /// Area that lies on the surface and is seen from the centre [m²].
     pub area: f64,
     /// The same area of the disc of half the size [m²].
@@ -54,7 +54,7 @@ impl View {
     /// Whether nothing stands between the centre and a place at `offset` from it [m].
     #[inline]
     #[must_use]
-    pub fn sees(&self, offset: DVec2) -> bool {
+    pub(crate) fn sees(&self, offset: DVec2) -> bool {
         !self.hidden_by.iter().any(|&(a, b)| is_between(offset, a, b))
     }
 }
@@ -69,13 +69,13 @@ fn is_between(tip: DVec2, a: DVec2, b: DVec2) -> bool {
 impl Sheet {
     /// Lays out all surfaces.
     #[must_use]
-    pub fn all(geometry: &Geometry) -> Vec<Self> {
+    pub(crate) fn all(geometry: &Geometry) -> Vec<Self> {
         (0..geometry.surfaces().len() as u32).map(|id| Self::new(geometry, SurfaceId(id))).collect()
     }
 
     /// Lays out a surface. Coordinates are about the scene's centre.
     #[must_use]
-    pub fn new(geometry: &Geometry, id: SurfaceId) -> Self {
+    pub(crate) fn new(geometry: &Geometry, id: SurfaceId) -> Self {
         let surface = geometry.surface(id);
         let across = surface.normal.any_orthonormal_vector();
         let along = surface.normal.cross(across);
@@ -115,7 +115,7 @@ impl Sheet {
 
     /// What the disc of `radius` about `centre`, a point of the surface, sees of one side of it.
     #[must_use]
-    pub fn view(&self, side: Side, centre: DVec2, radius: f64) -> View {
+    pub(crate) fn view(&self, side: Side, centre: DVec2, radius: f64) -> View {
         let inner_radius = radius * FRAC_1_SQRT_2;
         let area = self.clipped_area(centre, radius);
         let feet = &self.feet[usize::from(side == Side::Back)];
@@ -141,7 +141,7 @@ impl Sheet {
 
     /// The disc of `radius` [m] about a point of the surface, on the side that was met.
     #[must_use]
-    pub fn disc(&self, hit: &Hit, radius: f64) -> Disc {
+    pub(crate) fn disc(&self, hit: &Hit, radius: f64) -> Disc {
         let centre = self.flat(hit.position.as_dvec3());
         Disc {
             place: place(hit.surface, hit.side),
@@ -154,7 +154,7 @@ impl Sheet {
     /// Coordinates in the plane of a point on it [m].
     #[inline]
     #[must_use]
-    pub fn flat(&self, point: DVec3) -> DVec2 {
+    pub(crate) fn flat(&self, point: DVec3) -> DVec2 {
         let offset = point - self.origin;
         DVec2::new(self.across.dot(offset), self.along.dot(offset))
     }
@@ -162,13 +162,13 @@ impl Sheet {
     /// The point at coordinates in the plane, about the scene's centre [m].
     #[inline]
     #[must_use]
-    pub fn place(&self, flat: DVec2) -> DVec3 {
+    pub(crate) fn place(&self, flat: DVec2) -> DVec3 {
         self.origin + self.across * flat.x + self.along * flat.y
     }
 
     /// Area of the disc of `radius` about `centre`, a point of the surface, that lies on the surface [m²].
     #[must_use]
-    pub fn clipped_area(&self, centre: DVec2, radius: f64) -> f64 {
+    pub(crate) fn clipped_area(&self, centre: DVec2, radius: f64) -> f64 {
         let whole = core::f64::consts::PI * radius * radius;
         let change: f64 =
             self.boundary.iter().map(|&(a, b)| edge_change(a - centre, b - centre, radius)).sum();
@@ -218,7 +218,7 @@ fn straightened(edges: impl Iterator<Item = (u32, u32)>, corner: impl Fn(u32) ->
 /// Number of a surface's side.
 #[inline]
 #[must_use]
-pub fn place(surface: SurfaceId, side: sonel_geometry::Side) -> u32 {
+pub(crate) fn place(surface: SurfaceId, side: sonel_geometry::Side) -> u32 {
     2 * surface.0 + u32::from(side == sonel_geometry::Side::Back)
 }
 

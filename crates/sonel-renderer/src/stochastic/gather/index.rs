@@ -16,7 +16,7 @@ const MOST_CELLS: f64 = 16.0;
 
 /// Discs, each with what it is for.
 #[derive(Debug)]
-pub struct GatherIndex<P> {
+pub(crate) struct GatherIndex<P> {
     points: Vec<P>,
     /// By place.
     grids: Vec<Grid>,
@@ -109,7 +109,7 @@ fn reach(disc: &Disc) -> f64 {
 impl<P: AsRef<Disc>> GatherIndex<P> {
     /// Indexes the discs of `points`.
     #[must_use]
-    pub fn new(points: Vec<P>) -> Self {
+    pub(crate) fn new(points: Vec<P>) -> Self {
         let places = points.iter().map(|point| point.as_ref().place as usize + 1).max().unwrap_or(0);
         let mut grids = vec![Grid::EMPTY; places];
         for disc in points.iter().map(AsRef::as_ref) {
@@ -155,7 +155,7 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
     ///
     /// A list, and no visitor: what is read of many discs in a short loop is waited for at once.
     #[inline]
-    pub fn around(&self, place: u32, at: DVec2, found: &mut Vec<(u32, f64)>) {
+    pub(crate) fn around(&self, place: u32, at: DVec2, found: &mut Vec<(u32, f64)>) {
         found.clear();
         let Some(grid) = self.grids.get(place as usize) else { return };
         if !(at.cmpge(grid.low).all() && at.cmple(grid.high).all()) {
@@ -183,7 +183,7 @@ impl<P: AsRef<Disc>> GatherIndex<P> {
 
     /// The disc of this number.
     #[inline]
-    pub fn point(&self, number: u32) -> &P {
+    pub(crate) fn point(&self, number: u32) -> &P {
         &self.points[number as usize]
     }
 }

@@ -9,12 +9,12 @@
 //!
 //! References: [Jensen1996], [KnausZwicker2011] (docs/references.md).
 
-pub mod disc;
-pub mod index;
-pub mod near;
-pub mod rays;
-pub mod sonel_sample;
+pub(crate) mod disc;
+pub(crate) mod index;
+pub(crate) mod near;
+pub(crate) mod rays;
+pub(crate) mod sonel_sample;
 mod visible;
 
-pub use index::GatherIndex;
-pub use rays::{GatherSettings, cast};
+pub(crate) use index::GatherIndex;
+pub(crate) use rays::{GatherSettings, cast};

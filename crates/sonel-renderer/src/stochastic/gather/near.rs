@@ -5,18 +5,20 @@
 //! … D S^k R. Sources with a directivity leave their images to the discs, so do all in scenes with partitions or several airs.
 
 use sonel_geometry::Geometry;
-use sonel_map::{CoefficientTable, Lanes, SegmentHistory};
+use sonel_map::{BandValues, CoefficientTable, Lanes, SegmentHistory};
+
+use sonel_scene::Propagation;
 
 use super::rays::NearPlace;
 use crate::exact::direct::spread;
 use crate::exact::mirror::Radiator;
 use crate::receiver::PreparedReceiver;
-use crate::stochastic::connection::{ClassDeposits, DiffuseSonel};
+use crate::stochastic::connection::{Arriving, ClassDeposits, DiffuseSonel};
 use crate::stochastic::medium::Medium;
 use crate::stochastic::mirror_connection::{ReceiverImages, image_order};
 
 /// A source as places next to receivers see it.
-pub struct NearSource<'a> {
+pub(crate) struct NearSource<'a> {
     radiator: Radiator<'a>,
     images: Option<ReceiverImages>,
 }
@@ -24,9 +26,9 @@ pub struct NearSource<'a> {
 impl<'a> NearSource<'a> {
     /// Prepares `radiator`, with its images where surfaces are few.
     #[must_use]
-    pub fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator<'a>) -> Self {
+    pub(crate) fn new(geometry: &Geometry, table: &CoefficientTable, radiator: Radiator<'a>) -> Self {
         let is_omni = radiator.directivity.is_omni();
-        let order = if is_omni && !table.transmits() && !table.has_media() {
+        let order = if is_omni && !table.transmits() && *table.propagation() == Propagation::Even {
             image_order(geometry, table)
         } else {
             0
@@ -37,14 +39,14 @@ impl<'a> NearSource<'a> {
 
     /// Whether it finds sonels with `history` where they come from.
     #[must_use]
-    pub fn finds(&self, history: SegmentHistory) -> bool {
+    pub(crate) fn finds(&self, history: SegmentHistory) -> bool {
         !history.diffused
             && history.interfaces == 0
             && history.order <= self.images.as_ref().map_or(0, ReceiverImages::order)
     }
 
     /// Adds what `place` sends of it to `receiver`, by number.
-    pub fn connect(
+    pub(crate) fn connect(
         &self,
         place: &NearPlace,
         (receiver, prepared): (usize, &PreparedReceiver),
@@ -54,8 +56,8 @@ impl<'a> NearSource<'a> {
     ) {
         self.connect_directly(place, (receiver, prepared), medium, scratch, deposits);
         let Some(images) = &self.images else { return };
-        let radiosity: Vec<_> =
-            place.throughput.iter().map(|lanes| lanes.map(|energy| energy * spread(1.0))).collect();
+        let mut radiosity = place.throughput.clone();
+        radiosity.scale(spread(1.0));
         let sonel = DiffuseSonel {
             position: place.position,
             normal: place.normal,
@@ -85,21 +87,16 @@ impl<'a> NearSource<'a> {
         let (distance, projected) = (offset.length(), offset.dot(place.normal.as_dvec3()).max(0.0));
         let length = (place.length + distance + passed.thickness()) * prepared.stretch;
         let Some(bin) = medium.bins.bin(length) else { return };
-        scratch.fill([1.0; 4]);
+        scratch.fill(Lanes::ONE);
         self.radiator.towards(-offset).weigh(scratch);
-        for (scratch, throughput) in scratch.iter_mut().zip(&place.throughput) {
-            for lane in 0..4 {
-                let irradiance = scratch[lane] * spread(distance) * projected / distance;
-                scratch[lane] = throughput[lane] * irradiance;
-            }
+        for (scratch, &throughput) in scratch.iter_mut().zip(&place.throughput) {
+            *scratch = throughput * (*scratch * spread(distance) * projected / distance);
         }
         if let Some(more) = medium.table.relative_reflection(place.surface, offset) {
-            for (scratch, more) in scratch.iter_mut().flatten().zip(more.iter().flatten()) {
-                *scratch *= more;
-            }
+            scratch.multiply(&more);
         }
         passed.attenuate(medium.geometry, medium.table, scratch);
         medium.receive(prepared, length, scratch);
-        deposits.add((receiver, place.towards), bin, length, scratch, medium);
+        deposits.add(Arriving { receiver, towards: place.towards, length, bin }, scratch, medium);
     }
 }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use smallvec::{SmallVec, smallvec};
 use sonel_geometry::{Departure, Hit, SurfaceId};
 use sonel_map::coefficients::MaterialRow;
-use sonel_map::{CoefficientTable, Lanes};
+use sonel_map::{BandValues, CoefficientTable, Lanes};
 use sonel_sampling::{Frame, ScrambledSobol, Stream, warp};
 
 use super::disc::{Disc, Sheet};
@@ -15,7 +15,7 @@ use crate::stochastic::medium::Medium;
 
 /// How rays gather.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GatherSettings {
+pub(crate) struct GatherSettings {
     /// Rays of one receiver in one batch.
     pub rays: u32,
     /// Longest path that matters [m].
@@ -28,14 +28,14 @@ pub struct GatherSettings {
 const HEAVY: f64 = 4.0;
 /// A ray that carries less than this part of what it left with, in every band, goes on by roulette. Where hard walls face each other, few rays
 /// bring most of the late energy after twenty reflections: roulette at each of them would leave so few that their number alone decides the noise of T30.
-pub const LIGHT: f64 = 0.02;
+pub(crate) const LIGHT: f64 = 0.02;
 
 /// Energies or factors per band, in place for up to eight bands: discs and rays are made by the million.
-pub type Weight = SmallVec<[Lanes; 2]>;
+pub(crate) type Weight = SmallVec<[Lanes; 2]>;
 
 /// One disc that gathers.
 #[derive(Debug, Clone)]
-pub struct GatherPoint {
+pub(crate) struct GatherPoint {
     /// Number of the receiver.
     pub receiver: u32,
     /// Where it gathers.
@@ -62,7 +62,7 @@ impl AsRef<Disc> for GatherPoint {
 
 /// Which sonels a disc gathers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sonels {
+pub(crate) enum Sonels {
     /// Each of them.
     All,
     /// Those that the ray does not find where it goes on from a near surface.
@@ -71,7 +71,7 @@ pub enum Sonels {
 
 /// A place near the receiver that reflects diffusely: what the source and its mirror images send there has still to be connected.
 #[derive(Debug, Clone)]
-pub struct NearPlace {
+pub(crate) struct NearPlace {
     /// The surface that it is on.
     pub surface: SurfaceId,
     /// Where it is [m].
@@ -94,7 +94,7 @@ pub struct NearPlace {
 
 /// What a visibility ray finds.
 #[derive(Debug)]
-pub enum Found {
+pub(crate) enum Found {
     /// A disc that gathers.
     Disc(GatherPoint),
     /// A place to be connected with the source.
@@ -103,7 +103,7 @@ pub enum Found {
 
 /// Who looks, and for whom.
 #[derive(Clone, Copy)]
-pub struct Observer<'a> {
+pub(crate) struct Observer<'a> {
     /// Number of the receiver.
     pub number: u32,
     /// The receiver.
@@ -115,9 +115,8 @@ pub struct Observer<'a> {
 }
 
 /// Casts the rays of one receiver in one batch and hands over what they find. `stream` is that of the receiver and batch.
-pub fn cast(
+pub(crate) fn cast(
     medium: &Medium<'_>,
-    table: &CoefficientTable,
     sheets: &[Sheet],
     observer: Observer<'_>,
     settings: &GatherSettings,
@@ -129,11 +128,11 @@ pub fn cast(
     let mut near_places = 0;
     let mut rays: Vec<Ray> = Vec::new();
     for number in 0..settings.rays {
-        rays.push(Ray::new(observer.receiver, directions.point(number), settings, table));
+        rays.push(Ray::new(observer.receiver, directions.point(number), settings, medium.table));
         while let Some(mut ray) = rays.pop() {
             let Some(hit) = ray.arrive(medium, settings) else { continue };
             let surface = medium.geometry.surface(hit.surface);
-            let row = table.mean_row(hit.surface);
+            let row = medium.table.mean_row(hit.surface);
             let normal = normal_on(hit.side, surface.normal.as_vec3().normalize());
             let shares = if row.is_mirror {
                 Shares { gathered: 0.0, followed: 0.0 }
@@ -162,12 +161,12 @@ pub fn cast(
                 let on = ray.followed(medium, &hit, normal, (&row.diffuse.energy, shares.followed));
                 found(Found::Near(on.near_place(hit.surface, normal, choices.point(near_places)[0])));
                 let point = if ray.is_scattered { stream.uniform_pair() } else { onward.point(near_places) };
-                let on = on.scattered(normal, point).met_at_its_angle(table, hit.surface);
+                let on = on.scattered(normal, point).met_at_its_angle(medium.table, hit.surface);
                 rays.extend(on.balanced(stream));
                 near_places += 1;
             }
             if mirrors {
-                ray.go_on((medium, table, observer.sample), &hit, normal, stream, &mut rays);
+                ray.go_on(medium, observer.sample, &hit, normal, stream, &mut rays);
             }
         }
     }
@@ -219,7 +218,7 @@ impl Ray {
             direction,
             towards: direction,
             at: receiver.exact,
-            throughput: smallvec![[weight; 4]; sonel_map::lanes_of(table.bands())],
+            throughput: smallvec![Lanes::splat(weight); sonel_map::lanes_of(table.bands())],
             usual,
             length: 0.0,
             reflections: 0,
@@ -237,18 +236,19 @@ impl Ray {
     /// Leaves what goes on from `hit`, through a partition or by a mirror, with the other `rays`.
     fn go_on(
         mut self,
-        (medium, table, sample): (&Medium<'_>, &CoefficientTable, &SonelSample),
+        medium: &Medium<'_>,
+        sample: &SonelSample,
         hit: &Hit,
         normal: Vec3,
         stream: &mut Stream,
         rays: &mut Vec<Self>,
     ) {
-        let row = table.mean_row(hit.surface);
+        let row = medium.table.mean_row(hit.surface);
         if row.is_partition && self.is_to_pass(sample.through(hit, row), stream) {
             rays.extend(self.passed(medium, hit, row));
             return;
         }
-        let met = table.row(hit.surface, self.direction.as_dvec3());
+        let met = medium.table.row(hit.surface, self.direction.as_dvec3());
         if self.reflect(medium, hit, normal, &met.specular.energy) {
             rays.extend(self.balanced(stream));
         }
@@ -256,7 +256,7 @@ impl Ray {
 
     /// The most that it carries of any band.
     fn weight(&self) -> f64 {
-        strongest(&self.throughput)
+        self.throughput.largest()
     }
 
     /// The ray as it is; several that carry less each, where it carries much more than when it left; by roulette, where it carries little.
@@ -265,7 +265,7 @@ impl Ray {
         let parts = if weight > HEAVY { libm::ceil(weight / HEAVY) } else { (weight / LIGHT).min(1.0) };
         let copies = copies(parts, stream);
         if copies > 0 {
-            self.throughput.iter_mut().flatten().for_each(|energy| *energy /= parts);
+            self.throughput.divide(parts);
         }
         std::iter::repeat_n(self, copies)
     }
@@ -339,7 +339,7 @@ impl Ray {
     /// The ray with what `surface`, which it leaves, reflects of sound that comes along it.
     fn met_at_its_angle(mut self, table: &CoefficientTable, surface: SurfaceId) -> Self {
         if let Some(more) = table.relative_reflection(surface, self.direction.as_dvec3()) {
-            weigh(&mut self.throughput, &more, 1.0);
+            self.throughput.multiply(&more);
         }
         self
     }
@@ -348,7 +348,7 @@ impl Ray {
     fn is_to_pass(&mut self, through: f64, stream: &mut Stream) -> bool {
         let passes = stream.uniform_fine() < through;
         let chance = if passes { through } else { 1.0 - through };
-        self.throughput.iter_mut().flatten().for_each(|band| *band /= chance);
+        self.throughput.divide(chance);
         self.usual /= chance;
         passes
     }
@@ -357,7 +357,7 @@ impl Ray {
     fn passed(mut self, medium: &Medium<'_>, hit: &Hit, row: &MaterialRow) -> Option<Self> {
         let passage = medium.geometry.pass(hit)?;
         let before = self.weight();
-        weigh(&mut self.throughput, &row.transmitted.energy, 1.0);
+        self.throughput.multiply(&row.transmitted.energy);
         self.usual *= self.weight() / before;
         self.departure = passage.departure;
         self.at = hit.position.as_dvec3() + passage.shift;
@@ -367,7 +367,7 @@ impl Ray {
 
     /// Goes on as a mirror with the `specular` factors has it; false where nothing is left.
     fn reflect(&mut self, medium: &Medium<'_>, hit: &Hit, normal: Vec3, specular: &[Lanes]) -> bool {
-        weigh(&mut self.throughput, specular, 1.0);
+        self.throughput.multiply(specular);
         if self.weight() <= 0.0 {
             return false;
         }
@@ -379,28 +379,15 @@ impl Ray {
     }
 }
 
-/// The largest of all bands.
-pub fn strongest(bands: &[Lanes]) -> f64 {
-    bands.iter().flatten().copied().fold(0.0, f64::max)
+fn product(energies: &[Lanes], factors: &[Lanes], scale: f64) -> Weight {
+    let mut product = Weight::from_slice(energies);
+    product.multiply(factors);
+    product.scale(scale);
+    product
 }
 
 /// A whole number that is `expected` on average.
 fn copies(expected: f64, stream: &mut Stream) -> usize {
     let whole = libm::floor(expected);
     whole as usize + usize::from(stream.uniform_fine() < expected - whole)
-}
-
-fn product(energies: &[Lanes], factors: &[Lanes], scale: f64) -> Weight {
-    let mut product = Weight::from_slice(energies);
-    weigh(&mut product, factors, scale);
-    product
-}
-
-/// Multiplies `energies` by `factors` and `scale`.
-fn weigh(energies: &mut [Lanes], factors: &[Lanes], scale: f64) {
-    for (energy, factor) in energies.iter_mut().zip(factors) {
-        for lane in 0..4 {
-            energy[lane] = energy[lane] * factor[lane] * scale;
-        }
-    }
 }

@@ -9,7 +9,7 @@ use glam::Vec3;
 use sonel_geometry::{Departure, Geometry, Hit, SurfaceId};
 use sonel_map::coefficients::MaterialRow;
 use sonel_map::leads::LEAST_THROUGH;
-use sonel_map::{Arrival, CoefficientTable, Segment};
+use sonel_map::{Arrival, BandValues, CoefficientTable, Segment};
 
 use crate::guided_directions::GuidedDirections;
 use crate::partition::Partitions;
@@ -17,7 +17,7 @@ use crate::stochastic::connection::normal_on;
 use crate::stochastic::gather::disc::place;
 
 /// Most sonels of a sample.
-pub const SONELS: usize = 1 << 15;
+pub(crate) const SONELS: usize = 1 << 15;
 /// Parts of a sample that a receiver looks at, one after another.
 const PARTS: usize = 8;
 /// Sonels that are enough for a receiver, if it sees so many.
@@ -27,7 +27,7 @@ const NEAR_PER_FREE_PATH: f32 = 0.05;
 
 /// Sonels of one source.
 #[derive(Debug, Clone, Default)]
-pub struct SonelSample {
+pub(crate) struct SonelSample {
     sonels: Vec<SampledSonel>,
     /// How many arrived on each side of a surface.
     arrived: Vec<u32>,
@@ -48,7 +48,7 @@ struct SampledSonel {
 
 /// What a receiver sees of a sample.
 #[derive(Debug, Clone, Default)]
-pub struct Outlook {
+pub(crate) struct Outlook {
     /// Directions of its rays.
     pub directions: GuidedDirections,
     /// What discs and balls follow; none where it sees no sonel.
@@ -57,7 +57,7 @@ pub struct Outlook {
 
 /// How far sound goes at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scale {
+pub(crate) struct Scale {
     /// Mean free path of sonels [m]: over so much irradiance varies where they lie.
     pub free_path: f64,
     /// Mean distance of a receiver from them, at least their free path [m]: over so much fluence varies about it.
@@ -67,7 +67,7 @@ pub struct Scale {
 impl Scale {
     /// The same in halves of `whole` [m], at most that: where a scene is one room lengths are those of the room, whoever looks.
     #[must_use]
-    pub fn in_halves_of(self, whole: f64) -> Self {
+    pub(crate) fn in_halves_of(self, whole: f64) -> Self {
         let halved = |length: f64| whole * libm::exp2(-libm::round(libm::log2(whole / length)).max(0.0));
         Self { free_path: halved(self.free_path), distance: halved(self.distance) }
     }
@@ -86,12 +86,18 @@ struct SeenSonel {
 impl SonelSample {
     /// An empty sample.
     #[must_use]
-    pub fn new(geometry: &Geometry) -> Self {
+    pub(crate) fn new(geometry: &Geometry) -> Self {
         Self { sonels: Vec::new(), arrived: vec![0; 2 * geometry.surfaces().len()] }
     }
 
     /// Adds the sonel that `arrives` at the end of `segment`, `free_path` [m] after the reflection before.
-    pub fn add(&mut self, geometry: &Geometry, segment: &Segment<'_>, arrival: Arrival, free_path: f64) {
+    pub(crate) fn add(
+        &mut self,
+        geometry: &Geometry,
+        segment: &Segment<'_>,
+        arrival: Arrival,
+        free_path: f64,
+    ) {
         let is_reflected = free_path < segment.end_length;
         let surface = geometry.surface(arrival.surface);
         self.arrived[place(arrival.surface, arrival.side) as usize] += 1;
@@ -106,14 +112,14 @@ impl SonelSample {
     }
 
     /// Adds the sonels of `other`.
-    pub fn extend(&mut self, other: Self) {
+    pub(crate) fn extend(&mut self, other: Self) {
         self.sonels.extend(other.sonels);
         self.arrived.iter_mut().zip(other.arrived).for_each(|(mine, other)| *mine += other);
     }
 
     /// That of all sonels, wherever a receiver is; none without any.
     #[must_use]
-    pub fn scale(&self) -> Option<Scale> {
+    pub(crate) fn scale(&self) -> Option<Scale> {
         let all = self.sonels.iter().map(|sonel| SeenSonel {
             free_path: sonel.free_path,
             is_reflected: sonel.is_reflected,
@@ -126,7 +132,11 @@ impl SonelSample {
 
     /// What a receiver at `position` (about the scene's centre [m]) sees.
     #[must_use]
-    pub fn seen_from(&self, (geometry, table): (&Geometry, &CoefficientTable), position: Vec3) -> Outlook {
+    pub(crate) fn seen_from(
+        &self,
+        (geometry, table): (&Geometry, &CoefficientTable),
+        position: Vec3,
+    ) -> Outlook {
         let mut seen = Vec::new();
         for part in 0..PARTS {
             let sonels = self.sonels.iter().skip(part).step_by(PARTS);
@@ -141,7 +151,7 @@ impl SonelSample {
 
     /// Share of the rays that meet the partition of `row` at `hit` that pass it: more the more sonels lie behind.
     #[must_use]
-    pub fn through(&self, hit: &Hit, row: &MaterialRow) -> f64 {
+    pub(crate) fn through(&self, hit: &Hit, row: &MaterialRow) -> f64 {
         if row.through() >= 1.0 {
             return 1.0;
         }
@@ -162,11 +172,7 @@ impl SampledSonel {
         let row = table.mean_row(self.surface);
         let offset = position - self.position;
         let projected = offset.dot(self.normal);
-        let sends = if projected > 0.0 {
-            row.specular.energy.iter().flatten().any(|specular| *specular > 0.0)
-        } else {
-            row.is_partition
-        };
+        let sends = if projected > 0.0 { row.specular.energy.largest() > 0.0 } else { row.is_partition };
         if !sends {
             return None;
         }

@@ -9,10 +9,10 @@ use core::f64::consts::{PI, TAU};
 use glam::DVec2;
 
 /// Both ends of a straight line in the plane of a surface [m].
-pub type Segment = (DVec2, DVec2);
+pub(super) type Segment = (DVec2, DVec2);
 
 /// Distance of the line from `a` to `b` from the origin [m].
-pub fn distance_to(a: DVec2, b: DVec2) -> f64 {
+pub(super) fn distance_to(a: DVec2, b: DVec2) -> f64 {
     let along = b - a;
     let share = (-a.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     (a + share * along).length()
@@ -23,7 +23,7 @@ const LEAST_ANGLE: f64 = 1e-12;
 
 /// Area within `radius` [m] of the origin, a point of the surface with the oriented `boundary`, that is seen past `feet` [m²].
 #[must_use]
-pub fn visible_area(boundary: &[Segment], feet: &[Segment], radius: f64) -> f64 {
+pub(super) fn visible_area(boundary: &[Segment], feet: &[Segment], radius: f64) -> f64 {
     let near = |segments: &[Segment]| -> Vec<Segment> {
         segments.iter().copied().filter(|&(a, b)| distance_to(a, b) < radius).collect()
     };
