@@ -433,7 +433,9 @@ impl Geometry {
 
     /// The point of any triangle nearest to a world position [m], and that triangle.
     pub(crate) fn closest_point(&self, point: DVec3) -> (u32, DVec3) {
-        let mut closest = (f64::INFINITY, u32::MAX, point);
+        // A start, as boxes are at no distance from a point beyond single precision.
+        let start = closest_on_triangle(self.mesh.corners(0), point);
+        let mut closest = (start.distance(point), 0, start);
         // Boxes are padded by more than the rounding of local positions.
         self.index.around(self.to_local(point), |triangle| {
             let on_triangle = closest_on_triangle(self.mesh.corners(triangle), point);
