@@ -19,11 +19,11 @@
 set -euo pipefail
 
 if [[ $# -lt 4 ]]; then
-    echo "usage: slurm.sh SHARDS SCENE.toml FOLDER SONELS [options of sonel-trace]" >&2
+    echo "usage: slurm.sh SHARDS SCENE.toml FOLDER PACKETS [options of sonel-trace]" >&2
     exit 2
 fi
 arguments=("$@")
-shards=$1 scene=$2 folder=$3 sonels=$4
+shards=$1 scene=$2 folder=$3 packets=$4
 shift 4
 threads=(--threads "${SLURM_CPUS_PER_TASK:-1}")
 
@@ -46,10 +46,10 @@ submit)
     echo "submitted: decide $decided, trace $traced, join $joined; the map will be $folder/map.sonelmap"
     ;;
 decide)
-    exec sonel-trace "$scene" -o "$folder/decision.sonelmap" --sonels 1 "${threads[@]}" "$@"
+    exec sonel-trace "$scene" -o "$folder/decision.sonelmap" --packets 1 "${threads[@]}" "$@"
     ;;
 trace)
-    exec sonel-trace "$scene" -o "$folder/shards/$SLURM_ARRAY_TASK_ID.sonelmap" --sonels "$sonels" \
+    exec sonel-trace "$scene" -o "$folder/shards/$SLURM_ARRAY_TASK_ID.sonelmap" --packets "$packets" \
         --shard "$SLURM_ARRAY_TASK_ID/$shards" --decision "$folder/decision.sonelmap" "${threads[@]}" "$@"
     ;;
 join)

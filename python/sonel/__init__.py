@@ -2,7 +2,7 @@
 
     import sonel
     scene = sonel.Scene.shoebox([10, 7, 3], 0.2, sources=[2, 2, 1.5])
-    map = sonel.trace(scene, sonels=50_000)
+    map = sonel.trace(scene, packets=50_000)
     response = map.render([[6, 4, 1.2], [8, 5, 1.2]])
     response.parameters()["t30_s"]                      # [source, receiver, band], seconds
 
@@ -177,7 +177,7 @@ def check(path: _Path) -> dict[str, Any]:
 def trace(
     scene: Scene,
     *,
-    sonels: int | float | None = None,
+    packets: int | float | None = None,
     until: str | None = None,
     at_most: float | str | None = None,
     seed: int | None = None,
@@ -194,9 +194,9 @@ def trace(
 ) -> Map:
     """Traces `scene`; the map is that of sonel-trace with the options of the same names (docs/interface.md).
 
-    sonels: emissions per source; by default 100 000. With `until` the maximum, with `extend` those of the whole
+    packets: emissions per source; by default 100 000. With `until` the maximum, with `extend` those of the whole
         new map.
-    until: adds sonels until the intervals are narrow enough: "t30<1%,level<0.1dB". `Map.report["until"]["reached"]` says
+    until: adds packets until the intervals are narrow enough: "t30<1%,level<0.1dB". `Map.report["until"]["reached"]` says
         whether they are.
     at_most: time limit of `until` [s], or "5min".
     seed: of every random number (default 1).
@@ -214,7 +214,7 @@ def trace(
         with what is being done and the share done, 0 … 1.
     """
     keywords = {
-        "sonels": sonels,
+        "packets": packets,
         "until": until,
         "at_most": at_most,
         "seed": seed,
@@ -322,9 +322,9 @@ class Map:
         return self._inner.digest
 
     @property
-    def sonels(self) -> int:
+    def packets(self) -> int:
         """Emissions per source."""
-        return self._inner.sonels
+        return self._inner.packets
 
     @property
     def seed(self) -> int:
@@ -332,7 +332,7 @@ class Map:
         return self._inner.seed
 
     def __repr__(self) -> str:
-        return f"<sonel.Map of {self._inner.scene_name!r}: {self.sonels} sonels per source, seed {self.seed}>"
+        return f"<sonel.Map of {self._inner.scene_name!r}: {self.packets} packets per source, seed {self.seed}>"
 
 
 class Response:

@@ -38,7 +38,7 @@ pub fn trace(
 ) -> PyResult<Map> {
     let k = Keywords(keywords.unwrap_or_else(|| PyDict::new(py)));
     let options = TraceOptions {
-        sonels: k.whole("sonels")?,
+        packets: k.whole("packets")?,
         seed: k.whole("seed")?,
         batches: k.whole("batches")?,
         survival: k.number("survival")?,
@@ -124,7 +124,7 @@ impl Map {
     }
 
     #[getter]
-    fn sonels(&self) -> u64 {
+    fn packets(&self) -> u64 {
         self.map.sonels().header().settings.emissions
     }
 

@@ -22,7 +22,7 @@ from sonel import _sonel
 ROOT = Path(__file__).resolve().parents[2]
 SHOEBOX = ROOT / "scenes/shoebox/scene.toml"
 PROGRAMS = Path(os.environ["SONEL_PROGRAMS"])
-SONELS = 1000
+PACKETS = 1000
 SEATS = {"near": [6.0, 4.0, 1.2], "far": [8.5, 5.5, 1.25]}
 
 
@@ -40,7 +40,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def room(scene):
-    return sonel.trace(scene, sonels=SONELS)
+    return sonel.trace(scene, packets=PACKETS)
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def response(room):
 def mapped(tmp_path_factory):
     """A map of the program."""
     path = tmp_path_factory.mktemp("program") / "room.sonelmap"
-    run("sonel-trace", SHOEBOX, "-o", path, "--sonels", SONELS, "--quiet")
+    run("sonel-trace", SHOEBOX, "-o", path, "--packets", PACKETS, "--quiet")
     return path
 
 
@@ -70,28 +70,28 @@ def test_a_map_has_the_bytes_of_the_programs(scene, room, mapped, tmp_path):
     room.save(tmp_path / "room.sonelmap")
     assert (tmp_path / "room.sonelmap").read_bytes() == mapped.read_bytes()
     assert sonel.Map.load(mapped).digest == room.digest
-    assert sonel.trace(scene, sonels=SONELS, seed=2).digest != room.digest
+    assert sonel.trace(scene, packets=PACKETS, seed=2).digest != room.digest
 
 
 def test_options_mean_what_they_mean_to_the_programs(scene, tmp_path):
     options = {"batches": 8, "survival": 0.5, "spectral": "per-band", "duration": 0.4, "effects": "auto,-air", "seed": 7}
     words = [word for name, value in options.items() for word in (f"--{name}", value)]
-    run("sonel-trace", SHOEBOX, "-o", tmp_path / "a.sonelmap", "--sonels", 300, "--quiet", *words)
-    sonel.trace(scene, sonels=300.0, threads=1, **options).save(tmp_path / "b.sonelmap")
+    run("sonel-trace", SHOEBOX, "-o", tmp_path / "a.sonelmap", "--packets", 300, "--quiet", *words)
+    sonel.trace(scene, packets=300.0, threads=1, **options).save(tmp_path / "b.sonelmap")
     assert (tmp_path / "a.sonelmap").read_bytes() == (tmp_path / "b.sonelmap").read_bytes()
 
 
 def test_a_map_is_extended_and_keeps_its_bytes(scene, room):
-    longer = sonel.trace(scene, sonels=2 * SONELS, extend=room)
-    assert longer.digest == sonel.trace(scene, sonels=2 * SONELS).digest
+    longer = sonel.trace(scene, packets=2 * PACKETS, extend=room)
+    assert longer.digest == sonel.trace(scene, packets=2 * PACKETS).digest
     with pytest.raises(sonel.Error, match="give the number of the whole new map"):
-        sonel.trace(scene, sonels=SONELS, extend=room)
+        sonel.trace(scene, packets=PACKETS, extend=room)
 
 
 def test_targets_are_pursued_and_reported(scene):
-    found = sonel.trace(scene, until="level<3dB", sonels=4000)
-    assert found.report["until"]["reached"] is True and found.report["until"]["sonels"] == found.sonels
-    assert sonel.trace(scene, until="t30<0.001%", sonels=2000).report["until"]["reached"] is False
+    found = sonel.trace(scene, until="level<3dB", packets=4000)
+    assert found.report["until"]["reached"] is True and found.report["until"]["packets"] == found.packets
+    assert sonel.trace(scene, until="t30<0.001%", packets=2000).report["until"]["reached"] is False
 
 
 @pytest.mark.parametrize(
@@ -155,12 +155,12 @@ def test_a_map_carries_variants(tmp_path):
     scene = sonel.Scene.shoebox([10, 7, 3], {"walls": walls}, sources=[2, 2, 1.5], receivers=SEATS)
     change = {"materials.walls.absorption": 0.2, "materials.walls.scattering": 0.4}
     with pytest.raises(sonel.Error, match="--for materials.walls.absorption=0.2 --for materials.walls.scattering=0.4"):
-        sonel.trace(scene, sonels=300).render(rays=64, set=change)
+        sonel.trace(scene, packets=300).render(rays=64, set=change)
     lists = {"materials.walls.absorption": [0.2, np.linspace(0.1, 0.3, 8)], "materials.walls.scattering": 0.4}
-    room = sonel.trace(scene, sonels=300, variants=lists)
+    room = sonel.trace(scene, packets=300, variants=lists)
     assert np.all(room.render(rays=64, set=change).energy.sum(-1) > room.render(rays=64).energy.sum(-1))
     with pytest.raises(sonel.Error, match="no material `felty`"):
-        sonel.trace(scene, sonels=300, variants={"materials.walls": "felty"})
+        sonel.trace(scene, packets=300, variants={"materials.walls": "felty"})
 
 
 def test_parameters_are_those_of_the_program(response, tmp_path):
@@ -219,8 +219,8 @@ def test_arrays_are_views_that_outlive_the_response(response):
 def test_a_scene_of_python_is_a_scene_of_the_programs(made, tmp_path):
     scene = made()
     path = scene.save(tmp_path / "room")
-    run("sonel-trace", path, "-o", tmp_path / "room.sonelmap", "--sonels", 200, "--quiet")
-    assert sonel.Map.load(tmp_path / "room.sonelmap").digest == sonel.trace(scene, sonels=200).digest
+    run("sonel-trace", path, "-o", tmp_path / "room.sonelmap", "--packets", 200, "--quiet")
+    assert sonel.Map.load(tmp_path / "room.sonelmap").digest == sonel.trace(scene, packets=200).digest
     assert sonel.Scene.load(path).sources == scene.sources
     printed, _ = run("sonel-trace", "check", path, "--json")
     assert json.loads(printed)["room"] == scene.check()["room"] == sonel.check(path)["room"]
@@ -241,8 +241,8 @@ def test_a_mesh_has_the_sizes_of_its_polygons():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"sonels": 0}, ["--sonels", 0]),
-        ({"survival": 2.0, "sonels": 0}, ["--survival", 2, "--sonels", 0]),
+        ({"packets": 0}, ["--packets", 0]),
+        ({"survival": 2.0, "packets": 0}, ["--survival", 2, "--packets", 0]),
         ({"until": "t31<1%"}, ["--until", "t31<1%"]),
         ({"effects": "auto,-airs"}, ["--effects", "auto,-airs"]),
         ({"mode": "paper", "survival": 0.5}, ["--mode", "paper", "--survival", 0.5]),
@@ -264,7 +264,7 @@ def test_bad_options_get_the_message_of_the_program(scene, tmp_path, options, wo
         (lambda scene, _: sonel.trace(scene, spectral="all"), "`spectral` is \"all\""),
         (lambda scene, _: sonel.trace(scene, batches=-1), "`batches` is -1: give a whole number"),
         (lambda scene, _: sonel.trace(scene, batches=5000), "`batches` 5000 is outside 1 … 4096"),
-        (lambda scene, _: sonel.trace(scene, sonels=1.5), "`sonels` is 1.5"),
+        (lambda scene, _: sonel.trace(scene, packets=1.5), "`packets` is 1.5"),
         (lambda scene, _: sonel.trace(scene, at_most="1min"), "`at_most` limits `until`"),
         (lambda scene, _: sonel.trace(scene, survival="high"), "`survival` is high: give a number"),
         (lambda _, room: room.render(bin=-1), "`bin` -1 s is no width"),
@@ -289,7 +289,7 @@ def test_a_name_may_hold_what_separates_others():
     points = {"sources": [2, 2, 1.5], "receivers": SEATS}
     named = sonel.Scene.from_mesh(corners, faces, {'wall.a="b': odd}, **points)
     assert named.materials == ['wall.a="b'] and named.check()["room"]["volume_m3"] == scene.check()["room"]["volume_m3"]
-    room = sonel.trace(named, sonels=300)
+    room = sonel.trace(named, packets=300)
     felt = room.render(rays=64, set={'materials.wall.a="b.absorption': 0.3})
     assert np.all(felt.energy.sum(-1) < room.render(rays=64).energy.sum(-1))
 
@@ -355,19 +355,19 @@ def test_a_loaded_map_stays_what_it_was(scene, room, tmp_path):
     path = tmp_path / "room.sonelmap"
     room.save(path)
     loaded = sonel.Map.load(path)
-    sonel.trace(scene, sonels=50).save(path)
-    assert loaded.sonels == SONELS and sonel.Map.load(path).sonels == 50
+    sonel.trace(scene, packets=50).save(path)
+    assert loaded.packets == PACKETS and sonel.Map.load(path).packets == 50
     np.testing.assert_array_equal(loaded.render(SEATS).energy, room.render(SEATS).energy)
 
 
 def test_progress_rises_to_one_and_the_log_has_warnings_and_notes(scene, caplog):
     heard = []
     with caplog.at_level(logging.INFO, logger="sonel"):
-        sonel.trace(scene, sonels=20, progress=lambda what, share: heard.append((what, share)))
+        sonel.trace(scene, packets=20, progress=lambda what, share: heard.append((what, share)))
     assert {what for what, _ in heard} == {"tracing"} and heard[-1][1] == 1.0
     assert [share for _, share in heard] == sorted(share for _, share in heard)
     levels = {record.levelno for record in caplog.records}
-    assert levels == {logging.INFO, logging.WARNING}, "20 sonels in 32 batches are warned of"
+    assert levels == {logging.INFO, logging.WARNING}, "20 packets in 32 batches are warned of"
 
 
 def stops(work):
@@ -389,7 +389,7 @@ def test_what_progress_raises_ends_the_work(scene, tmp_path, monkeypatch):
 
     def work():
         with pytest.raises(RuntimeError, match="tracing"):
-            sonel.trace(scene, sonels=3_000_000, progress=fail)
+            sonel.trace(scene, packets=3_000_000, progress=fail)
 
     assert stops(work)
     assert list(tmp_path.iterdir()) == [], "a map that is not finished leaves no file"
@@ -403,7 +403,7 @@ def test_an_interruption_ends_the_work(scene, room, stage):
     def work():
         with pytest.raises(KeyboardInterrupt):
             if stage == "trace":
-                sonel.trace(scene, sonels=3_000_000, progress=interrupted)
+                sonel.trace(scene, packets=3_000_000, progress=interrupted)
             else:
                 room.render(SEATS, grid="1:9:10,1:6:10,1.5", progress=interrupted)
 
@@ -425,7 +425,7 @@ def test_other_threads_of_python_run_meanwhile(scene):
 
     threading.Thread(target=count, daemon=True).start()
     before = counted[0]
-    sonel.trace(scene, sonels=40_000)
+    sonel.trace(scene, packets=40_000)
     during = counted[0] - before
     done.set()
     assert during > 20

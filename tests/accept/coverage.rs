@@ -109,8 +109,8 @@ fn intervals_hold_next_to_walls() {
 
 /// Parameters of the decay, and the level.
 const LATE: [Parameter; 4] = [Parameter::T30, Parameter::T20, Parameter::EarlyDecayTime, Parameter::Level];
-/// Sonels where the late decay is asked for: few, so that rare paths are rare.
-const FEW_SONELS: u64 = 20_000;
+/// Packets where the late decay is asked for: few, so that rare paths are rare.
+const FEW_PACKETS: u64 = 20_000;
 
 /// One band at 1 kHz in a room of walls with absorption and scattering coefficients each.
 fn room(mesh: Mesh, walls: &[[f64; 2]], source: [f64; 3], receivers: [[f64; 3]; 2]) -> Scene {
@@ -164,7 +164,7 @@ fn check_late(scene: &Scene, emissions: u64, seeds: u64) {
 fn intervals_of_late_decay_hold_in_a_flat_room() {
     let walls = [[0.05, 0.15], [0.05, 0.15], [0.05, 0.15], [0.05, 0.15], [0.15, 0.3], [0.5, 0.2]];
     let mesh = Mesh::shoebox([12.0, 10.0, 4.0], [0, 1, 2, 3, 4, 5]);
-    check_late(&room(mesh, &walls, [10.5, 2.0, 1.6], [[4.0, 2.2, 1.3], [3.1, 8.6, 1.2]]), FEW_SONELS, SEEDS);
+    check_late(&room(mesh, &walls, [10.5, 2.0, 1.6], [[4.0, 2.2, 1.3], [3.1, 8.6, 1.2]]), FEW_PACKETS, SEEDS);
 }
 
 /// Late sound is that of the few packets that stay level between the walls.
@@ -173,7 +173,7 @@ fn intervals_of_late_decay_hold_under_an_absorbing_ceiling() {
     let walls = [[0.05, 0.1], [0.05, 0.1], [0.05, 0.1], [0.05, 0.1], [0.1, 0.3], [0.9, 0.1]];
     let mesh = Mesh::shoebox([9.0, 7.0, 3.0], [0, 1, 2, 3, 4, 5]);
     let scene = room(mesh, &walls, [1.2, 3.5, 1.6], [[6.0, 3.5, 1.2], [8.5, 6.5, 1.2]]);
-    check_late(&scene, FEW_SONELS / 2, SEEDS);
+    check_late(&scene, FEW_PACKETS / 2, SEEDS);
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn intervals_of_late_decay_hold_in_an_l_shaped_room() {
     let plan = [[6.0, 5.0], [6.0, 10.0], [0.0, 10.0], [0.0, 0.0], [12.0, 0.0], [12.0, 5.0]];
     let walls = [[0.1, 0.1], [0.4, 0.2], [0.05, 0.1]];
     let mesh = meshes::prism(&plan, 3.5);
-    check_late(&room(mesh, &walls, [10.5, 2.0, 1.6], [[4.0, 2.2, 1.3], [3.1, 8.6, 1.2]]), FEW_SONELS, SEEDS);
+    check_late(&room(mesh, &walls, [10.5, 2.0, 1.6], [[4.0, 2.2, 1.3], [3.1, 8.6, 1.2]]), FEW_PACKETS, SEEDS);
 }
 
 #[test]
@@ -189,10 +189,10 @@ fn intervals_of_late_decay_hold_in_a_corridor_with_a_bend() {
     let plan = [[2.0, 2.0], [2.0, 15.0], [0.0, 15.0], [0.0, 0.0], [20.0, 0.0], [20.0, 2.0]];
     let walls = [[0.1, 0.1], [0.3, 0.1], [0.05, 0.1]];
     let mesh = meshes::prism(&plan, 2.6);
-    check_late(&room(mesh, &walls, [18.0, 1.0, 1.5], [[8.0, 1.1, 1.3], [0.9, 12.0, 1.2]]), FEW_SONELS, SEEDS);
+    check_late(&room(mesh, &walls, [18.0, 1.0, 1.5], [[8.0, 1.1, 1.3], [0.9, 12.0, 1.2]]), FEW_PACKETS, SEEDS);
 }
 
 #[test]
 fn intervals_of_late_decay_hold_in_the_hall() {
-    check_late(&shipped("hall"), FEW_SONELS, SEEDS / 4);
+    check_late(&shipped("hall"), FEW_PACKETS, SEEDS / 4);
 }

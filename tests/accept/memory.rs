@@ -3,7 +3,7 @@
 //! The work runs in processes of their own under `ulimit -d`. It limits what a process writes for itself (heap, stacks,
 //! private mappings), not pages of the map, which the kernel reads when they are touched and drops when it needs room.
 //!
-//! The test has maps of 0.31 GB in 144 MiB. Measured with two threads and 5 M sonels in the seed room, 3.14 GB a map:
+//! The test has maps of 0.31 GB in 144 MiB. Measured with two threads and 5 M packets in the seed room, 3.14 GB a map:
 //!
 //! | program | seconds | own memory | mapped pages |
 //! |---|---|---|---|
@@ -22,7 +22,7 @@ use sonel_map::SonelMap;
 /// What a process may write for itself [KiB]: less than half of the map.
 const LIMIT_KIB: u64 = 144 << 10;
 /// Emissions of the seed room: 38 arrivals of 16 bytes each.
-const SONELS: &str = "500k";
+const PACKETS: &str = "500k";
 /// Where the limited processes find their files.
 const FOLDER: &str = "SONEL_ACCEPT_FOLDER";
 
@@ -61,11 +61,11 @@ fn all_programs() {
     let (a, b, response) = (place("a.sonelmap"), place("b.sonelmap"), place("a.npz"));
     let mut out = Vec::new();
     let quiet = ["--quiet", "--threads", "2"];
-    let first = ["sonel-trace", scene, "-o", &a, "--sonels", SONELS];
+    let first = ["sonel-trace", scene, "-o", &a, "--packets", PACKETS];
     let arguments = sonel_trace::Arguments::parse_from(first.iter().chain(&quiet));
     sonel_trace::run(&arguments, &mut out, &mut Vec::new()).expect("a map");
     // Threads are chosen once in a process.
-    let second = ["sonel-trace", scene, "-o", &b, "--sonels", SONELS, "--seed", "2", "--quiet"];
+    let second = ["sonel-trace", scene, "-o", &b, "--packets", PACKETS, "--seed", "2", "--quiet"];
     sonel_trace::run(&sonel_trace::Arguments::parse_from(second), &mut out, &mut Vec::new()).expect("a map");
     for words in [&["sonel-analyze", "verify", &a][..], &["sonel-analyze", "diff", &a, &b]] {
         let arguments = sonel_analyze::Arguments::parse_from(words);

@@ -179,7 +179,7 @@ fn predictions_come_true_in_nine_of_ten() {
     let [errors, widths, times] = [&all.errors, &all.widths, &all.times].map(|ratios| ratios.within(1.0));
     let inside = all.inside(1.0);
     println!("errors {errors:.3}, half-widths {widths:.3}, in ranges {inside:.3}, times {times:.3}");
-    // Known-wrong: predictions for four times, or a quarter, of the sonels.
+    // Known-wrong: predictions for four times, or a quarter, of the packets.
     assert!([0.5, 2.0].iter().all(|&scale| all.errors.within(scale) < SHARE && all.inside(scale) < SHARE));
     assert!(times >= SHARE, "times: {:?}", all.times.0);
     assert!(errors >= SHARE, "standard errors: {errors}");

@@ -16,8 +16,8 @@ use sonel_study::pipeline::{InMemory, PipelineSettings, Room};
 use sonel_study::response::receivers_of;
 use sonel_tests::{meshes, shipped};
 
-/// Sonels in the hall: about those of the default, where sonels and visibility rays bring noise alike.
-const HALL_SONELS: u64 = 100_000;
+/// Packets in the hall: about those of the default, where packets and visibility rays bring noise alike.
+const HALL_PACKETS: u64 = 100_000;
 /// Seeds of each case; fewer where a hundred receivers tell the spread as well.
 const SEEDS: [u64; 2] = [12, 4];
 const LEVEL_DB: f64 = 0.1;
@@ -32,15 +32,15 @@ fn main() {
     case("shoebox, s 0.5, 100 receivers", &receivers(shoebox, 100), 2_000);
     case("seed room, 1 receiver", &shipped("seed-room"), 4_000);
     let mut hall = shipped("hall");
-    case("hall, 6 receivers", &hall, HALL_SONELS);
+    case("hall, 6 receivers", &hall, HALL_PACKETS);
     hall.receivers.truncate(1);
-    case("hall, 1 receiver", &hall, HALL_SONELS);
-    case("hall, 100 receivers", &receivers(hall.clone(), 100), HALL_SONELS);
+    case("hall, 1 receiver", &hall, HALL_PACKETS);
+    case("hall, 100 receivers", &receivers(hall.clone(), 100), HALL_PACKETS);
     let mut fine = hall;
     fine.mesh = tessellated(&fine.mesh, 100_000);
     let name = format!("hall of {} triangles", fine.mesh.triangles.len());
-    case(&format!("{name}, 1 receiver"), &fine, HALL_SONELS);
-    case(&format!("{name}, 100"), &receivers(fine, 100), HALL_SONELS);
+    case(&format!("{name}, 1 receiver"), &fine, HALL_PACKETS);
+    case(&format!("{name}, 100"), &receivers(fine, 100), HALL_PACKETS);
 }
 
 /// The same surfaces in at least `count` triangles: every triangle in four as long as that is too few, then as many as needed

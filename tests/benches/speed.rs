@@ -75,7 +75,7 @@ fn measure_what_if() {
     traced.map.change(materials, scene.sources);
     let changed = cpu_seconds(|| drop(black_box(traced.respond(RenderSettings::default()))));
     println!(
-        "what-if, hall, 60 000 sonels: rendering {as_traced:.1} CPU-s; {:.2} of it with all materials changed (1 wanted), {:.2} with \
+        "what-if, hall, 60 000 packets: rendering {as_traced:.1} CPU-s; {:.2} of it with all materials changed (1 wanted), {:.2} with \
          derivatives by all coefficients (2 wanted)",
         changed / as_traced,
         all / as_traced

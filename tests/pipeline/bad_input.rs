@@ -30,7 +30,7 @@ fn files_that_are_no_maps_are_refused_and_older_outputs_stay() {
     folder.write("no.sonelmap", "this is a letter");
     assert!(complaint(render(&folder, "no.sonelmap", "a.npz", &[])).contains("not a sonel map"));
     assert!(complaint(render(&folder, "missing.sonelmap", "a.npz", &[])).contains("missing.sonelmap"));
-    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "1k"]).unwrap();
     let mut damaged = folder.bytes("a.sonelmap");
     damaged[5000] ^= 1;
     folder.write("damaged.sonelmap", &damaged);
@@ -43,7 +43,7 @@ fn files_that_are_no_maps_are_refused_and_older_outputs_stay() {
 #[test]
 fn impossible_receivers_are_all_named() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "1k"]).unwrap();
     let options = ["--receiver", "on=1,1,1.5", "--receiver", "out=7,1,1", "--receiver", "fine=2,2,1"];
     let complaint_text = complaint(render(&folder, "a.sonelmap", "a.npz", &options));
     assert!(
@@ -62,8 +62,8 @@ fn contradicting_options_are_refused() {
         (&["--mode", "paper", "--survival", "0.5"][..], "--survival"),
         (&["--mode", "paper", "--spectral", "shared"], "--spectral"),
         (&["--survival", "2"], "outside 0"),
-        (&["--sonels", "many"], "count"),
-        (&["--sonels", "0"], "at least 1"),
+        (&["--packets", "many"], "count"),
+        (&["--packets", "0"], "at least 1"),
         (&["--shard", "3/2"], "shard"),
         (&["--effects", "auto,+echo"], "unknown effect"),
         (&["--duration", "-1"], "duration"),
@@ -80,7 +80,7 @@ fn contradicting_options_are_refused() {
 #[test]
 fn the_paper_s_estimator_takes_no_order() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "100"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "100"]).unwrap();
     let options = ["--estimator", "paper", "--order", "3"];
     assert!(complaint(render(&folder, "a.sonelmap", "a.npz", &options)).contains("--order"));
 }
@@ -88,7 +88,7 @@ fn the_paper_s_estimator_takes_no_order() {
 #[test]
 fn a_shard_is_not_rendered_alone() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "2k", "--shard", "1/2"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "2k", "--shard", "1/2"]).unwrap();
     assert!(complaint(render(&folder, "a.sonelmap", "a.npz", &[])).contains("shard 1 of 2"));
 }
 
@@ -104,7 +104,7 @@ fn outputs_that_cannot_be_are_refused_before_the_work() {
 #[test]
 fn echograms_beyond_all_measure_are_refused() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "100"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "100"]).unwrap();
     for bin in ["1e-300", "1e-9"] {
         let complaint = complaint(render(&folder, "a.sonelmap", "a.npz", &["--bin", bin]));
         assert!(complaint.contains("wider bins (--bin)"), "{bin}: {complaint}");

@@ -13,7 +13,7 @@ fn refusal(result: anyhow::Result<String>) -> String {
 fn numbers_below_zero_are_named_with_what_is_allowed() {
     let folder = test_folder();
     for (option, value, words) in [
-        ("--sonels", "-5", "is not a count"),
+        ("--packets", "-5", "is not a count"),
         ("--seed", "-1", "invalid value '-1' for '--seed"),
         ("--batches", "-1", "-1 is not in 1..=4096"),
         ("--threads", "-1", "give 1 … 1024 threads"),
@@ -21,7 +21,7 @@ fn numbers_below_zero_are_named_with_what_is_allowed() {
         let error = refusal(trace(&folder, "a.sonelmap", &[option, value]));
         assert!(error.contains(words), "{option}: {error}");
     }
-    trace(&folder, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a sound scene");
     for (option, value, words) in [
         ("--bin", "-1", "give a width above 0"),
         ("--rays", "-1", "is not a count"),
@@ -40,11 +40,11 @@ fn numbers_below_zero_are_named_with_what_is_allowed() {
 fn endings_of_other_files_and_streams_are_no_outputs() {
     let folder = test_folder();
     for target in ["room.npz", "scene.toml", "room.CSV"] {
-        let error = refusal(trace(&folder, target, &["--sonels", "200"]));
+        let error = refusal(trace(&folder, target, &["--packets", "200"]));
         assert!(error.contains("choose such a name") || error.contains("is an input"), "{target}: {error}");
     }
     for target in ["room", "Größe, 1.sonelmap", "Saal mit Leerzeichen.map"] {
-        trace(&folder, target, &["--sonels", "200"]).expect("a name like any other");
+        trace(&folder, target, &["--packets", "200"]).expect("a name like any other");
     }
     assert!(refusal(render(&folder, "room", "room.csv", &[])).contains("a response ends in .npz"));
     render(&folder, "room", "response", &["--rays", "64"]).expect("a name like any other");
@@ -73,7 +73,7 @@ fn a_limit_without_unit_is_said_to_have_none() {
 #[test]
 fn lists_of_receivers_are_read_line_by_line() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "200"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a sound scene");
     let file = folder.path("list.csv").display().to_string();
     let with = |text: &str| {
         folder.write("list.csv", text);

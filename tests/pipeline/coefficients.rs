@@ -22,7 +22,7 @@ fn analyze_with_log(folder: &TestFolder, words: &[&str], log: &mut Vec<u8>) -> a
 /// A map, and the table of the parameters that it has.
 fn folder() -> TestFolder {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).expect("a sound scene");
     render(&folder, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a sound map");
     let table = analyze(&folder, &["parameters", "a.npz", "--format", "csv"]).expect("a response");
     folder.write("a.csv", table);
@@ -68,11 +68,11 @@ fn a_room_far_from_the_start_is_traced_anew_on_the_way() {
             .replace("duration_s = 0.6", "duration_s = 1.2")
     };
     let folder = TestFolder::with(&walls(0.15));
-    trace(&folder, "a.sonelmap", &["--sonels", "4k", "--seed", "2"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "4k", "--seed", "2"]).expect("a sound scene");
     render(&folder, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a sound map");
     folder.write("a.csv", analyze(&folder, &["parameters", "a.npz", "--format", "csv"]).expect("a response"));
     folder.write("scene.toml", walls(0.7));
-    trace(&folder, "b.sonelmap", &["--sonels", "4k"]).expect("a sound scene");
+    trace(&folder, "b.sonelmap", &["--packets", "4k"]).expect("a sound scene");
     let mut log = Vec::new();
     let words = ["fit", "b.sonelmap", "--measured", "a.csv", "-o", "f.toml", "--rays", "2k", "--belief", "3"];
     let text = analyze_with_log(

@@ -37,7 +37,7 @@ position = [7.8, 5.6, 1.2]
 fn a_classroom_has_t30_at_every_seat_without_a_duration() {
     let folder = TestFolder::with(CLASSROOM);
     let t30 = |options: &[&str]| {
-        trace(&folder, "a.sonelmap", &[&["--sonels", "3k"][..], options].concat()).unwrap();
+        trace(&folder, "a.sonelmap", &[&["--packets", "3k"][..], options].concat()).unwrap();
         render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
         let seats = parameters(&response(&folder, "a.npz"));
         let bands = seats.iter().flat_map(|seat| &seat.bands);
@@ -57,10 +57,10 @@ fn a_classroom_has_t30_at_every_seat_without_a_duration() {
 #[test]
 fn all_shards_of_a_run_have_the_same_length() {
     let folder = TestFolder::with(CLASSROOM);
-    trace(&folder, "decision.sonelmap", &["--sonels", "1", "--batches", "1"]).unwrap();
+    trace(&folder, "decision.sonelmap", &["--packets", "1", "--batches", "1"]).unwrap();
     let map = folder.path("decision.sonelmap").display().to_string();
     let part = |name: &str, options: &[&str]| {
-        trace(&folder, name, &[&["--sonels", "3k", "--shard", "2/2"][..], options].concat()).unwrap();
+        trace(&folder, name, &[&["--packets", "3k", "--shard", "2/2"][..], options].concat()).unwrap();
         folder.bytes(name)
     };
     let found = part("found.sonelmap", &[]);

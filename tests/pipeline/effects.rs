@@ -57,7 +57,7 @@ fn behind(folder: &TestFolder, options: &[&str]) -> f64 {
 #[test]
 fn edges_are_computed_where_the_receivers_are() {
     let folder = folder();
-    trace(&folder, "auto.sonelmap", &["--sonels", "2k"]).unwrap();
+    trace(&folder, "auto.sonelmap", &["--packets", "2k"]).unwrap();
     assert!(behind(&folder, &[]) > 10.0 * behind(&folder, &["--effects", "-diffraction"]));
     let refused = |result: anyhow::Result<String>| result.expect_err("not here").to_string();
     let error = refused(trace(&folder, "b.sonelmap", &["--effects", "auto,-diffraction"]));
@@ -75,7 +75,7 @@ fn nobody_is_left_without_sound_behind_a_screen() {
         "screened.obj",
         "v 0 -200 -100\nv 0 200 -100\nv 0 200 100\nv 0 -200 100\nusemtl walls\nf 1 2 3 4\n",
     );
-    trace(&folder, "open.sonelmap", &["--sonels", "1k", "--duration", "0.8"]).unwrap();
+    trace(&folder, "open.sonelmap", &["--packets", "1k", "--duration", "0.8"]).unwrap();
     let heard = |options: &[&str]| -> f64 {
         let options = [&["--receiver", "behind=15,0,0"][..], options].concat();
         render(&folder, "open.sonelmap", "behind.npz", &options).expect("a response");
@@ -88,10 +88,10 @@ fn nobody_is_left_without_sound_behind_a_screen() {
 #[test]
 fn air_that_is_left_out_for_packets_stays_with_what_is_computed_one_by_one() {
     let folder = folder();
-    let report = trace(&folder, "auto.sonelmap", &["--sonels", "2k", "--json"]).unwrap();
+    let report = trace(&folder, "auto.sonelmap", &["--packets", "2k", "--json"]).unwrap();
     assert_eq!(effect(&report, "air")["on"], false);
     render(&folder, "auto.sonelmap", "auto.npz", &[]).unwrap();
-    trace(&folder, "all.sonelmap", &["--sonels", "2k", "--effects", "auto,+air"]).unwrap();
+    trace(&folder, "all.sonelmap", &["--packets", "2k", "--effects", "auto,+air"]).unwrap();
     render(&folder, "all.sonelmap", "all.npz", &[]).unwrap();
     let (auto, all) = (response(&folder, "auto.npz"), response(&folder, "all.npz"));
     assert!(

@@ -38,12 +38,12 @@ fn a_map_extended_is_the_longer_run() {
         &["--mode", "paper"],
         &["--survival", "0", "--duration", "0.25", "--effects", "none", "--seed", "9"],
     ] {
-        trace(&folder, "long.sonelmap", &[options, &["--sonels", "1500"]].concat()).unwrap();
+        trace(&folder, "long.sonelmap", &[options, &["--packets", "1500"]].concat()).unwrap();
         for short in ["30", "512", "1300"] {
-            trace(&folder, "short.sonelmap", &[options, &["--sonels", short]].concat()).unwrap();
+            trace(&folder, "short.sonelmap", &[options, &["--packets", short]].concat()).unwrap();
             // Options may be left out or repeated.
             for repeated in [&[][..], options] {
-                let all = [repeated, &["--sonels", "1500"]].concat();
+                let all = [repeated, &["--packets", "1500"]].concat();
                 extend(&folder, "short.sonelmap", "extended.sonelmap", &all).unwrap();
                 assert!(
                     folder.bytes("extended.sonelmap") == folder.bytes("long.sonelmap"),
@@ -62,9 +62,9 @@ fn a_map_of_two_airs_extended_is_the_longer_run() {
     for file in ["scene.toml", "hall.obj"] {
         folder.write(file, std::fs::read(scene.join(file)).unwrap());
     }
-    trace(&folder, "long.sonelmap", &["--sonels", "700"]).unwrap();
-    trace(&folder, "short.sonelmap", &["--sonels", "100"]).unwrap();
-    extend(&folder, "short.sonelmap", "extended.sonelmap", &["--sonels", "700"]).unwrap();
+    trace(&folder, "long.sonelmap", &["--packets", "700"]).unwrap();
+    trace(&folder, "short.sonelmap", &["--packets", "100"]).unwrap();
+    extend(&folder, "short.sonelmap", "extended.sonelmap", &["--packets", "700"]).unwrap();
     assert!(folder.bytes("extended.sonelmap") == folder.bytes("long.sonelmap"));
     let error =
         |options: &[&str]| format!("{:#}", render(&folder, "long.sonelmap", "a.npz", options).unwrap_err());
@@ -73,9 +73,9 @@ fn a_map_of_two_airs_extended_is_the_longer_run() {
     assert!(error(&["--set", "materials.layer.absorption=0.5"]).contains("interface between regions"));
     // Without refraction the hall has one air and the interface is no more.
     for options in [&["--effects", "auto,-refraction"][..], &["--mode", "paper", "--effects", "none"]] {
-        trace(&folder, "one.sonelmap", &[options, &["--sonels", "100"]].concat()).unwrap();
-        trace(&folder, "two.sonelmap", &[options, &["--sonels", "200"]].concat()).unwrap();
-        extend(&folder, "one.sonelmap", "extended.sonelmap", &["--sonels", "200"]).unwrap();
+        trace(&folder, "one.sonelmap", &[options, &["--packets", "100"]].concat()).unwrap();
+        trace(&folder, "two.sonelmap", &[options, &["--packets", "200"]].concat()).unwrap();
+        extend(&folder, "one.sonelmap", "extended.sonelmap", &["--packets", "200"]).unwrap();
         assert!(folder.bytes("extended.sonelmap") == folder.bytes("two.sonelmap"));
         let printed = render(&folder, "one.sonelmap", "one.npz", &["--rays", "64", "--json"]).unwrap();
         assert!(!printed.contains("... I S^k R"), "{printed}");
@@ -85,10 +85,10 @@ fn a_map_of_two_airs_extended_is_the_longer_run() {
 #[test]
 fn a_map_may_replace_itself_again_and_again() {
     let folder = folder();
-    trace(&folder, "long.sonelmap", &["--sonels", "2k"]).unwrap();
-    trace(&folder, "a.sonelmap", &["--sonels", "100"]).unwrap();
-    for sonels in ["600", "1024", "2000"] {
-        extend(&folder, "a.sonelmap", "a.sonelmap", &["--sonels", sonels]).unwrap();
+    trace(&folder, "long.sonelmap", &["--packets", "2k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "100"]).unwrap();
+    for packets in ["600", "1024", "2000"] {
+        extend(&folder, "a.sonelmap", "a.sonelmap", &["--packets", packets]).unwrap();
     }
     assert!(folder.bytes("a.sonelmap") == folder.bytes("long.sonelmap"));
 }
@@ -96,7 +96,7 @@ fn a_map_may_replace_itself_again_and_again() {
 #[test]
 fn contradictions_are_named_with_both_values_all_at_once() {
     let folder = folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "700", "--seed", "3"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "700", "--seed", "3"]).unwrap();
     let before = folder.bytes("a.sonelmap");
     for (option, value, traced) in [
         ("--seed", "4", "traced with 3"),
@@ -106,26 +106,26 @@ fn contradictions_are_named_with_both_values_all_at_once() {
         ("--spectral", "per-band", "traced with shared"),
         ("--mode", "paper", "traced with accurate"),
     ] {
-        let complaint = complaint(&folder, &["--sonels", "800", option, value]);
+        let complaint = complaint(&folder, &["--packets", "800", option, value]);
         assert!(
             complaint.contains(&format!("{option} {value}")) && complaint.contains(traced),
             "{complaint}"
         );
     }
-    let effects = complaint(&folder, &["--sonels", "800", "--effects", "auto,-air"]);
+    let effects = complaint(&folder, &["--packets", "800", "--effects", "auto,-air"]);
     assert!(effects.contains("air off, off, off") && effects.contains("with on, on, on"), "{effects}");
-    for sonels in ["700", "699"] {
-        let complaint = complaint(&folder, &["--sonels", sonels]);
+    for packets in ["700", "699"] {
+        let complaint = complaint(&folder, &["--packets", packets]);
         assert!(
-            complaint.contains(&format!("--sonels {sonels} is not above the 700 of the map")),
+            complaint.contains(&format!("--packets {packets} is not above the 700 of the map")),
             "{complaint}"
         );
     }
-    let several = complaint(&folder, &["--sonels", "50", "--seed", "4", "--batches", "5"]);
+    let several = complaint(&folder, &["--packets", "50", "--seed", "4", "--batches", "5"]);
     assert_eq!(several.lines().count(), 3, "{several}");
-    assert!(complaint(&folder, &[]).contains("--extend needs --sonels"));
+    assert!(complaint(&folder, &[]).contains("--extend needs --packets"));
     assert!(
-        complaint(&folder, &["--sonels", "800", "--shard", "1/2"])
+        complaint(&folder, &["--packets", "800", "--shard", "1/2"])
             .contains("--extend and --shard cannot be combined")
     );
     assert!(before == folder.bytes("a.sonelmap"));
@@ -148,39 +148,39 @@ fn traced_by(folder: &TestFolder, version: String) -> Result<(), Box<dyn std::er
 #[test]
 fn a_map_of_another_build_is_extended_and_one_of_another_revision_is_not() {
     let folder = folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "700"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "700"]).unwrap();
     let version = SonelMap::from_bytes(&folder.bytes("a.sonelmap")).unwrap().header().tool_version.clone();
     let (revision, _) = version.rsplit_once('.').unwrap();
     traced_by(&folder, format!("{revision}9.ab")).unwrap();
-    let complaint = complaint(&folder, &["--sonels", "800"]);
+    let complaint = complaint(&folder, &["--packets", "800"]);
     assert!(complaint.contains(&format!("sonel {revision}9.ab traced it, this is {version}")), "{complaint}");
     traced_by(&folder, format!("{revision}.ab")).unwrap();
-    extend(&folder, "a.sonelmap", "b.sonelmap", &["--sonels", "800"]).unwrap();
-    trace(&folder, "long.sonelmap", &["--sonels", "800"]).unwrap();
+    extend(&folder, "a.sonelmap", "b.sonelmap", &["--packets", "800"]).unwrap();
+    trace(&folder, "long.sonelmap", &["--packets", "800"]).unwrap();
     assert!(folder.bytes("b.sonelmap") == folder.bytes("long.sonelmap"));
 }
 
 #[test]
 fn another_scene_is_not_extended() {
     let folder = folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "700"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "700"]).unwrap();
     let scene = folder.text("scene.toml");
     folder.write("scene.toml", scene.replace("0.3, 0.4]", "0.3, 0.45]"));
-    let complaint = complaint(&folder, &["--sonels", "800"]);
+    let complaint = complaint(&folder, &["--packets", "800"]);
     assert!(complaint.contains("the scene file has digest"), "{complaint}");
 }
 
 #[test]
 fn shards_damaged_maps_and_other_files_are_not_extended() {
     let folder = folder();
-    let options = ["--sonels", "4k"];
+    let options = ["--packets", "4k"];
     assert!(complaint(&folder, &options).contains("cannot open"));
     folder.write("a.sonelmap", "a letter");
     assert!(complaint(&folder, &options).contains("not a sonel map"));
     std::fs::remove_file(folder.path("a.sonelmap")).unwrap();
-    trace(&folder, "a.sonelmap", &["--sonels", "2k", "--shard", "2/2"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "2k", "--shard", "2/2"]).unwrap();
     assert!(complaint(&folder, &options).contains("join all shards first"));
-    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).unwrap();
     let mut damaged = folder.bytes("a.sonelmap");
     damaged[9000] ^= 1;
     folder.write("a.sonelmap", damaged);

@@ -27,7 +27,7 @@ fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> PipelineRun {
 #[test]
 fn a_trial_traces_and_hears_what_the_programs_do() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "1k"]).unwrap();
     render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
     let run = run(&folder, 1000, &NoClock);
     let map = SonelMap::from_bytes(&folder.bytes("a.sonelmap")).unwrap();

@@ -69,7 +69,7 @@ fn mixed_box() {
 #[test]
 fn bands_below_the_schroeder_frequency_are_named() {
     let folder = small_box(0.5);
-    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).unwrap();
     render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
     let response = response(&folder, "a.npz");
     let volume = response.metadata["volume_m3"].as_f64().unwrap();
@@ -100,5 +100,5 @@ fn diffuse_box_of_kuttruff() {
          [[sources]]\nname = \"source\"\nposition = [2.5, 2.0, 1.5]\n\
          [[receivers]]\nname = \"receiver\"\nposition = [7.0, 5.5, 3.0]\n",
     );
-    check(&folder, &["--sonels", "150k"], 0, &[(Parameter::T30, 0.888, 0.005 * 0.888, 0.004)]);
+    check(&folder, &["--packets", "150k"], 0, &[(Parameter::T30, 0.888, 0.005 * 0.888, 0.004)]);
 }

@@ -28,7 +28,7 @@ fn refusal(result: anyhow::Result<String>) -> String {
 #[test]
 fn parts_of_the_receivers_join_to_the_response_in_one_piece() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "600"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "600"]).unwrap();
     render(&folder, "a.sonelmap", "whole.npz", &GRID).unwrap();
     for count in [1, 3] {
         let names: Vec<String> = (1..=count).map(|index| format!("{index}.npz")).collect();
@@ -46,8 +46,8 @@ fn parts_of_the_receivers_join_to_the_response_in_one_piece() {
 #[test]
 fn parts_of_other_renderings_missing_and_doubled_parts_are_refused() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "600"]).unwrap();
-    trace(&folder, "b.sonelmap", &["--sonels", "600", "--seed", "2"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "600"]).unwrap();
+    trace(&folder, "b.sonelmap", &["--packets", "600", "--seed", "2"]).unwrap();
     let part = |map: &str, name: &str, more: &[&str]| {
         render(&folder, map, name, &[&GRID[..], more].concat()).unwrap()
     };
@@ -71,7 +71,7 @@ fn parts_of_other_renderings_missing_and_doubled_parts_are_refused() {
 #[test]
 fn parts_of_two_revisions_are_refused_by_name() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "100"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "100"]).unwrap();
     let part = |shard: &str| {
         render(&folder, "a.sonelmap", "a.npz", &[&GRID[..], &["--shard", shard]].concat()).unwrap();
         response(&folder, "a.npz")
@@ -96,17 +96,17 @@ fn shards_with_a_decision_made_once_equal_those_that_decide() {
     );
     for effects in ["auto", "none", "all"] {
         let options = ["--effects", effects];
-        trace(&folder, "decision.sonelmap", &[&["--sonels", "1", "--batches", "1"][..], &options].concat())
+        trace(&folder, "decision.sonelmap", &[&["--packets", "1", "--batches", "1"][..], &options].concat())
             .unwrap();
-        trace(&folder, "anew.sonelmap", &[&["--sonels", "2k", "--shard", "2/3"][..], &options].concat())
+        trace(&folder, "anew.sonelmap", &[&["--packets", "2k", "--shard", "2/3"][..], &options].concat())
             .unwrap();
         let map = folder.path("decision.sonelmap").display().to_string();
-        trace(&folder, "taken.sonelmap", &["--sonels", "2k", "--shard", "2/3", "--decision", &map]).unwrap();
+        trace(&folder, "taken.sonelmap", &["--packets", "2k", "--shard", "2/3", "--decision", &map]).unwrap();
         assert!(folder.bytes("anew.sonelmap") == folder.bytes("taken.sonelmap"), "{effects}");
     }
     let map = folder.path("decision.sonelmap").display().to_string();
     let said = |options: &[&str]| {
-        refusal(trace(&folder, "b.sonelmap", &[&["--sonels", "100", "--decision", &map], options].concat()))
+        refusal(trace(&folder, "b.sonelmap", &[&["--packets", "100", "--decision", &map], options].concat()))
     };
     assert!(said(&["--mode", "paper"]).contains("decision is for --mode accurate, this run has paper"));
     assert!(said(&["--duration", "0.3"]).contains("decision is for 0.6 s, this run has 0.3 s"));

@@ -1,4 +1,4 @@
-//! Plans and targets: what they promise comes true, and the run is that of the number of sonels it ends with.
+//! Plans and targets: what they promise comes true, and the run is that of the number of packets it ends with.
 
 use clap::Parser;
 use serde_json::Value;
@@ -28,32 +28,32 @@ fn a_run_until_a_target_is_the_run_of_its_number_of_sonels() {
     assert_eq!(report["until"]["reached"], true);
     let worst = &report["until"]["worst"];
     assert!(worst["half_width_jnd"].as_f64().unwrap() <= worst["limit_jnd"].as_f64().unwrap());
-    let sonels = report["until"]["sonels"].to_string();
-    trace(&folder, "b.sonelmap", &["--sonels", &sonels]).unwrap();
-    assert!(folder.bytes("a.sonelmap") == folder.bytes("b.sonelmap"), "{sonels} sonels");
+    let packets = report["until"]["packets"].to_string();
+    trace(&folder, "b.sonelmap", &["--packets", &packets]).unwrap();
+    assert!(folder.bytes("a.sonelmap") == folder.bytes("b.sonelmap"), "{packets} packets");
 }
 
 #[test]
 fn what_is_out_of_reach_is_said_and_the_map_is_that_of_the_sonels_reached() {
     let folder = test_folder();
-    let (outcome, report) = until(&folder, "a.sonelmap", &["--until", "t30<0.01jnd", "--sonels", "3k"]);
+    let (outcome, report) = until(&folder, "a.sonelmap", &["--until", "t30<0.01jnd", "--packets", "3k"]);
     assert_eq!(outcome, Outcome::Missed);
     assert_eq!(
-        (&report["until"]["reached"], &report["until"]["sonels"]),
+        (&report["until"]["reached"], &report["until"]["packets"]),
         (&Value::Bool(false), &Value::from(3000))
     );
-    trace(&folder, "b.sonelmap", &["--sonels", "3k"]).unwrap();
+    trace(&folder, "b.sonelmap", &["--packets", "3k"]).unwrap();
     assert!(folder.bytes("a.sonelmap") == folder.bytes("b.sonelmap"));
 }
 
 #[test]
 fn a_map_goes_on_until_a_target() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "1k"]).unwrap();
     let map = folder.path("a.sonelmap").display().to_string();
     let (outcome, report) = until(&folder, "b.sonelmap", &["--until", "t30<0.3jnd", "--extend", &map]);
     assert_eq!(outcome, Outcome::Done);
-    trace(&folder, "c.sonelmap", &["--sonels", &report["until"]["sonels"].to_string()]).unwrap();
+    trace(&folder, "c.sonelmap", &["--packets", &report["until"]["packets"].to_string()]).unwrap();
     assert!(folder.bytes("b.sonelmap") == folder.bytes("c.sonelmap"));
 }
 
@@ -70,18 +70,18 @@ fn plans_ask_for_more_where_less_uncertainty_is_wanted() {
     let rows = plan["plan"]["rows"].as_array().unwrap();
     let accuracies: Vec<f64> = rows.iter().map(|row| row["just_noticeable"].as_f64().unwrap()).collect();
     assert_eq!(accuracies, [1.0, 0.5, 0.2, 0.1, 0.05]);
-    let sonels: Vec<u64> = rows.iter().map(|row| row["sonels"].as_u64().unwrap()).collect();
-    assert!(sonels.windows(2).all(|pair| pair[0] <= pair[1]) && sonels[4] > 10 * sonels[2], "{sonels:?}");
+    let packets: Vec<u64> = rows.iter().map(|row| row["packets"].as_u64().unwrap()).collect();
+    assert!(packets.windows(2).all(|pair| pair[0] <= pair[1]) && packets[4] > 10 * packets[2], "{packets:?}");
     assert_eq!(plan["effects"].as_array().unwrap().len(), 5);
     assert_eq!(rows[0]["half_widths"].as_array().unwrap().len(), 3);
 }
 
 /// Half-widths after a planned run within a factor of 1.5, two and a half standard deviations of both estimates; those planned for
-/// a quarter of the sonels are found out.
+/// a quarter of the packets are found out.
 #[test]
 fn predicted_intervals_come_true() {
     let folder = test_folder();
-    let report = json(&trace(&folder, "a.sonelmap", &["--plan", "--json", "--sonels", "40k"]).unwrap());
+    let report = json(&trace(&folder, "a.sonelmap", &["--plan", "--json", "--packets", "40k"]).unwrap());
     let widths = |key: &str| report[key]["half_widths_jnd"].as_object().unwrap().clone();
     let (predicted, achieved) = (widths("predicted"), widths("achieved"));
     assert_eq!(predicted.len(), 4);
@@ -122,7 +122,7 @@ fn render_until(folder: &TestFolder, map: &str, response: &str, options: &[&str]
 #[test]
 fn a_rendering_until_a_target_is_that_of_its_number_of_rays() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "20k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "20k"]).unwrap();
     // Rays that gather in small discs are most of the noise: they are added.
     let gathered = ["--estimator", "gather", "--until", "level<0.028jnd"];
     let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &gathered);
@@ -138,7 +138,7 @@ fn a_rendering_until_a_target_is_that_of_its_number_of_rays() {
 #[test]
 fn rays_stop_where_they_may_be_no_more() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "20k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "20k"]).unwrap();
     let gathered = ["--estimator", "gather", "--until", "level<0.01jnd"];
     for bound in [["--rays", "2048"], ["--at-most", "0.001s"]] {
         let (outcome, report) =
@@ -148,35 +148,35 @@ fn rays_stop_where_they_may_be_no_more() {
     }
 }
 
-/// A map without rays is told how many sonels it lacks, and with them the target is near: within a factor of 1.5, two and a half
+/// A map without rays is told how many packets it lacks, and with them the target is near: within a factor of 1.5, two and a half
 /// standard deviations of both estimates.
 #[test]
 fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "4k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "4k"]).unwrap();
     let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &["--until", "level<0.02jnd"]);
     assert_eq!((outcome, &report["until"]["looks"]), (Outcome::Missed, &Value::from(1)));
     render(&folder, "a.sonelmap", "b.npz", &[]).unwrap();
     assert!(folder.bytes("a.npz") == folder.bytes("b.npz"));
-    let sonels = report["until"]["sonels_wanted"].as_u64().unwrap();
-    assert!(sonels > 8_000, "{sonels}");
+    let packets = report["until"]["packets_wanted"].as_u64().unwrap();
+    assert!(packets > 8_000, "{packets}");
     let map = folder.path("a.sonelmap").display().to_string();
-    let achieved = |sonels: u64| {
-        let sonels = sonels.to_string();
-        trace(&folder, "longer.sonelmap", &["--extend", &map, "--sonels", &sonels]).unwrap();
+    let achieved = |packets: u64| {
+        let packets = packets.to_string();
+        trace(&folder, "longer.sonelmap", &["--extend", &map, "--packets", &packets]).unwrap();
         let (_, report) = render_until(&folder, "longer.sonelmap", "c.npz", &["--until", "level<0.02jnd"]);
         report["until"]["worst"]["half_width_jnd"].as_f64().unwrap() / 0.02
     };
     let near = |ratio: f64| (1.0 / 1.5..1.5).contains(&ratio);
-    let right = achieved(sonels);
-    assert!(near(right), "{right} with {sonels} sonels");
-    assert!(!near(achieved(sonels / 4)), "a quarter of them is found out");
+    let right = achieved(packets);
+    assert!(near(right), "{right} with {packets} packets");
+    assert!(!near(achieved(packets / 4)), "a quarter of them is found out");
 }
 
 #[test]
 fn plans_of_a_map_say_which_rays_and_which_sonels_are_wanting() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "20k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "20k"]).unwrap();
     let options = ["--estimator", "gather", "--plan", "--json"];
     let report = json(&render(&folder, "a.sonelmap", "a.npz", &options).unwrap());
     render(&folder, "a.sonelmap", "b.npz", &options[..2]).unwrap();
@@ -184,16 +184,16 @@ fn plans_of_a_map_say_which_rays_and_which_sonels_are_wanting() {
     let rows = report["plan"]["rows"].as_array().unwrap();
     let rays: Vec<u64> = rows.iter().map(|row| row["rays"].as_u64().unwrap()).collect();
     assert!(rays.windows(2).all(|pair| pair[0] <= pair[1]) && rays[0] < rays[4], "{rays:?}");
-    assert!(rows[0]["sonels_wanted"].is_null(), "one just-noticeable difference is easy");
-    assert!(rows[4]["sonels_wanted"].as_u64().unwrap() > 20_000, "a twentieth is beyond 20 000 sonels");
-    assert!(rows.iter().all(|row| row["sonels"] == 20_000));
+    assert!(rows[0]["packets_wanted"].is_null(), "one just-noticeable difference is easy");
+    assert!(rows[4]["packets_wanted"].as_u64().unwrap() > 20_000, "a twentieth is beyond 20 000 packets");
+    assert!(rows.iter().all(|row| row["packets"] == 20_000));
 }
 
 /// Half-widths of a planned rendering within a factor of 1.5, as above.
 #[test]
 fn what_is_predicted_of_a_rendering_comes_true() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "40k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "40k"]).unwrap();
     let report = json(&render(&folder, "a.sonelmap", "a.npz", &["--plan", "--json"]).unwrap());
     let widths = |key: &str| report[key]["half_widths_jnd"].as_object().unwrap().clone();
     let (predicted, achieved) = (widths("predicted"), widths("achieved"));
@@ -211,7 +211,7 @@ fn what_is_predicted_of_a_rendering_comes_true() {
 #[test]
 fn targets_and_plans_of_a_map_that_make_no_sense_are_errors() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "1k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "1k"]).unwrap();
     for (options, part) in [
         (&["--until", "rt60<1%"][..], "level, g, edt"),
         (&["--until", "t30<1dB"], "t30<1%"),

@@ -19,7 +19,7 @@ fn rendered() -> TestFolder {
     let folder = TestFolder::with(
         &SCENE.replace("Two-coloured", "</script><b>&").replace("\"listener\"", "\"<i>seat</i>\""),
     );
-    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).expect("a sound scene");
     render(&folder, "a.sonelmap", "a.npz", &[]).expect("a sound map");
     folder
 }
@@ -78,7 +78,7 @@ fn early_reflections_are_lines_in_the_room_by_order_and_by_delay() {
     // Without a map there is no room to draw them in; a response of another map is not followed through this one.
     analyze(&folder, &["report", "a.npz", "-o", "bare.html"]).unwrap();
     assert!(!folder.text("bare.html").contains("by number of reflections"));
-    trace(&folder, "b.sonelmap", &["--sonels", "1k", "--seed", "7"]).unwrap();
+    trace(&folder, "b.sonelmap", &["--packets", "1k", "--seed", "7"]).unwrap();
     analyze(&folder, &["report", "a.npz", "b.sonelmap", "-o", "foreign.html"]).unwrap();
     assert_eq!(lines(&folder.text("foreign.html")), [vec![]]);
 }
@@ -86,7 +86,7 @@ fn early_reflections_are_lines_in_the_room_by_order_and_by_delay() {
 #[test]
 fn responses_stand_side_by_side_and_a_foreign_map_is_remarked() {
     let folder = rendered();
-    trace(&folder, "b.sonelmap", &["--sonels", "1k", "--seed", "7"]).unwrap();
+    trace(&folder, "b.sonelmap", &["--packets", "1k", "--seed", "7"]).unwrap();
     render(&folder, "b.sonelmap", "b.npz", &[]).unwrap();
     analyze(&folder, &["report", "a.npz", "b.npz", "a.sonelmap", "-o", "both.html"]).unwrap();
     let page = folder.text("both.html");
@@ -104,7 +104,7 @@ fn what_makes_no_report_is_refused() {
     render(&folder, "a.sonelmap", "changed.npz", &["--set", "materials.walls.absorption=0.5"]).unwrap();
     analyze(&folder, &["report", "changed.npz", "a.sonelmap", "-o", "changed.html"]).unwrap();
     folder.write("scene.toml", SCENE.replace("4.0, 3.0]", "4.0, 2.9]"));
-    trace(&folder, "other.sonelmap", &["--sonels", "1k"]).unwrap();
+    trace(&folder, "other.sonelmap", &["--packets", "1k"]).unwrap();
     folder.write("notes.html", "mine");
     for (words, message) in [
         (&["report", "a.sonelmap", "-o", "a.html"][..], "no response among the files"),

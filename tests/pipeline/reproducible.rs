@@ -11,7 +11,7 @@ fn bytes_do_not_depend_on_threads() {
     let folder = test_folder();
     for threads in [1, 2, 3, 7] {
         in_pool(threads, || {
-            trace(&folder, &format!("{threads}.sonelmap"), &["--sonels", "3k"]).unwrap();
+            trace(&folder, &format!("{threads}.sonelmap"), &["--packets", "3k"]).unwrap();
             render(&folder, &format!("{threads}.sonelmap"), &format!("{threads}.npz"), &[]).unwrap();
         });
         assert!(
@@ -28,8 +28,8 @@ fn bytes_do_not_depend_on_threads() {
 #[test]
 fn another_seed_is_another_map_with_another_response() {
     let folder = test_folder();
-    trace(&folder, "1.sonelmap", &["--sonels", "2k"]).unwrap();
-    trace(&folder, "2.sonelmap", &["--sonels", "2k", "--seed", "2"]).unwrap();
+    trace(&folder, "1.sonelmap", &["--packets", "2k"]).unwrap();
+    trace(&folder, "2.sonelmap", &["--packets", "2k", "--seed", "2"]).unwrap();
     render(&folder, "1.sonelmap", "1.npz", &[]).unwrap();
     render(&folder, "2.sonelmap", "2.npz", &[]).unwrap();
     assert!(response(&folder, "1.npz").energy != response(&folder, "2.npz").energy);
@@ -38,7 +38,7 @@ fn another_seed_is_another_map_with_another_response() {
 #[test]
 fn rendering_leaves_the_map_alone() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).unwrap();
     let (before, written) =
         (folder.bytes("a.sonelmap"), folder.path("a.sonelmap").metadata().unwrap().modified().unwrap());
     render(&folder, "a.sonelmap", "a.npz", &[]).unwrap();
@@ -52,7 +52,7 @@ fn rendering_leaves_the_map_alone() {
 #[test]
 fn receivers_of_a_hundred_in_one_call_are_what_they_are_alone() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "400"]).unwrap();
+    trace(&folder, "a.sonelmap", &["--packets", "400"]).unwrap();
     let places: Vec<String> = (0..100)
         .map(|i| format!("r{i}={},{},1.4", 0.5 + 0.04 * f64::from(i), 3.5 - 0.03 * f64::from(i)))
         .collect();
@@ -80,7 +80,7 @@ fn receivers_of_a_hundred_in_one_call_are_what_they_are_alone() {
 fn the_parts_of_a_response_add_up() {
     let folder = test_folder();
     let traced: serde_json::Value =
-        serde_json::from_str(&trace(&folder, "a.sonelmap", &["--sonels", "2001", "--json"]).unwrap())
+        serde_json::from_str(&trace(&folder, "a.sonelmap", &["--packets", "2001", "--json"]).unwrap())
             .unwrap();
     assert_eq!(traced["emitted"], 2001);
     assert_eq!(traced["fates"]["lost"], 0);

@@ -31,7 +31,7 @@ fn analyze(folder: &TestFolder, words: &[&str]) -> anyhow::Result<String> {
 /// A folder with a map, a response and an impulse response.
 fn rendered() -> TestFolder {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--sonels", "2k"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).expect("a sound scene");
     let sounds = folder.path("wav").display().to_string();
     render(&folder, "a.sonelmap", "a.npz", &["--wav", &sounds]).expect("a sound map");
     folder

@@ -62,7 +62,7 @@ fn steps() -> [Step; 8] {
     ]
 }
 
-/// Runs the examples of crate sonel, each with few sonels.
+/// Runs the examples of crate sonel, each with few packets.
 fn examples() -> Result<()> {
     succeed(workspace::cargo(&["build", "--quiet", "--workspace", "--examples"]))?;
     let folder = workspace::programs(Profile::Dev)?.join("examples");

@@ -17,9 +17,9 @@ const ENVIRONMENT: &str = "target/cluster/python";
 const FOLDER: &str = "target/cluster/run";
 const SCENE: &str = "scenes/shoebox/scene.toml";
 /// The slowest tasks of a real Slurm shall last long enough to be cancelled.
-const MORE_SONELS: &str = "200k";
+const MORE_PACKETS: &str = "200k";
 /// Ten chunks, so that four shards are of different sizes.
-const SONELS: &str = "5000";
+const PACKETS: &str = "5000";
 const SHARDS: u32 = 4;
 
 /// Installs Snakemake; the folder of its programs.
@@ -36,11 +36,11 @@ pub fn check() -> Result<()> {
     }
     fs::create_dir_all(&folder)?;
 
-    let whole = trace(&programs, &folder.join("whole.sonelmap"), SONELS, "1")?;
-    let other = trace(&programs, &folder.join("other.sonelmap"), SONELS, "2")?;
+    let whole = trace(&programs, &folder.join("whole.sonelmap"), PACKETS, "1")?;
+    let other = trace(&programs, &folder.join("other.sonelmap"), PACKETS, "2")?;
     ensure!(whole != other, "another seed goes unnoticed: the comparison is blind");
 
-    let config = format!("sonels={SONELS}");
+    let config = format!("packets={PACKETS}");
     printed(snakemake(&programs, &folder)?.args([&config, "--cores", "2", "--quiet", "all"]))?;
     ensure!(
         fs::read(folder.join("snakemake/map.sonelmap"))? == whole,
@@ -61,9 +61,9 @@ pub fn check() -> Result<()> {
 }
 
 /// The map of the run in one piece.
-fn trace(programs: &Path, map: &Path, sonels: &str, seed: &str) -> Result<Vec<u8>> {
+fn trace(programs: &Path, map: &Path, packets: &str, seed: &str) -> Result<Vec<u8>> {
     let mut command = Command::new(programs.join("sonel-trace"));
-    command.args([SCENE, "--sonels", sonels, "--seed", seed, "--quiet", "-o"]).arg(map);
+    command.args([SCENE, "--packets", packets, "--seed", seed, "--quiet", "-o"]).arg(map);
     printed(&mut command)?;
     Ok(fs::read(map)?)
 }
@@ -87,16 +87,16 @@ fn with_script(programs: &Path, folder: &Path) -> Result<()> {
     fs::create_dir_all(folder.join("shards"))?;
     let stages = [("decide", 1..=1), ("trace", 1..=SHARDS), ("join", 1..=1)];
     for (stage, task) in stages.into_iter().flat_map(|(stage, tasks)| tasks.map(move |task| (stage, task))) {
-        let mut command = script(programs, &folder, SHARDS, SONELS)?;
+        let mut command = script(programs, &folder, SHARDS, PACKETS)?;
         printed(command.env("SONEL_STAGE", stage).env("SLURM_ARRAY_TASK_ID", task.to_string()))?;
     }
     Ok(())
 }
 
 /// `workflow/slurm.sh`, which finds `programs`.
-fn script(programs: &Path, folder: &Path, shards: u32, sonels: &str) -> Result<Command> {
+fn script(programs: &Path, folder: &Path, shards: u32, packets: &str) -> Result<Command> {
     let mut command = Command::new(workspace::root().join("workflow/slurm.sh"));
-    command.args([&shards.to_string(), SCENE]).arg(folder).args([sonels, "--quiet"]);
+    command.args([&shards.to_string(), SCENE]).arg(folder).args([packets, "--quiet"]);
     command.env("PATH", path_with(programs)?);
     Ok(command)
 }
@@ -118,14 +118,14 @@ pub fn accept() -> Result<Option<&'static str>> {
         fs::remove_dir_all(&folder)?;
     }
     fs::create_dir_all(&folder)?;
-    let whole = trace(&programs, &folder.join("whole.sonelmap"), MORE_SONELS, "1")?;
+    let whole = trace(&programs, &folder.join("whole.sonelmap"), MORE_PACKETS, "1")?;
     let same = |map: &Path, what: &str| -> Result<()> {
         ensure!(fs::read(map).with_context(|| format!("{what}: no map"))? == whole, "{what}: another map");
         println!("{what}: the map of the run in one piece");
         Ok(())
     };
     let submit = |shards: u32, name: &str| -> Result<()> {
-        let mut command = script(&programs, &folder.join(name), shards, MORE_SONELS)?;
+        let mut command = script(&programs, &folder.join(name), shards, MORE_PACKETS)?;
         printed(command.envs(slurm.environment())).map(drop)
     };
     submit(1, "single")?;
@@ -144,7 +144,7 @@ pub fn accept() -> Result<Option<&'static str>> {
     slurm.settle()?;
     ensure!(!folder.join("cancelled/map.sonelmap").exists(), "shards were joined without one");
     let again = |stage: &str, options: &[&str]| -> Result<()> {
-        let whole = script(&programs, &folder.join("cancelled"), SHARDS, MORE_SONELS)?;
+        let whole = script(&programs, &folder.join("cancelled"), SHARDS, MORE_PACKETS)?;
         let mut command = slurm.client("sbatch");
         command.args(options).arg(whole.get_program()).args(whole.get_args());
         command
@@ -173,7 +173,7 @@ fn with_profile(slurm: &Slurm, programs: &Path, folder: &Path) -> Result<()> {
     let with = |options: &[&str]| -> Result<Command> {
         let mut command = snakemake(programs, folder)?;
         let profile = workspace::root().join("workflow/profiles/slurm");
-        command.args([&format!("sonels={MORE_SONELS}"), "--slurm-init-seconds-before-status-checks", "5"]);
+        command.args([&format!("packets={MORE_PACKETS}"), "--slurm-init-seconds-before-status-checks", "5"]);
         command.args(options).arg("--profile").arg(profile).current_dir(workspace::root());
         command.envs(slurm.environment()).env("PATH", path_with(slurm.folder())?);
         Ok(command)

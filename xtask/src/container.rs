@@ -10,7 +10,7 @@ use xtask::workspace;
 
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 const SCENE: &str = "scenes/shoebox/scene.toml";
-const SONELS: &str = "1000";
+const PACKETS: &str = "1000";
 
 /// Builds the image and compares the map that it traces with that of the programs it was made of. Where it cannot run: what it needs.
 pub fn accept() -> Result<Option<&'static str>> {
@@ -26,7 +26,7 @@ pub fn accept() -> Result<Option<&'static str>> {
     fs::copy(workspace::root().join(SCENE), folder.join("scene.toml"))?;
     let of_host = folder.join("host.sonelmap");
     let program = workspace::root().join("target").join(TARGET).join("release/sonel-trace");
-    printed(Command::new(program).args([SCENE, "--sonels", SONELS, "--quiet", "--output"]).arg(&of_host))?;
+    printed(Command::new(program).args([SCENE, "--packets", PACKETS, "--quiet", "--output"]).arg(&of_host))?;
 
     // Neither root's overlays nor namespaces: it works inside other containers.
     let buildah = |arguments: &[&str]| {
@@ -37,7 +37,7 @@ pub fn accept() -> Result<Option<&'static str>> {
     let volume = format!("{}:/work", folder.display());
     let run = ["run", "--isolation", "chroot", "--volume", &volume, container.trim()];
     buildah(
-        &[&run[..], &["sonel-trace", "scene.toml", "--sonels", SONELS, "--quiet", "--output", "a.sonelmap"]]
+        &[&run[..], &["sonel-trace", "scene.toml", "--packets", PACKETS, "--quiet", "--output", "a.sonelmap"]]
             .concat(),
     )?;
     buildah(&["rm", container.trim()])?;

@@ -51,7 +51,7 @@ pub fn check() -> Result<()> {
     let programs = workspace::programs(Profile::Dev)?;
     let program = |name: &str, arguments: &[&str]| printed(Command::new(programs.join(name)).args(arguments));
     for spectral in ["shared", "per-band"] {
-        let traced = ["--sonels", "250", "--spectral", spectral, "--quiet"];
+        let traced = ["--packets", "250", "--spectral", spectral, "--quiet"];
         program("sonel-trace", &[&[SCENE, "-o", MAP], &traced[..]].concat())?;
         let by_connection = ["--estimator", "connection", "--json", "--quiet"];
         let rendered = program("sonel-render", &[&[MAP, "-o", RESPONSE], &by_connection[..]].concat())?;
@@ -75,7 +75,7 @@ fn check_image(python: &Path, program: &impl Fn(&str, &[&str]) -> Result<String>
         ["--eye", "1,1,1", "--look", "5,3.5,1.5", "--fov", "80", "--size", "64x48", "--radius", "0.3"];
     let windows = ["--windows", "0-20ms,20-50ms,50-400ms", "--source", "right", "--quiet"];
     let trace = |seed| {
-        program("sonel-trace", &[SCENE, "-o", MAP, "--sonels", "1000", "--seed", seed, "--quiet"])?;
+        program("sonel-trace", &[SCENE, "-o", MAP, "--packets", "1000", "--seed", seed, "--quiet"])?;
         program("sonel-analyze", &["export", MAP, "-o", ARCHIVE, "--quiet"])
     };
     let compare = || printed(Command::new(python).args([PICTURES, MAP, ARCHIVE, ENERGY, EXTENTS]));
@@ -95,7 +95,7 @@ fn check_export(
 ) -> Result<()> {
     let trace = |seed| {
         let options =
-            ["--sonels", "40", "--spectral", spectral, "--effects", effects, "--seed", seed, "--quiet"];
+            ["--packets", "40", "--spectral", spectral, "--effects", effects, "--seed", seed, "--quiet"];
         program("sonel-trace", &[&[scene, "-o", MAP], &options[..]].concat())
     };
     let compare = || printed(Command::new(python).args([SONELS, MAP, ARCHIVE, ROWS]));

@@ -21,7 +21,7 @@ pub fn accept() -> Result<Option<&'static str>> {
     let file = |name: &str| folder.join(name).display().to_string();
     let [map, response, report] = ["a.sonelmap", "a.npz", "a.html"].map(file);
     let run = |name: &str, words: &[&str]| printed(Command::new(programs.join(name)).args(words));
-    run("sonel-trace", &[SCENE, "--sonels", "2000", "--quiet", "--output", &map])?;
+    run("sonel-trace", &[SCENE, "--packets", "2000", "--quiet", "--output", &map])?;
     run("sonel-render", &[&map, "--rays", "1024", "--quiet", "--output", &response])?;
     run("sonel-analyze", &["report", &response, &map, "--output", &report])?;
 

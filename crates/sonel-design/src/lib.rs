@@ -3,7 +3,7 @@
 //! - [`fit`]: coefficients of materials from measured parameters;
 //! - [`optimise`]: the cheapest change of materials that fulfils [`wish`]es;
 //! - [`sensitivity`]: how parameters change with the coefficients of materials;
-//! - [`tradeoff`]: error against CPU time, for several settings and numbers of sonels.
+//! - [`tradeoff`]: error against CPU time, for several settings and numbers of packets.
 
 pub mod fit;
 mod local;

@@ -92,9 +92,9 @@ impl Pilot {
 
     /// Variance, and the part of it that discs and spheres show.
     fn noise(&self, variance: &Variance, effort: Effort) -> [f64; 2] {
-        let sonels = self.emissions as f64 / effort.emissions as f64;
+        let packets = self.emissions as f64 / effort.emissions as f64;
         let rays = f64::from(self.rays) / f64::from(effort.rays);
-        [(variance.sonels + variance.areas) * sonels + variance.rays * rays, variance.areas * sonels]
+        [(variance.packets + variance.areas) * packets + variance.rays * rays, variance.areas * packets]
     }
 
     /// The square of the bias: it grows with the areas of discs and spheres.

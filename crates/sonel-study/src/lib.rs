@@ -2,10 +2,10 @@
 //!
 //! - [`effects`]: which effects are simulated;
 //! - [`forecast`]: predicted intervals and cost of a run;
-//! - [`render_need`]: rays for a rendering, and sonels that the map lacks;
+//! - [`render_need`]: rays for a rendering, and packets that the map lacks;
 //! - [`evaluation_receivers`]: where the accuracy of a run is read;
 //! - [`pilot`] and [`spread`]: uncertainty of parameters, now and in longer runs;
-//! - [`plan`]: sonels and rays for an accuracy;
+//! - [`plan`]: packets and rays for an accuracy;
 //! - [`room_decay`]: how long a run has to be;
 //! - [`response`]: all sources of a map rendered, and the response made of it;
 //! - [`target`]: limits of half-widths;

@@ -4,7 +4,7 @@
 //!   own estimates are independent: intervals of a run planned by a pilot cover as ever.
 //! - It has 32 batches, as a run has: rays fill their directions the better the more of them a batch has. It is longer where that costs
 //!   little, or where the kurtosis of the batches says that few strong paths carry a parameter, whose variance itself scatters (`kurtosis`).
-//! - Its rays follow its sonels as those of a run do. Where a map is given and rays are planned, their variance is separated by rendering the
+//! - Its rays follow its packets as those of a run do. Where a map is given and rays are planned, their variance is separated by rendering the
 //!   same map with other and fewer rays.
 //! - A shorter run before it tells fixed times from times per emission.
 //! - Edges, which bring no noise, are heard by the shorter run alone, for their time.
@@ -130,7 +130,7 @@ pub struct PilotConfig<'a> {
     pub trace: Settings,
     /// How it will be heard.
     pub render: RenderSettings,
-    /// Whether the sonels are those of a map, and more rays or fewer shall be planned. Else rays follow from the sonels.
+    /// Whether the packets are those of a map, and more rays or fewer shall be planned. Else rays follow from the packets.
     pub is_traced: bool,
     /// Where.
     pub receivers: &'a [ReceiverPoint],

@@ -1,4 +1,4 @@
-//! Numbers of sonels and rays for an accuracy (just-noticeable differences or targets), before a trace or before a rendering.
+//! Numbers of packets and rays for an accuracy (just-noticeable differences or targets), before a trace or before a rendering.
 
 use sonel_acoustics::Bands;
 use sonel_analysis::Parameter;
@@ -34,11 +34,11 @@ pub struct Plan {
 pub struct Row {
     /// The accuracy [JND].
     pub just_noticeable: f64,
-    /// Sonels and rays.
+    /// Packets and rays.
     pub effort: Effort,
     /// Which parameter needs them; none where the minimum is enough.
     pub limited_by: Option<Place>,
-    /// Sonels of a map that has this accuracy, where that at hand has it with no number of rays.
+    /// Packets of a map that has this accuracy, where that at hand has it with no number of rays.
     pub lacking: Option<u64>,
     /// CPU seconds and bytes.
     pub price: Price,
@@ -60,7 +60,7 @@ pub struct Width {
 /// The least effort that keeps targets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Need {
-    /// Sonels and rays.
+    /// Packets and rays.
     pub effort: Effort,
     /// Which parameter needs them; none where the minimum is enough.
     pub limited_by: Option<Place>,
@@ -124,7 +124,7 @@ impl Plan {
         Self::with_rows(rows.to_vec(), pilot, scene, evaluation_receivers)
     }
 
-    /// The plan for rendering a map of `scene` with the sonels and batches of `map` at `receivers` receivers, evaluated at `evaluation_receivers`,
+    /// The plan for rendering a map of `scene` with the packets and batches of `map` at `receivers` receivers, evaluated at `evaluation_receivers`,
     /// with bins of `bin` [s].
     #[must_use]
     pub fn of_map(
@@ -285,9 +285,9 @@ pub(crate) mod tests {
     use crate::split::Variance;
     use crate::spread::student_factor;
 
-    /// A pilot of 10 000 emissions whose only parameter has a σ of 0.1 JND, from sonels and rays as given.
-    pub(crate) fn pilot(sonels: f64, rays: f64) -> Pilot {
-        let variance = Variance { sonels, areas: 0.0, rays, bias: 0.0 };
+    /// A pilot of 10 000 emissions whose only parameter has a σ of 0.1 JND, from packets and rays as given.
+    pub(crate) fn pilot(packets: f64, rays: f64) -> Pilot {
+        let variance = Variance { packets, areas: 0.0, rays, bias: 0.0 };
         let place = Place { row: 0, band: 0, parameter: Parameter::T30 };
         let spreads = vec![Spread { place, value: Some(2.0), variance: Ok(variance), tail: 0.0 }];
         let costs = Costs { segments: 40.0, ..Costs::default() };
@@ -323,11 +323,11 @@ pub(crate) mod tests {
 
     #[test]
     fn rays_follow_sonels_whatever_makes_the_noise() {
-        let effort = |sonels, rays| pilot(sonels, rays).need(&Targets::just_noticeable(0.1), 32).effort;
-        let of_sonels = effort(0.01, 0.0);
-        assert_eq!(u64::from(of_sonels.rays), of_sonels.emissions.div_ceil(4));
-        assert_eq!(effort(0.001, 0.009), of_sonels);
-        assert_ne!(effort(0.001, 0.005), of_sonels);
+        let effort = |packets, rays| pilot(packets, rays).need(&Targets::just_noticeable(0.1), 32).effort;
+        let of_packets = effort(0.01, 0.0);
+        assert_eq!(u64::from(of_packets.rays), of_packets.emissions.div_ceil(4));
+        assert_eq!(effort(0.001, 0.009), of_packets);
+        assert_ne!(effort(0.001, 0.005), of_packets);
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! Visibility rays required for a rendering, and sonels required where more rays do not help.
+//! Visibility rays required for a rendering, and packets required where more rays do not help.
 //!
-//! The sonels of a map are given, and so is their part of the variance; rays shrink theirs (see [`crate::forecast`]). Where no rays are cast,
-//! only sonels help.
+//! The packets of a map are given, and so is their part of the variance; rays shrink theirs (see [`crate::forecast`]). Where no rays are cast,
+//! only packets help.
 
 use sonel_analysis::{Parameter, ReceiverParameters};
 use sonel_renderer::{Columns, MOST_RAYS};
@@ -18,11 +18,11 @@ const LEAST_PER_BATCH: u32 = 16;
 /// What it takes to hear a map as certainly as targets ask.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderNeed {
-    /// The map's sonels, and the rays.
+    /// The map's packets, and the rays.
     pub effort: Effort,
-    /// Which parameter needs the rays, or lacks the sonels; none where the fewest rays will do.
+    /// Which parameter needs the rays, or lacks the packets; none where the fewest rays will do.
     pub limited_by: Option<Place>,
-    /// Sonels of a map that keeps the targets with those rays; none where this one does.
+    /// Packets of a map that keeps the targets with those rays; none where this one does.
     pub lacking: Option<u64>,
 }
 
@@ -36,7 +36,7 @@ pub struct Look {
 }
 
 impl Pilot {
-    /// What two looks at the map of the sonels and batches of `map` tell of a third, in place of a pilot: `last` with more rays than `before`,
+    /// What two looks at the map of the packets and batches of `map` tell of a third, in place of a pilot: `last` with more rays than `before`,
     /// those of `before` among them. Where no rays are cast one look tells all. Nothing is known of costs.
     #[must_use]
     pub fn of_looks(before: Option<&Look>, last: &Look, parameters: &[Parameter], map: Effort) -> Self {
@@ -61,7 +61,7 @@ impl Pilot {
         }
     }
 
-    /// What it takes to keep `targets` in a map of the sonels and batches of `map`. Where rays do not matter they are those of `map`.
+    /// What it takes to keep `targets` in a map of the packets and batches of `map`. Where rays do not matter they are those of `map`.
     #[must_use]
     pub fn render_need(&self, targets: &Targets, map: Effort) -> RenderNeed {
         let rays = if self.casts_rays { LEAST_PER_BATCH * map.batches } else { map.rays };
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn rays_are_as_many_as_the_rest_of_the_variance_leaves_room_for() {
-        // In units of the squared limit, sonels have a half: the other half is met by twice the rays.
+        // In units of the squared limit, packets have a half: the other half is met by twice the rays.
         let limit = 0.1_f64;
         let square = (limit / student_factor(32)).powi(2);
         let found = render_need(&pilot(0.5 * square, square), limit);
@@ -134,8 +134,8 @@ mod tests {
     #[test]
     fn what_rays_cannot_reach_takes_sonels() {
         let found = render_need(&pilot(0.01, 1e-6), 0.1);
-        let sonels = 10_000.0 * (0.1 * student_factor(32) / 0.1).powi(2);
-        assert!((found.lacking.unwrap() as f64 / sonels - 1.0).abs() < 0.1, "{found:?}");
+        let packets = 10_000.0 * (0.1 * student_factor(32) / 0.1).powi(2);
+        assert!((found.lacking.unwrap() as f64 / packets - 1.0).abs() < 0.1, "{found:?}");
         assert_eq!(found.effort.emissions, MAP.emissions);
     }
 

@@ -1,6 +1,6 @@
-//! Splits a variance into parts of sonels, of sonels in discs and spheres, and of visibility rays.
+//! Splits a variance into parts of packets, of sonels in discs and spheres, and of visibility rays.
 //!
-//! The part of rays follows from rendering the same sonels with other or more rays, that of sonels in areas from the inner
+//! The part of rays follows from rendering the same packets with other or more rays, that of sonels in areas from the inner
 //! and outer halves of the areas.
 
 use sonel_analysis::{Parameter, ReceiverParameters, jackknife};
@@ -11,7 +11,7 @@ use crate::spread::{Place, Reading, student_factor};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Variance {
     /// What shrinks with the number of emissions.
-    pub sonels: f64,
+    pub packets: f64,
     /// What shows in the halves of discs and spheres: their shift can be taken for bias.
     pub areas: f64,
     /// What shrinks with the number of visibility rays.
@@ -23,7 +23,7 @@ pub struct Variance {
 /// A shift is a bias where it is beyond so many of its standard errors; less is found once in three times where there is none.
 const BEYOND_NOISE: f64 = 3.0;
 
-/// The parameters of the same sonels, rendered twice.
+/// The parameters of the same packets, rendered twice.
 pub(crate) struct RenderedTwice<'a> {
     /// Those whose variance is asked for.
     pub parameters: &'a [ReceiverParameters],
@@ -77,9 +77,9 @@ pub(crate) fn parts(reading: &Reading, batches: u32, share: f64) -> Result<Varia
     let all = sigma * sigma;
     let rays = share * all;
     let Some(kernel) = reading.kernel else {
-        return Ok(Variance { sonels: all - rays, areas: 0.0, rays, bias: 0.0 });
+        return Ok(Variance { packets: all - rays, areas: 0.0, rays, bias: 0.0 });
     };
     let areas = (0.25 * kernel.sigma * kernel.sigma).min(all - rays);
     let bias = if kernel.shift.abs() > BEYOND_NOISE * kernel.sigma { kernel.bias() } else { 0.0 };
-    Ok(Variance { sonels: all - rays - areas, areas, rays, bias: bias * bias })
+    Ok(Variance { packets: all - rays - areas, areas, rays, bias: bias * bias })
 }

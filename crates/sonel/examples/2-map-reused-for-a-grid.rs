@@ -1,7 +1,7 @@
 //! One map in a file, opened again and rendered at a grid of receivers.
 //!
 //! ```text
-//! cargo run --release -p sonel --example 2-map-reused-for-a-grid [SONELS]
+//! cargo run --release -p sonel --example 2-map-reused-for-a-grid [PACKETS]
 //! ```
 
 #![allow(clippy::print_stdout)] // an example talks to people
@@ -9,13 +9,13 @@
 use sonel::{Axis, Error, Grid, Map, Material, Parameter, RenderOptions, Scene, Silent, TraceOptions};
 
 fn main() -> Result<(), Error> {
-    let sonels = std::env::args().nth(1).and_then(|word| word.parse().ok());
+    let packets = std::env::args().nth(1).and_then(|word| word.parse().ok());
     let room = Scene::shoebox([10.0, 7.0, 3.0])
         .material("walls", Material::new(0.2))
         .source("stage", [2.0, 2.0, 1.5])
         .build(&Silent)?;
     let path = std::env::temp_dir().join(format!("sonel-example-{}.sonelmap", std::process::id()));
-    room.trace(&TraceOptions { sonels, ..TraceOptions::default() }, &Silent)?.map.save(&path)?;
+    room.trace(&TraceOptions { packets, ..TraceOptions::default() }, &Silent)?.map.save(&path)?;
 
     // Another day: the map has everything, also its scene.
     let map = Map::open(&path)?;

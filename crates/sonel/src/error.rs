@@ -154,7 +154,7 @@ pub fn with_options_spelled(text: &str, spell: impl Fn(&str) -> String) -> Strin
 
 /// Fields of [`TraceOptions`](crate::TraceOptions) and [`RenderOptions`](crate::RenderOptions) that messages name.
 const OPTIONS: [&str; 24] = [
-    "sonels",
+    "packets",
     "seed",
     "batches",
     "survival",

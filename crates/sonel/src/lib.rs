@@ -31,7 +31,7 @@
 //!
 //! # What to know
 //!
-//! - **Accuracy** is asked for in one of two ways: numbers ([`TraceOptions::sonels`], [`RenderOptions::rays`]), or [`Targets`] such as
+//! - **Accuracy** is asked for in one of two ways: numbers ([`TraceOptions::packets`], [`RenderOptions::rays`]), or [`Targets`] such as
 //!   `t30<1%,level<0.1dB` with `until`. [`Scene::plan`] predicts what accuracies cost.
 //! - **Effects** (air, transmission, directivity, …) are left out where that is inaudible; [`Effects`] decides otherwise.
 //! - **Results do not depend on threads or platform**: the same options give the same bytes.

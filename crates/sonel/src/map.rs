@@ -107,7 +107,7 @@ mod tests {
             .build(&Silent)
             .expect("a sound scene");
         let variants = vec![Variants::parse("materials.walls.transmission", "0.1").expect("a variant")];
-        let options = TraceOptions { sonels: Some(200), variants, ..TraceOptions::default() };
+        let options = TraceOptions { packets: Some(200), variants, ..TraceOptions::default() };
         let map = scene.trace(&options, &Silent).expect("a map").map;
         let before = map.geometry().expect("walls");
         let set = vec![Change::of("materials.walls.absorption", 0.4.into()).expect("a change")];

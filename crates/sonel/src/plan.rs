@@ -18,7 +18,7 @@ use crate::quantity::{bytes, count, seconds};
 #[must_use]
 pub fn trace_table(plan: &Plan) -> String {
     let mut text = String::from(
-        "accuracy    sonels      rays  trace CPU  render CPU        map  own memory  needed by\n",
+        "accuracy    packets      rays  trace CPU  render CPU        map  own memory  needed by\n",
     );
     for row in &plan.rows {
         let by = needed_by(plan, row);
@@ -37,15 +37,15 @@ pub fn trace_table(plan: &Plan) -> String {
     text + &widths(plan)
 }
 
-/// The table of a plan for rendering the map `label`, which has the sonels of the plan's rows.
+/// The table of a plan for rendering the map `label`, which has the packets of the plan's rows.
 #[must_use]
 pub fn map_table(plan: &Plan, label: &str) -> String {
-    let sonels = plan.rows.first().map_or(0, |row| row.effort.emissions);
-    let mut text = format!("the map has {} sonels", count(sonels));
+    let packets = plan.rows.first().map_or(0, |row| row.effort.emissions);
+    let mut text = format!("the map has {} packets", count(packets));
     if !plan.pilot.casts_rays {
-        text.push_str("; it needs no visibility rays, so only sonels help");
+        text.push_str("; it needs no visibility rays, so only packets help");
     }
-    text.push_str("\naccuracy      rays  render CPU  own memory  sonels wanted  needed by\n");
+    text.push_str("\naccuracy      rays  render CPU  own memory  packets wanted  needed by\n");
     for row in &plan.rows {
         let _ = writeln!(
             text,
@@ -58,20 +58,20 @@ pub fn map_table(plan: &Plan, label: &str) -> String {
             needed_by(plan, row),
         );
     }
-    if let Some((row, sonels)) = plan.rows.iter().find_map(|row| Some((row, row.lacking?))) {
+    if let Some((row, packets)) = plan.rows.iter().find_map(|row| Some((row, row.lacking?))) {
         let _ = writeln!(
             text,
-            "for {} JND and below more sonels are needed: {}",
+            "for {} JND and below more packets are needed: {}",
             row.just_noticeable,
-            extension(label, sonels)
+            extension(label, packets)
         );
     }
     text + &widths(plan)
 }
 
 /// What makes a map longer.
-pub(crate) fn extension(label: &str, sonels: u64) -> String {
-    format!("sonel-trace SCENE.toml -o {label} --extend {label} --sonels {sonels}")
+pub(crate) fn extension(label: &str, packets: u64) -> String {
+    format!("sonel-trace SCENE.toml -o {label} --extend {label} --packets {packets}")
 }
 
 /// What to say where more seconds were `spent` than `at_most` allows.
@@ -104,7 +104,7 @@ fn widths(plan: &Plan) -> String {
         let (symbol, unit, _) = parameter.heading();
         let _ = write!(text, " {:>21}", format!("{symbol} [{unit}]"));
     }
-    // Rows of the same sonels and rays have the same widths.
+    // Rows of the same packets and rays have the same widths.
     let mut rows = plan.rows.clone();
     rows.dedup_by_key(|row| row.effort);
     for row in &rows {
@@ -154,12 +154,12 @@ pub fn json(plan: &Plan) -> Value {
                 .collect();
             let mut fields = json!({
                 "just_noticeable": row.just_noticeable,
-                "sonels": row.effort.emissions,
+                "packets": row.effort.emissions,
                 "rays": row.effort.rays,
                 "trace_cpu_s": row.price.trace,
                 "render_cpu_s": row.price.render,
                 "cpu_s": row.price.trace + row.price.render,
-                "sonels_wanted": row.lacking,
+                "packets_wanted": row.lacking,
                 "map_bytes": row.price.bytes,
                 "trace_memory_bytes": row.memory[0],
                 "render_memory_bytes": row.memory[1],
@@ -184,7 +184,7 @@ pub fn json(plan: &Plan) -> Value {
         .collect();
     json!({
         "judges": plan.names.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
-        "pilot": { "sonels": plan.pilot.emissions, "rays": plan.pilot.rays, "segments_per_sonel": plan.pilot.costs.segments },
+        "pilot": { "packets": plan.pilot.emissions, "rays": plan.pilot.rays, "segments_per_packet": plan.pilot.costs.segments },
         "rows": rows,
         "unreadable": unreadable,
     })

@@ -18,8 +18,8 @@ fn room() -> Scene {
         .expect("a sound scene")
 }
 
-fn options(sonels: u64) -> TraceOptions<'static> {
-    TraceOptions { sonels: Some(sonels), ..TraceOptions::default() }
+fn options(packets: u64) -> TraceOptions<'static> {
+    TraceOptions { packets: Some(packets), ..TraceOptions::default() }
 }
 
 /// Hears everything, and stops the work at a step.
@@ -51,7 +51,7 @@ fn an_observer_hears_progress_and_warnings() {
     assert!(steps.is_sorted_by(|a, b| a.1 <= b.1) && (steps[steps.len() - 1].1 - 1.0).abs() < 1e-12);
     let messages = heard.messages.into_inner().expect("no panic");
     assert!(
-        messages.iter().any(|(severity, text)| *severity == Severity::Warning && text.contains("20 sonels"))
+        messages.iter().any(|(severity, text)| *severity == Severity::Warning && text.contains("20 packets"))
     );
 }
 

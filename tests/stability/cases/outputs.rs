@@ -42,26 +42,26 @@ fn hard_cases() -> Vec<Case> {
     let (behind_a_sheet, room) = silent();
     let alone = tile();
     vec![
-        ("no energy", behind_a_sheet, room, &["--sonels", "200"], &[]),
-        ("one sonel", boxed(USUAL, ""), "", &["--sonels", "1"], &[]),
-        ("one batch", boxed(USUAL, ""), "", &["--sonels", "20", "--batches", "1"], &[]),
-        ("black", boxed("absorption = 1.0", ""), "", &["--sonels", "200"], &["--estimator", "gather"]),
-        ("lossless", boxed("absorption = 0.0", "duration_s = 0.2"), "", &["--sonels", "2k"], &[]),
-        ("one bin", boxed(USUAL, "duration_s = 0.02"), "", &["--sonels", "200"], &["--bin", "0.02"]),
-        ("out of reach", boxed(USUAL, "duration_s = 0.002"), "", &["--sonels", "200"], &["--order", "0"]),
-        ("a tile in the open", alone.0, alone.1, &["--sonels", "200"], &[]),
+        ("no energy", behind_a_sheet, room, &["--packets", "200"], &[]),
+        ("one packet", boxed(USUAL, ""), "", &["--packets", "1"], &[]),
+        ("one batch", boxed(USUAL, ""), "", &["--packets", "20", "--batches", "1"], &[]),
+        ("black", boxed("absorption = 1.0", ""), "", &["--packets", "200"], &["--estimator", "gather"]),
+        ("lossless", boxed("absorption = 0.0", "duration_s = 0.2"), "", &["--packets", "2k"], &[]),
+        ("one bin", boxed(USUAL, "duration_s = 0.02"), "", &["--packets", "200"], &["--bin", "0.02"]),
+        ("out of reach", boxed(USUAL, "duration_s = 0.002"), "", &["--packets", "200"], &["--order", "0"]),
+        ("a tile in the open", alone.0, alone.1, &["--packets", "200"], &[]),
         (
             "the paper's method",
             boxed("absorption = 0.99\nscattering = 0.0", "duration_s = 0.1"),
             "",
-            &["--sonels", "2", "--mode", "paper"],
+            &["--packets", "2", "--mode", "paper"],
             &["--estimator", "paper"],
         ),
         (
             "spheres alone",
             boxed("absorption = [0.0, 1.0]\nscattering = [1.0, 0.0]", "duration_s = 0.05"),
             "",
-            &["--sonels", "3", "--spectral", "per-band"],
+            &["--packets", "3", "--spectral", "per-band"],
             &["--estimator", "sphere"],
         ),
     ]
@@ -105,7 +105,7 @@ fn unmatched(text: &str) -> Vec<&str> {
 }
 
 /// Keys whose null says by itself what it means (docs/interface.md): an option that was not given, measures of noise
-/// where there is none, a plan for which the fewest sonels will do, a cost that was no part of the run, a target that wants no more.
+/// where there is none, a plan for which the fewest packets will do, a cost that was no part of the run, a target that wants no more.
 const SPEAKING_NULLS: [&str; 11] = [
     "order",
     "radius_m",
@@ -117,7 +117,7 @@ const SPEAKING_NULLS: [&str; 11] = [
     "map_bytes",
     "worst",
     "rays_wanted",
-    "sonels_wanted",
+    "packets_wanted",
 ];
 
 /// Paths of nulls without a reason beside them.
@@ -243,12 +243,12 @@ fn plans_of_hopeless_rooms_have_reasons() {
                 }
             }
         }
-        let plan = trace(&folder, "unused.sonelmap", &["--plan", "--sonels", "2k"]);
+        let plan = trace(&folder, "unused.sonelmap", &["--plan", "--packets", "2k"]);
         wrong.extend(judge(name, &plan.map_or_else(|error| error, |said| said.concat()), false));
-        if let Ok([out, _]) = trace(&folder, "unused.sonelmap", &["--plan", "--json", "--sonels", "2k"]) {
+        if let Ok([out, _]) = trace(&folder, "unused.sonelmap", &["--plan", "--json", "--packets", "2k"]) {
             wrong.extend(judge(name, &out, true));
         }
-        let sweep = ["tradeoff", "scene.toml", "-o", "study.d", "--sonels", "64,128", "--repeats", "2"];
+        let sweep = ["tradeoff", "scene.toml", "-o", "study.d", "--packets", "64,128", "--repeats", "2"];
         if let Err(error) = analyze(&folder, &sweep) {
             wrong.extend(judge(name, &error, false));
             continue;

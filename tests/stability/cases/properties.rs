@@ -311,7 +311,7 @@ fn screened(room: Room) -> Room {
 fn diffracted_sound_may_go_either_way_in_any_room() {
     in_rooms(9, |room| {
         let scene = screened(room).scene();
-        // Behind a screen less arrives: so many more sonels that most windows say something.
+        // Behind a screen less arrives: so many more packets that most windows say something.
         let settings = |seed| Settings { emissions: 4 * settings(seed).emissions, ..settings(seed) };
         let there = heard_with(&EDGES, scene.clone(), settings(1), Estimator::Auto);
         must_agree(&there, &heard_with(&EDGES, exchanged(scene, 0), settings(2), Estimator::Auto))

@@ -135,7 +135,7 @@ pub struct IaccArguments {
 #[command(after_help = "Example:
   sonel-analyze tradeoff scenes/shoebox/scene.toml -o shoebox-tradeoff
   sonel-analyze tradeoff scenes/hall/scene.toml -o survival \\
-    --vary sonels,survival --repeats 12
+    --vary packets,survival --repeats 12
   sonel-analyze tradeoff scenes/hall/scene.toml -o rays \\
     --estimator gather --rays 16k,4k,64k
 
@@ -148,13 +148,13 @@ pub struct Tradeoff {
     /// Folder of the results, created if it does not exist; each file is replaced when the new one is complete.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Properties to vary, with usual values: sonels, survival, mode, estimator, rays, radius. By default sonels and
+    /// Properties to vary, with usual values: packets, survival, mode, estimator, rays, radius. By default packets and
     /// estimator, unless lists of values are given.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PROPERTIES")]
     pub vary: Vec<Property>,
     /// Emissions per source to try.
     #[arg(long, value_delimiter = ',', value_name = "N,…", value_parser = parse_count, allow_negative_numbers = true)]
-    pub sonels: Vec<u64>,
+    pub packets: Vec<u64>,
     /// Survival exponents β to try, 0 … 1.
     #[arg(long, value_delimiter = ',', value_name = "BETA,…", allow_hyphen_values = true)]
     pub survival: Vec<f64>,
@@ -176,7 +176,7 @@ pub struct Tradeoff {
     /// Seed of the first repeat; later repeats use the following numbers.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Emissions of the reference run where no exact answer is known; by default four times the largest number of sonels.
+    /// Emissions of the reference run where no exact answer is known; by default four times the largest number of packets.
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub reference: Option<u64>,
     /// Length of the echograms [s]; by default that of the scene.
@@ -192,7 +192,7 @@ pub struct Tradeoff {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Property {
     /// Emissions per source.
-    Sonels,
+    Packets,
     /// Survival exponent β.
     Survival,
     /// Method.
@@ -260,8 +260,8 @@ impl Diff {
 /// `merge`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
-  sonel-trace scenes/hall/scene.toml -o 1.sonelmap --sonels 1M --shard 1/2
-  sonel-trace scenes/hall/scene.toml -o 2.sonelmap --sonels 1M --shard 2/2
+  sonel-trace scenes/hall/scene.toml -o 1.sonelmap --packets 1M --shard 1/2
+  sonel-trace scenes/hall/scene.toml -o 2.sonelmap --packets 1M --shard 2/2
   sonel-analyze merge 1.sonelmap 2.sonelmap -o hall.sonelmap
   sonel-render hall.sonelmap -o 1.npz --shard 1/2
   sonel-render hall.sonelmap -o 2.npz --shard 2/2
@@ -336,7 +336,7 @@ pub struct Image {
     /// Source; by default the first.
     #[arg(long, value_name = "NAME")]
     pub source: Option<String>,
-    /// Radius of the discs in which sonels are counted [m]; by default from room and number of sonels.
+    /// Radius of the discs in which sonels are counted [m]; by default from room and number of packets.
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub radius: Option<f64>,
 }

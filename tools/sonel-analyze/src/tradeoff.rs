@@ -25,10 +25,10 @@ use crate::arguments::{Property, Tradeoff};
 
 /// Steps of the progress bar.
 const PROGRESS_STEPS: f64 = 1000.0;
-/// Sonels tried where they are varied, and where they are not.
-const SONELS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
-const FIXED_SONELS: u64 = 16_000;
-/// The reference has this many times the most sonels.
+/// Packets tried where they are varied, and where they are not.
+const PACKETS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
+const FIXED_PACKETS: u64 = 16_000;
+/// The reference has this many times the most packets.
 const REFERENCE: u64 = 4;
 /// Usual values of the other properties, the default first. Radii are in mean free paths.
 const SURVIVALS: [f64; 5] = [0.15, 0.0, 0.05, 0.4, 1.0];
@@ -160,22 +160,22 @@ fn sweep(arguments: &Tradeoff, geometry: &Geometry) -> Sweep {
         rays: or_usual(rays, is_varied(Property::Rays), &RAYS),
         radius: levels(Property::Radius, arguments.radius.clone(), &radii),
     };
-    let mut sonels = or_usual(arguments.sonels.clone(), is_varied(Property::Sonels), &SONELS);
-    if sonels.is_empty() {
-        sonels.push(FIXED_SONELS);
+    let mut packets = or_usual(arguments.packets.clone(), is_varied(Property::Packets), &PACKETS);
+    if packets.is_empty() {
+        packets.push(FIXED_PACKETS);
     }
-    sonels.sort_unstable();
-    sonels.dedup();
+    packets.sort_unstable();
+    packets.dedup();
     let edges = arguments.effects.as_ref().is_none_or(EffectSpec::diffracts);
     let render = RenderSettings { edges, ..RenderSettings::default() };
     let base = Setting { name: "default".to_owned(), trace: Settings::default(), render };
-    let most = sonels.last().copied().unwrap_or(FIXED_SONELS);
+    let most = packets.last().copied().unwrap_or(FIXED_PACKETS);
     Sweep {
         settings: tried.settings(&base),
-        sonels,
+        packets,
         repeats: arguments.repeats,
         seed: arguments.seed,
-        reference_sonels: arguments.reference.unwrap_or(REFERENCE * most),
+        reference_packets: arguments.reference.unwrap_or(REFERENCE * most),
     }
 }
 
@@ -194,8 +194,8 @@ fn has_default_properties(arguments: &Tradeoff, property: Property) -> bool {
     ];
     let nothing_said = arguments.vary.is_empty() && lists.iter().all(|&given| given < 2);
     match property {
-        // A curve of error over time needs several numbers of sonels, whatever else is varied.
-        Property::Sonels => arguments.vary.is_empty(),
+        // A curve of error over time needs several numbers of packets, whatever else is varied.
+        Property::Packets => arguments.vary.is_empty(),
         Property::Estimator => nothing_said && lists[2] == 0,
         _ => false,
     }
@@ -215,7 +215,7 @@ fn problems(arguments: &Tradeoff) -> Vec<String> {
             problems.push(sentence.to_owned());
         }
     };
-    complain(arguments.sonels.contains(&0), "--sonels 0 traces nothing: give at least 1");
+    complain(arguments.packets.contains(&0), "--packets 0 traces nothing: give at least 1");
     let outside = |survival: &f64| !(0.0..=1.0).contains(survival);
     complain(arguments.survival.iter().any(outside), "--survival is outside 0 … 1");
     let impossible = |rays: &u64| *rays == 0 || *rays > u64::from(u32::MAX);

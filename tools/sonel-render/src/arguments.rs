@@ -67,10 +67,10 @@ pub struct Arguments {
     /// Highest order of image sources; by default from the room.
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,
-    /// Radius of the gathering discs [m]; by default from room and number of sonels.
+    /// Radius of the gathering discs [m]; by default from room and number of packets.
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Visibility rays per receiver [default: a quarter as many as the map has sonels per source; 16384 with --estimator paper]. With --until the maximum.
+    /// Visibility rays per receiver [default: a quarter as many as the map has packets per source; 16384 with --estimator paper]. With --until the maximum.
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
     /// Seed of the rendering; by default that of the map.
@@ -93,12 +93,12 @@ pub struct Arguments {
     /// Change materials: a TOML file of [materials.NAME], as in a scene file; others stay. Applied before --set.
     #[arg(long, value_name = "FILE.toml")]
     pub materials: Option<PathBuf>,
-    /// Print rays, cost and intervals for several accuracies, and the sonels required where more rays do not help; with
+    /// Print rays, cost and intervals for several accuracies, and the packets required where more rays do not help; with
     /// --output, render and compare.
     #[arg(long)]
     pub plan: bool,
     /// Add rays until the half-width of every 95 % interval is below its target. Exit code 1 if a target is not reached;
-    /// the log then states the sonels required. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms,
+    /// the log then states the packets required. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms,
     /// dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,

@@ -22,9 +22,9 @@ position = [1.0, 1.0, 1.5]
 "#;
 const PROGRAM: &str = env!("CARGO_BIN_EXE_sonel-render");
 
-fn traced(sonels: &str) -> TestFolder {
+fn traced(packets: &str) -> TestFolder {
     let folder = TestFolder::with(SCENE);
-    let line = folder.line("sonel-trace", "scene.toml", "room.sonelmap", &["--sonels", sonels]);
+    let line = folder.line("sonel-trace", "scene.toml", "room.sonelmap", &["--packets", packets]);
     sonel_trace::run(&sonel_trace::Arguments::parse_from(line), &mut std::io::sink(), &mut std::io::sink())
         .expect("a sound scene");
     folder

@@ -10,7 +10,7 @@ use sonel_console::parse_threads;
 use sonel_console::shard::parse_shard;
 use sonel_console::time::parse_time;
 
-/// Traces sonels through a scene and saves the sonel map.
+/// Traces packets through a scene and saves the sonel map.
 #[derive(Debug, Clone, Parser)]
 pub struct Arguments {
     /// The scene file.
@@ -22,7 +22,7 @@ pub struct Arguments {
     /// Emissions per source (per source and band with --spectral per-band); with --shard of all shards, with --extend of
     /// the whole new map, with --until the maximum [default: 100k; --plan shows what accuracies take].
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
-    pub sonels: Option<u64>,
+    pub packets: Option<u64>,
     /// Seed of every random number [default: 1].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
@@ -49,18 +49,18 @@ pub struct Arguments {
     /// materials.NAME=ENTRY,… of the library; repeatable. As `variants` in the scene file.
     #[arg(long = "for", value_name = "NAME=VALUES", value_parser = parse_variants)]
     pub variants: Vec<Variants>,
-    /// Continue this map of the same scene to N emissions (--sonels) with its own settings. The result is the map of the
+    /// Continue this map of the same scene to N emissions (--packets) with its own settings. The result is the map of the
     /// longer run, byte for byte; --output may name the same file.
     #[arg(long, value_name = "MAP.sonelmap")]
     pub extend: Option<PathBuf>,
     /// Use the decision about effects stored in this map of the same scene, mode and duration, for the shards of a run. A
-    /// map of one sonel (--sonels 1) suffices.
+    /// map of one packet (--packets 1) suffices.
     #[arg(long, value_name = "MAP.sonelmap", conflicts_with_all = ["effects", "extend"])]
     pub decision: Option<PathBuf>,
     /// Print the predicted cost and intervals for several accuracies; with --output, run and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add sonels until the half-width of every 95 % interval at the scene's receivers, without any at a point in mid-room, is
+    /// Add packets until the half-width of every 95 % interval at the scene's receivers, without any at a point in mid-room, is
     /// below its target. Exit code 1 if a target is not reached. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
@@ -97,7 +97,7 @@ impl Arguments {
     /// The options of the run, but for the maps that they name.
     pub(crate) fn options(&self) -> TraceOptions<'static> {
         TraceOptions {
-            sonels: self.sonels,
+            packets: self.packets,
             seed: self.seed,
             batches: self.batches,
             survival: self.survival,

@@ -1,4 +1,4 @@
-//! `sonel-trace`: traces sonels through a scene and saves the sonel map.
+//! `sonel-trace`: traces packets through a scene and saves the sonel map.
 
 use std::process::ExitCode;
 

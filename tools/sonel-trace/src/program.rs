@@ -8,17 +8,17 @@ use sonel_console::{Log, Outcome, use_threads};
 use crate::arguments::Common;
 use crate::{Arguments, check, materials, new};
 
-/// Traces sonels through a scene and saves the sonel map.
+/// Traces packets through a scene and saves the sonel map.
 #[derive(Debug, Clone, Parser)]
 #[command(
     version = sonel::TRACER_VERSION.as_str(),
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     disable_help_subcommand = true,
-    after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --sonels 200k --seed 7\n  \
+    after_help = "Examples:\n  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --packets 200k --seed 7\n  \
                   sonel-trace scenes/hall/scene.toml --plan\n  \
                   sonel-trace scenes/hall/scene.toml -o hall.sonelmap \\\n    --until \"level<0.1dB,c80<0.2dB\" --at-most 60s\n  \
-                  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --extend room.sonelmap --sonels 1M\n  \
+                  sonel-trace scenes/seed-room/scene.toml -o room.sonelmap \\\n    --extend room.sonelmap --packets 1M\n  \
                   sonel-trace new hall.glb -o scene.toml\n  sonel-trace check scene.toml\n  \
                   sonel-trace materials carpet felt"
 )]

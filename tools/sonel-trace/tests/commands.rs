@@ -10,7 +10,7 @@ const SCENE: &str = "shoebox = [5.0, 4.0, 3.0]\nduration_s = 0.1\n[materials.wal
                      [[sources]]\nposition = [1.0, 1.0, 1.5]\n";
 
 fn trace(folder: &TestFolder, scene: &str, map: &str) -> Ended {
-    folder.run(PROGRAM, &[scene, "-o", map, "--sonels", "500", "--effects", "none", "--quiet"])
+    folder.run(PROGRAM, &[scene, "-o", map, "--packets", "500", "--effects", "none", "--quiet"])
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn commands_take_the_common_options() {
 fn a_target_out_of_reach_comes_with_the_limit_that_ended_the_run() {
     let folder = TestFolder::with(SCENE);
     for (limit, said) in
-        [(["--at-most", "1s"], "time limit of --at-most"), (["--sonels", "2k"], "see --sonels")]
+        [(["--at-most", "1s"], "time limit of --at-most"), (["--packets", "2k"], "see --packets")]
     {
         let words = ["scene.toml", "-o", "a.sonelmap", "--until", "level<0.0001dB"];
         let ended = folder.run(PROGRAM, &[&words[..], &limit].concat());

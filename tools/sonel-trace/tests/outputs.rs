@@ -34,8 +34,8 @@ fn test_folder() -> TestFolder {
     folder
 }
 
-fn arguments(folder: &TestFolder, map: &Path, sonels: &str) -> Vec<PathBuf> {
-    let words = ["-o".into(), map.to_owned(), "--quiet".into(), "--sonels".into(), sonels.into()];
+fn arguments(folder: &TestFolder, map: &Path, packets: &str) -> Vec<PathBuf> {
+    let words = ["-o".into(), map.to_owned(), "--quiet".into(), "--packets".into(), packets.into()];
     [folder.path("scene.toml")].into_iter().chain(words).collect()
 }
 
@@ -100,7 +100,7 @@ fn a_killed_run_leaves_the_old_map_and_a_file_that_the_next_run_removes() {
     let file = std::fs::File::open(folder.path(left)).unwrap();
     assert!(matches!(sonel_map::SonelMap::open(&file), Err(sonel_map::MapError::Incomplete)));
     drop(file);
-    let words = ["scene.toml", "-o", "room.sonelmap", "--sonels", "100"];
+    let words = ["scene.toml", "-o", "room.sonelmap", "--packets", "100"];
     let said = folder.run(PROGRAM, &words).done().err;
     assert!(said.contains(&format!("{left}, left by a killed run")), "{said}");
     assert_eq!(others(&folder), [""; 0]);
@@ -156,7 +156,7 @@ fn runs_beyond_all_measure_are_refused_with_what_they_take() {
     refused(
         command.args(arguments(&folder, &target, "1e15")),
         &[
-            "--sonels 1000000000000000 is not feasible: map",
+            "--packets 1000000000000000 is not feasible: map",
             "TB (limit 1.0 TB)",
             "CPU time",
             "memory",

@@ -21,11 +21,11 @@ const KEPT: [&str; 2] = ["deviation.svg", "tradeoff.csv"];
 const ESTIMATORS: [&str; 4] = ["--estimator", "auto,connection,gather,sphere", "--mode", "accurate,paper"];
 const SURVIVALS: [&str; 2] = ["--survival", "0.15,0,0.05,0.4,1"];
 
-/// Scenes with the sonels and repeats that take a few minutes each.
+/// Scenes with the packets and repeats that take a few minutes each.
 const SCENES: [(&str, &str, &str); 3] =
     [("shoebox", "1k,4k,16k,64k", "12"), ("seed-room", "1k,4k,16k", "10"), ("hall", "8k,32k", "5")];
 
-/// Grids of 1, 10, 100 and 1000 receivers in each scene, and the sonels they are rendered from.
+/// Grids of 1, 10, 100 and 1000 receivers in each scene, and the packets they are rendered from.
 const GRIDS: [(&str, &str, [&str; 4]); 3] = [
     ("shoebox", "4k", ["7,5,1.2", "1:9:5,1:6:2,1.2", "1:9:10,1:6:10,1.2", "1:9:10,1:6:10,0.5:2.5:10"]),
     ("seed-room", "1k", ["60,9,60", "38:66:5,9,4:66:2", "38:66:10,9,4:66:10", "38:66:10,2:28:10,4:66:10"]),
@@ -39,9 +39,9 @@ pub fn run(redraw: bool) -> Result<()> {
     let mut rows = String::new();
     for (what, varied) in [("estimators", &ESTIMATORS[..]), ("survival", &SURVIVALS)] {
         let mut sweeps = Vec::new();
-        for (scene, sonels, repeats) in SCENES {
+        for (scene, packets, repeats) in SCENES {
             if !redraw {
-                sweep(scene, what, varied, sonels, repeats)?;
+                sweep(scene, what, varied, packets, repeats)?;
             }
             let name = format!("{scene}-{what}");
             keep(&name)?;
@@ -52,19 +52,19 @@ pub fn run(redraw: bool) -> Result<()> {
     let scenes = SCENES.map(|(scene, ..)| scene).join(" | ");
     let table = format!("| setting | {scenes} |\n|---|{}\n{rows}", "---|".repeat(SCENES.len()));
     workspace::write(PAGE, workspace::with_block(&workspace::read(PAGE)?, BLOCK, &table)?)?;
-    for (scene, sonels, grids) in GRIDS {
+    for (scene, packets, grids) in GRIDS {
         if !redraw {
-            render(scene, sonels, grids)?;
+            render(scene, packets, grids)?;
         }
     }
     draw_receivers()
 }
 
-fn sweep(scene: &str, what: &str, varied: &[&str], sonels: &str, repeats: &str) -> Result<()> {
+fn sweep(scene: &str, what: &str, varied: &[&str], packets: &str, repeats: &str) -> Result<()> {
     let (file, name) = (format!("scenes/{scene}/scene.toml"), format!("{scene}-{what}"));
     let folder = format!("{FOLDER}/{name}");
     let options =
-        ["--sonels", sonels, "--repeats", repeats, "--effects", "auto,-diffraction", "--threads", "1"];
+        ["--packets", packets, "--repeats", repeats, "--effects", "auto,-diffraction", "--threads", "1"];
     let words = ["tradeoff", &file, "-o", &folder];
     workspace::program(Profile::Release, "sonel-analyze", &[&words[..], varied, &options].concat()).map(drop)
 }
@@ -110,10 +110,10 @@ fn cost(verdict: &Value) -> String {
 }
 
 /// Renders one map of `scene` on each of `grids` and leaves the reports.
-fn render(scene: &str, sonels: &str, grids: [&str; 4]) -> Result<()> {
+fn render(scene: &str, packets: &str, grids: [&str; 4]) -> Result<()> {
     let (map, response) = (format!("{FOLDER}/{scene}.sonelmap"), format!("{FOLDER}/{scene}.npz"));
     let file = format!("scenes/{scene}/scene.toml");
-    let options = ["--sonels", sonels, "--quiet"];
+    let options = ["--packets", packets, "--quiet"];
     workspace::program(Profile::Release, "sonel-trace", &[&[&file, "-o", &map][..], &options].concat())?;
     for (power, grid) in grids.into_iter().enumerate() {
         let grid = format!("--grid={grid}");
@@ -133,17 +133,17 @@ fn report(scene: &str, power: usize) -> String {
 
 /// CPU seconds of rendering against the number of receivers, opening the map apart.
 fn draw_receivers() -> Result<()> {
-    let (mut table, mut series) = ("scene,sonels,receivers,cpu_s\n".to_owned(), Vec::new());
-    for (scene, sonels, grids) in GRIDS {
+    let (mut table, mut series) = ("scene,packets,receivers,cpu_s\n".to_owned(), Vec::new());
+    for (scene, packets, grids) in GRIDS {
         let mut points = Vec::new();
         for power in 0..grids.len() {
             let report: Value = serde_json::from_str(&workspace::read(&report(scene, power))?)?;
             let seconds = |key: &str| report["timings"][key].as_f64().context("no timings");
             let (count, spent) = (10_f64.powi(power as i32), seconds("cpu_s")? - seconds("open_cpu_s")?);
-            table.push_str(&format!("{scene},{sonels},{count},{spent:.4}\n"));
+            table.push_str(&format!("{scene},{packets},{count},{spent:.4}\n"));
             points.push(Point::new(count, spent));
         }
-        series.push(Series::new(format!("{scene}, {sonels} sonels"), Mark::PointsAndLine, points));
+        series.push(Series::new(format!("{scene}, {packets} packets"), Mark::PointsAndLine, points));
     }
     let mut svg = Vec::new();
     let panel = Panel {

@@ -55,7 +55,7 @@ fn conduct((name, effects, counts): (&str, &str, &str)) -> Result<()> {
     std::fs::create_dir_all(workspace::root().join(FOLDER))?;
     let folder = folder(name);
     let options = ["--duration", "3", "--repeats", "2", "--reference", "200k", "--effects", effects];
-    let words = ["tradeoff", SCENE, "-o", &folder, "--mode", "accurate,paper", "--sonels", counts];
+    let words = ["tradeoff", SCENE, "-o", &folder, "--mode", "accurate,paper", "--packets", counts];
     workspace::program(Profile::Release, "sonel-analyze", &[&words[..], &options].concat()).map(drop)
 }
 

@@ -12,7 +12,7 @@ const SCENE: &str = "scenes/hall/scene.toml";
 const FOLDER: &str = "target/scale";
 const PAGE: &str = "docs/scale.md";
 /// Emissions and shards of workflow/config.yaml.
-const SONELS: &str = "1M";
+const PACKETS: &str = "1M";
 const SHARDS: u32 = 8;
 /// Jobs that share the receivers.
 const PARTS: u32 = 2;
@@ -33,9 +33,9 @@ pub fn run() -> Result<()> {
         let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
         measure(programs.join("sonel-analyze"), &[&["merge"], &inputs[..]].concat(), output)
     };
-    let decide = trace(&["--sonels", "1"], &decision)?;
+    let decide = trace(&["--packets", "1"], &decision)?;
     let (shards, tracing) = parts(SHARDS, "sonelmap", |shard, output| {
-        trace(&["--sonels", SONELS, "--shard", shard, "--decision", &decision], output)
+        trace(&["--packets", PACKETS, "--shard", shard, "--decision", &decision], output)
     })?;
     let merging = merge(&shards, &map)?;
     let (pieces, rendering) = parts(PARTS, "npz", |part, output| {

@@ -2,7 +2,7 @@
 //!
 //! With J the derivatives of the deviations in standard deviations by y, H = JᵀJ + 1/w² and K = H⁻¹Jᵀ, a change of the data changes y by K
 //! times it. The variance has three parts: K applied to the noise of the measurement, K applied to the batches of the map left out one at a
-//! time (they share sonels, so that their noise is not independent), and what the belief in the start leaves.
+//! time (they share packets, so that their noise is not independent), and what the belief in the start leaves.
 
 use nalgebra::{DMatrix, DVector};
 use sonel_acoustics::Coefficient;

@@ -2,7 +2,7 @@
 //!
 //! The error of a level or a clarity is a difference [dB], that of a time is relative [%]. Errors of all receivers and bands
 //! are taken together: deviations as root mean squares, biases as means. A parameter that a run with that setting and number of
-//! sonels or the reference refused is left out there and counted; where more than a tenth is missing, there is no point at all.
+//! packets or the reference refused is left out there and counted; where more than a tenth is missing, there is no point at all.
 
 use sonel_analysis::Parameter;
 
@@ -29,25 +29,25 @@ pub fn error(parameter: Parameter, value: f64, reference: f64) -> f64 {
     if parameter.is_noticed_relatively() { 100.0 * (value / reference - 1.0) } else { value - reference }
 }
 
-/// Errors of one setting in one parameter, from few sonels to many.
+/// Errors of one setting in one parameter, from few packets to many.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     /// Index of the setting.
     pub setting: usize,
     /// One of [`JUDGED`].
     pub parameter: Parameter,
-    /// By number of sonels, ascending; those with too many parameters refused are missing.
+    /// By number of packets, ascending; those with too many parameters refused are missing.
     pub points: Vec<Point>,
 }
 
 /// Part of the parameters that may be refused where the others stand for all.
 const MOST_REFUSED: f64 = 0.1;
 
-/// Errors at one number of sonels.
+/// Errors at one number of packets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
     /// Emissions per source.
-    pub sonels: u64,
+    pub packets: u64,
     /// CPU seconds of every repeat [s].
     pub seconds: Vec<f64>,
     /// Error of every repeat and parameter, in [`unit()`]: [repeat][parameter].
@@ -143,7 +143,7 @@ impl Curve {
         })
     }
 
-    /// Efficiency with the most sonels, [`Point::efficiency`].
+    /// Efficiency with the most packets, [`Point::efficiency`].
     #[must_use]
     pub fn efficiency(&self) -> Option<Measured> {
         self.points.last()?.efficiency()
@@ -158,9 +158,9 @@ pub fn curves(tradeoff: &Tradeoff) -> Vec<Curve> {
         parameter,
         points: tradeoff
             .sweep
-            .sonels
+            .packets
             .iter()
-            .filter_map(|&sonels| point(tradeoff, &tradeoff.runs_of(setting, sonels), parameter))
+            .filter_map(|&packets| point(tradeoff, &tradeoff.runs_of(setting, packets), parameter))
             .collect(),
     };
     let settings = 0..tradeoff.sweep.settings.len();
@@ -190,7 +190,7 @@ fn point(tradeoff: &Tradeoff, runs: &[&Run], parameter: Parameter) -> Option<Poi
         parameters.iter().filter_map(found).collect()
     };
     Some(Point {
-        sonels: runs.first()?.sonels,
+        packets: runs.first()?.packets,
         seconds: runs.iter().map(|run| run.seconds.total()).collect(),
         errors: runs.iter().map(errors).collect(),
         reference_half_width: mean_square.sqrt(),
@@ -198,7 +198,7 @@ fn point(tradeoff: &Tradeoff, runs: &[&Run], parameter: Parameter) -> Option<Poi
     })
 }
 
-/// A parameter of one setting with one number of sonels.
+/// A parameter of one setting with one number of packets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParameterErrors {
     /// Mean over repeats with its 95 % interval, in the parameter's unit.
@@ -209,7 +209,7 @@ pub struct ParameterErrors {
     pub stated_half_width: Option<f64>,
 }
 
-/// What the `runs` of one setting and number of sonels say of `cell`; none where any of them refused it.
+/// What the `runs` of one setting and number of packets say of `cell`; none where any of them refused it.
 #[must_use]
 pub fn estimate(runs: &[&Run], cell: usize) -> Option<ParameterErrors> {
     let values: Vec<(f64, Option<f64>)> = runs.iter().map(|run| run.values[cell]).collect::<Option<_>>()?;

@@ -39,22 +39,22 @@ impl<'a> Findings<'a> {
         &self.tradeoff.sweep.settings[setting].name
     }
 
-    /// CPU seconds of `setting` over sonels: a straight line, weighted by 1/N² because times scatter in proportion.
+    /// CPU seconds of `setting` over packets: a straight line, weighted by 1/N² because times scatter in proportion.
     #[must_use]
-    pub fn seconds_per_sonel(&self, setting: usize) -> Option<Line> {
+    pub fn seconds_per_packet(&self, setting: usize) -> Option<Line> {
         let runs = self.tradeoff.runs.iter().filter(|run| run.setting == setting);
         let points: Vec<(f64, f64, f64)> = runs
             .map(|run| {
-                let sonels = run.sonels as f64;
-                (sonels, run.seconds.total(), 1.0 / (sonels * sonels))
+                let packets = run.packets as f64;
+                (packets, run.seconds.total(), 1.0 / (packets * packets))
             })
             .collect();
         fit::line(&points)
     }
 
-    /// Mean CPU seconds of each phase of `setting` with `sonels` [s].
-    fn phases(&self, setting: usize, sonels: u64) -> Vec<(&'static str, f64)> {
-        let runs = self.tradeoff.runs_of(setting, sonels);
+    /// Mean CPU seconds of each phase of `setting` with `packets` [s].
+    fn phases(&self, setting: usize, packets: u64) -> Vec<(&'static str, f64)> {
+        let runs = self.tradeoff.runs_of(setting, packets);
         let Some(first) = runs.first() else { return Vec::new() };
         let mean = |phase: usize| {
             runs.iter().map(|run| run.seconds.phases()[phase].1).sum::<f64>() / runs.len() as f64

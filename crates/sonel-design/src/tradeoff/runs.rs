@@ -1,4 +1,4 @@
-//! Running a sweep: every setting, every number of sonels, every repeat, and the reference.
+//! Running a sweep: every setting, every number of packets, every repeat, and the reference.
 
 use sonel_analysis::{Parameter, ParameterValue, ReceiverParameters};
 use sonel_map::{Mode, Settings};
@@ -30,7 +30,7 @@ pub type Value = Option<(f64, Option<f64>)>;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// Emissions of the longer run; none where nothing is sampled and the answer exact.
-    pub sonels: Option<u64>,
+    pub packets: Option<u64>,
     /// In the order of the cells.
     pub values: Vec<Value>,
 }
@@ -71,7 +71,7 @@ pub struct Run {
     /// Index of the setting.
     pub setting: usize,
     /// Emissions per source.
-    pub sonels: u64,
+    pub packets: u64,
     /// Index of the repeat.
     pub repeat: u32,
     /// What it cost.
@@ -96,10 +96,10 @@ pub struct Tradeoff {
 }
 
 impl Tradeoff {
-    /// The repeats of `setting` with `sonels`, in order.
+    /// The repeats of `setting` with `packets`, in order.
     #[must_use]
-    pub fn runs_of(&self, setting: usize, sonels: u64) -> Vec<&Run> {
-        self.runs.iter().filter(|run| run.setting == setting && run.sonels == sonels).collect()
+    pub fn runs_of(&self, setting: usize, packets: u64) -> Vec<&Run> {
+        self.runs.iter().filter(|run| run.setting == setting && run.packets == packets).collect()
     }
 }
 
@@ -118,14 +118,14 @@ pub fn conduct(
 ) -> Result<Tradeoff, PipelineError> {
     let stage = Stage { room, receivers, clock };
     let (cells, reference) = stage.reference(sweep, store)?;
-    let total: u64 = sweep.reference_sonels + u64::from(sweep.repeats) * sweep.sonels.iter().sum::<u64>();
-    let mut done = sweep.reference_sonels;
+    let total: u64 = sweep.reference_packets + u64::from(sweep.repeats) * sweep.packets.iter().sum::<u64>();
+    let mut done = sweep.reference_packets;
     let mut runs = Vec::new();
     for repeat in 0..sweep.repeats {
-        for &sonels in &sweep.sonels {
+        for &packets in &sweep.packets {
             progress(done as f64 / total as f64);
             let seeded = Settings {
-                emissions: sonels,
+                emissions: packets,
                 seed: sweep.seed.wrapping_add(u64::from(repeat)),
                 ..Settings::default()
             };
@@ -136,11 +136,11 @@ pub fn conduct(
                     seeded,
                     store,
                     &mut |setting, seconds, values| {
-                        runs.push(Run { setting, sonels, repeat, seconds, values });
+                        runs.push(Run { setting, packets, repeat, seconds, values });
                     },
                 )?;
             }
-            done += sonels;
+            done += packets;
         }
     }
     progress(1.0);
@@ -156,16 +156,16 @@ struct Stage<'a> {
 
 impl Stage<'_> {
     /// The cells and what they are compared with: the best method with the base setting's number of batches, first with the
-    /// fewest sonels, which is enough where nothing is sampled.
+    /// fewest packets, which is enough where nothing is sampled.
     fn reference(
         &self,
         sweep: &Sweep,
         store: &mut impl MapStore,
     ) -> Result<(Vec<Cell>, Reference), PipelineError> {
         let mut last = None;
-        for sonels in [sweep.sonels[0], sweep.reference_sonels] {
+        for packets in [sweep.packets[0], sweep.reference_packets] {
             let settings = Settings {
-                emissions: sonels,
+                emissions: packets,
                 // A seed that no repeat has.
                 seed: sweep.seed.wrapping_sub(1),
                 batches: sweep.settings[0].trace.batches,
@@ -176,15 +176,15 @@ impl Stage<'_> {
             let edges = sweep.settings[0].render.edges;
             let rendered =
                 self.render_and_read(&traced.map, &RenderSettings { edges, ..RenderSettings::default() })?;
-            let sonels = (!is_exact(&rendered.renderings)).then_some(sonels);
-            let reference = Reference { sonels, values: values(&rendered.parameters) };
-            let is_done = sonels.is_none();
+            let packets = (!is_exact(&rendered.renderings)).then_some(packets);
+            let reference = Reference { packets, values: values(&rendered.parameters) };
+            let is_done = packets.is_none();
             last = Some((cells(&rendered.parameters), reference));
             if is_done {
                 break;
             }
         }
-        Ok(last.expect("two numbers of sonels are tried"))
+        Ok(last.expect("two numbers of packets are tried"))
     }
 
     /// Traces for the settings in `group`, which trace alike, and renders each of them.

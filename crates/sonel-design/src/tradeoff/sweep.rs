@@ -10,7 +10,7 @@ use sonel_renderer::{Estimator, RenderSettings};
 pub const JUDGED: [Parameter; 4] =
     [Parameter::Level, Parameter::EarlyDecayTime, Parameter::T30, Parameter::ClarityC80];
 
-/// How a scene is simulated, apart from the number of sonels and the seed.
+/// How a scene is simulated, apart from the number of packets and the seed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     /// What it differs in from the others.
@@ -43,13 +43,13 @@ pub struct Sweep {
     /// Settings compared, the base setting first.
     pub settings: Vec<Setting>,
     /// Emissions per source, ascending.
-    pub sonels: Vec<u64>,
-    /// Runs of each setting with each number of sonels, each with a seed of its own; at least two.
+    pub packets: Vec<u64>,
+    /// Runs of each setting with each number of packets, each with a seed of its own; at least two.
     pub repeats: u32,
     /// Seed of the first repeat; later repeats use the following numbers.
     pub seed: u64,
     /// Emissions of the run that is the reference where no exact answer is known.
-    pub reference_sonels: u64,
+    pub reference_packets: u64,
 }
 
 impl Levels {

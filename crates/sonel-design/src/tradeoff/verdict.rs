@@ -1,7 +1,7 @@
 //! Recommendation of a sweep: CPU time of each setting to a stated accuracy.
 //!
 //! The accuracy is a twentieth of a just-noticeable difference in every parameter: 0.05 dB of level and clarity, 0.25 % of
-//! the times, as standard deviations. Noise falls as 1/√N, so N and seconds follow from the run with the most sonels. Bias
+//! the times, as standard deviations. Noise falls as 1/√N, so N and seconds follow from the run with the most packets. Bias
 //! does not fall: a setting whose bias is significantly larger never reaches the accuracy.
 
 use super::errors::{self, Curve};
@@ -19,7 +19,7 @@ pub struct Verdict {
     /// The same in parts of what the best setting takes; none where that is nothing.
     pub times_best: Option<Measured>,
     /// Emissions per source to the accuracy.
-    pub sonels: f64,
+    pub packets: f64,
     /// Figures whose bias exceeds the accuracy beyond doubt, in words.
     pub biases: Vec<String>,
 }
@@ -36,7 +36,7 @@ impl Verdict {
 #[must_use]
 pub fn verdicts(tradeoff: &Tradeoff, curves: &[Curve]) -> Vec<Verdict> {
     let repeats = tradeoff.sweep.repeats as usize;
-    let most = tradeoff.sweep.sonels.last().map_or(0.0, |&most| most as f64);
+    let most = tradeoff.sweep.packets.last().map_or(0.0, |&most| most as f64);
     let settings = 0..tradeoff.sweep.settings.len();
     let own = |setting: usize| -> Vec<&Curve> { curves.iter().filter(|c| c.setting == setting).collect() };
     let mut verdicts: Vec<Verdict> = settings
@@ -48,7 +48,7 @@ pub fn verdicts(tradeoff: &Tradeoff, curves: &[Curve]) -> Vec<Verdict> {
                 setting,
                 seconds: fit::ratio_over_repeats(repeats, needed).or(nothing),
                 times_best: None,
-                sonels: most * times_more(&own, None).unwrap_or(f64::NAN),
+                packets: most * times_more(&own, None).unwrap_or(f64::NAN),
                 biases: own.iter().filter_map(|curve| biased(curve)).collect(),
             }
         })
@@ -71,11 +71,11 @@ fn best(verdicts: &[Verdict]) -> Option<&Verdict> {
     verdicts.iter().filter(|verdict| verdict.arrives()).min_by(|a, b| seconds(a).total_cmp(&seconds(b)))
 }
 
-/// How many times the most sonels tried are needed: the worst of the parameters decides. None where a parameter has no parameter.
+/// How many times the most packets tried are needed: the worst of the parameters decides. None where a parameter has no parameter.
 fn times_more(curves: &[&Curve], left_out: Option<usize>) -> Option<f64> {
-    let most = curves.iter().flat_map(|curve| curve.points.last()).map(|point| point.sonels).max()?;
+    let most = curves.iter().flat_map(|curve| curve.points.last()).map(|point| point.packets).max()?;
     let needed = |curve: &&Curve| {
-        let point = curve.points.last().filter(|point| point.sonels == most)?;
+        let point = curve.points.last().filter(|point| point.packets == most)?;
         let deviation = point.deviation(left_out);
         let part =
             if deviation > errors::NOTHING { deviation / errors::target(curve.parameter) } else { 0.0 };
@@ -110,12 +110,12 @@ pub fn recommendation(tradeoff: &Tradeoff, verdicts: &[Verdict]) -> String {
         return format!("{aim} No setting reaches it; the table of settings says why.");
     };
     if seconds.value <= 0.0 {
-        return format!("{aim} {} samples nothing: any number of sonels reaches it.", name(best));
+        return format!("{aim} {} samples nothing: any number of packets reaches it.", name(best));
     }
     let mut text = format!(
-        "{aim} Take {} with about {} sonels: {}.",
+        "{aim} Take {} with about {} packets: {}.",
         name(best),
-        rounded(best.sonels),
+        rounded(best.packets),
         in_seconds(seconds)
     );
     for other in verdicts.iter().filter(|other| other.setting != best.setting) {

@@ -14,7 +14,7 @@ use crate::Result;
 use crate::plan::Comparison;
 use crate::render::job::{Job, Run};
 
-/// The sonels and batches of the map, rendered with the rays of `settings`.
+/// The packets and batches of the map, rendered with the rays of `settings`.
 pub(super) fn effort(job: &Job<'_>, settings: &RenderSettings) -> Effort {
     let traced = job.map.header().settings;
     Effort { emissions: traced.emissions, rays: settings.rays(traced.emissions), batches: traced.batches }

@@ -22,7 +22,7 @@ pub(super) fn command(
     let (Settings { emissions, seed, batches, survival, spectral, .. }, default) =
         (header.settings, Settings::default());
     let numbers = [
-        ("sonels", emissions.to_string(), emissions == default.emissions),
+        ("packets", emissions.to_string(), emissions == default.emissions),
         ("seed", seed.to_string(), seed == default.seed),
         ("batches", batches.to_string(), batches == default.batches),
         ("survival", survival.to_string(), survival.to_bits() == default.survival.to_bits()),
@@ -125,7 +125,7 @@ mod tests {
         };
         assert_eq!(
             command(&header),
-            "sonel-trace SCENE.toml -o a/hall.sonelmap --sonels 5000 --for 'materials.old walls.absorption=0.9' \
+            "sonel-trace SCENE.toml -o a/hall.sonelmap --packets 5000 --for 'materials.old walls.absorption=0.9' \
              --for 'materials.old walls.scattering=[0.5,0.5,0.5,0.5,0.5,0.5,0.5,0.25]'"
         );
         // A duration that the scene states is too short for walls that absorb less.

@@ -1,4 +1,4 @@
-//! `until`: adds rays until the targets are met, else states the rays or sonels required.
+//! `until`: adds rays until the targets are met, else states the rays or packets required.
 
 use serde_json::{Value, json};
 use sonel_renderer::{MOST_RAYS, RenderSettings};
@@ -74,7 +74,7 @@ pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_
                 told["rays"] = json!(rays);
                 told["looks"] = json!(looks);
                 told["rays_wanted"] = json!(forecast.rays_wanted());
-                told["sonels_wanted"] = json!(forecast.sonels_wanted());
+                told["packets_wanted"] = json!(forecast.packets_wanted());
                 let has_time = forecast.next(rays, most).is_none();
                 let end = if has_time { "" } else { " (time limit of `at_most`)" };
                 watch.info(&format!("{} with {rays} rays{end}: {}", reached(&found), goal.targets));
@@ -121,8 +121,8 @@ impl RayForecast {
         }
     }
 
-    /// Sonels of a map that would do, where no number of rays does.
-    fn sonels_wanted(self) -> Option<u64> {
+    /// Packets of a map that would do, where no number of rays does.
+    fn packets_wanted(self) -> Option<u64> {
         match self {
             Self::Known(render_need) => render_need.lacking,
             _ => None,
@@ -134,12 +134,12 @@ impl RayForecast {
         match self {
             Self::Inside => None,
             Self::Unknown => Some(
-                "one rendering does not show whether more rays or more sonels are needed: allow more of either".to_owned(),
+                "one rendering does not show whether more rays or more packets are needed: allow more of either".to_owned(),
             ),
-            Self::Known(RenderNeed { lacking: Some(sonels), effort, .. }) => Some(format!(
-                "more rays are not enough: about {sonels} sonels and {} rays are needed: {}",
+            Self::Known(RenderNeed { lacking: Some(packets), effort, .. }) => Some(format!(
+                "more rays are not enough: about {packets} packets and {} rays are needed: {}",
                 effort.rays,
-                extension(label, sonels)
+                extension(label, packets)
             )),
             Self::Known(render_need) => Some(format!("about {} rays are needed", render_need.effort.rays)),
         }
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn what_is_wanting_is_said() {
         let advice = known(4000, Some(70_000)).advice("a.sonelmap").unwrap();
-        assert!(advice.contains("--extend a.sonelmap --sonels 70000"), "{advice}");
+        assert!(advice.contains("--extend a.sonelmap --packets 70000"), "{advice}");
         assert!(known(4000, None).advice("a.sonelmap").unwrap().contains("4000 rays"));
         assert_eq!(RayForecast::Inside.advice("a.sonelmap"), None);
     }

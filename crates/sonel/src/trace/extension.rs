@@ -31,7 +31,7 @@ pub(super) fn longer(
     problems.extend(other_effects(options, header, scene, geometry));
     unless_any(&problems, map)?;
     map.check()?;
-    let emissions = options.sonels.unwrap_or(header.settings.emissions);
+    let emissions = options.packets.unwrap_or(header.settings.emissions);
     let settings = Settings { emissions, ..header.settings };
     Ok(MapHeader { tool_version: VERSION.clone(), settings, ..header.clone() })
 }
@@ -75,11 +75,11 @@ fn unless_any(problems: &[String], map: &Map) -> Result<()> {
 fn contradictions(options: &TraceOptions<'_>, header: &MapHeader, scene: &Scene) -> Vec<String> {
     let settings = &header.settings;
     let mut problems = other_origin(header, scene);
-    if let Some(sonels) = options.sonels
-        && sonels <= settings.emissions
+    if let Some(packets) = options.packets
+        && packets <= settings.emissions
     {
         problems.push(format!(
-            "`sonels` {sonels} is not above the {} of the map: give the number of the whole new map",
+            "`packets` {packets} is not above the {} of the map: give the number of the whole new map",
             settings.emissions
         ));
     }

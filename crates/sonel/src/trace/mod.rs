@@ -70,7 +70,7 @@ impl Scene {
         self.prepare(options, observer)?.trace(None, &mut TemporaryMaps::default(), observer)
     }
 
-    /// Predicts cost and intervals of traces for several accuracies; `sonels` does not matter, `at_most` limits the plan, too.
+    /// Predicts cost and intervals of traces for several accuracies; `packets` does not matter, `at_most` limits the plan, too.
     ///
     /// # Errors
     /// As [`Self::trace`].
@@ -153,7 +153,7 @@ impl PreparedTrace<'_> {
     ) -> Result<Traced> {
         watched(observer, |watch| {
             let planner = self.planner();
-            if self.options.sonels.is_some() {
+            if self.options.packets.is_some() {
                 planner.check_feasible(self.header.shard, watch)?;
             }
             let Finished { traced, told, is_reached } = self.run(&planner, plan, store, watch)?;
@@ -177,8 +177,8 @@ impl PreparedTrace<'_> {
     ) -> Result<Finished> {
         let beginning = self.options.extend.map(Map::sonels);
         if let Some(targets) = &self.options.until {
-            let (sonels, seconds) = (self.options.sonels, self.options.at_most);
-            let goal = Goal { targets, sonels, seconds, watch };
+            let (packets, seconds) = (self.options.packets, self.options.at_most);
+            let goal = Goal { targets, packets, seconds, watch };
             return until::until(planner, &self.header, beginning, &goal, store);
         }
         let before = watch.seconds().1;
@@ -211,7 +211,7 @@ fn warn_of_empty_batches(settings: &Settings, watch: Watch<'_>) {
     let Settings { emissions, batches, .. } = *settings;
     if emissions < u64::from(batches) {
         let text = format!(
-            "{emissions} sonels in {batches} batches: some batches are empty, intervals are unreliable"
+            "{emissions} packets in {batches} batches: some batches are empty, intervals are unreliable"
         );
         watch.say(Severity::Warning, &text);
     }

@@ -11,7 +11,7 @@ use crate::{Effects, Error, Map, Result, Variants};
 pub struct TraceOptions<'a> {
     /// Emissions per source, and per band with [`Spectral::PerBand`]: at least 1, by default 100 000. With `shard` those of all shards, with
     /// `extend` those of the whole new map, with `until` the maximum.
-    pub sonels: Option<u64>,
+    pub packets: Option<u64>,
     /// Seed of every random number; by default 1.
     pub seed: Option<u64>,
     /// Batches whose spread gives the intervals, 1 … 4096; by default 32.
@@ -34,7 +34,7 @@ pub struct TraceOptions<'a> {
     pub decision: Option<&'a Map>,
     /// Simulated effects; by default [`Effects::auto`].
     pub effects: Option<Effects>,
-    /// Adds sonels until the intervals are as narrow as this.
+    /// Adds packets until the intervals are as narrow as this.
     pub until: Option<Targets>,
     /// Limit of `until` and of plans [s], by the observer's clock.
     pub at_most: Option<f64>,
@@ -56,7 +56,7 @@ impl TraceOptions<'_> {
         let paper = self.mode == Some(Mode::Paper);
         let defaults = Settings::default();
         Ok(Settings {
-            emissions: self.sonels.unwrap_or(defaults.emissions),
+            emissions: self.packets.unwrap_or(defaults.emissions),
             seed: self.seed.unwrap_or(defaults.seed),
             batches: self.batches.unwrap_or(defaults.batches),
             survival: self.survival.unwrap_or(if paper { 1.0 } else { defaults.survival }),
@@ -67,7 +67,7 @@ impl TraceOptions<'_> {
     }
 
     fn problems(&self) -> Vec<String> {
-        let is_longer = self.extend.is_some() && (self.sonels.is_some() || self.until.is_some());
+        let is_longer = self.extend.is_some() && (self.packets.is_some() || self.until.is_some());
         let paper = self.mode == Some(Mode::Paper);
         let survival = self.survival.filter(|survival| !(0.0..=1.0).contains(survival));
         let duration = self.duration.filter(|&duration| !(duration > 0.0 && duration <= LONGEST_DURATION));
@@ -91,7 +91,7 @@ impl TraceOptions<'_> {
             at_most.map(|seconds| format!("`at_most` {seconds} s is no limit: give a time above 0 s")),
             when(
                 self.extend.is_some() && !is_longer,
-                "`extend` needs `sonels` N: the emissions of the whole new map",
+                "`extend` needs `packets` N: the emissions of the whole new map",
             ),
             when(
                 self.extend.is_some() && self.shard.is_some(),
@@ -105,7 +105,7 @@ impl TraceOptions<'_> {
                 self.until.is_some() && self.shard.is_some(),
                 "`until` and `shard` cannot be combined: find N with `plan`, then trace shards",
             ),
-            when(self.sonels == Some(0), "`sonels` 0 traces nothing: give at least 1"),
+            when(self.packets == Some(0), "`packets` 0 traces nothing: give at least 1"),
         ];
         problems.into_iter().flatten().collect()
     }

@@ -1,4 +1,4 @@
-//! Plans of a trace: a pilot predicts the sonels required.
+//! Plans of a trace: a pilot predicts the packets required.
 
 use sonel_analysis::Parameter;
 use sonel_map::{Settings, ShardRange};
@@ -71,7 +71,7 @@ impl<'a> Planner<'a> {
         let demand = Demand { cpu_seconds: each * emissions, map_bytes, memory_bytes };
         if let Some(excess) = demand.excess() {
             return Err(Error::Options(vec![format!(
-                "`sonels` {} is not feasible: {excess}. The whole run needs about: {demand}. Give fewer sonels, or use `plan`",
+                "`packets` {} is not feasible: {excess}. The whole run needs about: {demand}. Give fewer packets, or use `plan`",
                 self.settings.emissions
             )]));
         }

@@ -1,4 +1,4 @@
-//! `until`: adds sonels until the targets are met.
+//! `until`: adds packets until the targets are met.
 
 use serde_json::json;
 use sonel_map::{MapHeader, Settings, SonelMap};
@@ -17,7 +17,7 @@ use crate::plan::{Comparison, overrun, reached, verdict, verdict_json};
 use crate::trace::planner::Planner;
 use crate::trace::{Finished, trace};
 
-/// Segments of a run at the most, unless `sonels` says how many: a map of about 4 GB.
+/// Segments of a run at the most, unless `packets` says how many: a map of about 4 GB.
 const MOST_SEGMENTS: f64 = 2.7e8;
 
 /// The part of the time left that a first look is planned for: prices are predictions.
@@ -28,7 +28,7 @@ pub(super) struct Goal<'a> {
     /// How certain the parameters shall be.
     pub targets: &'a Targets,
     /// Emissions at the most, where somebody says so.
-    pub sonels: Option<u64>,
+    pub packets: Option<u64>,
     /// Seconds by the clock, where somebody says so.
     pub seconds: Option<f64>,
     /// Who follows.
@@ -60,7 +60,7 @@ pub(super) fn until(
         drop(previous);
         let (found, figures, rendered) = look(planner, &traced.map, targets, watch)?;
         looks += 1;
-        watch.info(&format!("{emissions} sonels: {}", verdict(&names, &found, targets)));
+        watch.info(&format!("{emissions} packets: {}", verdict(&names, &found, targets)));
         let affordable = goal.seconds.map(|seconds| {
             affordable(seconds - watch.seconds().0, (watch.seconds().0 - begin) / emissions as f64)
         });
@@ -74,7 +74,7 @@ pub(super) fn until(
         (previous, emissions) = (Some(traced.map), next);
     };
     watch.info(&format!(
-        "{} with {emissions} sonels{end}: {targets}\n{}",
+        "{} with {emissions} packets{end}: {targets}\n{}",
         reached(&found),
         comparison.line()
     ));
@@ -83,7 +83,7 @@ pub(super) fn until(
     }
     let mut told = comparison.json();
     told["until"] = verdict_json(&names, &found, targets);
-    told["until"]["sonels"] = json!(emissions);
+    told["until"]["packets"] = json!(emissions);
     told["until"]["rays"] = json!(Effort::of_trace(emissions, batches).rays);
     told["until"]["looks"] = json!(looks);
     Ok(Finished { traced, told, is_reached: found.is_reached() })
@@ -109,9 +109,9 @@ fn start(planner: &Planner<'_>, settings: &Settings, known: u64, goal: &Goal<'_>
     let processors = (after_pilot.1 - before_pilot.1) / (after_pilot.0 - before_pilot.0).max(1e-3);
     let batches = settings.batches;
     let need = pilot.need(targets, batches).effort;
-    let most = goal.sonels.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
+    let most = goal.packets.unwrap_or((MOST_SEGMENTS / pilot.costs.segments.max(1.0)) as u64);
     watch.info(&format!(
-        "{targets}: about {} sonels needed (pilot of {} sonels, {:.2} s)",
+        "{targets}: about {} packets needed (pilot of {} packets, {:.2} s)",
         need.emissions,
         pilot.emissions,
         after_pilot.0 - before_pilot.0
@@ -135,12 +135,12 @@ fn first_look(pilot: &Pilot, wanted: Effort, goal: &Goal<'_>, processors: f64) -
     emissions.min(affordable(processor_seconds - cpu(0), each))
 }
 
-/// How many sonels of so many seconds `each` there are in `seconds`.
+/// How many packets of so many seconds `each` there are in `seconds`.
 fn affordable(seconds: f64, each: f64) -> u64 {
     (seconds / each).max(1.0) as u64
 }
 
-/// How many sonels the next look has, if there is one.
+/// How many packets the next look has, if there is one.
 fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: Option<u64>) -> Option<u64> {
     if verdict.is_inside() {
         return None;
@@ -154,7 +154,7 @@ fn why_ended(verdict: &Verdict, emissions: u64, most: u64) -> &'static str {
     if next_number(verdict, emissions, most, None).is_some() {
         " (time limit of `at_most`)"
     } else if next_number(verdict, emissions, u64::MAX, None).is_some() {
-        " (largest number, see `sonels`)"
+        " (largest number, see `packets`)"
     } else {
         ""
     }

@@ -43,7 +43,7 @@ pub struct FitArguments {
     /// in the middle.
     #[arg(long, value_name = "W", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
     pub belief: f64,
-    /// Visibility rays per receiver [default: a quarter as many as the map has sonels per source].
+    /// Visibility rays per receiver [default: a quarter as many as the map has packets per source].
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
     /// Output format.

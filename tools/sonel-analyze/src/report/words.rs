@@ -31,7 +31,7 @@ fn missing(reason: &Unsupported) -> &'static str {
             "the sound dies away in several stages, so that one reverberation time does not describe it. Look at the decay curves."
         }
         Unsupported::Noisy { .. } | Unsupported::OneBatchDecides { .. } => {
-            "the random scatter of the simulation is too large to state a value. A longer calculation (more sonels) gives one."
+            "the random scatter of the simulation is too large to state a value. A longer calculation (more packets) gives one."
         }
         Unsupported::DirectOutside { .. }
         | Unsupported::NotDecaying
@@ -56,6 +56,6 @@ fn doubtful(warning: &str) -> &'static str {
     if warning.contains("straight") {
         "the sound does not die away evenly, so that the reverberation time is a compromise."
     } else {
-        "the stated uncertainty may be too small, as a few strong paths decide. A longer calculation (more sonels) helps."
+        "the stated uncertainty may be too small, as a few strong paths decide. A longer calculation (more packets) helps."
     }
 }

@@ -78,7 +78,7 @@ fn the_version_has_revision_and_build() {
 
 #[test]
 fn a_wish_out_of_reach_is_missed_and_nothing_is_written() {
-    let folder = traced(&["--sonels", "2k"]);
+    let folder = traced(&["--packets", "2k"]);
     let words = ["optimise", MAP, "--wish", "t20=9s±5%@1000", "--change", "z0=0.4:0.6", "-o", "c.toml"];
     let ended = analyze(&folder, &words);
     assert_eq!(ended.code, Some(1), "{ended:?}");
@@ -101,9 +101,9 @@ fn inspected(folder: &TestFolder) -> Value {
 #[test]
 fn the_ledger_of_every_kind_of_map_is_found_in_its_paths() {
     for options in [
-        &["--sonels", "3000"][..],
-        &["--sonels", "1013", "--survival", "0"],
-        &["--sonels", "3000", "--shard", "2/3"],
+        &["--packets", "3000"][..],
+        &["--packets", "1013", "--survival", "0"],
+        &["--packets", "3000", "--shard", "2/3"],
     ] {
         let ended = analyze(&traced(options), &["verify", MAP]).done();
         assert!(
@@ -116,14 +116,14 @@ fn the_ledger_of_every_kind_of_map_is_found_in_its_paths() {
 #[test]
 fn the_ledger_of_a_paper_map_is_found_in_its_paths() {
     let folder = TestFolder::with(&SCENE.replace("cardioid", "omni"));
-    trace(&folder, MAP, &["--sonels", "700", "--mode", "paper"]);
+    trace(&folder, MAP, &["--packets", "700", "--mode", "paper"]);
     let ended = analyze(&folder, &["verify", MAP]).done();
     assert!(ended.out.contains("agrees with the paths") && ended.err.is_empty(), "{ended:?}");
 }
 
 #[test]
 fn deposits_add_up_to_the_ledger() {
-    let folder = traced(&["--sonels", "2000"]);
+    let folder = traced(&["--packets", "2000"]);
     let json = inspected(&folder);
     assert_eq!((json["kind"].as_str(), json["emitted"].as_u64()), (Some("sonelmap"), Some(4000)));
     for (band, balance) in json["ledger"].as_array().unwrap().iter().enumerate() {
@@ -151,10 +151,10 @@ fn deposits_add_up_to_the_ledger() {
 
 #[test]
 fn inspect_lists_the_edges_that_diffract() {
-    let text = analyze(&traced(&["--sonels", "50"]), &["inspect", MAP]).done().out;
+    let text = analyze(&traced(&["--packets", "50"]), &["inspect", MAP]).done().out;
     assert!(text.contains("no edge diffracts"), "{text}");
     let folder = TestFolder::shipped("seed-room");
-    trace(&folder, MAP, &["--sonels", "50"]);
+    trace(&folder, MAP, &["--packets", "50"]);
     let json = inspected(&folder);
     let edges = json["diffracting_edges"].as_array().unwrap();
     let mut lengths: Vec<f64> = edges.iter().map(|edge| edge["length_m"].as_f64().unwrap()).collect();
@@ -171,7 +171,7 @@ fn inspect_lists_the_edges_that_diffract() {
 
 #[test]
 fn the_result_does_not_depend_on_the_threads() {
-    let folder = traced(&["--sonels", "3000"]);
+    let folder = traced(&["--packets", "3000"]);
     let runs = ["1", "2", "5"]
         .map(|threads| analyze(&folder, &["inspect", "--json", "--threads", threads, MAP]).done().out);
     assert!(!runs[0].is_empty() && runs[0] == runs[1] && runs[1] == runs[2]);
@@ -179,7 +179,7 @@ fn the_result_does_not_depend_on_the_threads() {
 
 #[test]
 fn damaged_maps_are_named_and_refused() {
-    let folder = traced(&["--sonels", "500"]);
+    let folder = traced(&["--packets", "500"]);
     let sound = folder.bytes(MAP);
     let mut damages: Vec<Vec<u8>> = (0..20).map(|at| sound[..sound.len() * at / 20].to_vec()).collect();
     for at in (0..sound.len()).step_by(sound.len() / 40) {
@@ -274,7 +274,7 @@ fn a_line_of_workstations_says_what_it_lacks() {
 
 #[test]
 fn a_comparison_needs_two_of_a_kind_with_batches() {
-    let folder = traced(&["--sonels", "500"]);
+    let folder = traced(&["--packets", "500"]);
     render(&folder);
     assert!(analyze(&folder, &["diff", RESPONSE, MAP]).refused().contains("room.sonelmap is a map and"));
     assert!(analyze(&folder, &["diff", RESPONSE, RESPONSE]).refused().contains("no comparable parameter"));
@@ -283,7 +283,7 @@ fn a_comparison_needs_two_of_a_kind_with_batches() {
 /// `… | head`: the reader of stdout is gone before the first byte. That is neither a failure nor worth a word.
 #[test]
 fn a_closed_pipe_ends_the_program_quietly() {
-    let folder = traced(&["--sonels", "100"]);
+    let folder = traced(&["--packets", "100"]);
     render(&folder);
     let run = |words: &[&str]| {
         let (reader, writer) = std::io::pipe().expect("a pipe");

@@ -30,8 +30,8 @@ fn diff_json(folder: &TestFolder, a: &str, b: &str) -> (Option<i32>, Value) {
 #[test]
 fn a_map_is_identical_to_itself() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--sonels", "500"]);
-    trace(&folder, "b.sonelmap", &["--sonels", "500"]);
+    trace(&folder, "a.sonelmap", &["--packets", "500"]);
+    trace(&folder, "b.sonelmap", &["--packets", "500"]);
     let Ended { code, out, err } = analyze(&folder, &["diff", "a.sonelmap", "b.sonelmap"]);
     assert!(code == Some(0) && out.starts_with("identical") && err.is_empty(), "{out}{err}");
     let (code, json) = diff_json(&folder, "a.sonelmap", "b.sonelmap");
@@ -41,10 +41,10 @@ fn a_map_is_identical_to_itself() {
 #[test]
 fn seeds_sizes_and_shards_of_one_scene_are_the_same() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--sonels", "8000"]);
-    trace(&folder, "seed.sonelmap", &["--sonels", "8000", "--seed", "2"]);
-    trace(&folder, "small.sonelmap", &["--sonels", "3000", "--seed", "3", "--batches", "8"]);
-    trace(&folder, "shard.sonelmap", &["--sonels", "12000", "--seed", "4", "--shard", "2/3"]);
+    trace(&folder, "a.sonelmap", &["--packets", "8000"]);
+    trace(&folder, "seed.sonelmap", &["--packets", "8000", "--seed", "2"]);
+    trace(&folder, "small.sonelmap", &["--packets", "3000", "--seed", "3", "--batches", "8"]);
+    trace(&folder, "shard.sonelmap", &["--packets", "12000", "--seed", "4", "--shard", "2/3"]);
     for other in ["seed.sonelmap", "small.sonelmap", "shard.sonelmap"] {
         let Ended { code, out, err } = analyze(&folder, &["diff", "a.sonelmap", other]);
         assert!(
@@ -60,10 +60,10 @@ fn seeds_sizes_and_shards_of_one_scene_are_the_same() {
 #[test]
 fn a_change_is_said_found_and_located() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "before.sonelmap", &["--sonels", "20k"]);
+    trace(&folder, "before.sonelmap", &["--packets", "20k"]);
     let after = SCENE.replace("absorption = 0.15", "absorption = [0.15, 0.15, 0.4]");
     folder.write("scene.toml", after);
-    trace(&folder, "after.sonelmap", &["--sonels", "20k", "--seed", "2"]);
+    trace(&folder, "after.sonelmap", &["--packets", "20k", "--seed", "2"]);
     let Ended { code, out, .. } = analyze(&folder, &["diff", "before.sonelmap", "after.sonelmap"]);
     assert_eq!(code, Some(1), "{out}");
     assert!(
@@ -86,12 +86,12 @@ fn a_change_is_said_found_and_located() {
 #[test]
 fn maps_with_nothing_in_common_are_refused_with_the_reason() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--sonels", "2000"]);
+    trace(&folder, "a.sonelmap", &["--packets", "2000"]);
     let cases = [
-        (SCENE.replace("\"stage\"", "\"pit\""), &["--sonels", "2000"][..], "no source in common"),
-        (SCENE.replace("[250, 500, 1000]", "[2000, 4000, 8000]"), &["--sonels", "2000"], "no band in common"),
-        (SCENE.to_owned(), &["--sonels", "2000", "--batches", "1"], "fewer than two batches"),
-        (SCENE.to_owned(), &["--sonels", "40", "--seed", "2"], "trace both with more sonels"),
+        (SCENE.replace("\"stage\"", "\"pit\""), &["--packets", "2000"][..], "no source in common"),
+        (SCENE.replace("[250, 500, 1000]", "[2000, 4000, 8000]"), &["--packets", "2000"], "no band in common"),
+        (SCENE.to_owned(), &["--packets", "2000", "--batches", "1"], "fewer than two batches"),
+        (SCENE.to_owned(), &["--packets", "40", "--seed", "2"], "trace both with more packets"),
     ];
     for (scene, options, reason) in cases {
         folder.write("scene.toml", scene);
@@ -105,7 +105,7 @@ fn maps_with_nothing_in_common_are_refused_with_the_reason() {
 #[test]
 fn a_damaged_map_is_named_even_if_the_other_has_its_digest() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--sonels", "500"]);
+    trace(&folder, "a.sonelmap", &["--packets", "500"]);
     let mut bytes = folder.bytes("a.sonelmap");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;

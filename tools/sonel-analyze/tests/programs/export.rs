@@ -21,7 +21,7 @@ fn rows(csv: &[u8]) -> Vec<Vec<String>> {
 #[test]
 fn rows_add_up_to_what_inspect_says() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--sonels", "1500"]);
+    trace(&folder, "a.sonelmap", &["--packets", "1500"]);
     let rows = rows(&export(&folder, "a.sonelmap", "a.csv", &[]));
     let column = |name: &str| rows[0].iter().position(|field| field == name).unwrap();
     let json: Value =
@@ -46,7 +46,7 @@ fn rows_add_up_to_what_inspect_says() {
 fn shards_hold_the_sonels_of_the_run_once() {
     let folder = TestFolder::with(SCENE);
     let exported = |shard: &str| {
-        trace(&folder, "a.sonelmap", &["--sonels", "1500", "--shard", shard]);
+        trace(&folder, "a.sonelmap", &["--packets", "1500", "--shard", shard]);
         rows(&export(&folder, "a.sonelmap", "a.csv", &[]))
     };
     let whole = exported("1/1");
@@ -60,7 +60,7 @@ fn shards_hold_the_sonels_of_the_run_once() {
 #[test]
 fn exports_do_not_depend_on_the_threads() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--sonels", "9k"]);
+    trace(&folder, "a.sonelmap", &["--packets", "9k"]);
     for output in ["a.csv", "a.npz"] {
         let one = export(&folder, "a.sonelmap", output, &["--threads", "1"]);
         assert!(
@@ -73,7 +73,7 @@ fn exports_do_not_depend_on_the_threads() {
 #[test]
 fn other_endings_and_damaged_maps_are_refused_and_older_outputs_stay() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--sonels", "600"]);
+    trace(&folder, "a.sonelmap", &["--packets", "600"]);
     let refused = |output: &str| analyze(&folder, &["export", "-o", output, "a.sonelmap"]).refused();
     for output in ["a.json", "a", "a.csv.gz"] {
         assert!(refused(output).contains("neither in .csv nor in .npz"));
@@ -94,7 +94,7 @@ fn other_endings_and_damaged_maps_are_refused_and_older_outputs_stay() {
 #[test]
 fn a_full_disk_is_said_once() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--sonels", "2k"]);
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]);
     for output in ["a.csv", "a.npz"] {
         let program = env!("CARGO_BIN_EXE_sonel-analyze");
         let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" export --quiet -o \"$1\" a.sonelmap";

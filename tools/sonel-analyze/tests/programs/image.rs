@@ -9,7 +9,7 @@ const CAMERA: [&str; 8] = ["--eye", "1,1,1", "--look", "5,4,2", "--fov", "80", "
 fn folder() -> TestFolder {
     let (one_source, _) = SCENE.rsplit_once("[[sources]]").expect("two sources");
     let folder = TestFolder::with(one_source);
-    trace(&folder, "a.sonelmap", &["--sonels", "1500"]);
+    trace(&folder, "a.sonelmap", &["--packets", "1500"]);
     folder
 }
 

@@ -14,9 +14,9 @@ fn merge(folder: &TestFolder, maps: &[&str], output: &str) -> (Option<i32>, Stri
 #[test]
 fn shards_joined_are_the_run_in_one_piece_however_it_is_traced() {
     for options in [
-        &["--sonels", "2600"][..],
-        &["--sonels", "700", "--spectral", "per-band", "--batches", "7"],
-        &["--sonels", "2049", "--survival", "1", "--effects", "none"],
+        &["--packets", "2600"][..],
+        &["--packets", "700", "--spectral", "per-band", "--batches", "7"],
+        &["--packets", "2049", "--survival", "1", "--effects", "none"],
     ] {
         let folder = TestFolder::with(SCENE);
         trace(&folder, "whole.sonelmap", options);
@@ -36,7 +36,7 @@ fn shards_joined_are_the_run_in_one_piece_however_it_is_traced() {
 #[test]
 fn every_problem_is_a_line_and_older_outputs_stay() {
     let folder = TestFolder::with(SCENE);
-    let traced = |map: &str, options: &[&str]| trace(&folder, map, &[&["--sonels", "2k"], options].concat());
+    let traced = |map: &str, options: &[&str]| trace(&folder, map, &[&["--packets", "2k"], options].concat());
     traced("1.sonelmap", &["--shard", "1/3"]);
     traced("2.sonelmap", &["--shard", "2/3", "--seed", "9"]);
     traced("again.sonelmap", &["--shard", "2/3"]);
@@ -66,7 +66,7 @@ fn every_problem_is_a_line_and_older_outputs_stay() {
 fn the_output_is_no_input() {
     let folder = TestFolder::with(SCENE);
     for (map, index) in [("1.sonelmap", "1/2"), ("2.sonelmap", "2/2")] {
-        trace(&folder, map, &["--sonels", "2k", "--shard", index]);
+        trace(&folder, map, &["--packets", "2k", "--shard", index]);
     }
     let before = folder.bytes("2.sonelmap");
     let (code, log) = merge(&folder, &["1.sonelmap", "2.sonelmap"], "2.sonelmap");
@@ -77,7 +77,7 @@ fn the_output_is_no_input() {
 #[test]
 fn a_single_shard_is_the_whole_run() {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "1.sonelmap", &["--sonels", "600", "--shard", "1/1"]);
+    trace(&folder, "1.sonelmap", &["--packets", "600", "--shard", "1/1"]);
     let (code, log) = merge(&folder, &["1.sonelmap"], "joined.sonelmap");
     assert_eq!(code, Some(0), "{log}");
     assert!(folder.bytes("1.sonelmap") == folder.bytes("joined.sonelmap"));
@@ -90,7 +90,7 @@ fn a_single_shard_is_the_whole_run() {
 fn a_damaged_shard_leaves_no_output() {
     let folder = TestFolder::with(SCENE);
     for (map, index) in [("1.sonelmap", "1/2"), ("2.sonelmap", "2/2")] {
-        trace(&folder, map, &["--sonels", "2k", "--shard", index]);
+        trace(&folder, map, &["--packets", "2k", "--shard", index]);
     }
     let mut damaged = folder.bytes("2.sonelmap");
     damaged[4000] ^= 4;

@@ -39,7 +39,7 @@ fn grid() -> TestFolder {
         response.energy[5 * bins..].fill(0.0);
         response.source_positions = vec![[1.5, 1.2, 1.3]];
     });
-    trace(&folder, MAP, &["--sonels", "200"]);
+    trace(&folder, MAP, &["--packets", "200"]);
     let map = SonelMap::open(&File::open(folder.path(MAP)).expect("a map")).expect("a map");
     let scene = &map.header().scene;
     change(&folder, |response| {
@@ -102,7 +102,7 @@ fn a_grid_is_a_plan_with_walls_and_receivers_without_a_value_are_grey() {
 fn maps_that_cannot_be_drawn_say_why() {
     let folder = grid();
     folder.write("scene.toml", SCENE.replace("5.0, 4.0]", "5.0, 3.9]"));
-    trace(&folder, "other.sonelmap", &["--sonels", "200"]);
+    trace(&folder, "other.sonelmap", &["--packets", "200"]);
     let refused = |options: &[&str]| plot(&folder, &[options, &["-o", "map.svg"]].concat()).refused();
     for (options, message) in [
         (&["--what", "map"][..], "no receiver has a value"),

@@ -35,7 +35,7 @@ fn curve<'a>(json: &'a Value, setting: &str, parameter: &str) -> &'a Value {
 #[test]
 fn a_mirroring_box_is_judged_by_its_exact_answer() {
     let folder = TestFolder::with(&scene(0.0));
-    let options = ["--sonels", "500,2k,8k", "--estimator", "auto,sphere"];
+    let options = ["--packets", "500,2k,8k", "--estimator", "auto,sphere"];
     let (json, printed) = sweep(&folder, &options);
     assert_eq!(json["reference"]["kind"], "exact");
 
@@ -66,10 +66,10 @@ fn a_mirroring_box_is_judged_by_its_exact_answer() {
 #[test]
 fn a_scattering_box_is_judged_by_a_longer_run_and_everything_is_written() {
     let folder = TestFolder::with(&scene(0.5));
-    let options = ["--sonels", "2k,8k", "--mode", "accurate,paper"];
+    let options = ["--packets", "2k,8k", "--mode", "accurate,paper"];
     let (json, printed) = sweep(&folder, &options);
     assert_eq!(
-        (&json["reference"]["kind"], &json["reference"]["sonels"]),
+        (&json["reference"]["kind"], &json["reference"]["packets"]),
         (&"longest run".into(), &32_000.into())
     );
     let names = ["README.md", "bias.svg", "cost.svg", "deviation.svg", "efficiency.svg", "figures.csv"];
@@ -87,7 +87,7 @@ fn a_scattering_box_is_judged_by_a_longer_run_and_everything_is_written() {
         [points(curve(&json, "accurate", "t30_s")), points(curve(&json, "paper", "level_db"))],
         [2, 2]
     );
-    // Two settings, two numbers of sonels, two bands, four parameters.
+    // Two settings, two numbers of packets, two bands, four parameters.
     assert_eq!(folder.text("out/figures.csv").lines().count(), 1 + 32);
     let seconds = json["seconds"].as_array().unwrap();
     assert!(seconds.iter().all(|row| row["cpu_s"].as_array().unwrap().len() == 4));
@@ -101,9 +101,9 @@ fn a_scattering_box_is_judged_by_a_longer_run_and_everything_is_written() {
 fn impossible_sweeps_are_refused_with_all_their_mistakes() {
     let folder = TestFolder::with(&scene(0.5));
     let words =
-        ["tradeoff", "scene.toml", "-o", "out", "--survival", "0.1,2", "--sonels", "0", "--radius", "-1"];
+        ["tradeoff", "scene.toml", "-o", "out", "--survival", "0.1,2", "--packets", "0", "--radius", "-1"];
     let refused = analyze(&folder, &words).refused();
-    for word in ["--survival", "--sonels", "--radius"] {
+    for word in ["--survival", "--packets", "--radius"] {
         assert!(refused.contains(word), "{word}: {refused}");
     }
     let bare = scene(0.5).split("[[receivers]]").next().unwrap().to_owned();

@@ -29,7 +29,7 @@ pub fn levels(json: &Value, mode: &str) -> Result<Vec<Level>> {
         .map(|figure| {
             let number = |value: &Value| value.as_f64().context("a level was refused");
             Ok(Level {
-                sonels: number(&figure["sonels"])?,
+                sonels: number(&figure["packets"])?,
                 center_frequency_hz: number(&figure["center_frequency_hz"])?,
                 mean: number(&figure["mean"]["value"])?,
                 half_width: number(&figure["stated_half_width"])?,
@@ -74,7 +74,7 @@ pub fn times(json: &Value, mode: &str, packets: f64) -> Result<Times> {
         let most = seconds.iter().copied().fold(f64::MIN, f64::max);
         let least = seconds.iter().copied().fold(f64::MAX, f64::min);
         Ok(Time {
-            sonels: row["sonels"].as_f64().context("no count")?,
+            sonels: row["packets"].as_f64().context("no count")?,
             mean: seconds.iter().sum::<f64>() / seconds.len() as f64,
             half_width: 0.5 * (most - least),
             trace: number(&row["phases"]["trace_s"])?,
@@ -82,7 +82,7 @@ pub fn times(json: &Value, mode: &str, packets: f64) -> Result<Times> {
     };
     let setting = of_mode("settings", "name")?;
     let setting = setting.first().with_context(|| format!("the sweep has no setting {mode}"))?;
-    let slope = &setting["seconds_per_sonel"];
+    let slope = &setting["seconds_per_packet"];
     let (low, high) = (number(&slope["ci95"][0])?, number(&slope["ci95"][1])?);
     Ok(Times {
         points: of_mode("seconds", "setting")?.iter().map(point).collect::<Result<_>>()?,
@@ -168,17 +168,17 @@ mod tests {
     fn sweep(level: Value) -> Value {
         let figure = |parameter: &str, value: &Value| {
             json!({
-                "setting": "paper", "sonels": 1000, "center_frequency_hz": 125.0, "parameter": parameter,
+                "setting": "paper", "packets": 1000, "center_frequency_hz": 125.0, "parameter": parameter,
                 "mean": { "value": value }, "standard_deviation": 0.1, "stated_half_width": 0.2,
             })
         };
-        let seconds = |sonels: u64, runs: [f64; 2]| json!({ "setting": "paper", "sonels": sonels, "cpu_s": runs, "phases": { "trace_s": 0.6 } });
+        let seconds = |sonels: u64, runs: [f64; 2]| json!({ "setting": "paper", "packets": sonels, "cpu_s": runs, "phases": { "trace_s": 0.6 } });
         json!({
             "figures": [figure("t30_s", &json!(7.7)), figure("level_db", &level)],
             "seconds": [seconds(1000, [1.8, 2.2]), seconds(2000, [4.0, 4.0])],
             "settings": [{
                 "name": "paper",
-                "seconds_per_sonel": { "value": 0.002, "ci95": [0.0018, 0.0022] },
+                "seconds_per_packet": { "value": 0.002, "ci95": [0.0018, 0.0022] },
                 "overhead_s": { "value": 0.0 },
             }],
         })

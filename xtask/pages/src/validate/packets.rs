@@ -6,7 +6,7 @@ use xtask::workspace::{self, Profile};
 
 use super::room::{Pairs, Room, Values, Variant};
 
-const SONELS: &str = "20k";
+const PACKETS: &str = "20k";
 const RAYS: &str = "8192";
 
 /// What packets say: a row per pair, sources first, a column per band.
@@ -17,7 +17,7 @@ pub fn pairs(room: &Room, variant: &Variant) -> Result<Pairs> {
         let _ = std::fs::remove_file(workspace::root().join(leftover));
     }
     let run = |program, words: &[&str]| workspace::program(Profile::Release, program, words);
-    run("sonel-trace", &[&scene, "-o", &map, "--sonels", SONELS, "--quiet"])?;
+    run("sonel-trace", &[&scene, "-o", &map, "--packets", PACKETS, "--quiet"])?;
     run("sonel-render", &[&map, "-o", &response, "--rays", RAYS, "--effects", variant.effects, "--quiet"])?;
     let parameters = run("sonel-analyze", &["parameters", &response, "--format", "json"])?;
     let parameters: Value = serde_json::from_str(&parameters)?;

@@ -34,7 +34,7 @@ pub fn rows(room: &Room, variant: Variant) -> Result<Vec<Row>> {
         let _ = std::fs::remove_file(workspace::root().join(leftover));
     }
     let run = |program, words: &[&str]| workspace::program(Profile::Release, program, words);
-    run("sonel-trace", &[&scene, "-o", &map, "--sonels", room.sonels, "--quiet"])?;
+    run("sonel-trace", &[&scene, "-o", &map, "--packets", room.packets, "--quiet"])?;
     run("sonel-render", &[&map, "-o", &response, "--rays", "32768", "--quiet"])?;
     let figures: Value =
         serde_json::from_str(&run("sonel-analyze", &["parameters", &response, "--format", "json"])?)?;

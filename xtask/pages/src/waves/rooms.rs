@@ -16,7 +16,7 @@ pub struct Room {
     /// Octaves compared [Hz].
     pub bands: &'static [f64],
     /// Packets per source.
-    pub sonels: &'static str,
+    pub packets: &'static str,
     toml: String,
     obj: String,
 }
@@ -29,7 +29,7 @@ pub fn all() -> Result<Vec<Room>> {
     let hall = Room {
         name: "hall",
         bands: BANDS,
-        sonels: "30k",
+        packets: "30k",
         toml: workspace::read("scenes/hall/scene.toml")?,
         obj: workspace::read("scenes/hall/hall.obj")?,
     };
@@ -48,7 +48,7 @@ pub fn all() -> Result<Vec<Room>> {
     let boxes = boxes.map(|(name, mesh)| Room {
         name,
         bands: BANDS,
-        sonels: "30k",
+        packets: "30k",
         toml: PLAIN.to_owned(),
         obj: mesh.text,
     });

@@ -12,12 +12,12 @@ use sonel_study::pipeline::{RenderSeconds, TraceSeconds};
 /// CPU seconds a sonel.
 const SECONDS: f64 = 1e-4;
 const REPEATS: u32 = 8;
-const SONELS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
+const PACKETS: [u64; 4] = [1_000, 4_000, 16_000, 64_000];
 /// Bands of one receiver.
 const BANDS: usize = 10;
 
-/// A setting that does not exist: what its parameters scatter by with one sonel, in parts of the target, how that falls with
-/// sonels, and its bias in targets.
+/// A setting that does not exist: what its parameters scatter by with one packet, in parts of the target, how that falls with
+/// packets, and its bias in targets.
 #[derive(Clone, Copy)]
 struct Made {
     scatter: f64,
@@ -48,19 +48,19 @@ fn made(settings: &[Made], seed: u64) -> Tradeoff {
     let truth = 2.0;
     let mut runs = Vec::new();
     for (setting, made) in settings.iter().enumerate() {
-        for sonels in SONELS {
+        for packets in PACKETS {
             for repeat in 0..REPEATS {
-                let scatter = made.scatter * (sonels as f64).powf(-made.exponent);
+                let scatter = made.scatter * (packets as f64).powf(-made.exponent);
                 let value = |cell: &Cell| {
                     let error = target(cell.parameter) * (made.bias + scatter * normal(&mut numbers));
                     let relative = cell.parameter.is_noticed_relatively();
                     Some((truth + if relative { truth * error / 100.0 } else { error }, None))
                 };
                 let values = cells.iter().map(value).collect();
-                let trace = TraceSeconds { trace: SECONDS * sonels as f64, write: 0.0, open: 0.0 };
+                let trace = TraceSeconds { trace: SECONDS * packets as f64, write: 0.0, open: 0.0 };
                 let seconds =
                     RunSeconds { trace, render: RenderSeconds { parameters: 9.0, ..Default::default() } };
-                runs.push(Run { setting, sonels, repeat, seconds, values });
+                runs.push(Run { setting, packets, repeat, seconds, values });
             }
         }
     }
@@ -73,12 +73,12 @@ fn made(settings: &[Made], seed: u64) -> Tradeoff {
         scene: "made up".to_owned(),
         sweep: Sweep {
             settings: (0..settings.len()).map(name).collect(),
-            sonels: SONELS.into(),
+            packets: PACKETS.into(),
             repeats: REPEATS,
             seed: 1,
-            reference_sonels: 1,
+            reference_packets: 1,
         },
-        reference: Reference { sonels: None, values: vec![Some((truth, None)); cells.len()] },
+        reference: Reference { packets: None, values: vec![Some((truth, None)); cells.len()] },
         cells,
         runs,
     }

@@ -6,7 +6,7 @@ use super::Findings;
 use crate::tradeoff::errors;
 use crate::tradeoff::fit::Measured;
 
-/// Errors over all parameters of a parameter: a row for each setting, parameter and number of sonels.
+/// Errors over all parameters of a parameter: a row for each setting, parameter and number of packets.
 ///
 /// # Errors
 /// When `out` cannot be written.
@@ -16,7 +16,7 @@ pub fn curves_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Resu
         "setting",
         "parameter",
         "unit",
-        "sonels",
+        "packets",
         "cpu_s",
         "standard_deviation",
         "standard_deviation_low",
@@ -34,7 +34,7 @@ pub fn curves_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Resu
                 findings.name(curve.setting).to_owned(),
                 curve.parameter.key().to_owned(),
                 errors::unit(curve.parameter).to_owned(),
-                point.sonels.to_string(),
+                point.packets.to_string(),
                 number(Some(point.mean_seconds(None))),
                 number(deviation.map(|deviation| deviation.value)),
                 number(deviation.and_then(|deviation| Some(deviation.interval?[0]))),
@@ -50,7 +50,7 @@ pub fn curves_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Resu
     table.flush()
 }
 
-/// Every parameter for itself: a row for each setting, number of sonels, source, receiver, band and parameter.
+/// Every parameter for itself: a row for each setting, number of packets, source, receiver, band and parameter.
 ///
 /// # Errors
 /// When `out` cannot be written.
@@ -59,7 +59,7 @@ pub fn parameters_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::
     let mut table = csv::Writer::from_writer(out);
     table.write_record([
         "setting",
-        "sonels",
+        "packets",
         "source",
         "receiver",
         "center_frequency_hz",
@@ -71,15 +71,15 @@ pub fn parameters_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::
         "stated_half_width",
         "reason",
     ])?;
-    for (setting, sonels) in pairs(findings) {
-        let runs = tradeoff.runs_of(setting, sonels);
+    for (setting, packets) in pairs(findings) {
+        let runs = tradeoff.runs_of(setting, packets);
         for (index, cell) in tradeoff.cells.iter().enumerate() {
             let found = errors::estimate(&runs, index);
             let mean: Option<Measured> = found.as_ref().map(|estimate| estimate.mean);
             let missing = errors::missing(found.as_ref(), tradeoff.reference.values[index]);
             table.write_record([
                 findings.name(setting).to_owned(),
-                sonels.to_string(),
+                packets.to_string(),
                 cell.source.clone(),
                 cell.receiver.clone(),
                 cell.center_frequency_hz.to_string(),
@@ -96,11 +96,11 @@ pub fn parameters_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::
     table.flush()
 }
 
-/// Settings and numbers of sonels in order.
+/// Settings and numbers of packets in order.
 pub fn pairs<'a>(findings: &'a Findings<'_>) -> impl Iterator<Item = (usize, u64)> + 'a {
     let sweep = &findings.tradeoff.sweep;
     (0..sweep.settings.len())
-        .flat_map(move |setting| sweep.sonels.iter().map(move |&sonels| (setting, sonels)))
+        .flat_map(move |setting| sweep.packets.iter().map(move |&packets| (setting, packets)))
 }
 
 /// Empty where there is no number.

@@ -17,25 +17,25 @@ pub fn json(findings: &Findings<'_>) -> Value {
     let sweep = &tradeoff.sweep;
     json!({
         "scene": tradeoff.scene,
-        "sonels": sweep.sonels,
+        "packets": sweep.packets,
         "repeats": sweep.repeats,
         "seed": sweep.seed,
-        "reference": match tradeoff.reference.sonels {
-            Some(sonels) => json!({ "kind": "longest run", "sonels": sonels }),
+        "reference": match tradeoff.reference.packets {
+            Some(packets) => json!({ "kind": "longest run", "packets": packets }),
             None => json!({ "kind": "exact" }),
         },
         "recommendation": verdict::recommendation(tradeoff, &findings.verdicts),
         "settings": (0..sweep.settings.len()).map(|index| setting(findings, index)).collect::<Vec<_>>(),
         "curves": findings.curves.iter().map(|one| curve(findings, one)).collect::<Vec<_>>(),
-        "seconds": pairs(findings).map(|(index, sonels)| seconds(findings, index, sonels)).collect::<Vec<_>>(),
-        "figures": pairs(findings).flat_map(|(index, sonels)| parameters(findings, index, sonels)).collect::<Vec<_>>(),
+        "seconds": pairs(findings).map(|(index, packets)| seconds(findings, index, packets)).collect::<Vec<_>>(),
+        "figures": pairs(findings).flat_map(|(index, packets)| parameters(findings, index, packets)).collect::<Vec<_>>(),
     })
 }
 
 fn setting(findings: &Findings<'_>, index: usize) -> Value {
     let Setting { name, trace, render } = &findings.tradeoff.sweep.settings[index];
     let verdict = &findings.verdicts[index];
-    let line = findings.seconds_per_sonel(index);
+    let line = findings.seconds_per_packet(index);
     let mut value = json!({
         "name": name,
         "survival": trace.survival,
@@ -43,17 +43,17 @@ fn setting(findings: &Findings<'_>, index: usize) -> Value {
         "spectral": format!("{:?}", trace.spectral).to_lowercase(),
         "estimator": render.estimator.name(),
         "radius_m": render.gather_radius,
-        "seconds_per_sonel": measured(line.map(|line| line.slope), ONE_COUNT),
+        "seconds_per_packet": measured(line.map(|line| line.slope), ONE_COUNT),
         "overhead_s": measured(line.map(|line| line.intercept), ONE_COUNT),
         "to_a_twentieth_jnd": {
             "arrives": verdict.arrives(),
             "cpu_s": measured(verdict.seconds, MISSING),
             "times_best": measured(verdict.times_best, NO_BEST),
-            "sonels": Some(verdict.sonels).filter(|sonels| sonels.is_finite()),
+            "packets": Some(verdict.packets).filter(|packets| packets.is_finite()),
             "biases": verdict.biases,
         },
     });
-    if !verdict.sonels.is_finite() {
+    if !verdict.packets.is_finite() {
         value["to_a_twentieth_jnd"]["reason"] = json!(MISSING);
     }
     if let Some(rays) = render.rays {
@@ -63,7 +63,7 @@ fn setting(findings: &Findings<'_>, index: usize) -> Value {
 }
 
 /// Why a setting has no line through its seconds.
-const ONE_COUNT: &str = "a line needs two numbers of sonels";
+const ONE_COUNT: &str = "a line needs two numbers of packets";
 /// Why a setting has no cost to an accuracy.
 const MISSING: &str = "a parameter is refused in one of the runs or in the reference";
 /// Why a setting cannot be compared with the best.
@@ -79,7 +79,7 @@ fn curve(findings: &Findings<'_>, curve: &Curve) -> Value {
         "slope": measured(curve.slope(), NO_SCATTER),
         "efficiency": measured(curve.efficiency(), NO_SCATTER),
         "points": curve.points.iter().map(|point| json!({
-            "sonels": point.sonels,
+            "packets": point.packets,
             "figures": point.errors[0].len(),
             "figures_refused": point.refused,
             "cpu_s": point.mean_seconds(None),
@@ -90,30 +90,30 @@ fn curve(findings: &Findings<'_>, curve: &Curve) -> Value {
     })
 }
 
-fn seconds(findings: &Findings<'_>, index: usize, sonels: u64) -> Value {
+fn seconds(findings: &Findings<'_>, index: usize, packets: u64) -> Value {
     let phases: serde_json::Map<String, Value> = findings
-        .phases(index, sonels)
+        .phases(index, packets)
         .into_iter()
         .map(|(name, mean)| (format!("{name}_s"), json!(mean)))
         .collect();
-    let runs = findings.tradeoff.runs_of(index, sonels);
+    let runs = findings.tradeoff.runs_of(index, packets);
     json!({
         "setting": findings.name(index),
-        "sonels": sonels,
+        "packets": packets,
         "cpu_s": runs.iter().map(|run| run.seconds.total()).collect::<Vec<_>>(),
         "phases": phases,
     })
 }
 
-fn parameters(findings: &Findings<'_>, index: usize, sonels: u64) -> Vec<Value> {
+fn parameters(findings: &Findings<'_>, index: usize, packets: u64) -> Vec<Value> {
     let tradeoff = findings.tradeoff;
-    let runs = tradeoff.runs_of(index, sonels);
+    let runs = tradeoff.runs_of(index, packets);
     let estimate = |(at, cell): (usize, &Cell)| {
         let found = errors::estimate(&runs, at);
         let missing = errors::missing(found.as_ref(), tradeoff.reference.values[at]);
         let mut value = json!({
             "setting": findings.name(index),
-            "sonels": sonels,
+            "packets": packets,
             "source": cell.source,
             "receiver": cell.receiver,
             "center_frequency_hz": cell.center_frequency_hz,
@@ -143,4 +143,4 @@ fn measured(measured: Option<Measured>, missing: &str) -> Value {
 }
 
 /// Why a value has no interval.
-const TOO_FEW: &str = "too few repeats or numbers of sonels for an interval";
+const TOO_FEW: &str = "too few repeats or numbers of packets for an interval";

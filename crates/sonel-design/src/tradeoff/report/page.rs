@@ -14,8 +14,8 @@ pub fn markdown(findings: &Findings<'_>, command: &str) -> String {
     let tradeoff = findings.tradeoff;
     let mut page = format!("# {}: what accuracy costs\n\n", tradeoff.scene);
     let recommended = verdict::recommendation(tradeoff, &findings.verdicts);
-    let against = match tradeoff.reference.sonels {
-        Some(sonels) => format!("a run of the best method with {sonels} sonels and another seed"),
+    let against = match tradeoff.reference.packets {
+        Some(packets) => format!("a run of the best method with {packets} packets and another seed"),
         None => "the exact answer (nothing is sampled)".to_owned(),
     };
     let sweep = &tradeoff.sweep;
@@ -27,8 +27,8 @@ pub fn markdown(findings: &Findings<'_>, command: &str) -> String {
          receivers and bands, biases means. CPU seconds are those of tracing and rendering. Intervals hold the true value with 95 %.\n\n\
          ![standard deviation over CPU seconds](deviation.svg)\n\n\
          ![bias over CPU seconds](bias.svg)\n\n\
-         ![efficiency over sonels](efficiency.svg)\n\n\
-         ![CPU seconds over sonels](cost.svg)\n\n",
+         ![efficiency over packets](efficiency.svg)\n\n\
+         ![CPU seconds over packets](cost.svg)\n\n",
         sweep.repeats, sweep.seed
     );
     page.push_str(&settings(findings));
@@ -38,10 +38,10 @@ pub fn markdown(findings: &Findings<'_>, command: &str) -> String {
 
 fn settings(findings: &Findings<'_>) -> String {
     let mut table = String::from(
-        "## Settings\n\n| setting | CPU-s to a twentieth of a JND | sonels | µs per sonel | bias |\n|---|---|---|---|---|\n",
+        "## Settings\n\n| setting | CPU-s to a twentieth of a JND | packets | µs per packet | bias |\n|---|---|---|---|---|\n",
     );
     for verdict in &findings.verdicts {
-        let per_sonel = findings.seconds_per_sonel(verdict.setting).map(|line| line.slope.times(1e6));
+        let per_packet = findings.seconds_per_packet(verdict.setting).map(|line| line.slope.times(1e6));
         let biases =
             if verdict.biases.is_empty() { "none seen".to_owned() } else { verdict.biases.join(", ") };
         let _ = writeln!(
@@ -49,11 +49,11 @@ fn settings(findings: &Findings<'_>) -> String {
             "| {} | {} | {} | {} | {biases} |",
             findings.name(verdict.setting),
             cell(verdict.seconds),
-            if verdict.sonels.is_finite() { verdict::rounded(verdict.sonels) } else { "–".to_owned() },
-            cell(per_sonel),
+            if verdict.packets.is_finite() { verdict::rounded(verdict.packets) } else { "–".to_owned() },
+            cell(per_packet),
         );
     }
-    table.push_str("\n## Noise over time\n\nSlope of the standard deviation over CPU seconds, log–log (−0.5 where only sonels take time), and 1/(variance × CPU-s) with the most sonels.\n\n| setting |");
+    table.push_str("\n## Noise over time\n\nSlope of the standard deviation over CPU seconds, log–log (−0.5 where only packets take time), and 1/(variance × CPU-s) with the most packets.\n\n| setting |");
     for parameter in JUDGED {
         let (symbol, unit) = (parameter.heading().0, errors::unit(parameter));
         let _ = write!(table, " {symbol}: slope | efficiency [1/({unit}² s)] |");
@@ -69,7 +69,7 @@ fn settings(findings: &Findings<'_>) -> String {
     table.push('\n');
     let (points, tried) = (
         findings.curves.iter().map(|curve| curve.points.len()).sum::<usize>(),
-        findings.curves.len() * findings.tradeoff.sweep.sonels.len(),
+        findings.curves.len() * findings.tradeoff.sweep.packets.len(),
     );
     if points < tried {
         let _ = writeln!(
@@ -82,8 +82,8 @@ fn settings(findings: &Findings<'_>) -> String {
 }
 
 fn phases(findings: &Findings<'_>) -> String {
-    let Some(&most) = findings.tradeoff.sweep.sonels.last() else { return String::new() };
-    let mut table = format!("\n## Where the time goes\n\nCPU seconds with {most} sonels.\n\n| setting |");
+    let Some(&most) = findings.tradeoff.sweep.packets.last() else { return String::new() };
+    let mut table = format!("\n## Where the time goes\n\nCPU seconds with {most} packets.\n\n| setting |");
     let names: Vec<&str> = findings.phases(0, most).iter().map(|(name, _)| *name).collect();
     names.iter().for_each(|name| table.push_str(&format!(" {name} |")));
     table.push_str("\n|---|");

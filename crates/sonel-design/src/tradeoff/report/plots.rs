@@ -29,28 +29,28 @@ pub fn bias(findings: &Findings<'_>) -> Sheet {
     })
 }
 
-/// Efficiency over sonels.
+/// Efficiency over packets.
 #[must_use]
 pub fn efficiency(findings: &Findings<'_>) -> Sheet {
     sheet(findings, "Efficiency: 1/(variance × CPU seconds)", |parameter| {
         let found = panel(findings, parameter, Axis::logarithmic, "efficiency", "efficiency", |point| {
-            (point.sonels as f64, point.efficiency())
+            (point.packets as f64, point.efficiency())
         });
-        Panel { x: Axis::logarithmic("sonels"), ..found }
+        Panel { x: Axis::logarithmic("packets"), ..found }
     })
 }
 
-/// CPU seconds over sonels.
+/// CPU seconds over packets.
 #[must_use]
 pub fn cost(findings: &Findings<'_>) -> Sheet {
     let of_level = findings.curves.iter().filter(|curve| curve.parameter == JUDGED[0]);
     let series = of_level.map(|curve| {
-        let dots = curve.points.iter().map(|point| dot(point.sonels as f64, point.measured_seconds()));
+        let dots = curve.points.iter().map(|point| dot(point.packets as f64, point.measured_seconds()));
         Series::new(findings.name(curve.setting), Mark::PointsAndLine, dots.collect())
     });
     Sheet::single(Panel {
         title: format!("{}: CPU seconds of tracing and rendering", findings.tradeoff.scene),
-        x: Axis::logarithmic("sonels"),
+        x: Axis::logarithmic("packets"),
         y: Axis::logarithmic("CPU seconds [s]"),
         series: series.collect(),
     })
