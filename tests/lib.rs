@@ -35,7 +35,7 @@ pub fn shipped(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
     let text = std::fs::read_to_string(folder.join("scene.toml")).expect("a shipped scene");
     let Loaded { scene, .. } =
-        sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).expect("a sound scene");
+        sonel_scene::load(&text, name, &mut |mesh| std::fs::read(folder.join(mesh))).expect("a valid scene");
     scene
 }
 
@@ -116,7 +116,7 @@ impl Traced {
     /// A renderer of the map, with edges where they diffract.
     #[must_use]
     pub fn renderer(&self, settings: RenderSettings) -> Renderer<'_> {
-        Renderer::new(&self.map, &self.geometry, self.fitted(&settings)).expect("a sound map")
+        Renderer::new(&self.map, &self.geometry, self.fitted(&settings)).expect("a valid map")
     }
 
     /// Renders all sources at the scene's receivers and reads the parameters.

@@ -40,7 +40,7 @@ _LOGGER = logging.getLogger("sonel")
 
 
 class Scene:
-    """A room with materials, sources and receivers, read and found sound.
+    """A room with materials, sources and receivers, read and checked.
 
     Made by `Scene.load`, `Scene.shoebox` or `Scene.from_mesh`. Positions are in metres, in the axes of the mesh.
     """
@@ -170,7 +170,7 @@ class Scene:
 
 
 def check(path: _Path) -> dict[str, Any]:
-    """The checkup of a scene file, which need not be sound: what `sonel-trace check --json` prints (docs/interface.md)."""
+    """The checkup of a scene file, which need not be valid: what `sonel-trace check --json` prints (docs/interface.md)."""
     return _sonel.Scene.check_file(os.fspath(path))
 
 
@@ -194,24 +194,25 @@ def trace(
 ) -> Map:
     """Traces `scene`; the map is that of sonel-trace with the options of the same names (docs/interface.md).
 
-    packets: emissions per source; by default 100 000. With `until` the maximum, with `extend` those of the whole
-        new map.
-    until: adds packets until the intervals are narrow enough: "t30<1%,level<0.1dB". `Map.report["until"]["reached"]` says
-        whether they are.
-    at_most: time limit of `until` [s], or "5min".
-    seed: of every random number (default 1).
-    batches: for the intervals, 1 … 4096 (default 32).
-    survival: exponent β of the roulette, 0 … 1 (default 0.15).
-    mode: "accurate" or "paper". spectral: "shared" or "per-band".
-    duration: length of the echograms [s] instead of the scene's, or of what its room needs.
-    effects: "auto", "all" or "none", then changes: "auto,-air".
+    packets:
+    until:
+    at_most:
+    seed:
+    batches:
+    survival:
+    mode:
+    spectral:
+    duration:
+    effects:
     variants: other materials that the map carries besides, for `Map.render(set=…)`: {"materials.ceiling.absorption": [0.02, 0.9]},
         values that are one number or one per band, or a range "0.02:0.9"; also scattering, diffuse, transmission,
         sound_reduction_db; {"materials.ceiling": ["plaster-painted"]}, entries of the library. The option --for.
-    extend: a map of the same scene that is continued.
+    extend: a map of the same scene that is continued to `packets` or `until`, with its own settings.
     threads: default all cores; the result does not depend on it.
     progress: True prints the share done to stderr, False nothing, None prints where stderr is a terminal. A function is called
         with what is being done and the share done, 0 … 1.
+
+    Whether `until` was reached: `Map.report["until"]["reached"]`.
     """
     keywords = {
         "packets": packets,
@@ -276,16 +277,17 @@ class Map:
             "aim": [1, 0, 0]}}, aim required unless omni; without any, those of the scene.
         set: other coefficients on the same map: {"materials.walls.absorption": 0.4}, one number or one per band; also
             scattering, diffuse, transmission, sound_reduction_db, and "sources.NAME.directivity".
-        materials: a TOML file of [materials.NAME], before `set`.
-        grid: further receivers, each axis lo:hi:n or one number [m]: "1:9:5,1:6:4,1.2".
-        bin: width of a time bin [s] (default 0.001).
-        estimator: "auto", "connection", "gather", "sphere" or "paper".
-        effects: "-diffraction" leaves edges out.
-        rays: visibility rays per receiver. radius: of the discs in which they gather [m].
-        order: highest order of image sources.
-        seed: of the rendering (default that of the map).
+        materials:
+        grid:
+        bin:
+        estimator:
+        effects:
+        rays:
+        radius:
+        order:
+        seed: of the rendering (default of the map).
         temperature [°C], humidity [%]: other air; air=False: no attenuation by air.
-        directions: also store energies by direction, from which lateral fractions and the late lateral level are read.
+        directions:
         until, at_most: add rays until the intervals are narrow enough.
         threads, progress: as for `trace`.
         """

@@ -21,7 +21,7 @@ pub struct Map {
     map: Arc<sonel::Map>,
     /// The file that it was loaded from.
     path: Option<PathBuf>,
-    /// Of `sonel-trace --json`, where it was traced now.
+    /// Report of `sonel-trace --json`, where it was traced now.
     report: Option<serde_json::Value>,
 }
 

@@ -21,7 +21,7 @@ use crate::error;
 #[pyclass(frozen, module = "sonel._sonel")]
 pub struct Response {
     response: Arc<sonel::Response>,
-    /// Of `sonel-render --json`, where it was rendered now.
+    /// Report of `sonel-render --json`, where it was rendered now.
     report: Option<serde_json::Value>,
 }
 

@@ -12,7 +12,7 @@ use crate::convert::{object, refused, value};
 use crate::error;
 use crate::work::{Followers, work};
 
-/// A scene that was read and is sound.
+/// A scene that was read and is valid.
 #[pyclass(frozen, module = "sonel._sonel")]
 pub struct Scene {
     pub(crate) scene: Arc<sonel::Scene>,

@@ -1,6 +1,6 @@
 //! Fitted coefficients lie within their 95 % intervals as often as those say.
 //!
-//! In every repetition the true coefficients are drawn from the belief, independently of each other; map and measurement have seeds of
+//! In every repetition the true coefficients are drawn from the prior, independently of each other; map and measurement have seeds of
 //! their own. One band: the bands of a map share its packets, so that they would be within their intervals or outside together.
 
 use std::f64::consts::TAU;
@@ -18,7 +18,7 @@ use sonel_testkit::uniform::Uniform;
 use sonel_tests::{Traced, shipped};
 
 const REPETITIONS: u64 = 80;
-const BELIEF: f64 = 0.5;
+const PRIOR_SIGMA: f64 = 0.5;
 const START: [f64; 4] = [0.15, 0.25, 0.3, 0.2];
 
 fn logit(alpha: f64) -> f64 {
@@ -30,9 +30,9 @@ fn normal(numbers: &mut Uniform) -> f64 {
     (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos()
 }
 
-/// Absorption whose ln(α/(1−α)) is normally distributed about that of `alpha`, standard deviation [`BELIEF`].
+/// Absorption whose ln(α/(1−α)) is normally distributed about that of `alpha`, standard deviation [`PRIOR_SIGMA`].
 fn about(alpha: f64, numbers: &mut Uniform) -> f64 {
-    1.0 / (1.0 + (-logit(alpha) - BELIEF * normal(numbers)).exp())
+    1.0 / (1.0 + (-logit(alpha) - PRIOR_SIGMA * normal(numbers)).exp())
 }
 
 fn drawn(seed: u64) -> [f64; 4] {
@@ -82,7 +82,7 @@ fn told(repetition: u64) -> Vec<(f64, Fitted)> {
     let measurements = measured(truth, 5000 + repetition);
     let mut traced = trace(START, repetition);
     let receivers = receivers_of(&traced.map.header().scene);
-    let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief: BELIEF };
+    let settings = FitSettings { coefficients: vec![Coefficient::Absorption], prior_sigma: PRIOR_SIGMA };
     let map = traced.varied(&receivers, few_rays());
     let found = fit(map, &measurements, &settings, &mut InMemory, &mut |_| ());
     let coefficients = found.expect("a decay").coefficients;
@@ -156,7 +156,7 @@ fn in_the_hall_too_where_measured_values_have_errors_of_their_own() {
         let mut traced = Traced::new(shipped("hall"), settings);
         let receivers = receivers_of(&traced.map.header().scene);
         let render = RenderSettings { rays: Some(16_384), ..RenderSettings::default() };
-        let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief: BELIEF };
+        let settings = FitSettings { coefficients: vec![Coefficient::Absorption], prior_sigma: PRIOR_SIGMA };
         let map = traced.varied(&receivers, render);
         let found = fit(map, &measurements, &settings, &mut InMemory, &mut |_| ());
         for one in found.expect("a decay").coefficients {

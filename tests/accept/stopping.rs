@@ -1,6 +1,6 @@
 //! Intervals of runs that stop when their targets are kept: coverage in the shoebox, where stopping is a matter of luck.
 //!
-//! The runs begin with fewer packets than planned, so that they look more often than `sonel-trace --until` does.
+//! The runs begin with fewer packets than planned, so that they iteration more often than `sonel-trace --until` does.
 
 use sonel_analysis::Parameter;
 use sonel_map::Settings;
@@ -14,7 +14,7 @@ use sonel_study::until::Verdict;
 use sonel_tests::shipped;
 
 const SEEDS: u64 = 120;
-/// Emissions of the first look: seven tenths of what the targets take.
+/// Emissions of the first iteration: seven tenths of what the targets take.
 const FIRST: u64 = 5_800;
 const FIGURES: [Parameter; 3] = [Parameter::T30, Parameter::Level, Parameter::ClarityC80];
 const BAND: usize = 1;
@@ -24,7 +24,7 @@ fn stopped(scene: &Scene, targets: &Targets, seed: u64) -> ([(f64, f64); FIGURES
     let room = Room::new(scene, Vec::new()).expect("walls");
     let receivers = receivers_of(scene);
     let mut emissions = FIRST;
-    for looks in 1.. {
+    for iterations in 1.. {
         let trace = Settings { emissions, seed, ..Settings::default() };
         let settings = PipelineSettings { trace, render: RenderSettings::default() };
         let run = room.run(&settings, &receivers, &mut InMemory, &NoClock).expect("a run");
@@ -37,7 +37,7 @@ fn stopped(scene: &Scene, targets: &Targets, seed: u64) -> ([(f64, f64); FIGURES
                 let [low, high] = *estimate.interval.as_ref().expect("an interval");
                 (estimate.value, 0.5 * (high - low))
             });
-            return (parameters, looks);
+            return (parameters, iterations);
         }
         emissions = verdict.next(emissions);
     }
@@ -49,9 +49,9 @@ fn intervals_of_stopped_runs_cover_nine_tenths() {
     let scene = shipped("shoebox");
     let targets: Targets = "t30<1%,level<0.1dB,c80<0.2dB".parse().expect("targets");
     let runs: Vec<_> = (1..=SEEDS).map(|seed| stopped(&scene, &targets, seed)).collect();
-    let looks = runs.iter().map(|(_, looks)| f64::from(*looks)).sum::<f64>() / SEEDS as f64;
-    println!("{looks:.2} looks");
-    assert!(looks > 1.5, "runs that stop at once are no test of stopping: {looks}");
+    let iterations = runs.iter().map(|(_, iterations)| f64::from(*iterations)).sum::<f64>() / SEEDS as f64;
+    println!("{iterations:.2} iterations");
+    assert!(iterations > 1.5, "runs that stop at once are no test of stopping: {iterations}");
     for (index, parameter) in FIGURES.iter().enumerate() {
         let truth = runs.iter().map(|(parameters, _)| parameters[index].0).sum::<f64>() / SEEDS as f64;
         let covered = |scale: f64| {

@@ -65,7 +65,7 @@ fn measure_what_if() {
     let render = RenderSettings::default();
     let all = cpu_seconds(|| {
         let found = sensitivities(traced.varied(&receivers, render), &wanted, &mut |_, _| {});
-        black_box(found.expect("a sound map"));
+        black_box(found.expect("a valid map"));
     });
     let mut materials = scene.materials.clone();
     let change = |value: &mut f64| *value = 0.9 * *value + 0.02;

@@ -54,10 +54,10 @@ fn measured(absorption: [[f64; 2]; 3]) -> Vec<Measurement> {
 }
 
 /// Fits a map of a room with absorption `start`.
-fn fitted(start: [[f64; 2]; 3], measurements: &[Measurement], belief: f64) -> Fit {
+fn fitted(start: [[f64; 2]; 3], measurements: &[Measurement], prior_sigma: f64) -> Fit {
     let mut traced = trace(room(start), 1);
     let receivers = receivers_of(&traced.map.header().scene);
-    let settings = FitSettings { coefficients: vec![Coefficient::Absorption], belief };
+    let settings = FitSettings { coefficients: vec![Coefficient::Absorption], prior_sigma };
     let mut tell = |stage| assert!(matches!(stage, Stage::Rendering(..)), "{stage:?}");
     let found = fit(traced.varied(&receivers, few_rays()), measurements, &settings, &mut InMemory, &mut tell);
     found.expect("a decay")

@@ -254,7 +254,7 @@ fn derivatives_are_those_of_fresh_traces() {
     let mut traced = trace(&scene, 1);
     let receivers = receivers_of(&scene);
     let varied = traced.varied(&receivers, few_rays());
-    let found = sensitivities(varied, &wanted, &mut |_, _| ()).expect("a sound map");
+    let found = sensitivities(varied, &wanted, &mut |_, _| ()).expect("a valid map");
     for (coefficient, change) in [(Coefficient::Absorption, 0.03), (Coefficient::Scattering, 0.1)] {
         let varied = |by: f64, seed: u64| {
             let mut scene = scene.clone();

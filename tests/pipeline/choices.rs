@@ -21,7 +21,7 @@ fn numbers_below_zero_are_named_with_what_is_allowed() {
         let error = refusal(trace(&folder, "a.sonelmap", &[option, value]));
         assert!(error.contains(words), "{option}: {error}");
     }
-    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a valid scene");
     for (option, value, words) in [
         ("--bin", "-1", "give a width above 0"),
         ("--rays", "-1", "is not a count"),
@@ -73,7 +73,7 @@ fn a_limit_without_unit_is_said_to_have_none() {
 #[test]
 fn lists_of_receivers_are_read_line_by_line() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a valid scene");
     let file = folder.path("list.csv").display().to_string();
     let with = |text: &str| {
         folder.write("list.csv", text);
@@ -104,7 +104,7 @@ fn third_octaves_without_their_width_are_recognised() {
     assert_eq!(error.lines().count(), 1, "{error}");
 }
 
-/// `--until` of both programs, `--use`, `--wish` and the `--parameter` of a plan.
+/// `--until` of both programs, `--use`, `--goal` and the `--parameter` of a plan.
 #[test]
 fn help_lists_the_parameters_that_are_read() {
     let analyze = sonel_analyze::Arguments::command();

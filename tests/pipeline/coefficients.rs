@@ -22,8 +22,8 @@ fn analyze_with_log(folder: &TestFolder, words: &[&str], log: &mut Vec<u8>) -> a
 /// A map, and the table of the parameters that it has.
 fn folder() -> TestFolder {
     let folder = TestFolder::with(SCENE);
-    trace(&folder, "a.sonelmap", &["--packets", "2k"]).expect("a sound scene");
-    render(&folder, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a sound map");
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).expect("a valid scene");
+    render(&folder, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a valid map");
     let table = analyze(&folder, &["parameters", "a.npz", "--format", "csv"]).expect("a response");
     folder.write("a.csv", table);
     folder
@@ -68,13 +68,13 @@ fn a_room_far_from_the_start_is_traced_anew_on_the_way() {
             .replace("duration_s = 0.6", "duration_s = 1.2")
     };
     let folder = TestFolder::with(&walls(0.15));
-    trace(&folder, "a.sonelmap", &["--packets", "4k", "--seed", "2"]).expect("a sound scene");
-    render(&folder, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a sound map");
+    trace(&folder, "a.sonelmap", &["--packets", "4k", "--seed", "2"]).expect("a valid scene");
+    render(&folder, "a.sonelmap", "a.npz", &["--rays", "2k"]).expect("a valid map");
     folder.write("a.csv", analyze(&folder, &["parameters", "a.npz", "--format", "csv"]).expect("a response"));
     folder.write("scene.toml", walls(0.7));
-    trace(&folder, "b.sonelmap", &["--packets", "4k"]).expect("a sound scene");
+    trace(&folder, "b.sonelmap", &["--packets", "4k"]).expect("a valid scene");
     let mut log = Vec::new();
-    let words = ["fit", "b.sonelmap", "--measured", "a.csv", "-o", "f.toml", "--rays", "2k", "--belief", "3"];
+    let words = ["fit", "b.sonelmap", "--measured", "a.csv", "-o", "f.toml", "--rays", "2k", "--prior-sigma", "3"];
     let text = analyze_with_log(
         &folder,
         &[&words[..], &["--format", "csv", "--use", "t20,level"]].concat(),
@@ -92,7 +92,7 @@ fn a_room_far_from_the_start_is_traced_anew_on_the_way() {
 #[test]
 fn a_wish_is_fulfilled_by_an_entry_or_within_bounds() {
     let folder = folder();
-    let words = ["optimise", "a.sonelmap", "--wish", "t20=0.22s±10%@500", "-o", "changed.toml"];
+    let words = ["optimise", "a.sonelmap", "--goal", "t20=0.22s±10%@500", "-o", "changed.toml"];
     let change = ["--change", "walls=0.05:0.9", "--change", "z0=carpet-heavy-on-felt", "--price", "z0=100"];
     let text = analyze(&folder, &[&words[..], &change[..]].concat()).unwrap();
     assert!(
@@ -110,8 +110,8 @@ fn everything_that_is_wrong_is_said() {
         "receiver,center_frequency_hz,parameter,value\nhere,500,t20_s,1\nlistener,440,t20_s,1\n",
     );
     folder.write("mine.toml", "[materials.walls]\nabsorption = 0.1\n");
-    let optimise = |wish: &'static str, change: &'static str| {
-        ["optimise", "a.sonelmap", "--wish", wish, "--change", change, "-o", "c.toml"]
+    let optimise = |goal: &'static str, change: &'static str| {
+        ["optimise", "a.sonelmap", "--goal", goal, "--change", change, "-o", "c.toml"]
     };
     let fit =
         |table: &'static str, output: &'static str| ["fit", "a.sonelmap", "--measured", table, "-o", output];
@@ -122,7 +122,7 @@ fn everything_that_is_wrong_is_said() {
         ),
         (&fit("a.csv", "mine.toml"), &["exists and is not materials written by sonel-analyze"]),
         (&fit("a.csv", "a.csv"), &["is an input of this command"]),
-        (&optimise("t20=1s", "walls=0.1:0.5"), &["is not a wish"]),
+        (&optimise("t20=1s", "walls=0.1:0.5"), &["is not a goal"]),
         (&optimise("t20=1s±5%@440", "walls=0.1:0.5"), &["no band of 440 Hz"]),
         (&optimise("t20=1s±5%", "roof=0.1:0.5"), &["no material \"roof\"; it has walls, z0"]),
         (&optimise("t20=1s±5%", "walls=0.5:0.1"), &["not bounds of absorption"]),

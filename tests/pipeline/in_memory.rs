@@ -13,7 +13,7 @@ use crate::{render, response, test_folder, trace};
 fn run(folder: &TestFolder, emissions: u64, clock: &dyn Clock) -> PipelineRun {
     let text = String::from_utf8(folder.bytes("scene.toml")).expect("text");
     let loaded =
-        sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a sound scene");
+        sonel_scene::load(&text, "scene.toml", &mut |_| unreachable!("a shoebox")).expect("a valid scene");
     let mut scene = loaded.scene;
     let geometry = scene.geometry().expect("walls");
     let decisions = decide(&EffectSpec::default(), Mode::Accurate, &mut scene, &geometry);

@@ -12,8 +12,8 @@ use crate::{render, response, trace};
 type Expectation = (Parameter, f64, f64, f64);
 
 fn check(folder: &TestFolder, options: &[&str], band: usize, expectations: &[Expectation]) {
-    trace(folder, "a.sonelmap", options).expect("a sound scene");
-    render(folder, "a.sonelmap", "a.npz", &[]).expect("a sound map");
+    trace(folder, "a.sonelmap", options).expect("a valid scene");
+    render(folder, "a.sonelmap", "a.npz", &[]).expect("a valid map");
     let response = response(folder, "a.npz");
     let parameters = parameters(&response);
     let mut wrong = Vec::new();

@@ -13,7 +13,7 @@ fn rendered(folder: &TestFolder, options: &[&str]) -> (String, serde_json::Value
     let mut log = Vec::new();
     let out =
         printed(|out| sonel_render::run(&sonel_render::Arguments::try_parse_from(line)?, out, &mut log));
-    let told = serde_json::from_str(&out.expect("a sound map")).expect("JSON");
+    let told = serde_json::from_str(&out.expect("a valid map")).expect("JSON");
     (String::from_utf8(log).expect("text"), told)
 }
 
@@ -21,7 +21,7 @@ fn rendered(folder: &TestFolder, options: &[&str]) -> (String, serde_json::Value
 #[test]
 fn a_grid_from_wall_to_wall_leaves_out_what_is_no_place() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a valid scene");
     let (log, told) = rendered(&folder, &["--grid", "0:6:7,0:4:5,1.5"]);
     // 4 x 3 points are off the walls, one of them is the source; x = 6 is outside.
     assert!(
@@ -42,7 +42,7 @@ fn a_grid_from_wall_to_wall_leaves_out_what_is_no_place() {
 #[test]
 fn a_receiver_on_a_wall_is_an_error_with_the_nearest_free_place() {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "200"]).expect("a valid scene");
     for (place, words) in [
         ("0,2,1.2", "is 0 m from a surface, at least 0.0095 mm are needed; (0.1, 2, 1.2) m is free"),
         ("5,4,3", "(4.9, 3.9, 2.9) m is free"),
@@ -99,7 +99,7 @@ fn partitions_and_solids_of_meshes_are_no_places() {
              [materials.walls]\nabsorption = 0.5\n[[sources]]\nposition = [1.0, 1.0, 1.2]\n",
         );
         folder.write("room.obj", mesh);
-        trace(&folder, "a.sonelmap", &["--packets", "200", "--effects", "none"]).expect("a sound scene");
+        trace(&folder, "a.sonelmap", &["--packets", "200", "--effects", "none"]).expect("a valid scene");
         for (place, words) in
             [("2,1,0.5", "from a surface"), ("3.25,3.25,1", "inside a closed object"), ("5,1,1", outside)]
         {

@@ -16,7 +16,7 @@ fn until(folder: &TestFolder, map: &str, options: &[&str]) -> (Outcome, Value) {
     let line = folder.line("sonel-trace", "scene.toml", map, &[options, &["--json"]].concat());
     let arguments = sonel_trace::Arguments::try_parse_from(line).expect("sound options");
     let mut out = Vec::new();
-    let outcome = sonel_trace::run(&arguments, &mut out, &mut Vec::new()).expect("a sound scene");
+    let outcome = sonel_trace::run(&arguments, &mut out, &mut Vec::new()).expect("a valid scene");
     (outcome, json(&String::from_utf8(out).expect("text")))
 }
 
@@ -115,7 +115,7 @@ fn render_until(folder: &TestFolder, map: &str, response: &str, options: &[&str]
     let line = folder.line("sonel-render", map, response, &[options, &["--json"]].concat());
     let arguments = sonel_render::Arguments::try_parse_from(line).expect("sound options");
     let mut out = Vec::new();
-    let outcome = sonel_render::run(&arguments, &mut out, &mut Vec::new()).expect("a sound map");
+    let outcome = sonel_render::run(&arguments, &mut out, &mut Vec::new()).expect("a valid map");
     (outcome, json(&String::from_utf8(out).expect("text")))
 }
 
@@ -130,7 +130,7 @@ fn a_rendering_until_a_target_is_that_of_its_number_of_rays() {
     let worst = &report["until"]["worst"];
     assert!(worst["half_width_jnd"].as_f64().unwrap() <= worst["limit_jnd"].as_f64().unwrap());
     let rays = report["until"]["rays"].as_u64().unwrap();
-    assert!(rays > 5_000 && report["until"]["looks"].as_u64().unwrap() > 1, "{}", report["until"]);
+    assert!(rays > 5_000 && report["until"]["iterations"].as_u64().unwrap() > 1, "{}", report["until"]);
     render(&folder, "a.sonelmap", "b.npz", &["--estimator", "gather", "--rays", &rays.to_string()]).unwrap();
     assert!(folder.bytes("a.npz") == folder.bytes("b.npz"), "{rays} rays");
 }
@@ -143,7 +143,7 @@ fn rays_stop_where_they_may_be_no_more() {
     for bound in [["--rays", "2048"], ["--at-most", "0.001s"]] {
         let (outcome, report) =
             render_until(&folder, "a.sonelmap", "a.npz", &[&gathered[..], &bound].concat());
-        assert_eq!((outcome, &report["until"]["looks"]), (Outcome::Missed, &Value::from(1)), "{bound:?}");
+        assert_eq!((outcome, &report["until"]["iterations"]), (Outcome::Missed, &Value::from(1)), "{bound:?}");
         assert_eq!(report["until"]["reached"], false);
     }
 }
@@ -155,7 +155,7 @@ fn what_rays_cannot_reach_takes_the_sonels_that_are_said() {
     let folder = test_folder();
     trace(&folder, "a.sonelmap", &["--packets", "4k"]).unwrap();
     let (outcome, report) = render_until(&folder, "a.sonelmap", "a.npz", &["--until", "level<0.02jnd"]);
-    assert_eq!((outcome, &report["until"]["looks"]), (Outcome::Missed, &Value::from(1)));
+    assert_eq!((outcome, &report["until"]["iterations"]), (Outcome::Missed, &Value::from(1)));
     render(&folder, "a.sonelmap", "b.npz", &[]).unwrap();
     assert!(folder.bytes("a.npz") == folder.bytes("b.npz"));
     let packets = report["until"]["packets_wanted"].as_u64().unwrap();

@@ -19,8 +19,8 @@ fn rendered() -> TestFolder {
     let folder = TestFolder::with(
         &SCENE.replace("Two-coloured", "</script><b>&").replace("\"listener\"", "\"<i>seat</i>\""),
     );
-    trace(&folder, "a.sonelmap", &["--packets", "2k"]).expect("a sound scene");
-    render(&folder, "a.sonelmap", "a.npz", &[]).expect("a sound map");
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).expect("a valid scene");
+    render(&folder, "a.sonelmap", "a.npz", &[]).expect("a valid map");
     folder
 }
 

@@ -31,9 +31,9 @@ fn analyze(folder: &TestFolder, words: &[&str]) -> anyhow::Result<String> {
 /// A folder with a map, a response and an impulse response.
 fn rendered() -> TestFolder {
     let folder = test_folder();
-    trace(&folder, "a.sonelmap", &["--packets", "2k"]).expect("a sound scene");
+    trace(&folder, "a.sonelmap", &["--packets", "2k"]).expect("a valid scene");
     let sounds = folder.path("wav").display().to_string();
-    render(&folder, "a.sonelmap", "a.npz", &["--wav", &sounds]).expect("a sound map");
+    render(&folder, "a.sonelmap", "a.npz", &["--wav", &sounds]).expect("a valid map");
     folder
 }
 

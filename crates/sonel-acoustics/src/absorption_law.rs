@@ -28,7 +28,7 @@ pub enum AbsorptionLaw {
     /// The same at every angle.
     #[default]
     Uniform,
-    /// That of a locally reacting wall with a real impedance.
+    /// Law of a locally reacting wall with a real impedance.
     LocallyReacting,
 }
 

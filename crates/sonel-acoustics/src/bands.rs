@@ -127,7 +127,7 @@ impl Bands {
         }
     }
 
-    /// These bands several times, one set behind the other: variants of a scene that are computed side by side.
+    /// Bands of several sets, one behind the other: variants of a scene that are computed side by side.
     #[must_use]
     pub fn repeated(&self, times: usize) -> Self {
         Self { nominal: self.nominal.repeat(times), width: self.width }

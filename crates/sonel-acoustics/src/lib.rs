@@ -1,6 +1,6 @@
 //! Vocabulary of room acoustics: bands, levels, air, materials, directivity, statistical formulas.
 //!
-//! It depends on no other crate of the workspace and reads no file. Units are coherent SI unless a name says otherwise; every transcendental
+//! The crate depends on no other crate of the workspace and reads no file. Units are coherent SI unless a name says otherwise; every transcendental
 //! function is `libm`'s, so that the same inputs give the same bits on every platform.
 //!
 //! References: docs/physics.md §1, docs/references.md.

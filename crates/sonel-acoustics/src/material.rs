@@ -1,6 +1,6 @@
 //! Materials: absorption, scattering and transmission per band.
 //!
-//! Of the incident energy α is not reflected; the reflected part is split by the scattering coefficient s into Lambert
+//! Absorption α is the share of the incident energy that is not reflected; the reflected part is split by the scattering coefficient s into Lambert
 //! and mirror; τ ≤ α passes straight on and α − τ is dissipated (docs/physics.md §1, §3).
 //!
 //! References: ISO 354:2003 (α), [ISO17497-1] (s) (docs/references.md).
@@ -135,7 +135,7 @@ impl Material {
         1.0 - self.absorption[b] + self.transmission[b]
     }
 
-    /// Everything impossible about this material in `band_count` bands; empty when it is sound.
+    /// Everything impossible about this material in `band_count` bands; empty when it is valid.
     pub fn problems(&self, band_count: usize) -> Vec<MaterialProblem> {
         let mut problems = Vec::new();
         let lists = [

@@ -32,7 +32,7 @@ fn energetic(levels_db: &[f64]) -> f64 {
 /// A number derived from parameters of one response, `of` their values: a mean, a slope. With its interval, as an average has it.
 ///
 /// # Errors
-/// As [`average`].
+/// Mean of a derived quantity, with its interval as by [`average`].
 pub fn derived<'a>(
     of: impl Fn(&[f64]) -> f64,
     parameters: impl IntoIterator<Item = &'a ParameterValue>,

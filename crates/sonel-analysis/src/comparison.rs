@@ -71,7 +71,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Those beyond noise.
+    /// Differences beyond noise.
     pub fn beyond_noise(&self) -> impl Iterator<Item = &Difference> {
         self.differences.iter().filter(|difference| difference.differs)
     }

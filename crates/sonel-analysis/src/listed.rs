@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-6;
 pub struct Index(Vec<Vec<usize>>);
 
 impl Index {
-    /// That of `response`.
+    /// Listed arrivals of `response`.
     #[must_use]
     pub fn new(response: &Response) -> Self {
         let mut rows = vec![Vec::new(); response.sources() * response.receivers()];

@@ -49,7 +49,7 @@ pub enum Parameter {
 pub const PARAMETER_COUNT: usize = 9;
 
 impl Parameter {
-    /// Those of every response, in the order of every output: the first of [`Parameter`], in its order.
+    /// Parameters of every response, in the order of every output: the first of [`Parameter`], in its order.
     pub const ALL: [Self; PARAMETER_COUNT] = [
         Self::Level,
         Self::Strength,
@@ -62,11 +62,11 @@ impl Parameter {
         Self::CenterTime,
     ];
 
-    /// Those that a response with directions has beside them.
+    /// Parameters of responses with directions, besides.
     pub const LATERAL: [Self; 3] =
         [Self::LateralFraction, Self::LateralFractionCosine, Self::LateLateralLevel];
 
-    /// Those that a receiver one metre from the source has beside them, with their windows since the direct sound [s].
+    /// Parameters of a receiver one metre from the source, besides, with their windows since the direct sound [s].
     pub const SUPPORT: [(Self, [f64; 2]); 2] =
         [(Self::SupportEarly, [0.020, 0.100]), (Self::SupportLate, [0.100, 1.000])];
 

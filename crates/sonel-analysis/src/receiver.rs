@@ -28,9 +28,9 @@ pub struct ReceiverParameters {
     pub name: String,
     /// Position of the receiver [m].
     pub position: [f64; 3],
-    /// Of the room alone: no noise, 0 … 1.
+    /// Speech transmission index of the room alone, without noise, 0 … 1.
     pub speech_transmission_index: ParameterValue,
-    /// Ascending in frequency.
+    /// Bands, ascending in frequency.
     pub bands: Vec<BandParameters>,
 }
 
@@ -162,7 +162,7 @@ fn read(response: &Response, listed: &listed::Index, (s, r, b): (usize, usize, u
     Reading { bounds, fine, parts: Parts::read(response, (s, r, b), &arrivals, scale) }
 }
 
-/// Of one band; `on_stage` where support is defined.
+/// Parameters of one band; `on_stage` where support is defined.
 fn band_parameters(band: &Band, on_stage: bool) -> Vec<(Parameter, ParameterValue)> {
     let mut parameters: Vec<(Parameter, ParameterValue)> = Parameter::ALL
         .into_iter()

@@ -1,6 +1,6 @@
 //! Recomputes the energy ledger and the incident energies from the paths of a map.
 //!
-//! It uses the paths alone, so agreement with the stored ledger shows that paths, coefficients and ledger are consistent. A
+//! The survey uses the paths alone, so agreement with the stored ledger shows that paths, coefficients and ledger are consistent. A
 //! path does not state in which event an extinguished packet lost its last energy. Truncated and sampled energy may
 //! therefore differ by the energy of such packets.
 //!

@@ -44,7 +44,7 @@ pub struct Fitness {
     pub warnings: Vec<String>,
 }
 
-/// Whether the paths of `map` carry the materials it has been given ([`SonelMap::change`]). Its paths must be sound
+/// Whether the paths of `map` carry the materials it has been given ([`SonelMap::change`]). Its paths must be valid
 /// ([`SonelMap::check_paths`]); `geometry` is that of its scene.
 #[must_use]
 pub fn fitness(map: &SonelMap, geometry: &Geometry) -> Fitness {

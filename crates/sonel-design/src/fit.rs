@@ -23,7 +23,7 @@ use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
 
 /// Renderings at the most.
 const MOST_ROUNDS: u32 = 10;
-/// A step was too long where the sum of squares grows by this part and one more: its weights are estimates, anew in each rendering.
+/// A step is rejected if χ² grows by more than this share and 1: its weights are estimates, anew in each rendering.
 const GROWTH: f64 = 1.1;
 /// Longest step of y: a coefficient changes to its odds times or divided by seven at once.
 const LONGEST_STEP: f64 = 2.0;
@@ -53,7 +53,7 @@ pub struct FitSettings {
     /// Absorption, or also scattering.
     pub coefficients: Vec<Coefficient>,
     /// Standard deviation w of what the map has, in y: small coefficients are known to a factor e^w, those in the middle to w/4.
-    pub belief: f64,
+    pub prior_sigma: f64,
 }
 
 /// What happens meanwhile.
@@ -74,9 +74,9 @@ pub struct Fitted {
     pub coefficient: Coefficient,
     /// Index of the band.
     pub band: usize,
-    /// That of the map.
+    /// Coefficient of the map.
     pub start: f64,
-    /// Fitted.
+    /// Fitted coefficient.
     pub value: f64,
     /// 95 %: noise of the measurement and of the map, and what the map's coefficient was believed to be.
     pub interval: [f64; 2],
@@ -344,7 +344,7 @@ impl Search<'_> {
                 at: of(current),
                 bounds: [low, 1.0],
                 believed: of(self.start).clamp(low + FROM_THE_END, 1.0 - FROM_THE_END),
-                sigma: self.settings.belief,
+                sigma: self.settings.prior_sigma,
             });
         }
         found

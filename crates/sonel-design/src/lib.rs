@@ -1,7 +1,7 @@
 //! Studies of materials and of cost, above those that plan and run the stages (`sonel-study`).
 //!
 //! - [`fit`]: coefficients of materials from measured parameters;
-//! - [`optimise`]: the cheapest change of materials that fulfils [`wish`]es;
+//! - [`optimise`]: the cheapest change of materials that fulfils [`goal`]s;
 //! - [`sensitivity`]: how parameters change with the coefficients of materials;
 //! - [`tradeoff`]: error against CPU time, for several settings and numbers of packets.
 
@@ -10,4 +10,4 @@ mod local;
 pub mod optimise;
 pub mod sensitivity;
 pub mod tradeoff;
-pub mod wish;
+pub mod goal;

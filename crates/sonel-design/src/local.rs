@@ -26,9 +26,9 @@ pub(crate) struct Unknown {
     pub at: f64,
     /// Lowest and highest value.
     pub bounds: [f64; 2],
-    /// What it is believed to be.
+    /// Mean of its prior, in y.
     pub believed: f64,
-    /// Standard deviation of that belief, in y.
+    /// Standard deviation of its prior, in y.
     pub sigma: f64,
 }
 
@@ -36,9 +36,9 @@ pub(crate) struct Unknown {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Datum {
     pub parameter: Parameter,
-    /// Of the map.
+    /// Value of the map.
     pub value: f64,
-    /// By each unknown.
+    /// Derivatives by each unknown.
     pub slopes: Vec<f64>,
     pub wanted: f64,
     /// Standard deviation of value and wanted value together.

@@ -2,8 +2,8 @@
 //!
 //! Each material that may change is kept, replaced by one of some others, or given absorption within bounds. Every combination costs the
 //! area that changes times its price. Values and derivatives of one rendering ([`crate::sensitivity`]) predict all of them; those that
-//! may fulfil the wishes are rendered from the map with their own weights, the cheapest first, until one does. A trace of its own, with
-//! another seed, verifies it. Wishes are for the mean over sources and receivers.
+//! may fulfil the goals are rendered from the map with their own weights, the cheapest first, until one does. A trace of its own, with
+//! another seed, verifies it. Goals are for the mean over sources and receivers.
 
 use sonel_acoustics::{Coefficient, Material};
 use sonel_analysis::average::average;
@@ -15,7 +15,7 @@ use thiserror::Error;
 use crate::fit::{Stage, Workbench, values};
 use crate::local::{Datum, Local, Unknown};
 use crate::sensitivity::{Varied, VariedMap};
-use crate::wish::Wish;
+use crate::goal::Goal;
 use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
 
 /// Combinations at the most.
@@ -36,7 +36,7 @@ const FREE: f64 = 5.0;
 pub enum Choice {
     /// This instead, by a name for people.
     Other(String, Material),
-    /// Absorption from … to, in every band of a wish.
+    /// Absorption from … to, in every band of a goal.
     Absorption([f64; 2]),
 }
 
@@ -51,18 +51,18 @@ pub struct Candidate {
     pub price: f64,
 }
 
-/// A wish in one band.
+/// A goal in one band.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// Index of the wish.
-    pub wish: usize,
+    /// Index of the goal.
+    pub goal: usize,
     /// Index of the band.
     pub band: usize,
-    /// Of the map.
+    /// Value of the map.
     pub before: f64,
-    /// Of the map with the changed materials.
+    /// Value of the map with the changed materials.
     pub predicted: ParameterValue,
-    /// Of a trace of its own.
+    /// Value of a trace of its own.
     pub verified: ParameterValue,
 }
 
@@ -77,7 +77,7 @@ pub struct Proposal {
     pub cost: f64,
     /// All materials.
     pub materials: Vec<Material>,
-    /// By wish and band.
+    /// By goal and band.
     pub outcomes: Vec<Outcome>,
     /// Combinations there are, and renderings of them.
     pub tried: (usize, u32),
@@ -99,7 +99,7 @@ pub enum OptimiseError {
     TooMany(f64),
     /// Nothing is near.
     #[error(
-        "no combination is predicted to approach the wishes; the nearest misses by {0:.1} tolerances: widen bounds or tolerances, or let more materials change"
+        "no combination is predicted to approach the goals; the nearest misses by {0:.1} tolerances: widen bounds or tolerances, or let more materials change"
     )]
     OutOfReach(f64),
 }
@@ -115,46 +115,46 @@ struct Combination {
 /// The model at the map's coefficients.
 struct Model<'a> {
     candidates: &'a [Candidate],
-    wishes: &'a [(usize, usize, &'a Wish)],
+    goals: &'a [(usize, usize, &'a Goal)],
     start: &'a [Material],
-    /// One of each wish and band, with derivatives by all `unknowns`.
+    /// One of each goal and band, with derivatives by all `unknowns`.
     data: Vec<Datum>,
     unknowns: Vec<(usize, Coefficient)>,
 }
 
-/// Proposes a change of `map` that fulfils `wishes` at its receivers. It has other materials afterwards.
+/// Proposes a change of `map` that fulfils `goals` at its receivers. It has other materials afterwards.
 ///
 /// # Errors
 /// When the map cannot be rendered or traced, or no combination comes near.
 pub fn optimise(
     map: VariedMap<'_>,
-    wishes: &[Wish],
+    goals: &[Goal],
     candidates: &[Candidate],
     store: &mut impl MapStore,
     tell: &mut dyn FnMut(Stage),
 ) -> Result<Proposal, OptimiseError> {
     let scene = &map.map.header().scene;
     let start = scene.materials.clone();
-    let wishes = in_bands(wishes, scene.bands.nominal());
+    let goals = in_bands(goals, scene.bands.nominal());
     let combinations = combinations(candidates, map.geometry)?;
     let mut bench = Workbench::new(map, store);
     let with_edges = bench.with_edges()?;
     let both = [Coefficient::Absorption, Coefficient::Scattering];
     let varied = bench.vary(&both, &mut |share| tell(Stage::Rendering(1, share)))?;
-    let model = Model::new(candidates, &wishes, &start, &varied, with_edges.as_deref())?;
+    let model = Model::new(candidates, &goals, &start, &varied, with_edges.as_deref())?;
     let combinations = model.in_order(combinations);
     let (misfit, mut proposal) = search(&model, &combinations, &mut bench, tell)?;
-    let verified = means(&bench.verify(&proposal.materials)?, &wishes);
+    let verified = means(&bench.verify(&proposal.materials)?, &goals);
     proposal.is_fulfilled = misfit <= 1.0;
-    for ((outcome, verified), (_, _, wish)) in proposal.outcomes.iter_mut().zip(verified).zip(&wishes) {
+    for ((outcome, verified), (_, _, goal)) in proposal.outcomes.iter_mut().zip(verified).zip(&goals) {
         let value = verified.as_ref().map_or(f64::INFINITY, |estimate| estimate.value);
-        proposal.is_fulfilled &= (value - wish.value).abs() <= wish.tolerance;
+        proposal.is_fulfilled &= (value - goal.value).abs() <= goal.tolerance;
         outcome.verified = verified;
     }
     Ok(proposal)
 }
 
-/// Renders the `combinations` that may fulfil the wishes, in order, until one does; the nearest, and its misfit.
+/// Renders the `combinations` that may fulfil the goals, in order, until one does; the nearest, and its misfit.
 fn search<S: MapStore>(
     model: &Model<'_>,
     combinations: &[Combination],
@@ -163,7 +163,7 @@ fn search<S: MapStore>(
 ) -> Result<(f64, Proposal), OptimiseError> {
     let (mut rendered, mut nearest, mut best) = (0, f64::INFINITY, None::<(f64, Proposal)>);
     'all: for combination in combinations {
-        let mut offsets = vec![0.0; model.wishes.len()];
+        let mut offsets = vec![0.0; model.goals.len()];
         for _ in 0..REFINEMENTS {
             let materials = model.materials(combination, &offsets);
             let predicted = model.predict(&materials, &offsets);
@@ -177,7 +177,7 @@ fn search<S: MapStore>(
             rendered += 1;
             bench.adopt(materials.clone(), tell)?;
             tell(Stage::Rendering(rendered + 1, 0.0));
-            let found = means(&bench.map().read()?, model.wishes);
+            let found = means(&bench.map().read()?, model.goals);
             let value = |found: &ParameterValue| found.as_ref().map_or(f64::INFINITY, |found| found.value);
             let exact: Vec<f64> = found.iter().map(value).collect();
             let misfit = model.misfit(&exact);
@@ -214,16 +214,16 @@ impl<S: MapStore> Workbench<'_, S> {
     }
 }
 
-/// Wishes by number and band.
-fn in_bands<'a>(wishes: &'a [Wish], bands: &[f64]) -> Vec<(usize, usize, &'a Wish)> {
-    let is_wanted = |wish: &Wish, center: f64| {
-        wish.centers_hz.is_empty()
-            || wish.centers_hz.iter().any(|wanted| (wanted / center - 1.0).abs() < 1e-3)
+/// Goals by number and band.
+fn in_bands<'a>(goals: &'a [Goal], bands: &[f64]) -> Vec<(usize, usize, &'a Goal)> {
+    let is_wanted = |goal: &Goal, center: f64| {
+        goal.centers_hz.is_empty()
+            || goal.centers_hz.iter().any(|wanted| (wanted / center - 1.0).abs() < 1e-3)
     };
     let mut found = Vec::new();
-    for (number, wish) in wishes.iter().enumerate() {
-        let wanted = bands.iter().enumerate().filter(|(_, center)| is_wanted(wish, **center));
-        found.extend(wanted.map(|(band, _)| (number, band, wish)));
+    for (number, goal) in goals.iter().enumerate() {
+        let wanted = bands.iter().enumerate().filter(|(_, center)| is_wanted(goal, **center));
+        found.extend(wanted.map(|(band, _)| (number, band, goal)));
     }
     found
 }
@@ -254,18 +254,18 @@ fn combinations(candidates: &[Candidate], geometry: &Geometry) -> Result<Vec<Com
     Ok(all)
 }
 
-/// The mean over sources and receivers of each wish.
-fn means(parameters: &[ReceiverParameters], wishes: &[(usize, usize, &Wish)]) -> Vec<ParameterValue> {
-    let mean = |(_, band, wish): &(usize, usize, &Wish)| {
-        average(parameters.iter().map(|parameters| parameters.bands[*band].parameter(wish.parameter)))
+/// The mean over sources and receivers of each goal.
+fn means(parameters: &[ReceiverParameters], goals: &[(usize, usize, &Goal)]) -> Vec<ParameterValue> {
+    let mean = |(_, band, goal): &(usize, usize, &Goal)| {
+        average(parameters.iter().map(|parameters| parameters.bands[*band].parameter(goal.parameter)))
     };
-    wishes.iter().map(mean).collect()
+    goals.iter().map(mean).collect()
 }
 
 impl<'a> Model<'a> {
     fn new(
         candidates: &'a [Candidate],
-        wishes: &'a [(usize, usize, &'a Wish)],
+        goals: &'a [(usize, usize, &'a Goal)],
         start: &'a [Material],
         varied: &Varied,
         with_edges: Option<&[ReceiverParameters]>,
@@ -276,8 +276,8 @@ impl<'a> Model<'a> {
             (0..varied.variants.len()).filter(|&v| is_candidate(varied.variants[v].material)).collect();
         let parameters = with_edges.unwrap_or(&varied.parameters);
         let mut data = Vec::new();
-        for ((_, band, wish), mean) in wishes.iter().zip(means(parameters, wishes)) {
-            let parameter = wish.parameter;
+        for ((_, band, goal), mean) in goals.iter().zip(means(parameters, goals)) {
+            let parameter = goal.parameter;
             let lacking = |reason: String| OptimiseError::NoValue(parameter, *band, reason);
             let value = mean.map_err(|reason| lacking(reason.to_string()))?.value;
             let slope = |variant: &usize| -> Result<f64, OptimiseError> {
@@ -291,14 +291,14 @@ impl<'a> Model<'a> {
                 Ok(slopes.iter().sum::<f64>() / slopes.len() as f64)
             };
             let slopes = wanted.iter().map(slope).collect::<Result<_, _>>()?;
-            data.push(Datum { parameter, value, slopes, wanted: wish.value, sigma: AIM * wish.tolerance });
+            data.push(Datum { parameter, value, slopes, wanted: goal.value, sigma: AIM * goal.tolerance });
         }
         let unknowns =
             wanted.iter().map(|&v| (varied.variants[v].material, varied.variants[v].coefficient)).collect();
-        Ok(Self { candidates, wishes, start, data, unknowns })
+        Ok(Self { candidates, goals, start, data, unknowns })
     }
 
-    /// The cheapest first; of equal ones that predicted nearest to the wishes.
+    /// The cheapest first; of equal ones that predicted nearest to the goals.
     fn in_order(&self, combinations: Vec<Combination>) -> Vec<Combination> {
         let none = vec![0.0; self.data.len()];
         let predicted = |one: &Combination| self.misfit(&self.predict(&self.materials(one, &none), &none));
@@ -323,7 +323,7 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// All materials in `combination`; free absorption is that nearest to the wishes, which predictions miss by `offsets`.
+    /// All materials in `combination`; free absorption is that nearest to the goals, which predictions miss by `offsets`.
     fn materials(&self, combination: &Combination, offsets: &[f64]) -> Vec<Material> {
         let mut materials = self.start.to_vec();
         let mut free = Vec::new();
@@ -337,7 +337,7 @@ impl<'a> Model<'a> {
                 Some(Choice::Absorption(bounds)) => free.push((candidate.material, *bounds)),
             }
         }
-        let mut bands: Vec<usize> = self.wishes.iter().map(|(_, band, _)| *band).collect();
+        let mut bands: Vec<usize> = self.goals.iter().map(|(_, band, _)| *band).collect();
         bands.sort_unstable();
         bands.dedup();
         for band in bands.into_iter().filter(|_| !free.is_empty()) {
@@ -359,15 +359,15 @@ impl<'a> Model<'a> {
         offsets: &[f64],
     ) -> Local {
         let (unknowns, here) = (self.unknowns(band), self.coefficients(materials, band));
-        let wished = self.wishes.iter().zip(&self.data).zip(offsets).filter(|((wish, _), _)| wish.1 == band);
+        let in_band = self.goals.iter().zip(&self.data).zip(offsets).filter(|((goal, _), _)| goal.1 == band);
         let column = |material: usize| {
             self.unknowns.iter().position(|one| *one == (material, Coefficient::Absorption))
         };
-        let datum = |(((_, _, wish), datum), offset): ((&(usize, usize, &Wish), &Datum), &f64)| {
+        let datum = |(((_, _, goal), datum), offset): ((&(usize, usize, &Goal), &Datum), &f64)| {
             let (value, slopes) = datum.predict(&unknowns, &here);
             let slopes =
                 free.iter().map(|(material, _)| column(*material).map_or(0.0, |column| slopes[column]));
-            Datum { value, slopes: slopes.collect(), wanted: wish.value - offset, ..datum.clone() }
+            Datum { value, slopes: slopes.collect(), wanted: goal.value - offset, ..datum.clone() }
         };
         let unknown = |(material, bounds): &(usize, [f64; 2])| {
             let at = materials[*material].absorption[band];
@@ -376,7 +376,7 @@ impl<'a> Model<'a> {
             let believed = at.clamp(low + rim, high - rim);
             Unknown { coefficient: Coefficient::Absorption, at, bounds: *bounds, believed, sigma: FREE }
         };
-        Local { unknowns: free.iter().map(unknown).collect(), data: wished.map(datum).collect() }
+        Local { unknowns: free.iter().map(unknown).collect(), data: in_band.map(datum).collect() }
     }
 
     fn coefficients(&self, materials: &[Material], band: usize) -> Vec<f64> {
@@ -386,29 +386,29 @@ impl<'a> Model<'a> {
         self.unknowns.iter().map(of).collect()
     }
 
-    /// Each wish with `materials`, `offsets` added.
+    /// Each goal with `materials`, `offsets` added.
     fn predict(&self, materials: &[Material], offsets: &[f64]) -> Vec<f64> {
-        let predict = |(((_, band, _), datum), offset): ((&(usize, usize, &Wish), &Datum), &f64)| {
+        let predict = |(((_, band, _), datum), offset): ((&(usize, usize, &Goal), &Datum), &f64)| {
             datum.predict(&self.unknowns(*band), &self.coefficients(materials, *band)).0 + offset
         };
-        self.wishes.iter().zip(&self.data).zip(offsets).map(predict).collect()
+        self.goals.iter().zip(&self.data).zip(offsets).map(predict).collect()
     }
 
     /// Whether values as certain as `predicted` may be within all tolerances.
     fn may_fulfil(&self, predicted: &[f64]) -> bool {
         let [tolerances, share] = BELIEVED;
-        let may = |(((_, _, wish), datum), value): ((&(usize, usize, &Wish), &Datum), &f64)| {
-            (value - wish.value).abs() <= tolerances * wish.tolerance + share * (value - datum.value).abs()
+        let may = |(((_, _, goal), datum), value): ((&(usize, usize, &Goal), &Datum), &f64)| {
+            (value - goal.value).abs() <= tolerances * goal.tolerance + share * (value - datum.value).abs()
         };
-        self.wishes.iter().zip(&self.data).zip(predicted).all(may)
+        self.goals.iter().zip(&self.data).zip(predicted).all(may)
     }
 
     /// Largest deviation in tolerances.
     fn misfit(&self, values: &[f64]) -> f64 {
-        let off = |((_, _, wish), value): (&(usize, usize, &Wish), &f64)| {
-            (value - wish.value).abs() / wish.tolerance
+        let off = |((_, _, goal), value): (&(usize, usize, &Goal), &f64)| {
+            (value - goal.value).abs() / goal.tolerance
         };
-        self.wishes.iter().zip(values).map(off).fold(0.0, f64::max)
+        self.goals.iter().zip(values).map(off).fold(0.0, f64::max)
     }
 
     fn proposal(
@@ -419,9 +419,9 @@ impl<'a> Model<'a> {
         tried: (usize, u32),
     ) -> Proposal {
         let outcome =
-            |(((wish, band, _), datum), predicted): ((&(usize, usize, &Wish), &Datum), ParameterValue)| {
+            |(((goal, band, _), datum), predicted): ((&(usize, usize, &Goal), &Datum), ParameterValue)| {
                 Outcome {
-                    wish: *wish,
+                    goal: *goal,
                     band: *band,
                     before: datum.value,
                     verified: predicted.clone(),
@@ -434,7 +434,7 @@ impl<'a> Model<'a> {
             area: combination.area,
             cost: combination.cost,
             materials: materials.to_vec(),
-            outcomes: self.wishes.iter().zip(&self.data).zip(predicted).map(outcome).collect(),
+            outcomes: self.goals.iter().zip(&self.data).zip(predicted).map(outcome).collect(),
             tried,
             is_fulfilled: false,
         }

@@ -43,7 +43,7 @@ impl Varied {
 
 /// A map whose materials are varied, and where and how it is rendered.
 pub struct VariedMap<'a> {
-    /// The map, whose paths are sound.
+    /// The map, whose paths have been checked.
     pub map: &'a mut SonelMap,
     /// The walls of its scene.
     pub geometry: &'a Geometry,

@@ -11,7 +11,7 @@
 //! singularities near the path are those of the boundaries of shadow and reflection, and the nodes refine towards
 //! them, so that nothing has to be approximated there and no asymptotic theory has to take over elsewhere.
 //!
-//! Of the four terms the two in θ_R − θ_S belong to the direct path; each of the other two belongs to the mirror image in one face:
+//! Four terms: the two in θ_R − θ_S belong to the direct path; each of the other two belongs to the mirror image in one face:
 //! each wave with its own terms is continuous where it is cut off. Rigid faces; free field e^(−jkr)/r.
 //!
 //! References: [BiotTolstoy1957], [Svensson1999] (docs/references.md).
@@ -53,7 +53,7 @@ pub const WAVES: usize = 3;
 struct Piece {
     /// L_e [m].
     length: f64,
-    /// Of all waves, −ν/4π included [1/m].
+    /// Integral of all waves, −ν/4π included [1/m].
     integral: Integral<WAVES>,
 }
 

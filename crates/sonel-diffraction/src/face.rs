@@ -109,7 +109,7 @@ impl FaceQuery {
 pub struct FacePath {
     length: f64,
     crossings: [f64; 2],
-    /// That which is exact at the receiver's end, and that at the source's.
+    /// The form that is exact at the receiver's end, and the one at the source's.
     forms: [Option<Form>; 2],
     overlap: Overlap,
 }

@@ -16,7 +16,7 @@ pub struct WaveNumbers {
 }
 
 impl WaveNumbers {
-    /// These wave numbers [1/m].
+    /// Wave numbers [1/m].
     #[must_use]
     pub fn new(values: Vec<f64>) -> Self {
         let find = |wanted: f64| {

@@ -16,11 +16,11 @@ pub struct Directions {
 /// Energy weighed by the angle to the lateral axis.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lateral {
-    /// As the response's, [S, R, B, T] [1/m²].
+    /// Energies, [S, R, B, T] as the response's [1/m²].
     pub energy: Vec<f64>,
-    /// As that of [`crate::Batches`], empty without batches.
+    /// Energies per batch as in [`crate::Batches`], empty without batches.
     pub energy_batches: Vec<f32>,
-    /// As that of [`crate::Batches`].
+    /// Kernel difference as in [`crate::Batches`].
     pub kernel_difference: Vec<f32>,
 }
 

@@ -171,7 +171,7 @@ fn side_by_side(parts: Vec<Response>) -> Response {
     Response { receiver_directivities, energy, direct_times_s, batches, arrivals, directions, ..whole }
 }
 
-/// Those of all receivers, where any part has some.
+/// Directivities of all receivers, where any part has some.
 fn directivities(parts: &[Response]) -> Vec<ReceiverDirectivity> {
     if parts.iter().all(|part| part.receiver_directivities.is_empty()) {
         return Vec::new();
@@ -234,7 +234,7 @@ fn kernel_differences<'a>(outer: usize, parts: impl Iterator<Item = (usize, &'a 
     interleaved(outer, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }
 
-/// Those of all parts; all have some or none has, as their options are the same.
+/// Directional echograms of all parts. Parts of one run have the same options, so either all have them or none.
 fn directions(parts: &[Response], sources: usize) -> Option<Directions> {
     let found: Vec<&Directions> = parts.iter().filter_map(|part| part.directions.as_ref()).collect();
     let batches = parts.first()?.batch_count();

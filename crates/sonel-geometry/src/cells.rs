@@ -24,7 +24,7 @@ use std::f64::consts::TAU;
 const LARGEST_CRACKED_SHARE: f64 = 1e-3;
 /// What pokes out of the hull of a room has at most this share of its area [1]; more is a ground or another building.
 const LARGEST_FIN_SHARE: f64 = 0.02;
-/// Of the hull a solid that stands flush against it shares at most this part of what is drawn over it [1].
+/// Largest share of the hull's drawn area that a solid standing flush against it has in common with it [1].
 const LARGEST_SHARED: f64 = 0.01;
 /// Tolerances by which a point beside a face is off it.
 const STEP: f64 = 8.0;

@@ -79,7 +79,7 @@ impl Geometry {
     /// The same, where the `kind` of a material's faces is known.
     ///
     /// # Errors
-    /// As [`Self::build`].
+    /// The errors of [`Self::build`].
     pub fn with_kinds(mesh: Mesh, kind: impl Fn(u32) -> FaceKind) -> Result<Self, GeometryError> {
         validate(&mesh)?;
         let welded = mesh.welded();
@@ -460,7 +460,7 @@ fn local_plane((normal, offset): (DVec3, f64), center: DVec3) -> LocalPlane {
     LocalPlane { normal, offset: offset - normal.dot(center) }
 }
 
-/// Those of `edges` that walls share, without the faces of interfaces.
+/// Edges of `edges` that walls share, without the faces of interfaces.
 fn of_walls(mut edges: Vec<SharedEdge>, is_interface: &[bool]) -> Vec<SharedEdge> {
     edges.iter_mut().for_each(|edge| edge.faces.retain(|face| !is_interface[*face as usize]));
     edges.retain(|edge| !edge.faces.is_empty());

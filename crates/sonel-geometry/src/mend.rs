@@ -111,7 +111,7 @@ impl Arm {
         self.away.dot(edge.along).abs() > ALIKE && self.inward.dot(edge.inward) > ALIKE
     }
 
-    /// As [`Arm::lies_along`], for an edge at a corner to be joined to its own.
+    /// The test of [`Arm::lies_along`] for an edge at a corner to be joined to its own.
     fn lies_on(&self, other: &Self) -> bool {
         self.away.dot(other.away) > ALIKE && self.inward.dot(other.inward) > ALIKE
     }

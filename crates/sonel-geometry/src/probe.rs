@@ -79,7 +79,7 @@ impl Probe {
 
     /// Distance at which the ray's line meets a plane.
     ///
-    /// It is computed from the plane and not from the triangle: coplanar triangles get equal distances to the bit.
+    /// The distance is computed from the plane and not from the triangle: coplanar triangles get equal distances to the bit.
     #[inline(always)]
     pub(crate) fn distance_to(&self, plane: &LocalPlane) -> f64 {
         (plane.offset - plane.normal.dot(self.exact_origin)) / plane.normal.dot(self.exact_direction)

@@ -18,7 +18,7 @@ use std::time::Duration;
 const WIDTH: usize = 8;
 /// Triangles of a leaf.
 const LEAF_LANES: usize = 4;
-/// Of more triangles than this only a share is inserted anew: all would take a quarter of the time to load them, and rays are hardly
+/// Number of triangles above which only a share is inserted anew: all would take a quarter of the time to load them, and rays are hardly
 /// faster after it.
 const MANY: usize = 200_000;
 const REINSERTED_OF_MANY: f32 = 0.02;

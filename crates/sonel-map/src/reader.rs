@@ -104,7 +104,7 @@ impl SonelMap {
     /// Opens a map held in memory.
     ///
     /// # Errors
-    /// As [`Self::open`].
+    /// The errors of [`Self::open`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, MapError> {
         let mut words = vec![0_u64; bytes.len().div_ceil(8)];
         bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);

@@ -36,11 +36,11 @@ const NEARBY: f64 = 16.0;
 /// What a path is to the ball that it crosses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Beam {
-    /// It was reflected diffusely.
+    /// Reflected diffusely.
     Diffused,
-    /// It was reflected specularly alone.
+    /// Reflected specularly alone.
     Mirrored,
-    /// It was not reflected diffusely, and met an interface between airs.
+    /// Not reflected diffusely, but met an interface between airs.
     Refracted,
 }
 

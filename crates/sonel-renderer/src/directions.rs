@@ -14,7 +14,7 @@ use glam::DVec3;
 pub struct Columns {
     /// In fine bins.
     pub fine: usize,
-    /// Of the batches: the moments have none.
+    /// Columns of the batches: the moments have none.
     pub coarse: usize,
 }
 
@@ -32,7 +32,7 @@ impl Columns {
 pub(crate) struct Axes(Vec<DVec3>);
 
 impl Axes {
-    /// Of `receivers` with these axes, or without directions.
+    /// Lateral axes of receivers, or no directions.
     pub(crate) fn of(axes: impl IntoIterator<Item = Option<DVec3>>) -> Self {
         Self(axes.into_iter().flatten().collect())
     }

@@ -14,7 +14,7 @@ use sonel_scene::Leg;
 pub(crate) struct Partitions(Sight);
 
 impl Partitions {
-    /// Those between a start and a local position [m]; [`None`] where something is between that nothing passes.
+    /// Partitions between a start and a local position [m]; [`None`] where something is between that nothing passes.
     #[inline]
     #[must_use]
     pub(crate) fn between(
@@ -30,7 +30,7 @@ impl Partitions {
         }
     }
 
-    /// Those on the straight way between two local positions [m] in general position; [`None`] where something is between that nothing
+    /// Partitions on the straight way between two local positions [m] in general position; [`None`] where something is between that nothing
     /// passes.
     #[must_use]
     pub(crate) fn on_way(geometry: &Geometry, table: &CoefficientTable, ends: [DVec3; 2]) -> Option<Self> {
@@ -41,7 +41,7 @@ impl Partitions {
         }
     }
 
-    /// Those on a `leg` from a local position [m], or from one lifted off a surface, to another; [`None`] where something is on it that
+    /// Partitions on a `leg` from a local position [m], or from one lifted off a surface, to another; [`None`] where something is on it that
     /// nothing passes.
     #[must_use]
     pub(crate) fn along(

@@ -50,7 +50,7 @@ pub(crate) fn distance_to_interface(scene: &Scene, geometry: &Geometry, position
 }
 
 impl Airs {
-    /// Those of `scene`, and the least attenuation of what packets carry, m c/c₀ per class of bands. The scene's air has `attenuation` m per
+    /// Airs of `scene`, and the least attenuation of what packets carry, m c/c₀ per class of bands. The scene's air has `attenuation` m per
     /// band [1/m], regions have that of the scene or, if it was asked for anew, none. `carried` says of each band whether air matters to
     /// what packets carry. Lengths are up to `reach` [m].
     pub(crate) fn new(

@@ -32,7 +32,7 @@ pub struct DiscreteArrival {
 /// Echograms of one source at all receivers.
 #[derive(Debug, Clone)]
 pub struct Rendering {
-    /// Of each receiver in `total` and `batches`.
+    /// Columns of each receiver in `total` and `batches`.
     pub columns: Columns,
     /// Everything: deterministic arrivals plus the weighted mean of the batches [1/m²].
     pub total: Deposits,

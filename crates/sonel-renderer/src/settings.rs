@@ -41,7 +41,7 @@ pub enum Estimator {
     Auto,
     /// Connections for … D R; spheres for everything specular behind a diffuse reflection.
     Connection,
-    /// As `Auto`, but density estimation behind visibility rays for everything specular behind a diffuse reflection.
+    /// Estimators of `Auto`, but density estimation behind visibility rays for everything specular behind a diffuse reflection.
     Gather,
     /// Spheres for everything but the direct sound.
     Sphere,
@@ -50,7 +50,7 @@ pub enum Estimator {
 }
 
 impl Estimator {
-    /// Those that agree within their joint interval (docs/physics.md §4): all but `Paper`.
+    /// Estimators that agree within their joint interval (docs/physics.md §4): all but `Paper`.
     pub const COMPARABLE: [Self; 4] = [Self::Auto, Self::Connection, Self::Gather, Self::Sphere];
 
     /// Whether connections own … D R.
@@ -85,7 +85,7 @@ impl Estimator {
 /// Which air sound travels through.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Air {
-    /// That of the scene.
+    /// Air of the scene.
     OfScene,
     /// Another attenuation m per band [1/m]; zeros for none.
     Attenuation(Vec<f64>),

@@ -392,7 +392,7 @@ fn compile(
     Compiled { scene, geometry, unknown }
 }
 
-/// Of the scene file, whatever the name of its mesh: the same walls in another file are the same scene. Factors of measured directivities
+/// Digest of the scene file, whatever the name of its mesh: the same walls in another file are the same scene. Factors of measured directivities
 /// follow it.
 fn digest(origin: &Origin<'_>, sources: &[Source]) -> [u8; 32] {
     let (text, name) = (origin.text.as_bytes(), &origin.mesh_name);

@@ -47,7 +47,7 @@ impl PolygonMesh {
     /// Writes the mesh as an OBJ file, which has the digest of the mesh.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// The errors of `out`.
     pub fn write_obj(&self, out: &mut dyn Write) -> io::Result<()> {
         for [x, y, z] in &self.vertices {
             writeln!(out, "v {x:?} {y:?} {z:?}")?;

@@ -11,7 +11,7 @@ pub(crate) struct Report<'t> {
     remarks: Remarks,
 }
 
-/// What is to be said of a sound scene.
+/// What is to be said of a valid scene.
 #[derive(Default)]
 pub(crate) struct Remarks {
     /// Defaults taken, repairs made.
@@ -76,12 +76,12 @@ impl<'t> Report<'t> {
         self.problems.len()
     }
 
-    /// Whether the scene is sound so far.
+    /// Whether the scene is valid so far.
     pub(crate) fn is_clean(&self) -> bool {
         self.problems.is_empty()
     }
 
-    /// The remarks on a sound scene, or everything wrong with it.
+    /// The remarks on a valid scene, or everything wrong with it.
     pub(crate) fn finish(self) -> Result<Remarks, SceneErrors> {
         let (remarks, problems) = self.finish_anyway();
         if problems.is_empty() { Ok(remarks) } else { Err(SceneErrors { problems }) }

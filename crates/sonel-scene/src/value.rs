@@ -19,7 +19,7 @@ pub(crate) enum Kind {
     Text(String),
     Number(f64),
     Flag(bool),
-    /// As written: TOML has them, scenes do not.
+    /// A date as written: TOML has them, scenes do not.
     Date(String),
     List(Vec<Value>),
     Table(Entries),

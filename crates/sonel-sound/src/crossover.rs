@@ -20,7 +20,7 @@ pub struct Crossover {
 }
 
 impl Crossover {
-    /// Of bands with these nominal centres [Hz], ascending, at `count` frequencies `step_hz` apart from 0 Hz on.
+    /// Crossover of bands with these nominal centres [Hz], ascending, at `count` frequencies `step_hz` apart from 0 Hz on.
     #[must_use]
     pub fn new(center_frequency_hz: &[f64], step_hz: f64, count: usize) -> Self {
         let borders: Vec<f64> = center_frequency_hz

@@ -36,11 +36,11 @@ const ROUNDING: f64 = 1e-12;
 pub struct BandIacc {
     /// Nominal centre [Hz].
     pub center_frequency_hz: f64,
-    /// Of the first 80 ms.
+    /// Coefficient of the first 80 ms.
     pub early: Option<f64>,
-    /// Of what follows.
+    /// Coefficient of what follows.
     pub late: Option<f64>,
-    /// Of both.
+    /// Coefficient of both.
     pub all: Option<f64>,
 }
 

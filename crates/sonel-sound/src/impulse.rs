@@ -56,7 +56,7 @@ impl<'a> Synthesizer<'a> {
     /// the impulse response itself.
     ///
     /// # Errors
-    /// As [`Self::impulse_response`], and where the response has no directions.
+    /// The errors of [`Self::impulse_response`], and one where the response has no directions.
     pub fn ambisonics(
         &self,
         (s, r): (usize, usize),
@@ -74,7 +74,7 @@ impl<'a> Synthesizer<'a> {
     /// the direction next to its own.
     ///
     /// # Errors
-    /// As [`Self::ambisonics`].
+    /// The errors of [`Self::ambisonics`].
     pub fn binaural(
         &self,
         (s, r): (usize, usize),

@@ -1,9 +1,9 @@
 //! Uncertainty of a standard error from batches.
 //!
-//! That of G normal batches scatters by 1/√(2(G − 1)) of itself. Where few strong paths carry a parameter, the fourth moment counts too:
+//! The standard error of G normal batches scatters by 1/√(2(G − 1)) of itself. Where few strong paths carry a parameter, the fourth moment counts too:
 //! var(ln σ) = ¼ (2/(G − 1) + κ/G), κ the excess kurtosis of a batch: the variance of a sample's variance. κ falls as one over the emissions
 //! of a batch, so κ/G = τ/N for a run of N emissions, where the tail τ is a property of scene and parameter, however many batches there are.
-//! It is estimated from the same batches and never exceeds their number: it is too small where the strong paths are so rare that none was
+//! The tail is estimated from the same batches and never exceeds their number: it is too small where the strong paths are so rare that none was
 //! found.
 
 /// Batches with a larger excess kurtosis have heavy tails: that of the Laplace distribution.

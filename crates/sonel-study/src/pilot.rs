@@ -189,7 +189,7 @@ impl Run {
 /// Runs a pilot.
 ///
 /// # Errors
-/// As [`Room::trace`] and [`render_and_read`].
+/// The errors of [`Room::trace`] and [`render_and_read`].
 pub fn run(config: &PilotConfig<'_>, clock: &dyn Clock) -> Result<Pilot, PipelineError> {
     let begin = clock.process();
     let least = EMISSIONS[EMISSIONS.len() - 1];
@@ -243,7 +243,7 @@ fn found(config: &PilotConfig<'_>, shorter: &Run, run: &Run, fewer: Option<&Rend
 /// Segments per emission of the run that is planned: a few packets traced and not heard.
 ///
 /// # Errors
-/// As [`Room::trace`].
+/// The errors of [`Room::trace`].
 pub fn segments(config: &PilotConfig<'_>) -> Result<f64, PipelineError> {
     let settings = Settings { emissions: FEW, seed: config.trace.seed.wrapping_mul(SEED), ..config.trace };
     let traced = config.room.trace(settings, &mut InMemory, &NoClock)?;
@@ -364,7 +364,7 @@ mod tests {
             parameters: &PLANNED,
             seconds,
         };
-        let pilot = run(&config, &Ticking::default()).expect("a sound scene");
+        let pilot = run(&config, &Ticking::default()).expect("a valid scene");
         let plan = Plan::of_trace(pilot.clone(), &scene, &receivers, 32, 0.001);
         assert!(plan.rows.iter().all(|row| row.price.trace.is_finite() && row.effort.emissions > 0));
         pilot

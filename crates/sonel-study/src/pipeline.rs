@@ -20,11 +20,11 @@ use crate::response;
 
 /// Seconds since any moments, which must not change during a run.
 pub trait Clock: Sync {
-    /// Of the clock on the wall [s].
+    /// Time of the clock on the wall [s].
     fn wall(&self) -> f64;
-    /// Of all threads of the process [s].
+    /// CPU time of all threads of the process [s].
     fn process(&self) -> f64;
-    /// Of the thread that asks [s].
+    /// CPU time of the thread that asks [s].
     fn thread(&self) -> f64;
 }
 
@@ -84,9 +84,9 @@ impl MapStore for InMemory {
 /// and order in `render`.
 #[derive(Debug, Clone, Default)]
 pub struct PipelineSettings {
-    /// Of the tracer.
+    /// Settings of the tracer.
     pub trace: Settings,
-    /// Of the renderer.
+    /// Settings of the renderer.
     pub render: RenderSettings,
 }
 
@@ -231,7 +231,7 @@ impl<'a> Room<'a> {
     /// Traces the room and renders it at `receivers`.
     ///
     /// # Errors
-    /// As [`Self::trace`] and [`render_and_read`].
+    /// The errors of [`Self::trace`] and [`render_and_read`].
     pub fn run(
         &self,
         settings: &PipelineSettings,

@@ -239,7 +239,7 @@ impl Width {
         Self { expected: unit * self.expected, range: self.range.map(|bound| unit * bound) }
     }
 
-    /// Of the wider of two.
+    /// The wider of two predictions.
     fn wider(self, other: Self) -> Self {
         let [low, high] = [0, 1].map(|bound: usize| self.range[bound].max(other.range[bound]));
         Self { expected: self.expected.max(other.expected), range: [low, high] }

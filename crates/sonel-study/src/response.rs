@@ -91,7 +91,7 @@ pub fn assemble(
     }
 }
 
-/// Those of `receivers`; none where all are omnidirectional.
+/// Directivities of `receivers`; none where all are omnidirectional.
 fn directivities(receivers: &[ReceiverPoint]) -> Vec<ReceiverDirectivity> {
     if receivers.iter().all(|receiver| receiver.sensitivity.pattern == Pattern::Omni) {
         return Vec::new();

@@ -36,7 +36,7 @@ pub struct RoomDecay {
 }
 
 impl RoomDecay {
-    /// Of `scene`, whose walls are `geometry`, in a run of 8 times the largest Sabine time and at most 30 s. [`None`] without a Sabine time.
+    /// Decay of `scene`, whose walls are `geometry`, in a run of 8 times the largest Sabine time and at most 30 s. [`None`] without a Sabine time.
     ///
     /// # Errors
     /// When the room leaks, or a source or receiver is in no allowed place.
@@ -116,7 +116,7 @@ fn slowest(scene: &Scene) -> Scene {
 /// sentence. Nothing happens where a duration is stated.
 ///
 /// # Errors
-/// As [`RoomDecay::of`].
+/// The errors of [`RoomDecay::of`].
 pub fn lengthen(scene: &mut Scene, geometry: &Geometry) -> Result<Option<String>, PipelineError> {
     if !scene.has_default_duration {
         return Ok(None);

@@ -25,9 +25,9 @@ const BEYOND_NOISE: f64 = 3.0;
 
 /// The parameters of the same packets, rendered twice.
 pub(crate) struct RenderedTwice<'a> {
-    /// Those whose variance is asked for.
+    /// Parameters whose variance is asked for.
     pub parameters: &'a [ReceiverParameters],
-    /// Those rendered with other rays.
+    /// The same parameters, rendered with other rays.
     pub others: &'a [ReceiverParameters],
     /// The variance of the difference between the two, over that which rays bring to `parameters`.
     pub excess: f64,

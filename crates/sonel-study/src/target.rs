@@ -23,9 +23,9 @@ pub struct Targets {
 pub enum Limit {
     /// In just-noticeable differences.
     JustNoticeable(f64),
-    /// As a part of the value.
+    /// A part of the value.
     Relative(f64),
-    /// In the unit of the parameter.
+    /// A number in the unit of the parameter.
     Absolute(f64),
 }
 

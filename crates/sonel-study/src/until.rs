@@ -11,10 +11,10 @@ use crate::target::Targets;
 
 /// Emissions are taken more by this factor than the last variance asks for.
 pub const MARGIN: f64 = 1.15;
-/// Bounds of the growth from look to look.
+/// Bounds of the growth from iteration to iteration.
 const GROWTH: [f64; 2] = [1.2, 8.0];
 
-/// A look is worth while if it has this many times the effort of the last.
+/// An iteration is worth while if it has this many times the effort of the last.
 pub const WORTH_WHILE: f64 = 1.1;
 
 /// How many after `count`, where `needed` are; some more, as the need is an estimate.
@@ -24,13 +24,13 @@ pub fn grown(count: u64, needed: f64) -> u64 {
     (MARGIN * needed).clamp(least * count, most * count).ceil() as u64
 }
 
-/// What a look at the parameters says.
+/// The parameters of an iteration against the targets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// The parameter farthest from its limit; none where nothing is limited.
     pub worst: Option<Worst>,
     /// Figures that are limited and cannot be read, with the reason.
-    pub unreadable: Vec<(Place, String)>,
+    pub not_estimable: Vec<(Place, String)>,
 }
 
 /// The parameter farthest from its limit.
@@ -56,11 +56,11 @@ impl Verdict {
     /// Looks at `readings`.
     #[must_use]
     pub fn new(readings: &[Reading], targets: &Targets) -> Self {
-        let mut verdict = Self { worst: None, unreadable: Vec::new() };
+        let mut verdict = Self { worst: None, not_estimable: Vec::new() };
         for reading in readings {
             let place = reading.place;
             match (&reading.half_width, targets.limit(place, reading.value)) {
-                (Err(reason), _) => verdict.unreadable.push((place, reason.clone())),
+                (Err(reason), _) => verdict.not_estimable.push((place, reason.clone())),
                 (Ok(width), Some(limit)) => {
                     let found = Worst { place, half_width: width.total(), limit };
                     if verdict.worst.is_none_or(|worst| worst.excess() < found.excess()) {
@@ -68,7 +68,7 @@ impl Verdict {
                     }
                 }
                 (Ok(_), None) if reading.value.is_none() => {
-                    verdict.unreadable.push((place, "its interval is too wide for a value".to_owned()));
+                    verdict.not_estimable.push((place, "its interval is too wide for a value".to_owned()));
                 }
                 (Ok(_), None) => {}
             }
@@ -85,7 +85,7 @@ impl Verdict {
     /// Whether every parameter keeps its limit.
     #[must_use]
     pub fn is_reached(&self) -> bool {
-        self.is_inside() && self.unreadable.is_empty()
+        self.is_inside() && self.not_estimable.is_empty()
     }
 
     /// How many after `count` of whatever the variance shrinks with.

@@ -149,11 +149,11 @@ impl<'a> Tracer<'a> {
         self.trace(shard, None, sink)
     }
 
-    /// As [`Self::run`] for the whole run, but takes paths from `beginning`, a valid map that this [`crate::REVISION`] traced of the same scene
+    /// Runs the whole run as [`Self::run`] does, but takes paths from `beginning`, a valid map that this [`crate::REVISION`] traced of the same scene
     /// with the same settings but fewer emissions: the same chunks come out, and only what is new is traced.
     ///
     /// # Errors
-    /// As [`Self::run`].
+    /// The errors of [`Self::run`].
     pub fn extend<E: Send>(
         &self,
         beginning: &SonelMap,

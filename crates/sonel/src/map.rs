@@ -105,7 +105,7 @@ mod tests {
             .receiver("receiver", [3.0, 2.0, 1.2])
             .duration(0.1)
             .build(&Silent)
-            .expect("a sound scene");
+            .expect("a valid scene");
         let variants = vec![Variants::parse("materials.walls.transmission", "0.1").expect("a variant")];
         let options = TraceOptions { packets: Some(200), variants, ..TraceOptions::default() };
         let map = scene.trace(&options, &Silent).expect("a map").map;
@@ -113,7 +113,7 @@ mod tests {
         let set = vec![Change::of("materials.walls.absorption", 0.4.into()).expect("a change")];
         for set in [Vec::new(), set] {
             let options = RenderOptions { set, rays: Some(64), ..RenderOptions::default() };
-            let prepared = map.prepare(&[], &options, &Silent).expect("a sound map");
+            let prepared = map.prepare(&[], &options, &Silent).expect("a valid map");
             assert!(prepared.shares_walls(&before));
         }
         // What lets sound through is a partition: the walls are others.

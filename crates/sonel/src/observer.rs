@@ -93,7 +93,7 @@ fn unless_stopped(flow: ControlFlow<()>) {
 /// Does `work` before the eyes of `observer`.
 ///
 /// # Errors
-/// Those of the work, and [`Error::Stopped`].
+/// The errors of the work, and [`Error::Stopped`].
 pub(crate) fn watched<T>(observer: &dyn Observer, work: impl FnOnce(Watch<'_>) -> Result<T>) -> Result<T> {
     match catch_unwind(AssertUnwindSafe(|| work(Watch(observer)))) {
         Ok(result) => result,

@@ -18,7 +18,7 @@ use crate::quantity::{bytes, count, seconds};
 #[must_use]
 pub fn trace_table(plan: &Plan) -> String {
     let mut text = String::from(
-        "accuracy    packets      rays  trace CPU  render CPU        map  own memory  needed by\n",
+        "accuracy    packets      rays  trace CPU  render CPU        map  own memory  limited by\n",
     );
     for row in &plan.rows {
         let by = needed_by(plan, row);
@@ -45,7 +45,7 @@ pub fn map_table(plan: &Plan, label: &str) -> String {
     if !plan.pilot.casts_rays {
         text.push_str("; it needs no visibility rays, so only packets help");
     }
-    text.push_str("\naccuracy      rays  render CPU  own memory  packets wanted  needed by\n");
+    text.push_str("\naccuracy      rays  render CPU  own memory  packets wanted  limited by\n");
     for row in &plan.rows {
         let _ = writeln!(
             text,
@@ -163,7 +163,7 @@ pub fn json(plan: &Plan) -> Value {
                 "map_bytes": row.price.bytes,
                 "trace_memory_bytes": row.memory[0],
                 "render_memory_bytes": row.memory[1],
-                "needed_by": row.limited_by.map(|place| named(&plan.names, place)),
+                "limited_by": row.limited_by.map(|place| named(&plan.names, place)),
                 "half_widths": bands,
             });
             if let Some(excess) = not_feasible(row) {
@@ -172,7 +172,7 @@ pub fn json(plan: &Plan) -> Value {
             fields
         })
         .collect();
-    let unreadable: Vec<Value> = plan
+    let not_estimable: Vec<Value> = plan
         .pilot
         .spreads
         .iter()
@@ -183,14 +183,14 @@ pub fn json(plan: &Plan) -> Value {
         })
         .collect();
     json!({
-        "judges": plan.names.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
+        "evaluation_receivers": plan.names.pairs.iter().map(|(source, name)| json!({"source": source, "receiver": name})).collect::<Vec<_>>(),
         "pilot": { "packets": plan.pilot.emissions, "rays": plan.pilot.rays, "segments_per_packet": plan.pilot.costs.segments },
         "rows": rows,
-        "unreadable": unreadable,
+        "not_estimable": not_estimable,
     })
 }
 
-/// What a look at the parameters found of `targets`, in a line: in the units of the targets.
+/// What a iteration at the parameters found of `targets`, in a line: in the units of the targets.
 pub(crate) fn verdict(names: &Names, verdict: &Verdict, targets: &Targets) -> String {
     let of_worst = |worst: Worst| {
         let (limit, unit) = targets.written(worst.place.parameter)?;
@@ -199,10 +199,10 @@ pub(crate) fn verdict(names: &Names, verdict: &Verdict, targets: &Targets) -> St
     };
     let worst = verdict.worst.and_then(of_worst);
     let mut text = worst.unwrap_or_else(|| "no parameter has a limit".to_owned());
-    if let Some((place, reason)) = verdict.unreadable.first() {
+    if let Some((place, reason)) = verdict.not_estimable.first() {
         let _ = write!(text, "; {} cannot be estimated: {reason}", names.parameter(*place));
-        if verdict.unreadable.len() > 1 {
-            let _ = write!(text, ", and {} others", verdict.unreadable.len() - 1);
+        if verdict.not_estimable.len() > 1 {
+            let _ = write!(text, ", and {} others", verdict.not_estimable.len() - 1);
         }
     }
     text
@@ -213,7 +213,7 @@ pub(crate) fn reached(verdict: &Verdict) -> &'static str {
     if verdict.is_reached() { "reached" } else { "NOT reached" }
 }
 
-/// What the last look at the parameters found of `targets`, as JSON.
+/// What the last iteration at the parameters found of `targets`, as JSON.
 pub(crate) fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) -> Value {
     json!({
         "reached": verdict.is_reached(),
@@ -223,7 +223,7 @@ pub(crate) fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) 
             value["limit_jnd"] = json!(worst.limit);
             value
         }),
-        "unreadable": verdict.unreadable.iter().map(|(place, reason)| {
+        "not_estimable": verdict.not_estimable.iter().map(|(place, reason)| {
             let mut value = named(names, *place);
             value["reason"] = json!(reason);
             value
@@ -234,7 +234,7 @@ pub(crate) fn verdict_json(names: &Names, verdict: &Verdict, targets: &Targets) 
 
 fn named(names: &Names, place: Place) -> Value {
     json!({
-        "figure": place.parameter.key(),
+        "parameter": place.parameter.key(),
         "source": names.pairs[place.row].0,
         "receiver": names.pairs[place.row].1,
         "center_frequency_hz": names.center_frequencies_hz[place.band],

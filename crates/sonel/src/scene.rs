@@ -153,7 +153,7 @@ impl fmt::Debug for Scene {
 
 type Open<'a> = &'a mut dyn FnMut(&str) -> std::io::Result<Vec<u8>>;
 
-/// Checks the scene file at `path`, which need not be sound; with the files that were read.
+/// Checks the scene file at `path`, which need not be valid; with the files that were read.
 ///
 /// # Errors
 /// When it cannot be read or is no TOML.

@@ -15,7 +15,7 @@ fn room() -> Scene {
         .receiver("receiver", [3.9, 2.8, 1.2])
         .duration(0.2)
         .build(&Silent)
-        .expect("a sound scene")
+        .expect("a valid scene")
 }
 
 fn options(packets: u64) -> TraceOptions<'static> {
@@ -126,7 +126,7 @@ fn a_scene_made_in_code_has_the_map_of_its_file() {
     let folder = sonel_testkit::test_folder::TestFolder::with("");
     let made = room();
     let path = made.save(folder.path("room")).expect("a folder");
-    let read = Scene::load(&path, &Silent).expect("a sound scene");
+    let read = Scene::load(&path, &Silent).expect("a valid scene");
     let digest = |scene: &Scene| scene.trace(&options(200), &Silent).expect("a map").map.digest();
     assert_eq!(digest(&read), digest(&made));
     assert!(made.save(folder.path("room")).unwrap_err().to_string().contains("exists: delete it first"));

@@ -111,7 +111,7 @@ const SPEAKING_NULLS: [&str; 11] = [
     "radius_m",
     "effective_sample_size",
     "significance",
-    "needed_by",
+    "limited_by",
     "trace_cpu_s",
     "render_cpu_s",
     "map_bytes",
@@ -132,7 +132,7 @@ fn unexplained(value: &Value, path: &str, explained: bool, found: &mut Vec<Strin
         Value::Object(fields) => {
             // A plan lists what cannot be read, with reasons, beside its rows.
             let listed =
-                fields.get("unreadable").and_then(Value::as_array).is_some_and(|list| !list.is_empty());
+                fields.get("not_estimable").and_then(Value::as_array).is_some_and(|list| !list.is_empty());
             let reason =
                 fields.get("reason").and_then(Value::as_str).is_some_and(|reason| !reason.is_empty());
             for (key, value) in fields {
@@ -226,7 +226,7 @@ fn plans_of_hopeless_rooms_have_reasons() {
     for (name, scene, mesh, tracing, _) in hopeless.into_iter().take(form(2, 3)) {
         let folder = TestFolder::with(&scene);
         folder.write("room.obj", mesh);
-        trace(&folder, "a.sonelmap", tracing).expect("a sound scene");
+        trace(&folder, "a.sonelmap", tracing).expect("a valid scene");
         for options in
             [&["--plan"][..], &["--until", "level<0.1dB,t30<1%", "--rays", "512", "--at-most", "1s"]]
         {
@@ -253,7 +253,7 @@ fn plans_of_hopeless_rooms_have_reasons() {
             wrong.extend(judge(name, &error, false));
             continue;
         }
-        for file in ["README.md", "tradeoff.csv", "figures.csv"] {
+        for file in ["README.md", "tradeoff.csv", "parameters.csv"] {
             wrong.extend(judge(&format!("{name}, {file}"), &folder.text(&format!("study.d/{file}")), false));
         }
         wrong.extend(judge(&format!("{name}, tradeoff.json"), &folder.text("study.d/tradeoff.json"), true));

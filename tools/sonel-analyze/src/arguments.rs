@@ -140,7 +140,7 @@ pub struct IaccArguments {
     --estimator gather --rays 16k,4k,64k
 
 Properties are varied one at a time about the base setting, which has the first value of each list. The folder then \
-has README.md with a recommendation, plots, tradeoff.csv, figures.csv and tradeoff.json.")]
+has README.md with a recommendation, plots, tradeoff.csv, parameters.csv and tradeoff.json.")]
 pub struct Tradeoff {
     /// Scene file; errors are evaluated at its receivers.
     #[arg(value_name = "SCENE.toml")]
@@ -148,12 +148,12 @@ pub struct Tradeoff {
     /// Folder of the results, created if it does not exist; each file is replaced when the new one is complete.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Properties to vary, with usual values: packets, survival, mode, estimator, rays, radius. By default packets and
-    /// estimator, unless lists of values are given.
+    /// Properties to vary one at a time, with usual values: packets, survival, mode, estimator, rays, radius [default: packets
+    /// and estimator, unless lists of values are given].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PROPERTIES")]
     pub vary: Vec<Property>,
-    /// Emissions per source to try.
-    #[arg(long, value_delimiter = ',', value_name = "N,…", value_parser = parse_count, allow_negative_numbers = true)]
+    /// Numbers of packets per source to try.
+    #[arg(long, alias = "sonels", value_delimiter = ',', value_name = "N,…", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Vec<u64>,
     /// Survival exponents β to try, 0 … 1.
     #[arg(long, value_delimiter = ',', value_name = "BETA,…", allow_hyphen_values = true)]
@@ -176,10 +176,10 @@ pub struct Tradeoff {
     /// Seed of the first repeat; later repeats use the following numbers.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Emissions of the reference run where no exact answer is known; by default four times the largest number of packets.
+    /// Packets of the reference run where no exact answer is known [default: four times the largest number of packets].
     #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub reference: Option<u64>,
-    /// Length of the echograms [s]; by default that of the scene.
+    /// Length of the echograms [s] [default: that of the scene].
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
     /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable
@@ -192,6 +192,7 @@ pub struct Tradeoff {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Property {
     /// Emissions per source.
+    #[value(alias = "sonels")]
     Packets,
     /// Survival exponent β.
     Survival,
@@ -215,7 +216,7 @@ pub struct SensitivityArguments {
     /// The map.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// Receiver position in scene axes [m]; repeatable. By default the receivers of the scene.
+    /// Receiver position in scene axes [m]; repeatable [default: of the scene].
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
     /// Output format.
@@ -324,19 +325,19 @@ pub struct Image {
     /// Pixels across and down.
     #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = parse_size, allow_hyphen_values = true)]
     pub size: [u32; 2],
-    /// Time windows from emission, such as 0-20ms or 0.05-0.1s; by default the whole run.
+    /// Time windows from emission, such as 0-20ms or 0.05-0.1s [default: the whole run].
     #[arg(long, value_name = "FROM-TO,…", value_delimiter = ',', value_parser = parse_window, allow_hyphen_values = true)]
     pub windows: Vec<NamedWindow>,
     /// Band of the PNG by its nominal centre [Hz], or sum: all bands, weighted by the power of the source.
     #[arg(long, value_name = "HZ|sum", default_value = "sum")]
     pub band: String,
-    /// Levels of the first and last colour of the PNG in dB re 1/m²; by default the highest 40 dB.
+    /// Levels of the first and last colour of the PNG in dB re 1/m² [default: the highest 40 dB].
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_range, allow_hyphen_values = true)]
     pub range: Option<[f64; 2]>,
-    /// Source; by default the first.
+    /// Source [default: the first].
     #[arg(long, value_name = "NAME")]
     pub source: Option<String>,
-    /// Radius of the discs in which sonels are counted [m]; by default from room and number of packets.
+    /// Radius of the discs in which sonels are counted [m] [default: from room and number of packets].
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub radius: Option<f64>,
 }
@@ -344,7 +345,7 @@ pub struct Image {
 /// A window of time and how it was written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedWindow {
-    /// As written, without blanks.
+    /// Window as written, without blanks.
     pub name: String,
     /// From … to [s].
     pub window: [f64; 2],

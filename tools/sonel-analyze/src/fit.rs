@@ -43,7 +43,7 @@ pub fn run(
     let scattering = arguments.scattering.then_some(Coefficient::Scattering);
     let settings = FitSettings {
         coefficients: std::iter::once(Coefficient::Absorption).chain(scattering).collect(),
-        belief: arguments.belief,
+        prior_sigma: arguments.prior_sigma,
     };
     let varied = VariedMap {
         map: &mut map,

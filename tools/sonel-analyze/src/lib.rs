@@ -30,7 +30,7 @@ pub use arguments::{
     OptimiseArguments, Parameters, Plot, Report, Verify, What,
 };
 
-/// Of this program: the revision is that of what it renders.
+/// Version of this program: the revision is that of what it renders.
 static VERSION: LazyLock<String> = LazyLock::new(|| version(sonel_renderer::REVISION));
 
 /// Runs the program: data to `out`, everything else to `log`.

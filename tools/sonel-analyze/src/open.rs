@@ -20,9 +20,9 @@ const ARCHIVE_MAGIC: &[u8] = b"PK";
 
 /// A file of ours.
 pub enum Artifact {
-    /// Of sonel-trace, with every path checked and walked.
+    /// Map of sonel-trace, with every path checked and walked.
     Map(Box<WalkedMap>),
-    /// Of sonel-render.
+    /// Response of sonel-render.
     Response(Box<Response>),
 }
 
@@ -39,9 +39,9 @@ pub struct WalkedMap {
 /// What a file is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Of sonel-trace.
+    /// Map of sonel-trace.
     Map,
-    /// Of sonel-render.
+    /// Response of sonel-render.
     Response,
 }
 
@@ -78,7 +78,7 @@ pub fn artifact(path: &Path) -> anyhow::Result<Artifact> {
 /// The response in `path`.
 ///
 /// # Errors
-/// When the file cannot be read or is no sound response.
+/// When the file cannot be read or is no valid response.
 pub fn response(path: &Path) -> anyhow::Result<Response> {
     if kind(path)? == Kind::Map {
         bail!("{} is a sonel map: make a response from it with sonel-render", path.display());
@@ -89,7 +89,7 @@ pub fn response(path: &Path) -> anyhow::Result<Response> {
 /// The map in `path`, its paths checked and walked.
 ///
 /// # Errors
-/// When the file cannot be read or is no sound map.
+/// When the file cannot be read or is no valid map.
 pub fn walked_map(path: &Path) -> anyhow::Result<WalkedMap> {
     let (map, geometry) = checked_map(path)?;
     let survey = survey(&map, &geometry);
@@ -99,7 +99,7 @@ pub fn walked_map(path: &Path) -> anyhow::Result<WalkedMap> {
 /// The map in `path`, its paths checked, and the walls of its scene.
 ///
 /// # Errors
-/// When the file cannot be read or is no sound map.
+/// When the file cannot be read or is no valid map.
 pub fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let named = || path.display().to_string();
     let (map, geometry) = map(path)?;
@@ -111,7 +111,7 @@ pub fn checked_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
 /// The whole map in `path`, its paths checked, for other coefficients.
 ///
 /// # Errors
-/// When the file cannot be read, is no sound map, a shard or of the paper's mode.
+/// When the file cannot be read, is no valid map, a shard or of the paper's mode.
 pub fn changeable_map(path: &Path) -> anyhow::Result<(SonelMap, Geometry)> {
     let named = || path.display().to_string();
     let (map, geometry) = checked_map(path)?;

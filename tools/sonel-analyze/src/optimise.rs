@@ -1,4 +1,4 @@
-//! `sonel-analyze optimise`: the cheapest change of materials that fulfils wishes.
+//! `sonel-analyze optimise`: the cheapest change of materials that fulfils goals.
 
 use std::io::Write;
 
@@ -10,7 +10,7 @@ use sonel_console::Outcome;
 use sonel_console::output::{Kind, Output};
 use sonel_design::optimise::{Candidate, Choice, OptimiseError, Proposal};
 use sonel_design::sensitivity::VariedMap;
-use sonel_design::wish::Wish;
+use sonel_design::goal::Goal;
 use sonel_renderer::RenderSettings;
 use sonel_scene::{Scene, load_materials};
 use sonel_study::response::receivers_of;
@@ -22,7 +22,7 @@ use crate::open;
 /// Prints what is proposed and writes the materials.
 ///
 /// # Errors
-/// When the map is unusable, a wish or change does not fit it, or the output cannot be written.
+/// When the map is unusable, a goal or change does not fit it, or the output cannot be written.
 pub fn run(
     arguments: &OptimiseArguments,
     quiet: bool,
@@ -33,7 +33,7 @@ pub fn run(
     let label = arguments.map.display().to_string();
     let scene = map.header().scene.clone();
     refuse_angular(&scene.materials)?;
-    check_bands(&arguments.wishes, &scene)?;
+    check_bands(&arguments.goals, &scene)?;
     let candidates = candidates(arguments, &scene)?;
     let receivers =
         if arguments.receivers.is_empty() { receivers_of(&scene) } else { arguments.receivers.clone() };
@@ -45,7 +45,7 @@ pub fn run(
     let (map, render) = (&mut map, RenderSettings::default());
     let found = sonel_design::optimise::optimise(
         VariedMap { map, geometry: &geometry, receivers: &receivers, render },
-        &arguments.wishes,
+        &arguments.goals,
         &candidates,
         &mut TemporaryMaps::new(folder_of(&arguments.output)),
         &mut |stage| stages.tell(stage),
@@ -65,9 +65,9 @@ pub fn run(
     Ok(if found.is_fulfilled { Outcome::Done } else { Outcome::Missed })
 }
 
-fn check_bands(wishes: &[Wish], scene: &Scene) -> anyhow::Result<()> {
+fn check_bands(goals: &[Goal], scene: &Scene) -> anyhow::Result<()> {
     let nominal = scene.bands.nominal();
-    for wanted in wishes.iter().flat_map(|wish| &wish.centers_hz) {
+    for wanted in goals.iter().flat_map(|goal| &goal.centers_hz) {
         if !nominal.iter().any(|center| (wanted / center - 1.0).abs() < 1e-3) {
             let known: Vec<String> = nominal.iter().map(ToString::to_string).collect();
             bail!("the map has no band of {wanted} Hz; it has {} Hz", known.join(", "));
@@ -157,7 +157,7 @@ fn print(
         "{:.1} m² change, cost {:.1}; {combinations} combinations, {rendered} rendered\n",
         found.area, found.cost
     )?;
-    let table = outcomes(found, &arguments.wishes, scene);
+    let table = outcomes(found, &arguments.goals, scene);
     let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     writeln!(
         out,
@@ -167,22 +167,22 @@ fn print(
     Ok(())
 }
 
-/// A row for each wish and band.
-fn outcomes(found: &Proposal, wishes: &[Wish], scene: &Scene) -> Table {
+/// A row for each goal and band.
+fn outcomes(found: &Proposal, goals: &[Goal], scene: &Scene) -> Table {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
     table.set_header(["parameter", "band", "wanted", "map as it is", "predicted", "fresh trace", ""]);
     for outcome in &found.outcomes {
-        let wish = &wishes[outcome.wish];
-        let (symbol, unit, factor) = wish.parameter.heading();
+        let goal = &goals[outcome.goal];
+        let (symbol, unit, factor) = goal.parameter.heading();
         let is_met = |estimate: &ParameterValue| {
-            estimate.as_ref().is_ok_and(|estimate| (estimate.value - wish.value).abs() <= wish.tolerance)
+            estimate.as_ref().is_ok_and(|estimate| (estimate.value - goal.value).abs() <= goal.tolerance)
         };
         let met = is_met(&outcome.predicted) && is_met(&outcome.verified);
         table.add_row([
             format!("{symbol} [{unit}]"),
             format!("{} Hz", scene.bands.nominal()[outcome.band]),
-            format!("{:.3} ±{:.3}", factor * wish.value, factor * wish.tolerance),
+            format!("{:.3} ±{:.3}", factor * goal.value, factor * goal.tolerance),
             format!("{:.3}", factor * outcome.before),
             cell(&outcome.predicted, factor),
             cell(&outcome.verified, factor),

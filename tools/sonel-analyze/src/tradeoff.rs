@@ -99,7 +99,7 @@ const FILES: [(&str, Kind); 8] = [
     ("efficiency.svg", Kind::DRAWING),
     ("cost.svg", Kind::DRAWING),
     ("tradeoff.csv", Kind::TRADEOFF_TABLE),
-    ("figures.csv", Kind::TRADEOFF_TABLE),
+    ("parameters.csv", Kind::TRADEOFF_TABLE),
     ("tradeoff.json", Kind::TRADEOFF_REPORT),
     ("README.md", Kind::TRADEOFF_PAGE),
 ];
@@ -129,7 +129,7 @@ fn write_all(folder: &Path, inputs: &[PathBuf], findings: &Findings<'_>) -> anyh
     drawing("efficiency.svg", report::efficiency(findings))?;
     drawing("cost.svg", report::cost(findings))?;
     file("tradeoff.csv", &|out| Ok(report::curves_csv(findings, out)?))?;
-    file("figures.csv", &|out| Ok(report::parameters_csv(findings, out)?))?;
+    file("parameters.csv", &|out| Ok(report::parameters_csv(findings, out)?))?;
     file("tradeoff.json", &|out| Ok(writeln!(out, "{:#}", report::json(findings))?))?;
     // The page last: whoever finds it finds what it shows.
     file("README.md", &|out| Ok(out.write_all(report::markdown(findings, &command()).as_bytes())?))

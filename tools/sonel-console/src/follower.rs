@@ -56,7 +56,7 @@ impl<'a> Follower<'a> {
     /// The result of work that was followed, its error as the command line spells options.
     ///
     /// # Errors
-    /// That of the work, or of the log that stopped it.
+    /// The error of the work, or of the log that stopped it.
     pub fn result<T>(&self, result: sonel::Result<T>) -> anyhow::Result<T> {
         match (result, self.state().failed.take()) {
             (Err(sonel::Error::Stopped), Some(error)) => Err(error.into()),

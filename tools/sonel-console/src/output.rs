@@ -295,7 +295,7 @@ impl Output {
     /// Writes `content` and puts the file in its place.
     ///
     /// # Errors
-    /// Those of `content`, and of [`Self::publish`].
+    /// The errors of `content`, and of [`Self::publish`].
     pub fn write<T, E>(
         mut self,
         content: impl FnOnce(&mut BufWriter<File>) -> Result<T, E>,

@@ -32,77 +32,82 @@ pub struct Arguments {
     /// 1/r, sample 0 at the emission. Created if it does not exist.
     #[arg(long, value_name = "DIR", requires = "output")]
     pub wav: Option<PathBuf>,
-    /// Also write ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions.
+    /// Also write ambisonics of order 1, 2 or 3 (ACN, SN3D: AmbiX) as NAME_ambix3.wav; implies --directions, needs --wav.
     #[arg(long, value_name = "ORDER", requires = "wav", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ORDER)), allow_negative_numbers = true)]
     pub ambix: Option<u32>,
     /// Also write binaural responses as NAME_binaural.wav, with the HRTF of FILE.sofa (SimpleFreeFieldHRIR). The head looks
-    /// along the receiver's aim, by default towards the first source. Implies --directions.
+    /// along the receiver's aim, by default towards the first source. Implies --directions, needs --wav.
     #[arg(long, value_name = "FILE.sofa", requires = "wav")]
     pub hrtf: Option<PathBuf>,
-    /// Receiver position in scene axes [m]; repeatable. By default the receivers of the scene.
+    /// Receiver position in scene axes [m], with directivity and aim NAME=x,y,z,cardioid,x,y,z; repeatable [default: of the
+    /// scene].
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
-    /// Receivers from a CSV file (header name,x,y,z) or a TOML file of [[receivers]].
+    /// Receivers from a CSV file with header name,x,y,z, or a TOML file of [[receivers]] (also directivity, aim).
     #[arg(long = "receivers", value_name = "FILE")]
     pub receivers_file: Option<PathBuf>,
-    /// A grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room are left out.
+    /// Grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room are left
+    /// out.
     #[arg(long, value_name = "X,Y,Z", value_parser = str::parse::<Grid>, allow_hyphen_values = true)]
     pub grid: Option<Grid>,
-    /// Render part I of N of the receivers only, I from 1; sonel-analyze merge joins the parts.
+    /// Render only part I of N of the receivers, I from 1; sonel-analyze merge joins the parts. Not with --plan, --until,
+    /// --wav [default: all].
     #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with_all = ["plan", "until", "wav"])]
     pub shard: Option<ShardRange>,
-    /// Width of a time bin [s].
+    /// Width of a time bin [s]; at most 2²⁰ bins.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.001, allow_negative_numbers = true)]
     pub bin: f64,
-    /// Also store energies by direction of arrival, for lateral fractions and the late lateral level. The lateral axis of a
-    /// receiver is horizontal and at right angles to its aim, by default towards the first source.
+    /// Also store energies by direction of incidence, for LF, LFC and L_J. Receivers must be omnidirectional. The lateral
+    /// axis is horizontal, at right angles to the aim, by default towards the first source.
     #[arg(long)]
     pub directions: bool,
-    /// Estimator used for each path class.
+    /// Estimator for each path class: auto, connection, gather, sphere or paper. Paper needs even air and excludes --order;
+    /// maps with a gradient take auto, connection, sphere, without --order.
     #[arg(long, value_parser = estimator(), default_value = Estimator::Auto.name())]
     pub estimator: Estimator,
-    /// Effects of the rendering: -diffraction leaves edges out. All others are decided by sonel-trace.
+    /// Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by sonel-trace.
     #[arg(long, value_name = "SPEC", default_value = "auto", allow_hyphen_values = true, value_parser = diffraction, action = clap::ArgAction::Set)]
     pub effects: bool,
-    /// Highest order of image sources; by default from the room.
+    /// Highest order of image sources [default: from the room].
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub order: Option<u32>,
-    /// Radius of the gathering discs [m]; by default from room and number of packets.
+    /// Radius of the discs in which sonels are gathered [m] [default: from room and number of packets].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub radius: Option<f64>,
-    /// Visibility rays per receiver [default: a quarter as many as the map has packets per source; 16384 with --estimator paper]. With --until the maximum.
+    /// Visibility rays per receiver; with --until the maximum [default: a quarter of the packets; 16384 with --estimator
+    /// paper].
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
-    /// Seed of the rendering; by default that of the map.
+    /// Seed of the rendering [default: of the map].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Temperature for air attenuation [°C]; travel times stay those of the map.
+    /// Temperature of the air for its attenuation [°C]; travel times stay. Maps with regions of other air take --no-air
+    /// alone [default: of the map].
     #[arg(long, value_name = "CELSIUS", allow_hyphen_values = true)]
     pub temperature: Option<f64>,
-    /// Relative humidity for air attenuation [%].
+    /// Relative humidity of the air for its attenuation [%] [default: of the map].
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     pub humidity: Option<f64>,
-    /// No air attenuation.
+    /// No attenuation by air.
     #[arg(long, conflicts_with_all = ["temperature", "humidity"])]
     pub no_air: bool,
     /// Change a coefficient or directivity: materials.NAME.absorption=0.4 (also scattering, diffuse, transmission,
-    /// sound_reduction_db; one number, or one per band with commas between) or sources.NAME.directivity=WORD or FILE.csv;
-    /// repeatable. Changes that the stored paths do not support are errors.
+    /// sound_reduction_db; one number, or one per band with commas between), sources.NAME.directivity=WORD or a CSV file;
+    /// repeatable. What the stored paths do not support is refused, with the sonel-trace command that makes it possible.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_change)]
     pub set: Vec<Change>,
-    /// Change materials: a TOML file of [materials.NAME], as in a scene file; others stay. Applied before --set.
+    /// Change materials: a TOML file of [materials.NAME] as in a scene file, applied before --set; others stay.
     #[arg(long, value_name = "FILE.toml")]
     pub materials: Option<PathBuf>,
-    /// Print rays, cost and intervals for several accuracies, and the packets required where more rays do not help; with
-    /// --output, render and compare.
+    /// Print rays, cost and intervals for several accuracies at up to sixteen receivers, and the packets required where
+    /// more rays do not help; with --output, also render and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add rays until the half-width of every 95 % interval is below its target. Exit code 1 if a target is not reached;
-    /// the log then states the packets required. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms,
-    /// dB, jnd.
+    /// Add rays until the half-width of every 95 % interval meets its target at every receiver; else exit code 1, and the
+    /// log states the rays or packets required. The response is that of --rays with the final number.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
-    /// Time limit of --until: no rendering starts that would end later. 60s, 5min, 2h.
+    /// Time limit of --until, such as 60s, 5min, 2h: no rendering starts that would end later.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
     /// Print shares per path class, estimators, points left out of the grid and timings as JSON.

@@ -43,7 +43,7 @@ fn numbered<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Vec<String> {
 }
 
 impl<'a> SoundFiles<'a> {
-    /// Those that are asked for, if any. Checks that the folder may be made or used, and that no file in it is lost.
+    /// Impulse responses that are asked for, if any. Checks that the folder may be made or used, and that no file in it is lost.
     pub fn of(
         arguments: &'a Arguments,
         scene: &Scene,

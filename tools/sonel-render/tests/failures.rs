@@ -26,7 +26,7 @@ fn traced(packets: &str) -> TestFolder {
     let folder = TestFolder::with(SCENE);
     let line = folder.line("sonel-trace", "scene.toml", "room.sonelmap", &["--packets", packets]);
     sonel_trace::run(&sonel_trace::Arguments::parse_from(line), &mut std::io::sink(), &mut std::io::sink())
-        .expect("a sound scene");
+        .expect("a valid scene");
     folder
 }
 

@@ -19,59 +19,59 @@ pub struct Arguments {
     /// Map to write; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Emissions per source (per source and band with --spectral per-band); with --shard of all shards, with --extend of
-    /// the whole new map, with --until the maximum [default: 100k; --plan shows what accuracies take].
-    #[arg(long, value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
+    /// Packets per source (and band with --spectral per-band); with --shard of all shards, with --extend of the whole new
+    /// map, with --until the maximum [default: 100k].
+    #[arg(long, alias = "sonels", value_name = "N", value_parser = parse_count, allow_negative_numbers = true)]
     pub packets: Option<u64>,
     /// Seed of every random number [default: 1].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Batches whose spread gives the intervals [default: 32].
+    /// Batches whose spread gives the intervals, 1 … 4096 [default: 32].
     #[arg(long, value_name = "G", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub batches: Option<u32>,
-    /// Method: accurate (default), or paper: that of the founding paper.
+    /// Method: accurate, or paper: per-band paths, β = 1 and diffraction of the founding paper [default: accurate].
     #[arg(long, value_parser = mode())]
     pub mode: Option<Mode>,
-    /// Survival exponent β, 0 (no roulette) to 1 (paper) [default: 0.15].
+    /// Survival exponent β of the Russian roulette, 0 (no roulette) … 1 [default: 0.15].
     #[arg(long, value_name = "BETA", allow_hyphen_values = true)]
     pub survival: Option<f64>,
-    /// Whether bands share paths [default: shared].
+    /// Whether bands share their paths: shared or per-band [default: shared].
     #[arg(long, value_parser = spectral())]
     pub spectral: Option<Spectral>,
-    /// Length of the echograms [s]; by default that of the scene.
+    /// Length of the echograms [s], at most 3600 [default: of the scene, or as long as the room decays].
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// Trace only part I of N, I from 1.
+    /// Trace only part I of N, I from 1; not with --extend, --until [default: the whole run].
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<ShardRange>,
-    /// Trace so that the map carries these materials besides, for sonel-render --set: materials.NAME.absorption=0.02,0.9 (values,
-    /// a range 0.02:0.9, or [0.1,0.2,…] per band; also scattering, diffuse, transmission, sound_reduction_db), or
-    /// materials.NAME=ENTRY,… of the library; repeatable. As `variants` in the scene file.
+    /// Other materials that the map carries besides, for --set of sonel-render: materials.NAME.absorption=0.02,0.9, a range
+    /// 0.02:0.9, lists per band in brackets; also scattering, diffuse, transmission, sound_reduction_db;
+    /// materials.NAME=ENTRY,… of the library; repeatable. Not with --mode paper [default: `variants` of the scene].
     #[arg(long = "for", value_name = "NAME=VALUES", value_parser = parse_variants)]
     pub variants: Vec<Variants>,
-    /// Continue this map of the same scene to N emissions (--packets) with its own settings. The result is the map of the
-    /// longer run, byte for byte; --output may name the same file.
+    /// Continue this map of the same scene to --packets N (larger) or --until, with its own settings: byte for byte the map
+    /// of the longer run. --output may name the same file. Not for shards.
     #[arg(long, value_name = "MAP.sonelmap")]
     pub extend: Option<PathBuf>,
-    /// Use the decision about effects stored in this map of the same scene, mode and duration, for the shards of a run. A
-    /// map of one packet (--packets 1) suffices.
+    /// Take the choice of effects and the default duration from this map of the same scene, variants, mode and duration; a
+    /// map of one packet is enough. Not with --effects, --extend.
     #[arg(long, value_name = "MAP.sonelmap", conflicts_with_all = ["effects", "extend"])]
     pub decision: Option<PathBuf>,
-    /// Print the predicted cost and intervals for several accuracies; with --output, run and compare.
+    /// Print predicted cost and intervals for several accuracies; with --output, also run and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add packets until the half-width of every 95 % interval at the scene's receivers, without any at a point in mid-room, is
-    /// below its target. Exit code 1 if a target is not reached. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    /// Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd;
+    /// else exit code 1. The map is that of --packets with the final number.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
-    /// Time limit of --until: 60s, 5min, 2h.
+    /// Time limit of --until, such as 60s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "until")]
     pub at_most: Option<f64>,
-    /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable
-    /// difference, auto below 0.1
+    /// Simulated effects: auto, all or none, then changes such as auto,-air; auto:1 omits effects below 1 just-noticeable
+    /// difference, auto below 0.1 [default: auto].
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<Effects>,
-    /// Print counts, fates and the energy ledger as JSON.
+    /// Print counts, fates, ledger, effects and plans as JSON.
     #[arg(long)]
     pub json: bool,
     /// Print only errors on stderr.

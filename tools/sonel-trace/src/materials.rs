@@ -23,7 +23,7 @@ const OCTAVES: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 80
     after_help = "Examples:\n  sonel-trace materials carpet felt\n  sonel-trace materials --file Material.Li8 concrete"
 )]
 pub struct Words {
-    /// Words that must all occur; by default all materials are printed.
+    /// Words that must all occur [default: all materials are printed].
     #[arg(value_name = "WORD")]
     words: Vec<String>,
     /// Search this material file (CATT, ODEON .Li8, pyroomacoustics .json) instead of the shipped library; repeatable.

@@ -60,7 +60,7 @@ impl Program {
     /// Runs it: data to `out`, everything else to `log`.
     ///
     /// # Errors
-    /// As the command says.
+    /// The errors of the command.
     pub fn run(&self, out: &mut dyn Write, log: &mut Log<'_>) -> anyhow::Result<Outcome> {
         if let Some(command) = &self.command {
             use_threads(command.common().threads)?;

@@ -6,6 +6,7 @@ mod diffraction;
 mod figures;
 mod hall;
 mod loudspeaker;
+mod options;
 mod scale;
 mod shell;
 mod validate;
@@ -38,6 +39,8 @@ enum Page {
     Hall,
     /// Write scenes/loudspeaker/loudspeaker.csv from the sizes of the loudspeaker
     Loudspeaker,
+    /// Write the tables of options in docs/interface.md and the keywords of Python from the command lines
+    Options,
     /// Run the jobs of workflow/ on the hall and write the table of docs/scale.md; some minutes
     Scale,
     /// Write shell completions and man pages of the programs
@@ -69,6 +72,7 @@ fn main() -> ExitCode {
         Page::Figures { redraw } => figures::run(redraw),
         Page::Hall => hall::run(),
         Page::Loudspeaker => loudspeaker::run(),
+        Page::Options => options::run(),
         Page::Scale => scale::run(),
         Page::Shell { output } => shell::run(&output),
         Page::Validate { folder, room } => validate::run(&folder, room.as_deref()),

@@ -2,7 +2,7 @@
 //!
 //! With J the derivatives of the deviations in standard deviations by y, H = JᵀJ + 1/w² and K = H⁻¹Jᵀ, a change of the data changes y by K
 //! times it. The variance has three parts: K applied to the noise of the measurement, K applied to the batches of the map left out one at a
-//! time (they share packets, so that their noise is not independent), and what the belief in the start leaves.
+//! time (they share packets, so that their noise is not independent), and what the prior leaves.
 
 use nalgebra::{DMatrix, DVector};
 use sonel_acoustics::Coefficient;
@@ -14,7 +14,7 @@ use crate::local::{Datum, Local, Unknown};
 const STEP: f64 = 0.5;
 /// χ² of four degrees of freedom exceeds this many times its mean in one of ten cases.
 const REDRAWN: f64 = 2.0;
-/// Of a normal distribution, two-sided 95 %.
+/// Quantile of a normal distribution, two-sided 95 %.
 const NORMAL_95: f64 = 1.959_964;
 /// A coefficient is known from the measurement when that leaves less than this part of the variance it was believed with.
 const LEFT: f64 = 0.5;
@@ -32,7 +32,7 @@ pub enum Identifiability {
     Confounded(Vec<(usize, Coefficient)>),
 }
 
-/// Of one coefficient.
+/// Certainty of one coefficient.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Certainty {
     /// Half of the 95 % interval of y.
@@ -56,16 +56,16 @@ impl Certainty {
     }
 }
 
-/// (JᵀJ + 1/w²)⁻¹: the belief keeps it from being singular.
+/// (JᵀJ + 1/w²)⁻¹: the prior keeps it from being singular.
 fn covariance(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     let normal = jacobian.transpose() * jacobian;
-    normal.cholesky().expect("every column has its belief").inverse()
+    normal.cholesky().expect("every column has its prior").inverse()
 }
 
 /// Reduction of half the sum of squares below which a step need not be checked by another rendering.
 ///
 /// A step d reduces it by ½ dᵀHd. In this metric no combination of coefficients moves by more of its standard error than √(dᵀHd), and
-/// coefficients that the data leave free weigh nothing, since the belief holds them. Two terms: [`STEP`] of a standard error in each of the
+/// coefficients that the data leave free weigh nothing, since the prior holds them. Two terms: [`STEP`] of a standard error in each of the
 /// Σh directions that the data determine, h being the diagonal of JH⁻¹Jᵀ (the error left is of second order in the step), and the noise of
 /// the map, part f of the variance of a value. Roulette of rays depends on coefficients, so each rendering draws part of that noise anew; two
 /// independent draws lie Σhf apart in the mean.
@@ -83,7 +83,7 @@ pub(super) fn settled_reduction(local: &Local, y: &[f64], estimates: &[Estimate]
     local.data.iter().zip(estimates).enumerate().map(of).sum()
 }
 
-/// Of every unknown of `local` at `y`; `noise` are the standard deviations of the measured values, `estimates` the computed ones.
+/// Certainty of every unknown of `local` at `y`; `noise` are the standard deviations of the measured values, `estimates` the computed ones.
 pub(super) fn of(local: &Local, y: &[f64], noise: &[f64], estimates: &[Estimate]) -> Vec<Certainty> {
     if y.is_empty() {
         return Vec::new();
@@ -97,11 +97,11 @@ pub(super) fn of(local: &Local, y: &[f64], noise: &[f64], estimates: &[Estimate]
     let certainty = |(k, unknown): (usize, &Unknown)| {
         let share = |i: usize| gain[(k, i)] * noise[i] / local.data[i].sigma;
         let measured: f64 = (0..count).map(|i| share(i) * share(i)).sum();
-        let belief = |(other, unknown): (usize, &Unknown)| {
+        let prior = |(other, unknown): (usize, &Unknown)| {
             let part = covariance[(k, other)] / unknown.sigma;
             part * part
         };
-        let believed: f64 = local.unknowns.iter().enumerate().map(belief).sum();
+        let believed: f64 = local.unknowns.iter().enumerate().map(prior).sum();
         let sampled = batches.as_ref().map_or(0.0, |(shifts, weight)| {
             let shifts: Vec<f64> = shifts.iter().map(|shift| shift[k]).collect();
             jackknife::spread(0.0, &shifts, weight).half_width

@@ -27,7 +27,7 @@ pub struct Findings<'a> {
 }
 
 impl<'a> Findings<'a> {
-    /// Of `tradeoff`.
+    /// Findings of `tradeoff`.
     #[must_use]
     pub fn of(tradeoff: &'a Tradeoff) -> Self {
         let curves = errors::curves(tradeoff);

@@ -38,9 +38,9 @@ pub struct Reference {
 /// CPU seconds of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct RunSeconds {
-    /// Of the first pass.
+    /// CPU seconds of the first pass.
     pub trace: TraceSeconds,
-    /// Of the second.
+    /// CPU seconds of the second.
     pub render: RenderSeconds,
 }
 

@@ -15,9 +15,9 @@ pub const JUDGED: [Parameter; 4] =
 pub struct Setting {
     /// What it differs in from the others.
     pub name: String,
-    /// Of the tracer.
+    /// Settings of the tracer.
     pub trace: Settings,
-    /// Of the renderer.
+    /// Settings of the renderer.
     pub render: RenderSettings,
 }
 

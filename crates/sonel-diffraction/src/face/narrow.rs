@@ -30,7 +30,7 @@ use crate::wedge::WedgePoint;
 
 /// Least width [m].
 const NARROWEST: f64 = 1e-6;
-/// What is so many widths off is far off.
+/// Distance, in widths of the face, that stands for infinity.
 const FAR: f64 = 1e3;
 /// 1.
 pub(super) const ONE: Complex = Complex::real(1.0);
@@ -40,9 +40,9 @@ pub(super) const ONE: Complex = Complex::real(1.0);
 pub(super) struct Narrow {
     /// a, across both edges [m].
     width: f64,
-    /// Those of M₁, M₂ and M₁₂ along cosh η = 1 − j t²/a.
+    /// Integrals of M₁, M₂ and M₁₂ along cosh η = 1 − j t²/a.
     integral: Integral<3>,
-    /// Of the first edge, and of the last one where its air has another angle.
+    /// Way back of the first edge, and of the last one where its air has another angle.
     back: (Back, Option<Back>),
 }
 
@@ -102,7 +102,7 @@ impl Narrow {
 }
 
 impl Back {
-    /// Of an edge with air of `angle` [rad] on a face that is `width` [m] wide.
+    /// Way back of an edge with air of `angle` [rad] on a face that is `width` [m] wide.
     fn new(angle: f64, width: f64, asked: FaceQuery) -> Self {
         let on_face = |radius: f64| WedgePoint { radius, angle: 0.0, along: 0.0 };
         let paths = [width, FAR * width].map(|from| {

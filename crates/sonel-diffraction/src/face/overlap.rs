@@ -42,7 +42,7 @@ pub(super) struct Light {
 /// How both forms of the product over two edges are lit.
 #[derive(Debug, Clone)]
 pub(super) struct Overlap {
-    /// Of the receiver's form, and of the source's.
+    /// Transitions of the receiver's form and of the source's.
     ends: [Transition; 2],
     narrow: Narrow,
 }

@@ -96,7 +96,7 @@ struct Layout<'a> {
     plans: Option<PlanRow<'a>>,
     /// Height of the title [pixels].
     top: u32,
-    /// As the page claims [pixels].
+    /// Size on the page [pixels].
     size: (u32, u32),
 }
 
@@ -110,7 +110,7 @@ impl<'a> Layout<'a> {
         Self { title: &sheet.title, rows, plans, top, size }
     }
 
-    /// As it is drawn.
+    /// Size as drawn [pixels].
     fn fine_size(&self) -> (u32, u32) {
         (FINENESS * self.size.0, FINENESS * self.size.1.max(1))
     }

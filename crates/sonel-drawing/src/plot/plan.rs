@@ -9,7 +9,7 @@ use super::Axis;
 /// Plans with one scale of colours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plans {
-    /// Of the colours: label, and range where one is given.
+    /// Scale of the colours: label, and range where one is given.
     pub scale: Axis,
     /// Side by side.
     pub each: Vec<Plan>,
@@ -48,7 +48,7 @@ pub struct Spot {
 pub struct Place {
     /// [m].
     pub position: [f64; 3],
-    /// As [`Spot::value`].
+    /// Value, as [`Spot::value`].
     pub value: Option<f64>,
 }
 

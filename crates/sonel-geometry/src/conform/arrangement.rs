@@ -179,7 +179,7 @@ fn corners_on(lines: &[[u32; 2]], corners: &[u32], places: &[DVec3], tolerance: 
 }
 
 impl Plane {
-    /// That of the largest of some faces.
+    /// Plane of the largest of some faces.
     fn of(mesh: &Mesh, faces: &[u32]) -> Self {
         let areas = faces.iter().map(|&face| mesh.vector_area(face));
         let largest = areas.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));

@@ -18,7 +18,7 @@ const LARGEST_SHARE: f64 = 0.05;
 #[derive(Clone, Copy)]
 struct Piece {
     area: f64,
-    /// Of the drawn triangles that they are parts of.
+    /// Area of the drawn triangles that they are parts of.
     drawn_area: f64,
     low: DVec3,
     high: DVec3,

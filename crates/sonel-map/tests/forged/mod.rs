@@ -1,4 +1,4 @@
-//! Files that lie: single places of a sound map overwritten, all checksums made to fit again.
+//! Files that lie: single places of a valid map overwritten, all checksums made to fit again.
 
 /// Length of the preamble.
 const PREAMBLE: usize = 64;

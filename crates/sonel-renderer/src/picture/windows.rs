@@ -12,7 +12,7 @@ pub struct Windows {
 /// What is wrong with windows; times are from emission [s].
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WindowError {
-    /// It ends before it begins, or is not within the run.
+    /// A window that ends before it begins, or is not within the run.
     #[error(
         "the window from {0} to {1} s is not within the {2} s of the map: it begins at 0 or later and ends after its begin"
     )]

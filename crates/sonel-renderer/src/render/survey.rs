@@ -20,7 +20,7 @@ pub(crate) struct SonelSurvey {
     pub selection: Option<SonelSelection>,
     /// Some of them.
     pub sample: SonelSample,
-    /// That of all, at most the free path of the room; in an open scene without sonels its extent.
+    /// Scale of all sonels, at most the free path of the room; in an open scene without sonels its extent.
     pub scale: Scale,
 }
 

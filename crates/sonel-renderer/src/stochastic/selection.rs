@@ -36,7 +36,7 @@ pub(crate) struct Neighbourhoods {
 }
 
 impl Neighbourhoods {
-    /// Of paths up to `reach` [m] in a scene of `extents` [m], in so many lanes of bands.
+    /// Selection for paths up to `reach` [m] in a scene of `extents` [m], in so many lanes of bands.
     #[must_use]
     pub(crate) fn new(lanes: usize, reach: f64, extents: DVec3) -> Self {
         let parts_per_length = (PARTS as f64 / extents.max(DVec3::splat(f64::MIN_POSITIVE))).as_vec3();

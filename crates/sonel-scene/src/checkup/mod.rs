@@ -49,11 +49,11 @@ pub struct Checkup {
 /// Sizes of a room and its statistical reverberation.
 #[derive(Clone, Debug)]
 pub struct Room {
-    /// Of the box about it [m].
+    /// Extents of the box about the room [m].
     pub extents: DVec3,
-    /// Of the air [m³]; none where the mesh is no closed room.
+    /// Volume of the air [m³]; none where the mesh is no closed room.
     pub volume: Option<f64>,
-    /// Exposed to the air [m²].
+    /// Area exposed to the air [m²].
     pub area: f64,
     /// 4 V / S [m], of a closed room.
     pub mean_free_path: Option<f64>,
@@ -72,7 +72,7 @@ pub struct Room {
 pub struct Covering {
     /// Its name.
     pub name: String,
-    /// Exposed to the air [m²].
+    /// Area exposed to the air [m²].
     pub area: f64,
     /// α per band; none where no table of the scene defines it.
     pub absorption: Option<Vec<f64>>,

@@ -14,7 +14,7 @@ const MOST_NAMES: usize = 12;
 /// What a scene can take entries from: its own files, then the shipped library.
 #[derive(Default)]
 pub(crate) struct MaterialSources {
-    /// Those of its files.
+    /// Entries of the scene's material files.
     entries: Vec<LibraryEntry>,
     /// Whether a file was not readable, so that a missing name means nothing.
     lacks_files: bool,

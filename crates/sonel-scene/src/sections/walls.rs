@@ -157,7 +157,7 @@ fn read_mesh(
     Some(Walls { mesh, digest, at: entry.at, path: "mesh", unit: Some(unit), weld, unknown })
 }
 
-/// Of the mesh as it was read, in whatever format.
+/// Digest of the mesh as it was read, in whatever format.
 fn digest(mesh: &Mesh) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     for number in mesh.vertices.iter().flat_map(|vertex| vertex.to_array()) {

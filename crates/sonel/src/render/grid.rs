@@ -204,7 +204,7 @@ fn free_points(
 }
 
 impl GridCounts {
-    /// As `--json` prints it.
+    /// Counts as `--json` prints them.
     pub fn json(self) -> Value {
         json!({
             "points": self.points,

@@ -116,7 +116,7 @@ impl Map {
     /// Predicts cost and intervals of renderings for several accuracies.
     ///
     /// # Errors
-    /// As [`Self::render`].
+    /// The errors of [`Self::render`].
     pub fn plan(
         &self,
         receivers: &[ReceiverPoint],
@@ -129,7 +129,7 @@ impl Map {
     /// Decides everything about a rendering and renders nothing.
     ///
     /// # Errors
-    /// As [`Self::render`].
+    /// The errors of [`Self::render`].
     pub fn prepare<'a>(
         &'a self,
         receivers: &[ReceiverPoint],

@@ -48,7 +48,7 @@ pub struct RenderOptions {
 /// The air that attenuates in a rendering. Travel times are those of the trace.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Air {
-    /// That of the scene.
+    /// Air of the scene.
     #[default]
     OfScene,
     /// Air with another temperature [°C] or relative humidity [%]; what is none is that of the scene.

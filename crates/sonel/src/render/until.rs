@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use sonel_renderer::{MOST_RAYS, RenderSettings};
 use sonel_study::pilot::Pilot;
 use sonel_study::plan::Names;
-use sonel_study::render_need::{Look, RenderNeed};
+use sonel_study::render_need::{Iteration, RenderNeed};
 use sonel_study::spread::readings;
 use sonel_study::target::Targets;
 use sonel_study::until::{Verdict, WORTH_WHILE, grown};
@@ -14,7 +14,7 @@ use crate::plan::{extension, overrun, reached, verdict, verdict_json};
 use crate::render::job::{Job, Run};
 use crate::render::planning::effort;
 
-/// The second look has so many times the rays of the first: enough to tell what they bring.
+/// The second iteration has so many times the rays of the first: enough to tell what they bring.
 const SECOND_LOOK: u32 = 2;
 
 /// What a rendering goes on for, and how far.
@@ -37,42 +37,42 @@ pub(super) struct Finished<'a> {
     pub told: Value,
 }
 
-/// Renders and looks, until the targets are kept, a bound is met, or more rays cannot help. The looks are their own pilot: where the
+/// Renders and evaluates, until the targets are kept, a bound is met, or more rays cannot help. The iterations are their own pilot: where the
 /// first is not enough, a second with more rays tells what rays bring.
 pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_>) -> Result<Finished<'a>> {
     let watch = job.watch;
     let header = job.map.header();
     let (parameters, names) = (goal.targets.parameters(), Names::of(&header.scene, job.receivers));
     let most = goal.rays.unwrap_or(MOST_RAYS);
-    let (mut rays, mut looks) = (RenderSettings::default().rays(header.settings.emissions).min(most), 0);
-    let mut before: Option<Look> = None;
+    let (mut rays, mut iterations) = (RenderSettings::default().rays(header.settings.emissions).min(most), 0);
+    let mut before: Option<Iteration> = None;
     loop {
         let begin = job.watch.seconds().0;
         let settings = RenderSettings { rays: Some(rays), ..settings.clone() };
         let map = effort(job, &settings);
         let run = job.render(settings)?;
-        let look = Look { rays, parameters: sonel_analysis::parameters(&run.response) };
-        looks += 1;
-        let found = Verdict::new(&readings(&look.parameters, &parameters), goal.targets);
+        let iteration = Iteration { rays, parameters: sonel_analysis::parameters(&run.response) };
+        iterations += 1;
+        let found = Verdict::new(&readings(&iteration.parameters, &parameters), goal.targets);
         watch.info(&format!("{rays} rays: {}", verdict(&names, &found, goal.targets)));
         let forecast = if found.is_inside() {
             RayForecast::Inside
         } else if before.is_none() && run.renderer.casts_rays(job.receivers) {
             RayForecast::Unknown
         } else {
-            let pilot = Pilot::of_looks(before.as_ref(), &look, &parameters, map);
+            let pilot = Pilot::of_iterations(before.as_ref(), &iteration, &parameters, map);
             RayForecast::Known(pilot.render_need(goal.targets, map))
         };
         let now = job.watch.seconds().0;
-        // A look costs no more than in proportion to its rays.
+        // An iteration costs no more than in proportion to its rays.
         let affordable =
             goal.seconds.map_or(f64::INFINITY, |end| f64::from(rays) * (end - now) / (now - begin).max(1e-3));
         match forecast.next(rays, most.min(affordable.max(0.0) as u32)) {
-            Some(next) => (rays, before) = (next, Some(look)),
+            Some(next) => (rays, before) = (next, Some(iteration)),
             None => {
                 let mut told = verdict_json(&names, &found, goal.targets);
                 told["rays"] = json!(rays);
-                told["looks"] = json!(looks);
+                told["iterations"] = json!(iterations);
                 told["rays_wanted"] = json!(forecast.rays_wanted());
                 told["packets_wanted"] = json!(forecast.packets_wanted());
                 let has_time = forecast.next(rays, most).is_none();
@@ -88,19 +88,19 @@ pub(super) fn until<'a>(job: &Job<'a>, settings: &RenderSettings, goal: &Goal<'_
     }
 }
 
-/// What the looks so far say of the next.
+/// What the iterations so far say of the next.
 #[derive(Debug, Clone, Copy)]
 enum RayForecast {
     /// Nothing is wanting, as far as parameters can be read.
     Inside,
-    /// One look does not tell whether rays would help.
+    /// One iteration does not tell whether rays would help.
     Unknown,
     /// What it takes.
     Known(RenderNeed),
 }
 
 impl RayForecast {
-    /// The rays of the next look after one with `rays`, where one with at most `most` is worth while.
+    /// The rays of the next iteration after one with `rays`, where one with at most `most` is worth while.
     fn next(self, rays: u32, most: u32) -> Option<u32> {
         let wanted = match self {
             Self::Unknown => u64::from(SECOND_LOOK * rays),

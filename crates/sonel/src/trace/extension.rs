@@ -14,7 +14,7 @@ use crate::trace::{TraceOptions, VERSION};
 use crate::version::without_build;
 use crate::{Error, Map, Result};
 
-/// The provenance of the longer run of `map` that `options` ask for; all its paths are sound. `scene` is the scene that is traced.
+/// The provenance of the longer run of `map` that `options` ask for; all its paths have been checked. `scene` is the scene that is traced.
 ///
 /// # Errors
 /// When the map is unusable; all contradictions between it and `options` or `scene`.

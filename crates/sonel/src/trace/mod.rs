@@ -73,7 +73,7 @@ impl Scene {
     /// Predicts cost and intervals of traces for several accuracies; `packets` does not matter, `at_most` limits the plan, too.
     ///
     /// # Errors
-    /// As [`Self::trace`].
+    /// The errors of [`Self::trace`].
     pub fn plan(&self, options: &TraceOptions<'_>, observer: &dyn Observer) -> Result<Plan> {
         self.prepare(options, observer)?.plan(observer)
     }

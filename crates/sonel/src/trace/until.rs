@@ -20,7 +20,7 @@ use crate::trace::{Finished, trace};
 /// Segments of a run at the most, unless `packets` says how many: a map of about 4 GB.
 const MOST_SEGMENTS: f64 = 2.7e8;
 
-/// The part of the time left that a first look is planned for: prices are predictions.
+/// The part of the time left that a first iteration is planned for: prices are predictions.
 const RESERVE: f64 = 0.85;
 
 /// What a run goes on for, and how far.
@@ -35,7 +35,7 @@ pub(super) struct Goal<'a> {
     pub watch: Watch<'a>,
 }
 
-/// Traces into `store` and looks, until the targets are kept or a bound is met, and says how far it came.
+/// Traces into `store` and evaluates, until the targets are kept or a bound is met, and says how far it came.
 pub(super) fn until(
     planner: &Planner<'_>,
     header: &MapHeader,
@@ -48,7 +48,7 @@ pub(super) fn until(
     let known = beginning.map_or(1, |map| map.header().settings.emissions);
     let Start { pilot, first, most } = start(planner, &header.settings, known, goal)?;
     let Effort { mut emissions, batches, .. } = first;
-    let (mut looks, mut trace_seconds) = (0, 0.0);
+    let (mut iterations, mut trace_seconds) = (0, 0.0);
     let mut previous: Option<SonelMap> = None;
     let (traced, found, comparison, end) = loop {
         let (begin, cpu) = watch.seconds();
@@ -58,8 +58,8 @@ pub(super) fn until(
         let traced = trace(header, planner.room.geometry(), known, store, watch)?;
         trace_seconds += watch.seconds().1 - cpu;
         drop(previous);
-        let (found, figures, rendered) = look(planner, &traced.map, targets, watch)?;
-        looks += 1;
+        let (found, figures, rendered) = evaluate(planner, &traced.map, targets, watch)?;
+        iterations += 1;
         watch.info(&format!("{emissions} packets: {}", verdict(&names, &found, targets)));
         let affordable = goal.seconds.map(|seconds| {
             affordable(seconds - watch.seconds().0, (watch.seconds().0 - begin) / emissions as f64)
@@ -85,7 +85,7 @@ pub(super) fn until(
     told["until"] = verdict_json(&names, &found, targets);
     told["until"]["packets"] = json!(emissions);
     told["until"]["rays"] = json!(Effort::of_trace(emissions, batches).rays);
-    told["until"]["looks"] = json!(looks);
+    told["until"]["iterations"] = json!(iterations);
     Ok(Finished { traced, told, is_reached: found.is_reached() })
 }
 
@@ -140,7 +140,7 @@ fn affordable(seconds: f64, each: f64) -> u64 {
     (seconds / each).max(1.0) as u64
 }
 
-/// How many packets the next look has, if there is one.
+/// How many packets the next iteration has, if there is one.
 fn next_number(verdict: &Verdict, emissions: u64, most: u64, affordable: Option<u64>) -> Option<u64> {
     if verdict.is_inside() {
         return None;
@@ -161,7 +161,7 @@ fn why_ended(verdict: &Verdict, emissions: u64, most: u64) -> &'static str {
 }
 
 /// Looks at the parameters of `map`.
-fn look(
+fn evaluate(
     planner: &Planner<'_>,
     map: &SonelMap,
     targets: &Targets,
@@ -187,7 +187,7 @@ pub(super) fn compare_planned(
     seconds: f64,
     watch: Watch<'_>,
 ) -> Result<Comparison> {
-    let (_, found, rendered) = look(planner, map, &Targets::just_noticeable(1.0), watch)?;
+    let (_, found, rendered) = evaluate(planner, map, &Targets::just_noticeable(1.0), watch)?;
     let settings = map.header().settings;
     let effort = Effort::of_trace(settings.emissions, settings.batches);
     Ok(compared(pilot, effort, &found, (seconds, &rendered), map.byte_length()))

@@ -6,7 +6,7 @@ use clap::Args;
 use sonel_analysis::Parameter;
 use sonel_console::count::parse_count;
 use sonel_console::receiver::parse_receiver;
-use sonel_design::wish::Wish;
+use sonel_design::goal::Goal;
 use sonel_renderer::ReceiverPoint;
 
 use super::Format;
@@ -42,7 +42,7 @@ pub struct FitArguments {
     /// Uncertainty of the map's coefficients c: standard deviation of ln(c/(1−c)); 0.5 is ± 65 % of small ones and ± 0.12
     /// in the middle.
     #[arg(long, value_name = "W", default_value = "0.5", value_parser = parse_positive, allow_hyphen_values = true)]
-    pub belief: f64,
+    pub prior_sigma: f64,
     /// Visibility rays per receiver [default: a quarter as many as the map has packets per source].
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
@@ -69,13 +69,13 @@ fn parse_positive(text: &str) -> Result<f64, String> {
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
   sonel-analyze optimise hall.sonelmap -o changed.toml \\
-    --wish \"t30=1.8s±5%@500,1000\" --change panelling=0.05:0.6
+    --goal \"t30=1.8s±5%@500,1000\" --change panelling=0.05:0.6
   sonel-analyze optimise hall.sonelmap -o changed.toml \\
-    --wish \"t30=1.8s±5%@500,1000\" --wish \"c80=0dB±1dB@1000\" \\
+    --goal \"t30=1.8s±5%@500,1000\" --goal \"c80=0dB±1dB@1000\" \\
     --change ceiling=carpet-heavy-on-felt,audience-2 \\
     --change panelling=0.05:0.6 --price panelling=2.5
 
-The cost of a change is its area times its price. Wishes are for the mean over sources and receivers. sonel-trace \
+The cost of a change is its area times its price. Goals are for the mean over sources and receivers. sonel-trace \
 materials searches the library.")]
 pub struct OptimiseArguments {
     /// The map.
@@ -84,20 +84,20 @@ pub struct OptimiseArguments {
     /// Wanted value of a parameter (level, g, edt, t20, t30, c50, c80, d50 or ts) with tolerance, units and bands;
     /// repeatable.
     #[arg(
-        long = "wish",
+        long = "goal",
         value_name = "PARAMETER=VALUE±TOLERANCE@HZ,…",
         required = true,
         allow_hyphen_values = true
     )]
-    pub wishes: Vec<Wish>,
-    /// Allowed change of a material: to entries of the library, or absorption within bounds in the bands of the wishes;
+    pub goals: Vec<Goal>,
+    /// Allowed change of a material: to entries of the library, or absorption within bounds in the bands of the goals;
     /// repeatable.
     #[arg(long = "change", value_name = "MATERIAL=ENTRY,…|LOW:HIGH", required = true, value_parser = parse_change, allow_hyphen_values = true)]
     pub changes: Vec<Change>,
     /// Price per m² of a change [default: 1]; repeatable.
     #[arg(long = "price", value_name = "MATERIAL=PRICE", value_parser = parse_price, allow_hyphen_values = true)]
     pub prices: Vec<(String, f64)>,
-    /// Receiver position in scene axes [m]; repeatable. By default the receivers of the scene.
+    /// Receiver position in scene axes [m]; repeatable [default: of the scene].
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
     /// Materials file to write; an existing one is replaced when the new one is complete.

@@ -24,13 +24,13 @@ pub struct Plot {
     /// File to write, SVG or PNG by its ending; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "X.svg|X.png")]
     pub output: PathBuf,
-    /// What to draw; by default echogram, decay and parameters.
+    /// What to draw [default: echogram, decay and parameters].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub what: Vec<What>,
-    /// Source; by default the first.
+    /// Source [default: the first].
     #[arg(long, value_name = "NAME")]
     pub source: Option<String>,
-    /// Receiver; by default the first. Maps show all.
+    /// Receiver; maps show all [default: the first].
     #[arg(long, value_name = "NAME")]
     pub receiver: Option<String>,
     /// Parameter of a map, named as by `parameters`, or level, g, edt, t20, t30, c50, c80, d50, ts, lf, lfc, lj, sti.

@@ -12,7 +12,7 @@ pub struct TalkArguments {
     /// speech transmission index then includes noise, masking and the reception threshold.
     #[arg(long, value_name = "L125,…,L8000", value_parser = octaves, allow_hyphen_values = true)]
     pub noise: Option<[f64; 7]>,
-    /// Power levels of the speech in these octaves [dB re 1 pW]; by default those of the source.
+    /// Power levels of the speech in these octaves [dB re 1 pW] [default: those of the source].
     #[arg(long, value_name = "LW125,…,LW8000", value_parser = octaves, allow_hyphen_values = true, requires = "noise")]
     pub speech: Option<[f64; 7]>,
 }
@@ -37,13 +37,13 @@ pub struct OpenPlan {
     /// Levels of background noise in the octaves 125 … 8000 Hz [dB re 20 µPa], seven numbers with commas between.
     #[arg(long, value_name = "L125,…,L8000", value_parser = octaves, allow_hyphen_values = true)]
     pub noise: [f64; 7],
-    /// Power levels of the speech in these octaves [dB re 1 pW]; by default normal effort of ISO 3382-3.
+    /// Power levels of the speech in these octaves [dB re 1 pW] [default: normal effort of ISO 3382-3].
     #[arg(long, value_name = "LW125,…,LW8000", value_parser = octaves, allow_hyphen_values = true)]
     pub speech: Option<[f64; 7]>,
-    /// Talker; by default the first source.
+    /// Talker [default: the first source].
     #[arg(long, value_name = "NAME")]
     pub source: Option<String>,
-    /// Workstation of the line; repeatable. By default all receivers.
+    /// Workstation of the line; repeatable [default: all receivers].
     #[arg(long = "receiver", value_name = "NAME")]
     pub receivers: Vec<String>,
     /// Print JSON.

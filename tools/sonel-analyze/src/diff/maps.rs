@@ -20,7 +20,7 @@ const LISTED: usize = 20;
 /// Compares two maps; [`Outcome::Missed`] where they differ beyond noise.
 ///
 /// # Errors
-/// When a file is no sound map, the two have nothing in common that can be tested, or `out` cannot be written.
+/// When a file is no valid map, the two have nothing in common that can be tested, or `out` cannot be written.
 pub fn run(arguments: &Diff, out: &mut dyn Write) -> anyhow::Result<Outcome> {
     let (map_a, geometry_a) = open::checked_map(&arguments.a)?;
     let (map_b, geometry_b) = open::checked_map(arguments.other())?;
@@ -53,10 +53,10 @@ fn to_json(comparison: &MapComparison, changes: &[Difference]) -> Value {
         .iter()
         .map(|tier| {
             json!({
-                "places": plural(tier.kind),
-                "judged": tier.cells.len(),
-                "differ": tier.cells.iter().filter(|cell| cell.differs).count(),
-                "sparse": tier.sparse,
+                "cells": plural(tier.kind),
+                "tested": tier.cells.len(),
+                "different": tier.cells.iter().filter(|cell| cell.differs).count(),
+                "too_few_packets": tier.sparse,
                 "sparse_energy": tier.sparse_energy,
                 "level_per_cell": tier.level,
                 "detectable_db": detectable_db(tier),
@@ -74,7 +74,7 @@ fn to_json(comparison: &MapComparison, changes: &[Difference]) -> Value {
             .collect::<Vec<_>>(),
         "noise": pairing(comparison.pairing),
         "without_counterpart": comparison.without_counterpart,
-        "tiers": tiers,
+        "levels": tiers,
         "cells": cells.into_iter().map(cell_json).collect::<Vec<_>>(),
     })
 }

@@ -95,8 +95,8 @@ fn provenance<'a>(a: &'a Value, b: &'a Value) -> Vec<(&'static str, &'a Value, &
 fn to_json(comparison: &Comparison, provenance: &[(&str, &Value, &Value)]) -> Value {
     json!({
         "same": comparison.beyond_noise().next().is_none(),
-        "level_per_figure": comparison.level,
-        "not_judged": comparison.not_tested,
+        "level_per_parameter": comparison.level,
+        "not_tested": comparison.not_tested,
         "provenance": provenance.iter().map(|(key, a, b)| json!({ "key": key, "a": a, "b": b })).collect::<Vec<_>>(),
         "differences": comparison.differences.iter().map(entry).collect::<Vec<_>>(),
     })
@@ -107,7 +107,7 @@ fn entry(difference: &Difference) -> Value {
         "source": difference.source,
         "receiver": difference.receiver,
         "center_frequency_hz": difference.center_frequency_hz,
-        "figure": difference.estimate,
+        "parameter": difference.estimate,
         "difference": { "value": difference.value, "ci95": difference.interval },
         "just_noticeable_differences": difference.just_noticeable,
         "differs": difference.differs,

@@ -20,7 +20,7 @@ const SAME_PLACE: f64 = 0.01;
 
 /// What was measured, and where.
 pub struct Measured {
-    /// Those of the scene, then others of the table.
+    /// Receivers of the scene, then others of the table.
     pub receivers: Vec<ReceiverPoint>,
     /// Values to fit to.
     pub measurements: Vec<Measurement>,

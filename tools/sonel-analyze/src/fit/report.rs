@@ -183,7 +183,7 @@ fn csv(fit: &Fit, scene: &Scene, out: &mut dyn Write) -> anyhow::Result<()> {
         "value",
         "ci95_low",
         "ci95_high",
-        "knowledge",
+        "identifiability",
     ])?;
     for one in &fit.coefficients {
         let numbers =
@@ -198,9 +198,9 @@ fn csv(fit: &Fit, scene: &Scene, out: &mut dyn Write) -> anyhow::Result<()> {
 
 fn word(knowledge: &Identifiability) -> &'static str {
     match knowledge {
-        Identifiability::Identified => "told",
-        Identifiability::Insensitive => "hardly",
-        Identifiability::Confounded(_) => "not apart",
+        Identifiability::Identified => "identified",
+        Identifiability::Insensitive => "weak",
+        Identifiability::Confounded(_) => "confounded",
     }
 }
 
@@ -213,11 +213,11 @@ fn json(fit: &Fit, scene: &Scene) -> Value {
             "start": one.start,
             "value": one.value,
             "ci95": one.interval,
-            "knowledge": word(&one.identifiability),
+            "identifiability": word(&one.identifiability),
         });
         if let Identifiability::Confounded(others) = &one.identifiability {
             let other = |(material, coefficient): &(usize, Coefficient)| json!({ "material": scene.materials[*material].name, "coefficient": coefficient.to_string() });
-            value["not_apart_from"] = others.iter().map(other).collect();
+            value["confounded_with"] = others.iter().map(other).collect();
         }
         value
     };

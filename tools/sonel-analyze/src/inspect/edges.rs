@@ -13,7 +13,7 @@ fn rows(geometry: &Geometry) -> impl Iterator<Item = (&Edge, &AirSector)> {
     geometry.diffracting_edges().flat_map(|edge| edge.sectors.iter().map(move |sector| (edge, sector)))
 }
 
-/// As JSON: every edge with the sector of air into which it diffracts.
+/// Edges as JSON: every edge with the sector of air into which it diffracts.
 pub fn json(geometry: &Geometry) -> Value {
     let side = |side| if side == Side::Front { "front" } else { "back" };
     rows(geometry)

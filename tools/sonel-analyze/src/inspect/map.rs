@@ -20,7 +20,7 @@ fn region(region: &Region) -> Value {
         "density_kg_m3": region.density })
 }
 
-/// As JSON. Energies are relative to what one source emits.
+/// The map as JSON. Energies are relative to what one source emits.
 pub fn json(walked: &WalkedMap) -> Value {
     let (map, header) = (&walked.map, walked.map.header());
     let (scene, ledger) = (&header.scene, map.ledger());

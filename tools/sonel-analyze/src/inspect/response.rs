@@ -13,7 +13,7 @@ const KINDS: [(ArrivalKind, &str); 3] = [
     (ArrivalKind::Edge, "edge"),
 ];
 
-/// As JSON.
+/// The response as JSON.
 pub fn json(response: &Response) -> Value {
     let station = |(name, position): (&String, &[f64; 3])| json!({ "name": name, "position_m": position });
     let arrivals: serde_json::Map<String, Value> = arrivals(response)

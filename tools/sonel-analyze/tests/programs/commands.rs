@@ -79,7 +79,7 @@ fn the_version_has_revision_and_build() {
 #[test]
 fn a_wish_out_of_reach_is_missed_and_nothing_is_written() {
     let folder = traced(&["--packets", "2k"]);
-    let words = ["optimise", MAP, "--wish", "t20=9s±5%@1000", "--change", "z0=0.4:0.6", "-o", "c.toml"];
+    let words = ["optimise", MAP, "--goal", "t20=9s±5%@1000", "--change", "z0=0.4:0.6", "-o", "c.toml"];
     let ended = analyze(&folder, &words);
     assert_eq!(ended.code, Some(1), "{ended:?}");
     assert!(ended.out.contains("no combination is predicted to approach"), "{ended:?}");

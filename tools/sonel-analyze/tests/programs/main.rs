@@ -35,7 +35,7 @@ position = [4.5, 3.2, 2.3]
 fn trace(folder: &TestFolder, map: &str, options: &[&str]) {
     let arguments =
         sonel_trace::Arguments::parse_from(folder.line("sonel-trace", "scene.toml", map, options));
-    sonel_trace::run(&arguments, &mut std::io::sink(), &mut std::io::sink()).expect("a sound scene");
+    sonel_trace::run(&arguments, &mut std::io::sink(), &mut std::io::sink()).expect("a valid scene");
 }
 
 /// Runs `sonel-analyze` with `words` in the folder.

@@ -47,7 +47,7 @@ fn a_mirroring_box_is_judged_by_its_exact_answer() {
     };
     let fluence: f64 = room.echogram([1.5, 1.2, 1.3], [4.2, 3.7, 2.1], 0.001, 800).iter().sum();
     let levels =
-        json["figures"].as_array().unwrap().iter().filter(|estimate| estimate["parameter"] == "level_db");
+        json["parameters"].as_array().unwrap().iter().filter(|estimate| estimate["parameter"] == "level_db");
     let references: Vec<f64> = levels.map(|estimate| estimate["reference"].as_f64().unwrap()).collect();
     // 90 dB of source power, and 10 lg(ρc / 400) of air at 20 °C and 50 % (docs/physics.md §1).
     let expected = 90.0 + 10.0 * fluence.log10() + 0.12;
@@ -72,7 +72,7 @@ fn a_scattering_box_is_judged_by_a_longer_run_and_everything_is_written() {
         (&json["reference"]["kind"], &json["reference"]["packets"]),
         (&"longest run".into(), &32_000.into())
     );
-    let names = ["README.md", "bias.svg", "cost.svg", "deviation.svg", "efficiency.svg", "figures.csv"];
+    let names = ["README.md", "bias.svg", "cost.svg", "deviation.svg", "efficiency.svg", "parameters.csv"];
     for name in names.into_iter().chain(["tradeoff.csv", "tradeoff.json"]) {
         assert!(!folder.text(&format!("out/{name}")).is_empty(), "{name}");
     }
@@ -88,7 +88,7 @@ fn a_scattering_box_is_judged_by_a_longer_run_and_everything_is_written() {
         [2, 2]
     );
     // Two settings, two numbers of packets, two bands, four parameters.
-    assert_eq!(folder.text("out/figures.csv").lines().count(), 1 + 32);
+    assert_eq!(folder.text("out/parameters.csv").lines().count(), 1 + 32);
     let seconds = json["seconds"].as_array().unwrap();
     assert!(seconds.iter().all(|row| row["cpu_s"].as_array().unwrap().len() == 4));
     assert!(seconds.iter().all(|row| row["phases"]["trace_s"].as_f64().unwrap() > 0.0));

@@ -23,7 +23,7 @@ pub struct Level {
 
 /// Levels of `mode` in the order of the sweep.
 pub fn levels(json: &Value, mode: &str) -> Result<Vec<Level>> {
-    let figures = json["figures"].as_array().context("the sweep has no figures")?;
+    let figures = json["parameters"].as_array().context("the sweep has no figures")?;
     let wanted = figures.iter().filter(|f| f["setting"] == mode && f["parameter"] == "level_db");
     wanted
         .map(|figure| {
@@ -174,7 +174,7 @@ mod tests {
         };
         let seconds = |sonels: u64, runs: [f64; 2]| json!({ "setting": "paper", "packets": sonels, "cpu_s": runs, "phases": { "trace_s": 0.6 } });
         json!({
-            "figures": [figure("t30_s", &json!(7.7)), figure("level_db", &level)],
+            "parameters": [figure("t30_s", &json!(7.7)), figure("level_db", &level)],
             "seconds": [seconds(1000, [1.8, 2.2]), seconds(2000, [4.0, 4.0])],
             "settings": [{
                 "name": "paper",

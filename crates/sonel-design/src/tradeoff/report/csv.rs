@@ -24,7 +24,7 @@ pub fn curves_csv(findings: &Findings<'_>, out: &mut dyn Write) -> std::io::Resu
         "bias",
         "bias_half_width",
         "efficiency",
-        "figures",
+        "parameters",
         "figures_refused",
     ])?;
     for curve in &findings.curves {

@@ -28,7 +28,7 @@ pub fn json(findings: &Findings<'_>) -> Value {
         "settings": (0..sweep.settings.len()).map(|index| setting(findings, index)).collect::<Vec<_>>(),
         "curves": findings.curves.iter().map(|one| curve(findings, one)).collect::<Vec<_>>(),
         "seconds": pairs(findings).map(|(index, packets)| seconds(findings, index, packets)).collect::<Vec<_>>(),
-        "figures": pairs(findings).flat_map(|(index, packets)| parameters(findings, index, packets)).collect::<Vec<_>>(),
+        "parameters": pairs(findings).flat_map(|(index, packets)| parameters(findings, index, packets)).collect::<Vec<_>>(),
     })
 }
 
@@ -80,7 +80,7 @@ fn curve(findings: &Findings<'_>, curve: &Curve) -> Value {
         "efficiency": measured(curve.efficiency(), NO_SCATTER),
         "points": curve.points.iter().map(|point| json!({
             "packets": point.packets,
-            "figures": point.errors[0].len(),
+            "parameters": point.errors[0].len(),
             "figures_refused": point.refused,
             "cpu_s": point.mean_seconds(None),
             "standard_deviation": measured(point.measured_deviation(), NO_SCATTER),

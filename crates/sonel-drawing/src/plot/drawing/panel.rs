@@ -34,7 +34,7 @@ pub struct Row<'a> {
     /// Name and mark of every entry.
     entries: Vec<(&'a str, Mark)>,
     legend: u32,
-    /// Of the row [pixels].
+    /// Height of the row [pixels].
     pub height: u32,
 }
 

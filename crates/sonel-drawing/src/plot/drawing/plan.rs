@@ -33,9 +33,9 @@ pub struct PlanRow<'a> {
     extents: [[f64; 2]; 2],
     /// Between borders of plans, their labels and gaps included [pixels].
     width: u32,
-    /// Of the plans themselves [pixels].
+    /// Size of the plans themselves [pixels].
     size: [u32; 2],
-    /// Of the row [pixels].
+    /// Height of the row [pixels].
     pub height: u32,
 }
 
@@ -168,7 +168,7 @@ impl<'a> PlanRow<'a> {
 const LEFT: u32 = 64;
 const BOTTOM: u32 = 3 * TEXT;
 const TOP: u32 = 3 * CAPTION;
-/// Of a row, for the bar [pixels].
+/// Least height of a row, for the bar [pixels].
 const LEAST_HEIGHT: u32 = 260;
 
 /// Viridis, even to the eye and for the colour-blind.

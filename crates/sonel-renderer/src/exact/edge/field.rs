@@ -80,13 +80,13 @@ pub(super) struct Part {
     pub towards: DVec3,
     /// Amplitudes of the wave past the edges, one a cell [1/m].
     pub direct: Vec<Complex>,
-    /// Those of the images in the faces.
+    /// Parts of the images in the faces.
     pub faces: [Option<FacePart>; 2],
 }
 
 /// Waves that complete the image in a face.
 pub(super) struct FacePart {
-    /// That image source; none where nobody knows whether it is visible.
+    /// Image source of the face; none where nobody knows whether it is visible.
     pub group: Option<usize>,
     /// √((1−α)(1−s)) of the face, per band.
     pub mirrored: Vec<f64>,
@@ -110,7 +110,7 @@ pub(super) struct Path {
     pub length: f64,
     /// The objects that block it, or that it misses as a mirror.
     pub blocking: Vec<u32>,
-    /// Those that it is mirrored in.
+    /// Surfaces that it is mirrored in.
     pub mirrors: Vec<u32>,
 }
 

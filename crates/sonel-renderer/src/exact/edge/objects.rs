@@ -29,7 +29,7 @@ pub(super) struct Objects {
 }
 
 impl Objects {
-    /// Those of `geometry`: surfaces that continue one another, or meet where sound diffracts, are of one object.
+    /// Objects of `geometry`: surfaces that continue one another, or meet where sound diffracts, are of one object.
     #[must_use]
     pub(super) fn new(geometry: &Geometry) -> Self {
         let mut parent: Vec<u32> = (0..geometry.surfaces().len() as u32).collect();

@@ -58,9 +58,9 @@ pub(crate) struct Image {
 /// All image-source paths of one source.
 #[derive(Debug)]
 pub(crate) enum ImageSources<'a> {
-    /// Of an empty box.
+    /// Images of an empty box.
     Lattice(ImageLattice<'a>),
-    /// Of any geometry.
+    /// Images of any geometry.
     Tree(ImageTree<'a>),
 }
 

@@ -352,7 +352,7 @@ impl<'t> ImageTree<'t> {
 
     /// The same past surfaces that `passes`, with what is passed. Its shift is that of the image as it is seen from `from`.
     ///
-    /// As for a straight way ([`Geometry::sight`]) the shifts of the legs are assumed and the chain is followed until both agree.
+    /// Validation as for a straight way ([`Geometry::sight`]): the shifts of the legs are assumed and the chain is followed until both agree.
     fn validate_through(
         &self,
         geometry: &Geometry,

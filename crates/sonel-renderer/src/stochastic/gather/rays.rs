@@ -65,7 +65,7 @@ impl AsRef<Disc> for GatherPoint {
 pub(crate) enum Sonels {
     /// Each of them.
     All,
-    /// Those that the ray does not find where it goes on from a near surface.
+    /// Sonels that the ray does not find where it goes on from a near surface.
     NotFollowed,
 }
 

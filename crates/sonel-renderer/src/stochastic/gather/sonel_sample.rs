@@ -117,7 +117,7 @@ impl SonelSample {
         self.arrived.iter_mut().zip(other.arrived).for_each(|(mine, other)| *mine += other);
     }
 
-    /// That of all sonels, wherever a receiver is; none without any.
+    /// Scale of all sonels, wherever a receiver is; none without any.
     #[must_use]
     pub(crate) fn scale(&self) -> Option<Scale> {
         let all = self.sonels.iter().map(|sonel| SeenSonel {

@@ -9,10 +9,10 @@ use sonel_study::target::{Limit, TargetError, in_unit, parameter};
 
 /// A value that the mean over receivers shall have.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wish {
-    /// Of what.
+pub struct Goal {
+    /// Parameter that the goal is for.
     pub parameter: Parameter,
-    /// In its unit.
+    /// Value in its unit.
     pub value: f64,
     /// How far from it is near enough, in the same unit.
     pub tolerance: f64,
@@ -22,10 +22,10 @@ pub struct Wish {
 
 /// What cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum WishError {
-    /// Not a wish at all.
+pub enum GoalError {
+    /// Not a goal at all.
     #[error(
-        "\"{0}\" is not a wish: write PARAMETER=VALUE±TOLERANCE@BANDS, each number with its unit (s, ms, dB; d50: %), such as \"t30=1.8s±5%@500,1000\" or \"d50=70%±5%\" (+- for ±; all bands without @)"
+        "\"{0}\" is not a goal: write PARAMETER=VALUE±TOLERANCE@BANDS, each number with its unit (s, ms, dB; d50: %), such as \"t30=1.8s±5%@500,1000\" or \"d50=70%±5%\" (+- for ±; all bands without @)"
     )]
     Form(String),
     /// No such parameter.
@@ -33,11 +33,11 @@ pub enum WishError {
     Parameter(#[from] TargetError),
 }
 
-impl FromStr for Wish {
-    type Err = WishError;
+impl FromStr for Goal {
+    type Err = GoalError;
 
-    fn from_str(text: &str) -> Result<Self, WishError> {
-        let form = || WishError::Form(text.to_owned());
+    fn from_str(text: &str) -> Result<Self, GoalError> {
+        let form = || GoalError::Form(text.to_owned());
         let (name, rest) = text.split_once('=').ok_or_else(form)?;
         let parameter = parameter(name)?;
         let (values, bands) =
@@ -74,15 +74,15 @@ mod tests {
 
     #[test]
     fn wishes_are_read_in_the_units_of_their_parameter() {
-        let wish: Wish = "T30 = 1.8 s ±5% @ 500,1000 Hz".parse().unwrap();
-        assert_eq!((wish.parameter, wish.centers_hz), (Parameter::T30, vec![500.0, 1000.0]));
-        assert!((wish.value - 1.8).abs() + (wish.tolerance - 0.09).abs() < 1e-12);
-        let wish: Wish = "c80=-1dB+-1jnd".parse().unwrap();
+        let goal: Goal = "T30 = 1.8 s ±5% @ 500,1000 Hz".parse().unwrap();
+        assert_eq!((goal.parameter, goal.centers_hz), (Parameter::T30, vec![500.0, 1000.0]));
+        assert!((goal.value - 1.8).abs() + (goal.tolerance - 0.09).abs() < 1e-12);
+        let goal: Goal = "c80=-1dB+-1jnd".parse().unwrap();
         assert!(
-            (wish.value + 1.0).abs() + (wish.tolerance - 1.0).abs() < 1e-12 && wish.centers_hz.is_empty()
+            (goal.value + 1.0).abs() + (goal.tolerance - 1.0).abs() < 1e-12 && goal.centers_hz.is_empty()
         );
-        let wish: Wish = "d50=70%±5%".parse().unwrap();
-        assert!((wish.value - 0.7).abs() + (wish.tolerance - 0.05).abs() < 1e-12);
+        let goal: Goal = "d50=70%±5%".parse().unwrap();
+        assert!((goal.value - 0.7).abs() + (goal.tolerance - 0.05).abs() < 1e-12);
     }
 
     #[test]
@@ -98,8 +98,8 @@ mod tests {
             "d50=0.7±5%",
             "t30=1%±5%",
         ] {
-            assert!(matches!(text.parse::<Wish>(), Err(WishError::Form(_))), "{text}");
+            assert!(matches!(text.parse::<Goal>(), Err(GoalError::Form(_))), "{text}");
         }
-        assert!(matches!("rt=1s±5%".parse::<Wish>(), Err(WishError::Parameter(_))));
+        assert!(matches!("rt=1s±5%".parse::<Goal>(), Err(GoalError::Parameter(_))));
     }
 }
