@@ -194,16 +194,20 @@ def trace(
 ) -> Map:
     """Traces `scene`; the map is that of sonel-trace with the options of the same names (docs/interface.md).
 
-    packets:
-    until:
-    at_most:
-    seed:
-    batches:
-    survival:
-    mode:
-    spectral:
-    duration:
-    effects:
+    packets: Packets per source (and band with `spectral` per-band); with `shard` of all shards, with `extend` of the
+        whole new map, with `until` the maximum (default 100k).
+    until: Add packets until the half-width of every 95 % interval meets its target, such as
+        t30<1%,level<0.1dB,c80<0.2jnd; else exit code 1. The map is that of `packets` with the final number. Parameters:
+        level, g, edt, t20, t30, c50, c80, d50, ts; units: %, s, ms, dB, jnd.
+    at_most: Time limit of `until`, such as 60s, 5min, 2h.
+    seed: Seed of every random number (default 1).
+    batches: Batches whose spread gives the intervals, 1 … 4096 (default 32).
+    survival: Survival exponent β of the Russian roulette, 0 (no roulette) … 1 (default 0.15).
+    mode: Method: accurate, or paper: per-band paths, β = 1 and diffraction of the founding paper (default accurate).
+    spectral: Whether bands share their paths: shared or per-band (default shared).
+    duration: Length of the echograms [s], at most 3600 (default of the scene, or as long as the room decays).
+    effects: Simulated effects: auto, all or none, then changes such as auto,-air; auto:1 omits effects below 1
+        just-noticeable difference, auto below 0.1 (default auto).
     variants: other materials that the map carries besides, for `Map.render(set=…)`: {"materials.ceiling.absorption": [0.02, 0.9]},
         values that are one number or one per band, or a range "0.02:0.9"; also scattering, diffuse, transmission,
         sound_reduction_db; {"materials.ceiling": ["plaster-painted"]}, entries of the library. The option --for.
@@ -211,8 +215,6 @@ def trace(
     threads: default all cores; the result does not depend on it.
     progress: True prints the share done to stderr, False nothing, None prints where stderr is a terminal. A function is called
         with what is being done and the share done, 0 … 1.
-
-    Whether `until` was reached: `Map.report["until"]["reached"]`.
     """
     keywords = {
         "packets": packets,
@@ -277,17 +279,24 @@ class Map:
             "aim": [1, 0, 0]}}, aim required unless omni; without any, those of the scene.
         set: other coefficients on the same map: {"materials.walls.absorption": 0.4}, one number or one per band; also
             scattering, diffuse, transmission, sound_reduction_db, and "sources.NAME.directivity".
-        materials:
-        grid:
-        bin:
-        estimator:
-        effects:
-        rays:
-        radius:
-        order:
+        materials: Change materials: a TOML file of [materials.NAME] as in a scene file, applied before `set`; others
+            stay.
+        grid: Grid of receivers: each axis lo:hi:n or one number [m]. Points on surfaces, in solids or outside the room
+            are left out.
+        bin: Width of a time bin [s]; at most 2²⁰ bins (default 0.001).
+        estimator: Estimator for each path class: auto, connection, gather, sphere or paper. Paper needs even air and
+            excludes `order`; maps with a gradient take auto, connection, sphere, without `order` (default auto).
+        effects: Effects of the rendering: -diffraction leaves out sound over edges; other effects are decided by
+            sonel-trace (default auto).
+        rays: Visibility rays per receiver; with `until` the maximum (default a quarter of the packets; 16384 with
+            --estimator paper).
+        radius: Radius of the discs in which sonels are gathered [m] (default from room and number of packets).
+        order: Highest order of image sources (default from the room).
         seed: of the rendering (default of the map).
         temperature [°C], humidity [%]: other air; air=False: no attenuation by air.
-        directions:
+        directions: Also store energies by direction of incidence, for LF, LFC and L_J. Receivers must be
+            omnidirectional. The lateral axis is horizontal, at right angles to the aim, by default towards the first
+            source.
         until, at_most: add rays until the intervals are narrow enough.
         threads, progress: as for `trace`.
         """

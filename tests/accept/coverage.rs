@@ -189,7 +189,11 @@ fn intervals_of_late_decay_hold_in_a_corridor_with_a_bend() {
     let plan = [[2.0, 2.0], [2.0, 15.0], [0.0, 15.0], [0.0, 0.0], [20.0, 0.0], [20.0, 2.0]];
     let walls = [[0.1, 0.1], [0.3, 0.1], [0.05, 0.1]];
     let mesh = meshes::prism(&plan, 2.6);
-    check_late(&room(mesh, &walls, [18.0, 1.0, 1.5], [[8.0, 1.1, 1.3], [0.9, 12.0, 1.2]]), FEW_PACKETS, SEEDS);
+    check_late(
+        &room(mesh, &walls, [18.0, 1.0, 1.5], [[8.0, 1.1, 1.3], [0.9, 12.0, 1.2]]),
+        FEW_PACKETS,
+        SEEDS,
+    );
 }
 
 #[test]

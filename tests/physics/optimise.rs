@@ -3,8 +3,8 @@
 use sonel_acoustics::{BandWidth, Bands, Material};
 use sonel_analysis::Parameter;
 use sonel_analysis::average::average;
-use sonel_design::optimise::{Candidate, Choice, OptimiseError, Proposal, optimise};
 use sonel_design::goal::Goal;
+use sonel_design::optimise::{Candidate, Choice, OptimiseError, Proposal, optimise};
 use sonel_geometry::Mesh;
 use sonel_map::Settings;
 use sonel_renderer::RenderSettings;

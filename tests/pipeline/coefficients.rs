@@ -74,7 +74,8 @@ fn a_room_far_from_the_start_is_traced_anew_on_the_way() {
     folder.write("scene.toml", walls(0.7));
     trace(&folder, "b.sonelmap", &["--packets", "4k"]).expect("a valid scene");
     let mut log = Vec::new();
-    let words = ["fit", "b.sonelmap", "--measured", "a.csv", "-o", "f.toml", "--rays", "2k", "--prior-sigma", "3"];
+    let words =
+        ["fit", "b.sonelmap", "--measured", "a.csv", "-o", "f.toml", "--rays", "2k", "--prior-sigma", "3"];
     let text = analyze_with_log(
         &folder,
         &[&words[..], &["--format", "csv", "--use", "t20,level"]].concat(),

@@ -143,7 +143,11 @@ fn rays_stop_where_they_may_be_no_more() {
     for bound in [["--rays", "2048"], ["--at-most", "0.001s"]] {
         let (outcome, report) =
             render_until(&folder, "a.sonelmap", "a.npz", &[&gathered[..], &bound].concat());
-        assert_eq!((outcome, &report["until"]["iterations"]), (Outcome::Missed, &Value::from(1)), "{bound:?}");
+        assert_eq!(
+            (outcome, &report["until"]["iterations"]),
+            (Outcome::Missed, &Value::from(1)),
+            "{bound:?}"
+        );
         assert_eq!(report["until"]["reached"], false);
     }
 }

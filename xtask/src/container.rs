@@ -37,8 +37,11 @@ pub fn accept() -> Result<Option<&'static str>> {
     let volume = format!("{}:/work", folder.display());
     let run = ["run", "--isolation", "chroot", "--volume", &volume, container.trim()];
     buildah(
-        &[&run[..], &["sonel-trace", "scene.toml", "--packets", PACKETS, "--quiet", "--output", "a.sonelmap"]]
-            .concat(),
+        &[
+            &run[..],
+            &["sonel-trace", "scene.toml", "--packets", PACKETS, "--quiet", "--output", "a.sonelmap"],
+        ]
+        .concat(),
     )?;
     buildah(&["rm", container.trim()])?;
     ensure!(fs::read(folder.join("a.sonelmap"))? == fs::read(of_host)?, "the container traces another map");

@@ -276,14 +276,14 @@ pub enum Unsupported {
         limit_ms: f64,
     },
     /// The parameter rests on one batch.
-    #[error("the noise is too high: without one of the batches {reason}; trace more sonels")]
+    #[error("the noise is too high: without one of the batches {reason}; trace more packets")]
     OneBatchDecides {
         /// What is wrong then.
         reason: Box<Unsupported>,
     },
     /// The interval is too wide to say anything.
     #[error(
-        "the noise is too high: ± {just_noticeable:.0} just-noticeable differences at 95 %; trace more sonels"
+        "the noise is too high: ± {just_noticeable:.0} just-noticeable differences at 95 %; trace more packets"
     )]
     Noisy {
         /// Half-width in just-noticeable differences.

@@ -212,7 +212,7 @@ pub enum Incomparable {
     },
     /// Nothing can be said.
     #[error(
-        "every cell has fewer than {FEWEST_ARRIVALS} arrivals in one of the maps: trace both with more sonels"
+        "every cell has fewer than {FEWEST_ARRIVALS} arrivals in one of the maps: trace both with more packets"
     )]
     Sparse,
 }

@@ -24,7 +24,7 @@ pub fn warning(residuals: &[f64]) -> Option<String> {
     (largest > critical).then(|| {
         format!(
             "the interval may be too narrow because rare paths carry much of the energy: one of {} batches is {largest:.1} standard \
-             deviations from the others (Grubbs's test at 0.1 %: {critical:.1}); trace more sonels",
+             deviations from the others (Grubbs's test at 0.1 %: {critical:.1}); trace more packets",
             residuals.len()
         )
     })

@@ -6,8 +6,8 @@
 //! - [`tradeoff`]: error against CPU time, for several settings and numbers of packets.
 
 pub mod fit;
+pub mod goal;
 mod local;
 pub mod optimise;
 pub mod sensitivity;
 pub mod tradeoff;
-pub mod goal;

@@ -13,9 +13,9 @@ use sonel_map::Settings;
 use thiserror::Error;
 
 use crate::fit::{Stage, Workbench, values};
+use crate::goal::Goal;
 use crate::local::{Datum, Local, Unknown};
 use crate::sensitivity::{Varied, VariedMap};
-use crate::goal::Goal;
 use sonel_study::pipeline::{self, MapStore, NoClock, PipelineError};
 
 /// Combinations at the most.

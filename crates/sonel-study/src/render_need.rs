@@ -39,7 +39,12 @@ impl Pilot {
     /// What two iterations on the map of the packets and batches of `map` tell of a third, in place of a pilot: `last` with more rays than `before`,
     /// those of `before` among them. Where no rays are cast one look tells all. Nothing is known of costs.
     #[must_use]
-    pub fn of_iterations(before: Option<&Iteration>, last: &Iteration, parameters: &[Parameter], map: Effort) -> Self {
+    pub fn of_iterations(
+        before: Option<&Iteration>,
+        last: &Iteration,
+        parameters: &[Parameter],
+        map: Effort,
+    ) -> Self {
         let found = readings(&last.parameters, parameters);
         // The later look is a mean of the rays of the earlier and of new ones: its rays' variance is that of the difference over the factor of
         // their numbers less one.

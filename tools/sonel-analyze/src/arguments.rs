@@ -182,8 +182,7 @@ pub struct Tradeoff {
     /// Length of the echograms [s] [default: that of the scene].
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     pub duration: Option<f64>,
-    /// Effects: auto (default), all or none, then changes: auto,-air; auto:1 omits effects below 1 just-noticeable
-    /// difference, auto below 0.1
+    /// Simulated effects: auto, all or none, then changes such as auto,-air [default: auto].
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     pub effects: Option<EffectSpec>,
 }
@@ -219,7 +218,7 @@ pub struct SensitivityArguments {
     /// Receiver position in scene axes [m]; repeatable [default: of the scene].
     #[arg(long = "receiver", value_name = "NAME=x,y,z", value_parser = parse_receiver, allow_hyphen_values = true)]
     pub receivers: Vec<ReceiverPoint>,
-    /// Output format.
+    /// Output format: table, csv or json.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
 }
@@ -424,7 +423,7 @@ pub struct Parameters {
     /// A response written by sonel-render.
     #[arg(value_name = "RESPONSE.npz")]
     pub response: PathBuf,
-    /// Output format.
+    /// Output format: table, csv or json.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
     /// Speech and background noise.

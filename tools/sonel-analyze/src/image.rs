@@ -131,7 +131,7 @@ impl PictureRequest {
             } else {
                 writeln!(
                     log,
-                    "warning: {name}: nothing arrives in {empty:.1} % of the pixels: use more sonels, a larger --radius or another window"
+                    "warning: {name}: nothing arrives in {empty:.1} % of the pixels: use more packets, a larger --radius or another window"
                 )?;
             }
         }

@@ -25,7 +25,7 @@ pub struct Arguments {
     /// The map; it carries its scene.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// Response to write; an existing one is replaced when the new one is complete.
+    /// Response to write; an existing one is replaced when the new one is complete. Optional with --plan.
     #[arg(short, long, value_name = "RESPONSE.npz", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
     /// Folder for pressure impulse responses, a WAV file for each source and receiver: 48 kHz, 32-bit float, direct sound
@@ -103,8 +103,9 @@ pub struct Arguments {
     /// more rays do not help; with --output, also render and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add rays until the half-width of every 95 % interval meets its target at every receiver; else exit code 1, and the
-    /// log states the rays or packets required. The response is that of --rays with the final number.
+    /// Add rays until the half-width of every 95 % interval meets its target at every receiver; else exit code 1, and the log
+    /// states the rays or packets required. The response is that of --rays with the final number. Parameters: level, g, edt, t20, t30, c50,
+    /// c80, d50, ts; units: %, s, ms, dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
     /// Time limit of --until, such as 60s, 5min, 2h: no rendering starts that would end later.

@@ -16,7 +16,7 @@ pub struct Arguments {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     pub scene: PathBuf,
-    /// Map to write; an existing one is replaced when the new one is complete.
+    /// Map to write; an existing one is replaced when the new one is complete. Optional with --plan.
     #[arg(short, long, value_name = "MAP.sonelmap", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
     /// Packets per source (and band with --spectral per-band); with --shard of all shards, with --extend of the whole new
@@ -60,8 +60,9 @@ pub struct Arguments {
     /// Print predicted cost and intervals for several accuracies; with --output, also run and compare.
     #[arg(long)]
     pub plan: bool,
-    /// Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd;
-    /// else exit code 1. The map is that of --packets with the final number.
+    /// Add packets until the half-width of every 95 % interval meets its target, such as t30<1%,level<0.1dB,c80<0.2jnd; else
+    /// exit code 1. The map is that of --packets with the final number. Parameters: level, g, edt, t20, t30, c50, c80, d50, ts; units:
+    /// %, s, ms, dB, jnd.
     #[arg(long, value_name = "TARGETS", requires = "output")]
     pub until: Option<Targets>,
     /// Time limit of --until, such as 60s, 5min, 2h.

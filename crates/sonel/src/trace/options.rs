@@ -91,7 +91,7 @@ impl TraceOptions<'_> {
             at_most.map(|seconds| format!("`at_most` {seconds} s is no limit: give a time above 0 s")),
             when(
                 self.extend.is_some() && !is_longer,
-                "`extend` needs `packets` N: the emissions of the whole new map",
+                "`extend` needs `packets` N: those of the whole new map",
             ),
             when(
                 self.extend.is_some() && self.shard.is_some(),

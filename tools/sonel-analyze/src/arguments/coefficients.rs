@@ -46,7 +46,7 @@ pub struct FitArguments {
     /// Visibility rays per receiver [default: a quarter as many as the map has packets per source].
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
-    /// Output format.
+    /// Output format: table, csv or json.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     pub format: Format,
 }
@@ -81,7 +81,8 @@ pub struct OptimiseArguments {
     /// The map.
     #[arg(value_name = "MAP.sonelmap")]
     pub map: PathBuf,
-    /// Wanted value of a parameter (level, g, edt, t20, t30, c50, c80, d50 or ts) with tolerance, units and bands;
+    /// Wanted mean of a parameter (level, g, edt, t20, t30, c50, c80, d50 or ts) over sources and receivers, such as
+    /// t30=1.8s±5%@500,1000 or d50=70%±5%: units as in the targets of --until, +- for ±, tolerance also in jnd, all bands without @;
     /// repeatable.
     #[arg(
         long = "goal",

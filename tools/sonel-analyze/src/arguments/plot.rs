@@ -24,7 +24,7 @@ pub struct Plot {
     /// File to write, SVG or PNG by its ending; an existing one is replaced when the new one is complete.
     #[arg(short, long, value_name = "X.svg|X.png")]
     pub output: PathBuf,
-    /// What to draw [default: echogram, decay and parameters].
+    /// What to draw: echogram, decay, parameters, early, map [default: echogram, decay and parameters].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub what: Vec<What>,
     /// Source [default: the first].

@@ -115,7 +115,7 @@ pub fn text(walked: &WalkedMap) -> String {
     line(
         "settings",
         &format!(
-            "{} emissions a source, seed {}, {} batches, survival {}, spectral {}, mode {}, shard {}/{}",
+            "{} packets a source, seed {}, {} batches, survival {}, spectral {}, mode {}, shard {}/{}",
             settings.emissions,
             settings.seed,
             settings.batches,

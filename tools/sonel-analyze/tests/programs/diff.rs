@@ -89,7 +89,11 @@ fn maps_with_nothing_in_common_are_refused_with_the_reason() {
     trace(&folder, "a.sonelmap", &["--packets", "2000"]);
     let cases = [
         (SCENE.replace("\"stage\"", "\"pit\""), &["--packets", "2000"][..], "no source in common"),
-        (SCENE.replace("[250, 500, 1000]", "[2000, 4000, 8000]"), &["--packets", "2000"], "no band in common"),
+        (
+            SCENE.replace("[250, 500, 1000]", "[2000, 4000, 8000]"),
+            &["--packets", "2000"],
+            "no band in common",
+        ),
         (SCENE.to_owned(), &["--packets", "2000", "--batches", "1"], "fewer than two batches"),
         (SCENE.to_owned(), &["--packets", "40", "--seed", "2"], "trace both with more packets"),
     ];
