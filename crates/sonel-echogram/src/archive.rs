@@ -5,9 +5,9 @@
 //! damaged.
 
 use std::collections::HashMap;
-use std::io::{self, BufWriter, Cursor, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::marker::PhantomData;
 
-use npyz::{DType, Deserialize, NpyFile, WriterBuilder};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
@@ -22,24 +22,77 @@ const DIGEST: &str = "digest";
 /// Numbers that are gathered before they reach the archive [bytes].
 const BUFFER: usize = 1 << 16;
 
-mod plain {
-    /// What is written as it is; knows the archive's foreign package, which nobody outside has to.
-    pub trait Plain: npyz::AutoSerialize + Copy {}
+/// What an array holds; read by [`ArchiveReader::array`].
+pub trait Element: Sized {
+    /// Whether numpy calls the type so.
+    fn is(type_string: &str) -> bool;
+
+    /// The values in `payload`, each `size` bytes.
+    fn read(payload: &[u8], size: usize) -> Vec<Self>;
 }
 
 /// A number of numpy.
-pub trait Number: plain::Plain {}
+pub trait Number: Copy {
+    /// Type as numpy writes it.
+    const TYPE: &'static str;
+
+    /// Appends its bytes, the lowest first.
+    fn put(self, bytes: &mut Vec<u8>);
+}
 
 macro_rules! numbers {
-    ($($number:ty)*) => {
+    ($($number:ty = $name:literal)*) => {
         $(
-            impl plain::Plain for $number {}
-            impl Number for $number {}
+            impl Number for $number {
+                const TYPE: &'static str = $name;
+
+                fn put(self, bytes: &mut Vec<u8>) {
+                    bytes.extend(self.to_le_bytes());
+                }
+            }
+
+            impl Element for $number {
+                fn is(type_string: &str) -> bool {
+                    type_string == Self::TYPE
+                }
+
+                fn read(payload: &[u8], _: usize) -> Vec<Self> {
+                    let (numbers, _) = payload.as_chunks();
+                    numbers.iter().map(|&bytes| Self::from_le_bytes(bytes)).collect()
+                }
+            }
         )*
     };
 }
 
-numbers!(bool u8 u32 u64 f32 f64);
+numbers!(u8 = "|u1" u32 = "<u4" u64 = "<u8" f32 = "<f4" f64 = "<f8");
+
+impl Number for bool {
+    const TYPE: &'static str = "|b1";
+
+    fn put(self, bytes: &mut Vec<u8>) {
+        bytes.push(u8::from(self));
+    }
+}
+
+/// A text of fixed width, filled up with zeros; what is no character becomes U+FFFD.
+impl Element for String {
+    fn is(type_string: &str) -> bool {
+        type_string.starts_with("<U")
+    }
+
+    fn read(payload: &[u8], size: usize) -> Vec<Self> {
+        let text = |bytes: &[u8]| {
+            let codes = u32::read(bytes, 4);
+            let end = codes.iter().rposition(|&code| code != 0).map_or(0, |last| last + 1);
+            codes[..end]
+                .iter()
+                .map(|&code| char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER))
+                .collect()
+        };
+        payload.chunks_exact(size.max(1)).map(text).collect()
+    }
+}
 
 /// Shape of an array and its values in row-major order.
 pub type Shaped<T> = (Vec<usize>, Vec<T>);
@@ -78,25 +131,39 @@ impl<W: Write + Seek> Write for Hashed<'_, W> {
 
 /// An array being written, see [`ArchiveWriter::array`].
 pub struct ArrayWriter<'a, T: Number, W: Write + Seek> {
-    array: npyz::NpyWriter<T, BufWriter<Hashed<'a, W>>>,
+    out: BufWriter<Hashed<'a, W>>,
+    /// Values that are still to come.
+    missing: usize,
+    values: PhantomData<T>,
 }
 
 impl<T: Number, W: Write + Seek> ArrayWriter<'_, T, W> {
     /// Adds values in row-major order.
     ///
     /// # Errors
-    /// When the archive cannot be written.
-    pub fn extend(&mut self, values: &[T]) -> std::io::Result<()> {
-        self.array.extend(values.iter().copied())
+    /// When the archive cannot be written, or the values are more than the shape says.
+    pub fn extend(&mut self, values: &[T]) -> io::Result<()> {
+        self.missing = self.missing.checked_sub(values.len()).ok_or_else(wrong_count)?;
+        let mut bytes = Vec::new();
+        for some in values.chunks(BUFFER / 8) {
+            bytes.clear();
+            some.iter().for_each(|value| value.put(&mut bytes));
+            self.out.write_all(&bytes)?;
+        }
+        Ok(())
     }
 
     /// Completes the array.
     ///
     /// # Errors
-    /// When the archive cannot be written, or the values are not as many as the shape says.
-    pub fn finish(self) -> std::io::Result<()> {
-        self.array.finish()
+    /// When the archive cannot be written, or the values are fewer than the shape says.
+    pub fn finish(mut self) -> io::Result<()> {
+        if self.missing > 0 { Err(wrong_count()) } else { self.out.flush() }
     }
+}
+
+fn wrong_count() -> io::Error {
+    io::Error::other("an array has other values than its shape says")
 }
 
 impl<W: Write + Seek> ArchiveWriter<W> {
@@ -118,11 +185,11 @@ impl<W: Write + Seek> ArchiveWriter<W> {
         key: &str,
         shape: &[usize],
     ) -> Result<ArrayWriter<'_, T, W>, ResponseError> {
-        let out = self.begin(key, size_of::<T>().saturating_mul(shape.iter().product()))?;
-        let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
-        let out = BufWriter::with_capacity(BUFFER, out);
-        let array = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(out).begin_nd()?;
-        Ok(ArrayWriter { array })
+        let missing: usize = shape.iter().product();
+        let out = self.begin(key, size_of::<T>().saturating_mul(missing))?;
+        let mut out = BufWriter::with_capacity(BUFFER, out);
+        header::write(&mut out, T::TYPE, shape)?;
+        Ok(ArrayWriter { out, missing, values: PhantomData })
     }
 
     /// Adds numbers in row-major order.
@@ -146,14 +213,14 @@ impl<W: Write + Seek> ArchiveWriter<W> {
     /// When the archive cannot be written.
     pub fn texts(&mut self, key: &str, shape: &[usize], values: &[&str]) -> Result<(), ResponseError> {
         let width = values.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
-        let out = self.begin(key, width * values.len() * 4)?;
-        let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
-        let dtype = DType::Plain(format!("<U{width}").parse().expect("a type string of numpy"));
-        let mut array = npyz::WriteOptions::<str>::new().dtype(dtype).shape(&shape).writer(out).begin_nd()?;
+        let mut bytes = Vec::new();
         for text in values {
-            array.push(text)?;
+            let codes = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(width);
+            codes.for_each(|code| code.put(&mut bytes));
         }
-        Ok(array.finish()?)
+        let mut out = self.begin(key, bytes.len())?;
+        header::write(&mut out, &format!("<U{width}"), shape)?;
+        Ok(out.write_all(&bytes)?)
     }
 
     /// Completes the archive with a digest of all its arrays ([`ArchiveReader::check_digest`]) and returns what it was written to.
@@ -256,18 +323,20 @@ impl<R: Read + Seek> ArchiveReader<R> {
     }
 
     /// Shape and values of array `key` in row-major order; [`None`] where there is no such array.
-    pub fn array<T: Deserialize>(&mut self, key: &str) -> Result<Option<Shaped<T>>, ResponseError> {
+    pub fn array<T: Element>(&mut self, key: &str) -> Result<Option<Shaped<T>>, ResponseError> {
         let Some(index) = self.zip.index_for_name(&format!("{key}.npy")) else { return Ok(None) };
         let bytes = self.content(index)?;
         let wrong = |problem: String| ResponseError::Array { key: key.to_owned(), problem };
-        header::check(&bytes).map_err(wrong)?;
-        let array =
-            NpyFile::new(Cursor::new(&bytes)).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-        if array.order() != npyz::Order::C && array.shape().len() > 1 {
+        let header::PlainArray { element, is_by_columns, shape, payload } =
+            header::read(&bytes).map_err(wrong)?;
+        if !T::is(element) {
+            return Err(wrong(format!("has another type: {element}")));
+        }
+        if is_by_columns && shape.len() > 1 {
             return Err(wrong("is stored by columns".to_owned()));
         }
-        let shape: Vec<usize> = array.shape().iter().map(|&length| length as usize).collect();
-        let values = array.into_vec().map_err(|error| wrong(format!("has another type: {error}")))?;
+        let count: usize = shape.iter().product();
+        let values = T::read(payload, payload.len() / count.max(1));
         Ok(Some((shape, values)))
     }
 

@@ -1,4 +1,4 @@
-//! The header of a numpy array, checked before use.
+//! The header of a numpy array, written and checked before use.
 //!
 //! The header is a Python dictionary literal. A general parser of such literals can be led to exhaust the stack or
 //! the memory by nested brackets or huge lengths; this one understands only what numpy writes for plain arrays, and
@@ -6,36 +6,73 @@
 //!
 //! References: NumPy Enhancement Proposal 1, the array format.
 
+use std::io::{self, Write};
+
+/// Bytes before the text of a header of version 1.0: signature, version, length [bytes].
+const PREAMBLE: usize = 10;
+/// Headers end on multiples of this, so that values are aligned [bytes].
+const LINE: usize = 64;
 /// Longest header believed; numpy's for plain arrays have 128 bytes [bytes].
 const LONGEST: usize = 4096;
 /// Deepest nesting of a plain array's header: the tuple of its shape within the dictionary.
 const DEEPEST: usize = 2;
 
-/// Checks that `array` is a plain array whose header announces exactly the bytes that follow it.
+/// A plain array whose header announces exactly the bytes that follow it.
+#[derive(Debug, PartialEq)]
+pub struct PlainArray<'a> {
+    /// Type of the elements as numpy writes it, such as `<f8`.
+    pub element: &'a str,
+    /// Whether the first axis varies fastest, as in Fortran.
+    pub is_by_columns: bool,
+    pub shape: Vec<usize>,
+    pub payload: &'a [u8],
+}
+
+/// Reads the header of `array`.
 ///
 /// # Errors
 /// What is wrong, as a predicate.
-pub fn check(array: &[u8]) -> Result<(), String> {
+pub fn read(array: &[u8]) -> Result<PlainArray<'_>, String> {
     let (header, payload) = split(array)?;
     let brackets = header.chars().filter(|c| "([{".contains(*c)).count();
     if brackets > DEEPEST {
         return Err("holds no plain numbers or texts".to_owned());
     }
-    let type_string = value_of(header, "'descr'")?.strip_prefix('\'').and_then(|text| text.split_once('\''));
-    let size = type_string.and_then(|(type_string, _)| element_size(type_string));
+    let element = value_of(header, "'descr'")?.strip_prefix('\'').and_then(|text| text.split_once('\''));
+    let element = element.map_or("", |(element, _)| element);
     let axes = value_of(header, "'shape'")?.strip_prefix('(').and_then(|text| text.split_once(')'));
     let (axes, _) = axes.ok_or("has a header without shape")?;
     let axes = axes.split(',').map(str::trim).filter(|axis| !axis.is_empty());
-    let count =
-        axes.map(|axis| axis.parse().ok()).try_fold(1_usize, |product, axis| product.checked_mul(axis?));
-    let announced = count.zip(size).and_then(|(count, size)| count.checked_mul(size));
-    match announced {
-        None => Err("has a header without a readable type or shape".to_owned()),
-        Some(announced) if announced != payload => {
-            Err(format!("announces {announced} bytes, but holds {payload}"))
+    let shape: Option<Vec<usize>> = axes.map(|axis| axis.parse().ok()).collect();
+    let size = element_size(element);
+    let announced = shape.as_ref().zip(size).and_then(|(shape, size)| {
+        shape.iter().try_fold(size, |product: usize, &axis| product.checked_mul(axis))
+    });
+    match (shape, announced) {
+        (Some(shape), Some(announced)) if announced == payload.len() => {
+            let is_by_columns =
+                value_of(header, "'fortran_order'").is_ok_and(|value| value.starts_with("True"));
+            Ok(PlainArray { element, is_by_columns, shape, payload })
         }
-        Some(_) => Ok(()),
+        (_, Some(announced)) => Err(format!("announces {announced} bytes, but holds {}", payload.len())),
+        _ => Err("has a header without a readable type or shape".to_owned()),
     }
+}
+
+/// Writes the header of an array of `element`s: version 1.0, a comma after every axis, filled up with blanks to whole lines of 64 bytes.
+///
+/// # Errors
+/// When `out` cannot be written.
+pub fn write(out: &mut dyn Write, element: &str, shape: &[usize]) -> io::Result<()> {
+    let axes: String = shape.iter().map(|length| format!("{length}, ")).collect();
+    let mut header = format!("{{'descr': '{element}', 'fortran_order': False, 'shape': ({axes}), }}");
+    let length = (PREAMBLE + header.len() + 1).next_multiple_of(LINE) - PREAMBLE;
+    header += &" ".repeat(length - 1 - header.len());
+    header.push('\n');
+    let stated = u16::try_from(length).map_err(|_| io::Error::other("an array has too many axes"))?;
+    out.write_all(b"\x93NUMPY\x01\x00")?;
+    out.write_all(&stated.to_le_bytes())?;
+    out.write_all(header.as_bytes())
 }
 
 /// Bytes an element takes [bytes]; none for types that no response has.
@@ -43,21 +80,21 @@ fn element_size(type_string: &str) -> Option<usize> {
     let (kind, size) = type_string.split_at_checked(2)?;
     let size: usize = size.parse().ok()?;
     match kind {
-        "<f" | ">f" | "<i" | ">i" | "<u" | ">u" | "|i" | "|u" => Some(size),
-        "<U" | ">U" => size.checked_mul(4),
+        "<f" | "<u" | "|u" | "|b" => Some(size),
+        "<U" => size.checked_mul(4),
         _ => None,
     }
 }
 
-/// The header's text, and how many bytes follow it.
-fn split(array: &[u8]) -> Result<(&str, usize), String> {
+/// The header's text and what follows it.
+fn split(array: &[u8]) -> Result<(&str, &[u8]), String> {
     let cut_off = "ends within its header";
     let preamble = array.first_chunk::<12>().ok_or(cut_off)?;
     if &preamble[..6] != b"\x93NUMPY" {
         return Err("does not begin like a numpy array".to_owned());
     }
     let (begin, length) = match (preamble[6], preamble[7]) {
-        (1, 0) => (10, usize::from(u16::from_le_bytes([preamble[8], preamble[9]]))),
+        (1, 0) => (PREAMBLE, usize::from(u16::from_le_bytes([preamble[8], preamble[9]]))),
         (2 | 3, 0) => {
             (12, u32::from_le_bytes([preamble[8], preamble[9], preamble[10], preamble[11]]) as usize)
         }
@@ -66,9 +103,9 @@ fn split(array: &[u8]) -> Result<(&str, usize), String> {
     if length > LONGEST {
         return Err(format!("has a header of {length} bytes, longer than any plain array's"));
     }
-    let header = array.get(begin..begin + length).ok_or(cut_off)?;
+    let (header, payload) = array[begin..].split_at_checked(length).ok_or(cut_off)?;
     let header = std::str::from_utf8(header).map_err(|_| "has a header that is not text")?;
-    Ok((header, array.len() - begin - length))
+    Ok((header, payload))
 }
 
 /// What follows `key` and its colon.
@@ -98,7 +135,20 @@ mod tests {
             ("{'descr': '<U7', 'fortran_order': False, 'shape': (), }\n", 28),
             ("{'descr': '|u1', 'fortran_order': False, 'shape': (0, 3), }\n", 0),
         ] {
-            assert_eq!(check(&array(header, payload)), Ok(()), "{header}");
+            let array = array(header, payload);
+            assert_eq!(read(&array).map(|found| found.payload.len()), Ok(payload), "{header}");
+        }
+    }
+
+    #[test]
+    fn headers_end_on_whole_lines() {
+        let cases: [(&str, &[usize], &str); 3] =
+            [("<f8", &[2, 3], "(2, 3, )"), ("<u4", &[5], "(5, )"), ("<U7", &[], "()")];
+        for (element, shape, written) in cases {
+            let mut bytes = Vec::new();
+            write(&mut bytes, element, shape).unwrap();
+            let text = format!("{{'descr': '{element}', 'fortran_order': False, 'shape': {written}, }}");
+            assert_eq!(bytes, array(&format!("{text:117}\n"), 0));
         }
     }
 
@@ -116,12 +166,12 @@ mod tests {
             ("{'descr': '<f8', }", "without 'shape'"),
             (&nested, "no plain numbers"),
         ] {
-            let error = check(&array(header, 8)).unwrap_err();
+            let error = read(&array(header, 8)).unwrap_err();
             assert!(error.contains(message), "{header}: {error}");
         }
-        assert!(check(b"PK").unwrap_err().contains("ends within"));
-        assert!(check(b"\x93NUMPY\x02\x00\xff\xff\xff\xff").unwrap_err().contains("longer"));
-        assert!(check(b"\x93NUMPY\x09\x00\x00\x00\x00\x00").unwrap_err().contains("version 9.0"));
-        assert!(check(b"\x93NUMPZ\x01\x00\x00\x00\x00\x00").unwrap_err().contains("does not begin"));
+        assert!(read(b"PK").unwrap_err().contains("ends within"));
+        assert!(read(b"\x93NUMPY\x02\x00\xff\xff\xff\xff").unwrap_err().contains("longer"));
+        assert!(read(b"\x93NUMPY\x09\x00\x00\x00\x00\x00").unwrap_err().contains("version 9.0"));
+        assert!(read(b"\x93NUMPZ\x01\x00\x00\x00\x00\x00").unwrap_err().contains("does not begin"));
     }
 }

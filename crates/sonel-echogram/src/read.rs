@@ -2,9 +2,7 @@
 
 use std::io::{Read, Seek};
 
-use npyz::Deserialize;
-
-use crate::archive::ArchiveReader;
+use crate::archive::{ArchiveReader, Element};
 use crate::check::check;
 use crate::directions::LATERAL_KEYS;
 use crate::{
@@ -67,7 +65,7 @@ impl<R: Read + Seek> Arrays<R> {
     }
 
     /// A required array of one axis and any length.
-    fn list<T: Deserialize>(&mut self, key: &str) -> Result<Vec<T>, ResponseError> {
+    fn list<T: Element>(&mut self, key: &str) -> Result<Vec<T>, ResponseError> {
         let (shape, values) =
             self.archive.array(key)?.ok_or_else(|| ResponseError::Missing(key.to_owned()))?;
         if shape.len() != 1 {
@@ -79,7 +77,7 @@ impl<R: Read + Seek> Arrays<R> {
         Ok(values)
     }
 
-    fn optional<T: Deserialize>(
+    fn optional<T: Element>(
         &mut self,
         key: &str,
         expected: &[usize],
@@ -92,7 +90,7 @@ impl<R: Read + Seek> Arrays<R> {
         Ok(Some(values))
     }
 
-    fn required<T: Deserialize>(&mut self, key: &str, expected: &[usize]) -> Result<Vec<T>, ResponseError> {
+    fn required<T: Element>(&mut self, key: &str, expected: &[usize]) -> Result<Vec<T>, ResponseError> {
         self.optional(key, expected)?.ok_or_else(|| ResponseError::Missing(key.to_owned()))
     }
 
@@ -111,7 +109,7 @@ impl<R: Read + Seek> Arrays<R> {
         Ok(names.into_iter().zip(aims).zip(diffuse).map(of).collect())
     }
 
-    fn scalar<T: Deserialize + Copy>(&mut self, key: &str) -> Result<T, ResponseError> {
+    fn scalar<T: Element + Copy>(&mut self, key: &str) -> Result<T, ResponseError> {
         Ok(self.required::<T>(key, &[])?[0])
     }
 

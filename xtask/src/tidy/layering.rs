@@ -20,7 +20,7 @@ const LAYERS: [&[&str]; 8] = [
 const EVERYWHERE: [&str; 6] = ["bytemuck", "glam", "libm", "rayon", "serde", "thiserror"];
 
 /// Every other foreign package and the folders it may be used in.
-const HOMES: [(&str, &[&str]); 41] = [
+const HOMES: [(&str, &[&str]); 40] = [
     ("anyhow", &["tools/", "python", "xtask"]),
     ("base64", &["crates/sonel-scene"]),
     ("bincode", &["crates/sonel-map"]),
@@ -43,7 +43,6 @@ const HOMES: [(&str, &[&str]); 41] = [
     ("levenberg-marquardt", &["crates/sonel-design"]),
     ("memmap2", &["crates/sonel-map"]),
     ("nalgebra", &["crates/sonel-design"]),
-    ("npyz", &["crates/sonel-echogram"]),
     ("obvhs", &["crates/sonel-geometry"]),
     ("ply-rs-bw", &["crates/sonel-scene"]),
     ("plotters", &["crates/sonel-drawing"]),
