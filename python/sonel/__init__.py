@@ -16,7 +16,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
@@ -262,6 +262,7 @@ class Map:
         rays: int | float | None = None,
         radius: float | None = None,
         order: int | None = None,
+        batches: int | None = None,
         seed: int | None = None,
         temperature: float | None = None,
         humidity: float | None = None,
@@ -292,6 +293,8 @@ class Map:
             --estimator paper).
         radius: Radius of the discs in which sonels are gathered [m] (default from room and number of packets).
         order: Highest order of image sources (default from the room).
+        batches: Render the first K batches of the map alone: a share of the time, wider intervals. Not with `plan`,
+            `until` (default all).
         seed: of the rendering (default of the map).
         temperature [°C], humidity [%]: other air; air=False: no attenuation by air.
         directions: Also store energies by direction of incidence, for LF, LFC and L_J. Receivers must be
@@ -310,6 +313,7 @@ class Map:
             "rays": rays,
             "radius": radius,
             "order": order,
+            "batches": batches,
             "seed": seed,
             "temperature": temperature,
             "humidity": humidity,
@@ -321,6 +325,15 @@ class Map:
         places = [] if receivers is None else [_receiver(**point) for point in _points(receivers, "receiver")]
         with _Text(progress) as follower:
             return Response(self._inner.render(places, _LOGGER.log, threads, follower, **keywords))
+
+    def refine(self, receivers: _Points | None = None, **options: Any) -> Iterator[Response]:
+        """Renders as `render` does, again and again, each time with twice the batches: the first response after an eighth of
+        the time, the last that of the whole map. Each has its intervals; leave the loop when they are narrow enough.
+
+        options: those of `render` but `batches` and `until`.
+        """
+        for batches in self._inner.refinement_steps:
+            yield self.render(receivers, batches=batches, **options)
 
     @property
     def report(self) -> dict[str, Any] | None:
@@ -458,7 +471,7 @@ class Response:
 
         _sofa.write(self, Path(path), ambix=ambix, hrtf=hrtf, seed=seed)
 
-    def figures(self) -> dict[str, Any]:
+    def parameter_report(self) -> dict[str, Any]:
         """Every parameter with its interval, warnings and reasons: what `sonel-analyze parameters --format json` prints."""
         return self._inner.parameters()
 
@@ -468,16 +481,16 @@ class Response:
         Fields: source, receiver, center_frequency_hz, and for each of level_db, strength_g_db, early_decay_time_s, t20_s, t30_s,
         clarity_c50_db, clarity_c80_db, definition_d50, center_time_s and, with directions, lateral_fraction, lateral_fraction_cosine and late_lateral_level_db, one metre from a source
         support_early_db and support_late_db its value and, as NAME_low and NAME_high, the limits of
-        its 95 % interval. NaN where the response does not support a value; `figures` has the reason.
+        its 95 % interval. NaN where the response does not support a value; `parameter_report` has the reason.
         """
-        rows = self.figures()["receivers"]
+        rows = self.parameter_report()["receivers"]
         shape = (len(self.sources), len(self.receivers), len(self.center_frequencies))
         text = f"U{max(map(len, self.sources + self.receivers))}"
         keys = list(dict.fromkeys(key for row in rows for key in row["bands"][0] if key != "center_frequency_hz"))
         numbers = [key + end for key in keys for end in ("", "_low", "_high")]
         fields = [("source", text), ("receiver", text), ("center_frequency_hz", "f8"), *((name, "f8") for name in numbers)]
         values = [
-            (row["source"], row["name"], band["center_frequency_hz"], *(x for key in keys for x in _figure(band.get(key))))
+            (row["source"], row["name"], band["center_frequency_hz"], *(x for key in keys for x in _value(band.get(key))))
             for row in rows
             for band in row["bands"]
         ]
@@ -485,7 +498,7 @@ class Response:
 
     def speech_transmission_index(self) -> NDArray[np.float64]:
         """Speech transmission index of the room without noise, 0 … 1, shape [S, R]; NaN where octaves of speech are missing."""
-        values = [_figure(row["speech_transmission_index"])[0] for row in self.figures()["receivers"]]
+        values = [_value(row["speech_transmission_index"])[0] for row in self.parameter_report()["receivers"]]
         return np.array(values).reshape(len(self.sources), len(self.receivers))
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -499,12 +512,12 @@ class Response:
         return f"<sonel.Response: {s} sources, {r} receivers, {b} bands, {t} time bins>"
 
 
-def _figure(figure: Mapping[str, Any] | None) -> tuple[float, float, float]:
-    """Value and limits of the interval of a figure in JSON; NaN for what is null or not there."""
-    if figure is None:
+def _value(parameter: Mapping[str, Any] | None) -> tuple[float, float, float]:
+    """Value and limits of the interval of a parameter in JSON; NaN for what is null or not there."""
+    if parameter is None:
         return np.nan, np.nan, np.nan
-    low, high = figure.get("ci95") or (None, None)
-    value, low, high = (np.nan if number is None else number for number in (figure["value"], low, high))
+    low, high = parameter.get("ci95") or (None, None)
+    value, low, high = (np.nan if number is None else number for number in (parameter["value"], low, high))
     return value, low, high
 
 

@@ -109,6 +109,11 @@ impl Map {
     }
 
     #[getter]
+    fn refinement_steps(&self) -> Vec<u32> {
+        self.map.refinement_steps()
+    }
+
+    #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.report.as_ref().map(|report| object(py, report)).transpose()
     }
@@ -155,6 +160,7 @@ fn render_options(k: &Keywords<'_>) -> PyResult<RenderOptions> {
             .map_or(Ok(true), |text| sonel_console::choices::diffraction(&text))
             .map_err(|wrong| crate::convert::refused(format!("`effects`: {wrong}")))?,
         order: k.whole("order")?,
+        batches: k.whole("batches")?,
         radius: k.number("radius")?,
         rays: k.whole("rays")?,
         seed: k.whole("seed")?,

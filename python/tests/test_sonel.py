@@ -118,6 +118,17 @@ def test_a_response_has_the_bytes_of_the_programs(room, mapped, tmp_path, option
     assert response.metadata == sonel.Response.load(tmp_path / "a.npz").metadata
 
 
+def test_renderings_are_refined(room, mapped, tmp_path):
+    refined = list(room.refine(SEATS))
+    np.testing.assert_array_equal(refined[-1].energy, room.render(SEATS).energy)
+    seats = [f"--receiver={name}={x},{y},{z}" for name, (x, y, z) in SEATS.items()]
+    run("sonel-render", mapped, "-o", tmp_path / "a.npz", "--quiet", *seats, "--batches", 8)
+    refined[1].save(tmp_path / "b.npz")
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+    with pytest.raises(sonel.Error, match="has 32 batches"):
+        room.render(SEATS, batches=33)
+
+
 def test_receivers_with_directivity_are_those_of_the_programs(room, mapped, tmp_path):
     mics = {
         "mic": {"position": [6, 4, 1.2], "directivity": "cardioid", "aim": [1, 0, 0]},
@@ -167,7 +178,7 @@ def test_parameters_are_those_of_the_program(response, tmp_path):
     response.save(tmp_path / "room.npz")
     printed, _ = run("sonel-analyze", "parameters", tmp_path / "room.npz", "--format", "json")
     rows = response.parameters()
-    assert rows.shape == response.energy.shape[:3] and response.figures() == json.loads(printed)
+    assert rows.shape == response.energy.shape[:3] and response.parameter_report() == json.loads(printed)
     for receiver, expected in enumerate(json.loads(printed)["receivers"]):
         for band, figures in enumerate(expected["bands"]):
             row, t30 = rows[0, receiver, band], figures["t30_s"]

@@ -133,6 +133,12 @@ impl DecayCurve {
         self.times[self.times.len() - 1]
     }
 
+    /// Borders of the pieces since the direct sound, ascending [s].
+    #[must_use]
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
     /// Pieces of the curve in order: (begin, end) [s] and the energy remaining there.
     pub fn pieces(&self) -> impl Iterator<Item = Piece> + '_ {
         self.times.windows(2).zip(self.remaining.windows(2)).map(|(times, remaining)| Piece {

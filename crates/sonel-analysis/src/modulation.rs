@@ -72,61 +72,94 @@ fn masking_db(level: f64) -> f64 {
     }
 }
 
-/// Modulation transfer m at `frequency` [Hz], 0 … 1.
-#[must_use]
-pub fn modulation_transfer(curve: &DecayCurve, frequency: f64) -> f64 {
-    let omega = TAU * frequency;
-    let (mut real, mut imaginary) = (0.0, 0.0);
-    let mut add = |(re, im): (f64, f64)| {
-        real += re;
-        imaginary += im;
-    };
-    let mut begin = rotation(0.0);
-    for piece in curve.pieces() {
-        let end = rotation(omega * piece.end);
-        match piece.rate() {
-            // (S₁ e^(−iωt₁) − S₂ e^(−iωt₂)) κ/(κ + iω): the energy of the piece, exponential.
-            Some(rate) if rate > 0.0 => add(low_pass(
-                (piece.before * begin.0 - piece.after * end.0, piece.before * begin.1 - piece.after * end.1),
-                omega / rate,
-            )),
-            Some(_) => {}
-            // The last energy of all, spread evenly: its centre, less what a short bin blurs.
-            None => {
-                let half = 0.5 * omega * piece.width();
-                let blur = if half > 0.0 { libm::sin(half) / half } else { 1.0 };
-                let (re, im) = rotation(omega * 0.5 * (piece.begin + piece.end));
-                add((piece.before * blur * re, piece.before * blur * im));
-            }
+/// Number of modulation frequencies.
+const COUNT: usize = MODULATION_FREQUENCIES.len();
+
+/// A complex number at every modulation frequency.
+#[derive(Debug, Clone, Copy)]
+struct Phasors {
+    re: [f64; COUNT],
+    im: [f64; COUNT],
+}
+
+impl Phasors {
+    const ZERO: Self = Self { re: [0.0; COUNT], im: [0.0; COUNT] };
+
+    /// e^(−2πiFt) at time t [s].
+    fn at(time: f64) -> Self {
+        let mut phasors = Self::ZERO;
+        for (k, frequency) in MODULATION_FREQUENCIES.into_iter().enumerate() {
+            let (sin, cos) = libm::sincos(TAU * frequency * time);
+            (phasors.re[k], phasors.im[k]) = (cos, -sin);
         }
-        begin = end;
+        phasors
     }
-    let tail = curve.tail();
-    add(low_pass((tail.energy * begin.0, tail.energy * begin.1), omega / tail.rate));
-    (libm::hypot(real, imaginary) / curve.total()).min(1.0)
+
+    /// Adds (a p − b q) κ/(κ + iω): energy that falls from a to b at the rate κ [1/s], at times of the phasors `p` and `q`.
+    fn add_exponential(&mut self, (a, p): (f64, &Self), (b, q): (f64, &Self), rate: f64) {
+        for (k, frequency) in MODULATION_FREQUENCIES.into_iter().enumerate() {
+            let (re, im) = (a * p.re[k] - b * q.re[k], a * p.im[k] - b * q.im[k]);
+            let x = TAU * frequency / rate;
+            let norm = 1.0 / (1.0 + x * x);
+            self.re[k] += (re + im * x) * norm;
+            self.im[k] += (im - re * x) * norm;
+        }
+    }
+
+    /// Adds energy that is spread evenly over `width` [s] about the middle of the time [s]: its centre, less what a short bin blurs.
+    fn add_even(&mut self, energy: f64, middle: f64, width: f64) {
+        let centre = Self::at(middle);
+        for (k, frequency) in MODULATION_FREQUENCIES.into_iter().enumerate() {
+            let half = 0.5 * TAU * frequency * width;
+            let blur = if half > 0.0 { libm::sin(half) / half } else { 1.0 };
+            self.re[k] += energy * blur * centre.re[k];
+            self.im[k] += energy * blur * centre.im[k];
+        }
+    }
 }
 
-/// e^(−i angle).
-fn rotation(angle: f64) -> (f64, f64) {
-    let (sin, cos) = libm::sincos(angle);
-    (cos, -sin)
+/// Phasors at the borders of the curve that was asked for last. Curves of all octaves, and without each batch, share their borders.
+#[derive(Debug, Default)]
+pub struct Borders {
+    times: Vec<f64>,
+    phasors: Vec<Phasors>,
 }
 
-/// z / (1 + i x).
-fn low_pass((re, im): (f64, f64), x: f64) -> (f64, f64) {
-    let norm = 1.0 / (1.0 + x * x);
-    ((re + im * x) * norm, (im - re * x) * norm)
+impl Borders {
+    fn of(&mut self, curve: &DecayCurve) -> &[Phasors] {
+        if self.times != curve.times() {
+            self.times = curve.times().to_vec();
+            self.phasors = self.times.iter().map(|&time| Phasors::at(time)).collect();
+        }
+        &self.phasors
+    }
+}
+
+/// Modulation transfer m at each of [`MODULATION_FREQUENCIES`], 0 … 1.
+#[must_use]
+pub fn modulation_transfers(curve: &DecayCurve, borders: &mut Borders) -> [f64; COUNT] {
+    let phasors = borders.of(curve);
+    let mut sum = Phasors::ZERO;
+    for (piece, at) in curve.pieces().zip(phasors.windows(2)) {
+        match piece.rate() {
+            Some(rate) if rate > 0.0 => {
+                sum.add_exponential((piece.before, &at[0]), (piece.after, &at[1]), rate);
+            }
+            Some(_) => {}
+            None => sum.add_even(piece.before, 0.5 * (piece.begin + piece.end), piece.width()),
+        }
+    }
+    let (tail, end) = (curve.tail(), phasors.last().copied().unwrap_or(Phasors::at(0.0)));
+    sum.add_exponential((tail.energy, &end), (0.0, &end), tail.rate);
+    std::array::from_fn(|k| (libm::hypot(sum.re[k], sum.im[k]) / curve.total()).min(1.0))
 }
 
 /// Modulation transfer index of one octave, the mean transmission index over the modulation frequencies, 0 … 1; `share` of the modulation is
 /// left by noise and hearing.
 #[must_use]
-pub fn transfer_index(curve: &DecayCurve, share: f64) -> f64 {
-    let sum: f64 = MODULATION_FREQUENCIES
-        .iter()
-        .map(|&frequency| transmission_index(share * modulation_transfer(curve, frequency)))
-        .sum();
-    sum / MODULATION_FREQUENCIES.len() as f64
+pub fn transfer_index(curve: &DecayCurve, borders: &mut Borders, share: f64) -> f64 {
+    let transfers = modulation_transfers(curve, borders);
+    transfers.iter().map(|transfer| transmission_index(share * transfer)).sum::<f64>() / COUNT as f64
 }
 
 /// Transmission index of a modulation transfer, 0 … 1, by way of the apparent signal-to-noise ratio.
@@ -199,11 +232,12 @@ mod tests {
         let curve =
             DecayCurve::new(Echogram { edges: &edges, energy: &energy, direct_time: 0.0, arrivals: &[] })
                 .unwrap();
-        for frequency in MODULATION_FREQUENCIES {
+        let found = modulation_transfers(&curve, &mut Borders::default());
+        for (frequency, found) in MODULATION_FREQUENCIES.into_iter().zip(found) {
             let expected = libm::fabs(libm::cos(std::f64::consts::PI * frequency * 0.1));
             // The arrivals lie anywhere within their bins of 0.1 ms.
             let tolerance = TAU * frequency * 1e-4;
-            assert!((modulation_transfer(&curve, frequency) - expected).abs() < tolerance, "{frequency}");
+            assert!((found - expected).abs() < tolerance, "{frequency}");
         }
     }
 }

@@ -12,7 +12,7 @@ pub struct Reading<'a> {
     /// Number of bands.
     pub bands: usize,
     /// Where and how its paths begin.
-    pub emissions: Emissions<'a>,
+    pub emissions: Emissions,
     /// Coefficients of the materials.
     pub table: CoefficientTable,
 }

@@ -3,6 +3,8 @@
 //! Values come from the fine bins, intervals from the coarse bins of the batches. Receivers of one response share sonels,
 //! so their errors are correlated: intervals hold for each parameter alone.
 
+use std::cell::RefCell;
+
 use rayon::prelude::*;
 use sonel_acoustics::just_noticeable as noticeable;
 use sonel_echogram::Response;
@@ -12,7 +14,7 @@ use crate::decay::Echogram;
 use crate::estimate::{Estimate, NoInterval, ParameterValue, Unsupported};
 use crate::listed;
 use crate::missing::{self, Bounds};
-use crate::modulation::{self, SPEECH_OCTAVES, Talk};
+use crate::modulation::{self, Borders, SPEECH_OCTAVES, Talk};
 use crate::parameter::{LevelScale, Parameter, Values};
 use crate::window::{WINDOW_COUNT, WINDOWS, Window};
 use crate::{lateral, skewness, support};
@@ -122,7 +124,7 @@ fn at_receiver(
         all: read(response, listed, (s, r, b)),
         lateral: lateral.map(|both| both.each_ref().map(|lateral| read(lateral, listed, (s, r, b)))),
     };
-    let bands: Vec<Band> = (0..response.bands()).map(band).collect();
+    let bands: Vec<Band> = (0..response.bands()).into_par_iter().map(band).collect();
     let (source_position, position) = (response.source_positions[s], response.receiver_positions[r]);
     let squares = source_position.iter().zip(position).map(|(from, to)| (from - to) * (from - to));
     let on_stage = support::is_defined(squares.sum::<f64>().sqrt());
@@ -133,7 +135,7 @@ fn at_receiver(
         position,
         speech_transmission_index: speech(response, s, &bands, talk),
         bands: bands
-            .iter()
+            .par_iter()
             .zip(&response.center_frequency_hz)
             .map(|(band, &center_frequency_hz)| BandParameters {
                 center_frequency_hz,
@@ -237,7 +239,8 @@ fn speech(response: &Response, s: usize, bands: &[Band], talk: Option<&Talk>) ->
     let (frequencies, count) = (&response.center_frequency_hz, response.bands());
     let power = &response.source_power_level_db[s * count..(s + 1) * count];
     let more = talk.map(|talk| talk.more_than(frequencies, power));
-    let speech_index = |values: &[&Values]| speech_index(values, talk.zip(more));
+    let borders = RefCell::new(Borders::default());
+    let speech_index = |values: &[&Values]| speech_index(values, &mut borders.borrow_mut(), talk.zip(more));
     let bands = speech_bands(frequencies, bands)?;
     let estimate = parameter_of(&bands, speech_index)?.unless_noisy(noticeable::SPEECH_TRANSMISSION_INDEX)?;
     let bounds: Option<Vec<&Bounds>> = bands.iter().map(|band| band.bounds.as_ref()).collect();
@@ -269,7 +272,11 @@ fn speech_bands<'a>(frequencies: &[f64], bands: &'a [Band]) -> Result<Vec<&'a Re
 const NARROWEST_OCTAVE_STEP: f64 = 1.9;
 
 /// The index of the room, or of a talk that is so many decibels louder than the source in every octave.
-fn speech_index(values: &[&Values], talk: Option<(&Talk, [f64; 7])>) -> Result<f64, Unsupported> {
+fn speech_index(
+    values: &[&Values],
+    borders: &mut Borders,
+    talk: Option<(&Talk, [f64; 7])>,
+) -> Result<f64, Unsupported> {
     let shares = match talk {
         None => [1.0; 7],
         Some((talk, more)) => {
@@ -286,7 +293,7 @@ fn speech_index(values: &[&Values], talk: Option<(&Talk, [f64; 7])>) -> Result<f
             center_frequency_hz: octave,
             reason: Box::new(reason.clone()),
         })?;
-        *index = modulation::transfer_index(curve, share);
+        *index = modulation::transfer_index(curve, borders, share);
     }
     Ok(modulation::speech_transmission_index(&indices))
 }

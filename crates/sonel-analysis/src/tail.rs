@@ -20,8 +20,8 @@ const GROUPS: usize = 32;
 const STEEPEST_NEPERS: f64 = 700.0;
 /// A centre of gravity that lies before the middle by less than this share is a steady record and rounding.
 const ROUNDING: f64 = 1e-9;
-/// Halvings of a bracket of one factor of two down to the last bits.
-const BISECTIONS: usize = 60;
+/// Most steps of the false position; some eight reach the last bits.
+const STEPS: usize = 60;
 
 /// An exponential that follows the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,19 +100,16 @@ impl Window {
         if center >= self.center_of(0.0) * (1.0 - ROUNDING) {
             return None;
         }
-        let mut high = 1.0 / self.width();
-        while self.center_of(high) > center {
-            high *= 2.0;
-            if high * self.width() > STEEPEST_NEPERS {
-                return Some(high);
+        let off = |rate: f64| self.center_of(rate) - center;
+        let mut high = (1.0 / self.width(), off(1.0 / self.width()));
+        let mut low = (0.0, off(0.0));
+        while high.1 > 0.0 {
+            (low, high) = (high, (2.0 * high.0, off(2.0 * high.0)));
+            if high.0 * self.width() > STEEPEST_NEPERS {
+                return Some(high.0);
             }
         }
-        let mut low = if high * self.width() > 1.5 { 0.5 * high } else { 0.0 };
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (low + high);
-            if self.center_of(middle) > center { low = middle } else { high = middle }
-        }
-        Some(0.5 * (low + high))
+        Some(root(low, high, off))
     }
 
     /// Centre of gravity [s] of an exponential of `rate` [1/s], in these groups.
@@ -133,6 +130,26 @@ impl Window {
         let total: f64 = self.energy.iter().sum();
         total / libm::expm1(rate * self.width())
     }
+}
+
+/// Where `of` is zero between two places with its values there, above zero at the lower and at most zero at the higher one: by the false
+/// position, with half the value at an end that stays twice (the Illinois algorithm) [DowellJarratt1971].
+fn root(mut low: (f64, f64), mut high: (f64, f64), of: impl Fn(f64) -> f64) -> f64 {
+    let (mut last, mut was_low) = (high.0, None);
+    for _ in 0..STEPS {
+        let at = high.0 - high.1 * (high.0 - low.0) / (high.1 - low.1);
+        let value = of(at);
+        let (moved, stays) = if value > 0.0 { (&mut low, &mut high) } else { (&mut high, &mut low) };
+        *moved = (at, value);
+        if was_low.replace(value > 0.0) == Some(value > 0.0) {
+            stays.1 *= 0.5;
+        }
+        if value == 0.0 || (at - last).abs() <= f64::EPSILON * at {
+            return at;
+        }
+        last = at;
+    }
+    last
 }
 
 #[cfg(test)]

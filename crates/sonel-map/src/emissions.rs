@@ -14,8 +14,8 @@ use crate::sweep::{Segment, sweep};
 use crate::weight::PathWeight;
 
 /// The emissions of all sources of a scene.
-pub struct Emissions<'a> {
-    scene: &'a Scene,
+pub struct Emissions {
+    sources: Vec<Source>,
     /// How those of each source are numbered.
     pub layout: EmissionLayout,
     /// How the packets of each batch start.
@@ -25,11 +25,11 @@ pub struct Emissions<'a> {
     directions: Vec<EmissionDirections>,
 }
 
-impl<'a> Emissions<'a> {
+impl Emissions {
     /// The emissions of a run of `scene`, whose middle is `center` [m], with a column for each of `classes` of bands and of leads.
     #[must_use]
     pub fn new(
-        scene: &'a Scene,
+        scene: &Scene,
         center: DVec3,
         settings: &Settings,
         layout: EmissionLayout,
@@ -48,13 +48,13 @@ impl<'a> Emissions<'a> {
             directions: (0..scene.sources.len() as u32)
                 .map(|source| EmissionDirections::new(seed, source, layout, spectral))
                 .collect(),
-            scene,
+            sources: scene.sources.clone(),
         }
     }
 
     /// The emissions of the run of `map`, with a column for each of `classes` of bands.
     #[must_use]
-    pub fn of_map(map: &'a SonelMap, center: DVec3, classes: &BandClasses) -> Self {
+    pub fn of_map(map: &SonelMap, center: DVec3, classes: &BandClasses) -> Self {
         let (header, leads) = (map.header(), map.leads());
         Self::new(&header.scene, center, &header.settings, map.layout(), (classes, leads.classes()))
     }
@@ -86,7 +86,7 @@ impl<'a> Emissions<'a> {
     /// Puts `weight` at the beginning of the path of `emission` of `source`; energies are in units of `unit`, see
     /// [`PathWeight::emit`].
     pub fn emit(&self, source: u32, emission: u64, unit: f64, weight: &mut PathWeight) {
-        let emitter = &self.scene.sources[source as usize];
+        let emitter = &self.sources[source as usize];
         weight.emit_from(emitter, self.direction(source, emission), unit, self.start(emission));
     }
 

@@ -55,6 +55,6 @@ pub use error::RenderError;
 pub use path_class::PathClass;
 pub use receiver::{ReceiverPoint, Sensitivity};
 pub use regions::straight_length;
-pub use render::{RAYS_IN_FLIGHT, Renderer, is_at_source};
+pub use render::{Preparation, RAYS_IN_FLIGHT, Renderer, is_at_source};
 pub use rendering::{CoarseEchogram, DiscreteArrival, EdgeWork, Rendering};
 pub use settings::{Air, Estimator, MOST_RAYS, RenderSettings};

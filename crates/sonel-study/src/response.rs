@@ -127,20 +127,20 @@ fn rows(renderings: &[Rendering]) -> impl Iterator<Item = (&Rendering, usize, us
     })
 }
 
-/// Batches with emissions; one without (fewer emissions than batches) estimates nothing and is left out.
-fn filled(map: &SonelMap) -> Vec<u32> {
-    (0..map.layout().batches).filter(|&batch| map.layout().batch_count(batch) > 0).collect()
+/// Rendered batches with emissions; one without (fewer emissions than batches) estimates nothing and is left out.
+fn filled(map: &SonelMap, renderer: &Renderer<'_>) -> Vec<u32> {
+    (0..renderer.batches()).filter(|&batch| map.layout().batch_count(batch) > 0).collect()
 }
 
 /// A column of every receiver in every batch, in coarse bins.
 fn coarse(
-    map: &SonelMap,
+    filled: &[u32],
     renderings: &[Rendering],
     column: usize,
     of: impl Fn(&Rendering) -> &Vec<Vec<CoarseEchogram>>,
 ) -> Vec<f32> {
     let mut values = Vec::new();
-    for batch in filled(map) {
+    for &batch in filled {
         for (rendering, receiver, band) in rows(renderings) {
             let at = receiver * rendering.columns.coarse + column;
             values.extend(of(rendering)[batch as usize][at].band(band).map(|value| value as f32));
@@ -150,8 +150,8 @@ fn coarse(
 }
 
 /// The same of what kernels of half the area change; empty where they change nothing.
-fn kernel_difference(map: &SonelMap, renderings: &[Rendering], column: usize) -> Vec<f32> {
-    let found = coarse(map, renderings, column, |rendering| &rendering.kernel_differences);
+fn kernel_difference(filled: &[u32], renderings: &[Rendering], column: usize) -> Vec<f32> {
+    let found = coarse(filled, renderings, column, |rendering| &rendering.kernel_differences);
     if found.iter().all(|&difference| difference == 0.0) { Vec::new() } else { found }
 }
 
@@ -161,15 +161,15 @@ fn batches(
     receivers: &[ReceiverPoint],
     renderings: &[Rendering],
 ) -> Batches {
-    let (scene, layout) = (&map.header().scene, map.layout());
+    let (scene, filled, weights) = (&map.header().scene, filled(map, renderer), renderer.batch_weights());
     let edges: Vec<Vec<f64>> =
         (0..scene.sources.len()).flat_map(|source| borders(scene, renderer, source, receivers)).collect();
     Batches {
-        weight: filled(map).into_iter().map(|batch| layout.batch_weight(batch)).collect(),
+        weight: filled.iter().map(|&batch| weights[batch as usize]).collect(),
         bins: edges.first().map_or(0, |edges| edges.len() - 1),
         time_edges_s: edges.concat(),
-        energy: coarse(map, renderings, 0, |rendering| &rendering.batches),
-        kernel_difference: kernel_difference(map, renderings, 0),
+        energy: coarse(&filled, renderings, 0, |rendering| &rendering.batches),
+        kernel_difference: kernel_difference(&filled, renderings, 0),
     }
 }
 
@@ -185,10 +185,11 @@ fn directions(
     }
     let axes: Option<Vec<[f64; 3]>> =
         receivers.iter().map(|receiver| Some(renderer.lateral_axis(receiver)?.to_array())).collect();
+    let filled = filled(map, renderer);
     let lateral = |column: usize| Lateral {
         energy: echograms(renderer, renderings, column),
-        energy_batches: coarse(map, renderings, column, |rendering| &rendering.batches),
-        kernel_difference: kernel_difference(map, renderings, column),
+        energy_batches: coarse(&filled, renderings, column, |rendering| &rendering.batches),
+        kernel_difference: kernel_difference(&filled, renderings, column),
     };
     let axis = |index: usize| echograms(renderer, renderings, Columns::MOMENT + index);
     let [x, y, z] = [axis(0), axis(1), axis(2)];

@@ -74,7 +74,7 @@ pub struct Tracer<'a> {
     /// Classes of leads.
     leads: BandClasses,
     surroundings: Surroundings<'a>,
-    emissions: Emissions<'a>,
+    emissions: Emissions,
 }
 
 impl<'a> Tracer<'a> {

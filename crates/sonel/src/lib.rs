@@ -54,6 +54,7 @@ mod map;
 mod observer;
 #[doc(hidden)]
 pub mod plan;
+mod prepared;
 #[doc(hidden)]
 pub mod quantity;
 mod render;
@@ -72,7 +73,7 @@ pub use error::{Error, Result, with_options_spelled};
 pub use map::Map;
 pub use observer::{Observer, Severity, Silent};
 pub use render::{
-    Air, Axis, Change, ClassShare, Grid, GridCounts, PreparedRendering, RenderOptions, Rendered,
+    Air, Axis, Change, ClassShare, Grid, GridCounts, PreparedRendering, Refinement, RenderOptions, Rendered,
     VERSION as RENDERER_VERSION,
 };
 pub use response::{Parameters, Response, Surroundings};

@@ -10,22 +10,25 @@ use sonel_map::SonelMap;
 
 use crate::Result;
 use crate::error::At;
+use crate::prepared::Prepared;
 
 /// A sonel map: the paths of packets through a room, from which echograms at any receivers are rendered. It carries its scene.
 ///
-/// A map in a file is mapped into memory and may be larger than it. Several threads may render one map at once; its walls are made ready by
-/// the first and kept.
+/// A map in a file is mapped into memory and may be larger than it. Several threads may render one map at once. Its walls, image sources and
+/// tables are made ready by the first rendering and kept: another receiver costs only its own part.
 #[derive(Debug)]
 pub struct Map {
     map: SonelMap,
     /// What messages call it.
     label: String,
     geometry: OnceLock<Arc<Geometry>>,
+    /// What it was prepared with for renderings.
+    prepared: Prepared,
 }
 
 impl Map {
     pub(crate) fn of(map: SonelMap, label: String) -> Self {
-        Self { map, label, geometry: OnceLock::new() }
+        Self { map, label, geometry: OnceLock::new(), prepared: Prepared::default() }
     }
 
     /// Opens the map in a file of `sonel-trace` or [`Self::save`].
@@ -64,6 +67,10 @@ impl Map {
     #[must_use]
     pub fn label(&self) -> &str {
         &self.label
+    }
+
+    pub(crate) fn prepared(&self) -> &Prepared {
+        &self.prepared
     }
 
     /// The walls of its scene.

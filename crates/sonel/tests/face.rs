@@ -66,6 +66,71 @@ fn an_observer_stops_traces_and_renderings() {
     map.render(&[], &RenderOptions::default(), &Silent).expect("the map is as it was");
 }
 
+/// The refinement ends with the rendering of the whole map; what comes before are those of its first batches, with wider intervals.
+#[test]
+fn renderings_are_refined_up_to_the_whole_map() {
+    let map = room().trace(&options(4000), &Silent).expect("a map").map;
+    let refined: Vec<Response> = map
+        .refine(&[], &RenderOptions::default(), &Silent)
+        .map(|rendered| rendered.expect("a valid map").response)
+        .collect();
+    let with = |batches| {
+        let options = RenderOptions { batches, ..RenderOptions::default() };
+        map.render(&[], &options, &Silent).expect("a valid map").response
+    };
+    assert_eq!(map.refinement_steps(), [4, 8, 16, 32]);
+    let energy = |response: &Response| response.echograms().energy.clone();
+    assert_eq!(energy(&refined[3]), energy(&with(None)));
+    assert_eq!(refined[3].echograms().metadata, with(None).echograms().metadata);
+    for (step, batches) in [(0, 4), (1, 8), (2, 16)] {
+        let stored = refined[step].echograms().batches.as_ref().expect("batches");
+        assert_eq!(
+            (stored.weight.len(), energy(&refined[step])),
+            (batches as usize, energy(&with(Some(batches))))
+        );
+        assert!((stored.weight.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_ne!(energy(&refined[step]), energy(&refined[step + 1]));
+    }
+    let half_width = |response: &Response| response.parameters().array(Parameter::Level)[4].1;
+    assert!(half_width(&refined[0]) > half_width(&refined[3]));
+}
+
+#[test]
+fn batches_that_a_map_lacks_are_refused() {
+    let map = room().trace(&TraceOptions { batches: Some(5), ..options(200) }, &Silent).expect("a map").map;
+    for batches in [0, 6] {
+        let options = RenderOptions { batches: Some(batches), ..RenderOptions::default() };
+        let refused = map.render(&[], &options, &Silent).unwrap_err();
+        assert!(format!("{refused:#}").contains("5 batches"), "{refused}");
+        assert!(
+            map.refine(&[], &RenderOptions { bin: -1.0, ..options }, &Silent).count() == 1,
+            "the first error ends it"
+        );
+    }
+    assert_eq!(map.refinement_steps(), [2, 4, 5]);
+}
+
+/// Renderings of a map in other designs do not take one another's preparations.
+#[test]
+fn kept_preparations_are_those_of_their_options() {
+    let map = room().trace(&options(500), &Silent).expect("a map").map;
+    let again = || room().trace(&options(500), &Silent).expect("a map").map;
+    let set = |absorption: f64| {
+        let set = vec![Change::of("materials.walls.absorption", absorption.into()).expect("a change")];
+        RenderOptions { set, ..RenderOptions::default() }
+    };
+    let designs =
+        [RenderOptions::default(), set(0.25), RenderOptions { order: Some(1), ..set(0.25) }, set(0.35)];
+    for _ in 0..2 {
+        for options in &designs {
+            let render = |map: &Map| {
+                map.render(&[], options, &Silent).expect("a map").response.echograms().energy.clone()
+            };
+            assert_eq!(render(&map), render(&again()));
+        }
+    }
+}
+
 #[test]
 fn options_are_refused_by_their_fields() {
     let scene = room();

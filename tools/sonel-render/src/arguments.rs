@@ -78,6 +78,10 @@ pub struct Arguments {
     /// paper].
     #[arg(long, value_name = "M", value_parser = parse_rays, allow_negative_numbers = true)]
     pub rays: Option<u32>,
+    /// Render the first K batches of the map alone: a share of the time, wider intervals. Not with --plan, --until
+    /// [default: all].
+    #[arg(long, value_name = "K", allow_negative_numbers = true, conflicts_with_all = ["plan", "until"])]
+    pub batches: Option<u32>,
     /// Seed of the rendering [default: of the map].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
@@ -131,6 +135,7 @@ impl Arguments {
             estimator: self.estimator,
             diffraction: self.effects,
             order: self.order,
+            batches: self.batches,
             radius: self.radius,
             rays: self.rays,
             seed: self.seed,

@@ -21,7 +21,18 @@ const KEYWORDS: [(&str, &[&str]); 2] = [
     ),
     (
         "sonel-render",
-        &["grid", "bin", "estimator", "effects", "order", "radius", "rays", "directions", "materials"],
+        &[
+            "grid",
+            "bin",
+            "estimator",
+            "effects",
+            "order",
+            "batches",
+            "radius",
+            "rays",
+            "directions",
+            "materials",
+        ],
     ),
 ];
 

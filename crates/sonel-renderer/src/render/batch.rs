@@ -219,7 +219,7 @@ impl Renderer<'_> {
         fill: impl Fn(u32, &mut BatchEstimate) + Sync,
         progress: &mut dyn FnMut(f64),
     ) {
-        let count = self.emissions.batches.len() as u32;
+        let (count, weights) = (self.batches, self.batch_weights());
         let mut estimates: Vec<BatchEstimate> = (0..count.min(BATCHES_IN_FLIGHT))
             .map(|_| BatchEstimate::new(tile, self.bins.count, self.table.bands()))
             .collect();
@@ -230,7 +230,7 @@ impl Renderer<'_> {
                 fill(batch, estimate);
             });
             for (batch, estimate) in (first as usize..).zip(group) {
-                estimate.add_to(rendering, (batch, self.emissions.batches[batch].weight), tile, &self.bins);
+                estimate.add_to(rendering, (batch, weights[batch]), tile, &self.bins);
             }
             progress(f64::from(count.min(first + BATCHES_IN_FLIGHT)) / f64::from(count));
         }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use sonel_acoustics::Pattern;
 use sonel_map::{BandValues, Lanes, lanes_of, to_lanes};
 
-use super::Renderer;
+use super::{Preparation, Renderer};
 use crate::deposit::Deposits;
 use crate::directions::Axes;
 use crate::exact::direct::{DirectWay, direct_way, spread};
@@ -27,7 +27,7 @@ struct Emitted<'a> {
     /// Number of the air at the source.
     air: u32,
     radiator: Radiator<'a>,
-    image_sources: &'a ImageSources<'a>,
+    image_sources: &'a ImageSources,
     /// The edges and what they see of the source, where any diffract.
     over_edges: Option<(&'a Edges, &'a Images<'a>)>,
 }
@@ -87,7 +87,7 @@ impl<'a> Part<'a> {
         let length = length * self.air.stretch;
         self.arriving.set_times(energy, self.air.impedance);
         let energy = &self.arriving[..];
-        let Renderer { bins, table, .. } = self.renderer;
+        let Preparation { bins, table, .. } = &**self.renderer;
         let Some(bin) = bins.bin(length) else { return };
         let weights = self.axes.weights(0, towards).into_iter().flatten();
         for (column, weight) in std::iter::once(1.0).chain(weights).enumerate() {
@@ -112,7 +112,7 @@ impl Renderer<'_> {
         &self,
         rendering: &mut Rendering,
         (source, radiator): (usize, Radiator<'_>),
-        image_sources: &ImageSources<'_>,
+        image_sources: &ImageSources,
         receivers: &[PreparedReceiver],
         borders: &[Vec<f64>],
     ) {
@@ -228,21 +228,28 @@ impl Renderer<'_> {
         let air = self.airs.air(emitted.air);
         let reach = self.bins.reach / air.stretch;
         let mut energy = vec![Lanes::ZERO; lanes_of(self.table.bands())];
-        emitted.image_sources.visit(self.geometry, &self.table, at.receiver, reach, |found| {
-            let (rendered, directional);
-            let found = if at.sensitivity.pattern == Pattern::Omni {
-                found
-            } else {
-                let sensitivity = at.sensitivity.to(found.towards);
-                rendered = found.factor.iter().map(|&factor| factor * sensitivity).collect::<Vec<_>>();
-                let (mirrors, through) = (found.mirrors.clone(), found.through.clone());
-                directional = MirrorArrival { factor: &rendered, mirrors, through, ..*found };
-                &directional
-            };
-            energy.set_times(found.factor, spread(found.length));
-            air.table.attenuate(found.length, &mut energy);
-            visit(found, &energy);
-        });
+        emitted.image_sources.visit(
+            self.geometry,
+            &self.table,
+            emitted.radiator,
+            at.receiver,
+            reach,
+            |found| {
+                let (rendered, directional);
+                let found = if at.sensitivity.pattern == Pattern::Omni {
+                    found
+                } else {
+                    let sensitivity = at.sensitivity.to(found.towards);
+                    rendered = found.factor.iter().map(|&factor| factor * sensitivity).collect::<Vec<_>>();
+                    let (mirrors, through) = (found.mirrors.clone(), found.through.clone());
+                    directional = MirrorArrival { factor: &rendered, mirrors, through, ..*found };
+                    &directional
+                };
+                energy.set_times(found.factor, spread(found.length));
+                air.table.attenuate(found.length, &mut energy);
+                visit(found, &energy);
+            },
+        );
     }
 
     /// Visits direct sound, where nothing hides it.

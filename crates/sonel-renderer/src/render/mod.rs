@@ -12,6 +12,9 @@ mod paper_batch;
 mod specular;
 mod survey;
 
+use std::ops::Deref;
+use std::sync::{Arc, OnceLock};
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use sonel_geometry::Geometry;
@@ -45,10 +48,8 @@ pub const RAYS_IN_FLIGHT: u32 = 8192;
 /// map states.
 const MOST_AIR_NODES: usize = 1 << 22;
 
-/// A map made ready for rendering.
-pub struct Renderer<'a> {
-    pub(crate) map: &'a SonelMap,
-    pub(crate) geometry: &'a Geometry,
+/// What a rendering of a map needs besides the map, its walls and the receivers: for one choice of settings and materials, at any receivers.
+pub struct Preparation {
     pub(crate) settings: RenderSettings,
     pub(crate) bins: TimeBins,
     /// The airs of the scene.
@@ -61,15 +62,35 @@ pub struct Renderer<'a> {
     /// The edges in each air, where they diffract.
     pub(crate) edges: Vec<Edges>,
     pub(crate) normals: Vec<Vec3>,
-    pub(crate) emissions: Emissions<'a>,
+    pub(crate) emissions: Emissions,
     /// Largest K′.
     pub(crate) image_order: u32,
+    /// Image sources of each source, found when they are first asked for.
+    pub(crate) image_sources: Vec<OnceLock<ImageSources>>,
     /// What a part of the sonels of each source tells before anything is rendered.
     pub(crate) surveys: Vec<SonelSurvey>,
     /// Surfaces laid out and how rays gather on them; none where a forced estimator does without.
     pub(crate) gather: Option<(Vec<Sheet>, GatherSettings)>,
     /// The paper's own pass, where it is asked for: it stands for all classes but the direct sound.
     pub(crate) paper: Option<Paper>,
+}
+
+/// A map made ready for rendering.
+pub struct Renderer<'a> {
+    pub(crate) map: &'a SonelMap,
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) prepared: Arc<Preparation>,
+    /// Number of batches that are rendered, the first ones of the map.
+    pub(crate) batches: u32,
+}
+
+/// The preparation is part of the renderer; apart from it so that it outlives borrows of the map.
+impl Deref for Renderer<'_> {
+    type Target = Preparation;
+
+    fn deref(&self) -> &Preparation {
+        &self.prepared
+    }
 }
 
 /// Attenuation by the air that is asked for, per band [1/m].
@@ -128,8 +149,10 @@ impl<'a> Renderer<'a> {
         let (airs, least) = Airs::new((scene, &settings.air), &classes, (&attenuation, &carried), bins.reach);
         let table = map.coefficients(&classes);
         let has_lattice = settings.estimator == Estimator::Auto && lattice_room(geometry, &table).is_some();
-        let mut renderer = Self {
+        let sources = scene.sources.len();
+        let prepared = Preparation {
             image_order: if has_lattice { image_order(geometry, &table) } else { 0 },
+            image_sources: (0..sources).map(|_| OnceLock::new()).collect(),
             gather: settings.estimator.has_rays().then(|| {
                 (Sheet::all(geometry), gather_settings(&settings, (geometry, &table), traced, ray_reach))
             }),
@@ -142,13 +165,62 @@ impl<'a> Renderer<'a> {
             emissions: Emissions::of_map(map, geometry.center(), &classes),
             surveys: Vec::new(),
             classes,
-            map,
-            geometry,
             settings,
             bins,
         };
-        renderer.surveys = (0..scene.sources.len()).map(|source| renderer.survey(source)).collect();
+        let mut renderer = Self { map, geometry, prepared: Arc::new(prepared), batches: traced.batches };
+        let surveys = (0..sources).map(|source| renderer.survey(source)).collect();
+        Arc::get_mut(&mut renderer.prepared).expect("nobody else has it yet").surveys = surveys;
         Ok(renderer)
+    }
+
+    /// The renderer of the same `map` and `geometry` that `prepared` was made for.
+    #[must_use]
+    pub fn resume(map: &'a SonelMap, geometry: &'a Geometry, prepared: Arc<Preparation>) -> Self {
+        Self { map, geometry, prepared, batches: map.header().settings.batches }
+    }
+
+    /// What it was prepared with, for [`Self::resume`].
+    #[must_use]
+    pub fn preparation(&self) -> Arc<Preparation> {
+        Arc::clone(&self.prepared)
+    }
+
+    /// Renders the first `count` batches alone, as estimates of their own: quicker, with wider intervals.
+    ///
+    /// # Errors
+    /// [`RenderError::Settings`] where the map has fewer, or none is wanted.
+    pub fn with_batches(self, count: u32) -> Result<Self, RenderError> {
+        let all = self.map.header().settings.batches;
+        if count == 0 || count > all {
+            return Err(RenderError::Settings(format!("the map has {all} batches: give 1 … {all} of them")));
+        }
+        Ok(Self { batches: count, ..self })
+    }
+
+    /// Number of batches that are rendered.
+    #[must_use]
+    pub fn batches(&self) -> u32 {
+        self.batches
+    }
+
+    /// Weights of the rendered batches in their mean, N_g over the number of their emissions; their sum is 1.
+    #[must_use]
+    pub fn batch_weights(&self) -> Vec<f64> {
+        let rendered = &self.emissions.batches[..self.batches as usize];
+        let sum: f64 = rendered.iter().map(|batch| batch.weight).sum();
+        // Weights of a whole map are those that it states, bit for bit.
+        let whole = self.batches as usize == self.emissions.batches.len();
+        rendered.iter().map(|batch| if whole { batch.weight } else { batch.weight / sum }).collect()
+    }
+
+    /// Image sources of `source`.
+    fn image_sources(&self, source: usize) -> &ImageSources {
+        self.prepared.image_sources[source].get_or_init(|| {
+            let position = self.map.header().scene.sources[source].position - self.geometry.center();
+            let most = if self.enumerates_mirrors() { self.settings.mirror_order } else { Some(0) };
+            ImageSources::enumerate(self.geometry, &self.table, position, self.bins.reach, most)
+        })
     }
 
     /// The time bins.
@@ -253,14 +325,8 @@ impl<'a> Renderer<'a> {
         let prepared = self.prepare(source, receivers);
         let emitter = &self.map.header().scene.sources[source];
         let radiator = Radiator::new(emitter, self.geometry.center());
-        let image_sources = ImageSources::enumerate(
-            self.geometry,
-            &self.table,
-            radiator,
-            self.bins.reach,
-            if !self.enumerates_mirrors() { Some(0) } else { self.settings.mirror_order },
-        );
-        let (bands, batches) = (self.table.bands(), self.emissions.batches.len());
+        let image_sources = self.image_sources(source);
+        let (bands, batches) = (self.table.bands(), self.batches as usize);
         let mut rendering = Rendering::new(borders, axes(&prepared).columns(), &self.bins, bands, batches);
         rendering.mirror_order = image_sources.order();
         rendering.sphere_radius = prepared.iter().map(|receiver| receiver.balls.early_radius()).collect();
@@ -276,7 +342,7 @@ impl<'a> Renderer<'a> {
             self.add_batches(&mut rendering, (source, selection), &tile, done);
         }
         // Last: which edges matter depends on what else is heard.
-        self.add_deterministic(&mut rendering, (source, radiator), &image_sources, &prepared, borders);
+        self.add_deterministic(&mut rendering, (source, radiator), image_sources, &prepared, borders);
         progress(1.0);
         self.bound_unseen(&mut rendering, source, (&prepared, borders));
         Ok(rendering.spread(&self.classes))

@@ -12,9 +12,9 @@ use sonel_geometry::{Departure, End, Geometry};
 use sonel_map::{BandValues, CoefficientTable, Lanes};
 use sonel_sampling::{ScrambledSobol, warp};
 
+use crate::exact::mirror::Image;
 use crate::exact::mirror::lattice::ImageLattice;
 use crate::exact::mirror::tree::ImageTree;
-use crate::exact::mirror::{Image, Radiator};
 use crate::receiver::{PreparedReceiver, Sensitivity};
 use crate::stochastic::alias::AliasTable;
 use crate::stochastic::connection::{Arriving, ClassDeposits, DiffuseSonel};
@@ -46,7 +46,7 @@ pub(crate) struct ReceiverImages {
     inverse_probability: Vec<f64>,
     choice: AliasTable,
     /// Mirrors to be checked; none in an empty box, where every image in front of a surface is seen from it.
-    tree: Option<ImageTree<'static>>,
+    tree: Option<ImageTree>,
 }
 
 /// Whether the images of a receiver are few enough to be connected to.
@@ -85,16 +85,17 @@ impl ReceiverImages {
         if most == 0 {
             return None;
         }
-        let origin = Radiator::omni(receiver.exact);
         let (images, weights, tree) = match geometry.as_shoebox() {
             Some(room) => {
-                let lattice = ImageLattice::new(geometry, &room, table, origin, f64::INFINITY, Some(most));
+                let lattice =
+                    ImageLattice::new(geometry, &room, table, receiver.exact, f64::INFINITY, Some(most));
                 let images = lattice.images();
                 let weights = weights_without_visibility(geometry, &images, receiver.exact);
                 (images, weights, None)
             }
             None => {
-                let tree = ImageTree::new(geometry, table, (origin, End::Source), NODE_LIMIT, Some(most));
+                let tree =
+                    ImageTree::new(geometry, table, receiver.exact, End::Source, NODE_LIMIT, Some(most));
                 let images = tree.images(geometry, table);
                 let weights = pilot_weights(geometry, &tree, &images, receiver.exact);
                 (images, weights, Some(tree))
@@ -179,7 +180,7 @@ fn mirrored_energy(image: &Image) -> f64 {
 }
 
 /// What an image brings as seen by rays from the receiver, with a share of [`weights_without_visibility`].
-fn pilot_weights(geometry: &Geometry, tree: &ImageTree<'_>, images: &[Image], receiver: DVec3) -> Vec<f64> {
+fn pilot_weights(geometry: &Geometry, tree: &ImageTree, images: &[Image], receiver: DVec3) -> Vec<f64> {
     let mut seen = vec![0.0; images.len()];
     let directions = ScrambledSobol::numbered(0, 0, 0);
     for ray in 0..PILOT_RAYS {

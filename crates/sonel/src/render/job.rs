@@ -14,6 +14,7 @@ use sonel_study::response;
 use crate::Result;
 use crate::error::At;
 use crate::observer::Watch;
+use crate::prepared::Prepared;
 use crate::version::version;
 
 /// Version of the renderer, as responses state it.
@@ -27,6 +28,10 @@ pub(super) struct Job<'a> {
     pub geometry: &'a Arc<Geometry>,
     /// What names the map in messages.
     pub label: &'a str,
+    /// What the map was prepared with before.
+    pub prepared: &'a Prepared,
+    /// Number of batches; by default all.
+    pub batches: Option<u32>,
     /// Where.
     pub receivers: &'a [ReceiverPoint],
     /// Who follows.
@@ -55,9 +60,14 @@ impl<'a> Job<'a> {
     /// Renders with `settings`.
     pub(super) fn render(&self, settings: RenderSettings) -> Result<Run<'a>> {
         const STEP: &str = "rendering";
-        let Self { map, geometry, label, receivers, watch } = *self;
+        let Self { map, geometry, label, receivers, watch, .. } = *self;
         let begin = watch.seconds().1;
-        let renderer = Renderer::new(map, geometry, settings.clone()).at(|| label.to_owned())?;
+        let renderer = self.prepared.renderer(map, geometry, &settings);
+        let renderer = renderer.and_then(|renderer| match self.batches {
+            Some(count) => renderer.with_batches(count),
+            None => Ok(renderer),
+        });
+        let renderer = renderer.at(|| label.to_owned())?;
         let opened = watch.seconds();
         let sources = map.header().scene.sources.len() as f64;
         let renderings = response::render(map, &renderer, receivers, &mut |source, share| {
@@ -100,6 +110,9 @@ impl Run<'_> {
         });
         if let Some(volume) = self.renderer.volume() {
             metadata["volume_m3"] = volume.into();
+        }
+        if self.renderer.batches() < header.settings.batches {
+            metadata["options"]["batches"] = self.renderer.batches().into();
         }
         if self.settings.directions {
             metadata["options"]["directions"] = true.into();

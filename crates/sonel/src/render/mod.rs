@@ -5,6 +5,7 @@ mod grid;
 mod job;
 mod options;
 mod planning;
+mod refinement;
 mod remedy;
 mod until;
 
@@ -20,6 +21,7 @@ use sonel_study::plan::Plan;
 
 use crate::error::At;
 use crate::observer::{Observer, Watch, watched};
+use crate::prepared::Prepared;
 use crate::response::{Response, Surroundings};
 use crate::{Error, Map, Result};
 
@@ -30,6 +32,7 @@ pub use change::Change;
 pub use grid::{Axis, Grid, GridCounts};
 pub use job::VERSION;
 pub use options::{Air, RenderOptions};
+pub use refinement::Refinement;
 
 /// A response and what is to be said of it.
 #[derive(Debug)]
@@ -149,6 +152,7 @@ impl Map {
             let opened = watch.seconds().1;
             Ok(PreparedRendering {
                 label,
+                prepared: self.prepared(),
                 options,
                 map,
                 geometry,
@@ -209,6 +213,7 @@ struct Changed<'a> {
 /// A rendering about which everything is decided.
 pub struct PreparedRendering<'a> {
     label: &'a str,
+    prepared: &'a Prepared,
     options: &'a RenderOptions,
     map: Cow<'a, SonelMap>,
     geometry: Arc<Geometry>,
@@ -233,8 +238,8 @@ impl PreparedRendering<'_> {
     }
 
     fn job<'b>(&'b self, watch: Watch<'b>) -> Job<'b> {
-        let Self { label, map, geometry, receivers, .. } = self;
-        Job { map, geometry, label, receivers, watch }
+        let Self { label, prepared, map, geometry, receivers, options, .. } = self;
+        Job { map, geometry, label, prepared, batches: options.batches, receivers, watch }
     }
 
     /// Predicts cost and intervals of renderings for several accuracies.

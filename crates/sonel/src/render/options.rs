@@ -21,6 +21,8 @@ pub struct RenderOptions {
     pub diffraction: bool,
     /// Highest order of image sources; by default from the room.
     pub order: Option<u32>,
+    /// Number of batches that are rendered, the first ones of the map; by default all. A share of the time, and wider intervals.
+    pub batches: Option<u32>,
     /// Radius of the discs in which visibility rays gather [m]; by default from room and number of packets.
     pub radius: Option<f64>,
     /// Visibility rays per receiver, at least 1; by default a quarter as many as packets. With `until` the maximum.
@@ -70,6 +72,7 @@ impl Default for RenderOptions {
             estimator,
             diffraction: true,
             order: None,
+            batches: None,
             radius: None,
             rays: None,
             seed: None,
@@ -99,6 +102,8 @@ impl RenderOptions {
             (self.rays == Some(0)).then(|| "`rays` 0 gather nothing: give at least 1".to_owned()),
             (self.until.is_some() && self.shard.is_some())
                 .then(|| "`until` and `shard` cannot be combined".to_owned()),
+            (self.until.is_some() && self.batches.is_some())
+                .then(|| "`until` adds rays to whole maps: leave `batches` out".to_owned()),
         ];
         let problems: Vec<String> = problems.into_iter().flatten().collect();
         if problems.is_empty() { Ok(()) } else { Err(Error::Options(problems)) }

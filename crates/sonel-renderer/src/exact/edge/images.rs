@@ -64,7 +64,7 @@ type Views = HashMap<(usize, usize), Arc<Vec<View>>>;
 
 /// All images of one end.
 pub(crate) struct Images<'t> {
-    tree: Option<&'t ImageTree<'t>>,
+    tree: Option<&'t ImageTree>,
     /// The end first, then by order.
     pub(super) all: Vec<Image>,
     /// Up to which order they are complete.
@@ -117,7 +117,7 @@ impl<'t> Images<'t> {
         geometry: &Geometry,
         table: &CoefficientTable,
         [place, displaced]: [DVec3; 2],
-        (tree, order): (Option<&'t ImageTree<'t>>, u32),
+        (tree, order): (Option<&'t ImageTree>, u32),
     ) -> Self {
         let mut all = vec![Image {
             mirrors: Vec::new(),

@@ -154,7 +154,7 @@ impl Edges {
         geometry: &Geometry,
         table: &CoefficientTable,
         source: DVec3,
-        image_sources: &'t ImageSources<'t>,
+        image_sources: &'t ImageSources,
     ) -> Images<'t> {
         let tree = match image_sources {
             ImageSources::Tree(tree) => Some(tree),
@@ -174,9 +174,9 @@ impl Edges {
         visible: &mut [VisibleWave],
         others: &[f64],
     ) -> EdgeSound {
-        let (listener, budget) = (Radiator::omni(at.receiver), images::most_images(self.all.len()));
+        let budget = images::most_images(self.all.len());
         let tree =
-            ImageTree::new(at.geometry, at.table, (listener, End::Receiver), budget, Some(from.order()));
+            ImageTree::new(at.geometry, at.table, at.receiver, End::Receiver, budget, Some(from.order()));
         let places = [at.receiver, at.geometry.in_general_position(at.receiver, End::Receiver)];
         let to = Images::new(self, at.geometry, at.table, places, (Some(&tree), tree.order()));
         let same_place = SAME_PLACE * f64::from(at.geometry.resolution());

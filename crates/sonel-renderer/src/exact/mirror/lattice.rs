@@ -14,10 +14,9 @@ const NEGLIGIBLE_FACTOR: f64 = 1e-8;
 
 /// Images along the three axes; the image (i, j, k) is their combination.
 #[derive(Debug)]
-pub(crate) struct ImageLattice<'a> {
+pub(crate) struct ImageLattice {
     order: u32,
     axes: [Vec<AxisImage>; 3],
-    radiator: Radiator<'a>,
     lanes: usize,
 }
 
@@ -34,14 +33,14 @@ struct AxisImage {
     factor: Vec<Lanes>,
 }
 
-impl<'a> ImageLattice<'a> {
-    /// The lattice of `radiator` in `room`, up to the order that carries energy within `reach` [m].
+impl ImageLattice {
+    /// The lattice of a source at `position` (about the scene's centre [m]) in `room`, up to the order that carries energy within `reach` [m].
     #[must_use]
     pub(crate) fn new(
         geometry: &Geometry,
         room: &Shoebox,
         table: &CoefficientTable,
-        radiator: Radiator<'a>,
+        position: DVec3,
         reach: f64,
         most: Option<u32>,
     ) -> Self {
@@ -52,13 +51,13 @@ impl<'a> ImageLattice<'a> {
         let axis = |axis: usize| {
             axis_images(
                 order,
-                radiator.position[axis],
+                position[axis],
                 [low[axis], high[axis]],
                 [walls[2 * axis], walls[2 * axis + 1]],
             )
         };
         let axes = [axis(0), axis(1), axis(2)];
-        Self { order, axes, radiator, lanes: lanes_of(table.bands()) }
+        Self { order, axes, lanes: lanes_of(table.bands()) }
     }
 
     /// K.
@@ -92,8 +91,14 @@ impl<'a> ImageLattice<'a> {
         images
     }
 
-    /// Visits all images within `reach` [m] of `receiver`.
-    pub(crate) fn visit(&self, receiver: DVec3, reach: f64, mut found: impl FnMut(&MirrorArrival<'_>)) {
+    /// Visits all images of `radiator`, which is at the position of the lattice, within `reach` [m] of `receiver`.
+    pub(crate) fn visit(
+        &self,
+        radiator: Radiator<'_>,
+        receiver: DVec3,
+        reach: f64,
+        mut found: impl FnMut(&MirrorArrival<'_>),
+    ) {
         let [xs, ys, zs] = &self.axes;
         let (mut plane, mut factor) = (vec![Lanes::ZERO; self.lanes], vec![Lanes::ZERO; self.lanes]);
         for x in xs {
@@ -112,7 +117,7 @@ impl<'a> ImageLattice<'a> {
                     }
                     let leaving = -offset * DVec3::new(x.sign, y.sign, z.sign);
                     factor.set_product(&plane, &z.factor, 1.0);
-                    self.radiator.towards(leaving).weigh(&mut factor);
+                    radiator.towards(leaving).weigh(&mut factor);
                     let towards = offset / length;
                     found(&MirrorArrival {
                         length,

@@ -57,11 +57,11 @@ pub(crate) struct Image {
 
 /// All image-source paths of one source.
 #[derive(Debug)]
-pub(crate) enum ImageSources<'a> {
+pub(crate) enum ImageSources {
     /// Images of an empty box.
-    Lattice(ImageLattice<'a>),
+    Lattice(ImageLattice),
     /// Images of any geometry.
-    Tree(ImageTree<'a>),
+    Tree(ImageTree),
 }
 
 /// Where and how a source radiates.
@@ -80,12 +80,6 @@ impl<'a> Radiator<'a> {
     #[must_use]
     pub(crate) fn new(source: &'a Source, center: DVec3) -> Self {
         Self { position: source.position - center, directivity: &source.directivity, aim: source.aim }
-    }
-
-    /// One that radiates alike in all directions, at `position` about the scene's centre [m].
-    #[must_use]
-    pub(crate) fn omni(position: DVec3) -> Radiator<'static> {
-        Radiator { position, directivity: &Directivity::OMNI, aim: DVec3::X }
     }
 
     /// Directivity factors in the direction of `offset` [m].
@@ -110,21 +104,21 @@ pub(crate) fn lattice_room(geometry: &Geometry, table: &CoefficientTable) -> Opt
     geometry.as_shoebox().filter(|_| !table.is_angular())
 }
 
-impl<'a> ImageSources<'a> {
-    /// Enumerates the image-source paths of `radiator` up to paths of `reach` [m]; `most` limits K below what is affordable.
+impl ImageSources {
+    /// Enumerates the image-source paths of a source at `position` (about the scene's centre [m]) up to paths of `reach` [m]; `most` limits K below what is affordable.
     #[must_use]
     pub(crate) fn enumerate(
         geometry: &Geometry,
         table: &CoefficientTable,
-        radiator: Radiator<'a>,
+        position: DVec3,
         reach: f64,
         most: Option<u32>,
     ) -> Self {
         match lattice_room(geometry, table) {
-            Some(room) => Self::Lattice(ImageLattice::new(geometry, &room, table, radiator, reach, most)),
+            Some(room) => Self::Lattice(ImageLattice::new(geometry, &room, table, position, reach, most)),
             None => {
                 let budget = if most.is_some() { ASKED_NODE_LIMIT } else { NODE_LIMIT };
-                Self::Tree(ImageTree::new(geometry, table, (radiator, End::Source), budget, most))
+                Self::Tree(ImageTree::new(geometry, table, position, End::Source, budget, most))
             }
         }
     }
@@ -138,18 +132,19 @@ impl<'a> ImageSources<'a> {
         }
     }
 
-    /// Visits the image-source paths that reach `receiver` (about the scene's centre [m]) within the simulated path length.
+    /// Visits the image-source paths of `radiator`, the source, that reach `receiver` (about the scene's centre [m]) within the simulated path length.
     pub(crate) fn visit(
         &self,
         geometry: &Geometry,
         table: &CoefficientTable,
+        radiator: Radiator<'_>,
         receiver: DVec3,
         reach: f64,
         mut found: impl FnMut(&MirrorArrival<'_>),
     ) {
         match self {
-            Self::Lattice(lattice) => lattice.visit(receiver, reach, found),
-            Self::Tree(tree) => tree.visit(geometry, table, receiver, |arrival| {
+            Self::Lattice(lattice) => lattice.visit(radiator, receiver, reach, found),
+            Self::Tree(tree) => tree.visit(radiator, geometry, table, receiver, |arrival| {
                 if arrival.length <= reach {
                     found(arrival);
                 }

@@ -34,15 +34,16 @@ const TOUCHING: f64 = 1e-3;
 
 /// Image sources up to the order K that fits the budget.
 #[derive(Debug)]
-pub(crate) struct ImageTree<'a> {
+pub(crate) struct ImageTree {
     order: u32,
     nodes: Vec<Node>,
     /// Inward normals of the beams' sides.
     sides: Vec<DVec3>,
     /// The node that follows another over a mirror.
     children: HashMap<(Option<u32>, Mirror), u32>,
-    radiator: Radiator<'a>,
-    /// The radiator's position in general position, of which the nodes are images.
+    /// Position of the source, or of another end of ways, about the scene's centre [m].
+    position: DVec3,
+    /// That position in general position, of which the nodes are images.
     origin: DVec3,
     lanes: usize,
     /// How far partitions may shift a way out of its beam [m].
@@ -93,13 +94,14 @@ struct Grown {
     index: Option<u32>,
 }
 
-impl<'t> ImageTree<'t> {
-    /// Grows the tree of the radiator at an end of ways order by order while it fits `budget` nodes, up to order `most`.
+impl ImageTree {
+    /// Grows the tree of an `end` of ways at `position` (about the scene's centre [m]) order by order while it fits `budget` nodes, up to order `most`.
     #[must_use]
     pub(crate) fn new(
         geometry: &Geometry,
         table: &CoefficientTable,
-        (radiator, end): (Radiator<'t>, End),
+        position: DVec3,
+        end: End,
         budget: usize,
         most: Option<u32>,
     ) -> Self {
@@ -110,19 +112,14 @@ impl<'t> ImageTree<'t> {
             nodes: Vec::new(),
             sides: Vec::new(),
             children: HashMap::new(),
-            radiator,
-            origin: geometry.in_general_position(radiator.position, end),
+            position,
+            origin: geometry.in_general_position(position, end),
             lanes: lanes_of(table.bands()),
             slack: SHIFTS * thickest(geometry, table),
         };
         let source = Beam::new(tree.origin, &[]);
-        let mut last_order = vec![Grown {
-            beam: source,
-            of_radiator: radiator.position,
-            last: None,
-            parent: None,
-            index: None,
-        }];
+        let mut last_order =
+            vec![Grown { beam: source, of_radiator: position, last: None, parent: None, index: None }];
         while tree.order < most {
             let Some(mut next) = grow(geometry, &facets, &last_order, budget - tree.nodes.len()) else {
                 break;
@@ -165,9 +162,10 @@ impl<'t> ImageTree<'t> {
         self.order
     }
 
-    /// Visits the image-source paths that reach `receiver`.
+    /// Visits the image-source paths of `radiator`, which is at the position of the tree, that reach `receiver`.
     pub(crate) fn visit(
         &self,
+        radiator: Radiator<'_>,
         geometry: &Geometry,
         table: &CoefficientTable,
         receiver: DVec3,
@@ -188,7 +186,7 @@ impl<'t> ImageTree<'t> {
             self.mirror(table, node, offset, &mut factor);
             let passed = Partitions::from(sight);
             passed.attenuate(geometry, table, &mut factor);
-            self.radiator.towards(leaving).weigh(&mut factor);
+            radiator.towards(leaving).weigh(&mut factor);
             let in_air = offset.length();
             let length = in_air + passed.thickness();
             // Sound spreads in the air alone.
@@ -306,8 +304,7 @@ impl<'t> ImageTree<'t> {
     /// The longest chain along which the mirror path from the origin in `direction` runs, and all its beginnings: image
     /// numbers in ascending order of reflections.
     pub(crate) fn follow(&self, geometry: &Geometry, direction: DVec3, mut found: impl FnMut(usize)) {
-        let (mut departure, mut direction) =
-            (Departure::free(self.radiator.position.as_vec3()), direction.as_vec3());
+        let (mut departure, mut direction) = (Departure::free(self.position.as_vec3()), direction.as_vec3());
         let mut parent = None;
         for _ in 0..self.order {
             let Some(hit) = geometry.closest_hit(departure, direction) else { return };

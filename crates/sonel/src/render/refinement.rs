@@ -1,0 +1,55 @@
+//! Renderings of a map that become more certain.
+
+use sonel_renderer::ReceiverPoint;
+
+use super::{RenderOptions, Rendered};
+use crate::{Map, Observer, Result};
+
+/// The first rendering has this part of the batches: four of 32, whose spread gives an interval.
+const FIRST: u32 = 8;
+
+/// Renderings of the same receivers, each of twice the batches of the one before: the first after an eighth of the time, the last that of
+/// the whole map. Together they take not quite twice the time of the last.
+pub struct Refinement<'a> {
+    map: &'a Map,
+    receivers: Vec<ReceiverPoint>,
+    options: RenderOptions,
+    observer: &'a dyn Observer,
+    /// Batches of the renderings to come.
+    steps: std::vec::IntoIter<u32>,
+}
+
+impl Map {
+    /// Renders as [`Self::render`] does, first with few batches of the map, at last with all. Each rendering has its intervals and is that
+    /// with this number of [`RenderOptions::batches`]. The observer may stop between and within renderings.
+    pub fn refine<'a>(
+        &'a self,
+        receivers: &[ReceiverPoint],
+        options: &RenderOptions,
+        observer: &'a dyn Observer,
+    ) -> Refinement<'a> {
+        let steps = self.refinement_steps().into_iter();
+        Refinement { map: self, receivers: receivers.to_vec(), options: options.clone(), observer, steps }
+    }
+
+    /// Numbers of batches of a [`Refinement`], ascending.
+    #[must_use]
+    pub fn refinement_steps(&self) -> Vec<u32> {
+        let all = self.sonels().header().settings.batches;
+        let first = all.div_ceil(FIRST).clamp(2.min(all), all);
+        std::iter::successors(Some(first), |&count| (count < all).then(|| (2 * count).min(all))).collect()
+    }
+}
+
+impl Iterator for Refinement<'_> {
+    type Item = Result<Rendered>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let options = RenderOptions { batches: Some(self.steps.next()?), ..self.options.clone() };
+        let rendered = self.map.render(&self.receivers, &options, self.observer);
+        if rendered.is_err() {
+            self.steps = Vec::new().into_iter();
+        }
+        Some(rendered)
+    }
+}
