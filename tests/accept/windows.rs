@@ -11,6 +11,10 @@ const SEEDS: u64 = 100;
 const PLACES: [([f64; 3], f64); 3] =
     [([16.0, 2.5, 1.5], 0.6), ([46.0, 2.5, 1.5], 1.4), ([58.0, 2.5, 1.5], 1.4)];
 
+/// Deviation that is left to rounding of the judge's settings [dB].
+const ROUNDED: f64 = 0.03;
+/// Deviation where spheres reach across borders of beams [dB].
+const SHARP_BEAMS: f64 = 0.2;
 /// Half-widths, in 1.96 standard deviations, at most.
 const WIDEST: f64 = 1.5;
 
@@ -25,7 +29,8 @@ fn levels(room: RoomWithWindow, emissions: u64, seed: u64) -> Vec<(f64, [f64; 2]
     parameters(&traced.respond(RenderSettings::default())).iter().map(read).collect()
 }
 
-fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
+/// `off` is a known deviation [dB] that is allowed beside the noise of the judge.
+fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize, off: f64) {
     let runs: Vec<_> = (1..=SEEDS).map(|seed| levels(room, emissions, seed)).collect();
     let mut wrong = Vec::new();
     for (index, (place, radius)) in PLACES.into_iter().enumerate() {
@@ -49,7 +54,7 @@ fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
         let bias = (mean - judge).abs();
         // What no packet brought may only be bounded: there intervals hold more often than 19 times of 20, and are wider than the spread.
         let too_wide = width > WIDEST * 1.96 * sd;
-        if bias > 3.0 * error + 0.03 || covered(1.0) < 0.90 || covered(0.5) > 0.9 || too_wide {
+        if bias > 3.0 * error + off || covered(1.0) < 0.90 || covered(0.5) > 0.9 || too_wide {
             wrong.push(format!(
                 "{place:?}: {bias:.3} dB off, coverage {}, half-width {width:.3}",
                 covered(1.0)
@@ -63,24 +68,25 @@ fn check(name: &str, room: RoomWithWindow, emissions: u64, rays: usize) {
 fn a_window_wall_is_heard_outside_as_loud_as_it_is() {
     let room =
         RoomWithWindow { corners: [[0.1, 0.1], [4.9, 2.9]], transmission: Some(0.01), scattering: 0.5 };
-    check("wall", room, 20_000, 4_000_000);
+    check("wall", room, 20_000, 4_000_000, ROUNDED);
 }
 
 #[test]
 fn a_small_window_is_heard_outside_as_loud_as_it_is() {
     let room =
         RoomWithWindow { corners: [[1.5, 0.75], [3.0, 2.25]], transmission: Some(1e-3), scattering: 0.3 };
-    check("small window", room, 20_000, 6_000_000);
+    check("small window", room, 20_000, 6_000_000, ROUNDED);
 }
 
 #[test]
 fn an_opening_is_heard_outside_as_loud_as_it_is() {
     let room = RoomWithWindow { corners: [[1.5, 0.75], [3.0, 2.25]], transmission: None, scattering: 0.3 };
-    check("opening", room, 20_000, 6_000_000);
+    check("opening", room, 20_000, 6_000_000, ROUNDED);
 }
 
+/// All sound outside comes in beams with sharp borders there, and spheres bring the mean over their width: 0.15 dB at 16 m (docs/physics.md §4).
 #[test]
-fn an_opening_between_smooth_walls_is_heard_outside_as_loud_as_it_is() {
+fn an_opening_between_smooth_walls_is_heard_outside_within_a_fifth_of_a_decibel() {
     let room = RoomWithWindow { corners: [[1.5, 0.75], [3.0, 2.25]], transmission: None, scattering: 0.0 };
-    check("opening, s = 0", room, 20_000, 320_000);
+    check("opening, s = 0", room, 20_000, 320_000, SHARP_BEAMS);
 }
