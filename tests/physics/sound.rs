@@ -1,11 +1,19 @@
 //! Impulse responses have the energies of their echogram: exact arrivals alone, and noise in the mean over realisations.
 
+use glam::{DVec3, dvec3};
 use rayon::prelude::*;
+use sonel_acoustics::{Bands, Material};
 use sonel_analysis::{Parameter, ParameterValue, parameters};
 use sonel_echogram::{Arrivals, Response};
+use sonel_geometry::Mesh;
+use sonel_map::Settings;
+use sonel_renderer::RenderSettings;
+use sonel_scene::Scene;
 use sonel_sound::Synthesizer;
 use sonel_testkit::exponential::ExponentialDecay;
+use sonel_testkit::uniform::Uniform;
 use sonel_tests::octaves::{Filter, measured};
+use sonel_tests::{Traced, meshes};
 
 use crate::REALISATIONS;
 
@@ -162,4 +170,54 @@ fn realisations_have_the_levels_times_and_spreads_of_the_echogram() {
 fn realisations_of_longer_decays_are_told_from_it() {
     let found = problems(&realisations(&decaying(1.1), &decaying(1.0), None), true);
     assert!(found.iter().any(|problem| problem.contains("T30")), "{found:#?}");
+}
+
+/// A room of `size` [m] with `boxes` on its floor, rendered at `receivers` [m] with edges.
+fn furnished(size: [f64; 3], boxes: &[[DVec3; 2]], source: [f64; 3], receivers: &[[f64; 3]]) -> Response {
+    let mut mesh = Mesh::shoebox(size, [0; 6]);
+    for &[low, high] in boxes {
+        meshes::add_box(&mut mesh, 0, low, high);
+    }
+    let material = Material::uniform("all", 0.3, 0.1, Bands::octaves().count());
+    let scene = Scene::from_parts(mesh, vec![material], Bands::octaves(), 0.3).with_source("source", source);
+    let scene = receivers
+        .iter()
+        .enumerate()
+        .fold(scene, |scene, (index, &at)| scene.with_receiver(&format!("{index}"), at));
+    let settings = Settings { emissions: 200, ..Settings::default() };
+    let sound = RenderSettings { rays: Some(256), ..RenderSettings::default() };
+    Traced::diffracting(scene, settings).respond(sound)
+}
+
+/// Of a bin with a strong arrival the weak ones beside it are what rounding leaves: no reason to give no impulse response.
+#[test]
+fn furnished_rooms_have_impulse_responses() {
+    let heard = |response: &Response| {
+        let synthesizer = Synthesizer::new(response, Some(50.0), 1);
+        (0..response.receivers())
+            .map(|r| synthesizer.impulse_response(0, r).map(drop))
+            .collect::<Result<Vec<()>, _>>()
+    };
+    let boxes = [
+        [dvec3(2.35, 1.42, 0.0), dvec3(2.77, 2.61, 0.46)],
+        [dvec3(2.49, 0.3, 0.0), dvec3(3.45, 1.42, 0.98)],
+        [dvec3(2.14, 0.47, 0.0), dvec3(2.62, 1.23, 1.72)],
+    ];
+    let room = furnished([6.29, 4.29, 3.04], &boxes, [1.79, 0.94, 1.04], &[[5.49, 0.85, 2.65]]);
+    assert!(heard(&room).is_ok(), "{:?}", heard(&room));
+    for seed in 0..3 {
+        let mut numbers = Uniform::new(seed);
+        let mut between = |low, high| numbers.between(low, high);
+        let boxes: Vec<[DVec3; 2]> = (0..3_u32)
+            .map(|number| {
+                let low = dvec3(between(0.2, 1.0) + 1.6 * f64::from(number), between(0.2, 2.0), 0.0);
+                [low, low + dvec3(between(0.2, 0.6), between(0.4, 1.2), between(0.4, 1.8))]
+            })
+            .collect();
+        let receivers: Vec<[f64; 3]> =
+            (0..6).map(|_| [between(0.3, 5.8), between(3.4, 3.8), between(1.0, 2.4)]).collect();
+        let room =
+            furnished([6.1, 4.0, 3.0], &boxes, [between(0.5, 5.5), between(3.3, 3.7), 2.6], &receivers);
+        assert!(heard(&room).is_ok(), "{seed}: {:?}", heard(&room));
+    }
 }

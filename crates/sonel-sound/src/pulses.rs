@@ -18,7 +18,7 @@ use crate::{SAMPLE_RATE_HZ, SoundError, ambisonics};
 const RATE: f64 = SAMPLE_RATE_HZ as f64;
 /// Squared amplitude of a pulse for a fluence of 1/m²: 4π, so that direct sound is 1/r.
 const PRESSURE_OF_FLUENCE: f64 = 4.0 * std::f64::consts::PI;
-/// Sums in another order differ by less than this.
+/// Sums in another order differ by less than this part of all that they sum.
 const ROUNDING: f64 = 1e-9;
 
 /// Pulses of one source at one receiver.
@@ -57,11 +57,17 @@ impl Pulses {
     ) -> Result<Self, SoundError> {
         let mut signs = stream(response, (s, r), seed, Purpose::Pulse);
         let mut pulses = Self::default();
-        let mut rest: Vec<Vec<f64>> =
-            (0..response.bands()).map(|band| response.echogram(s, r, band).to_vec()).collect();
+        let echograms: Vec<&[f64]> =
+            (0..response.bands()).map(|band| response.echogram(s, r, band)).collect();
+        let mut rest: Vec<Vec<f64>> = echograms.iter().map(|echogram| echogram.to_vec()).collect();
         let mut moment = moments(response, (s, r));
         let mut directions = stream(response, (s, r), seed, Purpose::PulseDirection);
         pulses.add_arrivals(response, (s, r), (&mut rest, &mut moment), &mut signs)?;
+        // What rounding leaves of a bin is no sound.
+        for (rest, echogram) in rest.iter_mut().zip(&echograms) {
+            let pairs = rest.iter_mut().zip(*echogram);
+            pairs.filter(|(rest, whole)| **rest < ROUNDING * **whole).for_each(|(rest, _)| *rest = 0.0);
+        }
         let direct = response.direct_time(s, r);
         for (bin, edges) in response.time_edges_s.windows(2).enumerate() {
             let energy: Vec<f64> = rest.iter().map(|band| band[bin]).collect();
@@ -99,14 +105,12 @@ impl Pulses {
                 continue;
             }
             let (time, energy) = (arrivals.time_s[a], &arrivals.energy[a * bands..(a + 1) * bands]);
-            let bin = bin_holding(response, time, energy, rest).ok_or_else(|| {
+            let bin = bin_holding(response, (s, r), time, energy, rest).ok_or_else(|| {
                 let receiver = response.receiver_names[r].clone();
                 SoundError::ArrivalWithoutEnergy { receiver, time_s: time }
             })?;
             for (band, energy) in rest.iter_mut().zip(energy) {
-                let left = band[bin] - energy;
-                // What rounding leaves is no sound.
-                band[bin] = if left > ROUNDING * energy { left } else { 0.0 };
+                band[bin] -= energy;
             }
             let sign = if arrivals.order[a] == 0 { 1.0 } else { random_sign(stream) };
             self.push(time, energy.iter().copied(), sign);
@@ -151,14 +155,24 @@ fn random_sign(stream: &mut Stream) -> f64 {
 }
 
 /// The bin of an arrival: that of its time or, at a border, the neighbour it was rounded to; the one that holds its energy.
-fn bin_holding(response: &Response, time: f64, energy: &[f64], rest: &[Vec<f64>]) -> Option<usize> {
+fn bin_holding(
+    response: &Response,
+    (s, r): (usize, usize),
+    time: f64,
+    energy: &[f64],
+    rest: &[Vec<f64>],
+) -> Option<usize> {
     let edges = &response.time_edges_s;
     let candidates = [time, time * (1.0 - ROUNDING), time * (1.0 + ROUNDING)];
     let bins = candidates.map(|time| edges.partition_point(|edge| *edge <= time).saturating_sub(1));
+    // Of a bin with a strong arrival the others leave what rounding makes of all of it.
     let holds = |bin: &usize| {
-        rest.iter()
-            .zip(energy)
-            .all(|(band, energy)| band.get(*bin).is_some_and(|held| *held >= energy * (1.0 - ROUNDING)))
+        let bands = rest.iter().enumerate().zip(energy);
+        bands
+            .map(|((band, rest), energy)| (rest.get(*bin), response.echogram(s, r, band).get(*bin), energy))
+            .all(|(rest, whole, energy)| {
+                rest.zip(whole).is_some_and(|(rest, whole)| rest + ROUNDING * whole >= *energy)
+            })
     };
     bins.into_iter().find(holds)
 }
