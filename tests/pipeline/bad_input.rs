@@ -119,3 +119,50 @@ fn a_pipe_is_no_map() {
     folder.pipe("pipe");
     assert!(complaint(render(&folder, "pipe", "a.npz", &[])).contains("not a regular file"));
 }
+
+/// Every file that an option reads, as the output: whatever the reason, it is refused and the file stays as it was.
+#[test]
+fn no_output_replaces_what_an_option_reads() {
+    let folder = test_folder();
+    trace(&folder, "b.sonelmap", &["--packets", "100"]).unwrap();
+    folder.write("seats.csv", "name,x,y,z\na,2,2,1\n");
+    folder.write("felt.toml", "[materials.walls]\nabsorption = 0.5\n");
+    folder.write("source.csv", "azimuth,polar\n");
+    let path = |name: &str| folder.path(name).display().to_string();
+    let set = format!("sources.speaker.directivity={}", path("source.csv"));
+    let [map, seats, felt] = ["b.sonelmap", "seats.csv", "felt.toml"].map(path);
+    let traced: [(&str, &[&str]); 2] = [("b.sonelmap", &["--decision", &map]), ("scene.toml", &[])];
+    let rendered: [(&str, &[&str]); 4] = [
+        ("b.sonelmap", &[]),
+        ("seats.csv", &["--receivers", &seats]),
+        ("felt.toml", &["--materials", &felt]),
+        ("source.csv", &["--set", &set]),
+    ];
+    for (file, options) in traced {
+        let old = folder.bytes(file);
+        complaint(trace(&folder, file, options));
+        assert_eq!(folder.bytes(file), old, "{file}");
+    }
+    for (file, options) in rendered {
+        let old = folder.bytes(file);
+        complaint(render(&folder, "b.sonelmap", file, options));
+        assert_eq!(folder.bytes(file), old, "{file}");
+    }
+}
+
+#[test]
+fn a_missing_folder_is_said_before_the_scene_is_read() {
+    let folder = test_folder();
+    folder.write("scene.toml", "not a scene");
+    for (output, reason) in
+        [("maps/", "names a folder"), ("nowhere/a.sonelmap", "does not exist"), ("..", "names a folder")]
+    {
+        let said = complaint(trace(&folder, output, &[]));
+        assert!(said.contains(reason), "{output}: {said}");
+    }
+    let folder = test_folder();
+    trace(&folder, "a.sonelmap", &["--packets", "100"]).unwrap();
+    let sounds = folder.path("nowhere/wav").display().to_string();
+    let said = complaint(render(&folder, "a.sonelmap", "a.npz", &["--wav", &sounds]));
+    assert!(said.contains("cannot make the folder") && !folder.path("a.npz").exists(), "{said}");
+}

@@ -152,6 +152,10 @@ pub fn check_target(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Re
             target.display()
         );
     }
+    if target.file_name().is_none() || target.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
+    {
+        bail!("{} names a folder, outputs are files: add a file name", target.display());
+    }
     if let Some(input) = inputs.iter().find(|input| is_same_file(input, target)) {
         bail!(
             "{} is an input of this command ({}): choose another output",
@@ -270,6 +274,14 @@ impl Output {
         let unfinished = interrupt::Unfinished::new(&path);
         let file = BufWriter::with_capacity(1 << 20, file);
         Ok(Self { target: target.to_owned(), file, path, unfinished })
+    }
+
+    /// Checks what [`Self::create`] does, before work that takes long; leaves no file.
+    ///
+    /// # Errors
+    /// The errors of [`Self::create`].
+    pub fn try_create(target: &Path, kind: Kind, inputs: &[PathBuf]) -> anyhow::Result<()> {
+        Self::create(target, kind, inputs).map(drop)
     }
 
     /// Where it will be.

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sonel::ReceiverPoint;
 use sonel_console::input;
-use sonel_console::output::{self, Kind, Output};
+use sonel_console::output::{Kind, Output};
 use sonel_scene::Scene;
 use sonel_sound::{Head, Recording, SAMPLE_RATE_HZ, SoundError, Synthesizer};
 
@@ -68,9 +68,14 @@ impl<'a> SoundFiles<'a> {
         if folder.exists() && !folder.is_dir() {
             bail!("{} is not a folder: choose another one for --wav", folder.display());
         }
+        // A folder that cannot be written shall be found before the work is done.
+        if !folder.exists() {
+            std::fs::create_dir(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        }
         for end in files.ends() {
             let mut paths = files.pairs().into_iter().map(|pair| files.path(pair, &end));
-            paths.try_for_each(|path| output::check_target(&path, Kind::SOUND, inputs))?;
+            paths.try_for_each(|path| Output::try_create(&path, Kind::SOUND, inputs))?;
         }
         Ok(Some(files))
     }
@@ -111,11 +116,6 @@ impl<'a> SoundFiles<'a> {
 
     /// Writes all impulse responses; `up` is up for those with directions.
     pub fn write(&self, synthesizer: &Synthesizer<'_>, up: DVec3) -> anyhow::Result<()> {
-        let folder = self.folder;
-        if !folder.exists() {
-            std::fs::create_dir(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        }
         let save = |path: &Path, channels| {
             let recording = Recording { sample_rate_hz: SAMPLE_RATE_HZ, channels };
             Output::create(path, Kind::SOUND, self.inputs)?.write(|out| recording.write(out))

@@ -7,7 +7,7 @@ mod new;
 mod program;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use serde_json::{Value, json};
@@ -30,6 +30,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
     use_threads(arguments.threads)?;
     let mut options = arguments.options();
     options.settings().map_err(spelled)?;
+    // Whatever is wrong with the output shall be said before the work is done.
+    let read = arguments.decision.iter().chain([&arguments.scene]).cloned().collect::<Vec<_>>();
+    arguments.output.iter().try_for_each(|path| Output::try_create(path, Kind::MAP, &read))?;
     let scene = follower.result(Scene::load(&arguments.scene, &follower))?;
     let [extended, decision] =
         [&arguments.extend, &arguments.decision].map(|path| path.as_deref().map(opened));
@@ -47,7 +50,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write, log: &mut Log<'_>) -> any
         }
         return Ok(Outcome::Done);
     };
-    let (traced, output) = trace(prepared, plan.as_ref(), (path, scene.files()), &follower)?;
+    let inputs = [scene.files(), &read].concat();
+    let (traced, output) = trace(prepared, plan.as_ref(), path, &inputs, &follower)?;
     let mut report = traced.report();
     let (summary, is_reached) = (traced.summary(), traced.is_reached);
     // A map that is replaced must not be open meanwhile.
@@ -69,17 +73,16 @@ fn opened(path: &Path) -> anyhow::Result<Map> {
     Map::from_file(&file, label).map_err(spelled)
 }
 
-/// Traces beside `path`, which is none of the files `inputs`.
+/// Traces beside `path`, which is none of the files `inputs`. A map that is extended may be replaced by the longer one.
 fn trace(
     prepared: PreparedTrace<'_>,
     plan: Option<&Plan>,
-    (path, inputs): (&Path, &[std::path::PathBuf]),
+    path: &Path,
+    inputs: &[PathBuf],
     follower: &Follower<'_>,
 ) -> anyhow::Result<(Traced, Output)> {
-    // A map that is extended may be replaced by the longer one.
+    Output::try_create(path, Kind::MAP, inputs)?;
     let create = || Output::create(path, Kind::MAP, inputs);
-    // Whatever is wrong with the output shall be said before the work is done.
-    drop(create()?);
     let mut outputs = MapOutputs::new(&create);
     let traced = match prepared.trace(plan, &mut outputs, follower) {
         Err(sonel::Error::Write(error)) => {
