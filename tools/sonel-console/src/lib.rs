@@ -11,6 +11,7 @@ pub mod receiver;
 pub mod shard;
 pub mod time;
 
+use std::borrow::Cow;
 use std::error::Error;
 use std::io::Write;
 use std::process::ExitCode;
@@ -60,7 +61,16 @@ fn unless_closed(
     if closed.load(Ordering::Relaxed) { result.or(Ok(Outcome::Done)) } else { result }
 }
 
-/// A stream that notes when its reader has gone away.
+/// `text` without the control characters that steer terminals: names in scenes and files may hold any. Lines and tabs stay.
+fn without_controls(text: &[u8]) -> Cow<'_, [u8]> {
+    let steers = |character: char| character.is_control() && !matches!(character, '\n' | '\t');
+    match std::str::from_utf8(text) {
+        Ok(text) if text.contains(steers) => Cow::Owned(text.replace(steers, "\u{fffd}").into_bytes()),
+        _ => Cow::Borrowed(text),
+    }
+}
+
+/// A stream that notes when its reader has gone away, and steers no terminal.
 struct Watched<'a, W> {
     stream: W,
     closed: &'a AtomicBool,
@@ -76,7 +86,10 @@ impl<W> Watched<'_, W> {
 
 impl<W: Write> Write for Watched<'_, W> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let written = self.stream.write(bytes);
+        let written = match without_controls(bytes) {
+            Cow::Borrowed(plain) => self.stream.write(plain),
+            Cow::Owned(plain) => self.stream.write_all(&plain).map(|()| bytes.len()),
+        };
         self.note(written)
     }
 
@@ -93,7 +106,8 @@ fn exit_code(result: anyhow::Result<Outcome>) -> ExitCode {
         Ok(Outcome::Missed) => ExitCode::from(1),
         Err(error) => {
             // A closed stderr cannot be told.
-            let _ = writeln!(std::io::stderr(), "error: {}", message(&error));
+            let text = format!("error: {}\n", message(&error));
+            let _ = std::io::stderr().write_all(&without_controls(text.as_bytes()));
             ExitCode::from(2)
         }
     }
@@ -174,6 +188,18 @@ pub fn use_threads(threads: Option<usize>) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A name that clears the screen, as it would appear in a table.
+    #[test]
+    fn names_do_not_steer_terminals() {
+        let mut out = Vec::new();
+        let write = |out: &mut dyn Write, _: &mut Log<'_>| {
+            writeln!(out, "seat \u{1b}[2J\u{9b}1m\r12\tα")?;
+            Ok(Outcome::Done)
+        };
+        unless_closed(&mut out, Vec::new(), write).expect("written");
+        assert_eq!(String::from_utf8(out).unwrap(), "seat \u{fffd}[2J\u{fffd}1m\u{fffd}12\tα\n");
+    }
 
     #[test]
     fn missing_memory_comes_with_advice() {

@@ -73,9 +73,23 @@ fn in_one_line(message: &str) -> String {
     message.lines().map(|line| line.trim().trim_start_matches("Error: ")).collect::<Vec<_>>().join(" ")
 }
 
+/// What the header announces beyond the file: every row takes a byte at least, and the reader makes room for as many as are announced.
+fn excess(bytes: &[u8]) -> Option<String> {
+    let header = Parser::<Row>::new().read_ply_header(&mut { bytes }).ok()?;
+    let (name, element) = header.elements.iter().find(|(_, element)| element.count > bytes.len())?;
+    Some(format!(
+        "{} rows of \"{name}\" are announced, more than the file of {} bytes can hold",
+        element.count,
+        bytes.len()
+    ))
+}
+
 pub(super) fn read(mut bytes: &[u8]) -> Result<Polygons, Vec<LineProblem>> {
     let refused =
         |line: Option<usize>, message: String| Err(vec![LineProblem { line: line.unwrap_or(0), message }]);
+    if let Some(excess) = excess(bytes) {
+        return refused(None, excess);
+    }
     let mut file = match Parser::<Row>::new().read_ply(&mut bytes) {
         Ok(file) => file,
         Err(error) => {

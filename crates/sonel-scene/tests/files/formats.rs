@@ -206,6 +206,11 @@ fn mistakes_are_named_with_their_place() {
             cut(meshes::ply(&room, false)),
             "the PLY reader refuses the file: Line 63: Unexpected end of file",
         ),
+        (
+            "i.ply",
+            b"ply\nformat binary_little_endian 1.0\nelement junk 9000000000000000\nend_header\n".to_vec(),
+            "9000000000000000 rows of \"junk\" are announced",
+        ),
         ("j.skp", Vec::new(), "j.skp: .skp files are not read: export glTF, OBJ, DXF, PLY or STL"),
         ("k.stl", b"solid\nendsolid\n".to_vec(), "k.stl: the mesh has no face; export polygons"),
     ];
